@@ -1,0 +1,94 @@
+"""Values from files: a `.toml` names a component, gives its parameters with units, and says where they are from.
+
+    component = "PassiveRider"
+    description = "..."
+    source = "..."
+    [parameters]
+    arm_stiffness = { value = 1053.4, unit = "N.m/rad" }     # or a bare number in the declared unit
+    arm_damping = { value = 30.0, unit = "N.m.s/rad", assumed = "only bounded from below" }
+    [printed]    numbers of the source to compare with
+    [about]      anything else that is known
+"""
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from fmus.component import Component
+from fmus.errors import InputError, unknown
+from fmus.units import convert
+
+SECTIONS = ("component", "description", "source", "parameters", "printed", "about")
+
+
+@dataclass(frozen=True)
+class Library:
+    """A folder of value files and the components that they may name, under one word (`rider`)."""
+
+    kind: str
+    folder: Path
+    components: Mapping[str, type[Component]]
+
+    def names(self) -> list[str]:
+        """The names in the folder, numbers in numerical order."""
+        return sorted((p.stem for p in self.folder.glob("*.toml")),
+                      key=lambda n: [(not t.isdigit(), int(t) if t.isdigit() else 0, t) for t in reversed(n.split("_"))])  # fmt: skip
+
+    def contents(self, name: str | Path) -> dict[str, Any]:
+        """The file of that name, or at that path, as it stands. Raises InputError when there is none."""
+        path = Path(name)
+        if path.suffix != ".toml":
+            path = self.folder / f"{name}.toml"
+            if path.stem not in self.names():
+                raise unknown(self.kind, name, self.names())
+        return read_values(path)
+
+    def load(self, name: str | Path, **values: float) -> Component:
+        """The component with the file's values, some of them replaced. Its name is `kind_name`."""
+        contents = self.contents(name)
+        return component_from(contents, self.components, f"{self.kind}_{Path(name).stem}", str(name)).with_values(**values)
+
+
+@lru_cache(maxsize=256)
+def _parsed(path: Path, modified: float) -> dict[str, Any]:
+    try:
+        contents = tomllib.loads(path.read_text("utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path} is not a valid TOML file: {error}") from None
+    for key in contents:
+        if key not in SECTIONS:
+            raise InputError(str(unknown("key", key, SECTIONS)) + f" in {path.name}")
+    return contents
+
+
+def read_values(path: Path) -> dict[str, Any]:
+    """The contents of a value file. Raises InputError for a file that is missing, broken or has unknown keys."""
+    try:
+        return _parsed(path, path.stat().st_mtime)
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror}") from None
+
+
+def component_from(contents: Mapping[str, Any], components: Mapping[str, type[Component]], name: str, file: str) -> Component:
+    """The component that the contents of a value file describe."""
+    if contents.get("component") not in components:
+        raise unknown(f"component in {file}", contents.get("component"), components)
+    kind = components[contents["component"]]
+    values, assumed = {}, {}
+    for key, entry in contents.get("parameters", {}).items():
+        if key not in kind.declared or kind.declared[key].role != "parameter":
+            raise InputError(f"{file}: {unknown('parameter', key, [n for n, r in kind.declared.items() if r.role == 'parameter'])}")
+        row = kind.declared[key]
+        if not isinstance(entry, Mapping):
+            entry = {"value": entry}
+        if not isinstance(entry.get("value"), (int, float)):
+            raise InputError(f"{file}: {key} needs a number [{row.unit}], as in {key} = {{ value = 1.0, unit = \"{row.unit}\" }}")
+        values[key] = convert(entry["value"], entry.get("unit", row.unit), row.unit)
+        if "assumed" in entry:
+            assumed[key] = entry["assumed"]
+    component = kind(name, contents.get("source", ""), **values)
+    component.assumed = assumed
+    return component

@@ -1,0 +1,77 @@
+"""A component linearised, exactly, for one point or for arrays of points (of speeds, of parameters) at once.
+
+    x' = A x + B u,   y = C x + D u
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import control
+import numpy as np
+
+from fmus.component import Component
+from fmus.errors import unknown
+from fmus.symbolic import symbolic
+
+
+@dataclass(frozen=True)
+class StateSpace:
+    """Matrices A (..., nx, nx), B (..., nx, nu), C (..., ny, nx), D (..., ny, nu) with the names of their signals."""
+
+    A: np.ndarray
+    B: np.ndarray
+    C: np.ndarray
+    D: np.ndarray
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+
+    def control(self) -> control.StateSpace:
+        """The same as python-control's StateSpace, with named signals."""
+        return control.ss(self.A, self.B, self.C, self.D, states=list(self.states), inputs=list(self.inputs),
+                          outputs=list(self.outputs))  # fmt: skip
+
+    def frequency_response(self, omega: np.ndarray, output: str, input: str) -> np.ndarray:
+        """G(i omega) from one input to one output; omega in rad/s, any shape; complex, of the same shape."""
+        i, j = self.outputs.index(output), self.inputs.index(input)
+        omega = np.asarray(omega, float)
+        shifted = 1j * omega[..., None, None] * np.eye(len(self.states)) - self.A
+        column = np.broadcast_to(self.B[:, j, None].astype(complex), (*shifted.shape[:-1], 1))
+        return (self.C[i] @ np.linalg.solve(shifted, column))[..., 0] + self.D[i, j]
+
+
+def linearise(component: Component, **at: Any) -> StateSpace:
+    """The component linearised at its start values, with any of them replaced by name: numbers or arrays.
+
+    Arrays (of speeds, say) give stacked matrices. Raises InputError for a name that the component lacks.
+    """
+    values = component.start_values()
+    for name in at:
+        if name not in values:
+            raise unknown(f"variable of {component.name}", name, values)
+    values.update(at)
+    form = symbolic(component)
+    nx = len(component.states)
+    if form.jacobian.free_symbols & set(form.derivative_symbols):
+        values.update(_rates_at(component, values))
+    jacobian = form.jacobian_entries(values)
+    rates, outputs = jacobian[..., :nx, :], jacobian[..., nx:, :]
+    if form.has_mass:
+        rates = _solve(form.mass_entries(values), rates)
+    return StateSpace(rates[..., :nx], rates[..., nx:], outputs[..., :nx], outputs[..., nx:],
+                      component.states, component.inputs, component.outputs)  # fmt: skip
+
+
+def _rates_at(component: Component, values: dict[str, Any]) -> dict[str, float]:
+    state = np.array([values[n] for n in component.states])
+    rates, _ = component.derivatives(state, np.array([values[n] for n in component.inputs]), values["time"])
+    return {f"der({n})": rate for n, rate in zip(component.states, rates, strict=True)}
+
+
+def _solve(mass: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """mass^-1 right; one factorisation when a single mass matrix serves a stack of right-hand sides."""
+    if mass.ndim == 2 and right.ndim > 2:
+        columns = np.moveaxis(right, -2, 0)
+        solved = np.linalg.solve(mass, columns.reshape(len(mass), -1))
+        return np.moveaxis(solved.reshape(columns.shape), 0, -2)
+    return np.linalg.solve(mass, right)

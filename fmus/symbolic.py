@@ -1,0 +1,151 @@
+"""A component in symbols: its equations as SymPy expressions, and their exact Jacobian.
+
+    M(p, x) x' = f(x, u, p, t),   y = g(x, u, p, t),   J = d(f - M x', g) / d(x, u)
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import sympy
+
+from fmus.component import Component
+from fmus.errors import InputError
+from fmus.mathematics import SYMBOLIC
+
+
+class Entries:
+    """Those entries of a matrix that are not zero, as one fast function of values by name."""
+
+    def __init__(self, matrix: sympy.Matrix, symbols: dict[str, sympy.Symbol]):
+        self.shape = matrix.shape
+        self.where = [(i, j) for i in range(matrix.rows) for j in range(matrix.cols) if matrix[i, j] != 0]
+        entries = [matrix[i, j] for i, j in self.where]
+        used = set().union(*(e.free_symbols for e in entries)) if entries else set()
+        self.arguments = [n for n, s in symbols.items() if s in used]
+        self.function = sympy.lambdify([symbols[n] for n in self.arguments], entries, "numpy", cse=True)
+
+    def __call__(self, values: dict[str, Any]) -> np.ndarray:
+        entries = self.function(*(values[n] for n in self.arguments))
+        shape = np.broadcast_shapes(*(np.shape(e) for e in entries)) if entries else ()
+        matrix = np.zeros(shape + self.shape)
+        for (i, j), entry in zip(self.where, entries, strict=True):
+            matrix[..., i, j] = entry
+        return matrix
+
+
+@dataclass
+class Symbolic:
+    """The equations of a component's structure; the same for all parameter values.
+
+    rates (nx) is f, mass (nx, nx) is M, outputs (ny) is g, calculated holds the calculated parameters.
+    """
+
+    component: Component
+    symbols: dict[str, sympy.Symbol]
+    rates: list[sympy.Expr]
+    mass: sympy.Matrix
+    outputs: list[sympy.Expr]
+    calculated: list[sympy.Expr]
+
+    def symbols_of(self, names: tuple[str, ...]) -> list[sympy.Symbol]:
+        return [self.symbols[name] for name in names]
+
+    @cached_property
+    def derivative_symbols(self) -> list[sympy.Symbol]:
+        """The symbols that stand for x' where the mass matrix depends on the state."""
+        return [sympy.Symbol(f"der({n})", real=True) for n in self.component.states]
+
+    @property
+    def has_mass(self) -> bool:
+        return self.mass != sympy.eye(self.mass.rows)
+
+    @cached_property
+    def jacobian(self) -> sympy.Matrix:
+        """d(f - M x', g)/d(x, u), shape (nx + ny, nx + nu); x' appears only where M depends on x or u."""
+        unknowns = self.symbols_of(self.component.states + self.component.inputs)
+        rows = list(self.rates)
+        if self.mass.free_symbols & set(unknowns):
+            rows = [f - r for f, r in zip(rows, self.mass * sympy.Matrix(self.derivative_symbols), strict=True)]
+        rows += self.outputs
+        if not rows or not unknowns:
+            return sympy.zeros(len(rows), len(unknowns))
+        return sympy.Matrix(rows).jacobian(unknowns)
+
+    @cached_property
+    def jacobian_entries(self) -> Entries:
+        return Entries(self.jacobian, {**self.symbols, **{s.name: s for s in self.derivative_symbols}})
+
+    @cached_property
+    def mass_entries(self) -> Entries:
+        return Entries(self.mass, self.symbols)
+
+    @cached_property
+    def scheduling(self) -> tuple[str, ...] | None:
+        """The inputs (a motorcycle's speed) that must be held for the component to be linear in all the rest.
+
+        None when no such set exists: then the component is nonlinear.
+        """
+        component = self.component
+        nx, ny = len(component.states), len(component.outputs)
+        if self.mass.free_symbols & set(self.symbols_of(component.states)):
+            return None
+        held: set[str] = set()
+        while True:
+            free = component.states + tuple(n for n in component.inputs if n not in held)
+            columns = [(component.states + component.inputs).index(n) for n in free]
+            found = self.jacobian.extract(list(range(nx + ny)), columns).free_symbols & set(self.symbols_of(free))
+            names = {n for n in free if self.symbols[n] in found}
+            if self.symbols["time"] in self.jacobian.free_symbols or names & set(component.states):
+                # A product of a state and an input is the input's doing: holding the input may be enough.
+                more = {n for n in names if n in component.inputs}
+                if not more or more <= held:
+                    return None
+                held |= more
+            elif names:
+                held |= names
+            else:
+                return tuple(n for n in component.inputs if n in held)
+
+
+_CACHE: dict[Any, Symbolic] = {}
+
+
+def symbolic(component: Component) -> Symbolic:
+    """The component's equations in symbols, made once for each structure.
+
+    Raises InputError when the equations leave a rate or an output out, or return a name that the table lacks.
+    """
+    if component.structure not in _CACHE:
+        _CACHE[component.structure] = _derive(component)
+    return _CACHE[component.structure]
+
+
+def _derive(component: Component) -> Symbolic:
+    names = ["time", *component.rows("parameter", "input", "state")]
+    symbols = {n: sympy.Symbol(n, real=True) for n in names}
+    results = component.run(symbols, SYMBOLIC)
+    expected = {f"der({n})" for n in component.states} | set(component.rows("output", "calculated"))
+    returned = set(results) - set(component.rows("local")) - set(component.states)
+    if returned != expected:
+        missing, extra = sorted(expected - returned), sorted(returned - expected)
+        raise InputError(f"equations of {component.title}: missing {missing or 'nothing'}, not in its table {extra or 'nothing'}")
+    for target in component.additions:
+        if target not in results and target not in component.inputs and not target.startswith("mass("):
+            raise InputError(f"an effect adds to {target!r}, which {component.title} does not have")
+    mass = sympy.eye(len(component.states))
+    for (row, column), entry in component.mass_entries(symbols, SYMBOLIC).items():
+        mass[component.states.index(row), component.states.index(column)] = entry
+
+    def expressions(keys) -> list[sympy.Expr]:
+        return [sympy.sympify(results[key]) for key in keys]
+
+    return Symbolic(
+        component,
+        symbols,
+        expressions(f"der({n})" for n in component.states),
+        mass,
+        expressions(component.outputs),
+        expressions(component.rows("calculated")),
+    )

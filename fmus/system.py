@@ -1,0 +1,162 @@
+"""A system: components joined by the names of their ports. It is itself a component.
+
+So it can be linearised, packed as one FMU without coupling error, and be a part of a larger system. Its
+variables are `part.variable`; an input that nothing drives stays an input of the system.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from fmus.component import Component, Scope, prefixed
+from fmus.errors import InputError, unknown
+from fmus.symbolic import symbolic
+from fmus.units import unit
+
+Wiring = Mapping[str, Sequence[str]]
+
+
+def join(parts: Mapping[str, Component]) -> dict[str, list[str]]:
+    """The wiring `input -> sources` in which equal names meet; flows (torques) of several sources add up.
+
+    Raises InputError when two parts write the same signal.
+    """
+    wiring: dict[str, list[str]] = {}
+    for part, component in parts.items():
+        for name, row in component.rows("input").items():
+            sources = [f"{other}.{name}" for other, c in parts.items() if other != part and name in c.outputs]
+            if len(sources) > 1 and not row.flow:
+                raise InputError(f"{part}.{name} has {len(sources)} writers: {', '.join(sources)}; only torques and forces add up")
+            if sources:
+                wiring[f"{part}.{name}"] = sources
+    return wiring
+
+
+class System(Component):
+    """Components in one, joined by `wiring` (by equal names where none is given).
+
+    `bindings` gives a parameter of one part the calculated parameter of another:
+    {"vehicle.added_steer_inertia": "device.port_inertia"}.
+    """
+
+    def __init__(self, name: str, parts: Mapping[str, Component], wiring: Wiring | None = None,
+                 bindings: Mapping[str, str] | None = None, source: str = ""):  # fmt: skip
+        self.parts = dict(parts)
+        self.wiring = {k: tuple(s) for k, s in (join(parts) if wiring is None else wiring).items()}
+        self.bindings = dict(bindings or {})
+        super().__init__(name, source)
+        for part, component in self.parts.items():
+            for key, row in prefixed(component.table, part).items():
+                if key not in self.wiring and key not in self.bindings:
+                    self.table[key] = row
+        self._check_wiring()
+        self._set_values({f"{p}.{k}": x for p, c in self.parts.items() for k, x in c.values.items()
+                          if f"{p}.{k}" not in self.bindings})  # fmt: skip
+        self.order = self._order()
+
+    @property
+    def structure(self) -> tuple:
+        parts = tuple((name, c.structure) for name, c in self.parts.items())
+        return (System, parts, tuple(sorted(self.wiring.items())), tuple(sorted(self.bindings.items())))
+
+    def _remade(self, effects: tuple, values: Mapping[str, float]) -> Component:
+        if effects:
+            raise InputError(f"{self.name}: add effects to a part of the system, not to the system")
+        twin = System(self.name, self.parts, self.wiring, self.bindings, self.source)
+        twin._set_values(values)
+        return twin
+
+    def _check_wiring(self) -> None:
+        for target, sources in self.wiring.items():
+            row = self._row(target, "input")
+            for source in sources:
+                other = self._row(source, "output", "state")
+                if unit(other.unit).exponents != unit(row.unit).exponents:
+                    raise InputError(f"{source} [{other.unit}] cannot drive {target} [{row.unit}]: the units differ")
+
+    def _row(self, key: str, *roles: str):
+        part, _, name = key.partition(".")
+        if part not in self.parts:
+            raise unknown("part of the system", part, self.parts)
+        rows = self.parts[part].rows(*roles)
+        if name not in rows:
+            raise unknown(f"{roles[0]} of {part}", name, rows)
+        return rows[name]
+
+    def _order(self) -> list[tuple[str, tuple[str, ...]]]:
+        """Rounds of (part, outputs that its known inputs determine), until every wired source is known."""
+        needed = {source for sources in self.wiring.values() for source in sources}
+        known: set[str] = set()
+        order = []
+        while needed - known:
+            before = len(known)
+            for part, component in self.parts.items():
+                form = symbolic(component)
+                waiting = {form.symbols[n] for n in component.inputs
+                           if not set(self.wiring.get(f"{part}.{n}", ())) <= known}  # fmt: skip
+                ready = tuple(name for name, expression in zip(component.outputs, form.outputs, strict=True)
+                              if f"{part}.{name}" in needed - known and not expression.free_symbols & waiting)  # fmt: skip
+                if ready:
+                    order.append((part, ready))
+                    known |= {f"{part}.{name}" for name in ready}
+            if len(known) == before:
+                raise InputError(f"algebraic loop: {self._loop(needed - known)}; break it with a state or a delay")
+        return order
+
+    def _loop(self, unresolved: set[str]) -> str:
+        """The loop spelled port by port."""
+        path = [min(unresolved)]
+        while path.count(path[-1]) == 1:
+            part, _, name = path[-1].partition(".")
+            component = self.parts[part]
+            form = symbolic(component)
+            used = form.outputs[component.outputs.index(name)].free_symbols
+            path.append(next(source for n in component.inputs if form.symbols[n] in used
+                             for source in self.wiring.get(f"{part}.{n}", ()) if source in unresolved))  # fmt: skip
+        return " <- ".join(path[path.index(path[-1]) :])
+
+    def _values_of(self, part: str, v: Scope, known: Mapping[str, Any]) -> dict[str, Any]:
+        values = {"time": v["time"]}
+        for name in self.parts[part].rows("parameter", "state", "input"):
+            key = f"{part}.{name}"
+            if key in self.wiring:
+                sources = self.wiring[key]
+                values[name] = sum(known[s] for s in sources) if all(s in known for s in sources) else 0.0
+            elif key in self.bindings:
+                values[name] = known[self.bindings[key]]
+            else:
+                values[name] = v[key]
+        return values
+
+    def _calculated(self, v: Scope, m: Any) -> dict[str, Any]:
+        """The bound calculated parameters; they follow from the parameters of their own part alone."""
+        known: dict[str, Any] = {}
+        for source in self.bindings.values():
+            part, _, name = source.partition(".")
+            results = self.parts[part].run(self._values_of(part, v, known), m)
+            known[source] = results[name]
+        return known
+
+    def equations(self, v: Scope, m: Any) -> dict[str, Any]:
+        known = self._calculated(v, m)
+        for part, names in self.order:
+            results = self.parts[part].run(self._values_of(part, v, known), m)
+            known.update({f"{part}.{name}": results[name] for name in names})
+        everything = {}
+        for part, component in self.parts.items():
+            results = component.run(self._values_of(part, v, known), m)
+            for key, value in results.items():
+                role = component.table[key].role if key in component.table else "rate"
+                if role == "rate":
+                    everything[f"der({part}.{key[4:-1]})"] = value
+                elif role != "local":
+                    everything[f"{part}.{key}"] = value
+        return everything
+
+    def mass(self, v: Scope, m: Any) -> dict[tuple[str, str], Any]:
+        known = self._calculated(v, m)
+        entries = {}
+        for part, component in self.parts.items():
+            values = {**self._values_of(part, v, known)}
+            for (row, column), entry in component.mass_entries(values, m).items():
+                entries[f"{part}.{row}", f"{part}.{column}"] = entry
+        return entries

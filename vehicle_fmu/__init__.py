@@ -1,0 +1,19 @@
+"""The motorcycles, the bicycle and the steering dampers, all with the handlebar port.
+
+    from vehicle_fmu import dampers, motorcycles
+    motorcycles.load("sharp_1971"), dampers.load("high_2011")
+"""
+
+from pathlib import Path
+
+from fmus.library import Library
+from vehicle_fmu.bicycle import Bicycle
+from vehicle_fmu.dampers import InerterCompensator, LinearDamper, ProgressiveDamper
+from vehicle_fmu.motorcycle import Motorcycle
+
+VEHICLES = {"Motorcycle": Motorcycle, "Bicycle": Bicycle}
+DAMPERS = {c.__name__: c for c in (LinearDamper, ProgressiveDamper, InerterCompensator)}
+motorcycles = Library("motorcycle", Path(__file__).parent / "motorcycles", VEHICLES)
+dampers = Library("damper", Path(__file__).parent / "dampers", DAMPERS)
+
+__all__ = ["DAMPERS", "VEHICLES", "Bicycle", "InerterCompensator", "LinearDamper", "Motorcycle", "ProgressiveDamper", "dampers", "motorcycles"]

@@ -1,0 +1,145 @@
+"""The motorcycle of Sharp (1971) with relaxing tyres: the out-of-plane motion in straight running.
+
+Axes: x forward, y right, z down, origin on the ground below the rear frame's mass centre. Unknowns: lateral
+velocity v, yaw rate r, roll rate p, steer rate s, and the side forces Y_f, Y_r. With c = cos(eps), S = sin(eps),
+the spin momenta h_f = V i_fy / R_f, h_r = V i_ry / R_r and G = -Z_f t + M_f e g:
+
+    lateral  M_1 q + (M_f + M_r) V r                                              = Y_f + Y_r
+    yaw      M_2 q + M_f k V r - (h_f + h_r) p - h_f S s                          = l Y_f - b Y_r + (T_h + T_f) c
+    roll     M_3 q + (M_f j + M_r h) (V r - g phi) + (h_f + h_r) r + h_f c s - G delta = (T_h + T_f) S
+    steer    M_4 q + M_f e V r + h_f (S r - c p) + K s - G (phi + S delta)         = -t Y_f + T_h
+    tyres    (sigma_f / V) Y_f' + Y_f = C_f1 (delta c - (v + l r - t s) / V) + C_f2 (phi + delta S)
+             (sigma_r / V) Y_r' + Y_r = C_r1 (-(v - b r) / V) + C_r2 phi
+
+q = (v', r', p', s'). Traps that Sharp's printed eigenvalues settle: f is measured upward along the steer axis,
+the trail t perpendicular to it; camber thrust relaxes too, on both tyres; C_rxz = + integral of x z dm with z
+down, which is minus Meijaard's I_xz; Z_f is negative (load on the tyre, z down).
+
+Source: Sharp, J. Mech. Eng. Sci. 13(5) (1971) 316-329; the torques of the port: Cossalter et al., Meccanica 46
+(2011) 279-292, whose rider inertia I_a is added to I_fz wherever that appears.
+"""
+
+from fmus import Component, input, local, parameter, state
+from fmus.ports import answers, carries, told
+
+
+class Motorcycle(Component):
+    """Motorcycle with a rigid rear frame (rider included), a front frame and two relaxing tyres."""
+
+    front_mass = parameter("kg", "Mass of the front frame", symbol="M_f", min=0, max=1e4)
+    rear_mass = parameter("kg", "Mass of the rear frame with the rigid rider", symbol="M_r", min=1e-3, max=1e5)
+    front_tyre_load = parameter("N", "Vertical load on the front tyre, z down: negative", symbol="Z_f", max=0, min=-1e6)
+    rear_roll_inertia = parameter("kg.m2", "Roll inertia of the rear frame about its mass centre", symbol="I_{rx}", min=0, max=1e5)
+    rear_yaw_inertia = parameter("kg.m2", "Yaw inertia of the rear frame about its mass centre", symbol="I_{rz}", min=0, max=1e5)
+    rear_product_of_inertia = parameter("kg.m2", "Integral of x z dm of the rear frame, z down", symbol="C_{rxz}", min=-1e5, max=1e5)
+    front_cross_inertia = parameter("kg.m2", "Inertia of the front frame perpendicular to the steer axis", symbol="I_{fx}", min=0, max=1e4)
+    front_steer_inertia = parameter("kg.m2", "Inertia of the front frame about an axis parallel to the steer axis through its mass centre", symbol="I_{fz}", min=1e-6, max=1e4)
+    front_product_of_inertia = parameter("kg.m2", "Product of inertia of the front frame in its own axes", symbol="I_{fxz}", min=-1e4, max=1e4)
+    added_steer_inertia = parameter("kg.m2", "Inertia that a rider adds to the front frame about the steer axis", symbol="I_a", min=-5, max=5, tunable=False)
+    front_spin_inertia = parameter("kg.m2", "Polar inertia of the front wheel", symbol="i_{fy}", min=0, max=1e3)
+    rear_spin_inertia = parameter("kg.m2", "Polar inertia of the rear wheel with the engine reflected to it", symbol="i_{ry}", min=0, max=1e3)
+    front_wheel_radius = parameter("m", "Radius of the front wheel", symbol="R_f", min=1e-2, max=10, start=0.3)
+    rear_wheel_radius = parameter("m", "Radius of the rear wheel", symbol="R_r", min=1e-2, max=10, start=0.3)
+    steer_axis_distance = parameter("m", "Perpendicular distance from the origin to the steer axis", symbol="a", min=0, max=10)
+    rear_contact_distance = parameter("m", "Origin to the rear contact, backwards", symbol="b", min=0, max=10)
+    front_mass_offset = parameter("m", "Front mass centre ahead of the steer axis", symbol="e", min=-2, max=2)
+    front_mass_rise = parameter("m", "Front mass centre above the foot of a, upward along the steer axis", symbol="f", min=-5, max=5)
+    rear_mass_height = parameter("m", "Height of the rear frame's mass centre", symbol="h", min=0, max=10)
+    trail = parameter("m", "Trail, perpendicular to the steer axis", symbol="t", min=-1, max=1)
+    caster_angle = parameter("rad", "Caster angle of the steer axis", symbol=r"\epsilon", min=-1.5, max=1.5)
+    front_cornering_stiffness = parameter("N/rad", "Side force per slip angle of the front tyre", symbol="C_{f1}", min=0, max=1e12)
+    front_camber_stiffness = parameter("N/rad", "Side force per camber angle of the front tyre", symbol="C_{f2}", min=-1e9, max=1e9)
+    rear_cornering_stiffness = parameter("N/rad", "Side force per slip angle of the rear tyre", symbol="C_{r1}", min=0, max=1e12)
+    rear_camber_stiffness = parameter("N/rad", "Side force per camber angle of the rear tyre", symbol="C_{r2}", min=-1e9, max=1e9)
+    front_relaxation_length = parameter("m", "Relaxation length of the front tyre", symbol=r"\sigma_f", min=1e-6, max=10, start=0.24)
+    rear_relaxation_length = parameter("m", "Relaxation length of the rear tyre", symbol=r"\sigma_r", min=1e-6, max=10, start=0.24)
+    steering_damping = parameter("N.m.s/rad", "The motorcycle's own steering damper", symbol="K", min=0, max=1e4)
+    gravity = parameter("m/s2", "Gravitational acceleration", symbol="g", min=0, max=100, start=9.80665)
+
+    speed = input("m/s", "Forward speed", symbol="V", min=0.1, max=200, start=30)
+    steer_torque = input("N.m", "Disturbance: torque between rear and front frame, on the front frame", symbol="T_d")
+    roll_torque = input("N.m", "Disturbance: roll torque on the rear frame", symbol=r"T_\phi")
+    handlebar_torque = told("handlebar_torque")
+    frame_torque = told("frame_torque")
+
+    lateral_velocity = state("m/s", "Lateral velocity of the origin", symbol="v", exposed=True)
+    yaw_rate = state("rad/s", "Yaw rate", symbol="r", exposed=True)
+    roll_rate = state("rad/s", "Roll rate", symbol="p", exposed=True)
+    steer_rate = carries("steer_rate")
+    roll_angle = state("rad", "Roll angle, lean to the right positive", symbol=r"\phi", exposed=True)
+    steer_angle = carries("steer_angle")
+    front_side_force = state("N", "Side force of the front tyre", symbol="Y_f", exposed=True, nominal=100)
+    rear_side_force = state("N", "Side force of the rear tyre", symbol="Y_r", exposed=True, nominal=100)
+    frame_rate = answers("frame_rate")
+
+    front_slip_angle = local("rad", "Slip angle of the front tyre", symbol=r"\alpha_f")
+    rear_slip_angle = local("rad", "Slip angle of the rear tyre", symbol=r"\alpha_r")
+    steer_moment = local("N.m", "Torque on the front frame about the steer axis besides tyre and gyroscope", symbol="T_s")
+
+    def mass(self, v, m):
+        c, S = m.cos(v.caster_angle), m.sin(v.caster_angle)
+        _, k, j = lengths(v, m)
+        inertia = v.front_steer_inertia + v.added_steer_inertia
+        Mf, Mr, e, h = v.front_mass, v.rear_mass, v.front_mass_offset, v.rear_mass_height
+        Ifx, Ifxz = v.front_cross_inertia, v.front_product_of_inertia
+        front_roll = Ifx * c**2 + inertia * S**2 + 2 * Ifxz * S * c
+        front_yaw = Ifx * S**2 + inertia * c**2 - 2 * Ifxz * S * c
+        front_product = (inertia - Ifx) * S * c + Ifxz * (c**2 - S**2)
+        return symmetric(
+            ("lateral_velocity", "yaw_rate", "roll_rate", "steer_rate"),
+            [
+                [Mf + Mr, Mf * k, Mf * j + Mr * h, Mf * e],
+                [v.rear_yaw_inertia + front_yaw + Mf * k**2, Mf * j * k - v.rear_product_of_inertia + front_product, Mf * e * k + inertia * c - Ifxz * S],
+                [v.rear_roll_inertia + front_roll + Mr * h**2 + Mf * j**2, Mf * e * j + inertia * S + Ifxz * c],
+                [inertia + Mf * e**2],
+            ],
+        )
+
+    def equations(self, v, m):
+        c, S = m.cos(v.caster_angle), m.sin(v.caster_angle)
+        l, k, j = lengths(v, m)
+        V, g = v.speed, v.gravity
+        front_spin = V * v.front_spin_inertia / v.front_wheel_radius
+        spin = front_spin + V * v.rear_spin_inertia / v.rear_wheel_radius
+        tilt = -v.front_tyre_load * v.trail + v.front_mass * v.front_mass_offset * g
+        roll_moment = v.front_mass * j + v.rear_mass * v.rear_mass_height
+        r, p, s, phi, delta = v.yaw_rate, v.roll_rate, v.steer_rate, v.roll_angle, v.steer_angle
+        Yf, Yr = v.front_side_force, v.rear_side_force
+        torque = v.handlebar_torque + v.frame_torque
+        v.steer_moment = v.handlebar_torque + v.steer_torque - v.steering_damping * s
+        v.front_slip_angle = delta * c - (v.lateral_velocity + l * r - v.trail * s) / V
+        v.rear_slip_angle = -(v.lateral_velocity - v.rear_contact_distance * r) / V
+        front_force = v.front_cornering_stiffness * v.front_slip_angle + v.front_camber_stiffness * (phi + delta * S)
+        rear_force = v.rear_cornering_stiffness * v.rear_slip_angle + v.rear_camber_stiffness * phi
+        return {
+            "der(lateral_velocity)": Yf + Yr - (v.front_mass + v.rear_mass) * V * r,
+            "der(yaw_rate)": l * Yf - v.rear_contact_distance * Yr + torque * c
+                             - v.front_mass * k * V * r + spin * p + front_spin * S * s,
+            "der(roll_rate)": torque * S + v.roll_torque - roll_moment * (V * r - g * phi)
+                              - spin * r - front_spin * c * s + tilt * delta,
+            "der(steer_rate)": v.steer_moment - v.trail * Yf - v.front_mass * v.front_mass_offset * V * r
+                               - front_spin * (S * r - c * p) + tilt * (phi + S * delta),
+            "der(roll_angle)": p,
+            "der(steer_angle)": s,
+            "der(front_side_force)": (front_force - Yf) * V / v.front_relaxation_length,
+            "der(rear_side_force)": (rear_force - Yr) * V / v.rear_relaxation_length,
+            "frame_rate": r * c + p * S,
+        }  # fmt: skip
+
+
+def lengths(v, m):
+    """(l, k, j): origin to front contact, front mass centre ahead of the origin and above the ground [m]."""
+    c, S = m.cos(v.caster_angle), m.sin(v.caster_angle)
+    reach = v.steer_axis_distance + v.front_mass_offset
+    return ((v.steer_axis_distance - v.trail) / c,
+            reach * c - v.front_mass_rise * S,
+            reach * S + v.front_mass_rise * c)  # fmt: skip
+
+
+def symmetric(names, upper):
+    """The entries of a symmetric matrix by (row, column) name, from the rows of its upper triangle."""
+    entries = {}
+    for i, row in enumerate(upper):
+        for j, entry in enumerate(row, start=i):
+            entries[names[i], names[j]] = entries[names[j], names[i]] = entry
+    return entries
