@@ -52,7 +52,7 @@ def linearise(component: Component, **at: Any) -> StateSpace:
     values.update(at)
     form = symbolic(component)
     nx = len(component.states)
-    if form.jacobian.free_symbols & set(form.derivative_symbols):
+    if form.needs_derivatives:
         values.update(_rates_at(component, values))
     jacobian = form.jacobian_entries(values)
     rates, outputs = jacobian[..., :nx, :], jacobian[..., nx:, :]

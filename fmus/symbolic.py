@@ -57,7 +57,7 @@ class Symbolic:
         """The symbols that stand for x' where the mass matrix depends on the state."""
         return [sympy.Symbol(f"der({n})", real=True) for n in self.component.states]
 
-    @property
+    @cached_property
     def has_mass(self) -> bool:
         return self.mass != sympy.eye(self.mass.rows)
 
@@ -72,6 +72,11 @@ class Symbolic:
         if not rows or not unknowns:
             return sympy.zeros(len(rows), len(unknowns))
         return sympy.Matrix(rows).jacobian(unknowns)
+
+    @cached_property
+    def needs_derivatives(self) -> bool:
+        """Whether x' appears in the Jacobian."""
+        return bool(self.jacobian.free_symbols & set(self.derivative_symbols))
 
     @cached_property
     def jacobian_entries(self) -> Entries:

@@ -1,0 +1,118 @@
+"""Eigenvalues followed over a parameter (a speed) by continuation, so that a branch keeps its identity.
+
+Two neighbouring spectra are matched by nearest neighbours. A match counts where every eigenvalue moved much
+less than the distance to the next one; elsewhere the interval is halved. What is left below the smallest
+step is an exceptional point, where a pair becomes two real roots or two real roots a pair: there the whole
+spectra are assigned to each other at the least total distance.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+Matrices = Callable[[np.ndarray], np.ndarray]  # parameters (n,) -> matrices (n, nx, nx)
+
+SAFE_MOVE = 0.35  # of the distance to the nearest other eigenvalue; below one half a match cannot be ambiguous
+SMALLEST_STEP = 1e-3
+
+
+@dataclass(frozen=True)
+class Branches:
+    """Eigenvalues (n, nx) over parameters (n,), ascending; column i is one branch all along."""
+
+    parameter: np.ndarray
+    eigenvalues: np.ndarray
+
+    def at(self, parameters: np.ndarray) -> np.ndarray:
+        """The eigenvalues (m, nx) at parameters that are on the grid."""
+        return self.eigenvalues[np.searchsorted(self.parameter, parameters)]
+
+
+def follow(matrices: Matrices, grid: np.ndarray) -> Branches:
+    """The eigenvalues of `matrices` over an ascending grid, refined where they cannot be matched."""
+    points = np.asarray(grid, float)
+    spectra = np.linalg.eigvals(matrices(points)).astype(complex)
+    order, sure = _matches(spectra[:-1], spectra[1:])
+    while len(refine := np.flatnonzero(~sure & (np.diff(points) > SMALLEST_STEP))):
+        middles = (points[refine] + points[refine + 1]) / 2
+        between = np.linalg.eigvals(matrices(middles)).astype(complex)
+        first, second = _matches(spectra[refine], between), _matches(between, spectra[refine + 1])
+        order[refine], sure[refine] = first
+        order, sure = (np.insert(old, refine + 1, new, axis=0) for old, new in zip((order, sure), second, strict=True))
+        points, spectra = np.insert(points, refine + 1, middles), np.insert(spectra, refine + 1, between, axis=0)
+    for k in np.flatnonzero(~sure):
+        order[k] = linear_sum_assignment(np.abs(spectra[k][:, None] - spectra[k + 1][None, :]))[1]
+    return Branches(points, _in_branch_order(spectra, order))
+
+
+def _in_branch_order(spectra: np.ndarray, order: np.ndarray) -> np.ndarray:
+    """The spectra (n, nx) with one branch per column, numbered by the place in the last spectrum."""
+    sorted_spectra = spectra.copy()
+    place = np.arange(spectra.shape[1])  # of branch i in the spectrum at hand
+    after = len(spectra) - 1  # place is right for all spectra up to this one
+    for k in np.flatnonzero((order != np.arange(spectra.shape[1])).any(axis=1))[::-1]:
+        sorted_spectra[k + 1 : after + 1] = spectra[k + 1 : after + 1, place]
+        place, after = np.argsort(order[k])[place], k
+    sorted_spectra[: after + 1] = spectra[: after + 1, place]
+    return sorted_spectra
+
+
+def _matches(left: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """For each pair of spectra (n, nx): the index in `right` of every eigenvalue of `left`, and whether it is sure.
+
+    LAPACK mostly keeps the order from one spectrum to the next, so that is tried before all pairs are compared.
+    """
+    count = right.shape[1]
+    isolation = (_distances(right, right) + np.where(np.eye(count, dtype=bool), np.inf, 0.0)).min(axis=2)
+    order = np.tile(np.arange(count), (len(right), 1))
+    sure = (_squared(left - right) <= SAFE_MOVE**2 * isolation).all(axis=1)
+    if len(rest := np.flatnonzero(~sure)):
+        moves = _distances(left[rest], right[rest])
+        order[rest] = nearest = moves.argmin(axis=2)
+        one_to_one = (np.sort(nearest, axis=1) == np.arange(count)).all(axis=1)
+        allowed = SAFE_MOVE**2 * np.take_along_axis(isolation[rest], nearest, axis=1)
+        sure[rest] = one_to_one & (moves.min(axis=2) <= allowed).all(axis=1)
+    return order, sure
+
+
+def _distances(left: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Squared distances (n, nx, nx) between all pairs."""
+    return _squared(left[:, :, None] - right[:, None, :])
+
+
+def _squared(z: np.ndarray) -> np.ndarray:
+    return z.real**2 + z.imag**2
+
+
+def crossings(matrices: Matrices, points: np.ndarray, growth: np.ndarray, tolerance: float = 1e-3) -> list[list[float]]:
+    """Intervals [from, to] of the parameter in which a mode grows, their ends refined.
+
+    points (n,), growth (n,): the largest real part of the mode's eigenvalues there.
+    """
+    unstable = growth > 0
+    edges = np.flatnonzero(unstable[1:] != unstable[:-1])
+    ends = [_zero(points[k : k + 2], growth[k : k + 2], matrices, tolerance) for k in edges]
+    if unstable[0]:
+        ends.insert(0, float(points[0]))
+    if unstable[-1]:
+        ends.append(float(points[-1]))
+    return [ends[i : i + 2] for i in range(0, len(ends), 2)]
+
+
+def _zero(points: np.ndarray, growth: np.ndarray, matrices: Matrices, tolerance: float) -> float:
+    """The parameter between two points at which the real part that changes sign there is zero (false position)."""
+    (a, b), (fa, fb) = points, growth
+    while b - a > tolerance:
+        middle = (a * fb - b * fa) / (fb - fa)
+        middle = min(max(middle, a + tolerance / 2), b - tolerance / 2)
+        values = np.linalg.eigvals(matrices(np.array([middle]))[0]).real
+        value = values[np.argmin(np.abs(values - (fa + (fb - fa) * (middle - a) / (b - a))))]
+        if value == 0:
+            return float(middle)
+        if (value > 0) == (fa > 0):
+            a, fa = middle, value
+        else:
+            b, fb = middle, value
+    return float((a * fb - b * fa) / (fb - fa))
