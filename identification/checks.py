@@ -1,0 +1,95 @@
+"""What a lab engineer would look at before trusting a recording: said with time and count, never repaired."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fmus.errors import InputError
+
+MEASURED = ("steer_angle", "steer_torque")
+# Beyond these a handlebar test has its channels swapped or the wrong unit.
+PLAUSIBLE = {"steer_angle": np.pi / 2, "steer_torque": 2000.0}
+
+
+def channel_errors(path: Path, time: np.ndarray, columns: Mapping[str, np.ndarray], units: Mapping[str, str]) -> None:
+    """Raises InputError where a column cannot be used at all: values missing, time going back, a dead channel."""
+    if not np.isfinite(time).all():
+        raise InputError(f"{path}: the time is missing in {np.count_nonzero(~np.isfinite(time))} rows, first in row {np.argmin(np.isfinite(time)) + 1}")
+    back = np.flatnonzero(np.diff(time) < 0)
+    if len(back):
+        raise InputError(f"{path}: time goes back {len(back)} times, first from {time[back[0]]:g} s to {time[back[0] + 1]:g} s; one file is one run")
+    for name, values in columns.items():
+        missing = np.flatnonzero(~np.isfinite(values))
+        if len(missing):
+            raise InputError(f"{path}: {name} has no value in {len(missing)} samples, from {time[missing[0]]:g} s to {time[missing[-1]]:g} s; "
+                             "cut them out or repair them: nothing is filled in silently")  # fmt: skip
+        if name in MEASURED and np.ptp(values) == 0:
+            raise InputError(f"{path}: {name} is constant at {values[0]:g} {units[name]}; is the sensor connected?")
+
+
+def sampling_warnings(time: np.ndarray) -> list[str]:
+    """Duplicates, gaps with the number of samples dropped, and jitter."""
+    steps = np.diff(time)
+    interval = float(np.median(steps))
+    found = []
+    same = np.flatnonzero(steps == 0)
+    if len(same):
+        found.append(f"{len(same)} duplicate time stamps, first at {time[same[0]]:g} s")
+    if interval == 0:
+        return found
+    gaps = np.flatnonzero(steps > 1.5 * interval)
+    if len(gaps):
+        dropped = int(np.sum(np.round(steps[gaps] / interval) - 1))
+        longest = gaps[np.argmax(steps[gaps])]
+        found.append(f"{dropped} samples missing in {len(gaps)} gaps, first at {time[gaps[0]]:g} s, longest {steps[longest]:g} s at {time[longest]:g} s")
+    regular = steps[(steps > 0) & (steps <= 1.5 * interval)]
+    deviation = np.abs(regular - interval) / interval
+    if len(regular) and np.sqrt(np.mean(deviation**2)) > 0.01:
+        found.append(f"sampling jitter of {100 * np.sqrt(np.mean(deviation**2)):.1f} % of the interval (rms; largest {100 * deviation.max():.0f} %)")
+    return found
+
+
+def channel_warnings(time: np.ndarray, columns: Mapping[str, np.ndarray], units: Mapping[str, str]) -> list[str]:
+    """Constant channels, clipping, and ranges that no handlebar test has."""
+    found = []
+    for name, values in columns.items():
+        if np.ptp(values) == 0:
+            found.append(f"{name} is constant at {values[0]:g} {units[name]}")
+            continue
+        for side, level in (("upper", values.max()), ("lower", values.min())):
+            at = clipped(values if side == "upper" else -values)
+            if len(at):
+                found.append(f"{name} seems clipped at its {side} limit {level:g} {units[name]}: {len(at)} samples, first at {time[at[0]]:g} s")
+        limit = PLAUSIBLE.get(name)
+        if limit and np.abs(values).max() > limit:
+            found.append(f"{name} reaches {np.abs(values).max():g} {units[name]}: are the channels swapped, or is its unit wrong?")
+    return found
+
+
+def rig_warnings(time: np.ndarray, rig: Mapping[str, Any]) -> list[str]:
+    """A sampling rate that is not the one that rig.json states."""
+    stated = rig.get("sampling", {}).get("value")
+    rate = 1 / max(float(np.median(np.diff(time))), 1e-12)
+    if stated and abs(rate / stated - 1) > 0.005:
+        return [f"the time column says {rate:.6g} Hz, rig.json says {stated:g} Hz: with a wrong rate all frequencies are wrong"]
+    return []
+
+
+def clipped(values: np.ndarray) -> np.ndarray:
+    """Indices of samples held at the maximum by a limit.
+
+    A converter that saturates piles samples up at one value: several in a row, and many more than lie
+    just below it. The peaks of a coarsely quantised sine have as many in the next levels.
+    """
+    top, bottom = float(values.max()), float(values.min())
+    span = top - bottom
+    levels = np.unique(values[values > top - 0.05 * span])
+    step = levels[-1] - levels[-2] if len(levels) > 1 else 0.0
+    below = np.count_nonzero((values < top) & (values >= top - max(0.01 * span, 2.5 * step)))
+    held = values == top
+    in_a_row = np.any(held[2:] & held[1:-1] & held[:-2])
+    if not in_a_row or np.count_nonzero(held) < 2.5 * max(below, 2):
+        return np.array([], int)
+    return np.flatnonzero(held)
