@@ -15,7 +15,7 @@ from scipy.optimize import linear_sum_assignment
 Matrices = Callable[[np.ndarray], np.ndarray]  # parameters (n,) -> matrices (n, nx, nx)
 
 SAFE_MOVE = 0.35  # of the distance to the nearest other eigenvalue; below one half a match cannot be ambiguous
-SMALLEST_STEP = 1e-3
+SMALLEST_STEP = 5e-3
 
 
 @dataclass(frozen=True)
@@ -26,8 +26,8 @@ class Branches:
     eigenvalues: np.ndarray
 
     def at(self, parameters: np.ndarray) -> np.ndarray:
-        """The eigenvalues (m, nx) at parameters that are on the grid."""
-        return self.eigenvalues[np.searchsorted(self.parameter, parameters)]
+        """The eigenvalues (m, nx) at parameters that are on the grid, to rounding."""
+        return self.eigenvalues[np.searchsorted(self.parameter, parameters - 1e-9)]
 
 
 def follow(matrices: Matrices, grid: np.ndarray) -> Branches:

@@ -1,0 +1,185 @@
+"""Which eigenvalue is weave, which is wobble: names by what moves in a mode, carried along its branch.
+
+At 60 m/s the characters are distinct, so names are given there and kept along each branch:
+  weave          the oscillation with the most roll for the steer's part in it
+  wobble         the oscillation in which the steer takes the largest part
+  rider-wobble   the other one, which only a device with a body of its own has
+  capsize        the slowest real root
+  rear wobble    the pair that real roots form on the way down (near 18 m/s for Sharp's motorcycle)
+A wobble that is overdamped there is the two real roots in which the steer takes the largest part.
+
+Below the birth of rear wobble the branches of wobble, rider-wobble and rear wobble veer and exchange character.
+There the names follow the character:
+  rear wobble    the largest |Y_r / Y_f|, rear over front tyre side force
+  wobble         of the other two the one in which the torso moves more against the bar:
+                 the smaller Re(theta delta*) / (|theta|^2 + |delta|^2)
+  rider-wobble   the last; where only one is left beside rear wobble, wobble is overdamped
+Names are called mixed where the second largest |Y_r / Y_f| is more than half of the largest.
+
+Modes and their usual bands: Sharp 1971; Cossalter et al., Meccanica 46 (2011), Sect. 5.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from fmus.linear import StateSpace
+from fmus.modes import Branches
+
+MODES = ("weave", "wobble", "capsize", "rear_wobble", "rider_wobble")
+FRONT = ("wobble", "rider_wobble", "rear_wobble")  # those that exchange character
+COARSE, FINE = 1.0, 0.1  # m/s: steps at which exchanges are looked for, and located
+MIXED = 0.5
+
+Linearised = Callable[[np.ndarray], StateSpace]  # speeds (n,) -> stacked state spaces
+Columns = tuple[int, ...]  # the branches of a mode: a pair, or real roots
+
+
+@dataclass(frozen=True)
+class Shapes:
+    """Eigenvalues (n, nx) at speeds (n,), their branches (n, nx), and how much signals move in each mode."""
+
+    eigenvalues: np.ndarray
+    column: np.ndarray
+    signals: dict[str, np.ndarray]
+    steer_part: np.ndarray
+
+    @classmethod
+    def at(cls, speeds: np.ndarray, linearised: Linearised, branches: Branches) -> "Shapes":
+        """The shapes at speeds that are on the grid of the branches."""
+        space = linearised(speeds)
+        eigenvalues, right = np.linalg.eig(space.A)
+        amplitudes = space.C @ right
+        moves = np.abs(eigenvalues[:, :, None] - branches.at(speeds)[:, None, :])
+        part = np.abs(np.linalg.inv(right).swapaxes(-1, -2) * right)
+        steer = [i for i, n in enumerate(space.states) if n.split(".")[-1] in ("steer_angle", "steer_rate")]
+        signals = {n.split(".")[-1]: amplitudes[:, i] for i, n in enumerate(space.outputs)}
+        return cls(eigenvalues, moves.argmin(axis=2), signals, part[:, steer].sum(axis=1) / part.sum(axis=1))
+
+    def upper(self, k: int) -> np.ndarray:
+        """The places of the eigenvalues with positive imaginary part at speed k."""
+        return np.flatnonzero(self.eigenvalues[k].imag > 1e-9 * np.abs(self.eigenvalues[k]).max())
+
+    def pair(self, k: int, i: int) -> Columns:
+        """The branches of the pair to which eigenvalue i belongs at speed k."""
+        other = np.argmin(np.abs(self.eigenvalues[k] - self.eigenvalues[k, i].conj()))
+        return int(self.column[k, i]), int(self.column[k, other])
+
+    def size(self, name: str, k: int, i: int) -> float:
+        """The amplitude of a signal in a mode; 0 where there is no such signal."""
+        return float(np.abs(self.signals[name][k, i])) if name in self.signals else 0.0
+
+    def tyre_ratio(self, k: int, i: int) -> float:
+        """|Y_r / Y_f|."""
+        return self.size("rear_side_force", k, i) / max(self.size("front_side_force", k, i), 1e-300)
+
+    def togetherness(self, k: int, i: int) -> float:
+        """Re(theta delta*) / (|theta|^2 + |delta|^2), from -1/2 (torso against bar) to 1/2 (with it); 0 without torso."""
+        if "torso_angle" not in self.signals:
+            return 0.0
+        torso, steer = self.signals["torso_angle"][k, i], self.signals["steer_angle"][k, i]
+        return float((torso * steer.conj()).real / (abs(torso) ** 2 + abs(steer) ** 2))
+
+
+@dataclass(frozen=True)
+class Names:
+    """From speed to the branches of each mode: at and below `below` m/s the columns given there hold, last one first."""
+
+    above: dict[str, Columns]
+    below: list[tuple[float, dict[str, Columns]]]
+    mixed: list[list[float]]
+
+
+def name(linearised: Linearised, branches: Branches, naming_speed: float) -> Names:
+    """The names of the branches at all speeds. The branches' grid has every multiple of 0.1 m/s."""
+    above = _named_at(naming_speed, linearised, branches)
+    birth, rear = _birth_of_rear_wobble(branches, {c for columns in above.values() for c in columns}, naming_speed)
+    if not rear:
+        return Names(above, [], [])
+    above["rear_wobble"] = rear
+    low = branches.parameter[0]
+    tenths = FINE * np.arange(np.floor(birth / FINE + 1e-9), np.ceil(low / FINE - 1e-9) - 1, -1)
+    stride = round(COARSE / FINE)
+    coarse = np.unique(np.append(np.arange(0, len(tenths), stride), len(tenths) - 1))
+    characters = dict(zip(coarse.tolist(), _characters(tenths[coarse], linearised, branches, above), strict=True))
+    changed = [k for a, b in zip(coarse, coarse[1:], strict=False) if characters[a] != characters[b] for k in range(a + 1, b)]
+    if changed:
+        characters.update(zip(changed, _characters(tenths[changed], linearised, branches, above), strict=True))
+    below: list[tuple[float, dict[str, Columns]]] = []
+    mixed: list[list[float]] = []
+    last = None
+    for k in sorted(characters):
+        columns, is_mixed = characters[k]
+        if columns != last:
+            below.append((float(tenths[k]), dict(columns)))
+            last = columns
+        if is_mixed and mixed and mixed[-1][0] - tenths[k] < COARSE + FINE:
+            mixed[-1][0] = float(tenths[k])
+        elif is_mixed:
+            mixed.append([float(tenths[k]), float(tenths[k])])
+    return Names(above, below, mixed[::-1])
+
+
+def _named_at(speed: float, linearised: Linearised, branches: Branches) -> dict[str, Columns]:
+    """The branches of weave, wobble, rider-wobble and capsize by their shapes at the naming speed."""
+    shapes = Shapes.at(np.array([speed]), linearised, branches)
+    upper, part = shapes.upper(0), shapes.steer_part[0]
+    in_pairs = {c for i in upper for c in shapes.pair(0, i)}
+    real = [i for i in range(len(part)) if int(shapes.column[0, i]) not in in_pairs]
+    names: dict[str, Columns] = {}
+    if real:
+        capsize = min(real, key=lambda i: abs(shapes.eigenvalues[0, i]))
+        names["capsize"] = (int(shapes.column[0, capsize]),)
+        real.remove(capsize)
+    if not len(upper):
+        return names
+    weave = max(upper, key=lambda i: shapes.size("roll_rate", 0, i) / (shapes.size("steer_rate", 0, i) * part[i] + 1e-300))
+    names["weave"] = shapes.pair(0, weave)
+    rest = sorted((i for i in upper if i != weave), key=lambda i: -part[i])
+    if len(rest) == 1 and shapes.togetherness(0, rest[0]) > 0:
+        names["rider_wobble"] = shapes.pair(0, rest[0])
+        names["wobble"] = tuple(int(shapes.column[0, i]) for i in sorted(real, key=lambda i: -part[i])[:2])
+    else:
+        names.update({mode: shapes.pair(0, i) for mode, i in zip(("wobble", "rider_wobble"), rest, strict=False)})
+    return names
+
+
+def _birth_of_rear_wobble(branches: Branches, named: set[int], naming_speed: float) -> tuple[float, Columns]:
+    """The highest speed below the naming speed at which unnamed branches are a pair, and those branches."""
+    free = np.array([i for i in range(branches.eigenvalues.shape[1]) if i not in named], int)
+    oscillates = (branches.eigenvalues[:, free].imag > 0) & (branches.parameter < naming_speed)[:, None]
+    if not oscillates.any():
+        return 0.0, ()
+    k = int(np.flatnonzero(oscillates.any(axis=1))[-1])
+    one = free[int(np.argmax(oscillates[k]))]
+    other = int(np.argmin(np.abs(branches.eigenvalues[k] - branches.eigenvalues[k, one].conj())))
+    return float(branches.parameter[k]), (int(one), other)
+
+
+def _characters(speeds: np.ndarray, linearised: Linearised, branches: Branches, above: dict[str, Columns]) -> list:
+    """For each speed below the birth of rear wobble: the branches of the front modes, and whether they are mixed."""
+    shapes = Shapes.at(speeds, linearised, branches)
+    return [_character(shapes, k, above) for k in range(len(speeds))]
+
+
+def _character(shapes: Shapes, k: int, above: dict[str, Columns]) -> tuple[tuple[tuple[str, Columns], ...], bool]:
+    weave = set(above.get("weave", ()))
+    pairs = {int(i): shapes.pair(k, i) for i in shapes.upper(k)}
+    front = sorted((i for i, columns in pairs.items() if not weave & set(columns)), key=lambda i: -shapes.tyre_ratio(k, i))
+    if not front:
+        return tuple((mode, above[mode]) for mode in FRONT if mode in above), False
+    names = {"rear_wobble": pairs[front[0]]}
+    rest = sorted(front[1:], key=lambda i: shapes.togetherness(k, i))
+    if len(rest) == 1 and "rider_wobble" in above:
+        names["rider_wobble"] = pairs[rest[0]]
+    else:
+        names.update({mode: pairs[i] for mode, i in zip(("wobble", "rider_wobble"), rest, strict=False)})
+    used = {c for columns in pairs.values() for c in columns}
+    left = tuple(c for mode in FRONT for c in above.get(mode, ()) if c not in used)
+    for mode in FRONT:
+        if mode in above and mode not in names:
+            names[mode] = left
+    ratios = [shapes.tyre_ratio(k, i) for i in front[:2]]
+    is_mixed = len(ratios) == 2 and "rider_wobble" in above and ratios[1] > MIXED * ratios[0]
+    return tuple(sorted(names.items())), is_mixed
