@@ -86,7 +86,7 @@ def _squared(z: np.ndarray) -> np.ndarray:
     return z.real**2 + z.imag**2
 
 
-def crossings(matrices: Matrices, points: np.ndarray, growth: np.ndarray, tolerance: float = 1e-3) -> list[list[float]]:
+def crossings(matrices: Matrices, points: np.ndarray, growth: np.ndarray, tolerance: float = 1e-2) -> list[list[float]]:
     """Intervals [from, to] of the parameter in which a mode grows, their ends refined.
 
     points (n,), growth (n,): the largest real part of the mode's eigenvalues there.

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import sympy
+from sympy.core.relational import Relational
 
 from fmus.component import Component
 from fmus.errors import InputError
@@ -27,10 +28,10 @@ class Entries:
         self.function = sympy.lambdify([symbols[n] for n in self.arguments], entries, "numpy", cse=True)
 
     def __call__(self, values: dict[str, Any]) -> np.ndarray:
-        entries = self.function(*(values[n] for n in self.arguments))
-        shape = np.broadcast_shapes(*(np.shape(e) for e in entries)) if entries else ()
+        arguments = [values[n] for n in self.arguments]
+        shape = np.broadcast_shapes(*(a.shape for a in arguments if isinstance(a, np.ndarray)))
         matrix = np.zeros(shape + self.shape)
-        for (i, j), entry in zip(self.where, entries, strict=True):
+        for (i, j), entry in zip(self.where, self.function(*arguments), strict=True):
             matrix[..., i, j] = entry
         return matrix
 
@@ -64,7 +65,11 @@ class Symbolic:
     @cached_property
     def jacobian(self) -> sympy.Matrix:
         """d(f - M x', g)/d(x, u), shape (nx + ny, nx + nu); x' appears only where M depends on x or u."""
-        unknowns = self.symbols_of(self.component.states + self.component.inputs)
+        return self.slopes(self.component.states + self.component.inputs)
+
+    def slopes(self, names: tuple[str, ...]) -> sympy.Matrix:
+        """d(f - M x', g)/d(names), shape (nx + ny, len(names))."""
+        unknowns = self.symbols_of(names)
         rows = list(self.rates)
         if self.mass.free_symbols & set(unknowns):
             rows = [f - r for f, r in zip(rows, self.mass * sympy.Matrix(self.derivative_symbols), strict=True)]
@@ -90,28 +95,28 @@ class Symbolic:
     def scheduling(self) -> tuple[str, ...] | None:
         """The inputs (a motorcycle's speed) that must be held for the component to be linear in all the rest.
 
-        None when no such set exists: then the component is nonlinear.
+        None when no such set exists: then the component is nonlinear, or its rates depend on time.
         """
         component = self.component
-        nx, ny = len(component.states), len(component.outputs)
-        if self.mass.free_symbols & set(self.symbols_of(component.states)):
+        time, states = self.symbols["time"], set(self.symbols_of(component.states))
+        # A switch has slope zero on both of its sides, so the Jacobian does not show what it depends on.
+        switches = set().union(*(c.free_symbols for e in [*self.rates, *self.outputs] for c in e.atoms(Relational)))
+        constant = switches | self.mass.free_symbols
+        if constant & {time, *states} or any(time in rate.free_symbols for rate in self.rates):
             return None
-        held: set[str] = set()
+        held = {n for n in component.inputs if self.symbols[n] in constant}
         while True:
-            free = component.states + tuple(n for n in component.inputs if n not in held)
+            free = [n for n in component.states + component.inputs if n not in held]
             columns = [(component.states + component.inputs).index(n) for n in free]
-            found = self.jacobian.extract(list(range(nx + ny)), columns).free_symbols & set(self.symbols_of(free))
-            names = {n for n in free if self.symbols[n] in found}
-            if self.symbols["time"] in self.jacobian.free_symbols or names & set(component.states):
-                # A product of a state and an input is the input's doing: holding the input may be enough.
-                more = {n for n in names if n in component.inputs}
-                if not more or more <= held:
-                    return None
-                held |= more
-            elif names:
-                held |= names
-            else:
+            slopes = self.jacobian.extract(list(range(self.jacobian.rows)), columns).free_symbols
+            varying = {n for n in free if self.symbols[n] in slopes}
+            # A product of a state and an input is the input's doing: holding the input may be enough.
+            more = varying & set(component.inputs)
+            if time in slopes or (varying and not more):
+                return None
+            if not more:
                 return tuple(n for n in component.inputs if n in held)
+            held |= more
 
 
 _CACHE: dict[Any, Symbolic] = {}

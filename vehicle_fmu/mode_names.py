@@ -38,48 +38,55 @@ Columns = tuple[int, ...]  # the branches of a mode: a pair, or real roots
 
 @dataclass(frozen=True)
 class Shapes:
-    """Eigenvalues (n, nx) at speeds (n,), their branches (n, nx), and how much signals move in each mode."""
+    """What moves in each mode, (n, nx) over speeds and eigenvalues; zeros for signals that a vehicle lacks.
 
+    column is the branch of each eigenvalue. roll is |p / s|, tyres |Y_r / Y_f|, together is
+    Re(theta delta*) / (|theta|^2 + |delta|^2), from -1/2 (torso against bar) to 1/2 (with it).
+    """
+
+    states: tuple[str, ...]
     eigenvalues: np.ndarray
+    right: np.ndarray
     column: np.ndarray
-    signals: dict[str, np.ndarray]
-    steer_part: np.ndarray
+    roll: np.ndarray
+    tyres: np.ndarray
+    together: np.ndarray
 
     @classmethod
     def at(cls, speeds: np.ndarray, linearised: Linearised, branches: Branches) -> "Shapes":
         """The shapes at speeds that are on the grid of the branches."""
         space = linearised(speeds)
         eigenvalues, right = np.linalg.eig(space.A)
+        rows = {n.split(".")[-1]: i for i, n in enumerate(space.outputs)}
         amplitudes = space.C @ right
-        moves = np.abs(eigenvalues[:, :, None] - branches.at(speeds)[:, None, :])
-        part = np.abs(np.linalg.inv(right).swapaxes(-1, -2) * right)
-        steer = [i for i, n in enumerate(space.states) if n.split(".")[-1] in ("steer_angle", "steer_rate")]
-        signals = {n.split(".")[-1]: amplitudes[:, i] for i, n in enumerate(space.outputs)}
-        return cls(eigenvalues, moves.argmin(axis=2), signals, part[:, steer].sum(axis=1) / part.sum(axis=1))
 
-    def upper(self, k: int) -> np.ndarray:
+        def signal(output: str) -> np.ndarray:
+            return amplitudes[:, rows[output]] if output in rows else np.zeros_like(eigenvalues)
+
+        moves = np.abs(eigenvalues[:, :, None] - branches.at(speeds)[:, None, :])
+        torso, steer = signal("torso_angle"), signal("steer_angle")
+        return cls(space.states, eigenvalues, right, moves.argmin(axis=2),
+                   _ratio(np.abs(signal("roll_rate")), np.abs(signal("steer_rate"))),
+                   _ratio(np.abs(signal("rear_side_force")), np.abs(signal("front_side_force"))),
+                   _ratio((torso * steer.conj()).real, np.abs(torso) ** 2 + np.abs(steer) ** 2))  # fmt: skip
+
+    def upper(self, k: int) -> list[int]:
         """The places of the eigenvalues with positive imaginary part at speed k."""
-        return np.flatnonzero(self.eigenvalues[k].imag > 1e-9 * np.abs(self.eigenvalues[k]).max())
+        return np.flatnonzero(self.eigenvalues[k].imag > 0).tolist()
 
     def pair(self, k: int, i: int) -> Columns:
-        """The branches of the pair to which eigenvalue i belongs at speed k."""
-        other = np.argmin(np.abs(self.eigenvalues[k] - self.eigenvalues[k, i].conj()))
-        return int(self.column[k, i]), int(self.column[k, other])
+        """The branches of the pair to which eigenvalue i belongs at speed k; LAPACK puts the two side by side."""
+        return int(self.column[k, i]), int(self.column[k, i + 1])
 
-    def size(self, name: str, k: int, i: int) -> float:
-        """The amplitude of a signal in a mode; 0 where there is no such signal."""
-        return float(np.abs(self.signals[name][k, i])) if name in self.signals else 0.0
+    def steer_part(self, k: int) -> np.ndarray:
+        """The participation factors of the steer's states in the modes at speed k, between 0 and 1."""
+        part = np.abs(np.linalg.inv(self.right[k]).T * self.right[k])
+        steer = [i for i, n in enumerate(self.states) if n.split(".")[-1] in ("steer_angle", "steer_rate")]
+        return part[steer].sum(axis=0) / part.sum(axis=0)
 
-    def tyre_ratio(self, k: int, i: int) -> float:
-        """|Y_r / Y_f|."""
-        return self.size("rear_side_force", k, i) / max(self.size("front_side_force", k, i), 1e-300)
 
-    def togetherness(self, k: int, i: int) -> float:
-        """Re(theta delta*) / (|theta|^2 + |delta|^2), from -1/2 (torso against bar) to 1/2 (with it); 0 without torso."""
-        if "torso_angle" not in self.signals:
-            return 0.0
-        torso, steer = self.signals["torso_angle"][k, i], self.signals["steer_angle"][k, i]
-        return float((torso * steer.conj()).real / (abs(torso) ** 2 + abs(steer) ** 2))
+def _ratio(above: np.ndarray, below: np.ndarray) -> np.ndarray:
+    return np.divide(above, below, out=np.zeros(above.shape), where=below > 0)
 
 
 @dataclass(frozen=True)
@@ -124,7 +131,7 @@ def name(linearised: Linearised, branches: Branches, naming_speed: float) -> Nam
 def _named_at(speed: float, linearised: Linearised, branches: Branches) -> dict[str, Columns]:
     """The branches of weave, wobble, rider-wobble and capsize by their shapes at the naming speed."""
     shapes = Shapes.at(np.array([speed]), linearised, branches)
-    upper, part = shapes.upper(0), shapes.steer_part[0]
+    upper, part = shapes.upper(0), shapes.steer_part(0)
     in_pairs = {c for i in upper for c in shapes.pair(0, i)}
     real = [i for i in range(len(part)) if int(shapes.column[0, i]) not in in_pairs]
     names: dict[str, Columns] = {}
@@ -132,12 +139,12 @@ def _named_at(speed: float, linearised: Linearised, branches: Branches) -> dict[
         capsize = min(real, key=lambda i: abs(shapes.eigenvalues[0, i]))
         names["capsize"] = (int(shapes.column[0, capsize]),)
         real.remove(capsize)
-    if not len(upper):
+    if not upper:
         return names
-    weave = max(upper, key=lambda i: shapes.size("roll_rate", 0, i) / (shapes.size("steer_rate", 0, i) * part[i] + 1e-300))
+    weave = max(upper, key=lambda i: shapes.roll[0, i] / part[i])
     names["weave"] = shapes.pair(0, weave)
     rest = sorted((i for i in upper if i != weave), key=lambda i: -part[i])
-    if len(rest) == 1 and shapes.togetherness(0, rest[0]) > 0:
+    if len(rest) == 1 and shapes.together[0, rest[0]] > 0:
         names["rider_wobble"] = shapes.pair(0, rest[0])
         names["wobble"] = tuple(int(shapes.column[0, i]) for i in sorted(real, key=lambda i: -part[i])[:2])
     else:
@@ -165,21 +172,19 @@ def _characters(speeds: np.ndarray, linearised: Linearised, branches: Branches, 
 
 def _character(shapes: Shapes, k: int, above: dict[str, Columns]) -> tuple[tuple[tuple[str, Columns], ...], bool]:
     weave = set(above.get("weave", ()))
-    pairs = {int(i): shapes.pair(k, i) for i in shapes.upper(k)}
-    front = sorted((i for i, columns in pairs.items() if not weave & set(columns)), key=lambda i: -shapes.tyre_ratio(k, i))
+    pairs = {i: shapes.pair(k, i) for i in shapes.upper(k)}
+    tyres, together = shapes.tyres[k].tolist(), shapes.together[k].tolist()
+    front = sorted((i for i, columns in pairs.items() if weave.isdisjoint(columns)), key=lambda i: -tyres[i])
     if not front:
         return tuple((mode, above[mode]) for mode in FRONT if mode in above), False
     names = {"rear_wobble": pairs[front[0]]}
-    rest = sorted(front[1:], key=lambda i: shapes.togetherness(k, i))
+    rest = sorted(front[1:], key=lambda i: together[i])
     if len(rest) == 1 and "rider_wobble" in above:
         names["rider_wobble"] = pairs[rest[0]]
     else:
         names.update({mode: pairs[i] for mode, i in zip(("wobble", "rider_wobble"), rest, strict=False)})
     used = {c for columns in pairs.values() for c in columns}
     left = tuple(c for mode in FRONT for c in above.get(mode, ()) if c not in used)
-    for mode in FRONT:
-        if mode in above and mode not in names:
-            names[mode] = left
-    ratios = [shapes.tyre_ratio(k, i) for i in front[:2]]
-    is_mixed = len(ratios) == 2 and "rider_wobble" in above and ratios[1] > MIXED * ratios[0]
+    names.update({mode: left for mode in FRONT if mode in above and mode not in names})
+    is_mixed = len(front) > 1 and "rider_wobble" in above and tyres[front[1]] > MIXED * tyres[front[0]]
     return tuple(sorted(names.items())), is_mixed
