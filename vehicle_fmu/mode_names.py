@@ -21,6 +21,7 @@ Modes and their usual bands: Sharp 1971; Cossalter et al., Meccanica 46 (2011), 
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -110,7 +111,7 @@ def name(linearised: Linearised, branches: Branches, naming_speed: float) -> Nam
     stride = round(COARSE / FINE)
     coarse = np.unique(np.append(np.arange(0, len(tenths), stride), len(tenths) - 1))
     characters = dict(zip(coarse.tolist(), _characters(tenths[coarse], linearised, branches, above), strict=True))
-    changed = [k for a, b in zip(coarse, coarse[1:], strict=False) if characters[a] != characters[b] for k in range(a + 1, b)]
+    changed = [k for a, b in pairwise(coarse) if characters[a] != characters[b] for k in range(a + 1, b)]
     if changed:
         characters.update(zip(changed, _characters(tenths[changed], linearised, branches, above), strict=True))
     below: list[tuple[float, dict[str, Columns]]] = []

@@ -1,0 +1,55 @@
+"""Transfer functions of a device at the handlebar, the frame held still."""
+
+import argparse
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from fmus.component import Component
+from fmus.errors import InputError
+from fmus.linear import linearise
+from scenarios import names
+
+HELP = """Transfer functions T_h/delta and T_f/delta of a rider or damper, from the steer angle to the torques on the
+front assembly and on the rear frame, with the frame held still (2011, eqs 10 to 14; the port's signs).
+
+  motofmi device rider:mean_2011 --frequency 0.5:12:0.05
+  motofmi device damper:7.5 --frequency 1,2,5 --json -
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("device", help="rider:NAME, damper:NAME, damper:VALUE [N.m.s/rad] or a .toml")
+    parser.add_argument("--frequency", default="0.5:12:0.5", help="A:B:STEP, one value or a comma list [Hz]")
+    parser.add_argument("--set", dest="settings", action="append", default=[], metavar="NAME=VALUE", help="change a parameter")
+
+
+def transfer_functions(device: Component, frequency: np.ndarray) -> dict[str, np.ndarray]:
+    """T_h/delta and T_f/delta [N.m/rad], complex (n,), at frequencies (n,) in Hz."""
+    space = linearise(device)
+    omega = 2 * np.pi * np.asarray(frequency, float)
+    return {torque: space.frequency_response(omega, torque, "steer_angle")
+            + 1j * omega * space.frequency_response(omega, torque, "steer_rate")
+            for torque in ("handlebar_torque", "frame_torque")}  # fmt: skip
+
+
+def run(arguments: argparse.Namespace) -> dict[str, Any]:
+    device = names.device(arguments.device)
+    if device is None:
+        raise InputError("device 'none' has no transfer functions (valid: rider:NAME, damper:NAME, damper:VALUE)")
+    (device,) = names.with_settings({"device": device}, names.assignments(arguments.settings))
+    frequency = names.numbers(arguments.frequency, "frequency", "Hz")
+    return {"device": device.name, "assumed": device.assumed, "frequency": frequency, **transfer_functions(device, frequency)}
+
+
+def show(result: dict[str, Any], console: Console) -> None:
+    table = Table(title=f"{result['device']}: torque per steer angle", box=None)
+    for heading in ("f [Hz]", "|T_h/delta| [N.m/rad]", "phase [deg]", "|T_f/delta| [N.m/rad]", "phase [deg]"):
+        table.add_column(heading, justify="right")
+    for f, handlebar, frame in zip(result["frequency"], result["handlebar_torque"], result["frame_torque"], strict=True):
+        table.add_row(f"{f:.3g}", *(text for z in (handlebar, frame) for text in (f"{abs(z):.4g}", f"{np.degrees(np.angle(z)):.1f}")))
+    console.print(table)
+    for parameter, reason in result["assumed"].items():
+        console.print(f"assumed: {parameter} ({reason})")

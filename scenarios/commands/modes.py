@@ -1,0 +1,72 @@
+"""Eigenvalues over speed and the named modes."""
+
+import argparse
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from fmus.component import in_bounds
+from scenarios import names
+from vehicle_fmu import MODES, modes, over_speed, ridden
+
+HELP = """Eigenvalues over speed, named weave, wobble, capsize, rear wobble and rider-wobble, and where each is unstable.
+
+  motofmi modes --vehicle sharp_1971 --device rider:mean_2011 --speed 1:60:0.5
+  motofmi modes --vehicle reference_2011 --device damper:7.5 --speed 10,30,50
+  motofmi modes --vehicle sharp_1971 --device rider:2_2011 --set arm_damping=30 --speed 1:60:1 --json modes.json
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--vehicle", default="sharp_1971", help="a motorcycle's NAME or a .toml (default: sharp_1971)")
+    parser.add_argument("--device", default="none", help="rider:NAME, damper:NAME, damper:VALUE [N.m.s/rad], a .toml, or none (default)")
+    parser.add_argument("--speed", default="1:60:1", help="A:B:STEP, one value or a comma list [m/s] (default: 1:60:1)")
+    parser.add_argument("--set", dest="settings", action="append", default=[], metavar="NAME=VALUE", help="change a parameter")
+
+
+def run(arguments: argparse.Namespace) -> dict[str, Any]:
+    parts = {"vehicle": names.vehicle(arguments.vehicle), "device": names.device(arguments.device)}
+    vehicle, device = names.with_settings(parts, names.assignments(arguments.settings))
+    speeds = names.numbers(arguments.speed, "speed", "m/s")
+    assert vehicle is not None
+    for speed in (speeds[0], speeds[-1]):
+        in_bounds(speed, vehicle.table["speed"], vehicle.name)
+    found = modes(over_speed(ridden(vehicle, device)), speeds)
+    return as_result(found, vehicle.name, device.name if device else "none",
+                     {**vehicle.assumed, **(device.assumed if device else {})})  # fmt: skip
+
+
+def as_result(found, vehicle: str, device: str, assumed: dict[str, str]) -> dict[str, Any]:
+    """The modes under the keys of the JSON file."""
+    named = {
+        mode: {"eigenvalue": list(found[mode].eigenvalue), "frequency": found[mode].frequency, "damping_ratio": found[mode].damping_ratio}
+        for mode in MODES
+    }
+    return {"vehicle": vehicle, "device": device, "assumed": assumed, "speed": found.speed, "eigenvalues": found.eigenvalues,
+            "modes": named, "unstable": found.unstable, "mixed": found.mixed}  # fmt: skip
+
+
+def show(result: dict[str, Any], console: Console) -> None:
+    table = Table(title=f"{result['vehicle']} with {result['device']}: damped frequency [Hz] and damping ratio, or real root [1/s]", box=None)
+    present = [m for m in MODES if m in result["unstable"]]
+    for heading in ("speed [m/s]", *(m.replace("_", "-") for m in present)):
+        table.add_column(heading, justify="right")
+    for k, speed in enumerate(result["speed"]):
+        table.add_row(f"{speed:g}", *(_cell(result, mode, k, speed) for mode in present))
+    console.print(table)
+    for mode, bands in result["unstable"].items():
+        text = ", ".join(f"{low:.1f} to {high:.1f}" for low, high in bands)
+        console.print(f"{mode.replace('_', '-')}: {'unstable from ' + text + ' m/s' if bands else 'stable'}")
+    for parameter, reason in result["assumed"].items():
+        console.print(f"assumed: {parameter} ({reason})")
+
+
+def _cell(result: dict[str, Any], mode: str, k: int, speed: float) -> str:
+    value = result["modes"][mode]["eigenvalue"][k]
+    if np.isnan(value):
+        return "-"
+    mixed = mode in ("rider_wobble", "rear_wobble") and any(a - 1e-9 <= speed <= b + 1e-9 for a, b in result["mixed"])
+    text = f"{value.imag / (2 * np.pi):.2f}, {-value.real / abs(value):.3f}" if value.imag > 0 else f"{value.real:.3f}"
+    return text + (" (mixed)" if mixed else "")

@@ -1,0 +1,125 @@
+"""From what a user writes (`rider:mean_2011`, `damper:7.5`, `mine.toml`, `arm_damping=20`) to components and values."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+from fmus.component import Component
+from fmus.errors import InputError, unknown
+from fmus.library import Library, component_from, read_values
+from rider_fmu import COMPONENTS as RIDER_COMPONENTS
+from rider_fmu import riders
+from vehicle_fmu import DAMPERS, VEHICLES, LinearDamper, dampers, motorcycles
+
+LIBRARIES: dict[str, Library] = {library.kind: library for library in (riders, motorcycles, dampers)}
+COMPONENTS: dict[str, type[Component]] = {**RIDER_COMPONENTS, **VEHICLES, **DAMPERS}
+
+
+def component(spec: str) -> Component:
+    """The component that `kind:NAME`, `damper:VALUE`, a bare NAME that is unique, or the path of a .toml names.
+
+    Raises InputError with the valid names for anything else.
+    """
+    kind, colon, name = spec.partition(":")
+    if colon and kind in LIBRARIES:
+        return _damper(name) if kind == "damper" else LIBRARIES[kind].load(name)
+    if spec.endswith(".toml"):
+        return component_from(read_values(Path(spec)), COMPONENTS, Path(spec).stem, spec)
+    if colon:
+        raise unknown("kind of component", kind, LIBRARIES)
+    holders = [library for library in LIBRARIES.values() if spec in library.names()]
+    if len(holders) > 1:
+        raise InputError(f"{spec!r} is the name of several: {', '.join(f'{h.kind}:{spec}' for h in holders)}")
+    if not holders:
+        raise unknown("component", spec, every_name())
+    return holders[0].load(spec)
+
+
+def every_name() -> list[str]:
+    """Every `kind:NAME` that ships."""
+    return [f"{kind}:{name}" for kind, library in LIBRARIES.items() for name in library.names()]
+
+
+def effects() -> list[dict[str, str]]:
+    """The effects that ship: name, sentence and what they add to."""
+    return []
+
+
+def _damper(name: str) -> Component:
+    try:
+        value = float(name)
+    except ValueError:
+        return dampers.load(name)
+    return LinearDamper(f"damper_{name}", "Given on the command line", damping=value)
+
+
+def vehicle(spec: str) -> Component:
+    """The vehicle of that name. Raises InputError when it is something else."""
+    found = component(spec) if ":" in spec or spec.endswith(".toml") else motorcycles.load(spec)
+    if "speed" not in found.inputs:
+        raise InputError(f"{spec!r} is a {found.title}, not a vehicle (valid: {', '.join(motorcycles.names())})")
+    return found
+
+
+def device(spec: str) -> Component | None:
+    """The device at the handlebar of that name; None for `none`. Raises InputError when it is something else."""
+    if spec == "none":
+        return None
+    found = component(spec)
+    if "handlebar_torque" not in found.outputs:
+        choices = [f"rider:{n}" for n in riders.names()] + [f"damper:{n}" for n in dampers.names()]
+        raise InputError(f"{spec!r} is a {found.title}, not a device at the handlebar (valid: none, damper:VALUE, {', '.join(choices)})")
+    return found
+
+
+def assignments(texts: Iterable[str]) -> dict[str, float]:
+    """`NAME=VALUE` texts as a dictionary. Raises InputError for what is not one."""
+    values = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        try:
+            values[name.strip()] = float(value)
+        except ValueError:
+            equals = ""
+        if not equals:
+            raise InputError(f"{text!r} is not NAME=VALUE with a number, as in arm_damping=20")
+    return values
+
+
+def with_settings(parts: dict[str, Component | None], settings: dict[str, float]) -> list[Component | None]:
+    """The parts with parameters set by name, or by `part.name` where several parts have it."""
+    changed: dict[str, dict[str, float]] = {part: {} for part in parts}
+    parameters = {part: c.rows("parameter") if c else {} for part, c in parts.items()}
+    for key, value in settings.items():
+        part, dot, name = key.partition(".")
+        owners = [part] if dot and part in parts and name in parameters[part] else []
+        owners = owners or [p for p in parts if key in parameters[p]]
+        if not owners:
+            raise unknown("parameter", key, {n for rows in parameters.values() for n in rows})
+        if len(owners) > 1:
+            raise InputError(f"{key!r} is a parameter of {' and '.join(owners)}: write {owners[-1]}.{key}={value:g}")
+        changed[owners[0]][name if dot else key] = value
+    return [c.with_values(**changed[part]) if c else None for part, c in parts.items()]
+
+
+def numbers(text: str, what: str, unit: str) -> np.ndarray:
+    """`A:B:STEP` with both ends, one value, or a comma list, as ascending positive numbers.
+
+    Raises InputError that says what was expected.
+    """
+    form = f"{what} {text!r} is not A:B:STEP, one value or a comma list of positive ascending numbers [{unit}], as in 1:60:0.5"
+    try:
+        if ":" in text:
+            first, last, step = (float(part) for part in text.split(":"))
+            if not (step > 0 and last >= first and np.isfinite([first, last, step]).all()):
+                raise InputError(form)
+            values = first + step * np.arange(int((last - first) / step + 1e-9) + 1)
+            values = np.append(values, last) if values[-1] < last - 1e-9 * step else values
+        else:
+            values = np.array([float(part) for part in text.split(",")])
+    except ValueError:
+        raise InputError(form) from None
+    if not (np.isfinite(values).all() and (values > 0).all() and (np.diff(values) > 0).all()):
+        raise InputError(form)
+    return values
