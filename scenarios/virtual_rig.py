@@ -1,0 +1,75 @@
+"""The virtual rig: a rider on the servo-driven handlebar, recorded as the real rig records.
+
+The rig and the rider are one linear system, moved exactly (see `fmus.exact`); noise, remnant and the
+converters come on top. What comes out is a recording like any other.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fmus import Component, System
+from fmus.exact import motion
+from fmus.linear import linearise
+from fmus.mathematics import NUMERIC
+from identification.excitation import Excitation
+from identification.recordings import Recording
+from rider_fmu import SteerRig
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Standard deviations of the channels' white noise, of the rider's remnant below a frequency, and the converters' steps."""
+
+    angle: float = np.radians(0.03)  # rad
+    torque: float = 0.2  # N.m
+    remnant: float = 0.4  # N.m
+    remnant_below: float = 2.0  # Hz
+    angle_step: float = np.radians(40) / 4096  # rad, 12 bit over +-20 deg
+    torque_step: float = 400 / 4096  # N.m, 12 bit over +-200 N.m
+
+
+QUIET = Noise(0.0, 0.0, 0.0, 1.0, 0.0, 0.0)
+
+
+def steer_test(rider: Component, steer_inertia: float, excitation: Excitation, noise: Noise = Noise(), seed: int = 0,
+               rate: float = 128.0, oversampling: int = 4, rig: SteerRig | None = None) -> Recording:  # fmt: skip
+    """The recording of one run: steer_angle_command, steer_angle, steer_torque at `rate` [Hz].
+
+    Between the samples the motion is computed `oversampling` times finer, on which the command is a cubic.
+    """
+    rig = (rig or SteerRig("rig")).with_values(steer_inertia=steer_inertia)
+    space = linearise(System("test", {"rig": rig, "rider": rider}))
+    fine = rate * oversampling
+    time = np.arange(round(excitation.duration * fine)) / fine
+    rng = np.random.default_rng(seed)
+    angle, angle_rate = excitation.motion(time)
+    given = {"rig.steer_angle_command": (angle, angle_rate)}
+    if noise.remnant:
+        given["rig.remnant_torque"] = _below(noise.remnant_below, noise.remnant, time, rng)
+    used = [space.inputs.index(name) for name in given]
+    driven = replace(space, B=space.B[:, used], D=space.D[:, used], inputs=tuple(given))
+    values, slopes = (np.column_stack(columns) for columns in zip(*given.values(), strict=True))
+    states, _ = motion(driven, values, 1 / fine, slopes)
+    return _recorded(rig, dict(zip(space.states, states[::oversampling].T, strict=True)), time[::oversampling], angle[::oversampling],
+                     noise, rng, f"{excitation.name}_{rider.name}")  # fmt: skip
+
+
+def _recorded(rig, states, time, command, noise: Noise, rng, name: str) -> Recording:
+    """The channels as the rig's own equations give them for the states, with noise and converters."""
+    values = {**rig.start_values(), **{key[4:]: value for key, value in states.items() if key.startswith("rig.")}}
+    values.update(angle_noise=noise.angle * rng.standard_normal(len(time)), torque_noise=noise.torque * rng.standard_normal(len(time)),
+                  angle_step=noise.angle_step, torque_step=noise.torque_step)  # fmt: skip
+    results = rig.run(values, NUMERIC)
+    columns = {"steer_angle_command": command, "steer_angle": results["measured_angle"], "steer_torque": results["measured_torque"]}
+    return Recording(name, time, columns, {"steer_angle_command": "rad", "steer_angle": "rad", "steer_torque": "N.m"})
+
+
+def _below(frequency: float, deviation: float, time: np.ndarray, rng) -> tuple[np.ndarray, np.ndarray]:
+    """Gaussian noise with a flat spectrum up to a frequency [Hz] and a standard deviation, and its rate."""
+    grid = np.fft.rfftfreq(len(time), time[1])
+    lines = int(np.searchsorted(grid, frequency, side="right"))
+    spectrum = np.zeros(len(grid), complex)
+    spectrum[1:lines] = rng.standard_normal(lines - 1) + 1j * rng.standard_normal(lines - 1)
+    scale = deviation * len(time) / (2 * np.sqrt(max(lines - 1, 1)))
+    return tuple(np.fft.irfft(scale * spectrum * factor, len(time)) for factor in (1.0, 2j * np.pi * grid))  # type: ignore[return-value]
