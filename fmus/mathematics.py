@@ -11,9 +11,32 @@ import numpy as np
 import sympy
 
 
+class Quantised(sympy.Function):
+    """x rounded to a whole number of steps, as a converter does; x itself for step 0. Linearised, it is x."""
+
+    nargs = 2
+
+    def fdiff(self, argindex=1):
+        return sympy.Integer(1 if argindex == 1 else 0)
+
+    def _ccode(self, printer):
+        x, step = (printer._print(a) for a in self.args)
+        return f"(({step}) > 0 ? ({step})*floor(({x})/({step}) + 0.5) : ({x}))"
+
+    def _numpycode(self, printer):
+        x, step = (printer._print(a) for a in self.args)
+        where, floor = (printer._module_format(f"numpy.{word}") for word in ("where", "floor"))
+        return f"{where}({step} > 0, {step}*{floor}({x}/{where}({step} > 0, {step}, 1) + 0.5), {x})"
+
+
+def _quantised(x, step):
+    safe = np.where(step > 0, step, 1.0)
+    return np.where(step > 0, step * np.floor(x / safe + 0.5), x)[()]
+
+
 @dataclass(frozen=True)
 class _SymPyWords:
-    """SymPy's own functions, with the three that need a name of their own."""
+    """SymPy's own functions, with those that need a name of their own."""
 
     pi: Any = sympy.pi
 
@@ -27,6 +50,10 @@ class _SymPyWords:
     @staticmethod
     def where(condition, when_true, when_false):
         return sympy.Piecewise((when_true, condition), (when_false, True))
+
+    @staticmethod
+    def quantised(x, step):
+        return Quantised(x, step)
 
     @staticmethod
     def maximum(a, b):
@@ -55,6 +82,7 @@ NUMERIC = SimpleNamespace(
     sign=np.sign,
     absolute=np.abs,
     where=np.where,
+    quantised=_quantised,
     maximum=np.maximum,
     minimum=np.minimum,
 )
