@@ -34,7 +34,7 @@ def figure(found: dict[str, dict[str, np.ndarray]]) -> Figure:
         amplitude.loglog(FREQUENCY, np.abs(response), style, color=COLOURS["damper"], label=f"damper of {value:g} N.m.s/rad")
         phase.semilogx(FREQUENCY, np.degrees(np.angle(response)), style, color=COLOURS["damper"])
     amplitude.set(xlabel="frequency [Hz]", ylabel="torque per steer angle [N.m/rad]")
-    phase.set(xlabel="frequency [Hz]", ylabel="phase [deg]", yticks=range(-180, 181, 45))
+    phase.set(xlabel="frequency [Hz]", ylabel="phase [deg]", ylim=(-60, 185), yticks=range(-45, 181, 45))
     amplitude.legend(fontsize=8)
     return picture
 

@@ -1,0 +1,5 @@
+"""Studies too long for the tests: ratios measured in one run, kept in results.json with the machine and the date.
+
+    python -m benchmarks                 all studies
+    python -m benchmarks modes --json -  one of them, as JSON
+"""
