@@ -56,8 +56,8 @@ def linearise(component: Component, **at: Any) -> StateSpace:
         values.update(_rates_at(component, values))
     jacobian = form.jacobian_entries(values)
     rates, outputs = jacobian[..., :nx, :], jacobian[..., nx:, :]
-    if form.has_mass:
-        rates = _solve(form.mass_entries(values), rates)
+    if form.coupled:
+        rates[..., form.coupled, :] = _solve(form.mass_entries(values)[..., form.coupled, :][..., form.coupled], rates[..., form.coupled, :])
     return StateSpace(rates[..., :nx], rates[..., nx:], outputs[..., :nx], outputs[..., nx:],
                       component.states, component.inputs, component.outputs)  # fmt: skip
 

@@ -1,7 +1,7 @@
 """Eigenvalues followed over a parameter (a speed) by continuation, so that a branch keeps its identity.
 
 Two neighbouring spectra are matched by nearest neighbours. A match counts where every eigenvalue moved much
-less than the distance to the next one; elsewhere the interval is halved. What is left below the smallest
+less than the distance to the next one; elsewhere the interval is divided. What is left below the smallest
 step is an exceptional point, where a pair becomes two real roots or two real roots a pair: there the whole
 spectra are assigned to each other at the least total distance.
 """
@@ -15,6 +15,7 @@ from scipy.optimize import linear_sum_assignment
 Matrices = Callable[[np.ndarray], np.ndarray]  # parameters (n,) -> matrices (n, nx, nx)
 
 SAFE_MOVE = 0.35  # of the distance to the nearest other eigenvalue; below one half a match cannot be ambiguous
+DIVIDED_BY = 5
 SMALLEST_STEP = 5e-3
 
 
@@ -36,12 +37,15 @@ def follow(matrices: Matrices, grid: np.ndarray) -> Branches:
     spectra = np.linalg.eigvals(matrices(points)).astype(complex)
     order, sure = _matches(spectra[:-1], spectra[1:])
     while len(refine := np.flatnonzero(~sure & (np.diff(points) > SMALLEST_STEP))):
-        middles = (points[refine] + points[refine + 1]) / 2
-        between = np.linalg.eigvals(matrices(middles)).astype(complex)
-        first, second = _matches(spectra[refine], between), _matches(between, spectra[refine + 1])
-        order[refine], sure[refine] = first
-        order, sure = (np.insert(old, refine + 1, new, axis=0) for old, new in zip((order, sure), second, strict=True))
-        points, spectra = np.insert(points, refine + 1, middles), np.insert(spectra, refine + 1, between, axis=0)
+        inner = np.linspace(points[refine], points[refine + 1], DIVIDED_BY + 1, axis=1)[:, 1:-1]
+        between = np.linalg.eigvals(matrices(inner.ravel())).astype(complex).reshape(*inner.shape, -1)
+        chain = np.concatenate([spectra[refine, None], between, spectra[refine + 1, None]], axis=1)
+        new_order, new_sure = _matches(np.concatenate(chain[:, :-1]), np.concatenate(chain[:, 1:]))
+        place = np.repeat(refine + 1, DIVIDED_BY - 1)
+        order[refine], sure[refine] = new_order[::DIVIDED_BY], new_sure[::DIVIDED_BY]
+        later = np.arange(len(new_sure)) % DIVIDED_BY > 0
+        order, sure = np.insert(order, place, new_order[later], axis=0), np.insert(sure, place, new_sure[later])
+        points, spectra = np.insert(points, place, inner.ravel()), np.insert(spectra, place, np.concatenate(between), axis=0)
     for k in np.flatnonzero(~sure):
         order[k] = linear_sum_assignment(np.abs(spectra[k][:, None] - spectra[k + 1][None, :]))[1]
     return Branches(points, _in_branch_order(spectra, order))
@@ -65,9 +69,11 @@ def _matches(left: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarra
     LAPACK mostly keeps the order from one spectrum to the next, so that is tried before all pairs are compared.
     """
     count = right.shape[1]
-    isolation = (_distances(right, right) + np.where(np.eye(count, dtype=bool), np.inf, 0.0)).min(axis=2)
+    gaps = _distances(right, right)
+    gaps[:, np.arange(count), np.arange(count)] = np.inf
+    isolation = gaps.min(axis=2)
     order = np.tile(np.arange(count), (len(right), 1))
-    sure = (_squared(left - right) <= SAFE_MOVE**2 * isolation).all(axis=1)
+    sure = (np.abs(left - right) <= SAFE_MOVE * np.sqrt(isolation)).all(axis=1)
     if len(rest := np.flatnonzero(~sure)):
         moves = _distances(left[rest], right[rest])
         order[rest] = nearest = moves.argmin(axis=2)
@@ -79,11 +85,12 @@ def _matches(left: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 def _distances(left: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Squared distances (n, nx, nx) between all pairs."""
-    return _squared(left[:, :, None] - right[:, None, :])
-
-
-def _squared(z: np.ndarray) -> np.ndarray:
-    return z.real**2 + z.imag**2
+    total = np.ascontiguousarray(left.real)[:, :, None] - np.ascontiguousarray(right.real)[:, None, :]
+    total *= total
+    across = np.ascontiguousarray(left.imag)[:, :, None] - np.ascontiguousarray(right.imag)[:, None, :]
+    across *= across
+    total += across
+    return total
 
 
 def crossings(matrices: Matrices, points: np.ndarray, growth: np.ndarray, tolerance: float = 1e-2) -> list[list[float]]:

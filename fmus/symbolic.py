@@ -63,6 +63,12 @@ class Symbolic:
         return self.mass != sympy.eye(self.mass.rows)
 
     @cached_property
+    def coupled(self) -> list[int]:
+        """The places of the states whose rates the mass matrix couples; for all others it is the identity."""
+        other = self.mass - sympy.eye(self.mass.rows)
+        return [i for i in range(other.rows) if any(other[i, j] != 0 or other[j, i] != 0 for j in range(other.rows))]
+
+    @cached_property
     def jacobian(self) -> sympy.Matrix:
         """d(f - M x', g)/d(x, u), shape (nx + ny, nx + nu); x' appears only where M depends on x or u."""
         return self.slopes(self.component.states + self.component.inputs)

@@ -29,8 +29,9 @@ from identification.recordings import Recording
 from identification.sampling import uniform
 
 REFERENCES = ("steer_angle_command", "steer_angle", "steer_torque")
-LEAKAGE_TERMS = 3  # the polynomial in frequency that a band gives up to the ends of the record
-NODES = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])  # where in a band a model is evaluated: exact up to the fourth power
+LEAKAGE_TERMS = 2  # the polynomial in frequency that a band gives up to the ends of the record
+NODES = np.cos(pi * np.arange(6, -1, -1) / 6)  # where in a band a model is evaluated: exact up to the sixth power
+CENTRE = np.eye(7, dtype=complex)[3]  # the weights of a measurement at one frequency
 EMPTY = 0.01  # a band with less of the strongest band's excitation than this holds no measurement
 
 
@@ -39,8 +40,8 @@ class FRF:
     """An estimated inertance over n bands.
 
     frequency (n,) [Hz], inertance (n,) complex [(rad/s2)/(N.m)], variance (n,) of the apparent inertia
-    1/inertance, E|error|^2 [kg2.m4], coherence (n,), weights (n, 5) complex of the apparent inertia at
-    `nodes` (n, 5) [Hz]. modulus_deviation and phase_deviation [rad] (n,) over the `runs` that it is the mean
+    1/inertance, E|error|^2 [kg2.m4], coherence (n,), weights (n, 7) complex of the apparent inertia at
+    `nodes` (n, 7) [Hz]. modulus_deviation and phase_deviation [rad] (n,) over the `runs` that it is the mean
     of, NaN for fewer than two.
     """
 
@@ -104,14 +105,14 @@ def estimate(recording: Recording, reference: str = "", frequencies: np.ndarray 
         raise unknown("reference", reference, REFERENCES)
     recording, notes = uniform(recording)
     duration = len(recording.time) / recording.rate
-    width = max(width, 4 * LEAKAGE_TERMS / duration)
+    width = max(width, 12 / duration)
     if frequencies is None:
         frequencies = np.arange(0.5, min(12.0, 0.4 * recording.rate) + 1e-9, width)
     angle, torque, r = (_spectrum(recording[c]) for c in ("steer_angle", "steer_torque", reference))
     grid = np.fft.rfftfreq(len(recording.time), 1 / recording.rate)
     bands = [np.flatnonzero(np.abs(grid - f) < width / 2) for f in frequencies]
     power = np.array([np.sum(np.abs(angle[k]) ** 2) for k in bands])
-    used = [i for i in np.flatnonzero(power > EMPTY * power.max()) if len(bands[i]) > 2 * LEAKAGE_TERMS]
+    used = [i for i in np.flatnonzero(power > EMPTY * power.max()) if len(bands[i]) > 2 + 2 * LEAKAGE_TERMS]
     if not used:
         raise InputError(f"{recording.name}: {duration:.3g} s at {recording.rate:.4g} Hz leave no band of {width:.3g} Hz with an excitation")
     acceleration = -((2 * pi * grid) ** 2) * angle
@@ -191,7 +192,7 @@ def mean_frf(frfs: Sequence[FRF], name: str = "mean") -> FRF:
     own = np.nansum(np.abs(table(lambda f: np.sqrt(f.variance))) ** 2, axis=0) / runs**2
     spread = (deviation(np.abs(inertance)) ** 2 + (modulus * deviation(turn)) ** 2) / modulus**4 / runs
     return FRF(name, frequency, mean, np.fmax(own, spread), np.real(np.nanmean(table(lambda f: f.coherence), axis=0)),
-               frequency[:, None] + 0 * NODES, np.tile(np.array([0, 0, 1, 0, 0], complex), (len(frequency), 1)),
+               frequency[:, None] + 0 * NODES, np.tile(CENTRE, (len(frequency), 1)),
                deviation(np.abs(inertance)), deviation(turn), runs, frfs[0].reference,
                tuple(f"{f.name}: {w}" for f in frfs for w in f.warnings))  # fmt: skip
 
@@ -204,4 +205,4 @@ def exact_frf(frequency: np.ndarray, inertance: np.ndarray, name: str = "exact")
     frequency, inertance = np.asarray(frequency, float), np.asarray(inertance, complex)
     ones, none = np.ones(len(frequency)), np.full(len(frequency), np.nan)
     return FRF(name, frequency, inertance, np.abs(1 / inertance) ** 2 * 1e-4, ones, frequency[:, None] + 0 * NODES,
-               np.tile(np.array([0, 0, 1, 0, 0], complex), (len(frequency), 1)), none, none, ones)  # fmt: skip
+               np.tile(CENTRE, (len(frequency), 1)), none, none, ones)  # fmt: skip

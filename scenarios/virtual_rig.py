@@ -19,12 +19,12 @@ from rider_fmu import SteerRig
 
 @dataclass(frozen=True)
 class Noise:
-    """Standard deviations of the channels' white noise, of the rider's remnant below a frequency, and the converters' steps."""
+    """Standard deviations of the channels' white noise, of the rider's remnant, and the converters' steps."""
 
     angle: float = np.radians(0.03)  # rad
     torque: float = 0.2  # N.m
     remnant: float = 0.4  # N.m
-    remnant_below: float = 2.0  # Hz
+    remnant_bandwidth: float = 2.0  # Hz, of two first-order filters
     angle_step: float = np.radians(40) / 4096  # rad, 12 bit over +-20 deg
     torque_step: float = 400 / 4096  # N.m, 12 bit over +-200 N.m
 
@@ -46,7 +46,7 @@ def steer_test(rider: Component, steer_inertia: float, excitation: Excitation, n
     angle, angle_rate = excitation.motion(time)
     given = {"rig.steer_angle_command": (angle, angle_rate)}
     if noise.remnant:
-        given["rig.remnant_torque"] = _below(noise.remnant_below, noise.remnant, time, rng)
+        given["rig.remnant_torque"] = _remnant(noise.remnant, noise.remnant_bandwidth, time, rng)
     used = [space.inputs.index(name) for name in given]
     driven = replace(space, B=space.B[:, used], D=space.D[:, used], inputs=tuple(given))
     values, slopes = (np.column_stack(columns) for columns in zip(*given.values(), strict=True))
@@ -65,11 +65,10 @@ def _recorded(rig, states, time, command, noise: Noise, rng, name: str) -> Recor
     return Recording(name, time, columns, {"steer_angle_command": "rad", "steer_angle": "rad", "steer_torque": "N.m"})
 
 
-def _below(frequency: float, deviation: float, time: np.ndarray, rng) -> tuple[np.ndarray, np.ndarray]:
-    """Gaussian noise with a flat spectrum up to a frequency [Hz] and a standard deviation, and its rate."""
+def _remnant(deviation: float, bandwidth: float, time: np.ndarray, rng) -> tuple[np.ndarray, np.ndarray]:
+    """White Gaussian noise through two first-order filters of a bandwidth [Hz], and its rate."""
     grid = np.fft.rfftfreq(len(time), time[1])
-    lines = int(np.searchsorted(grid, frequency, side="right"))
-    spectrum = np.zeros(len(grid), complex)
-    spectrum[1:lines] = rng.standard_normal(lines - 1) + 1j * rng.standard_normal(lines - 1)
-    scale = deviation * len(time) / (2 * np.sqrt(max(lines - 1, 1)))
-    return tuple(np.fft.irfft(scale * spectrum * factor, len(time)) for factor in (1.0, 2j * np.pi * grid))  # type: ignore[return-value]
+    shape = 1 / (1 + (grid / bandwidth) ** 2) * (grid > 0)
+    spectrum = shape * (rng.standard_normal(len(grid)) + 1j * rng.standard_normal(len(grid)))
+    scale = deviation * len(time) / (2 * np.sqrt(np.sum(shape**2)))
+    return np.fft.irfft(scale * spectrum, len(time)), np.fft.irfft(2j * np.pi * grid * scale * spectrum, len(time))

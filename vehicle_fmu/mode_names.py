@@ -156,7 +156,7 @@ def _named_at(speed: float, linearised: Linearised, branches: Branches) -> dict[
 def _birth_of_rear_wobble(branches: Branches, named: set[int], naming_speed: float) -> tuple[float, Columns]:
     """The highest speed below the naming speed at which unnamed branches are a pair, and those branches."""
     free = np.array([i for i in range(branches.eigenvalues.shape[1]) if i not in named], int)
-    oscillates = (branches.eigenvalues[:, free].imag > 0) & (branches.parameter < naming_speed)[:, None]
+    oscillates = (branches.eigenvalues[:, free].imag != 0) & (branches.parameter < naming_speed)[:, None]
     if not oscillates.any():
         return 0.0, ()
     k = int(np.flatnonzero(oscillates.any(axis=1))[-1])
