@@ -7,7 +7,6 @@ show(result, console) for the screen. Its module is imported only when it is cal
 import argparse
 import importlib
 import json
-import os
 import re
 import sys
 from pathlib import Path
@@ -17,6 +16,7 @@ import numpy as np
 from rich.console import Console
 
 from fmus.errors import InputError, MissingToolError
+from fmus.files import write_beside
 
 COMMANDS = {
     "tour": "the main job on real input: build, co-simulate, swap, compare with the papers, report",
@@ -119,12 +119,9 @@ def _plain(value: Any) -> Any:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a file beside its place and move it there, so that nothing half-written stays behind."""
+    """Write a text file, whole or not at all. Raises InputError when the place cannot be written."""
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        beside = path.with_name(f".{path.name}.{os.getpid()}")
-        beside.write_text(text, "utf-8")
-        os.replace(beside, path)
+        write_beside(path, lambda beside: beside.write_text(text, "utf-8"))
     except OSError as error:
         raise InputError(f"cannot write {path}: {error.strerror}; choose another place") from None
 
