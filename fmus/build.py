@@ -1,0 +1,203 @@
+"""An FMU from a component: reproducible to the byte, validated before it is called built, complete or not there.
+
+An archive is kept in a cache under a key of its content, so that a second build is a copy. The cache is the
+platform's folder for such things, or the folder that the environment variable MOTOFMI_CACHE names.
+"""
+
+import hashlib
+import io
+import os
+import tempfile
+import uuid
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+
+import fmpy
+import platformdirs
+import pythonfmu
+from fmpy.validation import validate_fmu
+
+from fmus import compilers, python_backend
+from fmus.c_code import model_code
+from fmus.compilers import Platform
+from fmus.component import Component
+from fmus.errors import InputError, unknown
+from fmus.interface import Interface
+from fmus.model_description import compiled, model_description
+
+RUNTIME = ("derivatives.c", "exact_step.c", "instance.c", "linear_algebra.c", "rosenbrock.c", "snapshot.c", "step.c")
+HEADERS = ("instance.h", "linear_algebra.h", "model.h", "snapshot.h", "step.h")
+FMI_HEADERS = {2: ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h")}
+BACKENDS = ("compiled", "python")
+
+
+@dataclass(frozen=True)
+class BuiltFmu:
+    """An archive on disk: the model's name, where it is, its SHA-256, the platforms that it runs on."""
+
+    name: str
+    path: Path
+    sha256: str
+    platforms: tuple[str, ...]
+
+
+def build(component: Component, out_dir: str | Path = ".", fmi: int = 2, backend: str = "compiled", platforms: str = "host") -> BuiltFmu:
+    """Writes the component's FMU into a folder, which is made where it is missing.
+
+    fmi is 2 or 3, backend `compiled` or `python` (FMI 2 only, its own platforms), platforms `host`, `all` or a
+    comma list of names. Raises InputError for a wrong choice or a folder that cannot be written, MissingToolError
+    when no compiler is there.
+    """
+    if backend not in BACKENDS:
+        raise unknown("back end", backend, BACKENDS)
+    if backend == "python" and fmi != 2:
+        raise InputError("the python back end makes FMI 2 only; choose --fmi 2 or --backend compiled")
+    if fmi not in FMI_HEADERS:
+        raise unknown("FMI version", fmi, map(str, FMI_HEADERS))
+    folder = writable(out_dir)
+    interface = Interface(component)
+    if backend == "python":
+        sources, targets, suffix, tools = python_backend.sources(interface), list(python_backend.PLATFORMS), "_python", [pythonfmu.__version__]
+    else:
+        wanted, suffix = archive_platforms(fmi, platforms)
+        sources, targets, tools = source_contents(interface, fmi), [p.name for p in wanted], compiler_versions(wanted, platforms)
+    name = interface.identifier + suffix
+    cached = cache_folder() / f"{name}-{content_key(sources, *tools)[:32]}.fmu"
+    if not cached.is_file():
+        if backend == "python":
+            contents = python_backend.packed(sources)
+        else:
+            contents = {**sources, **binaries(interface, sources, fmi, wanted, native=platforms == "host")}
+        finish(archive(contents), cached, load=compilers.host().name in targets)
+    data = cached.read_bytes()
+    path = folder / f"{name}.fmu"
+    write(path, data)
+    return BuiltFmu(interface.identifier, path, hashlib.sha256(data).hexdigest(), tuple(targets))
+
+
+def archive_platforms(fmi: int, platforms: str) -> tuple[list[Platform], str]:
+    """The platforms of one archive and what they add to its name.
+
+    FMI 2 has one folder for Linux, which the two kinds of processor cannot share: `all` leaves ARM out, which
+    `linux-arm64` alone puts into an archive of its own.
+    """
+    wanted = compilers.chosen(platforms)
+    if fmi == 3:
+        return wanted, "_fmi3"
+    if platforms == "all":
+        wanted = [p for p in wanted if p.name != "linux-arm64"]
+    folders = [p.folder for p in wanted]
+    if len(set(folders)) < len(folders):
+        raise InputError("linux-x86_64 and linux-arm64 share one folder in FMI 2: build linux-arm64 alone, or use --fmi 3")
+    return wanted, "_arm64" if [p.name for p in wanted] == ["linux-arm64"] else ""
+
+
+def source_contents(interface: Interface, fmi: int) -> dict[str, bytes]:
+    """Model description and C source, by their path in the archive. The GUID follows from all of them."""
+    identifier = interface.identifier
+    runtime = files("fmus").joinpath("runtime")
+    shared = {n: runtime.joinpath(n).read_bytes() for n in (*RUNTIME, *HEADERS, f"fmi{fmi}.c", "LICENSE.txt")}
+    headers = {n: (Path(fmpy.__file__).parent / "c-code" / n).read_bytes() for n in FMI_HEADERS[fmi]}
+    sources = [n for n in sorted([*shared, "model.c"]) if n.endswith(".c")]
+
+    def rendered(guid: str) -> dict[str, bytes]:
+        description = model_description(interface, identifier, guid, compiled(interface, sources))
+        generated = {**shared, **headers, "model.c": model_code(interface, identifier, guid).encode()}
+        return {"modelDescription.xml": description, **{f"sources/{n}": data for n, data in generated.items()}}
+
+    return rendered(guid_of(content_key(rendered(""))))
+
+
+def guid_of(key: str) -> str:
+    """A GUID in the form of FMI 2 from a key of the content."""
+    return f"{{{uuid.UUID(key[:32])}}}"
+
+
+def content_key(contents: Mapping[str, bytes], *more: str) -> str:
+    """SHA-256 over names and bytes."""
+    digest = hashlib.sha256()
+    for item in (*more, *(part for pair in sorted(contents.items()) for part in pair)):
+        data = item if isinstance(item, bytes) else item.encode()
+        digest.update(len(data).to_bytes(8, "big") + data)
+    return digest.hexdigest()
+
+
+def compiler_versions(wanted: list[Platform], platforms: str) -> list[str]:
+    """What compiles each platform, for the key of the cache."""
+    return [" ".join(c) + compilers.version(c) for p in wanted for c in compilers.commands(p, platforms == "host")]
+
+
+def binaries(interface: Interface, contents: Mapping[str, bytes], fmi: int, wanted: list[Platform], native: bool) -> dict[str, bytes]:
+    """The shared libraries by their path in the archive."""
+    sources = {name.removeprefix("sources/"): data for name, data in contents.items() if name.startswith("sources/")}
+    made = {}
+    for target in wanted:
+        with tempfile.TemporaryDirectory() as folder:
+            for name, data in sources.items():
+                Path(folder, name).write_bytes(data)
+            listed = [n for n in sorted(sources) if n.endswith(".c")]
+            libraries = compilers.compile_library(target, native, Path(folder), listed, interface.identifier)
+        library = f"{interface.identifier}{target.suffix}"
+        if fmi == 2:
+            made[f"binaries/{target.folder}/{library}"] = libraries[0] if len(libraries) == 1 else compilers.universal(libraries)
+        else:
+            made.update({f"binaries/{t}/{library}": b for t, b in zip(target.tuples, libraries, strict=False)})
+    return made
+
+
+def archive(contents: Mapping[str, bytes]) -> bytes:
+    """The zip archive: sorted, deflated, every entry with the same date and rights."""
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as made:
+        for name, data in sorted(contents.items()):
+            entry = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
+            entry.create_system, entry.external_attr = 3, 0o644 << 16
+            made.writestr(entry, data, zipfile.ZIP_DEFLATED, 9)
+    return buffer.getvalue()
+
+
+def finish(data: bytes, path: Path, load: bool) -> None:
+    """Puts the archive at its path once it is valid and, where this machine can, has been loaded and stepped.
+
+    Raises RuntimeError with the problems found: then nothing is at the path.
+    """
+    with tempfile.TemporaryDirectory(dir=path.parent) as folder:
+        draft = Path(folder, path.name)
+        draft.write_bytes(data)
+        problems = validate_fmu(str(draft))
+        if problems:
+            raise RuntimeError(f"{path.name} is not valid: {problems[0]}")
+        if load:
+            fmpy.simulate_fmu(str(draft), start_time=0.0, stop_time=0.002, output_interval=0.001)
+        os.replace(draft, path)
+
+
+def writable(folder: str | Path) -> Path:
+    """The folder, made where it is missing. Raises InputError when nothing can be written there."""
+    path = Path(folder)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=path).close()
+    except OSError as error:
+        raise InputError(f"cannot write to folder {path}: {error.strerror}; choose another (--out, or MOTOFMI_CACHE for the cache)") from None
+    return path
+
+
+def write(path: Path, data: bytes) -> None:
+    """Writes a file beside its place, then puts it there."""
+    with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as draft:
+        draft.write(data)
+    try:
+        os.chmod(draft.name, 0o644)
+        os.replace(draft.name, path)
+    except OSError as error:
+        os.unlink(draft.name)
+        raise InputError(f"cannot write {path}: {error.strerror}") from None
+
+
+def cache_folder() -> Path:
+    """Where archives are kept. Raises InputError when it cannot be written."""
+    return writable(os.environ.get("MOTOFMI_CACHE") or platformdirs.user_cache_dir("motofmi"))

@@ -1,0 +1,154 @@
+"""C99 of a component's equations, and the tables that the shared runtime (fmus/runtime) reads.
+
+    M(z) x' = f(z),   y = g(z),   d(f - M x', g) / d(x, u, t)
+
+`z` is the vector of all values in the order of the references (see `fmus.interface`); behind them come numbers
+that depend on the parameters alone, so that no step computes the cosine of a caster angle. Common
+subexpressions are computed once for each function. The mass matrix is solved in the runtime.
+"""
+
+import re
+from collections.abc import Iterable, Sequence
+from importlib.resources import files
+from math import inf
+
+import jinja2
+import sympy
+from sympy.printing.c import C99CodePrinter
+
+from fmus.interface import TOLERANCE, Interface
+
+ROLES = {"time": "TIME", "calculated": "CALCULATED", "input": "INPUT", "state": "STATE", "output": "OUTPUT", "derivative": "DERIVATIVE"}
+
+
+class Printer(C99CodePrinter):
+    """SymPy to C. Powers with small whole exponents are products; the slopes of switches have a value everywhere."""
+
+    def _print_Pow(self, expr):
+        if expr.exp.is_Integer and 2 <= abs(expr.exp) <= 4:
+            base = self.parenthesize(expr.base, 100)
+            product = "*".join([base] * abs(int(expr.exp)))
+            return f"({product})" if expr.exp > 0 else f"(1.0/({product}))"
+        return super()._print_Pow(expr)
+
+    def _print_sign(self, expr):
+        return f"sign({self._print(expr.args[0])})"
+
+    def _print_Heaviside(self, expr):
+        return f"heaviside({self._print(expr.args[0])})"
+
+    def _print_DiracDelta(self, expr):
+        return "0.0"
+
+
+def model_code(interface: Interface, identifier: str, guid: str) -> str:
+    """The generated file `model.c` of an FMU."""
+    template = jinja2.Environment(keep_trailing_newline=True, undefined=jinja2.StrictUndefined)
+    source = files("fmus").joinpath("runtime/model.c.in").read_text("utf-8")
+    return template.from_string(source).render(_context(interface, identifier, guid))
+
+
+def _context(interface: Interface, identifier: str, guid: str) -> dict:
+    form, component = interface.form, interface.component
+    nx, nu = len(component.states), len(component.inputs)
+    constants = Constants(interface)
+    wide = form.slopes((*component.states, *component.inputs, "time"))
+    functions = {
+        "rates": [(f"f[{i}]", constants.hoist(e)) for i, e in enumerate(form.rates)],
+        "mass": [(f"m[{i * nx + j}]", constants.hoist(form.mass[i, j])) for i in range(nx) for j in range(nx) if form.mass[i, j] != 0],
+        "outputs": [(f"z[{v.reference}]", constants.hoist(form.outputs[component.outputs.index(v.name)])) for v in interface.of("output")],
+        "jacobian": [(f"j[{i * wide.cols + k}]", constants.hoist(wide[i, k]))
+                     for i in range(wide.rows) for k in range(wide.cols) if wide[i, k] != 0],
+    }  # fmt: skip
+    calculated = [(f"z[{v.reference}]", e) for v, e in zip(interface.of("calculated"), form.calculated, strict=True)]
+    hoisted = [(f"z[{reference}]", e) for reference, e in constants.found()]
+    places = constants.places()
+    return {
+        "title": component.title,
+        "identifier": identifier,
+        "guid": guid,
+        "variables": [_row(v) for v in interface.variables],
+        "output_references": [interface.reference(n) for n in component.outputs],
+        "held": [int(n in interface.held) for n in component.inputs],
+        "first": {role: min((v.reference for v in interface.of(role)), default=0) for role in ("input", "state", "derivative")},
+        "n": {"values": len(interface.variables) + len(hoisted), "inputs": nu, "states": nx},
+        "output_order": interface.output_order,
+        "exact": int(interface.exact),
+        "has_mass": int(form.has_mass),
+        "tolerance": interface.references[TOLERANCE.name] if interface.has_tolerance else 0,
+        "parameters": statements(calculated + hoisted, places),
+        **{name: statements(assigned, places) for name, assigned in functions.items()},
+    }
+
+
+class Constants:
+    """Subexpressions that depend on the parameters alone, each given a place behind the values."""
+
+    def __init__(self, interface: Interface):
+        self.interface = interface
+        self.parameters = {interface.form.symbols[v.name] for v in interface.of("parameter") if v.name in interface.form.symbols}
+        self.symbols: dict[sympy.Expr, sympy.Symbol] = {}
+
+    def hoist(self, expression: sympy.Expr) -> sympy.Expr:
+        """The expression with every part that depends on the parameters alone replaced by its symbol."""
+        if expression.is_Atom:
+            return expression
+        if isinstance(expression, sympy.Expr) and expression.free_symbols and expression.free_symbols <= self.parameters:
+            return self.symbols.setdefault(expression, sympy.Symbol(f"constant_{len(self.symbols)}", real=True))
+        if expression.is_Add or expression.is_Mul:
+            alone = [a for a in expression.args if not a.free_symbols - self.parameters]
+            if len(alone) > 1 and any(a.free_symbols for a in alone):
+                rest = [a for a in expression.args if a.free_symbols - self.parameters]
+                return expression.func(self.hoist(expression.func(*alone)), *map(self.hoist, rest))
+        return expression.func(*map(self.hoist, expression.args))
+
+    def found(self) -> list[tuple[int, sympy.Expr]]:
+        first = len(self.interface.variables)
+        return [(first + i, expression) for i, expression in enumerate(self.symbols)]
+
+    def places(self) -> dict[sympy.Symbol, str]:
+        """The place of every symbol in the vector of values; x' of a state is in the array `rates`."""
+        form, interface = self.interface.form, self.interface
+        places = {symbol: f"z[{interface.reference(name)}]" for name, symbol in form.symbols.items()}
+        places.update({symbol: f"z[{len(interface.variables) + i}]" for i, symbol in enumerate(self.symbols.values())})
+        places.update({symbol: f"rates[{i}]" for i, symbol in enumerate(form.derivative_symbols)})
+        return places
+
+
+def statements(assigned: Sequence[tuple[str, sympy.Expr]], places: dict[sympy.Symbol, str]) -> list[str]:
+    """The C statements of `target = expression`, what they read first, common subexpressions next."""
+    if not assigned:
+        return []
+    common, reduced = sympy.cse([e for _, e in assigned], symbols=sympy.numbered_symbols("common_"))
+    used = set().union(*(e.free_symbols for _, e in assigned))
+    printer = Printer({"contract": False})
+    names = {symbol: c_name(symbol.name) for symbol in used}
+    printer._print_Symbol = lambda symbol: names.get(symbol, symbol.name)
+    lines = [f"const double {names[symbol]} = {places[symbol]};" for symbol in sorted(used, key=lambda s: _order(places[s]))]
+    lines += [f"const double {symbol} = {printer.doprint(expression)};" for symbol, expression in common]
+    return lines + [f"{target} = {printer.doprint(e)};" for (target, _), e in zip(assigned, reduced, strict=True)]
+
+
+def c_name(name: str) -> str:
+    """A C name for a variable; the letter in front keeps it away from the keywords of C."""
+    return "v_" + re.sub(r"\W", "_", name.replace(".", "__"))
+
+
+def literal(value: float) -> str:
+    """A number in C with all its digits."""
+    if abs(value) == inf:
+        return "HUGE_VAL" if value > 0 else "-HUGE_VAL"
+    return repr(float(value))
+
+
+def _order(place: str) -> tuple[str, int]:
+    array, _, index = place.partition("[")
+    return array, int(index[:-1])
+
+
+def _row(variable) -> dict:
+    role = ROLES.get(variable.role) or ("TUNABLE" if variable.row.tunable else "FIXED")
+    bounded = variable.role in ("parameter", "input")
+    low, high = (variable.row.min, variable.row.max) if bounded else (-inf, inf)
+    numbers: Iterable[float] = (variable.start, low, high, variable.row.nominal)
+    return {"name": variable.name, "unit": variable.row.unit, "role": role, "numbers": ", ".join(map(literal, numbers))}

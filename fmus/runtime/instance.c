@@ -1,0 +1,226 @@
+/* One instance of the model: see instance.h. */
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "instance.h"
+#include "linear_algebra.h"
+#include "snapshot.h"
+
+static size_t work_size(void)
+{
+    const size_t n = model.n_states, nu = model.n_inputs, columns = n + nu + 1;
+    return model.n_values + (n + model.n_outputs) * columns + 2 * n * n + n * columns + 16 * n;
+}
+
+Instance *instance_new(const char *name, Logger *logger, void *host)
+{
+    const size_t n = model.n_states, nu = model.n_inputs;
+    Instance *s = calloc(1, sizeof *s);
+    if (!s) return NULL;
+    s->n_kept = N_SCALARS + model.n_values + MAX_ORDER * model.n_inputs;
+    s->kept = calloc(s->n_kept, sizeof *s->kept);
+    s->jacobian = calloc((n + model.n_outputs) * (n + nu + 1) + 1, sizeof(double));
+    s->lu = calloc(n * n + 1, sizeof(double));
+    s->pivot = calloc(2 * n + 1, sizeof *s->pivot);
+    s->work = calloc(work_size() + 1, sizeof(double));
+    s->phi = calloc((MAX_ORDER + 2) * n * n + 1, sizeof(double));
+    s->gamma = calloc((MAX_ORDER + 1) * n * (nu + 1) + 1, sizeof(double));
+    s->matrices_held = calloc(nu + 1, sizeof(double));
+    s->name = malloc(strlen(name) + 1);
+    if (!s->kept || !s->jacobian || !s->lu || !s->pivot || !s->work || !s->phi || !s->gamma || !s->matrices_held || !s->name) {
+        instance_free(s);
+        return NULL;
+    }
+    strcpy(s->name, name);
+    s->z = s->kept + N_SCALARS;
+    s->slopes = s->z + model.n_values;
+    s->logger = logger;
+    s->host = host;
+    instance_reset(s);
+    return s;
+}
+
+void instance_free(Instance *s)
+{
+    while (s->snapshots) snapshot_free(s, s->snapshots);
+    free(s->kept);
+    free(s->jacobian);
+    free(s->lu);
+    free(s->pivot);
+    free(s->work);
+    free(s->phi);
+    free(s->gamma);
+    free(s->matrices_held);
+    free(s->name);
+    free(s);
+}
+
+void instance_reset(Instance *s)
+{
+    memset(s->kept, 0, s->n_kept * sizeof *s->kept);
+    for (unsigned i = 0; i < model.n_variables; i++) s->z[i] = model.variables[i].start;
+    s->kept[STOP_TIME] = HUGE_VAL;
+    enter(s, INSTANTIATED);
+    values_changed(s, 1);
+}
+
+Status report(Instance *s, Status status, const char *format, ...)
+{
+    char message[512];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(message, sizeof message, format, arguments);
+    va_end(arguments);
+    for (char *c = message; *c; c++) /* an importer may take the message for a format */
+        if (*c == '%') *c = '/';
+    s->logger(s, status, message);
+    return status;
+}
+
+Phase phase(const Instance *s) { return (Phase)s->kept[PHASE]; }
+
+void enter(Instance *s, Phase new_phase) { s->kept[PHASE] = new_phase; }
+
+void values_changed(Instance *s, int parameters)
+{
+    s->rates_changed = s->outputs_changed = s->jacobian_changed = 1;
+    if (parameters) {
+        s->parameters_changed = 1;
+        s->matrices_order = 0;
+        s->kept[INNER_STEP] = 0;
+    }
+}
+
+/* Why this variable may not be set now; NULL when it may. */
+static const char *refusal(const Instance *s, const Variable *v)
+{
+    const int starting = phase(s) & (INSTANTIATED | INITIALIZING);
+    switch (v->role) {
+    case TIME: return "is the time, which the steps set";
+    case FIXED: return starting ? NULL : "is a fixed parameter: it can be set only before initialisation is over";
+    case TUNABLE: return starting || phase(s) & (STEPPING | EVENT) ? NULL : "is a tunable parameter: it can be set only between steps and at events";
+    case INPUT: return phase(s) == TERMINATED ? "cannot be set after termination" : NULL;
+    case STATE: return starting ? NULL : "is a state: it can be set only before initialisation is over";
+    default: return "is calculated and cannot be set";
+    }
+}
+
+static Status check_value(Instance *s, unsigned reference, double value)
+{
+    if (reference >= model.n_variables) return report(s, ERROR, "there is no variable with value reference %u (valid: 0 to %u)", reference, model.n_variables - 1);
+    const Variable *v = &model.variables[reference];
+    const char *reason = refusal(s, v);
+    if (reason) return report(s, ERROR, "%s %s", v->name, reason);
+    if (!isfinite(value)) return report(s, ERROR, "%s = %g %s is not a finite number", v->name, value, v->unit);
+    if (value < v->min || value > v->max)
+        return report(s, ERROR, "%s = %g %s is outside its bounds [%g, %g]", v->name, value, v->unit, v->min, v->max);
+    return OK;
+}
+
+Status set_values(Instance *s, const unsigned *references, size_t n, const double *values)
+{
+    int parameters = 0;
+    for (size_t i = 0; i < n; i++)
+        if (check_value(s, references[i], values[i]) != OK) return ERROR;
+    for (size_t i = 0; i < n; i++) {
+        s->z[references[i]] = values[i];
+        parameters |= references[i] < model.first_input; /* time, which cannot be set, and the parameters */
+    }
+    if (n > 0) values_changed(s, parameters);
+    return OK;
+}
+
+Status get_values(Instance *s, const unsigned *references, size_t n, double *values)
+{
+    for (size_t i = 0; i < n; i++) {
+        if (references[i] >= model.n_variables)
+            return report(s, ERROR, "there is no variable with value reference %u (valid: 0 to %u)", references[i], model.n_variables - 1);
+        const Role role = model.variables[references[i]].role;
+        if (role == CALCULATED || role == OUTPUT) update_outputs(s);
+        if (role == DERIVATIVE && !update_rates(s)) return report(s, ERROR, "the mass matrix is singular at %g s", s->z[0]);
+        values[i] = s->z[references[i]];
+    }
+    return OK;
+}
+
+Status get_block(Instance *s, unsigned first, size_t n, double *values)
+{
+    if (n != model.n_states) return report(s, ERROR, "%u states were asked for, the model has %u", (unsigned)n, model.n_states);
+    if (!update_rates(s)) return report(s, ERROR, "the mass matrix is singular at %g s", s->z[0]);
+    if (n > 0) memcpy(values, s->z + first, n * sizeof *values);
+    return OK;
+}
+
+Status set_time(Instance *s, double time)
+{
+    if (!isfinite(time)) return report(s, ERROR, "time = %g s is not a finite number", time);
+    s->z[0] = time;
+    values_changed(s, 0);
+    return OK;
+}
+
+Status set_states(Instance *s, const double *states, size_t n)
+{
+    if (n != model.n_states) return report(s, ERROR, "%u states were given, the model has %u", (unsigned)n, model.n_states);
+    for (size_t i = 0; i < n; i++)
+        if (!isfinite(states[i]))
+            return report(s, ERROR, "%s = %g is not a finite number", model.variables[model.first_state + i].name, states[i]);
+    if (n > 0) memcpy(s->z + model.first_state, states, n * sizeof *states);
+    values_changed(s, 0);
+    return OK;
+}
+
+static void update_parameters(Instance *s)
+{
+    if (s->parameters_changed) model.parameters(s->z);
+    s->parameters_changed = 0;
+}
+
+int rates_at(Instance *s, const double *z, double *rates)
+{
+    model.rates(z, rates);
+    if (!model.has_mass) return 1;
+    memset(s->lu, 0, model.n_states * model.n_states * sizeof *s->lu);
+    model.mass(z, s->lu);
+    if (!lu_factor(s->lu, s->pivot, model.n_states)) return 0;
+    lu_solve(s->lu, s->pivot, model.n_states, rates, 1);
+    return 1;
+}
+
+void jacobian_at(Instance *s, const double *z, const double *rates, double *jacobian)
+{
+    const unsigned n = model.n_states, columns = n + model.n_inputs + 1;
+    memset(jacobian, 0, (n + model.n_outputs) * columns * sizeof *jacobian);
+    model.jacobian(z, rates, jacobian);
+    for (unsigned j = 0; model.has_mass && j < columns; j++) lu_solve(s->lu, s->pivot, n, jacobian + j, columns);
+}
+
+int update_rates(Instance *s)
+{
+    update_parameters(s);
+    if (s->rates_changed && !rates_at(s, s->z, s->z + model.first_derivative)) return 0;
+    s->rates_changed = 0;
+    return 1;
+}
+
+void update_outputs(Instance *s)
+{
+    update_parameters(s);
+    if (s->outputs_changed) model.outputs(s->z);
+    s->outputs_changed = 0;
+}
+
+int update_jacobian(Instance *s)
+{
+    if (!s->jacobian_changed) return 1;
+    /* Anew, because the factors of the mass matrix must be those of the present values. */
+    s->rates_changed = 1;
+    if (!update_rates(s)) return 0;
+    jacobian_at(s, s->z, s->z + model.first_derivative, s->jacobian);
+    s->jacobian_changed = 0;
+    return 1;
+}

@@ -1,0 +1,94 @@
+/* One step: chooses the method, and puts its result in place only when it is one. */
+
+#include <math.h>
+#include <string.h>
+
+#include "step.h"
+
+/* u(tau) = u + u' tau + u'' tau^2/2 + u''' tau^3/6 */
+void inputs_after(const Instance *s, double tau, double *z)
+{
+    const unsigned n = model.n_inputs;
+    const double *u = s->z + model.first_input, *d = s->slopes;
+    for (unsigned i = 0; i < n; i++)
+        z[model.first_input + i] = u[i] + tau * (d[i] + tau / 2 * (d[n + i] + tau / 3 * d[2 * n + i]));
+}
+
+/* The slopes at the end of the step: they serve the outputs' derivatives until the next step begins. */
+static void advance_slopes(Instance *s, double tau)
+{
+    const unsigned n = model.n_inputs;
+    for (unsigned i = 0; i < n; i++) {
+        double *d = s->slopes + i;
+        d[0] += tau * (d[n] + tau / 2 * d[2 * n]);
+        d[n] += tau * d[2 * n];
+    }
+}
+
+static unsigned polynomial_order(const Instance *s)
+{
+    for (unsigned order = MAX_ORDER; order > 0; order--)
+        for (unsigned i = 0; i < model.n_inputs; i++)
+            if (s->slopes[(order - 1) * model.n_inputs + i] != 0) return order;
+    return 0;
+}
+
+static int held_input_moves(const Instance *s)
+{
+    for (unsigned i = 0; i < model.n_inputs; i++)
+        for (unsigned k = 0; model.held[i] && k < MAX_ORDER; k++)
+            if (s->slopes[k * model.n_inputs + i] != 0) return 1;
+    return 0;
+}
+
+/* An input polynomial may leave the bounds of its variable on the way; its end is checked. */
+static Status inputs_in_bounds(Instance *s, double h)
+{
+    for (unsigned i = 0; i < model.n_inputs; i++) {
+        const Variable *v = &model.variables[model.first_input + i];
+        const double *d = s->slopes + i, *u = s->z + model.first_input + i;
+        const double end = *u + h * (d[0] + h / 2 * (d[model.n_inputs] + h / 3 * d[2 * model.n_inputs]));
+        if (!(end >= v->min && end <= v->max && isfinite(end)))
+            return report(s, DISCARD, "%s = %g %s at the end of the step is outside [%g, %g]", v->name, end, v->unit, v->min, v->max);
+    }
+    return OK;
+}
+
+/* Roundings of an importer's clock are forgiven, a gap or an overlap is not. */
+static Status check_step(Instance *s, double time, double h)
+{
+    if (!(h > 0) || !isfinite(h)) return report(s, ERROR, "a step of %g s: it must be positive and finite", h);
+    if (!(fabs(time - s->z[0]) <= 1e-9 * (fabs(time) + 1) + 1e-3 * h))
+        return report(s, ERROR, "a step from %g s, but the instance is at %g s", time, s->z[0]);
+    if (time + h > s->kept[STOP_TIME] + 1e-9 * (fabs(time) + 1) + 1e-3 * h)
+        return report(s, ERROR, "a step to %g s, but the stop time is %g s", time + h, s->kept[STOP_TIME]);
+    return OK;
+}
+
+Status step_from(Instance *s, double time, double h)
+{
+    if (check_step(s, time, h) != OK) return ERROR;
+    const unsigned n = model.n_states;
+    double *states = s->work;
+    if (s->parameters_changed) update_outputs(s);
+    if (s->kept[SLOPES_SET] == 0) memset(s->slopes, 0, MAX_ORDER * model.n_inputs * sizeof *s->slopes);
+    const unsigned order = polynomial_order(s);
+    if (order > 0 && inputs_in_bounds(s, h) != OK) return DISCARD;
+    if (n > 0) {
+        const int exact = model.exact && !(order > 0 && held_input_moves(s));
+        const Status status = exact ? exact_step(s, h, order, states) : rosenbrock_step(s, h, states);
+        if (status != OK) return status;
+        for (unsigned i = 0; i < n; i++)
+            if (!isfinite(states[i]))
+                return report(s, DISCARD, "%s is no longer finite after a step of %g s from %g s", model.variables[model.first_state + i].name, h, s->z[0]);
+        memcpy(s->z + model.first_state, states, n * sizeof *states);
+    }
+    if (order > 0) {
+        inputs_after(s, h, s->z);
+        advance_slopes(s, h);
+    }
+    s->kept[SLOPES_SET] = 0;
+    s->z[0] = time + h;
+    values_changed(s, 0);
+    return OK;
+}
