@@ -46,9 +46,8 @@ def stepped_sine(frequencies: Sequence[float] | None = None, seconds: float = 10
 
     def motion(time):
         since = time[:, None] - seconds * np.arange(len(levels))
-        moving = np.clip(since, 0, move)
-        risen = (1 - np.cos(pi * moving / move)) / 2
-        gone = moving / 2 - move / (2 * pi) * np.sin(pi * moving / move) + np.maximum(since - move, 0)
+        risen, _, area = _smooth_step(np.clip(since / move, 0, 1))
+        gone = move * area + np.maximum(since - move, 0)
         phase = 2 * pi * (levels[0] * time + gone @ changes)
         frequency = 2 * pi * (levels[0] + risen @ changes)
         return amplitude * np.sin(phase), amplitude * frequency * np.cos(phase)
@@ -77,13 +76,22 @@ def multisine(frequencies: Sequence[float] | None = None, duration: float = 200.
 
 
 def _from_rest(name: str, duration: float, motion: Motion, ramp: float) -> Excitation:
-    """The motion faded in and out over `ramp` [s] by a raised cosine, with standstill after it."""
+    """The motion faded in and out over `ramp` [s], with standstill after it."""
 
     def faded(time):
         angle, rate = motion(time)
         inside = np.clip(np.minimum(time, duration - time), 0, ramp)
-        envelope = (1 - np.cos(pi * inside / ramp)) / 2
-        slope = pi / (2 * ramp) * np.sin(pi * inside / ramp) * np.where(time < duration / 2, 1, -1)
-        return envelope * angle, envelope * rate + slope * angle
+        rise, slope, _ = _smooth_step(inside / ramp)
+        slope = slope / ramp * np.where(time < duration / 2, 1, -1)
+        return rise * angle, rise * rate + slope * angle
 
     return Excitation(name, duration + REST, faded)
+
+
+def _smooth_step(x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """From 0 to 1 with three continuous derivatives, its slope and its integral.
+
+    Coarser fades leave jumps in the acceleration, which a sampled torque shows as aliases.
+    """
+    value = x**4 * (35 - 84 * x + 70 * x**2 - 20 * x**3)
+    return value, 140 * x**3 * (1 - x) ** 3, x**5 * (7 - 14 * x + 10 * x**2 - 2.5 * x**3)

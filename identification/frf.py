@@ -30,8 +30,8 @@ from identification.sampling import uniform
 
 REFERENCES = ("steer_angle_command", "steer_angle", "steer_torque")
 LEAKAGE_TERMS = 2  # the polynomial in frequency that a band gives up to the ends of the record
-NODES = np.cos(pi * np.arange(6, -1, -1) / 6)  # where in a band a model is evaluated: exact up to the sixth power
-CENTRE = np.eye(7, dtype=complex)[3]  # the weights of a measurement at one frequency
+NODES = np.cos(pi * np.arange(8, -1, -1) / 8)  # where in a band a model is evaluated: exact up to the eighth power
+CENTRE = np.eye(9, dtype=complex)[4]  # the weights of a measurement at one frequency
 EMPTY = 0.01  # a band with less of the strongest band's excitation than this holds no measurement
 
 
@@ -40,8 +40,8 @@ class FRF:
     """An estimated inertance over n bands.
 
     frequency (n,) [Hz], inertance (n,) complex [(rad/s2)/(N.m)], variance (n,) of the apparent inertia
-    1/inertance, E|error|^2 [kg2.m4], coherence (n,), weights (n, 7) complex of the apparent inertia at
-    `nodes` (n, 7) [Hz]. modulus_deviation and phase_deviation [rad] (n,) over the `runs` that it is the mean
+    1/inertance, E|error|^2 [kg2.m4], coherence (n,), weights (n, 9) complex of the apparent inertia at
+    `nodes` (n, 9) [Hz]. modulus_deviation and phase_deviation [rad] (n,) over the `runs` that it is the mean
     of, NaN for fewer than two.
     """
 
