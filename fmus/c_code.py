@@ -31,14 +31,16 @@ class Printer(C99CodePrinter):
             return f"({product})" if expr.exp > 0 else f"(1.0/({product}))"
         return super()._print_Pow(expr)
 
+    def _print_NumberSymbol(self, expr):
+        return literal(float(expr))
+
+    _print_Pi = _print_Exp1 = _print_NumberSymbol  # strict C99 has no M_PI
+
     def _print_sign(self, expr):
         return f"sign({self._print(expr.args[0])})"
 
     def _print_Heaviside(self, expr):
         return f"heaviside({self._print(expr.args[0])})"
-
-    def _print_DiracDelta(self, expr):
-        return "0.0"
 
 
 def model_code(interface: Interface, identifier: str, guid: str) -> str:
@@ -121,7 +123,7 @@ def statements(assigned: Sequence[tuple[str, sympy.Expr]], places: dict[sympy.Sy
         return []
     common, reduced = sympy.cse([e for _, e in assigned], symbols=sympy.numbered_symbols("common_"))
     used = set().union(*(e.free_symbols for _, e in assigned))
-    printer = Printer({"contract": False})
+    printer = Printer({"contract": False, "math_macros": {}})
     names = {symbol: c_name(symbol.name) for symbol in used}
     printer._print_Symbol = lambda symbol: names.get(symbol, symbol.name)
     lines = [f"const double {names[symbol]} = {places[symbol]};" for symbol in sorted(used, key=lambda s: _order(places[s]))]

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 import sympy
 from scipy.sparse.csgraph import connected_components
-from sympy.core.relational import Relational
 
 from fmus.interface import Interface
+from fmus.symbolic import switching
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def _names(interface: Interface, symbols: Iterable[sympy.Symbol], roles: tuple[s
 def _continuous(interface: Interface, unknown: _Unknown) -> Dependence:
     """The kinds of an unknown's dependencies on time, inputs and states."""
     kinds = {}
-    switches = set().union(*(c.free_symbols for e in unknown.expressions for c in e.atoms(Relational)))
+    switches = switching(unknown.expressions)
     for name in _names(interface, unknown.symbols, ("time", "input", "state")):
         symbol = interface.form.symbols[name]
         if symbol in unknown.factors | switches:

@@ -42,9 +42,6 @@ class Printer(PythonCodePrinter):
     def _print_Heaviside(self, expr):
         return f"heaviside({self._print(expr.args[0])})"
 
-    def _print_DiracDelta(self, expr):
-        return "0.0"
-
 
 def slave_code(interface: Interface) -> str:
     """The source of the slave."""

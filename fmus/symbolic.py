@@ -3,6 +3,7 @@
     M(p, x) x' = f(x, u, p, t),   y = g(x, u, p, t),   J = d(f - M x', g) / d(x, u)
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -82,7 +83,8 @@ class Symbolic:
         rows += self.outputs
         if not rows or not unknowns:
             return sympy.zeros(len(rows), len(unknowns))
-        return sympy.Matrix(rows).jacobian(unknowns)
+        # The slope of a jump is zero beside it; on it there is none.
+        return sympy.Matrix(rows).jacobian(unknowns).replace(sympy.DiracDelta, lambda *_: sympy.S.Zero)
 
     @cached_property
     def needs_derivatives(self) -> bool:
@@ -105,9 +107,7 @@ class Symbolic:
         """
         component = self.component
         time, states = self.symbols["time"], set(self.symbols_of(component.states))
-        # A switch has slope zero on both of its sides, so the Jacobian does not show what it depends on.
-        switches = set().union(*(c.free_symbols for e in [*self.rates, *self.outputs] for c in e.atoms(Relational)))
-        constant = switches | self.mass.free_symbols
+        constant = switching([*self.rates, *self.outputs]) | self.mass.free_symbols
         if constant & {time, *states} or any(time in rate.free_symbols for rate in self.rates):
             return None
         held = {n for n in component.inputs if self.symbols[n] in constant}
@@ -123,6 +123,11 @@ class Symbolic:
             if not more:
                 return tuple(n for n in component.inputs if n in held)
             held |= more
+
+
+def switching(expressions: Iterable[sympy.Expr]) -> set[sympy.Symbol]:
+    """The symbols that make expressions jump: slopes are zero beside a jump, so the Jacobian does not show them."""
+    return set().union(*(jump.free_symbols for e in expressions for jump in e.atoms(Relational, sympy.sign, sympy.Heaviside)))
 
 
 _CACHE: dict[Any, Symbolic] = {}
