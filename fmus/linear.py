@@ -6,7 +6,6 @@
 from dataclasses import dataclass
 from typing import Any
 
-import control
 import numpy as np
 
 from fmus.component import Component
@@ -25,11 +24,6 @@ class StateSpace:
     states: tuple[str, ...]
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
-
-    def control(self) -> control.StateSpace:
-        """The same as python-control's StateSpace, with named signals."""
-        return control.ss(self.A, self.B, self.C, self.D, states=list(self.states), inputs=list(self.inputs),
-                          outputs=list(self.outputs))  # fmt: skip
 
     def frequency_response(self, omega: np.ndarray, output: str, input: str) -> np.ndarray:
         """G(i omega) from one input to one output; omega in rad/s, any shape; complex, of the same shape."""
