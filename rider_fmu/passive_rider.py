@@ -16,7 +16,7 @@ Cossalter, Doria, Fabris, Maso (2008), eqs 3, 4.
 
 from math import pi, sqrt
 
-from fmus import calculated, local, output, parameter, state
+from fmus import Component, calculated, local, output, parameter, state
 from fmus.ports import HandlebarDevice
 
 
@@ -59,7 +59,7 @@ class PassiveRider(HandlebarDevice):
         }
 
 
-def locked_steer_mode(rider: PassiveRider) -> tuple[float, float]:
+def locked_steer_mode(rider: Component) -> tuple[float, float]:
     """(nu_t [Hz], zeta_t [1]): torso frequency and damping ratio with the steer locked (2011, eqs 8, 9)."""
     p = rider.values
     stiffness = p["arm_stiffness"] + p["waist_stiffness"]

@@ -22,9 +22,9 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from fmus import System, linearise
+from fmus import Component, System, linearise
 from fmus.published import last_digit, table
-from rider_fmu import Handlebar, PassiveRider, riders
+from rider_fmu import Handlebar, riders
 from rider_fmu.passive_rider import locked_steer_mode
 from vehicle_fmu import LinearDamper, Modes, modes, motorcycles, over_speed, ridden
 from vehicle_fmu.published import MODES_2011, SHARP_1971_EIGENVALUES
@@ -171,10 +171,10 @@ def riders_2008() -> list[dict[str, Any]]:
     return rows
 
 
-def rig_modes(rider: PassiveRider, steer_inertia: float) -> dict[str, float]:
+def rig_modes(rider: Component, steer_inertia: float) -> dict[str, float]:
     """nu1, nu2 [Hz] (undamped) and zeta1, zeta2 [1] of a rider at the rig's bar; zeta2 > 1 for two real roots."""
 
-    def eigenvalues(who: PassiveRider) -> np.ndarray:
+    def eigenvalues(who: Component) -> np.ndarray:
         rig = System("rig", {"bar": Handlebar(steer_inertia=steer_inertia), "rider": who})
         return np.linalg.eigvals(linearise(rig).A)
 
