@@ -58,7 +58,7 @@ class Component:
 
     def __init_subclass__(cls, **options) -> None:
         super().__init_subclass__(**options)
-        rows = dict(cls.declared)
+        rows = {name: row for base in cls.__bases__ for name, row in getattr(base, "declared", {}).items()}
         for name, row in list(vars(cls).items()):
             if isinstance(row, Variable):
                 rows[name] = row.named(name)
@@ -69,6 +69,8 @@ class Component:
         self.name = name or type(self).__name__
         self.source = source
         self.assumed: dict[str, str] = {}
+        self.standard_error: dict[str, float] = {}
+        self.correlation: dict[str, dict[str, float]] = {}
         self.effects = tuple(effects)
         self.table: dict[str, Variable] = dict(self.declared)
         self.additions: dict[str, list] = {}
@@ -132,6 +134,7 @@ class Component:
     def _remade(self, effects: tuple, values: Mapping[str, float]) -> "Component":
         twin = type(self)(self.name, self.source, effects, **values)
         twin.assumed = dict(self.assumed)
+        twin.standard_error, twin.correlation = dict(self.standard_error), dict(self.correlation)
         return twin
 
     # Evaluation --------------------------------------------------------------------------------------

@@ -6,6 +6,9 @@
     [parameters]
     arm_stiffness = { value = 1053.4, unit = "N.m/rad" }     # or a bare number in the declared unit
     arm_damping = { value = 30.0, unit = "N.m.s/rad", assumed = "only bounded from below" }
+    waist_damping = { value = 4.8, unit = "N.m.s/rad", standard_error = 0.1 }
+    [correlation.arm_stiffness]
+    waist_damping = -0.3         # of the errors, where the values were identified together
     [printed]    numbers of the source to compare with
     [about]      anything else that is known
 """
@@ -21,7 +24,8 @@ from fmus.component import Component
 from fmus.errors import InputError, unknown
 from fmus.units import convert
 
-SECTIONS = ("component", "description", "source", "parameters", "printed", "about")
+SECTIONS = ("component", "description", "source", "parameters", "correlation", "printed", "about")
+ENTRY = ("value", "unit", "assumed", "standard_error")
 
 
 @dataclass(frozen=True)
@@ -77,18 +81,39 @@ def component_from(contents: Mapping[str, Any], components: Mapping[str, type[Co
     if contents.get("component") not in components:
         raise unknown(f"component in {file}", contents.get("component"), components)
     kind = components[contents["component"]]
-    values, assumed = {}, {}
+    values, assumed, errors = {}, {}, {}
+    parameters = [n for n, r in kind.declared.items() if r.role == "parameter"]
     for key, entry in contents.get("parameters", {}).items():
-        if key not in kind.declared or kind.declared[key].role != "parameter":
-            raise InputError(f"{file}: {unknown('parameter', key, [n for n, r in kind.declared.items() if r.role == 'parameter'])}")
+        if key not in parameters:
+            raise InputError(f"{file}: {unknown('parameter', key, parameters)}")
         row = kind.declared[key]
         if not isinstance(entry, Mapping):
             entry = {"value": entry}
-        if not isinstance(entry.get("value"), (int, float)):
-            raise InputError(f"{file}: {key} needs a number [{row.unit}], as in {key} = {{ value = 1.0, unit = \"{row.unit}\" }}")
-        values[key] = convert(entry["value"], entry.get("unit", row.unit), row.unit)
+        for word in entry:
+            if word not in ENTRY:
+                raise InputError(f"{file}: {unknown(f'key of {key}', word, ENTRY)}")
+        for word in ("value", *({"standard_error"} & set(entry))):
+            if not isinstance(entry.get(word), (int, float)):
+                raise InputError(f"{file}: {key} needs a number [{row.unit}], as in {key} = {{ value = 1.0, unit = \"{row.unit}\" }}")
+        unit = entry.get("unit", row.unit)
+        values[key] = convert(entry["value"], unit, row.unit)
         if "assumed" in entry:
             assumed[key] = entry["assumed"]
+        if "standard_error" in entry:
+            errors[key] = convert(entry["standard_error"], unit, row.unit)
     component = kind(name, contents.get("source", ""), **values)
-    component.assumed = assumed
+    component.assumed, component.standard_error = assumed, errors
+    component.correlation = _correlation(contents.get("correlation", {}), errors, file)
     return component
+
+
+def _correlation(given: Mapping[str, Mapping[str, float]], errors: Mapping[str, float], file: str) -> dict[str, dict[str, float]]:
+    """The correlations of the errors by pairs of parameters, as they stand, once they are known to make sense."""
+    for first, row in given.items():
+        for second, value in row.items():
+            for name in (first, second):
+                if name not in errors:
+                    raise InputError(f"{file}: {unknown('parameter with a standard_error in [correlation]', name, errors)}")
+            if not (isinstance(value, (int, float)) and -1 <= value <= 1):
+                raise InputError(f"{file}: correlation of {first} and {second} is {value!r}, expected a number from -1 to 1")
+    return {first: dict(row) for first, row in given.items()}
