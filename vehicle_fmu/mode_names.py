@@ -5,12 +5,12 @@ At 60 m/s the characters are distinct, so names are given there and kept along e
   wobble         the oscillation in which the steer takes the largest part
   rider-wobble   the other one, which only a device with a body of its own has
   capsize        the slowest real root
-  rear wobble    the pair that real roots form on the way down (near 18 m/s for Sharp's motorcycle)
+  rear wobble    the pair that unnamed real roots form on the way down (near 18 m/s for Sharp's motorcycle)
 A wobble that is overdamped there is the two real roots in which the steer takes the largest part.
 
-Below the birth of rear wobble the branches of wobble, rider-wobble and rear wobble veer and exchange character.
-There the names follow the character:
-  rear wobble    the largest |Y_r / Y_f|, rear over front tyre side force
+Below the speed at which another pair is born the branches of wobble, rider-wobble and rear wobble veer and exchange
+character. There the names follow the character:
+  rear wobble    the largest |Y_r / Y_f|, rear over front tyre side force, if above one
   wobble         of the other two the one in which the torso moves more against the bar:
                  the smaller Re(theta delta*) / (|theta|^2 + |delta|^2)
   rider-wobble   the last; where only one is left beside rear wobble, wobble is overdamped
@@ -102,10 +102,11 @@ class Names:
 def name(linearised: Linearised, branches: Branches, naming_speed: float) -> Names:
     """The names of the branches at all speeds. The branches' grid has every multiple of 0.1 m/s."""
     above = _named_at(naming_speed, linearised, branches)
-    birth, rear = _birth_of_rear_wobble(branches, {c for columns in above.values() for c in columns}, naming_speed)
-    if not rear:
+    birth, another = _birth_of_another_pair(branches, above, naming_speed)
+    if not another:
         return Names(above, [], [])
-    above["rear_wobble"] = rear
+    if not {c for columns in above.values() for c in columns} & set(another):
+        above["rear_wobble"] = another
     low = branches.parameter[0]
     tenths = FINE * np.arange(np.floor(birth / FINE + 1e-9), np.ceil(low / FINE - 1e-9) - 1, -1)
     stride = round(COARSE / FINE)
@@ -153,16 +154,20 @@ def _named_at(speed: float, linearised: Linearised, branches: Branches) -> dict[
     return names
 
 
-def _birth_of_rear_wobble(branches: Branches, named: set[int], naming_speed: float) -> tuple[float, Columns]:
-    """The highest speed below the naming speed at which unnamed branches are a pair, and those branches."""
-    free = np.array([i for i in range(branches.eigenvalues.shape[1]) if i not in named], int)
-    oscillates = (branches.eigenvalues[:, free].imag != 0) & (branches.parameter < naming_speed)[:, None]
-    if not oscillates.any():
-        return 0.0, ()
-    k = int(np.flatnonzero(oscillates.any(axis=1))[-1])
-    one = free[int(np.argmax(oscillates[k]))]
-    other = int(np.argmin(np.abs(branches.eigenvalues[k] - branches.eigenvalues[k, one].conj())))
-    return float(branches.parameter[k]), (int(one), other)
+def _birth_of_another_pair(branches: Branches, named: dict[str, Columns], naming_speed: float) -> tuple[float, Columns]:
+    """The highest speed below the naming speed at which a pair is not that of one name, and its branches."""
+    values = branches.eigenvalues
+    partner = {columns[0]: columns[1] for columns in named.values() if len(columns) == 2}
+    partner.update({b: a for a, b in partner.items()})
+    best: tuple[float, Columns] = (0.0, ())
+    for i in range(values.shape[1]):
+        other = partner.get(i, i)
+        apart = (values[:, i].imag != 0) & ((other == i) | (np.abs(values[:, other] - values[:, i].conj()) > 1e-6 * np.abs(values[:, i])))
+        places = np.flatnonzero(apart & (branches.parameter < naming_speed))
+        if len(places) and branches.parameter[places[-1]] > best[0]:
+            k = places[-1]
+            best = float(branches.parameter[k]), (i, int(np.argmin(np.abs(values[k] - values[k, i].conj()))))
+    return best
 
 
 def _characters(speeds: np.ndarray, linearised: Linearised, branches: Branches, above: dict[str, Columns]) -> list:
@@ -178,14 +183,17 @@ def _character(shapes: Shapes, k: int, above: dict[str, Columns]) -> tuple[tuple
     front = sorted((i for i, columns in pairs.items() if weave.isdisjoint(columns)), key=lambda i: -tyres[i])
     if not front:
         return tuple((mode, above[mode]) for mode in FRONT if mode in above), False
-    names = {"rear_wobble": pairs[front[0]]}
-    rest = sorted(front[1:], key=lambda i: together[i])
-    if len(rest) == 1 and "rider_wobble" in above:
+    names: dict[str, Columns] = {}
+    if tyres[front[0]] > 1:
+        names["rear_wobble"] = pairs[front.pop(0)]
+    rest = sorted(front, key=lambda i: together[i])
+    if len(rest) == 1 and "rider_wobble" in above and (names or together[rest[0]] > 0):
         names["rider_wobble"] = pairs[rest[0]]
     else:
         names.update({mode: pairs[i] for mode, i in zip(("wobble", "rider_wobble"), rest, strict=False)})
     used = {c for columns in pairs.values() for c in columns}
     left = tuple(c for mode in FRONT for c in above.get(mode, ()) if c not in used)
     names.update({mode: left for mode in FRONT if mode in above and mode not in names})
-    is_mixed = len(front) > 1 and "rider_wobble" in above and tyres[front[1]] > MIXED * tyres[front[0]]
+    ratios = sorted((tyres[i] for i, columns in pairs.items() if weave.isdisjoint(columns)), reverse=True)
+    is_mixed = "rider_wobble" in above and "rear_wobble" in names and len(ratios) > 1 and ratios[1] > MIXED * ratios[0]
     return tuple(sorted(names.items())), is_mixed
