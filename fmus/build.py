@@ -31,6 +31,7 @@ from fmus.model_description import compiled, model_description
 RUNTIME = ("derivatives.c", "exact_step.c", "instance.c", "linear_algebra.c", "rosenbrock.c", "snapshot.c", "step.c")
 HEADERS = ("instance.h", "linear_algebra.h", "model.h", "snapshot.h", "step.h")
 FMI_HEADERS = {2: ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h")}
+GUID = "{the identifier that follows from the content}"
 BACKENDS = ("compiled", "python")
 
 
@@ -103,12 +104,11 @@ def source_contents(interface: Interface, fmi: int) -> dict[str, bytes]:
     headers = {n: (Path(fmpy.__file__).parent / "c-code" / n).read_bytes() for n in FMI_HEADERS[fmi]}
     sources = [n for n in sorted([*shared, "model.c"]) if n.endswith(".c")]
 
-    def rendered(guid: str) -> dict[str, bytes]:
-        description = model_description(interface, identifier, guid, compiled(interface, sources))
-        generated = {**shared, **headers, "model.c": model_code(interface, identifier, guid).encode()}
-        return {"modelDescription.xml": description, **{f"sources/{n}": data for n, data in generated.items()}}
-
-    return rendered(guid_of(content_key(rendered(""))))
+    description = model_description(interface, identifier, GUID, compiled(interface, sources))
+    generated = {**shared, **headers, "model.c": model_code(interface, identifier, GUID).encode()}
+    contents = {"modelDescription.xml": description, **{f"sources/{n}": data for n, data in generated.items()}}
+    guid = guid_of(content_key(contents)).encode()
+    return {name: data.replace(GUID.encode(), guid) for name, data in contents.items()}
 
 
 def guid_of(key: str) -> str:
