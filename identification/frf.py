@@ -180,7 +180,7 @@ def mean_frf(frfs: Sequence[FRF], name: str = "mean") -> FRF:
     inertance = table(lambda f: f.inertance)
     here = ~np.isnan(inertance)
     runs = here.sum(axis=0)
-    direction = np.nansum(inertance / np.abs(inertance), axis=0)
+    direction = np.nansum(np.exp(1j * np.angle(inertance)), axis=0)
     turn = np.angle(inertance / direction)  # phases around their mean direction, where none of them wraps
     modulus, phase = np.nanmean(np.abs(inertance), axis=0), np.angle(direction) + np.nanmean(turn, axis=0)
     mean = modulus * np.exp(1j * phase)

@@ -1,0 +1,91 @@
+"""From a test on the rig to a rider: the model that is fitted, and the rider and the file that come of it."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from fmus import System
+from identification.fit import Identification
+from identification.response import Response
+from rider_fmu import Handlebar, PassiveRider, riders
+from rider_fmu.two_degree_of_freedom import DERIVED_UNITS, derived
+from scenarios.command_line import write_text
+
+PARAMETERS = ("steer_inertia", "torso_inertia", "arm_stiffness", "waist_stiffness", "arm_damping", "waist_damping")
+VALUES = ("added_steer_inertia", *PARAMETERS[1:])  # the same in a rider's file
+HANDLEBAR_INERTIA = 0.125  # kg.m2, the bare bar of the 2011 paper
+
+
+def rig_response(rider: PassiveRider | None = None, steer_inertia: float = HANDLEBAR_INERTIA) -> Response:
+    """The inertance of bar and rider (2011, eq. 6) over PARAMETERS; the fit starts at the rider's values, the mean rider's by default."""
+    rider = rider or riders.load("mean_2011")
+    system = System("rig", {"bar": Handlebar("bar", steer_inertia=steer_inertia), "rider": rider})
+    return Response(system, "bar.servo_torque", "bar.steer_acceleration", [qualified(name) for name in PARAMETERS])
+
+
+def qualified(name: str) -> str:
+    """The parameter's name in the system of bar and rider."""
+    return f"{'bar' if name == 'steer_inertia' else 'rider'}.{name}"
+
+
+def rider_from(values: Sequence[float], handlebar_inertia: float = HANDLEBAR_INERTIA, name: str = "measured", source: str = "") -> PassiveRider:
+    """The rider with identified values of PARAMETERS (6,); what the bar does not have of steer_inertia is the rider's."""
+    given = dict(zip(PARAMETERS, map(float, values), strict=True))
+    return PassiveRider(name, source, added_steer_inertia=given.pop("steer_inertia") - handlebar_inertia, **given)
+
+
+def derived_with_errors(found: Identification, handlebar_inertia: float) -> dict[str, dict]:
+    """What follows from the parameters, name -> {value, standard_error, unit}; errors to first order."""
+
+    def at(x: np.ndarray) -> dict[str, float | None]:
+        return derived(rider_from(np.exp(x), handlebar_inertia), float(np.exp(x[0])), handlebar_inertia)
+
+    x = np.log(found.values)
+    here, step = at(x), 1e-5
+    sides = [(at(x + step * e), at(x - step * e)) for e in np.eye(len(x))]
+    result = {}
+    for name, unit in DERIVED_UNITS.items():
+        error = None
+        if here[name] is not None and all(up[name] is not None and down[name] is not None for up, down in sides):
+            slope = np.array([(up[name] - down[name]) / (2 * step) for up, down in sides])  # type: ignore[operator]
+            error = float(np.sqrt(slope @ found.covariance @ slope))
+        result[name] = {"value": here[name], "standard_error": error, "unit": unit}
+    return result
+
+
+def rider_toml(found: Identification, handlebar_inertia: float, description: str, source: str) -> str:
+    """A rider's value file with standard errors and correlations, as `riders.load` and every command take it."""
+    lines = _value_lines(found.values, handlebar_inertia, description, source, found.standard_error)
+    for i, name in enumerate(VALUES[1:], 1):
+        lines += ["", f"[correlation.{name}]", *(f"{other} = {float(found.correlation[i, j]):.4f}" for j, other in enumerate(VALUES[:i]))]
+    lines += ["", "[about]", f'handlebar_inertia = {{ value = {handlebar_inertia!r}, unit = "kg.m2" }}', f'method = "{found.method}"',
+              f'radius_residual = {{ value = {found.residual["radius"]!r}, unit = "rad/s2/(N.m)" }}',
+              f'phase_residual = {{ value = {found.residual["phase_deg"]!r}, unit = "deg" }}']  # fmt: skip
+    return "\n".join(lines) + "\n"
+
+
+def _value_lines(values: Sequence[float], handlebar_inertia: float, description: str, source: str,
+                 errors: Sequence[float] | None = None) -> list[str]:  # fmt: skip
+    rider = rider_from(values, handlebar_inertia)
+    lines = ['component = "PassiveRider"', f"description = {json.dumps(description)}", f"source = {json.dumps(source)}", "", "[parameters]"]
+    for i, name in enumerate(VALUES):
+        error = f", standard_error = {float(errors[i])!r}" if errors is not None else ""
+        lines.append(f'{name} = {{ value = {rider.values[name]!r}, unit = "{rider.table[name].unit}"{error} }}')
+    return lines
+
+
+def table_spread(count: int, seed: int = 0) -> np.ndarray:
+    """Riders (count, 6) drawn from the spread of the ten riders of 2011: log-normal, with the table's correlations."""
+    ten = [riders.load(name) for name in riders.names() if name.endswith("_2011") and name != "mean_2011"]
+    logs = np.log([[HANDLEBAR_INERTIA + r.values["added_steer_inertia"], *(r.values[n] for n in PARAMETERS[1:])] for r in ten])
+    return np.exp(np.random.default_rng(seed).multivariate_normal(logs.mean(axis=0), np.cov(logs.T), count))
+
+
+def write_population(draws: np.ndarray, handlebar_inertia: float, folder: Path, source: str) -> list[Path]:
+    """One value file for each row of draws (n, 6): rider_001.toml and on. The paths."""
+    paths = [folder / f"rider_{number:03d}.toml" for number in range(1, len(draws) + 1)]
+    for path, row in zip(paths, draws, strict=True):
+        write_text(path, "\n".join(_value_lines(row, handlebar_inertia, "Drawn, not measured", source)) + "\n")
+    return paths
