@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import sympy
 
+from fmus.terms import term
+
 
 class Quantised(sympy.Function):
     """x rounded to a whole number of steps, as a converter does; x itself for step 0. Linearised, it is x."""
@@ -26,7 +28,7 @@ class Quantised(sympy.Function):
     def _numpycode(self, printer):
         x, step = (printer._print(a) for a in self.args)
         where, floor = (printer._module_format(f"numpy.{word}") for word in ("where", "floor"))
-        return f"{where}({step} > 0, {step}*{floor}({x}/{where}({step} > 0, {step}, 1) + 0.5), {x})"
+        return f"{where}(({step}) > 0, ({step})*{floor}(({x})/{where}(({step}) > 0, {step}, 1) + 0.5), {x})"
 
 
 def _quantised(x, step):
@@ -56,6 +58,10 @@ class _SymPyWords:
         return Quantised(x, step)
 
     @staticmethod
+    def term(x):
+        return term(x)
+
+    @staticmethod
     def maximum(a, b):
         return sympy.Max(a, b)
 
@@ -66,6 +72,7 @@ class _SymPyWords:
 
 NUMERIC = SimpleNamespace(
     pi=np.pi,
+    term=lambda x: x,
     sin=np.sin,
     cos=np.cos,
     tan=np.tan,

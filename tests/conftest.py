@@ -1,6 +1,36 @@
-"""Property tests draw the same examples in every run, on every machine, however slow."""
+"""Fixtures: property tests that repeat, a cache of FMUs for the run of the tests, FMUs that are closed again."""
 
+import pytest
 from hypothesis import settings
+from importer import Opened
 
+from fmus.build import build
+
+# The same examples in every run, on every machine, however slow.
 settings.register_profile("reproducible", derandomize=True, deadline=None)
 settings.load_profile("reproducible")
+
+
+@pytest.fixture(scope="session")
+def cache(tmp_path_factory):
+    return tmp_path_factory.mktemp("cache")
+
+
+@pytest.fixture(autouse=True)
+def private_cache(cache, monkeypatch):
+    """No test reads or leaves anything in the user's own cache."""
+    monkeypatch.setenv("MOTOFMI_CACHE", str(cache))
+
+
+@pytest.fixture
+def opened(tmp_path):
+    """Opens the FMU of a component: opened(component, exchange=False, **options of build)."""
+    made = []
+
+    def open_fmu(component, exchange=False, **options):
+        made.append(Opened(build(component, tmp_path, **options).path, exchange))
+        return made[-1]
+
+    yield open_fmu
+    for each in made:
+        each.close()

@@ -1,11 +1,11 @@
 """The Carvallo-Whipple bicycle: four rigid bodies, knife-edge wheels that roll without slip.
 
     M q'' + V C1 q' + (g K0 + V^2 K2) q = f,   q = (roll, steer),
-    yaw rate r = (V delta + c s) cos(eps) / w
+    yaw rate r = (V delta + c s) cos(eps) / w_b
 
-c is the trail measured on the ground, w the wheelbase. A torque T_f about the steer axis on the rear frame
-and T_h on the front assembly do the virtual work T_h (s + w_f) + T_f w_f, w_f = r cos(eps) + p sin(eps), with
-the virtual yaw c cos(eps) / w of a steer displacement.
+c is the trail measured on the ground, w_b the wheelbase. A torque T_f about the steer axis on the rear frame
+and T_h on the front assembly do the virtual work T_h (s + w) + T_f w, w = r cos(eps) + p sin(eps), with
+the virtual yaw c cos(eps) / w_b of a steer displacement.
 
 Source: Meijaard, Papadopoulos, Ruina, Schwab, Proc. R. Soc. A 463 (2007) 1955-1982, Appendix A, whose x is
 forward, y right, z down; positions are of the rear contact's frame.
@@ -19,7 +19,7 @@ from vehicle_fmu.motorcycle import symmetric
 class Bicycle(Component):
     """Carvallo-Whipple bicycle with the handlebar port of the motorcycle."""
 
-    wheelbase = parameter("m", "Wheelbase", symbol="w", min=0.05, max=10, start=1.02)
+    wheelbase = parameter("m", "Wheelbase", symbol="w_b", min=0.05, max=10, start=1.02)
     ground_trail = parameter("m", "Trail, measured on the ground", symbol="c", min=-1, max=2, start=0.08)
     caster_angle = parameter("rad", "Tilt of the steer axis", symbol=r"\epsilon", min=-1.5, max=1.5, start=0.31415926535897931)
     gravity = parameter("m/s2", "Gravitational acceleration", symbol="g", min=0, max=100, start=9.81)

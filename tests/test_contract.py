@@ -1,0 +1,194 @@
+"""What every component keeps to, with its default values and with all values that ship."""
+
+from collections import defaultdict
+
+import numpy as np
+import pytest
+import sympy
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fmus import linearise
+from fmus.control_systems import as_control
+from fmus.mathematics import NUMERIC
+from fmus.ports import MOTION, TORQUES, HandlebarDevice
+from fmus.symbolic import symbolic
+from fmus.units import unit
+from scenarios import names
+
+CLASSES = [pytest.param(kind, id=name) for name, kind in names.COMPONENTS.items()]
+SHIPPED = [names.component(spec) for spec in names.every_name()]
+INSTANCES = [pytest.param(c, id=c.name) for c in SHIPPED]
+DEVICES = [pytest.param(c, id=c.name) for c in SHIPPED if isinstance(c, HandlebarDevice)]
+seeds = st.integers(0, 2**32 - 1)
+
+
+def test_every_class_ships_with_values_or_is_complete_without():
+    """A class that no value file names must work with its defaults."""
+    for kind in set(names.COMPONENTS.values()) - {type(c) for c in SHIPPED}:
+        rates, outputs = kind().derivatives(*at_start(kind()))
+        assert np.isfinite(rates).all() and np.isfinite(outputs).all()
+
+
+def at_start(component):
+    values = component.start_values()
+    return np.array([values[n] for n in component.states]), np.array([values[n] for n in component.inputs])
+
+
+def draw(row, generator):
+    """A value within a row's bounds: around its start where that is not zero, else around zero."""
+    low, high = (row.start * 0.5, row.start * 1.5) if row.start else (-2.0, 2.0)
+    return generator.uniform(*np.clip(sorted((low, high)), row.min, row.max))
+
+
+# The table ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", CLASSES)
+def test_every_variable_has_a_unit_a_meaning_and_a_start_within_its_bounds(kind):
+    for name, row in kind().table.items():
+        assert unit(row.unit).factor == 1.0, name
+        assert row.description[:1].isupper() and not row.description.endswith("."), name
+        assert row.min <= row.start <= row.max, name
+    assert (kind.__doc__ or "").strip().endswith("."), "a sentence in `motofmi list`"
+
+
+def test_one_name_has_one_unit_in_the_whole_project():
+    units = defaultdict(set)
+    for kind in names.COMPONENTS.values():
+        for name, row in kind().table.items():
+            units[name].add(row.unit)
+    assert {name: u for name, u in units.items() if len(u) > 1} == {}
+
+
+@pytest.mark.parametrize("kind", CLASSES)
+def test_symbols_differ_within_a_component(kind):
+    symbols = [row.latex for row in kind().table.values()]
+    assert len(set(symbols)) == len(symbols), sorted(s for s in symbols if symbols.count(s) > 1)
+
+
+@pytest.mark.parametrize("kind", CLASSES)
+def test_the_handlebar_port_is_whole_and_as_declared(kind):
+    rows = {n: r for n, r in kind().table.items() if r.port == "handlebar"}
+    if not rows:
+        return
+    assert {n: (r.unit, r.description, r.symbol) for n, r in rows.items()} == {**MOTION, **TORQUES}
+    assert all(r.flow == (n in TORQUES) for n, r in rows.items())
+    told, answered = (MOTION, TORQUES) if issubclass(kind, HandlebarDevice) else (TORQUES, MOTION)
+    assert set(told) <= set(kind().inputs)
+    assert set(answered) <= set(kind().outputs)
+
+
+# The equations ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", CLASSES)
+@settings(max_examples=10)
+@given(seed=seeds)
+def test_equations_give_the_same_on_numbers_arrays_and_symbols(kind, seed):
+    component, generator = kind(), np.random.default_rng(seed)
+    rows = component.rows("parameter", "input", "state")
+    points = [{"time": generator.uniform(0, 10), **{n: draw(r, generator) for n, r in rows.items()}} for _ in range(3)]
+    stacked = {n: np.array([p[n] for p in points]) for n in points[0]}
+    one_by_one = [{**component.run(p, NUMERIC), **component.mass_entries(p, NUMERIC)} for p in points]
+    on_arrays = {**component.run(stacked, NUMERIC), **component.mass_entries(stacked, NUMERIC)}
+    for key, value in on_arrays.items():
+        # Numpy's functions of arrays may differ from those of numbers in the last digits.
+        assert np.broadcast_to(value, 3) == pytest.approx([r[key] for r in one_by_one], rel=1e-12, abs=1e-12), key
+    form = symbolic(component)
+    keys = [*(f"der({n})" for n in component.states), *component.outputs, *component.rows("calculated")]
+    function = sympy.lambdify(list(form.symbols.values()), [*form.rates, *form.outputs, *form.calculated], "numpy")
+    for point, results in zip(points, one_by_one, strict=True):
+        numbers = function(*(point[n] for n in form.symbols))
+        expected = [float(results[k]) for k in keys]
+        scale = 1e-12 * max(map(abs, expected), default=1.0)
+        # SymPy orders sums differently: rounding, of the largest of the results where they cancel.
+        assert numbers == pytest.approx(expected, rel=1e-9, abs=max(scale, 1e-12))
+
+
+@pytest.mark.parametrize("component", INSTANCES)
+@settings(max_examples=5)
+@given(seed=seeds)
+def test_the_jacobian_is_the_slope_of_the_derivatives(component, seed):
+    generator = np.random.default_rng(seed)
+    point = {n: draw(r, generator) for n, r in component.rows("state", "input").items()}
+    space = linearise(component, **point)
+    wanted = np.block([[space.A, space.B], [space.C, space.D]])
+    found = slopes(component, np.array([point[n] for n in component.states + component.inputs]))
+    # Central differences of fourth order with steps of 1e-3: truncation and rounding are below 1e-8 of the largest slope in a row.
+    scale = np.maximum(np.abs(wanted).max(axis=1, keepdims=True, initial=0), 1.0)
+    assert (np.abs(found - wanted) <= 1e-6 * scale).all()
+
+
+def slopes(component, point):
+    """d (derivatives, outputs) / d (states, inputs) by central differences of fourth order."""
+    nx = len(component.states)
+
+    def at(values):
+        return np.concatenate(component.derivatives(values[:nx], values[nx:]))
+
+    columns = []
+    for i, value in enumerate(point):
+        step = np.zeros(len(point))
+        step[i] = 1e-3 * max(abs(value), 1.0)
+        columns.append((8 * (at(point + step) - at(point - step)) - at(point + 2 * step) + at(point - 2 * step)) / (12 * step[i]))
+    return np.array(columns).T
+
+
+@pytest.mark.parametrize("component", INSTANCES)
+def test_rest_is_an_equilibrium(component):
+    rates, outputs = component.derivatives(*at_start(component))
+    assert not rates.any() and not outputs.any()
+
+
+@pytest.mark.parametrize("component", INSTANCES)
+def test_it_becomes_a_control_statespace_with_its_names(component):
+    system = as_control(linearise(component))
+    assert tuple(system.input_labels) == component.inputs
+    assert tuple(system.output_labels) == component.outputs
+    assert tuple(system.state_labels) == component.states
+
+
+@pytest.mark.parametrize("component", INSTANCES)
+def test_values_have_a_source(component):
+    assert len(component.source) > 20
+    assert set(component.assumed) <= set(component.rows("parameter"))
+
+
+# Passivity ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("device", DEVICES)
+def test_a_device_gives_no_energy_that_it_was_not_given(device):
+    """From rest, in whatever motion of bar and frame: the integral of T_h (s + w) + T_f w is never positive."""
+    generator = np.random.default_rng(1)
+    lines, motions = 3, 40
+    amplitude = generator.uniform(-1, 1, (3, lines, motions))  # rad, rad/s
+    omega = 2 * np.pi * generator.uniform(0.3, 12, (2, lines, motions))
+
+    def motion(time):
+        angle = (amplitude[0] * (1 - np.cos(omega[0] * time))).sum(axis=0)
+        rate = (amplitude[0] * omega[0] * np.sin(omega[0] * time)).sum(axis=0)
+        frame = (amplitude[1] * np.sin(omega[1] * time)).sum(axis=0)
+        return {"steer_angle": angle, "steer_rate": rate, "frame_rate": frame, "time": time}
+
+    def rates(time, state):
+        given = motion(time)
+        results = device.run({**device.values, **given, **dict(zip(device.states, state, strict=False))}, NUMERIC)
+        power = results["handlebar_torque"] * (given["steer_rate"] + given["frame_rate"]) + results["frame_torque"] * given["frame_rate"]
+        return np.array([*(results[f"der({n})"] for n in device.states), power, np.abs(power)])
+
+    step, state = 1e-3, np.zeros((len(device.states) + 2, motions))
+    for k in range(1500):
+        state = runge_kutta_step(rates, k * step, state, step)
+        energy, exchanged = state[-2:]
+        # Runge-Kutta's own error in the energy is below 1e-6 of what is exchanged with poles up to 80 1/s.
+        assert (energy <= 1e-6 * exchanged).all()
+
+
+def runge_kutta_step(rates, time, state, step):
+    first = rates(time, state)
+    second = rates(time + step / 2, state + step / 2 * first)
+    third = rates(time + step / 2, state + step / 2 * second)
+    fourth = rates(time + step, state + step * third)
+    return state + step / 6 * (first + 2 * second + 2 * third + fourth)
