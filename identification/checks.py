@@ -58,13 +58,13 @@ def channel_warnings(time: np.ndarray, columns: Mapping[str, np.ndarray], units:
         if np.ptp(values) == 0:
             found.append(f"{name} is constant at {values[0]:g} {units[name]}")
             continue
-        for side, level in (("upper", values.max()), ("lower", values.min())):
-            at = clipped(values if side == "upper" else -values)
+        for side, sign in (("upper", 1.0), ("lower", -1.0)):
+            at = clipped(sign * values)
             if len(at):
-                found.append(f"{name} seems clipped at its {side} limit {level:g} {units[name]}: {len(at)} samples, first at {time[at[0]]:g} s")
-        limit = PLAUSIBLE.get(name)
-        if limit and np.abs(values).max() > limit:
-            found.append(f"{name} reaches {np.abs(values).max():g} {units[name]}: are the channels swapped, or is its unit wrong?")
+                found.append(f"{name} seems clipped at its {side} limit {values[at[0]]:g} {units[name]}: {len(at)} samples, first at {time[at[0]]:g} s")
+        largest = float(np.abs(values).max())
+        if largest > PLAUSIBLE.get(name, np.inf):
+            found.append(f"{name} reaches {largest:g} {units[name]}: are the channels swapped, or is its unit wrong?")
     return found
 
 

@@ -19,6 +19,7 @@ these weights, so a model can be compared as the same estimator would see it.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import pi
+from typing import Any
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
@@ -91,7 +92,8 @@ class FRF:
         kept = (self.frequency >= low - 1e-9) & (self.frequency <= high + 1e-9)
         if not kept.any():
             raise InputError(f"{self.name}: nothing between {low:g} and {high:g} Hz (measured: {self.frequency[0]:g} to {self.frequency[-1]:g} Hz)")
-        return replace(self, **{key: value[kept] for key, value in vars(self).items() if isinstance(value, np.ndarray)})
+        arrays: dict[str, Any] = {key: value[kept] for key, value in vars(self).items() if isinstance(value, np.ndarray)}
+        return replace(self, **arrays)
 
 
 def estimate(recording: Recording, reference: str = "", frequencies: np.ndarray | None = None, width: float = 0.25) -> FRF:

@@ -71,11 +71,11 @@ class Response:
         """(i omega)^k for k = 0 to the degree, shape (n, degree + 1): what evaluations at the same omega share."""
         return (1j * np.asarray(omega, float)[:, None]) ** np.arange(self._polynomials[0] + 1)
 
-    def __call__(self, omega: np.ndarray, p: Sequence[float] | None = None) -> np.ndarray:
+    def __call__(self, omega: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:
         """G (n,) at omega (n,) [rad/s] for parameter values p (np,), the component's own where none are given."""
         return self.with_derivatives(self.powers(omega), self.values if p is None else p)[0]
 
-    def with_derivatives(self, powers: np.ndarray, p: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
+    def with_derivatives(self, powers: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """G (n,) and dG/dp (n, np) for the powers of s and parameter values p (np,)."""
         above, below, above_slope, below_slope = self._polynomials[1](*p)
         denominator = powers @ np.array(below, float)

@@ -12,7 +12,7 @@ from math import pi
 
 import numpy as np
 
-from fmus import System, linearise
+from fmus import Component, System, linearise
 from rider_fmu.handlebar import Handlebar
 from rider_fmu.passive_rider import PassiveRider, locked_steer_mode
 
@@ -32,7 +32,7 @@ def derived(rider: PassiveRider, steer_inertia: float, handlebar_inertia: float)
             "added_steer_inertia": steer_inertia - handlebar_inertia}  # fmt: skip
 
 
-def _roots(rider: PassiveRider, steer_inertia: float) -> np.ndarray:
+def _roots(rider: Component, steer_inertia: float) -> np.ndarray:
     """The eigenvalues (4,) of rider and bar; the bar carries what a cross inertia leaves of its inertia."""
     carried = steer_inertia - rider.values["cross_inertia"] ** 2 / rider.values["torso_inertia"]
     return np.linalg.eigvals(linearise(System("rig", {"bar": Handlebar("bar", steer_inertia=carried), "rider": rider})).A)

@@ -1,6 +1,7 @@
 """The figures of the papers: amplitude and phase of the inertance with the band mu +- sigma, and the Nyquist plane."""
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -10,12 +11,22 @@ from fmus.errors import InputError
 from fmus.files import write_beside
 from identification.fit import Identification
 from identification.frf import FRF
+from identification.response import Response
 from scenarios.report import COLOURS, new_figure
 
 INERTANCE = "[(rad/s$^2$)/(N m)]"
 
 
-def amplitude_and_phase(mean: FRF, found: Identification | None = None) -> Figure:
+Curve = tuple[np.ndarray, np.ndarray]  # frequency [Hz], inertance
+
+
+def fitted_curve(found: Identification, model: Response) -> Curve:
+    """The identified model over the measured frequencies, finely."""
+    frequency = np.linspace(min(f.frequency[0] for f in found.frfs), max(f.frequency[-1] for f in found.frfs), 400)
+    return frequency, model(2 * np.pi * frequency, found.values)
+
+
+def amplitude_and_phase(mean: FRF, fitted: Curve | None = None) -> Figure:
     """Modulus and phase over frequency, measured with its band, and the fitted curve (2011, Fig. 3)."""
     figure, (upper, lower) = new_figure(1, 2, width=7.5, height=6.5, sharex=True)
     modulus, phase = np.abs(mean.inertance), np.degrees(np.unwrap(np.angle(mean.inertance)))
@@ -27,8 +38,7 @@ def amplitude_and_phase(mean: FRF, found: Identification | None = None) -> Figur
         half = np.minimum(half, 10 * np.nanmedian(np.abs(value)))  # a band without information does not set the scale
         axis.fill_between(mean.frequency, value - half, value + half, color=COLOURS["reference"], alpha=0.35, linewidth=0, label=label)
         axis.plot(mean.frequency, value, ".", color="black", markersize=4, label="measured")
-    if found is not None:
-        fitted = _fitted(found)
+    if fitted is not None:
         upper.plot(fitted[0], np.abs(fitted[1]), color=COLOURS["damper"], label="fitted")
         lower.plot(fitted[0], np.degrees(np.angle(fitted[1])), color=COLOURS["damper"])
     upper.set_ylim(0, 1.3 * np.percentile(modulus, 98))
@@ -40,32 +50,27 @@ def amplitude_and_phase(mean: FRF, found: Identification | None = None) -> Figur
     return figure
 
 
-def nyquist(found: Identification) -> Figure:
+def nyquist(found: Identification, curve: Curve) -> Figure:
     """Measured points against the fitted curve in the Nyquist plane (2011, Fig. 5)."""
     figure, axis = new_figure(width=5.5, height=5.5)
-    for k, (frf, fitted) in enumerate(zip(found.frfs, found.fitted, strict=True)):
-        axis.plot(frf.inertance.real, frf.inertance.imag, ".", color="black", markersize=4, label="measured" if k == 0 else None)
-        for a, b in zip(frf.inertance, fitted, strict=True):
-            axis.plot([a.real, b.real], [a.imag, b.imag], color=COLOURS["reference"], linewidth=0.7)
-    frequency, curve = _fitted(found)
-    axis.plot(curve.real, curve.imag, color=COLOURS["damper"], label="fitted")
+    measured, seen = np.concatenate([f.inertance for f in found.frfs]), np.concatenate(found.fitted)
+    for a, b in zip(measured, seen, strict=True):
+        axis.plot([a.real, b.real], [a.imag, b.imag], color=COLOURS["reference"], linewidth=0.7)
+    axis.plot(measured.real, measured.imag, ".", color="black", markersize=4, label="measured")
+    frequency, value = curve
+    axis.plot(value.real, value.imag, color=COLOURS["damper"], label="fitted")
     for f in (1, 2, 3, 4, 6, 8, 12):
         if frequency[0] <= f <= frequency[-1]:
-            at = curve[np.argmin(np.abs(frequency - f))]
+            at = value[np.argmin(np.abs(frequency - f))]
             axis.annotate(f"{f} Hz", (at.real, at.imag), textcoords="offset points", xytext=(5, 4), fontsize=8)
-    extent = 1.15 * np.abs(curve).max()
-    axis.set_xlim(-extent, extent)
-    axis.set_ylim(-0.2 * extent, 1.8 * extent)
+    middle = complex(value.real.max() + value.real.min(), value.imag.max() + value.imag.min()) / 2
+    extent = 0.65 * max(np.ptp(value.real), np.ptp(value.imag))
+    axis.set_xlim(middle.real - extent, middle.real + extent)
+    axis.set_ylim(middle.imag - extent, middle.imag + extent)
     axis.set_xlabel(f"real part {INERTANCE}")
     axis.set_ylabel(f"imaginary part {INERTANCE}")
     axis.legend(loc="upper right")
     return figure
-
-
-def _fitted(found: Identification) -> tuple[np.ndarray, np.ndarray]:
-    frequency = np.concatenate([f.frequency for f in found.frfs])
-    order = np.argsort(frequency)
-    return frequency[order], np.concatenate(found.fitted)[order]
 
 
 def save(figures: Sequence[Figure], path: str | Path) -> list[Path]:
@@ -75,5 +80,5 @@ def save(figures: Sequence[Figure], path: str | Path) -> list[Path]:
         raise InputError(f"--plot {path}: figures are written as .png, .svg or .pdf")
     paths = [path if len(figures) == 1 else path.with_stem(f"{path.stem}_{k}") for k in range(1, len(figures) + 1)]
     for figure, place in zip(figures, paths, strict=True):
-        write_beside(place, lambda beside, figure=figure: figure.savefig(beside, dpi=150))
+        write_beside(place, partial(figure.savefig, dpi=150))
     return paths

@@ -1,12 +1,11 @@
 """From a test on the rig to a rider: the model that is fitted, and the rider and the file that come of it."""
 
 import json
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from fmus import System
+from fmus import Component, System
 from identification.fit import Identification
 from identification.response import Response
 from rider_fmu import Handlebar, PassiveRider, riders
@@ -18,7 +17,7 @@ VALUES = ("added_steer_inertia", *PARAMETERS[1:])  # the same in a rider's file
 HANDLEBAR_INERTIA = 0.125  # kg.m2, the bare bar of the 2011 paper
 
 
-def rig_response(rider: PassiveRider | None = None, steer_inertia: float = HANDLEBAR_INERTIA) -> Response:
+def rig_response(rider: Component | None = None, steer_inertia: float = HANDLEBAR_INERTIA) -> Response:
     """The inertance of bar and rider (2011, eq. 6) over PARAMETERS; the fit starts at the rider's values, the mean rider's by default."""
     rider = rider or riders.load("mean_2011")
     system = System("rig", {"bar": Handlebar("bar", steer_inertia=steer_inertia), "rider": rider})
@@ -30,10 +29,11 @@ def qualified(name: str) -> str:
     return f"{'bar' if name == 'steer_inertia' else 'rider'}.{name}"
 
 
-def rider_from(values: Sequence[float], handlebar_inertia: float = HANDLEBAR_INERTIA, name: str = "measured", source: str = "") -> PassiveRider:
+def rider_from(values: np.ndarray, handlebar_inertia: float = HANDLEBAR_INERTIA, name: str = "measured", source: str = "") -> PassiveRider:
     """The rider with identified values of PARAMETERS (6,); what the bar does not have of steer_inertia is the rider's."""
     given = dict(zip(PARAMETERS, map(float, values), strict=True))
-    return PassiveRider(name, source, added_steer_inertia=given.pop("steer_inertia") - handlebar_inertia, **given)
+    given["added_steer_inertia"] = given.pop("steer_inertia") - handlebar_inertia
+    return PassiveRider(name, source, (), **given)
 
 
 def derived_with_errors(found: Identification, handlebar_inertia: float) -> dict[str, dict]:
@@ -66,8 +66,8 @@ def rider_toml(found: Identification, handlebar_inertia: float, description: str
     return "\n".join(lines) + "\n"
 
 
-def _value_lines(values: Sequence[float], handlebar_inertia: float, description: str, source: str,
-                 errors: Sequence[float] | None = None) -> list[str]:  # fmt: skip
+def _value_lines(values: np.ndarray, handlebar_inertia: float, description: str, source: str,
+                 errors: np.ndarray | None = None) -> list[str]:  # fmt: skip
     rider = rider_from(values, handlebar_inertia)
     lines = ['component = "PassiveRider"', f"description = {json.dumps(description)}", f"source = {json.dumps(source)}", "", "[parameters]"]
     for i, name in enumerate(VALUES):

@@ -38,8 +38,8 @@ def steer_test(rider: Component, steer_inertia: float, excitation: Excitation, n
 
     Between the samples the motion is computed `oversampling` times finer, on which the command is a cubic.
     """
-    rig = (rig or SteerRig("rig")).with_values(steer_inertia=steer_inertia)
-    space = linearise(System("test", {"rig": rig, "rider": rider}))
+    bar = (rig or SteerRig("rig")).with_values(steer_inertia=steer_inertia)
+    space = linearise(System("test", {"rig": bar, "rider": rider}))
     fine = rate * oversampling
     time = np.arange(round(excitation.duration * fine)) / fine
     rng = np.random.default_rng(seed)
@@ -51,7 +51,7 @@ def steer_test(rider: Component, steer_inertia: float, excitation: Excitation, n
     driven = replace(space, B=space.B[:, used], D=space.D[:, used], inputs=tuple(given))
     values, slopes = (np.column_stack(columns) for columns in zip(*given.values(), strict=True))
     states, _ = motion(driven, values, 1 / fine, slopes)
-    return _recorded(rig, dict(zip(space.states, states[::oversampling].T, strict=True)), time[::oversampling], angle[::oversampling],
+    return _recorded(bar, dict(zip(space.states, states[::oversampling].T, strict=True)), time[::oversampling], angle[::oversampling],
                      noise, rng, f"{excitation.name}_{rider.name}")  # fmt: skip
 
 

@@ -30,13 +30,12 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     runs, _ = shared.recordings(arguments)
     each = shared.frfs(runs, arguments)
     mean = mean_frf(each)
-    figure = frf_figures.amplitude_and_phase(mean) if arguments.plot or arguments.report else None
     if arguments.plot:
-        frf_figures.save([figure], arguments.plot)
+        frf_figures.save([frf_figures.amplitude_and_phase(mean)], arguments.plot)
     result = as_result(mean, each)
     if arguments.report:
         section = report.Section("Inertance", [f"{len(each)} runs, cross-spectra with {mean.reference}.", *result["warnings"]],
-                                 [(figure, "Amplitude and phase, as in Fig. 3 of the 2011 paper.")])  # fmt: skip
+                                 [(frf_figures.amplitude_and_phase(mean), "Amplitude and phase, as in Fig. 3 of the 2011 paper.")])  # fmt: skip
         report.Report("Frequency response function", f"From {', '.join(run.name for run in runs)}.", [section]).write(Path(arguments.report))
     return result
 

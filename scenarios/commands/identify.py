@@ -12,6 +12,7 @@ from fmus.errors import InputError
 from identification.bootstrap import bootstrap
 from identification.fit import METHODS, Identification, identify
 from identification.frf import mean_frf
+from identification.response import Response
 from scenarios import frf_figures, report
 from scenarios import recordings_on_the_command_line as shared
 from scenarios.command_line import write_text
@@ -72,7 +73,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         low, high = np.percentile(draws, [2.5, 97.5], axis=0)
         result["bootstrap"] = {name: {"standard_error": float(s), "interval_95": [float(a), float(b)], "unit": unit}
                                for name, unit, s, a, b in zip(PARAMETERS, found.units, draws.std(axis=0, ddof=1), low, high, strict=True)}  # fmt: skip
-    _write(arguments, found, handlebar, result)
+    _write(arguments, found, model, handlebar, result)
     return result
 
 
@@ -112,7 +113,7 @@ def as_result(found: Identification, handlebar: float) -> dict[str, Any]:
     }
 
 
-def _write(arguments: argparse.Namespace, found: Identification, handlebar: float, result: dict[str, Any]) -> None:
+def _write(arguments: argparse.Namespace, found: Identification, model: Response, handlebar: float, result: dict[str, Any]) -> None:
     source = f"Identified from {', '.join(result['runs'])} ({found.method})"
     if arguments.population:
         draws = found.draws(arguments.population, arguments.seed)
@@ -121,7 +122,8 @@ def _write(arguments: argparse.Namespace, found: Identification, handlebar: floa
         write_text(Path(arguments.out), rider_toml(found, handlebar, "Measured rider, steer test", source))
         result["rider"] = arguments.out
     if arguments.plot or arguments.report:
-        figures = [frf_figures.amplitude_and_phase(mean_frf(found.frfs), found), frf_figures.nyquist(found)]
+        curve = frf_figures.fitted_curve(found, model)
+        figures = [frf_figures.amplitude_and_phase(mean_frf(found.frfs), curve), frf_figures.nyquist(found, curve)]
         if arguments.plot:
             frf_figures.save(figures, arguments.plot)
         if arguments.report:
