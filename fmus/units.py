@@ -76,7 +76,7 @@ def unit(name: str) -> Unit:
     factor, exponents = 1.0, [0] * len(BASE)
     for part, side in enumerate(name.replace(" ", "").split("/")):
         for token in re.split(r"[.*]", side):
-            match = re.fullmatch(r"(1|%|[A-Za-z]+)\^?(-?\d*)", token)
+            match = re.fullmatch(r"(1|%|[A-Za-z]+)(?:\^?(-?\d+))?", token)
             if match is None or match[1] not in SYMBOLS:
                 raise InputError(f"unknown unit [{name}] at {token!r} (known symbols: {' '.join(sorted(SYMBOLS))})")
             power = int(match[2] or 1) * (-1 if part else 1)
