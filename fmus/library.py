@@ -65,6 +65,8 @@ def _parsed(path: Path, modified: float) -> dict[str, Any]:
     for key in contents:
         if key not in SECTIONS:
             raise InputError(str(unknown("key", key, SECTIONS)) + f" in {path.name}")
+    if not isinstance(contents.get("parameters", {}), dict):
+        raise InputError(f"{path.name}: parameters is not a table, as in [parameters] and then a line for each")
     return contents
 
 
@@ -93,9 +95,9 @@ def component_from(contents: Mapping[str, Any], components: Mapping[str, type[Co
             if word not in ENTRY:
                 raise InputError(f"{file}: {unknown(f'key of {key}', word, ENTRY)}")
         for word in ("value", *({"standard_error"} & set(entry))):
-            if not isinstance(entry.get(word), (int, float)):
+            if type(entry.get(word)) not in (int, float):  # true is a number to Python, not to physics
                 raise InputError(f"{file}: {key} needs a number [{row.unit}], as in {key} = {{ value = 1.0, unit = \"{row.unit}\" }}")
-        unit = entry.get("unit", row.unit)
+        unit = str(entry.get("unit", row.unit))
         values[key] = convert(entry["value"], unit, row.unit)
         if "assumed" in entry:
             assumed[key] = entry["assumed"]

@@ -49,7 +49,7 @@ def test_there_and_back_is_the_same(first, second, power, value):
 
 @pytest.mark.parametrize("name", ["furlong", "N.m/", "", "kg^", "kg-", "m//s2x"])
 def test_an_unknown_unit_is_named_with_the_known_symbols(name):
-    with pytest.raises(InputError, match="known symbols: .*kg.*rad") as error:
+    with pytest.raises(InputError, match=r"known symbols: .*kg.*rad") as error:
         unit(name)
     assert f"[{name}]" in str(error.value) and "\n" not in str(error.value)
 

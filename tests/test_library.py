@@ -1,0 +1,101 @@
+"""Value files: what they give, and what is said of one that is wrong."""
+
+import os
+
+import pytest
+
+from fmus import InputError
+from fmus.library import Library
+from rider_fmu import COMPONENTS, riders
+from vehicle_fmu import dampers, motorcycles
+
+GOOD = """
+component = "PassiveRider"
+description = "A rider"
+source = "Somebody's table"
+[parameters]
+torso_inertia = 0.7
+arm_stiffness = { value = 20.0, unit = "N.m/deg" }
+arm_damping = { value = 30.0, unit = "N.m.s/rad", assumed = "a guess" }
+[printed]
+nu_t = { value = 6.0, unit = "Hz" }
+"""
+
+
+@pytest.fixture
+def library(tmp_path):
+    def with_file(text, name="mine"):
+        (tmp_path / f"{name}.toml").write_text(text, "utf-8")
+        return Library("rider", tmp_path, COMPONENTS)
+
+    return with_file
+
+
+def test_a_file_becomes_a_component(library):
+    rider = library(GOOD).load("mine", waist_damping=2.0)
+    assert rider.name == "rider_mine"
+    assert rider.source == "Somebody's table"
+    assert rider.assumed == {"arm_damping": "a guess"}
+    assert rider.values["torso_inertia"] == 0.7
+    assert rider.values["arm_stiffness"] == pytest.approx(20 * 180 / 3.141592653589793)
+    assert rider.values["waist_damping"] == 2.0
+
+
+def test_a_path_will_do_for_a_name(library, tmp_path):
+    assert library(GOOD).load(tmp_path / "mine.toml").name == "rider_mine"
+
+
+@pytest.mark.parametrize("text, replacement, message", [
+    ("torso_inertia = 0.7", "torso_inertai = 0.7", r"unknown parameter 'torso_inertai', did you mean 'torso_inertia'\? \(valid: added_steer_inertia, "),
+    ("torso_inertia = 0.7", "torso_inertia = 70.0", r"torso_inertia = 70 kg\.m2 is outside its bounds \[0\.001, 20\]"),
+    ("torso_inertia = 0.7", "torso_inertia = nan", r"torso_inertia = nan kg\.m2 is outside its bounds"),
+    ("torso_inertia = 0.7", "torso_inertia = 'heavy'", r"torso_inertia needs a number \[kg\.m2\], as in torso_inertia = "),
+    ("torso_inertia = 0.7", "torso_inertia = true", r"torso_inertia needs a number \[kg\.m2\]"),
+    ("torso_inertia = 0.7", "torso_inertia = { unit = 'kg.m2' }", r"torso_inertia needs a number \[kg\.m2\]"),
+    ("torso_inertia = 0.7", "torso_inertia = { value = 0.7, unti = 'kg.m2' }", r"unknown key of torso_inertia 'unti', did you mean 'unit'\?"),
+    ('"N.m/deg"', '"N.m/degree"', r"unknown unit \[N\.m/degree\] at 'degree' \(known symbols: .*deg"),
+    ('"N.m/deg"', '"N.m"', r"unit \[N\.m\] cannot be converted to \[N\.m/rad\]"),
+    ("[printed]", "[prints]", r"unknown key 'prints', did you mean 'printed'\? \(valid: about, .*\) in mine\.toml"),
+    ('"PassiveRider"', '"ActiveRider"', r"unknown component in mine 'ActiveRider', did you mean 'PassiveRider'\?"),
+    ('"N.m/deg"', "3", r"unknown unit \[3\]"),
+    ("[parameters]", "parameters = 3\n[about]", r"mine\.toml: parameters is not a table"),
+    ("[parameters]", "[parameters", r"mine\.toml is not a valid TOML file: "),
+])  # fmt: skip
+def test_what_is_wrong_with_a_file_is_named_in_one_line(library, text, replacement, message):
+    with pytest.raises(InputError, match=message) as error:
+        library(GOOD.replace(text, replacement)).load("mine")
+    assert "\n" not in str(error.value)
+
+
+def test_a_name_that_is_not_there(library):
+    with pytest.raises(InputError, match=r"unknown rider 'nobody' \(valid: mine\)"):
+        library(GOOD).load("nobody")
+
+
+def test_a_file_that_is_not_there(library, tmp_path):
+    with pytest.raises(InputError, match=r"cannot read .*absent\.toml: No such file"):
+        library(GOOD).load(tmp_path / "absent.toml")
+
+
+def test_a_changed_file_is_read_again(library):
+
+
+    changed = library(GOOD)
+    assert changed.load("mine").values["torso_inertia"] == 0.7
+    library(GOOD.replace("0.7", "0.8"))
+    os.utime(changed.folder / "mine.toml", (0, 0))
+    assert changed.load("mine").values["torso_inertia"] == 0.8
+
+
+def test_what_ships():
+    assert riders.names() == [*(f"{n}_2008" for n in range(1, 6)), *(f"{n}_2011" for n in range(1, 11)), "mean_2011"]
+    assert {"sharp_1971", "reference_2011", "benchmark_bicycle"} <= set(motorcycles.names())
+    assert {"low_2011", "medium_2011", "high_2011", "progressive", "inerter"} <= set(dampers.names())
+
+
+@pytest.mark.parametrize("library_, name", [(lib, n) for lib in (riders, motorcycles, dampers) for n in lib.names()], ids=str)
+def test_what_ships_gives_every_parameter_without_an_honest_default(library_, name):
+    """A parameter that a file leaves out takes a default of zero only where its description allows for none of it."""
+    component, given = library_.load(name), library_.contents(name)["parameters"]
+    left_out = {n for n in component.rows("parameter") if n not in given}
+    assert all(component.values[n] == 0 for n in left_out), left_out
