@@ -86,8 +86,8 @@ def clipped(values: np.ndarray) -> np.ndarray:
     top, bottom = float(values.max()), float(values.min())
     span = top - bottom
     levels = np.unique(values[values > top - 0.05 * span])
-    step = levels[-1] - levels[-2] if len(levels) > 1 else 0.0
-    below = np.count_nonzero((values < top) & (values >= top - max(0.01 * span, 2.5 * step)))
+    step = float(levels[-1] - levels[-2]) if len(levels) > 1 else 0.0
+    below = int(np.count_nonzero((values < top) & (values >= top - max(0.01 * span, 2.5 * step))))
     held = values == top
     in_a_row = np.any(held[2:] & held[1:-1] & held[:-2])
     if not in_a_row or np.count_nonzero(held) < 2.5 * max(below, 2):

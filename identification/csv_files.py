@@ -15,8 +15,8 @@ EXAMPLE = "a header row such as 'time [s],steer_angle [rad],steer_torque [N.m]'"
 Columns = dict[str, np.ndarray]
 
 
-def read_csv(path: Path, rate: float | None = None) -> tuple[Columns, tuple[str, ...]]:
-    """The columns by header, and what was done to them. Raises InputError with the line of the first fault."""
+def read_csv(path: Path, rate: float | None = None, time: str = "time") -> tuple[Columns, tuple[str, ...]]:
+    """The columns by header, and what was done to them; `time` names the time's column. Raises InputError with the line of the first fault."""
     headers, delimiter, skipped = _header(path)
     try:
         if rate is None:
@@ -25,7 +25,7 @@ def read_csv(path: Path, rate: float | None = None) -> tuple[Columns, tuple[str,
         with path.open(encoding="utf-8-sig") as file:
             for _ in range(skipped):
                 file.readline()
-            table, note = reduced(_chunks(file, delimiter), rate, headers)
+            table, note = reduced(_chunks(file, delimiter), rate, headers, time)
             return dict(zip(headers, table.T, strict=True)), note
     except MemoryError:
         raise _too_large(path) from None

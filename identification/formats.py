@@ -17,6 +17,7 @@ from identification.reduction import reduced
 
 Columns = dict[str, np.ndarray]
 Table = tuple[Columns, tuple[str, ...]]
+Reader = Callable[..., Table]  # (path, rate [Hz] or None, name of the time's column)
 
 
 def _library(name: str, path: Path) -> ModuleType:
@@ -84,10 +85,10 @@ def _header(name: str, unit: str) -> str:
     return f"{name} [{unit}]" if unit else name
 
 
-def _reading(read: Callable[[Path], Columns]) -> Callable[[Path, float | None], Table]:
+def _reading(read: Callable[[Path], Columns]) -> Reader:
     """The reader with checks that serve every format: one length, reduction where it is asked for."""
 
-    def table(path: Path, rate: float | None = None) -> Table:
+    def table(path: Path, rate: float | None = None, time: str = "time") -> Table:
         if not path.exists():
             raise InputError(f"cannot read {path}: no such file")
         try:
@@ -103,13 +104,13 @@ def _reading(read: Callable[[Path], Columns]) -> Callable[[Path, float | None], 
             raise InputError(f"{path} holds no columns of numbers")
         if rate is None:
             return columns, ()
-        rows, notes = reduced(iter([np.column_stack(list(columns.values()))]), rate, list(columns))
+        rows, notes = reduced(iter([np.column_stack(list(columns.values()))]), rate, list(columns), time)
         return dict(zip(columns, rows.T, strict=True)), notes
 
     return table
 
 
-READERS: dict[str, Callable[[Path, float | None], Table]] = {
+READERS: dict[str, Reader] = {
     ".mat": _reading(read_matlab),
     ".uff": _reading(read_uff),
     ".unv": _reading(read_uff),

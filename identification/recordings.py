@@ -78,7 +78,7 @@ def read_recording(path: str | Path, mapping: Mapping[str, str] | None = None, r
     path = Path(path)
     reader = READERS.get(path.suffix.lower(), read_csv)
     try:
-        raw, notes = reader(path, rate)
+        raw, notes = reader(path, rate, next((c for c, v in (mapping or {}).items() if _split(v)[0] == "time"), "time"))
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from None
     columns, units = _converted(raw, dict(mapping or {}), path)
@@ -162,7 +162,7 @@ def si_unit(name: str) -> str:
     given = unit(name)
     if given.factor == 1.0:
         return name
-    by_exponents = {unit(known).exponents: known for known in (*QUANTITIES.values(), "N", "m", "kg", "m/s", "V", "1")}
+    by_exponents = {unit(known).exponents: known for known in (*QUANTITIES.values(), "N", "kg.m2", "Hz", "m", "kg", "m/s", "V", "1")}
     if given.exponents in by_exponents:
         return by_exponents[given.exponents]
     return ".".join(f"{base}{power}" for base, power in zip(("kg", "m", "s", "A", "K", "rad"), given.exponents, strict=True) if power)

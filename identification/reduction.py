@@ -13,7 +13,7 @@ from scipy.signal import firwin, lfilter
 from fmus.errors import InputError
 
 
-def reduced(chunks: Iterator[np.ndarray], rate: float, headers: list[str]) -> tuple[np.ndarray, tuple[str, ...]]:
+def reduced(chunks: Iterator[np.ndarray], rate: float, headers: list[str], time: str = "time") -> tuple[np.ndarray, tuple[str, ...]]:
     """The rows (n, columns) of all chunks at about `rate` [Hz], not below it, and a note on what was done.
 
     Raises InputError without a time column, and for a rate that is not positive.
@@ -21,9 +21,9 @@ def reduced(chunks: Iterator[np.ndarray], rate: float, headers: list[str]) -> tu
     if not rate > 0:
         raise InputError(f"rate = {rate:g} Hz; expected a positive sampling rate")
     first = next(chunks)
-    times = [i for i, name in enumerate(headers) if name.split("[")[0].strip() == "time"]
+    times = [i for i, name in enumerate(headers) if name.split("[")[0].strip() == time]
     if not times:
-        raise InputError(f"reducing to {rate:g} Hz needs a column 'time [s]' (columns there: {', '.join(headers)})")
+        raise InputError(f"reducing to {rate:g} Hz needs a column '{time} [s]' (columns there: {', '.join(headers)}); map one with --map COLUMN=time")
     given = 1 / np.median(np.diff(first[:, times[0]]))
     factor = int(given / rate * (1 + 1e-6))
     if factor < 2:

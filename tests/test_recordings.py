@@ -1,0 +1,347 @@
+"""Recordings: what is read back, and what a lab engineer is told about each kind of bad file."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmus.errors import InputError
+from identification.frf import estimate
+from identification.recordings import Recording, read_recording, read_rig, write_recording
+
+RATE = 128.0
+CASES = Path(__file__).resolve().parents[2] / "shared" / "data" / "gap_open"
+
+
+def good(samples: int = 2560, rate: float = RATE) -> Recording:
+    """A rigid handlebar of 0.5 kg.m2 on a sine of growing frequency: torque and angle are in phase opposition."""
+    time = np.arange(samples) / rate
+    phase = 2 * np.pi * (0.5 * time + 0.1 * time**2)
+    angle = 0.05 * np.sin(phase)
+    torque = 0.5 * np.gradient(np.gradient(angle, time), time) + 2.0 * np.gradient(angle, time)
+    return Recording("good", time, {"steer_angle": angle, "steer_torque": torque}, {"steer_angle": "rad", "steer_torque": "N.m"})
+
+
+def text(recording: Recording, header: str = "time [s],steer_angle [rad],steer_torque [N.m]") -> list[str]:
+    rows = np.column_stack([recording.time, *recording.columns.values()])
+    return [header, *(",".join(f"{x:.9g}" for x in row) for row in rows)]
+
+
+@pytest.fixture
+def write(tmp_path):
+    def put(lines, name="run.csv"):
+        path = tmp_path / name
+        path.write_text("\n".join(lines) + "\n")
+        return path
+
+    return put
+
+
+def test_written_recording_is_read_back(tmp_path):
+    recording = good()
+    write_recording(recording, tmp_path / "run.csv")
+    back = read_recording(tmp_path / "run.csv")
+    assert back.warnings == ()
+    assert back.rate == pytest.approx(RATE, rel=1e-9)
+    for name, values in recording.columns.items():
+        # six digits are written
+        np.testing.assert_allclose(back[name], values, rtol=1e-5, atol=1e-12)
+    assert [p.name for p in tmp_path.iterdir()] == ["run.csv"]  # nothing half-written stays beside it
+
+
+def test_degrees_and_other_units_become_si(write):
+    lines = text(good(), "time [ms],steer_angle [deg],steer_torque [mNm]")
+    recording = read_recording(write(lines))
+    np.testing.assert_allclose(recording["steer_angle"], np.radians(good()["steer_angle"]), atol=1e-10)
+    np.testing.assert_allclose(recording["steer_torque"], 1e-3 * good()["steer_torque"], atol=1e-7)
+    assert recording.rate == pytest.approx(1000 * RATE, rel=1e-6)
+    assert recording.units == {"steer_angle": "rad", "steer_torque": "N.m"}
+
+
+def test_columns_are_mapped_and_get_units(write):
+    lines = text(good(), "t,Pot (deg),Torque")
+    mapping = {"t": "time [s]", "Pot": "steer_angle", "Torque": "steer_torque [N.m]"}
+    recording = read_recording(write(lines), mapping)
+    np.testing.assert_allclose(recording["steer_angle"], np.radians(good()["steer_angle"]), atol=1e-10)
+    with pytest.raises(InputError, match="unknown column 'Pott', did you mean 'Pot'"):
+        read_recording(write(lines), {"Pott": "steer_angle"})
+
+
+def test_semicolons_comments_and_a_byte_order_mark(write):
+    lines = [line.replace(",", ";") for line in text(good())]
+    lines[0] = "\ufeff" + lines[0]
+    np.testing.assert_allclose(read_recording(write(lines))["steer_angle"], good()["steer_angle"], atol=1e-9)
+    np.testing.assert_allclose(read_recording(write(["# a test", *text(good())]))["steer_angle"], good()["steer_angle"], atol=1e-9)
+
+
+# Bad recordings, one by one -------------------------------------------------------------------------
+
+
+def refused(path, *words, **options):
+    with pytest.raises(InputError) as caught:
+        read_recording(path, **options)
+    message = str(caught.value)
+    assert "\n" not in message
+    for word in words:
+        assert word in message, message
+
+
+def test_wrong_unit(write):
+    refused(write(text(good(), "time [s],steer_angle [rad],steer_torque [N]")), "steer_torque", "[N]", "[N.m]")
+
+
+def test_unknown_unit(write):
+    refused(write(text(good(), "time [s],steer_angle [gon],steer_torque [N.m]")), "unknown unit [gon]")
+
+
+def test_no_unit(write):
+    refused(write(text(good(), "time [s],steer_angle,steer_torque [N.m]")), "no unit", "steer_angle [rad]", "--map")
+
+
+def test_text_in_a_column_is_named_with_its_line(write):
+    lines = text(good())
+    lines[700] = lines[700].replace(",", ",overload ", 1)
+    refused(write(lines), "line 701", "'steer_angle [rad]'", "overload")
+
+
+def test_missing_cell_and_ragged_line(write):
+    lines = text(good())
+    lines[10] = ",".join(lines[10].split(",")[:2])
+    refused(write(lines), "line 11", "2 columns", "header has 3")
+    lines[10] += ","
+    refused(write(lines), "line 11", "''")
+
+
+def test_decimal_commas_are_named(write):
+    lines = [line.replace(",", ";").replace(".", ",") for line in text(good())]
+    lines[0] = "time [s];steer_angle [rad];steer_torque [N.m]"
+    refused(write(lines), "decimal comma")
+
+
+def test_stretch_of_missing_values(write):
+    recording = good()
+    recording.columns["steer_torque"][500:580] = np.nan
+    refused(write(text(recording)), "steer_torque", "80 samples", f"{500 / RATE:g} s", f"{579 / RATE:g} s")
+
+
+def test_constant_channel(write):
+    recording = good()
+    recording.columns["steer_torque"][:] = 0.25
+    refused(write(text(recording)), "steer_torque", "constant at 0.25 N.m")
+
+
+def test_too_few_samples(write):
+    refused(write(text(good())[:3]), "2 samples", "at least 16")
+
+
+def test_missing_column_names_those_there(write):
+    recording = read_recording(write(text(good(), "time [s],bar_angle [rad],steer_torque [N.m]")))
+    with pytest.raises(InputError, match=r"'steer_angle'.*valid: bar_angle, steer_torque.*--map"):
+        estimate(recording)
+
+
+def test_no_time_column(write):
+    refused(write(text(good(), "clock [s],steer_angle [rad],steer_torque [N.m]")), "no column 'time [s]'", "clock", "--map")
+
+
+def test_no_header_empty_file_no_file_no_text(write, tmp_path):
+    refused(write(text(good())[1:]), "line 1 holds numbers", "header row")
+    refused(write([""]), "is empty")
+    refused(tmp_path / "nowhere.csv", "nowhere.csv", "No such file")
+    binary = tmp_path / "run.dat"
+    binary.write_bytes(bytes(range(256)) * 10)
+    refused(binary, "no text file", ".mf4")
+
+
+def test_time_that_goes_back(write):
+    lines = text(good())
+    refused(write(lines + lines[1:200]), "time goes back 1 times", "one file is one run")
+
+
+# Doubtful recordings: read as they are, and said -------------------------------------------------------
+
+
+def warned(path, *words):
+    recording = read_recording(path)
+    assert any(all(word in warning for word in words) for warning in recording.warnings), recording.warnings
+    return recording
+
+
+def test_dropped_samples_are_counted(write):
+    lines = text(good())
+    del lines[1000:1003], lines[400]
+    recording = warned(write(lines), "4 samples missing in 2 gaps", f"first at {398 / RATE:g} s")
+    assert len(recording.time) == 2556  # nothing is filled in
+    assert any("bridged" in w for w in estimate(recording).warnings)
+
+
+def test_many_missing_samples_are_refused_by_the_estimate(write):
+    lines = text(good())
+    del lines[1000:1200]
+    with pytest.raises(InputError, match="200 of 2560 samples are missing"):
+        estimate(read_recording(write(lines)))
+
+
+def test_duplicate_time_stamps(write):
+    lines = text(good())
+    lines.insert(300, lines[300])
+    warned(write(lines), "1 duplicate time stamps", f"{299 / RATE:g} s")
+
+
+def test_jitter(write):
+    recording = good()
+    jittery = recording.time + 0.05 / RATE * np.random.default_rng(1).standard_normal(len(recording.time))
+    warned(write(text(Recording("", jittery, recording.columns, recording.units))), "jitter", "%")
+
+
+def test_clipping(write):
+    recording = good()
+    limit = 0.8 * np.abs(recording["steer_torque"]).max()
+    clipped = np.clip(recording["steer_torque"], -limit, limit)
+    columns = {**recording.columns, "steer_torque": clipped}
+    first = recording.time[np.argmax(clipped == limit)]
+    warned(write(text(Recording("", recording.time, columns, recording.units))), "clipped at its upper limit", f"first at {first:g} s")
+
+
+@pytest.mark.parametrize("step", [0.0, 0.0002, 0.002])
+def test_quantised_sine_is_not_called_clipped(write, step):
+    recording = good()
+    if step:
+        recording.columns["steer_angle"][:] = step * np.round(recording["steer_angle"] / step)
+    assert read_recording(write(text(recording))).warnings == ()
+
+
+def test_swapped_channels(write):
+    warned(write(text(good(), "time [s],steer_torque [N.m],steer_angle [rad]")), "steer_angle reaches", "swapped")
+
+
+def test_wrong_rate(write, tmp_path):
+    (tmp_path / "rig.json").write_text(json.dumps({"sampling": {"value": 128, "unit": "Hz"}}))
+    warned(write(text(good(rate=100.0))), "100 Hz", "rig.json says 128 Hz")
+
+
+@pytest.mark.parametrize("channel", ["steer_angle", "steer_torque"])
+def test_flipped_sign(channel):
+    recording = good()
+    assert estimate(recording).warnings == ()
+    flipped = {**recording.columns, channel: -recording[channel]}
+    assert any("sign" in w for w in estimate(Recording("", recording.time, flipped, recording.units)).warnings)
+
+
+def test_rig_json(tmp_path):
+    assert read_rig(tmp_path) == {}
+    (tmp_path / "rig.json").write_text('{"handlebar_inertia": {"value": 125, "standard_error": 1, "unit": "g.m2"}}')
+    entry = read_rig(tmp_path)["handlebar_inertia"]
+    assert entry == {"value": 0.125, "standard_error": 0.001, "unit": "kg.m2"}
+    (tmp_path / "rig.json").write_text('{"handlebar_inertia": 0.125}')
+    with pytest.raises(InputError, match=r'"handlebar_inertia": \{"value"'):
+        read_rig(tmp_path)
+
+
+# Large files -----------------------------------------------------------------------------------------
+
+LIMITED = """
+import resource, sys
+import identification.frf
+from identification.recordings import read_recording
+size = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (size + 150_000_000, size + 150_000_000))
+rate = float(sys.argv[2]) if len(sys.argv) > 2 else None
+try:
+    recording = read_recording(sys.argv[1], rate=rate)
+    print(len(recording.time), recording.rate, *recording.warnings)
+except Exception as error:
+    print(type(error).__name__, error)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="limits memory through RLIMIT_AS")
+def test_200_MB_under_a_limit_of_150_MB(tmp_path):
+    path = tmp_path / "long.csv"
+    rate, block = 2000.0, 20_000
+    time = np.arange(block) / rate
+    rows = [f"{t:.7f},{0.05 * np.sin(2 * np.pi * 3 * t):.9e},{10 * np.cos(2 * np.pi * 3 * t):.9e}" for t in time]
+    with path.open("w") as file:
+        file.write("time [s],steer_angle [rad],steer_torque [N.m]\n")
+        tail = [row[row.index(",") :] for row in rows]  # the sine has a whole number of periods in a block
+        for k in range(245):
+            file.write("\n".join(f"{k * block / rate + t:.4f}{rest}" for t, rest in zip(time, tail, strict=True)) + "\n")
+    assert path.stat().st_size > 180e6
+
+    def read(*arguments):
+        return subprocess.run([sys.executable, "-c", LIMITED, path, *arguments], capture_output=True, text=True, check=True).stdout
+
+    message = read()
+    assert message.startswith("InputError") and "does not fit" in message and "--rate 128" in message
+    samples, reduced_rate, *note = read("125").split()
+    assert float(reduced_rate) == pytest.approx(125)
+    assert abs(int(samples) - 245 * block / 16) <= 21
+    assert note[0] == "reduced"
+    path.unlink()
+
+
+def test_reduction_keeps_what_is_in_the_band_and_removes_what_would_alias(write):
+    time = np.arange(20_000) / 1000.0
+    angle = 0.05 * np.sin(2 * np.pi * 5 * time)
+    columns = {"steer_angle": angle + 0.01 * np.sin(2 * np.pi * 120 * time), "steer_torque": 10 * angle}
+    path = write(text(Recording("", time, columns, {"steer_angle": "rad", "steer_torque": "N.m"})))
+    reduced = read_recording(path, rate=125)
+    assert reduced.rate == pytest.approx(125, rel=1e-6)
+    # a Hamming filter passes 5 of 62.5 Hz within 0.3 % and stops 120 Hz by 50 dB
+    np.testing.assert_allclose(reduced["steer_angle"], 0.05 * np.sin(2 * np.pi * 5 * reduced.time), atol=0.003 * 0.05 + 0.01 * 10 ** (-50 / 20))
+
+
+# Other formats -----------------------------------------------------------------------------------------
+
+
+def assert_good(recording):
+    np.testing.assert_allclose(recording["steer_torque"], good()["steer_torque"], atol=1e-9)
+    np.testing.assert_allclose(recording.time, good().time, atol=1e-9)
+    assert recording.units == {"steer_angle": "rad", "steer_torque": "N.m"}
+
+
+def test_matlab(tmp_path):
+    scipy_io = pytest.importorskip("scipy.io")
+    units = {"time": "s", "steer_angle": "rad", "steer_torque": "N.m"}
+    scipy_io.savemat(tmp_path / "run.mat", {"time": good().time, **good().columns, "units": units})
+    assert_good(read_recording(tmp_path / "run.mat"))
+    (tmp_path / "bad.mat").write_text("no MATLAB file")
+    refused(tmp_path / "bad.mat", "bad.mat")
+
+
+def test_parquet(tmp_path):
+    pyarrow = pytest.importorskip("pyarrow")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    table = pyarrow.table({"time [s]": good().time, "steer_angle [rad]": good()["steer_angle"], "steer_torque [N.m]": good()["steer_torque"]})
+    parquet.write_table(table, tmp_path / "run.parquet")
+    assert_good(read_recording(tmp_path / "run.parquet"))
+
+
+def test_universal_file(tmp_path):
+    pyuff = pytest.importorskip("pyuff")
+    for name, values in good().columns.items():
+        data = {"type": 58, "func_type": 1, "id1": name, "rsp_node": 1, "rsp_dir": 1, "ref_node": 1, "ref_dir": 1, "binary": 0, "orddenom_spec_data_type": 0,
+                "ordinate_axis_units_lab": good().units[name], "x": good().time, "data": values}  # fmt: skip
+        pyuff.UFF(str(tmp_path / "run.uff")).write_sets(data, mode="add")
+    recording = read_recording(tmp_path / "run.uff")
+    # single precision in the file
+    np.testing.assert_allclose(recording["steer_torque"], good()["steer_torque"], rtol=1e-5, atol=1e-5)
+
+
+def test_mdf4(tmp_path):
+    asammdf = pytest.importorskip("asammdf")
+    with asammdf.MDF(version="4.10") as file:
+        file.append([asammdf.Signal(values, good().time, unit=good().units[name], name=name) for name, values in good().columns.items()])
+        file.save(tmp_path / "run.mf4")
+    assert_good(read_recording(tmp_path / "run.mf4"))
+
+
+@pytest.mark.skipif(not CASES.exists(), reason="the solved cases of ../shared are not here")
+def test_solved_cases_are_read_without_a_warning():
+    for path in sorted(CASES.glob("*/*.csv")):
+        recording = read_recording(path)
+        assert recording.warnings == () and recording.rate == pytest.approx(128)
+        assert recording.rig["handlebar_inertia"]["value"] == 0.125
