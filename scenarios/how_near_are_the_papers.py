@@ -26,11 +26,16 @@ from fmus import Component, System, linearise
 from fmus.published import last_digit, table
 from rider_fmu import Handlebar, riders
 from rider_fmu.passive_rider import locked_steer_mode
+from scenarios.report import Section
+from scenarios.report import Table as ReportTable
 from vehicle_fmu import LinearDamper, Modes, modes, motorcycles, over_speed, ridden
 from vehicle_fmu.published import MODES_2011, SHARP_1971_EIGENVALUES
 
 FOOT = 0.3048  # m
 SPEEDS = np.linspace(1, 60, 591)  # m/s
+TOLERANCES = ("Tolerances: one unit of the last printed digit for Sharp's eigenvalues and the riders of 2008; what the rounding of the "
+              "printed inputs allows for the riders of 2011; for the modes of 2011 1 % of a wobble's or rider-wobble's frequency, "
+              "3.5 % of a weave's, 1 m/s at the ends of the weave band, 4 m/s for the reference's wobble.")  # fmt: skip
 MODE_TOLERANCE = {("wobble", "frequency"): 0.01, ("rider_wobble", "frequency"): 0.01, ("weave", "frequency"): 0.035}  # of the value
 SPEED_TOLERANCE = {("rider", "weave"): 1.0, ("reference", "wobble"): 4.0}  # m/s, at the ends of unstable bands
 # One unit of the last digit in the tables of riders.
@@ -183,6 +188,20 @@ def rig_modes(rider: Component, steer_inertia: float) -> dict[str, float]:
     damped = damped[np.lexsort((np.abs(damped), damped.imag == 0))].reshape(2, 2)  # the slow pair first, real roots last
     zeta = -damped.sum(axis=1).real / (2 * np.sqrt(damped.prod(axis=1).real))
     return {"nu1": undamped[0] / (2 * np.pi), "nu2": undamped[1] / (2 * np.pi), "zeta1": zeta[0], "zeta2": zeta[1]}
+
+
+def section(found: dict[str, Any]) -> Section:
+    """Every row, what is missed marked."""
+    rows = found["rows"]
+    cells = [[row["source"], row["vehicle"], row["model"], row["mode"].replace("_", "-"), row["feature"].replace("_", " "),
+              "" if np.isnan(row["speed"]) else f"{row['speed']:.4g}", row["printed"],
+              *(f"{row[key]:.4g}" for key in ("computed", "residual", "tolerance")), row["unit"], row["met"], row["note"]]
+             for row in rows]  # fmt: skip
+    marks = [{"met": "met", "within tolerance": "near", "missed": "missed"}[row["met"]] for row in rows]
+    counts = ", ".join(f"{count} {word}" for word, count in found["counts"].items())
+    text = f"Of {len(rows)} printed numbers: {counts}. No parameter was tuned; what is missed is shown as missed."
+    headings = ("source", "vehicle", "model", "mode", "feature", "at [m/s]", "printed", "computed", "residual", "tolerance", "unit", "", "note")
+    return Section("How near are the papers?", [text, TOLERANCES], (), [ReportTable(headings, cells, "Printed against computed", marks)])
 
 
 def show(rows: list[dict[str, Any]], console: Console) -> None:

@@ -1,0 +1,101 @@
+"""What if the rider is swapped for a damper? Three FMUs with one port, at a speed where it decides the weave.
+
+The motorcycle's FMU runs at 50 m/s with the rider's FMU, whose weave grows (2011, Fig. 7). Half-way the rider's FMU is
+taken off the port and the damper's FMU put on; the motorcycle goes on from where it was. Beside it the run in which
+the rider stays.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from fmus.build import build
+from fmus.component import Component
+from fmus.cosimulation import Run, cosimulate
+from fmus.importer import FmuUnit
+from fmus.prediction import Prediction
+from rider_fmu import riders
+from scenarios.report import COLOURS, Section, Table, new_figure
+from vehicle_fmu import LinearDamper, modes, motorcycles, over_speed, ridden
+
+SPEED, STEP, HALF = 50.0, 0.001, 8.0  # m/s, s, s
+START = {"steer_rate": 0.1}  # rad/s
+ADDED_DAMPING = 7.5  # N.m.s/rad
+
+
+@dataclass(frozen=True)
+class Swap:
+    """The run with the rider, what follows with him, what follows with the damper; exact weaves [1/s]; the FMUs."""
+
+    before: Run
+    stays: Run
+    swapped: Run
+    weave: dict[str, complex]
+    fmus: list[Path]
+
+
+def run(out: Path) -> Swap:
+    """Build the three FMUs into `out`, run them, and write the runs as CSV beside them."""
+    vehicle, rider = motorcycles.load("reference_2011"), riders.load("mean_2011")
+    damper = LinearDamper("damper_7_5", "2011, Fig. 14", damping=ADDED_DAMPING)
+    fmus = {component.name: build(component, out).path for component in (vehicle, rider, damper)}
+
+    def together(device: Component, name: str, motion: dict[str, float], posture: dict[str, float]) -> Run:
+        # The mean rider's inertia at the port is zero, so that nothing of the vehicle changes with the device.
+        units = {"vehicle": FmuUnit(fmus[vehicle.name], values={"speed": SPEED, **motion}),
+                 "device": FmuUnit(fmus[device.name], values=posture)}  # fmt: skip
+        done = cosimulate(units, STEP, HALF)
+        np.savetxt(out / f"{name}.csv", done.rows, "%.9g", ",", header=",".join(done.columns), comments="")
+        return done
+
+    before = together(rider, "with_the_rider", START, {})
+    motion = {name: float(before[f"vehicle.{name}"][-1]) for name in vehicle.states}
+    posture = {"torso_angle": float(before["device.torso_angle"][-1]),
+               "torso_momentum": float(before["device.torso_rate"][-1]) * rider.values["torso_inertia"]}  # fmt: skip
+    stays, swapped = together(rider, "the_rider_stays", motion, posture), together(damper, "swapped_for_the_damper", motion, {})
+    weave = {device.name: complex(modes(over_speed(ridden(vehicle, device)), np.array([SPEED]))["weave"].eigenvalue[0])
+             for device in (rider, damper)}  # fmt: skip
+    return Swap(before, stays, swapped, weave, list(fmus.values()))
+
+
+def figure(swap: Swap) -> Figure:
+    """Steer angle and torque on the bar over time; the swap is where the colour changes."""
+    picture, (angle, torque) = new_figure(1, 2, width=9, height=5.4, sharex=True)
+    time = swap.before["time"]
+    parts = [(swap.before, 0.0, COLOURS["rider"], "-", "rider's FMU"),
+             (swap.stays, HALF, COLOURS["reference"], ":", "had the rider stayed"),
+             (swap.swapped, HALF, COLOURS["damper"], "-", "damper's FMU")]  # fmt: skip
+    for part, offset, colour, style, label in parts:
+        angle.plot(time + offset, np.degrees(part["vehicle.steer_angle"]), style, color=colour, linewidth=1, label=label)
+        torque.plot(time + offset, part["device.handlebar_torque"], style, color=colour, linewidth=1)
+    angle.set(ylabel="steer angle [deg]")
+    torque.set(xlabel="time [s]", ylabel="torque on the bar [N.m]")
+    angle.legend(fontsize=8, loc="upper right")
+    return picture
+
+
+def section(swap: Swap) -> Section:
+    """What happens to the weave, and how far the coupling can be trusted."""
+    growth = {name: value.real for name, value in swap.weave.items()}
+    after = [f"{np.abs(np.degrees(part['vehicle.steer_angle'][-1000:])).max():.3g} deg" for part in (swap.stays, swap.swapped)]
+    text = (f"At {SPEED:g} m/s the weave grows with the rider (real part {growth['rider_mean_2011']:+.3f} 1/s) and decays with the damper "
+            f"({growth['damper_7_5']:+.3f} 1/s). {HALF:g} s after the swap the steer angle is within {after[1]}; had the rider "
+            f"stayed, within {after[0]}.")  # fmt: skip
+    rows = [[name, part.coupling, f"{part.step:g}", f"{part.steps_per_second:.0f}", f"{part.power_residual:.2g}", _errors(part.predicted)]
+            for name, part in (("rider", swap.before), ("damper", swap.swapped))]  # fmt: skip
+    table = Table(("device", "coupling", "step [s]", "steps per second", "largest residual power [W]",
+                   "predicted relative error of each mode's frequency and damping ratio"), rows, "How the FMUs were coupled")  # fmt: skip
+    built = "FMUs built for this: " + ", ".join(path.name for path in swap.fmus) + "."
+    return Section("What if the rider is swapped for a damper?", [text, built],
+                   [(figure(swap), f"{2 * HALF:g} s at {SPEED:g} m/s; the FMUs are exchanged at {HALF:g} s")], [table])  # fmt: skip
+
+
+def _errors(predicted: Prediction | None) -> str:
+    """The predicted errors of the oscillatory modes in words."""
+    if predicted is None:
+        return "not known"
+    return "; ".join(f"{value.imag / 2 / np.pi:.2f} Hz: {frequency:+.0e}, {damping:+.0e}" for value, frequency, damping, swings
+                     in zip(predicted.exact, predicted.frequency_error, predicted.damping_error, predicted.oscillatory, strict=True)
+                     if swings)  # fmt: skip
