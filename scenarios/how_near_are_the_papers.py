@@ -193,14 +193,15 @@ def rig_modes(rider: Component, steer_inertia: float) -> dict[str, float]:
 def section(found: dict[str, Any]) -> Section:
     """Every row, what is missed marked."""
     rows = found["rows"]
-    cells = [[row["source"], row["vehicle"], row["model"], row["mode"].replace("_", "-"), row["feature"].replace("_", " "),
-              "" if np.isnan(row["speed"]) else f"{row['speed']:.4g}", row["printed"],
-              *(f"{row[key]:.4g}" for key in ("computed", "residual", "tolerance")), row["unit"], row["met"], row["note"]]
+    cells = [[row["source"].replace("Cossalter et al.", "Cossalter"), ", ".join(filter(None, (row["model"], row["vehicle"]))),
+              f"{row['mode'].replace('_', '-')}: {row['feature'].replace('_', ' ')}", "" if np.isnan(row["speed"]) else f"{row['speed']:.4g}",
+              row["printed"], *(f"{row[key]:.4g}" for key in ("computed", "residual", "tolerance")), row["unit"],
+              ", ".join(filter(None, (row["met"], row["note"])))]
              for row in rows]  # fmt: skip
     marks = [{"met": "met", "within tolerance": "near", "missed": "missed"}[row["met"]] for row in rows]
     counts = ", ".join(f"{count} {word}" for word, count in found["counts"].items())
     text = f"Of {len(rows)} printed numbers: {counts}. No parameter was tuned; what is missed is shown as missed."
-    headings = ("source", "vehicle", "model", "mode", "feature", "at [m/s]", "printed", "computed", "residual", "tolerance", "unit", "", "note")
+    headings = ("source", "model", "number", "at [m/s]", "printed", "computed", "residual", "tolerance", "unit", "verdict")
     return Section("How near are the papers?", [text, TOLERANCES], (), [ReportTable(headings, cells, "Printed against computed", marks)])
 
 
