@@ -33,6 +33,8 @@ REFERENCES = ("steer_angle_command", "steer_angle", "steer_torque")
 LEAKAGE_TERMS = 2  # the polynomial in frequency that a band gives up to the ends of the record
 NODES = np.cos(pi * np.arange(8, -1, -1) / 8)  # where in a band a model is evaluated: exact up to the eighth power
 CENTRE = np.eye(9, dtype=complex)[4]  # the weights of a measurement at one frequency
+LINES = 12  # of the spectrum, that a band needs at least
+NARROW, WIDE = 0.25, 2.0  # Hz
 EMPTY = 0.01  # a band with less of the strongest band's excitation than this holds no measurement
 
 
@@ -96,8 +98,13 @@ class FRF:
         return replace(self, **arrays)
 
 
-def estimate(recording: Recording, reference: str = "", frequencies: np.ndarray | None = None, width: float = 0.25) -> FRF:
-    """The inertance of one run, in bands of a width [Hz] around frequencies (n,) [Hz].
+def band_width(recordings: Sequence[Recording]) -> float:
+    """The width [Hz] of the bands that suits all of the recordings: a quarter of a hertz, more for short ones."""
+    return max(NARROW, LINES / min(float(np.ptp(r.time)) for r in recordings))
+
+
+def estimate(recording: Recording, reference: str = "", band: tuple[float, float] = (0.5, 12.0), width: float | None = None) -> FRF:
+    """The inertance of one run, in bands of a width [Hz] whose centres go from one end of `band` [Hz] to the other.
 
     reference is one of REFERENCES: the commanded angle where it is logged, otherwise the measured one; the
     papers took the torque. Raises InputError for a recording that is too short or not excited.
@@ -107,16 +114,18 @@ def estimate(recording: Recording, reference: str = "", frequencies: np.ndarray 
         raise unknown("reference", reference, REFERENCES)
     recording, notes = uniform(recording)
     duration = len(recording.time) / recording.rate
-    width = max(width, 12 / duration)
-    if frequencies is None:
-        frequencies = np.arange(0.5, min(12.0, 0.4 * recording.rate) + 1e-9, width)
+    width = width or band_width([recording])
+    if not LINES / duration <= width * (1 + 1e-6) <= WIDE:
+        raise InputError(f"{recording.name}: {duration:.3g} s cannot give bands of {width:.3g} Hz; they need {LINES / width:.3g} s at least, "
+                         f"and {WIDE:g} Hz is the widest that shows a resonance")  # fmt: skip
+    frequencies = np.arange(band[0], min(band[1], 0.4 * recording.rate) + 1e-9, width)
     angle, torque, r = (_spectrum(recording[c]) for c in ("steer_angle", "steer_torque", reference))
     grid = np.fft.rfftfreq(len(recording.time), 1 / recording.rate)
     bands = [np.flatnonzero(np.abs(grid - f) < width / 2) for f in frequencies]
     power = np.array([np.sum(np.abs(angle[k]) ** 2) for k in bands])
-    used = [i for i in np.flatnonzero(power > EMPTY * power.max()) if len(bands[i]) > 2 + 2 * LEAKAGE_TERMS]
+    used = [i for i in np.flatnonzero(power > EMPTY * power.max()) if len(bands[i]) > 4 + LEAKAGE_TERMS]
     if not used:
-        raise InputError(f"{recording.name}: {duration:.3g} s at {recording.rate:.4g} Hz leave no band of {width:.3g} Hz with an excitation")
+        raise InputError(f"{recording.name}: nothing was excited between {band[0]:g} and {band[1]:g} Hz")
     acceleration = -((2 * pi * grid) ** 2) * angle
     columns = [_band(grid[bands[i]], frequencies[i], width, acceleration[bands[i]], torque[bands[i]], r[bands[i]]) for i in used]
     apparent, variance, coherence, weights = (np.array(c) for c in zip(*columns, strict=True))
@@ -139,8 +148,8 @@ def _band(grid, centre, width, acceleration, torque, reference):
     cross = np.vdot(r, acceleration)
     shares = acceleration * r.conj() / cross
     apparent = np.vdot(r, torque) / cross
-    # What is left when A may vary linearly within the band is noise.
-    regressors = np.column_stack([acceleration, place * acceleration, leakage])
+    # What is left when A may be a parabola within the band is noise.
+    regressors = np.column_stack([acceleration, place * acceleration, place**2 * acceleration, leakage])
     residual = torque - regressors @ np.linalg.lstsq(regressors, torque)[0]
     noise = np.sum(np.abs(residual) ** 2) / (len(grid) - regressors.shape[1])
     signal = np.sum(np.abs(torque - leakage @ (leakage.T @ torque)) ** 2)

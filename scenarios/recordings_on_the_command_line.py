@@ -4,10 +4,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from fmus.errors import InputError
-from identification.frf import FRF, REFERENCES, estimate
+from identification.frf import FRF, REFERENCES, band_width, estimate
 from identification.recordings import Recording, read_recording, read_rig
 
 
@@ -20,7 +18,7 @@ def add_arguments(parser: argparse.ArgumentParser, files: str = "+") -> None:
     parser.add_argument("--reference", choices=REFERENCES, default="",
                         help="signal of the cross-spectra: the commanded angle where logged, or the steer angle (unbiased); the papers took the torque")  # fmt: skip
     parser.add_argument("--band", default="0.5:12", metavar="LOW:HIGH", help="frequencies [Hz] (default: 0.5:12)")
-    parser.add_argument("--width", type=float, default=0.25, metavar="HZ", help="width of the averages (default: 0.25)")
+    parser.add_argument("--width", type=float, metavar="HZ", help="width of the averages (default: 0.25, more for recordings under 48 s)")
     parser.add_argument("--plot", metavar="FILE", help="figure as .png, .svg or .pdf")
     parser.add_argument("--report", metavar="FILE.html", help="HTML report")
 
@@ -42,10 +40,10 @@ def recordings(options: argparse.Namespace) -> tuple[list[Recording], dict[str, 
 def frfs(runs: list[Recording], options: argparse.Namespace) -> list[FRF]:
     """The FRF of each run within the band. Raises InputError for a band that is none, or a width."""
     low, high = limits(options.band, "--band")
-    if not options.width > 0:
+    if options.width is not None and not options.width > 0:
         raise InputError(f"--width {options.width:g} Hz is not positive")
-    frequencies = np.arange(low, high + 1e-9, options.width)
-    return [estimate(run, options.reference, frequencies, options.width) for run in runs]
+    width = options.width or band_width(runs)
+    return [estimate(run, options.reference, (low, high), width) for run in runs]
 
 
 def limits(text: str, what: str) -> tuple[float, float]:
