@@ -20,7 +20,7 @@ import platformdirs
 import pythonfmu
 from fmpy.validation import validate_fmu
 
-from fmus import compilers, python_backend
+from fmus import compilers, model_description3, python_backend
 from fmus.c_code import model_code
 from fmus.compilers import Platform
 from fmus.component import Component
@@ -28,9 +28,13 @@ from fmus.errors import InputError, unknown
 from fmus.interface import Interface
 from fmus.model_description import compiled, model_description
 
-RUNTIME = ("derivatives.c", "exact_step.c", "instance.c", "linear_algebra.c", "rosenbrock.c", "snapshot.c", "step.c")
-HEADERS = ("instance.h", "linear_algebra.h", "model.h", "snapshot.h", "step.h")
-FMI_HEADERS = {2: ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h")}
+RUNTIME = ("call.c", "derivatives.c", "exact_step.c", "instance.c", "linear_algebra.c", "rosenbrock.c", "snapshot.c", "step.c")
+API = {2: ("fmi2.c",), 3: ("fmi3.c", "fmi3_absent.c", "fmi3_step.c", "fmi3_host.h")}
+HEADERS = ("call.h", "instance.h", "linear_algebra.h", "model.h", "snapshot.h", "step.h")
+FMI_HEADERS = {
+    2: ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h"),
+    3: ("fmi3FunctionTypes.h", "fmi3Functions.h", "fmi3PlatformTypes.h"),
+}
 GUID = "{the identifier that follows from the content}"
 BACKENDS = ("compiled", "python")
 
@@ -100,13 +104,18 @@ def source_contents(interface: Interface, fmi: int) -> dict[str, bytes]:
     """Model description and C source, by their path in the archive. The GUID follows from all of them."""
     identifier = interface.identifier
     runtime = files("fmus").joinpath("runtime")
-    shared = {n: runtime.joinpath(n).read_bytes() for n in (*RUNTIME, *HEADERS, f"fmi{fmi}.c", "LICENSE.txt")}
-    headers = {n: (Path(fmpy.__file__).parent / "c-code" / n).read_bytes() for n in FMI_HEADERS[fmi]}
-    sources = [n for n in sorted([*shared, "model.c"]) if n.endswith(".c")]
-
-    description = model_description(interface, identifier, GUID, compiled(interface, sources))
-    generated = {**shared, **headers, "model.c": model_code(interface, identifier, GUID).encode()}
-    contents = {"modelDescription.xml": description, **{f"sources/{n}": data for n, data in generated.items()}}
+    code = {n: runtime.joinpath(n).read_bytes() for n in (*RUNTIME, *HEADERS, *API[fmi], "LICENSE.txt")}
+    code.update({n: (Path(fmpy.__file__).parent / "c-code" / n).read_bytes() for n in FMI_HEADERS[fmi]})
+    code["model.c"] = model_code(interface, identifier, GUID).encode()
+    listed = sorted(n for n in code if n.endswith(".c"))
+    contents = {f"sources/{n}": data for n, data in code.items()}
+    if fmi == 2:
+        contents["modelDescription.xml"] = model_description(interface, identifier, GUID, compiled(interface, listed))
+    else:
+        contents["modelDescription.xml"] = model_description3.model_description(interface, identifier, GUID)
+        contents["sources/buildDescription.xml"] = model_description3.build_description(identifier, listed)
+        ports = model_description3.terminals(interface)
+        contents.update({} if ports is None else {"terminalsAndIcons/terminalsAndIcons.xml": ports})
     guid = guid_of(content_key(contents)).encode()
     return {name: data.replace(GUID.encode(), guid) for name, data in contents.items()}
 

@@ -3,6 +3,7 @@
 import fmpy
 import numpy as np
 from fmpy.fmi2 import FMU2Model, FMU2Slave, defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
+from fmpy.fmi3 import FMU3Model, FMU3Slave
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
@@ -107,6 +108,45 @@ class Opened:
 
     def close(self):
         self.fmu.freeInstance()
+
+
+class Opened3(Opened):
+    """The same for FMI 3.0. `moves(time)` gives the inputs in intermediate updates, `returns_at` asks for an early return."""
+
+    def __init__(self, path, exchange=False, moves=None, returns_at=None):
+        self.description = fmpy.read_model_description(path)
+        kind = self.description.modelExchange if exchange else self.description.coSimulation
+        self.reference = {v.name: v.valueReference for v in self.description.modelVariables}
+        self.log, self.updates, self.moves, self.returns_at = [], [], moves, returns_at
+        self.fmu = (FMU3Model if exchange else FMU3Slave)(
+            guid=self.description.guid, unzipDirectory=fmpy.extract(path), modelIdentifier=kind.modelIdentifier, instanceName="test")  # fmt: skip
+        options = {"loggingOn": True, "logMessage": lambda env, status, category, message: self.log.append((category.decode(), message.decode()))}
+        if moves is not None:
+            inputs = [v.valueReference for v in self.description.modelVariables if v.causality == "input"]
+            options |= {"intermediateUpdate": self._update, "requiredIntermediateVariables": inputs, "earlyReturnAllowed": returns_at is not None}
+        self.fmu.instantiate(**options)
+
+    def _update(self, env, time, set_requested, get_allowed, finished, can_return, early_requested, early_time):
+        self.updates.append((time, bool(set_requested), bool(get_allowed), bool(finished), bool(can_return)))
+        if set_requested:
+            self.set(**self.moves(time))
+        if can_return and self.returns_at is not None:
+            early_requested[0], early_time[0] = True, max(time, self.returns_at)
+
+    def start(self, **values):
+        self.set(**values)
+        self.fmu.enterInitializationMode(startTime=0.0)
+        self.fmu.exitInitializationMode()
+        if isinstance(self.fmu, FMU3Model):
+            self.fmu.updateDiscreteStates()
+            self.fmu.enterContinuousTimeMode()
+        return self
+
+    def set(self, **values):
+        self.fmu.setFloat64(self.references(values), list(values.values()))
+
+    def get(self, *names):
+        return np.array(self.fmu.getFloat64(self.references(names)))
 
 
 def drive_of(component):

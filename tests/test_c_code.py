@@ -45,11 +45,11 @@ class Words(Component):
         }
 
 
-def compiled_library(component, folder):
+def compiled_library(component, folder, fmi=2):
     if host_compiler() is None:
         pytest.skip("no C compiler on this machine")
     interface = Interface(component)
-    for name, data in source_contents(interface, 2).items():
+    for name, data in source_contents(interface, fmi).items():
         (folder / name.rpartition("/")[2]).write_bytes(data)
     files = sorted(p.name for p in folder.glob("*.c"))
     subprocess.run([*host_compiler(), *STRICT, "-O1", "-fPIC", "-shared", "-o", "model.so", *files, "-lm"], cwd=folder, check=True)
@@ -110,6 +110,11 @@ def test_c_computes_what_the_equations_compute(name, tmp_path):
         if nx:
             assert np.linalg.solve(mass, jacobian[:nx, :nx]) == pytest.approx(linear.A, rel=1e-9, abs=1e-9 * np.abs(linear.A).max())
             assert np.linalg.solve(mass, jacobian[:nx, nx:-1]) == pytest.approx(linear.B, rel=1e-9, abs=1e-9 * (1 + np.abs(linear.B).max()))
+
+
+def test_the_runtime_of_fmi_3_has_no_warnings(tmp_path):
+    _, library = compiled_library(Words("words"), tmp_path, fmi=3)
+    assert ctypes.CFUNCTYPE(ctypes.c_char_p)(("fmi3GetVersion", library))() == b"3.0"
 
 
 @pytest.mark.skipif(shutil.which("clang") is None, reason="clang is not installed")

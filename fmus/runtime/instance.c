@@ -13,7 +13,7 @@
 static size_t work_size(void)
 {
     const size_t n = model.n_states, nu = model.n_inputs, columns = n + nu + 1;
-    return model.n_values + (n + model.n_outputs) * columns + 2 * n * n + n * columns + 16 * n;
+    return model.n_values + (n + model.n_outputs) * columns + 2 * n * n + n * columns + 16 * n + 4 * nu;
 }
 
 Instance *instance_new(const char *name, Logger *logger, void *host)

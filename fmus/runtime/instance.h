@@ -9,7 +9,7 @@
 
 enum { MAX_ORDER = 3 }; /* of the inputs as polynomials in time */
 
-typedef enum { INSTANTIATED = 1, INITIALIZING = 2, STEPPING = 4, EVENT = 8, CONTINUOUS = 16, TERMINATED = 32 } Phase;
+typedef enum { INSTANTIATED = 1, INITIALIZING = 2, STEPPING = 4, EVENT = 8, CONTINUOUS = 16, TERMINATED = 32, INTERMEDIATE = 64 } Phase;
 
 typedef enum { OK, WARNING, DISCARD, ERROR } Status;
 

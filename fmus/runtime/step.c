@@ -55,7 +55,7 @@ static Status inputs_in_bounds(Instance *s, double h)
 }
 
 /* Roundings of an importer's clock are forgiven, a gap or an overlap is not. */
-static Status check_step(Instance *s, double time, double h)
+Status check_step(Instance *s, double time, double h)
 {
     if (!(h > 0) || !isfinite(h)) return report(s, ERROR, "a step of %g s: it must be positive and finite", h);
     if (!(fabs(time - s->z[0]) <= 1e-9 * (fabs(time) + 1) + 1e-3 * h))

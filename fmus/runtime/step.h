@@ -9,6 +9,9 @@
    anything but OK the instance is as it was and the reason has been reported. */
 Status step_from(Instance *s, double time, double step);
 
+/* Whether such a step may be asked for; reports why not. */
+Status check_step(Instance *s, double time, double step);
+
 /* The two methods: new states (n_states) from the present values, which they leave alone. */
 Status exact_step(Instance *s, double step, unsigned order, double *states);
 Status rosenbrock_step(Instance *s, double step, double *states);

@@ -1,0 +1,103 @@
+"""The XML files of FMI 3.0, rendered from a component: model description, terminals, build description.
+
+A port is a terminal. Its members have the same names on both sides, so that terminals plug into each other; a
+torque is an `inflow` (it sums up), an angle or a rate a `signal`.
+"""
+
+from collections.abc import Iterable
+from xml.etree import ElementTree as Xml
+
+from fmus import dependencies
+from fmus.interface import TOLERANCE, FmuVariable, Interface
+from fmus.model_description import DATE, LOG_CATEGORIES, TOOL, bounds, causality, described, has_start, to_bytes, unit_definitions
+from fmus.units import DISPLAY
+
+COMMON = {"canGetAndSetFMUState": "true", "canSerializeFMUState": "true",
+          "providesDirectionalDerivatives": "true", "providesAdjointDerivatives": "true"}  # fmt: skip
+
+
+def model_description(interface: Interface, identifier: str, token: str) -> bytes:
+    """modelDescription.xml, UTF-8, the same for the same component."""
+    root = Xml.Element("fmiModelDescription", {
+        "fmiVersion": "3.0", "modelName": interface.component.name, "instantiationToken": token, **described(interface.component),
+        "generationTool": TOOL, "generationDateAndTime": DATE, "variableNamingConvention": "structured",
+    })  # fmt: skip
+    Xml.SubElement(root, "ModelExchange", {"modelIdentifier": identifier, **COMMON})
+    Xml.SubElement(root, "CoSimulation", {
+        "modelIdentifier": identifier, **COMMON, "canHandleVariableCommunicationStepSize": "true",
+        "maxOutputDerivativeOrder": str(interface.output_order), "providesIntermediateUpdate": "true",
+        "canReturnEarlyAfterIntermediateUpdate": "true",
+    })  # fmt: skip
+    root.append(unit_definitions(interface, "BaseUnit"))
+    categories = Xml.SubElement(root, "LogCategories")
+    for name, meaning in LOG_CATEGORIES.items():
+        Xml.SubElement(categories, "Category", name=name, description=meaning)
+    Xml.SubElement(root, "DefaultExperiment", startTime="0", stopTime="1", tolerance=repr(TOLERANCE.start), stepSize="0.001")
+    variables = Xml.SubElement(root, "ModelVariables")
+    for variable in interface.variables:
+        variables.append(_float64(interface, variable))
+    root.append(_structure(interface))
+    return to_bytes(root)
+
+
+def terminals(interface: Interface) -> bytes | None:
+    """terminalsAndIcons.xml; None for a component without a port."""
+    members: dict[tuple[str, str], list[FmuVariable]] = {}
+    for variable in interface.variables:
+        if variable.row.port and variable.role != "derivative":
+            part, _, _ = variable.name.rpartition(".")
+            members.setdefault((part, variable.row.port), []).append(variable)
+    if not members:
+        return None
+    root = Xml.Element("fmiTerminalsAndIcons", fmiVersion="3.0")
+    parent = Xml.SubElement(root, "Terminals")
+    for (part, port), variables in members.items():
+        terminal = Xml.SubElement(parent, "Terminal", name=f"{part}.{port}" if part else port, matchingRule="plug")
+        for variable in variables:
+            Xml.SubElement(terminal, "TerminalMemberVariable", variableName=variable.name, memberName=variable.name.rpartition(".")[2],
+                           variableKind="inflow" if variable.row.flow else "signal")  # fmt: skip
+    return to_bytes(root)
+
+
+def build_description(identifier: str, sources: Iterable[str]) -> bytes:
+    """sources/buildDescription.xml."""
+    root = Xml.Element("fmiBuildDescription", fmiVersion="3.0")
+    configuration = Xml.SubElement(root, "BuildConfiguration", modelIdentifier=identifier)
+    files = Xml.SubElement(configuration, "SourceFileSet", language="C99")
+    for name in sources:
+        Xml.SubElement(files, "SourceFile", name=name)
+    return to_bytes(root)
+
+
+def _float64(interface: Interface, variable: FmuVariable) -> Xml.Element:
+    row = variable.row
+    element = Xml.Element("Float64", {"name": variable.name, "valueReference": str(variable.reference),
+                                      "description": row.description, **causality(interface, variable)})  # fmt: skip
+    if variable.role == "input":
+        element.set("intermediateUpdate", "true")
+    element.set("unit", row.unit)
+    if row.unit in DISPLAY:
+        element.set("displayUnit", DISPLAY[row.unit])
+    for key, value in bounds(variable).items():
+        element.set(key, value)
+    if variable.role == "derivative":
+        element.set("derivative", str(interface.reference(variable.name[4:-1])))
+    if has_start(variable):
+        element.set("start", repr(float(variable.start)))
+    return element
+
+
+def _structure(interface: Interface) -> Xml.Element:
+    """ModelStructure; here variables are told by their value references."""
+    structure = Xml.Element("ModelStructure")
+
+    def references(names: Iterable[str]) -> str:
+        return " ".join(str(interface.reference(n)) for n in names)
+
+    for tag, rows in (("Output", dependencies.outputs(interface)), ("ContinuousStateDerivative", dependencies.derivatives(interface))):
+        for row in rows:
+            Xml.SubElement(structure, tag, valueReference=references([row.unknown]), dependencies=references(row.kinds),
+                           dependenciesKind=" ".join(row.kinds.values()))  # fmt: skip
+    for unknown, known in dependencies.initial_unknowns(interface):
+        Xml.SubElement(structure, "InitialUnknown", valueReference=references([unknown]), dependencies=references(known))
+    return structure

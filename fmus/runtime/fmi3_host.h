@@ -1,0 +1,19 @@
+/* What the files of FMI 3.0 share: the importer's callbacks, and statuses. */
+
+#ifndef FMI3_HOST_H
+#define FMI3_HOST_H
+
+#include "call.h"
+#include "fmi3Functions.h"
+
+/* What the importer gave. */
+typedef struct {
+    fmi3InstanceEnvironment environment;
+    fmi3LogMessageCallback log;
+    fmi3IntermediateUpdateCallback intermediate_update; /* NULL: none, or no input that it could set */
+    int exchange, early_return;
+} Host;
+
+fmi3Status as_fmi3(Status status);
+
+#endif
