@@ -9,7 +9,17 @@ from xml.etree import ElementTree as Xml
 
 from fmus import dependencies
 from fmus.interface import TOLERANCE, FmuVariable, Interface
-from fmus.model_description import DATE, LOG_CATEGORIES, TOOL, bounds, causality, described, has_start, to_bytes, unit_definitions
+from fmus.model_description import (
+    DATE,
+    LOG_CATEGORIES,
+    TOOL,
+    bounds,
+    causality,
+    described,
+    has_start,
+    to_bytes,
+    unit_definitions,
+)
 from fmus.units import DISPLAY
 
 COMMON = {"canGetAndSetFMUState": "true", "canSerializeFMUState": "true",

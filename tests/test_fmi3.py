@@ -3,6 +3,7 @@
 import zipfile
 from xml.etree import ElementTree as Xml
 
+import fmpy
 import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
@@ -10,7 +11,6 @@ from fmpy.validation import validate_fmu
 from importer import COMPONENTS, Opened3, drive_of
 from lxml import etree
 
-import fmpy
 from fmus import linearise
 from fmus.build import build
 from rider_fmu import riders
