@@ -10,8 +10,8 @@ from fmus.library import Library
 from vehicle_fmu.bicycle import Bicycle
 from vehicle_fmu.dampers import InerterCompensator, LinearDamper, ProgressiveDamper
 from vehicle_fmu.mode_names import MODES
-from vehicle_fmu.named_modes import Mode, Modes, modes
 from vehicle_fmu.motorcycle import Motorcycle
+from vehicle_fmu.named_modes import Mode, Modes, modes
 from vehicle_fmu.ridden import over_speed, ridden
 
 VEHICLES = {"Motorcycle": Motorcycle, "Bicycle": Bicycle}

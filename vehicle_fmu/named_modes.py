@@ -9,6 +9,7 @@ from fmus.modes import crossings, follow
 from vehicle_fmu.mode_names import FINE, MODES, Columns, Linearised, name
 
 NAMING_SPEED = 60.0  # m/s
+ABSENT = complex(np.nan, np.nan)
 LOWEST_SPEED = 1.0  # m/s: the internal grid goes down to here, or lower where that is asked for
 
 
@@ -20,7 +21,7 @@ class Mode:
 
     @property
     def frequency(self) -> np.ndarray:
-        """Damped frequency Im / 2 pi [Hz]; 0 where the mode has split into real roots."""
+        """Damped frequency Im / 2 pi [Hz]; 0 where the mode has split into real roots, NaN where it is absent."""
         return self.eigenvalue.imag / (2 * np.pi)
 
     @property
@@ -69,8 +70,8 @@ def modes(linearised: Linearised, speeds: np.ndarray, naming_speed: float = NAMI
     for below, columns_by_mode in names.below:
         part = branches.parameter <= below + 1e-9
         for mode, columns in columns_by_mode.items():
-            curves.setdefault(mode, np.full(len(part), np.nan + 0j))[part] = _curve(branches.eigenvalues[part], columns)
-    absent = Mode(np.full(len(speeds), np.nan + 0j))
+            curves.setdefault(mode, np.full(len(part), ABSENT))[part] = _curve(branches.eigenvalues[part], columns)
+    absent = Mode(np.full(len(speeds), ABSENT))
     named = {mode: Mode(curves[mode][where]) if mode in curves else absent for mode in MODES}
     unstable = {mode: crossings(matrices, branches.parameter[inside], curves[mode].real[inside])
                 for mode in MODES if mode in curves}  # fmt: skip
@@ -88,7 +89,7 @@ def _grid(speeds: np.ndarray, naming_speed: float) -> np.ndarray:
 def _curve(eigenvalues: np.ndarray, columns: Columns) -> np.ndarray:
     """From a mode's branches its eigenvalue (n,): the oscillatory one, else the least stable; NaN without branches."""
     if not columns:
-        return np.full(len(eigenvalues), np.nan + 0j)
+        return np.full(len(eigenvalues), ABSENT)
     own = eigenvalues[:, list(columns)]
     folded = own.real + 1j * np.abs(own.imag)
     best = np.where((folded.imag > 0).any(axis=1), folded.imag.argmax(axis=1), folded.real.argmax(axis=1))
