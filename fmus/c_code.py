@@ -17,6 +17,7 @@ import sympy
 from sympy.printing.c import C99CodePrinter
 
 from fmus.interface import TOLERANCE, Interface
+from fmus.terms import Term, common_subexpressions, term
 
 ROLES = {"time": "TIME", "calculated": "CALCULATED", "input": "INPUT", "state": "STATE", "output": "OUTPUT", "derivative": "DERIVATIVE"}
 
@@ -90,13 +91,18 @@ class Constants:
         self.interface = interface
         self.parameters = {interface.form.symbols[v.name] for v in interface.of("parameter") if v.name in interface.form.symbols}
         self.symbols: dict[sympy.Expr, sympy.Symbol] = {}
+        self.terms: dict[Term, sympy.Expr] = {}
 
     def hoist(self, expression: sympy.Expr) -> sympy.Expr:
         """The expression with every part that depends on the parameters alone replaced by its symbol."""
-        if expression.is_Atom:
+        if expression.is_Atom and not isinstance(expression, Term):
             return expression
         if isinstance(expression, sympy.Expr) and expression.free_symbols and expression.free_symbols <= self.parameters:
             return self.symbols.setdefault(expression, sympy.Symbol(f"constant_{len(self.symbols)}", real=True))
+        if isinstance(expression, Term):
+            if expression not in self.terms:
+                self.terms[expression] = term(self.hoist(expression.definition))
+            return self.terms[expression]
         if expression.is_Add or expression.is_Mul:
             alone = [a for a in expression.args if not a.free_symbols - self.parameters]
             if len(alone) > 1 and any(a.free_symbols for a in alone):
@@ -121,7 +127,7 @@ def statements(assigned: Sequence[tuple[str, sympy.Expr]], places: dict[sympy.Sy
     """The C statements of `target = expression`, what they read first, common subexpressions next."""
     if not assigned:
         return []
-    common, reduced = sympy.cse([e for _, e in assigned], symbols=sympy.numbered_symbols("common_"))
+    common, reduced = common_subexpressions([e for _, e in assigned])
     used = set().union(*(e.free_symbols for _, e in assigned))
     printer = Printer({"contract": False, "math_macros": {}})
     names = {symbol: c_name(symbol.name) for symbol in used}

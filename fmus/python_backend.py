@@ -22,6 +22,7 @@ from sympy.printing.pycode import PythonCodePrinter
 
 from fmus.interface import TOLERANCE, Interface
 from fmus.model_description import Capabilities, causality, model_description
+from fmus.terms import common_subexpressions
 
 PLATFORMS = ("linux-x86_64", "windows-x86_64")  # for which pythonfmu has a library
 CAPABILITIES = Capabilities(exchange=False, cosimulation=(
@@ -79,7 +80,7 @@ def body(names: dict[sympy.Symbol, str], expressions: Sequence[sympy.Expr], plac
     """The lines of a function: common subexpressions, then a list of results, or the entries of `matrix` at the places."""
     printer = Printer({"fully_qualified_modules": True})
     printer._print_Symbol = lambda symbol: names.get(symbol, symbol.name)
-    common, reduced = sympy.cse(expressions, symbols=sympy.numbered_symbols("common_"))
+    common, reduced = common_subexpressions(expressions)
     lines = [f"{symbol} = {printer.doprint(expression)}" for symbol, expression in common]
     if places:
         return lines + [f"matrix[{i}, {j}] = {printer.doprint(e)}" for (i, j), e in zip(places, reduced, strict=True)]

@@ -15,6 +15,7 @@ from sympy.core.relational import Relational
 from fmus.component import Component
 from fmus.errors import InputError
 from fmus.mathematics import SYMBOLIC
+from fmus.terms import common_subexpressions
 
 
 class Entries:
@@ -26,7 +27,7 @@ class Entries:
         entries = [matrix[i, j] for i, j in self.where]
         used = set().union(*(e.free_symbols for e in entries)) if entries else set()
         self.arguments = [n for n, s in symbols.items() if s in used]
-        self.function = sympy.lambdify([symbols[n] for n in self.arguments], entries, "numpy", cse=True)
+        self.function = sympy.lambdify([symbols[n] for n in self.arguments], entries, "numpy", cse=common_subexpressions)
 
     def __call__(self, values: dict[str, Any]) -> np.ndarray:
         arguments = [values[n] for n in self.arguments]
