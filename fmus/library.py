@@ -23,6 +23,7 @@ from typing import Any
 from fmus.component import Component
 from fmus.errors import InputError, unknown
 from fmus.units import convert
+from fmus.variables import Variable
 
 SECTIONS = ("component", "description", "source", "parameters", "correlation", "printed", "about")
 ENTRY = ("value", "unit", "assumed", "standard_error")
@@ -94,19 +95,25 @@ def component_from(contents: Mapping[str, Any], components: Mapping[str, type[Co
         for word in entry:
             if word not in ENTRY:
                 raise InputError(f"{file}: {unknown(f'key of {key}', word, ENTRY)}")
-        for word in ("value", *({"standard_error"} & set(entry))):
-            if type(entry.get(word)) not in (int, float):  # true is a number to Python, not to physics
-                raise InputError(f"{file}: {key} needs a number [{row.unit}], as in {key} = {{ value = 1.0, unit = \"{row.unit}\" }}")
-        unit = str(entry.get("unit", row.unit))
-        values[key] = convert(entry["value"], unit, row.unit)
+        values[key] = _number(entry, "value", row, file)
         if "assumed" in entry:
             assumed[key] = entry["assumed"]
         if "standard_error" in entry:
-            errors[key] = convert(entry["standard_error"], unit, row.unit)
+            errors[key] = _number(entry, "standard_error", row, file)
     component = kind(name, contents.get("source", ""), **values)
     component.assumed, component.standard_error = assumed, errors
     component.correlation = _correlation(contents.get("correlation", {}), errors, file)
     return component
+
+
+def _number(entry: Mapping[str, Any], word: str, row: Variable, file: str) -> float:
+    """One of the numbers of a parameter's entry, in the declared unit."""
+    if type(entry.get(word)) not in (int, float):  # true is a number to Python, not to physics
+        raise InputError(f"{file}: {row.name} needs a number [{row.unit}], as in {row.name} = {{ value = 1.0, unit = \"{row.unit}\" }}")
+    try:
+        return convert(entry[word], str(entry.get("unit", row.unit)), row.unit)
+    except InputError as error:
+        raise InputError(f"{file}: {row.name}: {error}") from None
 
 
 def _correlation(given: Mapping[str, Mapping[str, float]], errors: Mapping[str, float], file: str) -> dict[str, dict[str, float]]:

@@ -1,0 +1,243 @@
+"""The command line as other programs use it: its JSON, its exit status, and one line for what is wrong."""
+
+import json
+import pkgutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from fmus.component import Component
+from scenarios import commands, names
+from scenarios.command_line import COMMANDS, main
+from vehicle_fmu import MODES
+
+MODULES = sorted(module.name for module in pkgutil.iter_modules(commands.__path__))
+
+
+def refuse_constant(text):
+    raise AssertionError(f"{text} is not JSON")
+
+
+def result_of(capsys, *arguments):
+    """The JSON on standard output; nothing else is allowed there."""
+    assert main([*arguments, "--json", "-"]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    return json.loads(out, parse_constant=refuse_constant)
+
+
+# Help ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("command", MODULES)
+def test_every_command_shows_examples_that_it_understands(command, capsys):
+    with pytest.raises(SystemExit) as stop:
+        main([command, "--help"])
+    out = capsys.readouterr().out
+    assert stop.value.code == 0
+    assert f"\n  motofmi {command}" in out
+    assert "--json" in out
+
+
+def test_help_lists_every_command(capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(["--help"])
+    out = capsys.readouterr().out
+    assert stop.value.code == 0
+    assert all(f"\n  {command} " in out for command in COMMANDS)
+    assert set(MODULES) <= set(COMMANDS)
+
+
+def test_it_runs_as_a_program():
+    done = subprocess.run([sys.executable, "-m", "scenarios.command_line", "list", "--json", "-"], capture_output=True, text=True, check=True)
+    assert done.stderr == "" and "riders" in json.loads(done.stdout)
+
+
+# list ---------------------------------------------------------------------------------------------
+
+
+def test_list_gives_every_word_that_set_takes(capsys):
+    found = result_of(capsys, "list")
+    assert all(isinstance(found[kind], list) for kind in ("components", "riders", "motorcycles", "dampers", "effects"))
+    assert [r["name"] for r in found["riders"]] == [*(f"{n}_2008" for n in range(1, 6)), *(f"{n}_2011" for n in range(1, 11)), "mean_2011"]
+    (sharp,) = (m for m in found["motorcycles"] if m["name"] == "sharp_1971")
+    assert "Sharp" in sharp["source"]
+    damping = sharp["parameters"]["steering_damping"]
+    assert (damping["symbol"], damping["unit"], damping["min"], damping["max"]) == ("K", "N.m.s/rad", 0, 1e4)
+    assert damping["value"] == pytest.approx(5 * 4.4482216152605 * 0.3048)  # 5 lbf.ft.s/rad
+    (rider,) = (r for r in found["riders"] if r["name"] == "4_2008")
+    assert set(rider["assumed"]) == {"arm_damping", "waist_damping"}
+    settings = [f"--set={name}={entry['value']}" for name, entry in rider["parameters"].items() if name != "added_steer_inertia"]
+    settings += [f"--set={name}={entry['value']}" for name, entry in sharp["parameters"].items() if name != "added_steer_inertia"]
+    assert result_of(capsys, "modes", "--device", "rider:4_2008", "--speed", "20", *settings)["modes"]
+
+
+def test_list_names_every_component(capsys):
+    found = {c["name"] for c in result_of(capsys, "list")["components"]}
+    assert found == set(names.COMPONENTS)
+
+
+# modes --------------------------------------------------------------------------------------------
+
+
+def test_modes_has_its_keys(capsys):
+    found = result_of(capsys, "modes", "--vehicle", "sharp_1971", "--device", "rider:mean_2011", "--speed", "1:60:0.5")
+    assert found["speed"] == pytest.approx(np.linspace(1, 60, 119))
+    assert [len(row) for row in found["eigenvalues"]] == [10] * 119
+    assert set(found["modes"]) == set(MODES)
+    weave = found["modes"]["weave"]
+    real, imaginary = np.array(weave["eigenvalue"]).T
+    assert (imaginary >= 0).all()
+    assert weave["frequency"] == pytest.approx(imaginary / (2 * np.pi))
+    for ratio, re, im in zip(weave["damping_ratio"], real, imaginary, strict=True):
+        # A mode that has split into real roots has a frequency of 0 and no damping ratio.
+        assert ratio is None if im == 0 else ratio == pytest.approx(-re / np.hypot(re, im))
+    assert weave["damping_ratio"].count(None) == 7  # at 1.5 to 4.5 m/s: it is real from 1.14 to 4.74 m/s
+    (band,) = found["unstable"]["weave"]
+    assert band == pytest.approx([33.8, 56.3], abs=0.1)
+    assert found["unstable"]["wobble"] == []
+
+
+def test_an_absent_mode_is_null(capsys):
+    found = result_of(capsys, "modes", "--speed", "10,20")
+    assert found["modes"]["rider_wobble"] == {"eigenvalue": [None, None], "frequency": [None, None], "damping_ratio": [None, None]}
+    assert "rider_wobble" not in found["unstable"]
+
+
+@pytest.mark.parametrize("text, speeds", [("30", [30]), ("1:10:4", [1, 5, 9, 10]), ("2:3:0.5", [2, 2.5, 3]), ("5,7.5", [5, 7.5])])
+def test_speeds_have_both_ends(capsys, text, speeds):
+    assert result_of(capsys, "modes", "--speed", text)["speed"] == speeds
+
+
+def test_a_device_may_be_a_value_or_a_file(capsys, tmp_path):
+    (tmp_path / "mine.toml").write_text('component = "LinearDamper"\n[parameters]\ndamping = { value = 7.5, unit = "N.m.s/rad" }\n', "utf-8")
+    by_file = result_of(capsys, "modes", "--device", str(tmp_path / "mine.toml"), "--speed", "20")
+    by_value = result_of(capsys, "modes", "--device", "damper:7.5", "--speed", "20")
+    by_name = result_of(capsys, "modes", "--device", "high_2011", "--speed", "20")
+    assert by_file["modes"] == by_value["modes"] == by_name["modes"]
+
+
+def test_json_goes_to_a_file_and_the_table_to_the_screen(capsys, tmp_path):
+    assert main(["modes", "--speed", "20", "--json", str(tmp_path / "new" / "modes.json")]) == 0
+    out = capsys.readouterr().out
+    assert "weave" in out and "speed" in out
+    assert json.loads((tmp_path / "new" / "modes.json").read_text("utf-8"))["speed"] == [20]
+    assert [p.name for p in (tmp_path / "new").iterdir()] == ["modes.json"]
+
+
+# device -------------------------------------------------------------------------------------------
+
+
+def test_device_gives_the_transfer_functions_of_the_port(capsys):
+    found = result_of(capsys, "device", "damper:7.5", "--frequency", "0.5:12:0.05")
+    omega = 2 * np.pi * np.array(found["frequency"])
+    assert len(omega) == 231
+    for torque, sign in (("handlebar_torque", -1), ("frame_torque", 1)):
+        assert np.array(found[torque]) @ [1, 1j] == pytest.approx(sign * 1j * omega * 7.5)  # 2011, eq. 14, in the port's signs
+
+
+def test_device_takes_settings_and_says_what_is_assumed(capsys):
+    found = result_of(capsys, "device", "rider:4_2008", "--frequency", "1", "--set", "torso_inertia=0.9")
+    assert set(found["assumed"]) == {"arm_damping", "waist_damping"}
+    assert main(["device", "rider:4_2008", "--frequency", "1"]) == 0
+    assert "assumed: arm_damping" in capsys.readouterr().out
+
+
+# What is wrong is said in one line ------------------------------------------------------------------
+
+BAD = {
+    "unknown rider": (["modes", "--device", "rider:maen_2011"], "unknown rider 'maen_2011', did you mean 'mean_2011'? (valid: 10_2011, "),
+    "unknown damper": (["modes", "--device", "damper:heavy"], "unknown damper 'heavy' (valid: high_2011, "),
+    "unknown vehicle": (["modes", "--vehicle", "sharp"], "unknown motorcycle 'sharp'"),
+    "unknown kind": (["modes", "--device", "driver:mean_2011"], "unknown kind of component 'driver', did you mean 'rider'?"),
+    "unknown name": (["device", "mean"], "unknown component 'mean'"),
+    "no vehicle": (["modes", "--vehicle", "rider:mean_2011"], "'rider:mean_2011' is a PassiveRider, not a vehicle (valid: "),
+    "no device": (["modes", "--device", "motorcycle:sharp_1971"], "'motorcycle:sharp_1971' is a Motorcycle, not a device at the handlebar (valid: none, damper:VALUE, "),
+    "no transfer functions": (["device", "none"], "device 'none' has no transfer functions"),
+    "unknown parameter": (["modes", "--device", "rider:mean_2011", "--set", "arm_dampng=3"], "unknown parameter 'arm_dampng', did you mean 'arm_damping'?"),
+    "no parameter of this device": (["modes", "--set", "arm_damping=3"], "unknown parameter 'arm_damping'"),
+    "value out of bounds": (["modes", "--device", "rider:mean_2011", "--set", "arm_damping=-3"], "arm_damping = -3 N.m.s/rad is outside its bounds [0, 100000]"),
+    "damper out of bounds": (["modes", "--device", "damper:-3"], "damping = -3 N.m.s/rad is outside its bounds"),
+    "damper not a number": (["modes", "--device", "damper:nan"], "damping = nan N.m.s/rad is outside its bounds"),
+    "value not a number": (["modes", "--set", "trail=long"], "'trail=long' is not NAME=VALUE with a number, as in arm_damping=20"),
+    "no value": (["modes", "--set", "trail"], "'trail' is not NAME=VALUE with a number"),
+    "speed zero": (["modes", "--speed", "0"], "speed '0' is not A:B:STEP, one value or a comma list of positive ascending numbers [m/s]"),
+    "speed negative": (["modes", "--speed", "-3"], "speed '-3' is not"),
+    "speed not a number": (["modes", "--speed", "nan"], "speed 'nan' is not"),
+    "speed infinite": (["modes", "--speed", "1:inf:1"], "speed '1:inf:1' is not"),
+    "speed in words": (["modes", "--speed", "fast"], "speed 'fast' is not"),
+    "speed descending": (["modes", "--speed", "9:1:1"], "speed '9:1:1' is not"),
+    "speed step zero": (["modes", "--speed", "1:9:0"], "speed '1:9:0' is not"),
+    "speed without end": (["modes", "--speed", "1:9"], "speed '1:9' is not"),
+    "speed twice": (["modes", "--speed", "5,5"], "speed '5,5' is not"),
+    "speed too low": (["modes", "--speed", "0.05"], "speed = 0.05 m/s is outside its bounds [0.1, 200]"),
+    "speed too high": (["modes", "--speed", "10:500:10"], "speed = 500 m/s is outside its bounds [0.1, 200]"),
+    "frequency zero": (["device", "damper:7.5", "--frequency", "0"], "frequency '0' is not"),
+    "unknown option": (["modes", "--sped", "5"], "unrecognized arguments: --sped"),
+    "missing argument": (["device"], "the following arguments are required: device"),
+    "unknown command": (["mode"], "invalid choice: 'mode'"),
+    "no command": ([], "the following arguments are required: COMMAND"),
+}  # fmt: skip
+
+
+def complaint(capsys, arguments):
+    """The one line on standard error of a command that must end with status 2."""
+    try:
+        status = main(arguments)
+    except SystemExit as stop:
+        status = stop.code
+    out, err = capsys.readouterr()
+    assert status == 2
+    assert out == ""
+    assert err.count("\n") == 1 and err.startswith("motofmi")
+    return err
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_is_named_in_one_line(case, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    arguments, message = BAD[case]
+    json_file = ["--json", "result.json"] if arguments and arguments[0] in COMMANDS else []
+    assert message in complaint(capsys, [*arguments, *json_file])
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("line, message", [
+    ("damping = { value = 1.0, unit = 'N.m.sec/rad' }", "unknown unit [N.m.sec/rad] at 'sec' (known symbols: "),
+    ("damping = { value = 1.0, unit = 'N.m/rad' }", "unit [N.m/rad] cannot be converted to [N.m.s/rad]"),
+    ("dampng = 1.0", "unknown parameter 'dampng', did you mean 'damping'? (valid: damping)"),
+    ("damping = 1.0\n[author]\nname = 'me'", "unknown key 'author' (valid: about, "),
+    ("damping = -1.0", "damping = -1 N.m.s/rad is outside its bounds [0, 10000]"),
+    ("damping = ", "is not a valid TOML file: "),
+])  # fmt: skip
+def test_a_bad_file_is_named_in_one_line(line, message, capsys, tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(f'component = "LinearDamper"\n[parameters]\n{line}\n', "utf-8")
+    found = complaint(capsys, ["modes", "--device", str(path), "--speed", "20"])
+    assert message in found and "mine" in found
+
+
+def test_a_file_that_is_not_there(capsys, tmp_path):
+    assert "cannot read" in complaint(capsys, ["modes", "--device", str(tmp_path / "absent.toml")])
+
+
+def test_a_parameter_that_two_parts_have_must_be_told_apart(capsys):
+    arguments = ["modes", "--device", "rider:mean_2011", "--speed", "20"]
+    message = complaint(capsys, [*arguments, "--set", "added_steer_inertia=0.1"])
+    assert "'added_steer_inertia' is a parameter of vehicle and device: write device.added_steer_inertia=0.1" in message
+    assert main([*arguments, "--set", "device.added_steer_inertia=0.1"]) == 0
+
+
+def test_a_place_that_cannot_be_written(capsys, tmp_path):
+    (tmp_path / "file").write_text("", "utf-8")
+    main(["modes", "--speed", "20", "--json", str(tmp_path / "file" / "modes.json")])
+    assert f"cannot write {tmp_path / 'file' / 'modes.json'}" in capsys.readouterr().err
+    assert [p.name for p in tmp_path.iterdir()] == ["file"]
+
+
+def test_names_of_components_are_unique_words():
+    found = [names.component(spec) for spec in names.every_name()]
+    assert len({c.name for c in found}) == len(found)
+    assert all(isinstance(c, Component) for c in found)
