@@ -17,7 +17,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.optimize import least_squares
+from scipy.optimize import least_squares, leastsq
 
 from fmus.errors import InputError, unknown
 from identification.frf import FRF
@@ -25,6 +25,7 @@ from identification.response import Response
 
 METHODS = ("weighted", "nyquist", "amplitude")
 SMALLEST = 1e-4  # of the starting value: where a parameter's logarithm ends when its lower bound is zero
+TOLERANCE = 1e-11
 SPREAD = 0.5  # of the logarithm of further starting values
 
 
@@ -36,12 +37,14 @@ class Problem:
         if method not in METHODS:
             raise unknown("method", method, METHODS)
         self.frfs, self.model, self.method = tuple(frfs), model, method
-        nodes = np.concatenate([f.nodes for f in frfs])
-        self.shape = nodes.shape
-        self.powers = model.powers(2 * np.pi * nodes.ravel())
-        self.weights = np.concatenate([f.weights for f in frfs])
+        weights = np.concatenate([f.weights for f in frfs])
+        needed = np.any(weights, axis=0)
+        self.weights = weights[:, needed]
+        self.powers = model.powers(2 * np.pi * np.concatenate([f.nodes for f in frfs])[:, needed].ravel())
         self.measured = np.concatenate([f.inertance for f in frfs])
+        self.inertia = 1 / self.measured
         self.variance = np.maximum(np.concatenate([f.variance for f in frfs]), 1e-24)
+        self.scale = np.sqrt(2 / self.variance)
         self.lower, self.upper = self._limits(bounds or {})
         if 2 * len(self.measured) < len(model.parameters):
             raise InputError(f"{len(self.measured)} frequencies cannot determine {len(model.parameters)} parameters")
@@ -61,25 +64,25 @@ class Problem:
         return np.log(lower), np.log(upper)
 
     def seen(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The apparent inertia (n,) that the estimator would see of the model, and its derivatives (n, np)."""
-        response, slope = self.model.with_derivatives(self.powers, p)
-        inertia = (self.weights / response.reshape(self.shape)).sum(axis=1)
-        slopes = (self.weights.ravel() / response**2)[:, None] * slope
-        return inertia, -slopes.reshape(*self.shape, -1).sum(axis=1)
+        """The apparent inertia (n,) that the estimator would see of the model, and its derivatives (np, n)."""
+        inertia, slope = self.model.with_derivatives(self.powers, p, inverse=True)
+        if self.weights.shape[1] == 1:
+            return inertia, slope
+        return (np.einsum("nk,nk->n", self.weights, inertia.reshape(self.weights.shape)),
+                np.einsum("nk,pnk->pn", self.weights, slope.reshape(-1, *self.weights.shape)))  # fmt: skip
 
     def evaluate(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Residuals and their derivatives by the log-parameters x (np,); complex ones as real, then imaginary."""
+        """Residuals (n,) and their derivatives (np, n) by the log-parameters x (np,); complex ones as real, then imaginary."""
         p = np.exp(x)
         inertia, slope = self.seen(p)
-        slope = slope * p
+        slope *= p[:, None]
         if self.method == "weighted":
-            scale = np.sqrt(2 / self.variance)
-            return _stacked((inertia - 1 / self.measured) * scale), _stacked(slope * scale[:, None])
+            return _stacked((inertia - self.inertia) * self.scale), _stacked(slope * self.scale)
         value = 1 / inertia
-        slope = -(value**2)[:, None] * slope
+        slope *= -(value**2)
         if self.method == "nyquist":
             return _stacked(value - self.measured), _stacked(slope)
-        return np.abs(value) - np.abs(self.measured), np.real((value.conj() / np.abs(value))[:, None] * slope)
+        return np.abs(value) - np.abs(self.measured), np.real(value.conj() / np.abs(value) * slope)
 
     def noise(self) -> np.ndarray:
         """The standard deviation that each residual has by the estimator's own variance."""
@@ -88,20 +91,29 @@ class Problem:
         each = np.abs(self.measured) ** 2 * np.sqrt(self.variance / 2)
         return np.tile(each, 2) if self.method == "nyquist" else each
 
-    def solve(self, x: np.ndarray):
-        """scipy's result from one start (np,); residuals and derivatives are evaluated once per point."""
+    def solve(self, x: np.ndarray) -> tuple[np.ndarray, float]:
+        """Log-parameters (np,) and half the sum of squares that one start (np,) leads to.
+
+        MINPACK finds an optimum within the bounds fastest; where it leaves them, the bounded search takes over.
+        Residuals and derivatives are evaluated once per point.
+        """
         last: dict[str, tuple] = {}
 
         def at(x):
             key = x.tobytes()
             if key not in last:
                 last.clear()
-                last[key] = self.evaluate(x)
+                last[key] = self.evaluate(np.minimum(np.maximum(x, self.lower), self.upper))
             return last[key]
 
         x = np.clip(x, self.lower + 1e-6, self.upper - 1e-6)
-        return least_squares(lambda x: at(x)[0], x, lambda x: at(x)[1], (self.lower, self.upper), x_scale="jac",
-                             xtol=1e-12, ftol=1e-12, gtol=1e-12, max_nfev=200)  # fmt: skip
+        free, _, found, _, status = leastsq(lambda x: at(x)[0], x, (), lambda x: at(x)[1], True, True,
+                                               xtol=TOLERANCE, ftol=TOLERANCE, factor=1.0)  # fmt: skip
+        if status in (1, 2, 3, 4) and np.all((free >= self.lower) & (free <= self.upper)):
+            return free, float(found["fvec"] @ found["fvec"]) / 2
+        bounded = least_squares(lambda x: at(x)[0], x, lambda x: at(x)[1].T, (self.lower, self.upper), x_scale="jac",
+                                xtol=TOLERANCE, ftol=TOLERANCE, gtol=TOLERANCE, max_nfev=200)  # fmt: skip
+        return bounded.x, float(bounded.cost)
 
 
 @dataclass(frozen=True)
@@ -160,15 +172,15 @@ def identify(frfs: Sequence[FRF], model: Response, method: str = "weighted",
     for group in [[frf] for frf in frfs] if method == "weighted" else [frfs]:
         problem = Problem(group, model, method, bounds)
         tries = [problem.solve(first + shift) for shift in spread]
-        best = min(tries, key=lambda t: t.cost)
-        agreeing.append(np.mean([t.cost <= best.cost * (1 + 1e-4) + 1e-18 for t in tries]))
-        covariance, chi_square = _uncertainty(problem, best.x)
-        runs.append(best.x)
+        best, cost = min(tries, key=lambda found: found[1])
+        agreeing.append(np.mean([other <= cost * (1 + 1e-4) + 1e-18 for _, other in tries]))
+        covariance, chi_square = _uncertainty(problem, best)
+        runs.append(best)
         covariances.append(covariance)
         chi_squares.append(chi_square)
     x, covariance, tau = combine(np.array(runs), np.array(covariances), run_to_run)
     together = Problem(frfs, model, method, bounds)
-    _, singular, directions = np.linalg.svd(together.evaluate(x)[1] / together.noise()[:, None], full_matrices=False)
+    _, singular, directions = np.linalg.svd((together.evaluate(x)[1] / together.noise()).T, full_matrices=False)
     value = 1 / together.seen(np.exp(x))[0]
     residual = {"radius": float(np.mean(np.abs(np.abs(value) - np.abs(together.measured)))),
                 "phase_deg": float(np.mean(np.abs(np.angle(value / together.measured, deg=True))))}  # fmt: skip
@@ -188,7 +200,7 @@ def _uncertainty(problem: Problem, x: np.ndarray) -> tuple[np.ndarray, float]:
     noise = problem.noise()
     freedom = max(len(residuals) - len(x), 1)
     chi_square = float(np.sum((residuals / noise) ** 2) / freedom)
-    left, singular, right = np.linalg.svd(jacobian, full_matrices=False)
+    left, singular, right = np.linalg.svd(jacobian.T, full_matrices=False)
     inverse = (right.T / np.maximum(singular, 1e-9 * singular[0])) @ left.T
     left_over = max(chi_square, 1.0) * np.ones(len(residuals)) if problem.method == "weighted" else residuals**2 * len(residuals) / freedom
     return (inverse * left_over) @ inverse.T, chi_square
@@ -226,4 +238,4 @@ def _doubts(found: Identification, problem: Problem, x: np.ndarray) -> tuple[str
 
 
 def _stacked(values: np.ndarray) -> np.ndarray:
-    return np.concatenate([values.real, values.imag])
+    return np.concatenate([values.real, values.imag], axis=-1)

@@ -64,7 +64,7 @@ class Response:
         polynomials = [_determinant(matrix, s) for matrix in (bordered, pencil)]
         degree = max(p.degree() for p in polynomials)
         coefficients = [[p.coeff_monomial(s**k) for k in range(degree + 1)] for p in polynomials]
-        slopes = [[[sympy.diff(c, q) for q in symbols] for c in row] for row in coefficients]
+        slopes = [[sympy.diff(c, q) for c in row] for row in coefficients for q in symbols]
         return degree, sympy.lambdify(symbols, [*coefficients, *slopes], "math", cse=True)
 
     def powers(self, omega: np.ndarray) -> np.ndarray:
@@ -75,13 +75,15 @@ class Response:
         """G (n,) at omega (n,) [rad/s] for parameter values p (np,), the component's own where none are given."""
         return self.with_derivatives(self.powers(omega), self.values if p is None else p)[0]
 
-    def with_derivatives(self, powers: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """G (n,) and dG/dp (n, np) for the powers of s and parameter values p (np,)."""
-        above, below, above_slope, below_slope = self._polynomials[1](*p)
-        denominator = powers @ np.array(below, float)
-        value = (powers @ np.array(above, float)) / denominator
-        slope = powers @ np.array(above_slope, float) - value[:, None] * (powers @ np.array(below_slope, float))
-        return value, slope / denominator[:, None]
+    def with_derivatives(self, powers: np.ndarray, p: np.ndarray, inverse: bool = False) -> tuple[np.ndarray, np.ndarray]:
+        """G (n,) and dG/dp (np, n), or 1/G and its derivatives, for the powers of s and parameter values p (np,)."""
+        rows = np.array(self._polynomials[1](*p)) @ powers.T  # N, D, dN/dp, dD/dp
+        count = len(self.parameters)
+        above, below, above_slope, below_slope = rows[0], rows[1], rows[2 : 2 + count], rows[2 + count :]
+        if inverse:
+            above, below, above_slope, below_slope = below, above, below_slope, above_slope
+        value = above / below
+        return value, (above_slope - value * below_slope) / below
 
 
 def _determinant(matrix: sympy.Matrix, s: sympy.Symbol) -> sympy.Poly:

@@ -1,0 +1,1 @@
+"""The gap workflow: where a model misses measured data, which physical effect is missing, and what it changes."""
