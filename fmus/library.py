@@ -100,7 +100,7 @@ def component_from(contents: Mapping[str, Any], components: Mapping[str, type[Co
             assumed[key] = entry["assumed"]
         if "standard_error" in entry:
             errors[key] = _number(entry, "standard_error", row, file)
-    component = kind(name, contents.get("source", ""), **values)
+    component = kind(name, contents.get("source", ""), (), **values)
     component.assumed, component.standard_error = assumed, errors
     component.correlation = _correlation(contents.get("correlation", {}), errors, file)
     return component
