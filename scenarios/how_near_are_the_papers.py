@@ -142,10 +142,20 @@ def computed_feature(models: dict[str, Modes], model: str, mode: str, feature: s
     raise AssertionError(f"no way to compute {feature}")
 
 
+def passive_riders(year: str) -> list[str]:
+    """The names of the passive riders that were published in a year."""
+    return [n for n in riders.names() if n.endswith(year) and riders.contents(n)["component"] == "PassiveRider"]
+
+
+def printed_riders(year: str) -> list[str]:
+    """The riders of one paper's table."""
+    return [name for name in riders.names() if name.endswith(year) and "printed" in riders.contents(name)]
+
+
 def riders_2011() -> list[dict[str, Any]]:
     """nu_t and zeta_t of the eleven riders. The tolerance is what half units of the printed inputs can change."""
     rows = []
-    for name in (n for n in riders.names() if n.endswith("2011")):
+    for name in passive_riders("2011"):
         rider, printed = riders.load(name), riders.contents(name)["printed"]
         inputs = {k: rider.values[k] for k in DIGITS_2011 if k in rider.values}
         # Both are monotonic in every input, so the corners of the box of half units bound them.
@@ -163,7 +173,7 @@ def riders_2011() -> list[dict[str, Any]]:
 def riders_2008() -> list[dict[str, Any]]:
     """nu1, nu2, zeta1, zeta2 of the five riders on the rig. An overdamped pair is printed as a zeta2 above 1."""
     rows = []
-    for name in (n for n in riders.names() if n.endswith("2008")):
+    for name in passive_riders("2008"):
         rider, printed = riders.load(name), riders.contents(name)["printed"]
         computed = rig_modes(rider, printed["steer_inertia"]["value"])
         for feature in (f for f in DIGITS_2008 if f in printed):
