@@ -147,11 +147,6 @@ def passive_riders(year: str) -> list[str]:
     return [n for n in riders.names() if n.endswith(year) and riders.contents(n)["component"] == "PassiveRider"]
 
 
-def printed_riders(year: str) -> list[str]:
-    """The riders of one paper's table."""
-    return [name for name in riders.names() if name.endswith(year) and "printed" in riders.contents(name)]
-
-
 def riders_2011() -> list[dict[str, Any]]:
     """nu_t and zeta_t of the eleven riders. The tolerance is what half units of the printed inputs can change."""
     rows = []
