@@ -26,6 +26,7 @@ from identification.response import Response
 METHODS = ("weighted", "nyquist", "amplitude")
 SMALLEST = 1e-4  # of the starting value: where a parameter's logarithm ends when its lower bound is zero
 TOLERANCE = 1e-11
+UNDETERMINED = 1e-6  # of the largest singular value: what lies below is not information
 SPREAD = 0.5  # of the logarithm of further starting values
 
 
@@ -106,7 +107,8 @@ class Problem:
                 last[key] = self.evaluate(np.minimum(np.maximum(x, self.lower), self.upper))
             return last[key]
 
-        x = np.clip(x, self.lower + 1e-6, self.upper - 1e-6)
+        inside = np.minimum(1e-6, (self.upper - self.lower) / 4)
+        x = np.clip(x, self.lower + inside, self.upper - inside)
         free, _, found, _, status = leastsq(lambda x: at(x)[0], x, (), lambda x: at(x)[1], True, True,
                                                xtol=TOLERANCE, ftol=TOLERANCE, factor=1.0)  # fmt: skip
         if status in (1, 2, 3, 4) and np.all((free >= self.lower) & (free <= self.upper)):
@@ -201,7 +203,7 @@ def _uncertainty(problem: Problem, x: np.ndarray) -> tuple[np.ndarray, float]:
     freedom = max(len(residuals) - len(x), 1)
     chi_square = float(np.sum((residuals / noise) ** 2) / freedom)
     left, singular, right = np.linalg.svd(jacobian.T, full_matrices=False)
-    inverse = (right.T / np.maximum(singular, 1e-9 * singular[0])) @ left.T
+    inverse = (right.T / np.maximum(singular, UNDETERMINED * singular[0])) @ left.T
     left_over = max(chi_square, 1.0) * np.ones(len(residuals)) if problem.method == "weighted" else residuals**2 * len(residuals) / freedom
     return (inverse * left_over) @ inverse.T, chi_square
 
@@ -217,6 +219,8 @@ def combine(runs: np.ndarray, covariances: np.ndarray, tau: float | None = None)
         excess = np.var(runs, axis=0, ddof=1) - noise if count > 1 else np.zeros(size)
         trust = 1 / (noise + 1e-3) ** 2
         tau = float(np.sqrt(max(0.0, np.sum(trust * excess) / np.sum(trust))))
+    if count == 1:
+        return runs[0], covariances[0] + tau**2 * np.eye(size), tau
     weights = np.linalg.inv(covariances + tau**2 * np.eye(size))
     covariance = np.linalg.inv(weights.sum(axis=0))
     return covariance @ np.einsum("rij,rj->i", weights, runs), covariance, tau

@@ -78,7 +78,7 @@ def _value_lines(values: np.ndarray, handlebar_inertia: float, description: str,
 
 def table_spread(count: int, seed: int = 0) -> np.ndarray:
     """Riders (count, 6) drawn from the spread of the ten riders of 2011: log-normal, with the table's correlations."""
-    ten = [riders.load(name) for name in riders.names() if name.endswith("_2011") and name != "mean_2011"]
+    ten = [riders.load(f"{number}_2011") for number in range(1, 11)]
     logs = np.log([[HANDLEBAR_INERTIA + r.values["added_steer_inertia"], *(r.values[n] for n in PARAMETERS[1:])] for r in ten])
     return np.exp(np.random.default_rng(seed).multivariate_normal(logs.mean(axis=0), np.cov(logs.T), count))
 

@@ -1,0 +1,76 @@
+"""An imposed motion rebuilt from its low harmonics, so that it can be differentiated twice.
+
+    x(t) = Re sum_k B_k(t) e^(i k phi(t)),   B_k cubic splines in time, k = 0 to 3
+
+The splines are fitted to the measured angle; the phase is the command's. Differentiating the measured angle itself
+would turn its noise and its converter's steps into torque.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import BSpline, CubicSpline
+from scipy.sparse import diags, hstack
+from scipy.sparse.linalg import splu
+
+from identification.gap.phase import Phase
+
+ORDERS = 3
+KNOT = 2.5  # s between the knots of a spline: as fine as the windows of the reduction
+CYCLES = 4.0
+
+
+@dataclass(frozen=True)
+class Rebuilt:
+    """A motion that is known between the samples too."""
+
+    phase: CubicSpline
+    splines: list[tuple[int, BSpline, BSpline]]
+
+    def __call__(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Angle, rate and acceleration (n,) at times (n,) [s]."""
+        phi, w, a = (self.phase(time, d) for d in range(3))
+        angle, rate, acceleration = (np.zeros(len(time)) for _ in range(3))
+        for k, cosine, sine in self.splines:
+            c, s = np.cos(k * phi), np.sin(k * phi)
+            p, p1, p2 = (cosine(time, d) for d in range(3))
+            q, q1, q2 = (sine(time, d) for d in range(3))
+            angle += p * c + q * s
+            u, v = p1 + k * w * q, q1 - k * w * p  # the rate is u cos + v sin
+            rate += u * c + v * s
+            u1, v1 = p2 + k * (a * q + w * q1), q2 - k * (a * p + w * p1)
+            acceleration += (u1 + k * w * v) * c + (v1 - k * w * u) * s
+        return angle, rate, acceleration
+
+
+def rebuilt(time: np.ndarray, angle: np.ndarray, phase: Phase) -> Rebuilt:
+    """The motion behind a measured angle (n,) at times (n,) [s]."""
+    knots = _knots(time, phase.frequency)
+    basis = BSpline.design_matrix(np.clip(time, knots[0], knots[-1]), knots, 3)
+    trusted = np.full(len(time), 1e-2)  # where the phase jumps, the splines need not follow
+    for first, last in phase.stretches:
+        trusted[max(first - int(2.5 / (time[1] - time[0])), 0) : last] = 1.0
+    blocks = [basis]
+    for k in range(1, ORDERS + 1):
+        blocks += [diags(np.cos(k * phase.angle)) @ basis, diags(np.sin(k * phase.angle)) @ basis]
+    matrix = hstack(blocks).tocsc()
+    # A little smoothness decides what the data leave open.
+    normal = matrix.T @ diags(trusted) @ matrix
+    normal = normal + 1e-9 * diags(normal.diagonal() + 1.0)
+    solution = splu(normal.tocsc()).solve(matrix.T @ (trusted * angle))
+    parts = [BSpline(knots, c, 3) for c in np.split(solution, len(blocks))]
+    nothing = BSpline(knots, np.zeros(len(knots) - 4), 3)
+    splines = [(0, parts[0], nothing)] + [(k, parts[2 * k - 1], parts[2 * k]) for k in range(1, ORDERS + 1)]
+    return Rebuilt(CubicSpline(time, phase.angle), splines)
+
+
+def _knots(time: np.ndarray, frequency: np.ndarray) -> np.ndarray:
+    """Knots KNOT seconds apart, or CYCLES cycles where those take longer, with the ends fourfold."""
+    inner, at = [], time[0]
+    while True:
+        f = max(float(np.interp(at, time, frequency)), 0.1)
+        at += max(KNOT, CYCLES / f)
+        if at > time[-1] - KNOT:
+            break
+        inner.append(at)
+    return np.concatenate([[time[0]] * 4, inner, [time[-1]] * 4])

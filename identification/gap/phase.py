@@ -1,0 +1,73 @@
+"""The phase of a swept or stepped excitation, and the stretches of a run in which it changes slowly.
+
+    c(t) = a(t) cos(phi(t)),   phi from the analytic signal,   f = phi' / 2 pi
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+from scipy.signal import hilbert
+
+SETTLE = 3.5  # s after a step of frequency or amplitude, until transients have died
+JUMP = 0.1  # Hz within a second: what is no sweep
+CYCLES = 4.0  # that a window holds at least
+WINDOW = 2.5  # s that a window lasts at least
+LOWEST = 0.2  # of the usual amplitude: below it the excitation has not begun or has ended
+
+
+@dataclass(frozen=True)
+class Phase:
+    """phi (n,) [rad] and frequency (n,) [Hz] of a run, and its stretches [first, last) of slow change."""
+
+    angle: np.ndarray
+    frequency: np.ndarray
+    stretches: tuple[tuple[int, int], ...]
+    windows: tuple[tuple[int, int], ...]
+
+
+def phase_of(command: np.ndarray, rate: float) -> Phase | None:
+    """The phase of a command (n,) sampled at `rate` [Hz]; None where it has not one slowly changing frequency."""
+    centred = command - np.median(command)
+    signal = hilbert(centred)
+    angle, size = np.unwrap(np.angle(signal)), np.abs(signal)
+    width = max(int(0.6 * rate), 3)
+    frequency = uniform_filter1d(np.gradient(angle) * rate / (2 * np.pi), width, mode="nearest")
+    size = uniform_filter1d(size, width, mode="nearest")
+    usual = np.quantile(size, 0.9)
+    lag = max(int(rate), 2)  # both look a second ahead, which keeps what the analytic signal smears out as well
+    change = np.zeros(len(command))
+    change[:-lag] = np.abs(frequency[lag:] - frequency[:-lag])
+    growth = np.zeros(len(command))
+    growth[:-lag] = np.abs(size[lag:] - size[:-lag]) / usual
+    jumps = (change > 5 * np.median(change) + JUMP) | (growth > 0.15 + 5 * np.median(growth)) | (size < LOWEST * usual)
+    stretches = _runs(~jumps, int(SETTLE * rate))
+    if sum(last - first for first, last in stretches) < 0.3 * len(command) or np.any(frequency[_inside(stretches)] <= 0):
+        return None
+    return Phase(angle, frequency, tuple(stretches), tuple(_windows(stretches, frequency, rate)))
+
+
+def _runs(good: np.ndarray, settle: int) -> list[tuple[int, int]]:
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], good.astype(int), [0]])))
+    runs = zip(edges[::2], edges[1::2], strict=True)
+    return [(int(first) + settle, int(last)) for first, last in runs if last - first - settle > settle / 2]
+
+
+def _inside(stretches: list[tuple[int, int]]) -> np.ndarray:
+    return np.concatenate([np.arange(*s) for s in stretches]) if stretches else np.zeros(0, int)
+
+
+def _windows(stretches: list[tuple[int, int]], frequency: np.ndarray, rate: float) -> list[tuple[int, int]]:
+    """Each stretch in windows of at least WINDOW seconds and CYCLES cycles; the last one takes the rest."""
+    windows = []
+    for first, last in stretches:
+        spread = np.ptp(frequency[first:last])
+        start = first
+        while start < last:
+            length = int(max(WINDOW, CYCLES / frequency[start]) * rate)
+            end = start + length
+            if spread < JUMP or last - end < length:
+                end = last
+            windows.append((start, end))
+            start = end
+    return windows
