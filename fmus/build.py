@@ -53,7 +53,7 @@ def build(component: Component, out_dir: str | Path = ".", fmi: int = 2, backend
     """Writes the component's FMU into a folder, which is made where it is missing.
 
     fmi is 2 or 3, backend `compiled` or `python` (FMI 2 only, its own platforms), platforms `host`, `all` or a
-    comma list of names. Raises InputError for a wrong choice or a folder that cannot be written, MissingToolError
+    comma list of names (`build_all` where one archive cannot hold them). Raises InputError for a wrong choice or a folder that cannot be written, MissingToolError
     when no compiler is there.
     """
     if backend not in BACKENDS:
@@ -83,21 +83,26 @@ def build(component: Component, out_dir: str | Path = ".", fmi: int = 2, backend
     return BuiltFmu(interface.identifier, path, hashlib.sha256(data).hexdigest(), tuple(targets))
 
 
-def archive_platforms(fmi: int, platforms: str) -> tuple[list[Platform], str]:
-    """The platforms of one archive and what they add to its name.
+def build_all(component: Component, out_dir: str | Path = ".", fmi: int = 2, backend: str = "compiled", platforms: str = "host") -> list[BuiltFmu]:
+    """The same as `build`, in as many archives as it takes.
 
-    FMI 2 has one folder for Linux, which the two kinds of processor cannot share: `all` leaves ARM out, which
-    `linux-arm64` alone puts into an archive of its own.
+    FMI 2 has one folder for Linux, which its two kinds of processor cannot share: `linux-arm64` gets an archive of
+    its own there.
     """
+    names = [p.name for p in compilers.chosen(platforms)]
+    apart = fmi == 2 and backend == "compiled" and {"linux-arm64", "linux-x86_64"} <= set(names)
+    lists = [",".join(n for n in names if n != "linux-arm64"), "linux-arm64"] if apart else [platforms]
+    return [build(component, out_dir, fmi, backend, each) for each in lists]
+
+
+def archive_platforms(fmi: int, platforms: str) -> tuple[list[Platform], str]:
+    """The platforms of one archive and what they add to its name."""
     wanted = compilers.chosen(platforms)
     if fmi == 3:
         return wanted, "_fmi3"
-    if platforms == "all":
-        wanted = [p for p in wanted if p.name != "linux-arm64"]
-    folders = [p.folder for p in wanted]
-    if len(set(folders)) < len(folders):
-        raise InputError("linux-x86_64 and linux-arm64 share one folder in FMI 2: build linux-arm64 alone, or use --fmi 3")
-    return wanted, "_arm64" if [p.name for p in wanted] == ["linux-arm64"] else ""
+    if len({p.folder for p in wanted}) < len(wanted):
+        raise InputError("linux-x86_64 and linux-arm64 share one folder in FMI 2: build them apart (build_all), or use --fmi 3")
+    return wanted, "_arm64" if [p.name for p in wanted] == ["linux-arm64"] and compilers.host().name != "linux-arm64" else ""
 
 
 def source_contents(interface: Interface, fmi: int) -> dict[str, bytes]:

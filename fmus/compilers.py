@@ -19,7 +19,8 @@ from pathlib import Path
 
 from fmus.errors import InputError, MissingToolError, unknown
 
-FLAGS = ("-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-ffp-contract=off", "-fvisibility=hidden", "-shared")
+# -s: symbol tables name temporary files, which would make every build another one
+FLAGS = ("-std=c99", "-O2", "-g0", "-s", "-Wall", "-Wextra", "-Wpedantic", "-ffp-contract=off", "-fvisibility=hidden", "-shared")
 
 
 @dataclass(frozen=True)
@@ -112,8 +113,6 @@ def _compile(command: Sequence[str], wanted: Platform, folder: Path, files: Sequ
         options += ["-fPIC"]
     if wanted.suffix == ".dylib":
         options += [f"-Wl,-install_name,@rpath/{library}"]
-    else:
-        options += ["-s"]
     done = subprocess.run([*command, *options, "-o", library, *files, "-lm"], cwd=folder, capture_output=True, text=True, check=False)
     if done.returncode:
         error = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr.strip() or "no message")
