@@ -12,6 +12,10 @@ class MissingToolError(RuntimeError):
     """A tool outside Python is missing (a C compiler, say). Its message says how to get it."""
 
 
+class SimulationError(RuntimeError):
+    """A simulation cannot go on. Its message is one line: where, when and what to change; the exit status is 1."""
+
+
 def unknown(kind: str, given: object, valid: Iterable[str]) -> InputError:
     """The error for a name that does not exist: names the kind, the nearest name and all valid ones."""
     names = sorted(valid)

@@ -45,3 +45,6 @@ class HandlebarDevice(Component):
     frame_rate = told("frame_rate")
     handlebar_torque = answers("handlebar_torque")
     frame_torque = answers("frame_torque")
+
+# The rates whose sum a torque works on.
+WORKS_ON = {"handlebar_torque": ("steer_rate", "frame_rate"), "frame_torque": ("frame_rate",)}

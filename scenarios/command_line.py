@@ -15,7 +15,7 @@ from typing import Any, NoReturn
 import numpy as np
 from rich.console import Console
 
-from fmus.errors import InputError, MissingToolError
+from fmus.errors import InputError, MissingToolError, SimulationError
 from fmus.files import write_beside
 
 COMMANDS = {
@@ -58,6 +58,9 @@ def main(arguments: list[str] | None = None) -> int:
     except (InputError, MissingToolError) as error:
         _complain(f"motofmi {name}", str(error))
         return 2
+    except SimulationError as error:
+        _complain(f"motofmi {name}", str(error))
+        return 1
     except OSError as error:
         _complain(f"motofmi {name}", f"{error.filename or ''}: {error.strerror or error}")
         return 2

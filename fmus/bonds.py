@@ -1,0 +1,60 @@
+"""The power that a coupling makes or loses where units meet.
+
+A torque T and the rates f that it works on are known twice: as one unit answered them and as the other was told
+them. At the end of a step the power that one side takes and the other does not give is
+
+    dP = T_told f - T f_told
+
+Its sum over the steps is energy that the coupling has put into the motion. Source: Sadjina, Kyllingstad, Skjong,
+Pedersen, Engineering with Computers 33 (2017) 607-620.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fmus.coupling import Network
+
+
+@dataclass
+class Bond:
+    """One torque at one unit. power: the largest |dP| so far [W]; energy, exchanged: the sums of dP and of |T f| times the step [J]."""
+
+    name: str
+    torque: int  # among the inputs
+    sources: list[int]  # of the torque, among the outputs
+    rates: list[int]  # among the outputs of the unit that the torque acts on
+    told_rates: list[list[int]]  # for each source, among the inputs of its unit
+    power: float = 0.0
+    energy: float = 0.0
+    exchanged: float = 0.0
+
+    def residual(self, outputs: np.ndarray, told: np.ndarray) -> np.ndarray:
+        """dP [W] (n,) from the outputs (n, ny) after n steps and what the inputs (n, nu) were told for then."""
+        rate = outputs[:, self.rates].sum(axis=1)
+        lost = (told[:, self.torque] - outputs[:, self.sources].sum(axis=1)) * rate
+        for source, rates in zip(self.sources, self.told_rates, strict=True):
+            lost -= outputs[:, source] * (told[:, rates].sum(axis=1) - rate)
+        return lost
+
+    def add(self, outputs: np.ndarray, told: np.ndarray, step: float) -> None:
+        """Count n more steps."""
+        lost = self.residual(outputs, told)
+        power = told[:, self.torque] * outputs[:, self.rates].sum(axis=1)
+        self.power = max(self.power, float(np.abs(lost).max(initial=0.0)))
+        self.energy += float(lost.sum() * step)
+        self.exchanged += float(np.abs(power).sum() * step)
+
+
+def bonds(network: Network, works_on: Mapping[str, Sequence[str]]) -> list[Bond]:
+    """The bonds of a network; `works_on` gives for a torque the names of the rates that sum to the one it works on."""
+    found = []
+    for target, sources in network.wiring.items():
+        unit, _, torque = target.partition(".")
+        rates = [f"{unit}.{rate}" for rate in works_on.get(torque, ())]
+        told = [[f"{source.partition('.')[0]}.{rate}" for rate in works_on.get(torque, ())] for source in sources]
+        if rates and set(rates) <= set(network.outputs) and all(set(t) <= set(network.inputs) for t in told):
+            found.append(Bond(target, network.inputs.index(target), [network.outputs.index(s) for s in sources],
+                              [network.outputs.index(r) for r in rates], [[network.inputs.index(r) for r in t] for t in told]))  # fmt: skip
+    return found

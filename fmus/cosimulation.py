@@ -1,0 +1,188 @@
+"""Units run together: set inputs, read outputs, step; rows out, power watched, a clear stop when it does not hold.
+
+    from fmus.cosimulation import cosimulate
+    from fmus.importer import FmuUnit
+
+    units = {"vehicle": FmuUnit("motorcycle_sharp_1971.fmu", values={"speed": 30.0, "steer_rate": 0.5}),
+             "device": FmuUnit("rider_mean_2011.fmu")}
+    run = cosimulate(units, step=0.001, duration=5.0, out="run.csv")
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from fmus.bonds import Bond, bonds
+from fmus.coupling import COUPLINGS, Coupling, Network, Unit
+from fmus.coupling import coupling as named_coupling
+from fmus.errors import InputError, SimulationError
+from fmus.ports import TORQUES, WORKS_ON
+from fmus.prediction import Prediction, linear_network, predict
+from fmus.profiles import Profile
+from fmus.progress import track
+from fmus.results import Rows
+
+CHUNK = 500  # steps between two flushes
+LARGEST = 1e9  # a signal that exceeds this many times the largest start value, or 1, has diverged
+TOLERANCE = 1e-5  # of a mode's frequency; ten times that of its damping ratio
+
+
+@dataclass(frozen=True)
+class Run:
+    """What a run did.
+
+    rows (n, columns) is empty when they went to `path`. predicted is None when the units cannot be linearised.
+    """
+
+    step: float
+    coupling: str
+    columns: tuple[str, ...]
+    rows: np.ndarray
+    path: Path | None
+    steps_per_second: float
+    predicted: Prediction | None
+    bonds: list[Bond]
+
+    @property
+    def power_residual(self) -> float:
+        """The largest residual power at any bond [W]."""
+        return max((bond.power for bond in self.bonds), default=0.0)
+
+    def __getitem__(self, column: str) -> np.ndarray:
+        """A column (n,) of the rows by its name without the unit."""
+        return self.rows[:, [c.partition(" [")[0] for c in self.columns].index(column)]
+
+
+def cosimulate(units: Mapping[str, Unit], step: float, duration: float, coupling: str | None = None, *,
+               wiring: Mapping[str, Sequence[str]] | None = None, profile: Profile | None = None, out: str | Path | None = None,
+               tolerance: float = TOLERANCE, display: Mapping[str, str] | None = None) -> Run:  # fmt: skip
+    """Run units together from time 0 to `duration` [s]; equal names meet where no wiring is given.
+
+    coupling names one of `fmus.coupling.COUPLINGS`; without it the cheapest is taken whose modes are within
+    `tolerance`. step [s] is made a little smaller where it does not divide the duration. profile gives inputs over
+    time. Raises InputError for what cannot be run, SimulationError when the coupling diverges.
+    """
+    step, count = steps(step, duration)
+    wiring = join(units) if wiring is None else wiring
+    network = Network(units, wiring)
+    linear = _linear(units, wiring)
+    chosen, predicted = choose(network, linear, step, coupling, tolerance)
+    profile = profile or Profile.constant(network)
+    columns = ["time [s]", *(f"{name} [{(display or {}).get(name, _unit(network, name))}]" for name in network.outputs)]
+    rows, watched = Rows(columns, out), bonds(network, WORKS_ON)
+    profile.over(network, 0.0, step, 0)
+    outputs = network.read(np.zeros(len(network.outputs)))
+    rows.write(np.concatenate([[0.0], outputs])[None])
+    running = chosen.prepare(network, step)
+    running.start(outputs)
+    began = perf_counter()
+    try:
+        _loop(network, running, outputs, profile, step, count, rows, watched)
+    finally:
+        rows.close()
+    rate = count / (perf_counter() - began)
+    return Run(step, chosen.name, rows.columns, rows.kept, rows.path, rate, predicted, watched)
+
+
+def _loop(network: Network, running: Any, outputs: np.ndarray, profile: Profile, step: float, count: int, rows: Rows, watched: list[Bond]) -> None:
+    """All steps, in chunks: rows written and flushed, power counted, divergence looked for."""
+    block, told = np.zeros((CHUNK, 1 + len(outputs))), np.zeros((CHUNK, len(network.inputs)))
+    limit = LARGEST * max(1.0, float(np.abs(outputs).max(initial=0.0)))
+    for first in track(range(0, count, CHUNK), "co-simulation", -(-count // CHUNK)):
+        size, done = min(CHUNK, count - first), 0
+        failure = ""
+        try:
+            for k in range(size):
+                profile.over(network, (first + k) * step, step, first + k)
+                outputs = running.advance(outputs)
+                block[k, 1:], told[k] = outputs, running.told
+                done = k + 1
+        except SimulationError as error:
+            failure = str(error)
+        block[:done, 0] = (first + 1 + np.arange(done)) * step
+        largest = np.abs(block[:done, 1:]).max(axis=1, initial=0.0)
+        wild = np.flatnonzero(~(largest <= limit))
+        if len(wild):
+            done, failure = int(wild[0]) + 1, "the signals have grown beyond all bounds"
+        rows.write(block[:done])
+        for bond in watched:
+            bond.add(block[:done, 1:], told[:done], step)
+        if failure:
+            raise SimulationError(_diagnosis(failure, watched, (first + done) * step, step))
+
+
+def _diagnosis(failure: str, watched: list[Bond], time: float, step: float) -> str:
+    worst = max(watched, key=lambda bond: abs(bond.energy), default=None)
+    bond = f" at {worst.name} ({worst.energy:.3g} J made by the coupling, {worst.exchanged:.3g} J exchanged)" if worst else ""
+    return f"stopped at {time:.6g} s{bond}: {failure}; take a smaller step than {step:g} s or a coupling of higher order"
+
+
+def steps(step: float, duration: float) -> tuple[float, int]:
+    """The step [s] that divides the duration, at most as large as the one given, and how many there are."""
+    if not (np.isfinite(step) and step > 0):
+        raise InputError(f"step = {step:g} s: a step must be positive and finite, as in 0.001")
+    if not (np.isfinite(duration) and duration > 0):
+        raise InputError(f"duration = {duration:g} s: a duration must be positive and finite, as in 5")
+    if step > duration:
+        raise InputError(f"step = {step:g} s is longer than the duration of {duration:g} s")
+    count = int(np.ceil(duration / step * (1 - 1e-9)))
+    return duration / count, count
+
+
+def join(units: Mapping[str, Unit]) -> dict[str, list[str]]:
+    """The wiring in which equal names meet; several torques on one input add up.
+
+    Raises InputError for an input with two writers that is no torque.
+    """
+    wiring: dict[str, list[str]] = {}
+    for name, unit in units.items():
+        for variable in unit.inputs:
+            sources = [f"{other}.{variable}" for other, u in units.items() if other != name and variable in u.outputs]
+            if len(sources) > 1 and variable not in TORQUES:
+                raise InputError(f"{name}.{variable} has {len(sources)} writers: {', '.join(sources)}; only torques add up")
+            if sources:
+                wiring[f"{name}.{variable}"] = sources
+    return wiring
+
+
+def _unit(network: Network, name: str) -> str:
+    unit, _, variable = name.partition(".")
+    return network.units[unit].unit_of(variable)
+
+
+def _linear(units: Mapping[str, Unit], wiring: Mapping[str, Sequence[str]]) -> Network | None:
+    try:
+        return linear_network(units, wiring)
+    except InputError:
+        return None
+
+
+def choose(network: Network, linear: Network | None, step: float, name: str | None, tolerance: float) -> tuple[Coupling, Prediction | None]:
+    """The coupling of that name, or the cheapest that the units can do and that meets the tolerance; its prediction.
+
+    Where none meets it, the one with the smallest error. Raises InputError when the units cannot do what was asked.
+    """
+    if name is not None:
+        chosen = named_coupling(name)
+        missing = chosen.lacks(network)
+        if missing:
+            names = [c.name for c in COUPLINGS.values() if not c.lacks(network)]
+            raise InputError(f"coupling {name!r} is not possible: {missing} (possible: {', '.join(names)})")
+        return chosen, predict(chosen, linear, step) if linear else None
+    able = [c for c in COUPLINGS.values() if not c.lacks(network)]
+    if linear is None:
+        return next(c for c in reversed(able) if c.order == max(a.order for a in able)), None
+    best: tuple[float, Coupling, Prediction] | None = None
+    for candidate in able:
+        prediction = predict(candidate, linear, step)
+        error = prediction.worst
+        if error <= tolerance:
+            return candidate, prediction
+        if best is None or error < best[0]:
+            best = error, candidate, prediction
+    assert best is not None
+    return best[1], best[2]

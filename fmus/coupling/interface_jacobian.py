@@ -1,0 +1,117 @@
+"""Implicit in one pass: the linearised units tell how the signals will go, and every FMU steps once.
+
+The coupled units are linear over a step, x' = x'_0 + A (x - x_0) + B e' tau, so with what they show at its start
+
+    y(tau) = y_0 + C (tau phi_1(A tau) x'_0 + tau^2 phi_2(A tau) B e') + D e' tau
+
+    int_0^1 (1-s)^j (y(s H) - y_0) ds = j! (C (H phi_(j+2)(A H) x'_0 + H^2 phi_(j+3)(A H) B e') + H / (j+2)! D e')
+
+e being what comes from outside. Each FMU gets the polynomial nearest to that in the mean square, of the order
+that it takes: for linear units the error of a step is of order H^(2k+3) with inputs of order k, far less than
+that of any interpolation of the same order. x'_0 and y_0 are the FMUs' own at every step, so the linearisation
+only has to be near; it is renewed when its prediction of the end of a step has missed.
+
+The interface Jacobian in co-simulation: Sicklinger et al., Int. J. Numer. Meth. Engng 98 (2014) 418-444; the
+exponential step with the present rates: Hochbruck, Ostermann, Acta Numerica 19 (2010) 209-286, sect. 2.4. The
+projection is this project's own.
+"""
+
+from math import factorial
+
+import numpy as np
+from numpy.polynomial import Legendre, Polynomial
+from scipy.linalg import expm
+
+from fmus.coupling.network import Network
+from fmus.coupling.polynomials import COEFFICIENTS, ORDER, from_moments
+from fmus.errors import InputError
+
+MISSED = 1e-2  # of the change over the step
+
+# Legendre's polynomials P_i(s), shifted to [0, 1], in powers of 1 - s.
+LEGENDRE = np.array([(-1) ** i * np.pad(Legendre.basis(i, [0, 1]).convert(kind=Polynomial).coef, (0, ORDER - i)) for i in range(COEFFICIENTS)])
+
+
+class InterfaceJacobian:
+    """The coupling; see the head of this file."""
+
+    name = "interface_jacobian"
+    summary = "implicit in one pass, from the FMUs' linearisation; no saved states"
+    order = 4
+    stable = "for linear units at every step at which their motion is not faster than the inputs' polynomials can follow"
+    source = "Sicklinger et al., Int. J. Numer. Meth. Engng 98 (2014) 418-444"
+
+    def lacks(self, network: Network) -> str:
+        """What the units would have to offer for this coupling; empty when they can."""
+        try:
+            network.linearised()
+        except InputError as error:
+            return str(error)
+        return ""
+
+    def prepare(self, network: Network, step: float) -> "Prediction":
+        return Prediction(network, step)
+
+
+class Prediction:
+    """The coupling on one network with one step. told as in `fmus.coupling.scheme.Run`."""
+
+    def __init__(self, network: Network, step: float):
+        self.network, self.step = network, step
+        self.told = np.zeros(len(network.inputs))
+        self.memory = np.zeros((0, len(network.signals)))
+        self.renew()
+
+    def start(self, outputs: np.ndarray) -> None:
+        """Nothing has to be remembered."""
+
+    def renew(self) -> None:
+        """Linearise the units where they are and make the matrices of the step."""
+        network, H = self.network, self.step
+        space = network.linearised()
+        nx, ne = space.B.shape
+        phi = phi_functions(space.A * H, COEFFICIENTS + 2)
+        through, direct = space.C[network.where], space.D[network.where]
+
+        def change(j: int) -> np.ndarray:
+            """(signals, nx + ne): the integral of (1-s)^j / j! times the change of the signals, per unit of x'_0 and e'."""
+            return np.hstack([H * through @ phi[j + 2], H**2 * through @ phi[j + 3] @ space.B + H * direct / factorial(j + 2)])
+
+        self.end = change(-1)
+        moments = np.tensordot(LEGENDRE, np.stack([factorial(j) * change(j) for j in range(COEFFICIENTS)]), 1)
+        self.free = [network.inputs.index(name) for name in space.inputs]
+        self.matrices = [np.einsum("ki,uj,ijx->kux", from_moments(unit.input_order), network.wires[u], moments).reshape(COEFFICIENTS * len(unit.inputs), nx + ne)
+                         for unit, u, _ in network.part]  # fmt: skip
+
+    def advance(self, outputs: np.ndarray) -> np.ndarray:
+        """Step all units from where `outputs` (ny, ...) were read; the outputs after the step."""
+        network, columns = self.network, outputs.shape[1:]
+        if self.told.shape[1:] != columns:
+            self.told = np.zeros((len(network.inputs), *columns))
+        network.settle(outputs)
+        slopes = (network.external[1] - network.external[0])[self.free] / self.step
+        rates = np.concatenate([*(unit.state_rates() for unit, _, _ in network.part), np.broadcast_to(slopes.reshape(-1, *[1] * len(columns)), (len(slopes), *columns))])
+        now = outputs[network.where]
+        for index, (unit, u, _) in enumerate(network.part):
+            coefficients = (self.matrices[index] @ rates).reshape(COEFFICIENTS, len(unit.inputs), *columns)
+            coefficients[0] += network.wires[u] @ now
+            network.add_external(coefficients, index)
+            self.told[u] = coefficients.sum(axis=0)
+            unit.step(coefficients, self.step)
+        outputs = network.read(outputs, end=1)
+        expected = self.end @ rates
+        if np.abs(outputs[network.where] - now - expected).max(initial=0.0) > MISSED * np.abs(expected).max(initial=0.0):
+            self.renew()
+        return outputs
+
+
+def phi_functions(matrix: np.ndarray, highest: int) -> np.ndarray:
+    """phi_0 .. phi_highest of a matrix (n, n), stacked; all are blocks of one exponential (Sidje 1998, theorem 1)."""
+    n = len(matrix)
+    blocks = np.zeros(((highest + 1) * n, (highest + 1) * n))
+    blocks[:n, :n] = matrix
+    blocks[:-n, n:] += np.eye(highest * n)
+    return expm(blocks)[:n].reshape(n, highest + 1, n).swapaxes(0, 1) if n else np.zeros((highest + 1, 0, 0))
+
+
+INTERFACE_JACOBIAN = InterfaceJacobian()

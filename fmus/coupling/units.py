@@ -1,0 +1,113 @@
+"""What a coupling sees of a simulator: a unit. And the unit that is a linear model, stepped exactly.
+
+    x' = A x + B u,   y = C x + D u,   u(s) = sum_k c_k s^k
+    x(H) = e^(AH) x + sum_k Gamma_k c_k,   Gamma_k = k! H phi_(k+1)(AH) B
+
+All Gamma are blocks of one matrix exponential (Van Loan, IEEE Trans. Autom. Control 23, 1978). The state may
+have columns (nx, n): then a coupling is run on n linear simulations at once, and run on the columns of the
+identity it shows its own transition matrix.
+"""
+
+from math import factorial
+from typing import Any, Protocol
+
+import numpy as np
+from scipy.linalg import expm
+
+from fmus.coupling.polynomials import COEFFICIENTS, ORDER
+from fmus.linear import StateSpace
+
+
+class Unit(Protocol):
+    """One simulator: an FMU, or a model of one. Every array may carry more axes behind the ones named here."""
+
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    feedthrough: np.ndarray  # (ny, nu): which output depends on which input at the same time
+    input_order: int  # of the polynomials that a step takes as inputs
+    output_order: int  # how many derivatives of the outputs can be read
+    can_go_back: bool
+
+    @property
+    def present_inputs(self) -> np.ndarray:
+        """The inputs (nu,) as they were set last."""
+
+    def unit_of(self, variable: str) -> str:
+        """The unit in which a variable is measured."""
+
+    def exchange(self, inputs: np.ndarray) -> np.ndarray:
+        """Set the present inputs (nu,), read the outputs (ny,)."""
+
+    def output_slope(self, slopes: np.ndarray) -> np.ndarray:
+        """The k-th derivative of the outputs (ny,) with the inputs' derivatives (k, nu), orders 1 to k."""
+
+    def state_rates(self) -> np.ndarray:
+        """The derivatives of the states (nx,) at present."""
+
+    def step(self, coefficients: np.ndarray, step: float) -> None:
+        """Step with the inputs as polynomials, coefficients (4, nu) in powers of s = time / step."""
+
+    def save(self, into: Any = None) -> Any:
+        """Something that `restore` takes; `into` is what was saved before and may be overwritten."""
+
+    def restore(self, saved: Any) -> None:
+        """Go back to where the unit was when it was saved."""
+
+    def linearised(self) -> StateSpace:
+        """The unit linearised where it is."""
+
+
+class LinearUnit:
+    """A linear model as a unit. Without a restriction it can do everything."""
+
+    def __init__(self, space: StateSpace, input_order: int = ORDER, output_order: int = ORDER, can_go_back: bool = True):
+        self.space = space
+        self.inputs, self.outputs = space.inputs, space.outputs
+        self.feedthrough = space.D != 0
+        self.input_order, self.output_order, self.can_go_back = input_order, output_order, can_go_back
+        self.state = np.zeros(len(space.states))
+        self._present = np.zeros(len(space.inputs))
+        self._matrices: dict[float, tuple[np.ndarray, list[np.ndarray]]] = {}
+
+    @property
+    def present_inputs(self) -> np.ndarray:
+        return self._present
+
+    def unit_of(self, variable: str) -> str:
+        return ""
+
+    def exchange(self, inputs: np.ndarray) -> np.ndarray:
+        self._present = inputs
+        return self.space.C @ self.state + self.space.D @ inputs
+
+    def output_slope(self, slopes: np.ndarray) -> np.ndarray:
+        rates = self.state_rates()
+        for slope in slopes[:-1]:
+            rates = self.space.A @ rates + self.space.B @ slope
+        return self.space.C @ rates + self.space.D @ slopes[-1]
+
+    def state_rates(self) -> np.ndarray:
+        return self.space.A @ self.state + self.space.B @ self._present
+
+    def step(self, coefficients: np.ndarray, step: float) -> None:
+        if step not in self._matrices:
+            self._matrices[step] = self._exact_step(step)
+        transition, gammas = self._matrices[step]
+        self.state = transition @ self.state + sum(g @ c for g, c in zip(gammas, coefficients, strict=True))
+
+    def _exact_step(self, step: float) -> tuple[np.ndarray, list[np.ndarray]]:
+        nx, nu = self.space.B.shape
+        blocks = np.zeros((nx + COEFFICIENTS * nu, nx + COEFFICIENTS * nu))
+        blocks[:nx, :nx], blocks[:nx, nx : nx + nu] = self.space.A * step, self.space.B * step
+        blocks[nx:-nu, nx + nu :] = np.eye(ORDER * nu)
+        first = expm(blocks)[:nx] if nx else np.zeros((0, len(blocks)))
+        return first[:, :nx], [factorial(k) * first[:, nx + k * nu : nx + (k + 1) * nu] for k in range(COEFFICIENTS)]
+
+    def save(self, into: np.ndarray | None = None) -> np.ndarray:
+        return self.state
+
+    def restore(self, saved: np.ndarray) -> None:
+        self.state = saved
+
+    def linearised(self) -> StateSpace:
+        return self.space

@@ -1,0 +1,136 @@
+"""The calls of FMI 2.0 and 3.0 that a master needs, on arrays that exist already, under one set of names.
+
+fmpy opens the library; calling through its wrappers would convert every list anew, which costs more than the
+step of a small FMU. So the functions are called on the addresses of arrays. A status other than OK or warning
+becomes a SimulationError with what the FMU has said.
+"""
+
+from collections.abc import Callable, Mapping
+from ctypes import CFUNCTYPE, byref, c_bool, c_double, c_int, c_size_t, c_void_p
+from typing import Any
+
+from fmpy.fmi2 import FMU2Slave, calloc, fmi2CallbackFunctions, free
+from fmpy.fmi2 import fmi2CallbackAllocateMemoryTYPE as Allocate
+from fmpy.fmi2 import fmi2CallbackFreeMemoryTYPE as Free
+from fmpy.fmi2 import fmi2CallbackLoggerTYPE as Logger
+from fmpy.fmi3 import FMU3Slave
+
+from fmus.errors import SimulationError
+
+Call = Callable[..., None]
+
+WARNING, FATAL = 1, 4
+
+
+class Calls:
+    """One co-simulation instance. References, orders and values are addresses of uint32, int32 and float64 arrays."""
+
+    set: Call  # references, count, values
+    get: Call
+    step: Call  # time, step
+    get_slopes: Call  # references, count, orders, values
+    set_slopes: Call | None = None
+    restore: Call  # state
+    directional: Call  # unknowns, their count, knowns, their count, seed, result
+    _save: Call
+    _free: Call
+
+    def __init__(self, fmu: Any, name: str):
+        self.fmu, self.name, self.said, self.alive = fmu, name, "", True
+
+    def start(self, time: float) -> None:
+        """Enter initialisation."""
+        raise NotImplementedError
+
+    def save(self, state: c_void_p) -> None:
+        """Save into a state, which is made where it is null."""
+        self._save(byref(state))
+
+    def free(self, state: c_void_p) -> None:
+        self._free(byref(state))
+
+    def function(self, name: str, *arguments: Any) -> Call:
+        """A function of the library that takes the instance first and returns a status."""
+        found = CFUNCTYPE(c_int, c_void_p, *arguments)((name, self.fmu.dll))
+        instance = self.fmu.component
+
+        def call(*values: Any) -> None:
+            status = found(instance, *values)
+            if status > WARNING:
+                self.fail(name, status)
+
+        return call
+
+    def fail(self, name: str, status: int) -> None:
+        said, self.said = self.said, ""
+        self.alive = status < FATAL
+        raise SimulationError(f"{self.name}: {name} failed with status {status}{': ' + said if said else ''}")
+
+    def listen(self, status: int, message: bytes | None) -> None:
+        if status > WARNING and message:
+            self.said = message.decode(errors="replace")
+
+    def close(self) -> None:
+        """Free the instance. After a fatal status the standard forbids even that."""
+        if self.alive:
+            self.alive = False
+            self.fmu.freeInstance()
+
+
+class Calls2(Calls):
+    """FMI 2.0."""
+
+    def __init__(self, name: str, library: Mapping[str, str]):
+        super().__init__(FMU2Slave(instanceName=name, **library), name)
+        callbacks = fmi2CallbackFunctions()
+        callbacks.logger = Logger(lambda environment, instance, status, category, message: self.listen(status, message))
+        callbacks.allocateMemory, callbacks.freeMemory = Allocate(calloc), Free(free)
+        self.fmu.instantiate(callbacks=callbacks, loggingOn=True)
+        array, count, state = c_void_p, c_size_t, c_void_p
+        self.set = self.function("fmi2SetReal", array, count, array)
+        self.get = self.function("fmi2GetReal", array, count, array)
+        step = self.function("fmi2DoStep", c_double, c_double, c_int)
+        self.step = lambda time, size: step(time, size, 0)
+        self.set_slopes = self.function("fmi2SetRealInputDerivatives", array, count, array, array)
+        self.get_slopes = self.function("fmi2GetRealOutputDerivatives", array, count, array, array)
+        self._save = self.function("fmi2GetFMUstate", state)
+        self.restore = self.function("fmi2SetFMUstate", state)
+        self._free = self.function("fmi2FreeFMUstate", state)
+        self.directional = self.function("fmi2GetDirectionalDerivative", array, count, array, count, array, array)
+
+    def start(self, time: float) -> None:
+        self.fmu.setupExperiment(startTime=time)
+        self.fmu.enterInitializationMode()
+
+
+class Calls3(Calls):
+    """FMI 3.0. Its inputs have no derivatives that could be set, and every array of values tells its length."""
+
+    def __init__(self, name: str, library: Mapping[str, str]):
+        super().__init__(FMU3Slave(instanceName=name, **library), name)
+        self.fmu.instantiate(loggingOn=True, logMessage=lambda environment, status, category, message: self.listen(status, message))
+        array, count, state = c_void_p, c_size_t, c_void_p
+        set_values = self.function("fmi3SetFloat64", array, count, array, count)
+        get_values = self.function("fmi3GetFloat64", array, count, array, count)
+        slopes = self.function("fmi3GetOutputDerivatives", array, count, array, array, count)
+        directional = self.function("fmi3GetDirectionalDerivative", array, count, array, count, array, count, array, count)
+        self.set = lambda references, n, values: set_values(references, n, values, n)
+        self.get = lambda references, n, values: get_values(references, n, values, n)
+        self.get_slopes = lambda references, n, orders, values: slopes(references, n, orders, values, n)
+        self.directional = lambda unknowns, n, knowns, m, seed, result: directional(unknowns, n, knowns, m, seed, m, result, n)
+        self._step = self.function("fmi3DoStep", c_double, c_double, c_bool, c_void_p, c_void_p, c_void_p, c_void_p)
+        self._answers = event, terminate, early, last = c_bool(), c_bool(), c_bool(), c_double()
+        self._addresses = [byref(answer) for answer in (event, terminate, early, last)]
+        self.step = self._one_step
+        self._save = self.function("fmi3GetFMUState", state)
+        self.restore = self.function("fmi3SetFMUState", state)
+        self._free = self.function("fmi3FreeFMUState", state)
+
+    def start(self, time: float) -> None:
+        self.fmu.enterInitializationMode(startTime=time)
+
+    def _one_step(self, time: float, step: float) -> None:
+        self._step(time, step, False, *self._addresses)
+        _, terminate, early, last = self._answers
+        if terminate.value or early.value:
+            raise SimulationError(f"{self.name} stopped at {last.value:g} s, within the step from {time:g} s")

@@ -1,0 +1,150 @@
+"""What a coupling does to the modes, known before the run.
+
+The coupling's own algorithm is run for one step on the linearised units, started from every column of the
+identity: that gives the matrix P of the discrete-time system (states of the units and memory of the coupling).
+Its eigenvalues mu are those of the coupled simulation,
+
+    lambda = log(mu) / H
+
+and are compared with the eigenvalues of the same units coupled without error.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from fmus.coupling import COUPLINGS, Coupling, LinearUnit, Network, Unit, coupling
+from fmus.errors import InputError, SimulationError
+
+VANISHED = 1e-14  # a discrete eigenvalue this small is forgotten within one step
+GROWS = 1e-6  # 1/s
+LONGEST = 1e-2  # s: an automatic step still shows motions of 15 Hz
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """The exact eigenvalues (n,), those of the coupled simulation that belong to them (n,), and all of the latter [1/s].
+
+    stable: nothing grows that does not grow in the exact system.
+    """
+
+    exact: np.ndarray
+    coupled: np.ndarray
+    everything: np.ndarray
+    stable: bool
+
+    @property
+    def oscillatory(self) -> np.ndarray:
+        """Which of the exact eigenvalues stand for an oscillation, one of each pair."""
+        return self.exact.imag > 1e-9 * np.abs(self.exact)
+
+    @property
+    def frequency_error(self) -> np.ndarray:
+        """Of the damped frequency, as a fraction; NaN for real eigenvalues."""
+        return _ratio(self.coupled.imag, self.exact.imag, self.oscillatory)
+
+    @property
+    def damping_error(self) -> np.ndarray:
+        """Of the damping ratio, as a fraction; NaN for real eigenvalues."""
+        return _ratio(_damping(self.coupled), _damping(self.exact), self.oscillatory)
+
+    @property
+    def real_error(self) -> np.ndarray:
+        """Of the real part [1/s]."""
+        return self.coupled.real - self.exact.real
+
+    @property
+    def worst(self) -> float:
+        """The largest error of a mode: of the frequency, or a tenth of that of the damping; infinite when not stable.
+
+        A damping ratio below 0.1 % counts as 0.1 %, because a ratio means nothing where damping is nearly zero. A real
+        eigenvalue counts with its error relative to itself, a slow one relative to 1/s.
+        """
+        if not self.stable or np.isnan(self.coupled).any():
+            return np.inf
+        exact, coupled, swings = self.exact, self.coupled, self.oscillatory
+        damping = np.abs(_damping(coupled[swings]) - _damping(exact[swings])) / np.maximum(np.abs(_damping(exact[swings])), 1e-3)
+        real = np.abs(coupled - exact)[~swings] / np.maximum(np.abs(exact[~swings]), 1.0)
+        return float(max(np.abs(self.frequency_error[swings]).max(initial=0.0), damping.max(initial=0.0) / 10, real.max(initial=0.0) / 10))
+
+
+def _damping(eigenvalue: np.ndarray) -> np.ndarray:
+    return -eigenvalue.real / np.maximum(np.abs(eigenvalue), 1e-300)
+
+
+def _ratio(found: np.ndarray, exact: np.ndarray, where: np.ndarray) -> np.ndarray:
+    return np.divide(found - exact, exact, out=np.full(len(exact), np.nan), where=where)
+
+
+def linear_network(units: Mapping[str, Unit], wiring: Mapping[str, Sequence[str]]) -> Network:
+    """The units' linear models, where the units are, with the same abilities and the same wiring."""
+    models = {n: LinearUnit(u.linearised(), u.input_order, u.output_order, u.can_go_back) for n, u in units.items()}
+    return Network(models, wiring)
+
+
+def transition(chosen: Coupling, network: Network, step: float) -> np.ndarray:
+    """The matrix of one step of a coupling on linear units: states of all units, then the coupling's memory.
+
+    Raises SimulationError when an iteration does not converge at this step.
+    """
+    run = chosen.prepare(network, step)
+    units = [unit for unit, _, _ in network.part if isinstance(unit, LinearUnit)]
+    sizes = [len(unit.space.states) for unit in units]
+    total = sum(sizes) + run.memory.size
+    columns = np.split(np.eye(total), np.cumsum(sizes))
+    for unit, state in zip(units, columns[:-1], strict=True):
+        unit.state = state
+    run.memory = columns[-1].reshape(*run.memory.shape, total)
+    run.advance(network.read(np.zeros((len(network.outputs), total))))
+    return np.vstack([*(unit.state for unit in units), run.memory.reshape(-1, total)])
+
+
+def predict(chosen: Coupling, network: Network, step: float) -> Prediction:
+    """The modes of a coupling at a step [s] on a network of linear units, beside the exact ones."""
+    exact = np.linalg.eigvals(network.linearised().A).astype(complex)
+    exact = exact[exact.imag > -1e-9 * np.abs(exact)]
+    exact = exact[np.argsort(np.abs(exact))]
+    try:
+        multipliers = np.linalg.eigvals(transition(chosen, network, step)).astype(complex)
+    except SimulationError:
+        lost = np.full(len(exact), np.nan + 0j)
+        return Prediction(exact, lost, lost, False)
+    everything = np.log(multipliers[np.abs(multipliers) > VANISHED]) / step
+    pairs = linear_sum_assignment(np.abs(exact[:, None] - everything[None, :]))
+    coupled = np.full(len(exact), np.nan + 0j)
+    coupled[pairs[0]] = everything[pairs[1]]
+    growing = np.count_nonzero(np.linalg.eigvals(network.linearised().A).real > GROWS)
+    return Prediction(exact, coupled, everything, bool(np.count_nonzero(everything.real > GROWS) <= growing))
+
+
+def largest_stable_step(chosen: Coupling, network: Network, smallest: float = 1e-5, largest: float = 1.0) -> float:
+    """The largest step [s], to 1 %, up to which the coupling is stable at all steps tried; 0 when at none."""
+    steps = np.geomspace(smallest, largest, 61)
+    stable = 0.0
+    for step in steps:
+        if not predict(chosen, network, step).stable:
+            break
+        stable = step
+    else:
+        return float(largest)
+    unstable = float(step)
+    while stable > 0 and unstable / stable > 1.01:
+        middle = float(np.sqrt(stable * unstable))
+        stable, unstable = (middle, unstable) if predict(chosen, network, middle).stable else (stable, middle)
+    return float(stable)
+
+
+def longest_step(network: Network, name: str | None, tolerance: float) -> float:
+    """The longest step [s], at most 10 ms, at which the coupling of that name, or any, is within the tolerance.
+
+    Raises InputError when there is none above a microsecond.
+    """
+    candidates = [coupling(name)] if name else list(COUPLINGS.values())
+    candidates = [c for c in candidates if not c.lacks(network)]
+    for step in LONGEST / 10 ** (np.arange(41) / 10):
+        if any(predict(c, network, float(step)).worst <= tolerance for c in candidates):
+            return float(step)
+    names = ", ".join(c.name for c in candidates)
+    raise InputError(f"no step above {LONGEST * 1e-4:g} s is within a tolerance of {tolerance:g} with {names}; give --step or another coupling")

@@ -1,0 +1,81 @@
+"""Inputs that come from outside, over time: a speed, a disturbance; straight lines between the given points."""
+
+import csv
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from fmus.coupling import Network
+from fmus.errors import InputError, unknown
+from fmus.units import unit
+
+
+@dataclass(frozen=True)
+class Profile:
+    """constant (nu,) for all inputs of a network; of those in `moving` values (n, m) at times (n,) [s]."""
+
+    constant_values: np.ndarray
+    times: np.ndarray
+    moving: np.ndarray
+    values: np.ndarray
+
+    @classmethod
+    def constant(cls, network: Network) -> "Profile":
+        """Every input that nothing drives stays where it is."""
+        return cls.over_time(network, np.zeros(1), {})
+
+    @classmethod
+    def over_time(cls, network: Network, times: np.ndarray, columns: Mapping[str, np.ndarray]) -> "Profile":
+        """Columns (n,) by the name of an input, with or without its unit's name, at ascending times (n,) [s].
+
+        Raises InputError for a name that is no free input, or times that do not ascend.
+        """
+        free = [name for name in network.inputs if name not in network.wiring]
+        if not (np.diff(times) > 0).all():
+            raise InputError("the times of the inputs must ascend")
+        places = []
+        for name in columns:
+            matching = [f for f in free if f == name or f.partition(".")[2] == name]
+            if len(matching) != 1:
+                raise unknown("input", name, free)
+            places.append(network.inputs.index(matching[0]))
+        present = np.concatenate([unit.present_inputs for unit, _, _ in network.part])
+        present = np.where([name in network.wiring for name in network.inputs], 0.0, present)
+        values = np.column_stack(list(columns.values())) if columns else np.zeros((len(times), 0))
+        return cls(present, times, np.array(places, int), values)
+
+    def over(self, network: Network, time: float, step: float, index: int) -> None:
+        """Tell the network its inputs from outside at the start and the end of a step."""
+        if index == 0:
+            network.external[:] = self.constant_values
+        for k, place in enumerate(self.moving):
+            network.external[0, place] = np.interp(time, self.times, self.values[:, k])
+            network.external[1, place] = np.interp(time + step, self.times, self.values[:, k])
+
+
+def read_profile(path: str | Path) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Times (n,) [s] and columns by name from a CSV file with a header; units in brackets are converted to SI.
+
+    Raises InputError for a file without a column `time`, with something that is no number, or that cannot be read.
+    """
+    try:
+        with open(path, newline="", encoding="utf-8") as file:
+            header, *rows = [row for row in csv.reader(file) if row]
+    except (OSError, ValueError, UnicodeDecodeError) as error:
+        raise InputError(f"cannot read inputs from {path}: {getattr(error, 'strerror', None) or 'it has no header and rows'}") from None
+    try:
+        table = np.array(rows, float).reshape(len(rows), len(header))
+    except ValueError:
+        raise InputError(f"{path}: every row needs {len(header)} numbers, one for each of {', '.join(header)}") from None
+    if not rows or not np.isfinite(table).all():
+        raise InputError(f"{path}: needs rows of finite numbers below its header")
+    columns = {}
+    for title, values in zip(header, table.T, strict=True):
+        name, bracket, given = title.partition("[")
+        factor = unit(given.rstrip("] ")).factor if bracket else 1.0
+        columns[name.strip()] = values * factor
+    if "time" not in columns:
+        raise unknown("column", "time", columns)
+    return columns.pop("time"), columns

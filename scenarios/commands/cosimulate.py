@@ -1,0 +1,124 @@
+"""The FMUs of a vehicle and a device, run together."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from fmus.component import Component, in_bounds
+from fmus.cosimulation import TOLERANCE, cosimulate, join
+from fmus.coupling import COUPLINGS, Network, coupling
+from fmus.errors import InputError
+from fmus.prediction import largest_stable_step, linear_network, longest_step
+from fmus.profiles import Profile, read_profile
+from scenarios import names
+from scenarios.ridden_fmus import Part, errors_by_mode, ridden_fmus, role_of
+
+HELP = """Runs the FMUs of a vehicle and a device together, and says beforehand what the coupling does to the modes.
+
+  motofmi cosimulate --vehicle sharp_1971 --device rider:mean_2011 --speed 30 --initial steer_rate=0.5 --out run.csv
+  motofmi cosimulate --device damper:7.5 --speed 50 --step 0.01 --coupling jacobi --initial roll_angle=0.05
+  motofmi cosimulate --input manoeuvre.csv --step auto --duration 20 --out run.csv     (columns: time, speed, steer_torque ...)
+  motofmi cosimulate --vehicle sharp_1971 --fmu somebodys_rider.fmu --speed 30
+
+Couplings, the cheapest first (without --coupling the first whose modes are within the tolerance):
+""" + "\n".join(f"  {c.name:20}{c.summary}; order {c.order}" for c in COUPLINGS.values())
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--vehicle", default="sharp_1971", help="a motorcycle's NAME or a .toml (default: sharp_1971)")
+    parser.add_argument("--device", default="rider:mean_2011", help="rider:NAME, damper:NAME, damper:VALUE [N.m.s/rad], a .toml, or none (default: rider:mean_2011)")
+    parser.add_argument("--fmu", action="append", default=[], metavar="PATH", help="an FMU with the handlebar port instead of the vehicle or of the device")
+    parser.add_argument("--speed", type=float, help="forward speed [m/s] (default: 30)")
+    parser.add_argument("--step", default="0.001", help="communication step [s], or auto (default: 0.001)")
+    parser.add_argument("--duration", type=float, default=5.0, help="[s] (default: 5)")
+    parser.add_argument("--coupling", help="one of the couplings above")
+    parser.add_argument("--tolerance", type=float, default=TOLERANCE, help=f"error of a mode's frequency as a fraction, ten times that of its damping ratio (default: {TOLERANCE:g})")
+    parser.add_argument("--initial", action="append", default=[], metavar="NAME=VALUE", help="start value of a state")
+    parser.add_argument("--set", dest="settings", action="append", default=[], metavar="NAME=VALUE", help="change a parameter")
+    parser.add_argument("--input", metavar="FILE.csv", help="inputs over time: a column time [s] and columns named after inputs, interpolated linearly")
+    parser.add_argument("--out", metavar="FILE.csv", help="where the rows go (default: cosimulation.csv)", default="cosimulation.csv")
+
+
+def run(arguments: argparse.Namespace) -> dict[str, Any]:
+    if not (np.isfinite(arguments.tolerance) and arguments.tolerance > 0):
+        raise InputError(f"tolerance = {arguments.tolerance:g}: a tolerance must be positive and finite, as in {TOLERANCE:g}")
+    vehicle, device, assumed = _parts(arguments)
+    initial = names.assignments(arguments.initial)
+    times, columns = read_profile(arguments.input) if arguments.input else (np.zeros(1), {})
+    if "speed" in columns and arguments.speed is not None:
+        raise InputError(f"the speed is given twice: --speed {arguments.speed:g} and the column speed of {arguments.input}")
+    speed = float(columns["speed"][0]) if "speed" in columns else 30.0 if arguments.speed is None else arguments.speed
+    if isinstance(vehicle, Component):
+        in_bounds(speed, vehicle.table["speed"], vehicle.name)
+    units = ridden_fmus(vehicle, device, initial, speed)
+    wiring = join(units)
+    profile = Profile.over_time(Network(units, wiring), times, columns)
+    linear = linear_network(units, wiring)
+    step = _step(arguments, linear)
+    run = cosimulate(units, step, arguments.duration, arguments.coupling, wiring=wiring, profile=profile,
+                     out=arguments.out, tolerance=arguments.tolerance)  # fmt: skip
+    predicted = errors_by_mode(units, run.predicted) if run.predicted else {}
+    for unit in units.values():
+        unit.close()
+    return {
+        "vehicle": _name(vehicle), "device": _name(device), "assumed": assumed, "file": str(run.path), "duration": arguments.duration,
+        "step": run.step, "coupling": run.coupling, "steps_per_second": run.steps_per_second, "predicted": predicted,
+        "stable": run.predicted.stable if run.predicted else None, "largest_stable_step": largest_stable_step(coupling(run.coupling), linear),
+        "power_residual": run.power_residual,
+        "bonds": {bond.name: {"power": bond.power, "energy": bond.energy, "exchanged": bond.exchanged} for bond in run.bonds},
+    }  # fmt: skip
+
+
+def _parts(arguments: argparse.Namespace) -> tuple[Part, Part | None, dict[str, str]]:
+    """Vehicle and device as components or archives, and what is assumed in their values."""
+    given: dict[str, Path] = {}
+    for path in arguments.fmu:
+        role = role_of(path)
+        if role in given:
+            raise InputError(f"two FMUs for the {role}: {given[role]} and {path}")
+        given[role] = Path(path)
+    components = {
+        "vehicle": None if "vehicle" in given else names.vehicle(arguments.vehicle),
+        "device": None if "device" in given else names.device(arguments.device),
+    }
+    vehicle, device = names.with_settings(components, names.assignments(arguments.settings))
+    assumed = {k: reason for c in (vehicle, device) if c for k, reason in c.assumed.items()}
+    whole = given.get("vehicle") or vehicle
+    assert whole is not None
+    return whole, given.get("device") or device, assumed
+
+
+def _step(arguments: argparse.Namespace, linear: Network) -> float:
+    if arguments.step == "auto":
+        return longest_step(linear, arguments.coupling, arguments.tolerance)
+    try:
+        return float(arguments.step)
+    except ValueError:
+        raise InputError(f"step {arguments.step!r} is neither a number of seconds nor auto") from None
+
+
+def _name(part: Part | None) -> str:
+    return "none" if part is None else part.name
+
+
+def show(result: dict[str, Any], console: Console) -> None:
+    limit = result["largest_stable_step"]
+    console.print(f"{result['vehicle']} with {result['device']}: {result['duration']:g} s in steps of {result['step']:g} s, "
+                  f"coupling {result['coupling']}, {result['steps_per_second']:,.0f} steps/s")  # fmt: skip
+    table = Table(title="What the coupling does to the modes, predicted", box=None)
+    for heading in ("mode", "frequency [Hz]", "damping ratio", "error of frequency [%]", "of damping [%]", "of real part [1/s]"):
+        table.add_column(heading, justify="right")
+    for mode, e in result["predicted"].items():
+        table.add_row(mode.replace("_", "-"), f"{e['frequency']:.3f}", f"{e['damping_ratio']:.4f}", *(f"{100 * e[k]:+.3g}" for k in ("frequency_error", "damping_error")), f"{e['real_error']:+.2g}")
+    console.print(table)
+    if limit is not None:
+        console.print(f"largest stable step {limit:.3g} s" + ("" if result["stable"] else ": the coupling is UNSTABLE at this step"))
+    for name, bond in result["bonds"].items():
+        console.print(f"{name}: residual power up to {bond['power']:.3g} W, energy made {bond['energy']:+.3g} J of {bond['exchanged']:.3g} J exchanged")
+    console.print(f"written: {result['file']}")
+    for parameter, reason in result["assumed"].items():
+        console.print(f"assumed: {parameter} ({reason})")

@@ -1,0 +1,127 @@
+"""A vehicle and a device at its handlebar as FMUs: built from components, or anybody's archives with the port."""
+
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from fmus.build import build
+from fmus.component import Component
+from fmus.cosimulation import join
+from fmus.coupling import Network
+from fmus.errors import InputError, unknown
+from fmus.importer import FmuUnit, model_description
+from fmus.linear import StateSpace
+from fmus.ports import MOTION, TORQUES
+from fmus.prediction import Prediction
+from vehicle_fmu import MODES, modes
+from vehicle_fmu.mode_names import Linearised
+
+Part = Component | Path  # what becomes an FMU, or an FMU
+
+
+def role_of(path: str | Path) -> str:
+    """`device` for an archive that answers the port's torques, `vehicle` for one that is told them.
+
+    Raises InputError that lists what the archive lacks of the port.
+    """
+    description = model_description(path)
+    inputs = {v.name for v in description.modelVariables if v.causality == "input"}
+    outputs = {v.name for v in description.modelVariables if v.causality == "output"}
+    missing = {"device": [f"input {n}" for n in MOTION if n not in inputs] + [f"output {n}" for n in TORQUES if n not in outputs],
+               "vehicle": [f"input {n}" for n in TORQUES if n not in inputs] + [f"output {n}" for n in MOTION if n not in outputs]}  # fmt: skip
+    for role, names in missing.items():
+        if not names:
+            return role
+    role = min(missing, key=lambda r: len(missing[r]))
+    raise InputError(f"{path} has not the handlebar port: as a {role} it lacks {', '.join(missing[role])}")
+
+
+def ridden_fmus(vehicle: Part, device: Part | None, initial: Mapping[str, float] | None = None, speed: float | None = None) -> dict[str, FmuUnit]:
+    """The two as units `vehicle` and `device`, initialised.
+
+    initial sets states by name, or by `part.name` where both parts have it. A rider's inertia that moves with the
+    handlebar becomes the vehicle's `added_steer_inertia`. Raises InputError for a name that neither has.
+    """
+    parts = {"vehicle": vehicle, **({"device": device} if device is not None else {})}
+    with tempfile.TemporaryDirectory() as folder:
+        paths = {name: build(part, folder).path if isinstance(part, Component) else part for name, part in parts.items()}
+        starts = _starts(paths, initial or {})
+        units = {}
+        if device is not None:
+            units["device"] = FmuUnit(paths["device"], "device", starts["device"])
+        variables = {v.name for v in model_description(paths["vehicle"]).modelVariables}
+        if speed is not None and "speed" in variables:
+            starts["vehicle"]["speed"] = speed
+        if device is not None and "port_inertia" in units["device"].variables and "added_steer_inertia" in variables:
+            starts["vehicle"]["added_steer_inertia"] = units["device"].get("port_inertia")
+        units["vehicle"] = FmuUnit(paths["vehicle"], "vehicle", starts["vehicle"])
+    return {name: units[name] for name in parts}
+
+
+def _starts(paths: Mapping[str, Path], initial: Mapping[str, float]) -> dict[str, dict[str, float]]:
+    """The values to start from by part."""
+    states = {part: {u.variable.derivative.name for u in model_description(path).derivatives} for part, path in paths.items()}
+    starts: dict[str, dict[str, float]] = {part: {} for part in paths}
+    for key, value in initial.items():
+        part, dot, name = key.partition(".")
+        owners = [part] if dot and name in states.get(part, ()) else [p for p in states if key in states[p]]
+        if not owners:
+            raise unknown("state", key, [f"{p}.{n}" for p, names in states.items() for n in names])
+        if len(owners) > 1:
+            raise InputError(f"{key!r} is a state of {' and '.join(owners)}: write {owners[-1]}.{key}={value:g}")
+        if not np.isfinite(value):
+            raise InputError(f"{key} = {value:g} is not a finite number")
+        starts[owners[0]][name if dot else key] = value
+    return starts
+
+
+def over_speed_fmus(units: Mapping[str, FmuUnit]) -> Linearised:
+    """The coupled FMUs, without coupling error, linearised as a function of speeds (n,) in m/s."""
+    network = Network(units, join(units))
+    vehicle = units["vehicle"]
+
+    def linearised(speeds: np.ndarray) -> StateSpace:
+        spaces = []
+        for speed in speeds:
+            vehicle.set("speed", float(speed))
+            spaces.append(network.linearised())
+        first = spaces[0]
+        A, B, C, D = (np.stack([getattr(space, matrix) for space in spaces]) for matrix in "ABCD")
+        return StateSpace(A, B, C, D, first.states, first.inputs, first.outputs)
+
+    return linearised
+
+
+def errors_by_mode(units: Mapping[str, FmuUnit], prediction: Prediction) -> dict[str, dict[str, float]]:
+    """The coupling's errors of every oscillatory mode by its name; a mode without a name goes by its frequency."""
+    found = {}
+    for k in np.flatnonzero(prediction.oscillatory):
+        eigenvalue = prediction.exact[k]
+        found[f"{eigenvalue.imag / (2 * np.pi):.2f}_Hz"] = (eigenvalue, {
+            "frequency": eigenvalue.imag / (2 * np.pi),
+            "damping_ratio": -eigenvalue.real / abs(eigenvalue),
+            "frequency_error": prediction.frequency_error[k],
+            "damping_error": prediction.damping_error[k],
+            "real_error": prediction.real_error[k],
+        })  # fmt: skip
+    names = _mode_names(units)
+    return {_name(eigenvalue, names, default): errors for default, (eigenvalue, errors) in found.items()}
+
+
+def _name(eigenvalue: complex, names: Mapping[str, complex], default: str) -> str:
+    return next((name for name, value in names.items() if abs(value - eigenvalue) < 1e-6 * abs(eigenvalue)), default)
+
+
+def _mode_names(units: Mapping[str, FmuUnit]) -> dict[str, complex]:
+    """The named modes at the vehicle's present speed; none for what has no speed."""
+    vehicle = units["vehicle"]
+    if "speed" not in vehicle.inputs:
+        return {}
+    speed = float(vehicle.present_inputs[vehicle.inputs.index("speed")])
+    try:
+        found = modes(over_speed_fmus(units), np.array([speed]))
+    finally:
+        vehicle.set("speed", speed)
+    return {mode: complex(found[mode].eigenvalue[0]) for mode in MODES}

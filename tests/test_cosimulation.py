@@ -1,0 +1,231 @@
+"""Runs of coupled FMUs against the exact motion of the one coupled system; files, power, divergence, bad input."""
+
+import json
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from coupled import MOTORCYCLE, RIDER, exact_eigenvalues
+from scipy.linalg import expm
+
+from fmus.build import build
+from fmus.cosimulation import cosimulate, join, steps
+from fmus.coupling import COUPLINGS, Network
+from fmus.errors import InputError, SimulationError
+from fmus.linear import linearise
+from fmus.profiles import Profile, read_profile
+from scenarios.command_line import main
+from scenarios.ridden_fmus import errors_by_mode, ridden_fmus, role_of
+from vehicle_fmu import dampers, ridden
+
+SPEED, START = 30.0, 0.5
+
+
+@pytest.fixture
+def run():
+    """Co-simulates rider and motorcycle: run(step, duration, coupling, device=..., **options)."""
+    made = []
+
+    def go(step, duration, coupling=None, device=RIDER, initial=None, speed=SPEED, **options):
+        units = ridden_fmus(MOTORCYCLE, device, {"steer_rate": START} if initial is None else initial, speed)
+        made.extend(units.values())
+        return cosimulate(units, step, duration, coupling, **options)
+
+    yield go
+    for unit in made:
+        unit.close()
+
+
+def exact_motion(times, speed=SPEED):
+    """Steer angle (n,) of the one coupled system after a jump of the steer rate."""
+    space = linearise(ridden(MOTORCYCLE, RIDER), **{"vehicle.speed": speed})
+    state = np.zeros(len(space.states))
+    state[space.states.index("vehicle.steer_rate")] = START
+    row = space.C[space.outputs.index("vehicle.steer_angle")]
+    return np.array([row @ expm(space.A * t) @ state for t in times])
+
+
+@pytest.mark.parametrize("name", [n for n in COUPLINGS if n != "interface_jacobian"])
+def test_trajectories_converge_with_the_step_at_the_order_of_the_coupling(run, name):
+    # Start-up included. The next order still shows at these steps: 0.75 of the power of two.
+    coarse, fine = (8e-3, 4e-3) if COUPLINGS[name].order < 4 else (1.6e-2, 8e-3)
+    error = []
+    for step in (coarse, fine):
+        found = run(step, 0.48, name)
+        error.append(np.abs(found["vehicle.steer_angle"] - exact_motion(found["time"])).max())
+    assert error[0] / error[1] > 0.75 * 2 ** COUPLINGS[name].order
+
+
+def test_the_interface_jacobian_leaves_nothing_of_linear_units_coupling_error(run):
+    found = run(1e-2, 0.5, "interface_jacobian")
+    exact = exact_motion(found["time"])
+    assert found["vehicle.steer_angle"] == pytest.approx(exact, abs=1e-8 * np.abs(exact).max())
+
+
+@pytest.mark.parametrize(("name", "step"), [("jacobi", 1e-3), ("jacobi_linear", 2e-3), ("hermite", 4e-3)])
+def test_the_predicted_error_is_the_measured_one_within_a_tenth_of_itself(run, name, step):
+    found = run(step, 6.0, name)
+    prediction = found.predicted
+    # Weave and capsize are all that is left after 3 s: three samples apart tell their eigenvalues (Prony).
+    late, apart = found["vehicle.roll_angle"][found["time"] >= 3.0], round(0.02 / step)
+    columns = np.column_stack([late[k * apart : len(late) - (3 - k) * apart] for k in range(4)])
+    weights = np.linalg.lstsq(columns[:, :3], columns[:, 3], rcond=None)[0]
+    root = np.roots([1, *-weights[::-1]])
+    measured = np.log(root[root.imag > 0][0]) / (apart * step)
+    k = int(np.abs(prediction.exact - exact_eigenvalues(SPEED)[0]).argmin())
+    exact, predicted = prediction.exact[k], prediction.coupled[k]
+    assert abs(measured - predicted) <= 0.1 * abs(predicted - exact)
+
+
+def test_rows_go_from_zero_to_the_duration_with_units_and_no_stale_feedthrough(run, tmp_path):
+    out = tmp_path / "run.csv"
+    found = run(1e-3, 0.7, out=out)
+    header, *rows = out.read_text().splitlines()
+    assert header.startswith("time [s],vehicle.lateral_velocity [m/s],vehicle.yaw_rate [rad/s]")
+    table = np.array([[float(x) for x in row.split(",")] for row in rows])
+    assert len(table) == 701 and table[0, 0] == 0.0 and table[-1, 0] == pytest.approx(0.7, rel=1e-12)
+    column = {name.partition(" [")[0]: table[:, k] for k, name in enumerate(header.split(","))}
+    p = RIDER.values
+    relative = column["device.torso_rate"] - column["vehicle.frame_rate"]
+    torque = p["arm_stiffness"] * (column["device.torso_angle"] - column["vehicle.steer_angle"]) + p["arm_damping"] * (relative - column["vehicle.steer_rate"])
+    assert column["device.handlebar_torque"] == pytest.approx(torque, rel=1e-9, abs=1e-9)  # mean rider: no cross inertia
+    assert found.rows.size == 0
+
+
+def test_the_default_is_the_cheapest_that_meets_the_tolerance(run):
+    assert run(1e-3, 0.01).predicted.worst <= 1e-5
+    assert run(1e-3, 0.01, tolerance=0.1).coupling == "jacobi"
+    assert run(1e-2, 0.01).coupling in ("interface_jacobian", "implicit_hermite")
+
+
+def test_power_residual_falls_with_the_step_and_counts_what_held_torques_do(run):
+    coarse, fine = run(2e-3, 0.5, "jacobi"), run(1e-3, 0.5, "jacobi")
+    assert 1.7 < coarse.power_residual / fine.power_residual < 2.3  # held inputs are wrong by one step
+    assert run(1e-3, 0.5, "implicit_hermite").power_residual < 1e-9
+    assert {bond.name for bond in fine.bonds} == {"vehicle.handlebar_torque", "vehicle.frame_torque"}
+    assert all(bond.exchanged > 0 for bond in fine.bonds)
+
+
+def test_a_coupling_that_diverges_stops_and_says_where_when_and_what_to_change(run, tmp_path):
+    out = tmp_path / "run.csv"
+    with pytest.raises(SimulationError, match=r"stopped at [\d.]+ s at vehicle\.handlebar_torque .* take a smaller step than 0.05 s"):
+        run(0.05, 100.0, "jacobi", out=out)
+    assert len(out.read_text().splitlines()) > 2
+
+
+def test_a_speed_profile_is_followed(run):
+    units = ridden_fmus(MOTORCYCLE, RIDER, {"steer_rate": START}, 30.0)
+    times = np.array([0.0, 0.3])
+    coarse, fine = (_with_profile(units, times, step) for step in (5e-3, 1e-3))
+    assert coarse == pytest.approx(fine, abs=1e-5 * abs(START))  # 2nd order in how fast the speed changes
+    constant = exact_motion([0.3])[0]
+    assert abs(fine - constant) > 1e-5
+
+
+def _with_profile(units, times, step):
+    for unit in units.values():
+        unit.restart(unit.values)
+    wiring = join(units)
+    profile = Profile.over_time(Network(units, wiring), times, {"speed": np.array([30.0, 20.0])})
+    return cosimulate(units, step, 0.3, "interface_jacobian", wiring=wiring, profile=profile)["vehicle.steer_angle"][-1]
+
+
+def test_devices_add_up_and_a_nonlinear_one_is_within_its_order(run):
+    damper = dampers.load("progressive")
+    ends = [run(step, 0.2, "interface_jacobian", device=damper, initial={"steer_rate": 3.0})["vehicle.steer_angle"][-1] for step in (4e-3, 2e-3, 1e-3)]
+    assert abs(ends[1] - ends[2]) < 0.5 * abs(ends[0] - ends[1])
+
+
+def test_a_run_without_a_device_is_the_vehicle_alone(run):
+    found = run(1e-2, 0.2, device=None)
+    space = linearise(MOTORCYCLE, speed=SPEED)
+    state = np.zeros(8)
+    state[space.states.index("steer_rate")] = START
+    assert found["vehicle.steer_angle"][-1] == pytest.approx((space.C @ expm(space.A * 0.2) @ state)[space.outputs.index("steer_angle")], rel=1e-10)
+
+
+def test_the_step_divides_the_duration():
+    assert steps(0.001, 5.0) == (0.001, 5000)
+    step, count = steps(0.3, 1.0)
+    assert count == 4 and step == 0.25
+
+
+@pytest.mark.parametrize(("words", "message"), [
+    (["--step", "0"], "step = 0 s: a step must be positive"),
+    (["--step", "nan"], "step = nan s"),
+    (["--step", "-0.1"], "step = -0.1 s"),
+    (["--step", "soon"], "neither a number of seconds nor auto"),
+    (["--duration", "0"], "duration = 0 s"),
+    (["--coupling", "foo"], "unknown coupling 'foo' (valid: gauss_seidel, hermite"),
+    (["--initial", "foo=1"], "unknown state 'foo'"),
+    (["--initial", "steer_rate=nan"], "not a finite number"),
+    (["--speed", "-3"], "speed = -3 m/s is outside its bounds"),
+    (["--tolerance", "0"], "tolerance = 0"),
+    (["--fmu", "none.fmu"], "cannot read none.fmu"),
+    (["--input", "none.csv"], "cannot read inputs from none.csv"),
+])  # fmt: skip
+def test_bad_input_is_one_line_with_status_2(words, message, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["cosimulate", "--duration", "0.1", *words]) == 2
+    error = capsys.readouterr().err
+    assert message in error and error.count("\n") == 1
+    assert list(tmp_path.glob("*.csv")) == []
+
+
+def test_an_fmu_without_the_port_is_refused_with_what_is_missing(tmp_path):
+    wrong = build(ridden(MOTORCYCLE, RIDER), tmp_path).path
+    with pytest.raises(InputError, match=r"has not the handlebar port: as a .* it lacks input"):
+        role_of(wrong)
+    assert role_of(build(MOTORCYCLE, tmp_path).path) == "vehicle"
+    assert role_of(build(RIDER, tmp_path).path) == "device"
+
+
+def test_anybodys_fmu_with_the_port_takes_a_side(tmp_path, capsys):
+    rider = build(RIDER, tmp_path, backend="python").path
+    out, result = tmp_path / "run.csv", tmp_path / "run.json"
+    assert main(["cosimulate", "--fmu", str(rider), "--duration", "0.05", "--initial", "steer_rate=0.5", "--out", str(out), "--json", str(result)]) == 0
+    found = json.loads(result.read_text())
+    assert found["device"] == rider.name and found["step"] == 0.001
+    assert set(found["predicted"]) == {"weave", "wobble", "rider_wobble"}
+    assert all({"frequency_error", "damping_error"} <= set(mode) for mode in found["predicted"].values())
+    assert {"coupling", "steps_per_second", "power_residual", "file"} <= set(found)
+
+
+def test_mode_errors_carry_the_modes_names():
+    units = ridden_fmus(MOTORCYCLE, RIDER, speed=SPEED)
+    found = cosimulate(units, 1e-3, 0.01, "jacobi")
+    named = errors_by_mode(units, found.predicted)
+    assert set(named) == {"weave", "wobble", "rider_wobble"}
+    assert named["weave"]["frequency"] < named["rider_wobble"]["frequency"] < named["wobble"]["frequency"]
+
+
+def test_inputs_from_a_file_are_converted_and_checked(tmp_path):
+    file = tmp_path / "in.csv"
+    file.write_text("time [s],speed [km/h]\n0,72\n2,36\n")
+    times, columns = read_profile(file)
+    assert times.tolist() == [0, 2] and columns["speed"] == pytest.approx([20, 10])
+    file.write_text("t,speed\n0,1\n")
+    with pytest.raises(InputError, match="unknown column 'time'"):
+        read_profile(file)
+    file.write_text("time,speed\n0,fast\n")
+    with pytest.raises(InputError, match="every row needs 2 numbers"):
+        read_profile(file)
+
+
+def test_a_killed_run_leaves_what_was_flushed(tmp_path):
+    out = tmp_path / "run.csv"
+    process = subprocess.Popen([sys.executable, "-m", "scenarios.command_line", "cosimulate", "--duration", "100000", "--initial", "steer_rate=0.5",
+                                "--coupling", "jacobi", "--speed", "20", "--out", str(out)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)  # fmt: skip
+    try:
+        began = time.monotonic()
+        while time.monotonic() - began < 60 and (not out.exists() or out.stat().st_size < 200_000):
+            time.sleep(0.05)
+    finally:
+        process.kill()
+        process.wait()
+    header, *rows = out.read_text().splitlines()
+    whole = np.array([[float(x) for x in row.split(",")] for row in rows[:-1]])
+    assert len(whole) >= 500 and whole.shape[1] == len(header.split(","))
+    assert whole[:, 0] == pytest.approx(1e-3 * np.arange(len(whole)))

@@ -1,0 +1,178 @@
+"""Couplings: their printed errors, their orders, their knots, and loops that are refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from coupled import exact_eigenvalues, network, spaces
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fmus.coupling import COUPLINGS, LinearUnit, Network, coupling
+from fmus.coupling.iterated import ITERATED
+from fmus.coupling.polynomials import END, HELD, HERMITE, LINE, LINEAR, PARABOLA, QUADRATIC, TAYLOR, nearest, through
+from fmus.coupling.scheme import Continuation
+from fmus.errors import InputError
+from fmus.linear import StateSpace
+from fmus.prediction import largest_stable_step, predict
+
+# Measured with another implementation (discrete-time eigenvalues of hand-written updates), in % of the mode of the
+# mean rider on a bar of 0.6 kg.m2: (slow frequency, slow damping, fast frequency, fast damping) at 1 and at 10 ms.
+# None: unstable. In UNDAMPED the frequency is |lambda|, in DAMPED the imaginary part. Rounded as printed there.
+UNDAMPED = [
+    ("Jacobi", COUPLINGS["jacobi"], (-0.33, 10.6, 1.2, -0.9), (-2.6, 110, 13, -13)),
+    ("Gauss-Seidel", COUPLINGS["gauss_seidel"], (0.44, -11.3, 0.4, -0.3), None),
+    ("iterated, held inputs", replace(ITERATED, after=Continuation(END)), (0.35, -10.6, -1.1, 0.8), None),
+]
+IMPLICIT = replace(ITERATED, before=Continuation(HELD))
+DAMPED = [
+    ("both linear", COUPLINGS["iterated"], (0.003, 0.005, 0.010, -0.018), (0.29, 0.50, 0.98, -1.8)),
+    ("angle Hermite, torque linear", replace(IMPLICIT, after=Continuation(LINE, HERMITE, None)), (0.000, 0.000, 0.007, -0.012), (-0.007, -0.035, 0.65, -1.2)),
+    ("angle Hermite, torque quadratic", replace(IMPLICIT, after=Continuation(PARABOLA, HERMITE, None)), (0.000, 0.000, 0.0001, 0.0002), (0.0005, -0.001, 0.15, 0.20)),
+    ("one pass", COUPLINGS["hermite"], (0.000, 0.000, -0.0008, -0.002), (-0.004, 0.011, -2.7, -0.25)),
+    ("Jacobi, quadratic", COUPLINGS["jacobi_quadratic"], (0.000, 0.000, 0.0002, -0.004), (0.011, 0.066, -2.1, -2.3)),
+    ("Jacobi, cubic", replace(COUPLINGS["jacobi"], before=Continuation((*QUADRATIC, (-3, 0)))), (0.000, 0.000, 0.0002, 0.000), None),
+]  # fmt: skip
+
+
+def errors(scheme, step, frequency):
+    """The four errors in %, of the exact eigenvalues written down by hand; None when unstable."""
+    prediction = predict(scheme, network(), step)
+    if not prediction.stable:
+        return None
+    exact = exact_eigenvalues()
+    coupled = np.array([prediction.everything[np.abs(prediction.everything - e).argmin()] for e in exact])
+    damping = (coupled.real / np.abs(coupled)) / (exact.real / np.abs(exact)) - 1
+    return 100 * np.column_stack([frequency(coupled) / frequency(exact) - 1, damping]).ravel()
+
+
+def rounding(printed):
+    """Half a unit of the last printed digit, read from the shortest text; a printed 0.000 has three digits."""
+    text = f"{printed}".rstrip("0").rstrip(".") if printed else "0.000"
+    return 0.5001 * 10.0 ** -(len(text.partition(".")[2])) if printed else 0.0005001
+
+
+@pytest.mark.parametrize(("scheme", "frequency", "one", "ten"),
+                         [pytest.param(s, np.abs, a, b, id=n) for n, s, a, b in UNDAMPED]
+                         + [pytest.param(s, np.imag, a, b, id=n) for n, s, a, b in DAMPED])  # fmt: skip
+def test_printed_errors_of_the_rider_on_the_bar(scheme, frequency, one, ten):
+    for step, printed in ((1e-3, one), (1e-2, ten)):
+        found = errors(scheme, step, frequency)
+        if printed is None:
+            assert found is None
+        else:
+            assert np.all(np.abs(found - printed) <= [rounding(x) for x in printed]), found
+
+
+TARGETS = {1e-3: (1e-5, 1e-4), 1e-2: (5e-4, 5e-3)}  # step: largest error of frequency and of damping ratio
+
+
+@pytest.mark.parametrize("speed", [None, 10.0, 30.0, 50.0])
+@pytest.mark.parametrize("name", ["interface_jacobian", "implicit_hermite"])
+@pytest.mark.parametrize("step", TARGETS)
+def test_accurate_couplings_meet_the_targets_on_every_mode_below_15_hz(speed, name, step):
+    prediction = predict(coupling(name), network(speed), step)
+    exact = exact_eigenvalues(speed)
+    coupled = np.array([prediction.everything[np.abs(prediction.everything - e).argmin()] for e in exact])
+    frequency, damping = TARGETS[step]
+    assert prediction.stable
+    assert np.all(np.abs(coupled.imag / exact.imag - 1) <= frequency)
+    assert np.all(np.abs((coupled.real / np.abs(coupled)) / (exact.real / np.abs(exact)) - 1) <= damping)
+
+
+@pytest.mark.parametrize("speed", [None, 10.0, 30.0, 50.0])
+@pytest.mark.parametrize("name", ["jacobi_quadratic", "hermite", "taylor", "interface_jacobian"])
+def test_couplings_without_saved_states_meet_their_target_at_a_millisecond(speed, name):
+    prediction = predict(coupling(name), network(speed, can_go_back=False), 1e-3)
+    swings = prediction.oscillatory & (prediction.exact.imag < 2 * np.pi * 15)
+    assert prediction.stable
+    assert np.all(np.abs(prediction.frequency_error[swings]) <= 1e-4)
+    assert np.all(np.abs(prediction.damping_error[swings]) <= 1e-3)
+
+
+@pytest.mark.parametrize("scheme", COUPLINGS.values(), ids=COUPLINGS)
+def test_eigenvalues_converge_at_the_order_that_the_coupling_promises(scheme):
+    coarse, fine = 4e-3, 2e-3
+    if scheme.name == "interface_jacobian":  # the others would meet rounding; this one has to be seen at large steps
+        coarse, fine = 8e-2, 4e-2
+    worst = [np.abs(predict(scheme, network(30.0), step).coupled - predict(scheme, network(30.0), step).exact)[:4].max() for step in (coarse, fine)]
+    assert worst[0] / worst[1] > 2**scheme.order * 0.8  # the next order still shows at these steps
+
+
+def test_exact_eigenvalues_are_those_of_the_one_coupled_system():
+    for speed in (None, 10.0, 30.0, 50.0):
+        ours = predict(COUPLINGS["jacobi"], network(speed), 1e-3).exact
+        assert all(np.abs(ours - e).min() <= 1e-9 * abs(e) for e in exact_eigenvalues(speed))  # rounding of two eigensolutions
+
+
+def test_largest_stable_step_separates_decay_from_growth():
+    for name in ("jacobi", "gauss_seidel", "jacobi_linear", "hermite", "taylor"):
+        limit = largest_stable_step(coupling(name), network())
+        assert predict(coupling(name), network(), 0.98 * limit).stable
+        assert not predict(coupling(name), network(), 1.02 * limit).stable
+
+
+@given(st.sampled_from([HELD, LINEAR, QUADRATIC, END, LINE, PARABOLA, HERMITE, TAYLOR]), st.lists(st.floats(-10, 10), min_size=4, max_size=4))
+def test_a_polynomial_of_fitting_order_is_continued_exactly(knots, coefficients):
+    p = np.polynomial.Polynomial(coefficients[: len(knots)])
+    data = [p.deriv(d)(place) if d else p(place) for place, d in knots]
+    expected = np.append(p.coef, np.zeros(4 - len(knots)))
+    assert through(knots) @ data == pytest.approx(expected, abs=1e-11)  # rounding of a 4 by 4 solve
+
+
+@given(st.integers(0, 3), st.lists(st.floats(-10, 10), min_size=4, max_size=4))
+def test_the_nearest_polynomial_leaves_what_is_orthogonal(order, coefficients):
+    rest = np.polynomial.Polynomial(coefficients) - np.polynomial.Polynomial(nearest(order) @ coefficients)
+    for k in range(order + 1):
+        whole = (rest * np.polynomial.Polynomial.basis(k)).integ()
+        assert whole(1) - whole(0) == pytest.approx(0, abs=1e-11)
+    assert np.all(nearest(order)[order + 1 :] == 0)
+
+
+def test_a_linear_unit_steps_polynomial_inputs_exactly():
+    # x' = u, so x is the integral of u: u = 1 + 2 s + 3 s^2 + 4 s^3 over a step of 0.1 gives 0.1 (1 + 1 + 1 + 1).
+    unit = LinearUnit(StateSpace(np.zeros((1, 1)), np.ones((1, 1)), np.ones((1, 1)), np.zeros((1, 1)), ("x",), ("u",), ("y",)))
+    unit.step(np.array([[1.0], [2.0], [3.0], [4.0]]), 0.1)
+    assert unit.state == pytest.approx([0.4], rel=1e-14)
+
+
+def test_output_derivatives_are_those_of_the_motion():
+    # Derivatives of the coupled motion y = C exp(A t) x by the coupled matrix against those the units give one by one.
+    coupled = network(30.0)
+    space = coupled.linearised()
+    state = np.linspace(-1, 1, len(space.states))
+    coupled.part[0][0].state, coupled.part[1][0].state = state[:8], state[8:]
+    outputs = coupled.read(np.zeros(len(coupled.outputs)))
+    assert outputs == pytest.approx(space.C @ state, rel=1e-12)
+    coupled.settle(outputs)
+    found = coupled.slopes(3)
+    for k in range(3):
+        expected = (space.C @ np.linalg.matrix_power(space.A, k + 1) @ state)[coupled.where]
+        assert found[k] == pytest.approx(expected, rel=1e-9, abs=1e-9 * np.abs(expected).max())
+
+
+def test_a_loop_of_feedthrough_is_spelled_port_by_port():
+    gain = StateSpace(np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0)), np.ones((1, 1)), (), ("u",), ("y",))
+    units = {"first": LinearUnit(gain), "second": LinearUnit(gain)}
+    with pytest.raises(InputError, match=r"algebraic loop: first\.y <- second\.y <- first\.y"):
+        Network(units, {"first.u": ["second.y"], "second.u": ["first.y"]})
+
+
+def test_wiring_that_names_nothing_is_refused_with_the_choices():
+    units = {name: LinearUnit(space) for name, space in spaces(30.0).items()}
+    with pytest.raises(InputError, match=r"did you mean 'vehicle.handlebar_torque'"):
+        Network(units, {"vehicle.handlebar_torqe": ["device.handlebar_torque"]})
+    with pytest.raises(InputError, match=r"unknown output 'device.torque'"):
+        Network(units, {"vehicle.handlebar_torque": ["device.torque"]})
+
+
+def test_an_unknown_coupling_is_answered_with_all_names():
+    with pytest.raises(InputError, match=r"unknown coupling 'jakobi', did you mean 'jacobi'\?.*interface_jacobian"):
+        coupling("jakobi")
+
+
+def test_couplings_say_what_units_lack():
+    plain = network(30.0, can_go_back=False, output_order=0)
+    assert "save" in COUPLINGS["iterated"].lacks(plain)
+    assert "derivatives" in COUPLINGS["taylor"].lacks(plain)
+    assert COUPLINGS["jacobi"].lacks(plain) == ""

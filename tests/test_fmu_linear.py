@@ -1,0 +1,74 @@
+"""FMUs linearised: against the exact Jacobian of their component, and coupled, against the one coupled system."""
+
+import numpy as np
+import pytest
+from coupled import MOTORCYCLE, RIDER
+
+from fmus import fmu_linear
+from fmus.build import build
+from fmus.cosimulation import join
+from fmus.coupling import Network
+from fmus.importer import FmuUnit
+from fmus.linear import linearise
+from scenarios.ridden_fmus import over_speed_fmus, ridden_fmus
+from vehicle_fmu import dampers, ridden
+
+
+def same(found, exact, tolerance):
+    """Whether two state spaces agree entry by entry, signals matched by name."""
+    for matrix, rows, columns in (("A", "states", "states"), ("B", "states", "inputs"), ("C", "outputs", "states"), ("D", "outputs", "inputs")):
+        order = np.ix_([getattr(found, rows).index(n) for n in getattr(exact, rows)], [getattr(found, columns).index(n) for n in getattr(exact, columns)])
+        expected = getattr(exact, matrix)
+        scale = np.abs(expected).max(initial=1.0)
+        assert np.abs(getattr(found, matrix)[order] - expected).max(initial=0.0) <= tolerance * scale, matrix
+
+
+@pytest.mark.parametrize("component", [RIDER, MOTORCYCLE, dampers.load("inerter")], ids=lambda c: c.name)
+def test_directional_derivatives_give_the_exact_jacobian(tmp_path, component):
+    unit = FmuUnit(build(component, tmp_path).path)
+    same(unit.linearised(), linearise(component), 1e-13)
+    unit.close()
+
+
+@pytest.mark.parametrize("backend", ["compiled", "python"])
+def test_central_differences_give_the_same(tmp_path, backend):
+    unit = FmuUnit(build(MOTORCYCLE, tmp_path, backend=backend).path, values={"steer_angle": 0.01, "speed": 25.0})
+    states = unit.state_values().copy()
+    jacobian = fmu_linear.by_differences(unit)
+    exact = linearise(MOTORCYCLE, speed=25.0)
+    assert jacobian[:8, :8] == pytest.approx(exact.A, abs=1e-9 * np.abs(exact.A).max())  # rounding over 1e-3
+    assert np.array_equal(unit.state_values(), states)
+    unit.close()
+
+
+def test_a_progressive_damper_is_linearised_where_it_is(tmp_path):
+    damper = dampers.load("progressive")
+    unit = FmuUnit(build(damper, tmp_path).path)
+    unit.exchange(np.array([0.0, 0.5, 0.0]))
+    slope = -(damper.values["damping"] + 2 * damper.values["progression"] * 0.5)
+    found = unit.linearised()
+    assert found.D[found.outputs.index("handlebar_torque"), 1] == pytest.approx(slope, rel=1e-12)
+    unit.close()
+
+
+@pytest.mark.parametrize("speed", [10.0, 30.0, 50.0])
+def test_coupled_fmus_have_the_eigenvalues_of_the_one_coupled_system(speed):
+    units = ridden_fmus(MOTORCYCLE, RIDER, speed=speed)
+    found = Network(units, join(units)).linearised()
+    exact = linearise(ridden(MOTORCYCLE, RIDER), **{"vehicle.speed": speed})
+    eigenvalues = np.linalg.eigvals(found.A)
+    for eigenvalue in np.linalg.eigvals(exact.A):
+        assert np.abs(eigenvalues - eigenvalue).min() <= 1e-9 * abs(eigenvalue)
+    for unit in units.values():
+        unit.close()
+
+
+def test_over_speed_gives_stacked_matrices_with_named_signals():
+    units = ridden_fmus(MOTORCYCLE, RIDER)
+    stacked = over_speed_fmus(units)(np.array([10.0, 20.0]))
+    exact = linearise(ridden(MOTORCYCLE, RIDER), **{"vehicle.speed": np.array([10.0, 20.0])})
+    assert stacked.A.shape == (2, 10, 10)
+    order = [stacked.states.index(n) for n in exact.states]
+    assert stacked.A[:, order][:, :, order] == pytest.approx(exact.A, rel=1e-12, abs=1e-9)
+    for unit in units.values():
+        unit.close()

@@ -1,0 +1,124 @@
+"""Any FMU as a unit: what it can do, what it answers, what it refuses."""
+
+import zipfile
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from fmus.build import build
+from fmus.errors import InputError, SimulationError
+from fmus.importer import FmuUnit, model_description
+from rider_fmu import riders
+from vehicle_fmu import motorcycles
+
+
+@pytest.fixture
+def unit(tmp_path):
+    """Opens a component's FMU as a unit: unit(component, values, **options of build)."""
+    made = []
+
+    def open_unit(component, values=None, **options):
+        made.append(FmuUnit(build(component, tmp_path, **options).path, "unit", values))
+        return made[-1]
+
+    yield open_unit
+    for each in made:
+        each.close()
+
+
+RIDER = riders.load("mean_2011")
+
+
+@pytest.mark.parametrize("backend", ["compiled", "python"])
+def test_outputs_follow_the_inputs_without_a_step(unit, backend):
+    rider = unit(RIDER, backend=backend)
+    p = RIDER.values
+    outputs = dict(zip(rider.outputs, rider.exchange(np.array([0.1, 0.2, 0.3])), strict=True))
+    # At rest: T_a = -k_a delta - c_a (w + s), T_w = -c_t w.
+    assert outputs["handlebar_torque"] == pytest.approx(-p["arm_stiffness"] * 0.1 - p["arm_damping"] * 0.5, rel=1e-12)
+    assert outputs["frame_torque"] == pytest.approx(-p["waist_damping"] * 0.3, rel=1e-12)
+
+
+@pytest.mark.parametrize("order", [0, 1, 2, 3])
+def test_a_step_with_polynomial_inputs_solves_the_equations(unit, order):
+    rider = unit(RIDER)
+    coefficients = np.zeros((4, 3))
+    coefficients[: order + 1] = np.arange(1.0, 3 * (order + 1) + 1).reshape(-1, 3) / 10
+    step = 0.05
+
+    def rates(time, state):
+        powers = (time / step) ** np.arange(4)
+        return RIDER.derivatives(state, powers @ coefficients)[0]
+
+    solution = solve_ivp(rates, (0, step), np.zeros(2), rtol=1e-11, atol=1e-12, method="DOP853")
+    rider.step(coefficients, step)
+    assert rider.state_values() == pytest.approx(solution.y[:, -1], rel=1e-9)  # of the integrator
+
+
+def test_going_back_repeats_a_step_to_the_bit(unit):
+    rider = unit(RIDER)
+    coefficients = np.vstack([np.ones(3), np.zeros((3, 3))])
+    rider.step(coefficients, 0.01)
+    saved = rider.save()
+    rider.step(coefficients, 0.01)
+    first = rider.state_values().copy()
+    rider.restore(saved)
+    assert rider.time == 0.01
+    rider.step(coefficients, 0.01)
+    assert np.array_equal(first, rider.state_values())
+
+
+def test_abilities_are_what_the_archive_says(unit):
+    compiled, python = unit(RIDER), unit(RIDER, backend="python")
+    assert (compiled.input_order, compiled.output_order, compiled.can_go_back, compiled.has_directional_derivatives) == (3, 3, True, True)
+    assert (python.input_order, python.output_order, python.has_directional_derivatives) == (0, 0, False)
+
+
+def test_feedthrough_is_declared_or_found_by_trying(unit):
+    rider = unit(RIDER)
+    expected = {"torso_angle": [0, 0, 0], "handlebar_torque": [1, 1, 1], "frame_torque": [0, 1, 1], "torso_rate": [0, 1, 1]}
+    cross = RIDER.values["cross_inertia"] != 0
+    for k, name in enumerate(rider.outputs):
+        if cross or name == "handlebar_torque":
+            assert rider.feedthrough[k].tolist() == [bool(x) for x in expected[name]]
+    moved = rider._tried_feedthrough()
+    assert np.all(moved <= rider.feedthrough)
+    assert moved[rider.outputs.index("handlebar_torque")].all()
+
+
+def test_start_values_parameters_and_their_refusal(unit):
+    motorcycle = unit(motorcycles.load("sharp_1971"), {"speed": 20.0, "steer_rate": 0.5, "added_steer_inertia": 0.1})
+    assert motorcycle.get("steer_rate") == 0.5
+    assert motorcycle.get("added_steer_inertia") == 0.1
+    assert motorcycle.present_inputs[motorcycle.inputs.index("speed")] == 20.0
+    with pytest.raises(InputError, match="unknown variable of unit 'steer_rat', did you mean 'steer_rate'"):
+        unit(motorcycles.load("sharp_1971"), {"steer_rat": 0.5})
+    with pytest.raises(InputError, match=r"speed = -3 m/s is outside its bounds"):
+        unit(motorcycles.load("sharp_1971"), {"speed": -3.0})
+
+
+def test_a_step_that_fails_says_who_and_why(unit):
+    motorcycle = unit(motorcycles.load("sharp_1971"))
+    coefficients = np.zeros((4, 5))
+    coefficients[0, 0], coefficients[1, 0] = 10.0, -20.0
+    with pytest.raises(SimulationError, match=r"unit: fmi2DoStep failed.*speed"):
+        motorcycle.step(coefficients, 0.01)
+
+
+def test_what_is_no_fmu_is_named(tmp_path):
+    with pytest.raises(InputError, match=r"cannot read .*none\.fmu: No such file"):
+        model_description(tmp_path / "none.fmu")
+    (tmp_path / "text.fmu").write_text("no archive")
+    with pytest.raises(InputError, match=r"text\.fmu is not an FMU that can be read"):
+        model_description(tmp_path / "text.fmu")
+
+
+def test_a_missing_platform_is_named(tmp_path):
+    whole = build(RIDER, tmp_path).path
+    with zipfile.ZipFile(whole) as source, zipfile.ZipFile(tmp_path / "bare.fmu", "w") as bare:
+        for name in source.namelist():
+            if not name.startswith("binaries/"):
+                bare.writestr(name, source.read(name))
+    with pytest.raises(InputError, match=r"bare\.fmu cannot be loaded on this machine"):
+        FmuUnit(tmp_path / "bare.fmu")
