@@ -13,6 +13,8 @@ from typing import Any
 class Jet:
     """A value f and its slopes f_1, f_2, f_11, f_12, f_22."""
 
+    __array_ufunc__ = None  # an array times a jet is the jet's to work out, not one jet per element
+
     def __init__(self, f: Any, f1: Any = 0, f2: Any = 0, f11: Any = 0, f12: Any = 0, f22: Any = 0):
         self.f, self.f1, self.f2, self.f11, self.f12, self.f22 = f, f1, f2, f11, f12, f22
 

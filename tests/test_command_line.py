@@ -61,7 +61,8 @@ def test_it_runs_as_a_program():
 def test_list_gives_every_word_that_set_takes(capsys):
     found = result_of(capsys, "list")
     assert all(isinstance(found[kind], list) for kind in ("components", "riders", "motorcycles", "dampers", "effects"))
-    assert [r["name"] for r in found["riders"]] == [*(f"{n}_2008" for n in range(1, 6)), *(f"{n}_2011" for n in range(1, 11)), "mean_2011"]
+    published = {*(f"{n}_2008" for n in range(1, 6)), *(f"{n}_2011" for n in range(1, 11)), "mean_2011"}
+    assert published <= {r["name"] for r in found["riders"]}
     (sharp,) = (m for m in found["motorcycles"] if m["name"] == "sharp_1971")
     assert "Sharp" in sharp["source"]
     damping = sharp["parameters"]["steering_damping"]

@@ -88,7 +88,8 @@ def test_a_changed_file_is_read_again(library):
 
 
 def test_what_ships():
-    assert riders.names() == [*(f"{n}_2008" for n in range(1, 6)), *(f"{n}_2011" for n in range(1, 11)), "mean_2011"]
+    published = [*(f"{n}_2008" for n in range(1, 6)), *(f"{n}_2011" for n in range(1, 11)), "mean_2011"]
+    assert [n for n in riders.names() if n in published] == published  # in this order: numbers count as numbers
     assert {"sharp_1971", "reference_2011", "benchmark_bicycle"} <= set(motorcycles.names())
     assert {"low_2011", "medium_2011", "high_2011", "progressive", "inerter"} <= set(dampers.names())
 

@@ -9,7 +9,7 @@ from fmus import System, linearise
 from fmus.mathematics import NUMERIC
 from rider_fmu import Handlebar, PassiveRider, riders
 
-NAMES = riders.names()
+NAMES = [n for n in riders.names() if riders.contents(n)["component"] == "PassiveRider"]
 OMEGA = 2 * np.pi * np.linspace(0.5, 12, 24)  # rad/s
 
 

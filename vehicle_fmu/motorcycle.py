@@ -72,36 +72,49 @@ class Motorcycle(Component):
     rear_side_force = state("N", "Side force of the rear tyre", symbol="Y_r", exposed=True, nominal=100)
     frame_rate = answers("frame_rate")
 
+    front_contact_distance = local("m", "Origin to the front contact, forwards", symbol="l")
+    front_mass_distance = local("m", "Origin to the front mass centre, forwards", symbol="k")
+    front_mass_height = local("m", "Height of the front mass centre", symbol="j")
+    ridden_steer_inertia = local("kg.m2", "Inertia I_fz with the rider's share", symbol="I_s")
+    front_roll_inertia = local("kg.m2", "Inertia of the front frame about the axis x", symbol="I_{xf}")
+    front_yaw_inertia = local("kg.m2", "Inertia of the front frame about the axis z", symbol="I_{zf}")
+    front_roll_yaw_product = local("kg.m2", "Product of inertia of the front frame in the axes x and z", symbol="C_f")
+    front_spin_momentum = local("N.m.s", "Spin momentum of the front wheel", symbol="h_f")
+    rear_spin_momentum = local("N.m.s", "Spin momentum of the rear wheel", symbol="h_r")
+    tilt_moment = local("N.m/rad", "Steer moment of the front frame's weight and load per roll angle", symbol="G")
     front_slip_angle = local("rad", "Slip angle of the front tyre", symbol=r"\alpha_f")
     rear_slip_angle = local("rad", "Slip angle of the rear tyre", symbol=r"\alpha_r")
     steer_moment = local("N.m", "Torque on the front frame about the steer axis besides tyre and gyroscope", symbol="T_s")
 
     def mass(self, v, m):
+        place_front_frame(v, m)
         c, S = m.cos(v.caster_angle), m.sin(v.caster_angle)
-        _, k, j = lengths(v, m)
-        inertia = v.front_steer_inertia + v.added_steer_inertia
-        Mf, Mr, e, h = v.front_mass, v.rear_mass, v.front_mass_offset, v.rear_mass_height
-        Ifx, Ifxz = v.front_cross_inertia, v.front_product_of_inertia
-        front_roll = Ifx * c**2 + inertia * S**2 + 2 * Ifxz * S * c
-        front_yaw = Ifx * S**2 + inertia * c**2 - 2 * Ifxz * S * c
-        front_product = (inertia - Ifx) * S * c + Ifxz * (c**2 - S**2)
+        k, j, e, h = v.front_mass_distance, v.front_mass_height, v.front_mass_offset, v.rear_mass_height
+        Mf, Mr, Ifx, Ifxz = v.front_mass, v.rear_mass, v.front_cross_inertia, v.front_product_of_inertia
+        v.ridden_steer_inertia = v.front_steer_inertia + v.added_steer_inertia
+        v.front_roll_inertia = Ifx * c**2 + v.ridden_steer_inertia * S**2 + 2 * Ifxz * S * c
+        v.front_yaw_inertia = Ifx * S**2 + v.ridden_steer_inertia * c**2 - 2 * Ifxz * S * c
+        v.front_roll_yaw_product = (v.ridden_steer_inertia - Ifx) * S * c + Ifxz * (c**2 - S**2)
         return symmetric(
             ("lateral_velocity", "yaw_rate", "roll_rate", "steer_rate"),
             [
                 [Mf + Mr, Mf * k, Mf * j + Mr * h, Mf * e],
-                [v.rear_yaw_inertia + front_yaw + Mf * k**2, Mf * j * k - v.rear_product_of_inertia + front_product, Mf * e * k + inertia * c - Ifxz * S],
-                [v.rear_roll_inertia + front_roll + Mr * h**2 + Mf * j**2, Mf * e * j + inertia * S + Ifxz * c],
-                [inertia + Mf * e**2],
+                [v.rear_yaw_inertia + v.front_yaw_inertia + Mf * k**2, Mf * j * k - v.rear_product_of_inertia + v.front_roll_yaw_product,
+                 Mf * e * k + v.ridden_steer_inertia * c - Ifxz * S],
+                [v.rear_roll_inertia + v.front_roll_inertia + Mr * h**2 + Mf * j**2, Mf * e * j + v.ridden_steer_inertia * S + Ifxz * c],
+                [v.ridden_steer_inertia + Mf * e**2],
             ],
-        )
+        )  # fmt: skip
 
     def equations(self, v, m):
+        place_front_frame(v, m)
         c, S = m.cos(v.caster_angle), m.sin(v.caster_angle)
-        l, k, j = lengths(v, m)
+        l, k, j = v.front_contact_distance, v.front_mass_distance, v.front_mass_height
         V, g = v.speed, v.gravity
-        front_spin = V * v.front_spin_inertia / v.front_wheel_radius
-        spin = front_spin + V * v.rear_spin_inertia / v.rear_wheel_radius
-        tilt = -v.front_tyre_load * v.trail + v.front_mass * v.front_mass_offset * g
+        v.front_spin_momentum = V * v.front_spin_inertia / v.front_wheel_radius
+        v.rear_spin_momentum = V * v.rear_spin_inertia / v.rear_wheel_radius
+        v.tilt_moment = -v.front_tyre_load * v.trail + v.front_mass * v.front_mass_offset * g
+        spin, tilt = v.front_spin_momentum + v.rear_spin_momentum, v.tilt_moment
         roll_moment = v.front_mass * j + v.rear_mass * v.rear_mass_height
         r, p, s, phi, delta = v.yaw_rate, v.roll_rate, v.steer_rate, v.roll_angle, v.steer_angle
         Yf, Yr = v.front_side_force, v.rear_side_force
@@ -114,11 +127,11 @@ class Motorcycle(Component):
         return {
             "der(lateral_velocity)": Yf + Yr - (v.front_mass + v.rear_mass) * V * r,
             "der(yaw_rate)": l * Yf - v.rear_contact_distance * Yr + torque * c
-                             - v.front_mass * k * V * r + spin * p + front_spin * S * s,
+                             - v.front_mass * k * V * r + spin * p + v.front_spin_momentum * S * s,
             "der(roll_rate)": torque * S + v.roll_torque - roll_moment * (V * r - g * phi)
-                              - spin * r - front_spin * c * s + tilt * delta,
+                              - spin * r - v.front_spin_momentum * c * s + tilt * delta,
             "der(steer_rate)": v.steer_moment - v.trail * Yf - v.front_mass * v.front_mass_offset * V * r
-                               - front_spin * (S * r - c * p) + tilt * (phi + S * delta),
+                               - v.front_spin_momentum * (S * r - c * p) + tilt * (phi + S * delta),
             "der(roll_angle)": p,
             "der(steer_angle)": s,
             "der(front_side_force)": (front_force - Yf) * V / v.front_relaxation_length,
@@ -127,13 +140,13 @@ class Motorcycle(Component):
         }  # fmt: skip
 
 
-def lengths(v, m):
-    """(l, k, j): origin to front contact, front mass centre ahead of the origin and above the ground [m]."""
+def place_front_frame(v, m):
+    """Where front contact and front mass centre are, from the lengths along and across the steer axis."""
     c, S = m.cos(v.caster_angle), m.sin(v.caster_angle)
     reach = v.steer_axis_distance + v.front_mass_offset
-    return ((v.steer_axis_distance - v.trail) / c,
-            reach * c - v.front_mass_rise * S,
-            reach * S + v.front_mass_rise * c)  # fmt: skip
+    v.front_contact_distance = (v.steer_axis_distance - v.trail) / c
+    v.front_mass_distance = reach * c - v.front_mass_rise * S
+    v.front_mass_height = reach * S + v.front_mass_rise * c
 
 
 def symmetric(names, upper):
