@@ -1,0 +1,34 @@
+"""What is in each component? Writes a page for every one of them into a folder.
+
+    python -m scenarios.write_the_documentation            # into docs/components
+"""
+
+import argparse
+import inspect
+from functools import partial
+from pathlib import Path
+
+from fmus.documentation import page
+from fmus.files import write_beside
+from scenarios import names
+
+
+def pages() -> dict[str, str]:
+    """The pages by file name, with one that lists them."""
+    shipped = [names.component(spec) for spec in names.every_name()]
+    found = {f"{name}.md": page(kind, [c for c in shipped if type(c) is kind]) for name, kind in names.COMPONENTS.items()}
+    lines = [f"* [{name}]({name}.md): {(inspect.getdoc(kind) or '').splitlines()[0]}" for name, kind in names.COMPONENTS.items()]
+    introduction = "The pages are rendered from the components by `python -m scenarios.write_the_documentation`."
+    return {**found, "README.md": "\n\n".join(["# Components", introduction, "\n".join(lines)]) + "\n"}
+
+
+def main(arguments: list[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(description="Write a page about every component.")
+    parser.add_argument("folder", nargs="?", default="docs/components", help="default: docs/components")
+    folder = Path(parser.parse_args(arguments).folder)
+    for name, text in pages().items():
+        print(write_beside(folder / name, partial(Path.write_text, data=text, encoding="utf-8")))
+
+
+if __name__ == "__main__":
+    main()
