@@ -36,10 +36,11 @@ def transfer_functions(device: Component, frequency: np.ndarray) -> dict[str, np
 
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
-    device = names.device(arguments.device)
-    if device is None:
+    given = names.device(arguments.device)
+    if given is None:
         raise InputError("device 'none' has no transfer functions (valid: rider:NAME, damper:NAME, damper:VALUE)")
-    (device,) = names.with_settings({"device": device}, names.assignments(arguments.settings))
+    (device,) = names.with_settings({"device": given}, names.assignments(arguments.settings))
+    assert device is not None
     frequency = names.numbers(arguments.frequency, "frequency", "Hz")
     return {"device": device.name, "assumed": device.assumed, "frequency": frequency, **transfer_functions(device, frequency)}
 
