@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 from rich.table import Table
+from scipy.optimize import brentq
 
 from fmus import Component, System, linearise
 from fmus.published import last_digit, table
@@ -170,15 +171,30 @@ def riders_2008() -> list[dict[str, Any]]:
     rows = []
     for name in passive_riders("2008"):
         rider, printed = riders.load(name), riders.contents(name)["printed"]
-        computed = rig_modes(rider, printed["steer_inertia"]["value"])
+        steer_inertia = printed["steer_inertia"]["value"]
+        computed = rig_modes(rider, steer_inertia)
         for feature in (f for f in DIGITS_2008 if f in printed):
             value, digit = printed[feature]["value"], DIGITS_2008[feature]
             lo, hi = (1.0, inf) if value == "overdamped" else (value - digit / 2, value + digit / 2)
+            note = "the dampings follow from it" if feature.startswith("zeta") else ""
+            if feature == "zeta1" and "arm_damping" in rider.assumed:
+                bound, least, most = range_of_zeta1(rider, steer_inertia)
+                note += f"; {least:.3f} to {most:.3f} for every arm damping from {bound:.1f} N.m.s/rad up"
             rows.append(compared(computed[feature], lo, hi, digit if np.isfinite(hi) else 0.0, source="Cossalter et al. 2008", vehicle="",
                                  model=f"rider {name}", mode="rig", feature=feature, speed=nan, unit=printed[feature]["unit"],
-                                 printed=value if isinstance(value, str) else f"{value:g}",
-                                 note="the dampings follow from it" if feature.startswith("zeta") else ""))  # fmt: skip
+                                 printed=value if isinstance(value, str) else f"{value:g}", note=note))  # fmt: skip
     return rows
+
+
+def range_of_zeta1(rider: Component, steer_inertia: float) -> tuple[float, float, float]:
+    """The least arm damping that overdamps a rider's second pair, and the range of zeta1 from there on."""
+
+    def ratio(arm_damping: float, which: str) -> float:
+        return rig_modes(rider.with_values(arm_damping=arm_damping), steer_inertia)[which]
+
+    bound = float(brentq(lambda c: ratio(c, "zeta2") - 1, 1.0, rider.values["arm_damping"]))
+    ratios = [ratio(c, "zeta1") for c in np.geomspace(bound, rider.table["arm_damping"].max, 60)]
+    return bound, min(ratios), max(ratios)
 
 
 def rig_modes(rider: Component, steer_inertia: float) -> dict[str, float]:

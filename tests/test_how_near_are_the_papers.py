@@ -58,6 +58,8 @@ def smallest_root(bar, cross, torso):
 
 def test_what_defined_the_dampings_is_marked_as_no_evidence(rows):
     assert {r["feature"] for r in rows if r["note"]} == {"zeta1", "zeta2"}
+    (note,) = (r["note"] for r in rows if (r["model"], r["feature"]) == ("rider 4_2008", "zeta1"))
+    assert note.endswith("0.320 to 0.321 for every arm damping from 26.0 N.m.s/rad up")  # as near 0.32 as it is printed
 
 
 def test_verdicts():
