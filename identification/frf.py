@@ -119,7 +119,7 @@ def estimate(recording: Recording, reference: str = "", band: tuple[float, float
         raise InputError(f"{recording.name}: {duration:.3g} s cannot give bands of {width:.3g} Hz; they need {LINES / width:.3g} s at least, "
                          f"and {WIDE:g} Hz is the widest that shows a resonance")  # fmt: skip
     frequencies = np.arange(band[0], min(band[1], 0.4 * recording.rate) + 1e-9, width)
-    angle, torque, r = (_spectrum(recording[c]) for c in ("steer_angle", "steer_torque", reference))
+    angle, torque, r = (spectrum(recording[c]) for c in ("steer_angle", "steer_torque", reference))
     grid = np.fft.rfftfreq(len(recording.time), 1 / recording.rate)
     bands = [np.flatnonzero(np.abs(grid - f) < width / 2) for f in frequencies]
     power = np.array([np.sum(np.abs(angle[k]) ** 2) for k in bands])
@@ -127,7 +127,7 @@ def estimate(recording: Recording, reference: str = "", band: tuple[float, float
     if not used:
         raise InputError(f"{recording.name}: nothing was excited between {band[0]:g} and {band[1]:g} Hz")
     acceleration = -((2 * pi * grid) ** 2) * angle
-    columns = [_band(grid[bands[i]], frequencies[i], width, acceleration[bands[i]], torque[bands[i]], r[bands[i]]) for i in used]
+    columns = [band_average(grid[bands[i]], frequencies[i], width, acceleration[bands[i]], torque[bands[i]], r[bands[i]]) for i in used]
     apparent, variance, coherence, weights = (np.array(c) for c in zip(*columns, strict=True))
     frequency = np.asarray(frequencies, float)[used]
     none = np.full(len(used), np.nan)
@@ -136,12 +136,16 @@ def estimate(recording: Recording, reference: str = "", band: tuple[float, float
     return replace(frf, warnings=frf.warnings + _doubts(frf))
 
 
-def _spectrum(values: np.ndarray) -> np.ndarray:
+def spectrum(values: np.ndarray) -> np.ndarray:
+    """The spectrum of a whole record without its mean, at the lines of numpy's rfftfreq."""
     return rfft(values - values.mean())
 
 
-def _band(grid, centre, width, acceleration, torque, reference):
-    """(apparent inertia, its variance, coherence, weights at the nodes) of one band."""
+def band_average(grid, centre, width, acceleration, torque, reference):
+    """(apparent inertia, its variance, coherence, weights at the nodes) of one band.
+
+    grid (m,) [Hz] and the spectra (m,) of the band's lines; any ratio torque / acceleration of two spectra.
+    """
     place = (grid - centre) / (width / 2)
     leakage, _ = np.linalg.qr(legvander(place, LEAKAGE_TERMS - 1))
     r = reference - leakage @ (leakage.T @ reference)

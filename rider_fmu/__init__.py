@@ -7,11 +7,16 @@
 from pathlib import Path
 
 from fmus.library import Library
+from rider_fmu.full_rider import FullRider, FullRiderOnRig
 from rider_fmu.handlebar import Handlebar
 from rider_fmu.passive_rider import PassiveRider
 from rider_fmu.rig import SteerRig
+from rider_fmu.roll_rider import RollRider
+from rider_fmu.roll_rig import RollRig
 
-COMPONENTS = {"PassiveRider": PassiveRider, "Handlebar": Handlebar, "SteerRig": SteerRig}
+COMPONENTS = {c.__name__: c for c in (PassiveRider, FullRider, FullRiderOnRig, Handlebar, SteerRig, RollRider, RollRig)}
+FEATURES = Path(__file__).parent / "published" / "roll_features_2008.csv"
 riders = Library("rider", Path(__file__).parent / "riders", COMPONENTS)
 
-__all__ = ["COMPONENTS", "Handlebar", "PassiveRider", "SteerRig", "riders"]
+__all__ = ["COMPONENTS", "FEATURES", "FullRider", "FullRiderOnRig", "Handlebar", "PassiveRider", "RollRider", "RollRig", "SteerRig",
+           "riders"]  # fmt: skip

@@ -12,6 +12,7 @@ from fmus.files import write_beside
 from identification.fit import Identification
 from identification.frf import FRF
 from identification.response import Response
+from identification.roll import RollFRF
 from scenarios.report import COLOURS, new_figure
 
 INERTANCE = "[(rad/s$^2$)/(N m)]"
@@ -70,6 +71,21 @@ def nyquist(found: Identification, curve: Curve) -> Figure:
     axis.set_xlabel(f"real part {INERTANCE}")
     axis.set_ylabel(f"imaginary part {INERTANCE}")
     axis.legend(loc="upper right")
+    return figure
+
+
+def roll(frf: RollFRF) -> Figure:
+    """Amplitude and phase of FRF_i and rFRF_i at waist, shoulders and head (2008, Figs 16 to 23)."""
+    figure, axes = new_figure(2, 2, width=9.0, height=6.5, sharex=True)
+    for column, (name, curves) in enumerate((("FRF", frf.absolute), ("rFRF", frf.relative))):
+        for marker, (point, curve) in zip("os^", curves.items(), strict=False):
+            phase = np.degrees(np.unwrap(np.angle(curve)))
+            axes[0, column].plot(frf.frequency, np.abs(curve), marker + "-", markersize=3, linewidth=1, label=point)
+            axes[1, column].plot(frf.frequency, phase, marker + "-", markersize=3, linewidth=1)
+        axes[0, column].set_ylabel(f"|{name}| [1]")
+        axes[1, column].set_ylabel(f"phase of {name} [deg]")
+        axes[1, column].set_xlabel("frequency [Hz]")
+    axes[0, 0].legend()
     return figure
 
 

@@ -12,9 +12,9 @@ from fmus import Component, System
 from fmus.exact import motion
 from fmus.linear import linearise
 from fmus.mathematics import NUMERIC
-from identification.excitation import Excitation
+from identification.excitation import Excitation, stepped_sine
 from identification.recordings import Recording
-from rider_fmu import SteerRig
+from rider_fmu import RollRider, RollRig, SteerRig
 
 
 @dataclass(frozen=True)
@@ -53,6 +53,25 @@ def steer_test(rider: Component, steer_inertia: float, excitation: Excitation, n
     states, _ = motion(driven, values, 1 / fine, slopes)
     return _recorded(bar, dict(zip(space.states, states[::oversampling].T, strict=True)), time[::oversampling], angle[::oversampling],
                      noise, rng, f"{excitation.name}_{rider.name}")  # fmt: skip
+
+
+def roll_test(rider: RollRider | None = None, frequencies: np.ndarray | None = None, accelerometer_noise: float = 0.01, seed: int = 0,
+              rate: float = 128.0, oversampling: int = 2, amplitude: float = np.radians(1)) -> tuple[Recording, np.ndarray]:  # fmt: skip
+    """The recording of a roll test, single frequencies in random order against voluntary reactions, and these frequencies [Hz].
+
+    accelerometer_noise [m/s2] is a standard deviation.
+    """
+    rng = np.random.default_rng(seed)
+    levels = np.arange(0.5, 7.01, 0.25) if frequencies is None else np.asarray(frequencies, float)
+    excitation = stepped_sine(rng.permutation(levels), seconds=10.0, amplitude=amplitude)
+    space = linearise(System("test", {"rig": RollRig("rig"), "rider": rider or RollRider("rider")}))
+    time = np.arange(round(excitation.duration * rate * oversampling)) / (rate * oversampling)
+    angle, angle_rate = excitation.motion(time)
+    _, outputs = motion(space, angle[:, None], time[1], angle_rate[:, None])
+    outputs = outputs[::oversampling]
+    channels = [n for n in space.outputs if n.startswith("rider.")]
+    noisy = {n.removeprefix("rider."): outputs[:, space.outputs.index(n)] + accelerometer_noise * rng.standard_normal(len(outputs)) for n in channels}
+    return Recording("roll_test", time[::oversampling], noisy, dict.fromkeys(noisy, "m/s2")), levels
 
 
 def _recorded(rig, states, time, command, noise: Noise, rng, name: str) -> Recording:

@@ -8,7 +8,11 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from fmus.published import table
 from identification.frf import FRF, mean_frf
+from identification.recordings import Recording
+from identification.roll import REFERENCE, check_features, roll_frf
+from rider_fmu import FEATURES
 from scenarios import frf_figures, report
 from scenarios import recordings_on_the_command_line as shared
 
@@ -18,6 +22,7 @@ over the runs, with the standard deviation over the runs or, for a single run, t
 
   motofmi frf sweep_1.csv sweep_2.csv sweep_3.csv
   motofmi frf sweep.csv --reference steer_torque --json papers_estimator.json
+  motofmi frf roll.csv      (mockup_acceleration and others: the roll test of 2008, with heights in rig.json)
   motofmi frf lab.mf4 --map "Torque=steer_torque" --map "Pot=steer_angle [deg]" --plot frf.svg --report frf.html
 """
 
@@ -27,7 +32,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
-    runs, _ = shared.recordings(arguments)
+    runs, rig = shared.recordings(arguments)
+    if REFERENCE in runs[0].columns:
+        return roll(runs[0], rig, arguments)
     each = shared.frfs(runs, arguments)
     mean = mean_frf(each)
     if arguments.plot:
@@ -38,6 +45,24 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
                                  [(frf_figures.amplitude_and_phase(mean), "Amplitude and phase, as in Fig. 3 of the 2011 paper.")])  # fmt: skip
         report.Report("Frequency response function", f"From {', '.join(run.name for run in runs)}.", [section]).write(Path(arguments.report))
     return result
+
+
+def roll(run: Recording, rig: dict[str, Any], arguments: argparse.Namespace) -> dict[str, Any]:
+    """FRF_i and rFRF_i of a roll test (2008, eqs 6 to 12) at steps of 0.25 Hz, and the published features."""
+    low, high = shared.limits(arguments.band, "--band")
+    frequencies = np.arange(low, min(high, 7.0) + 1e-9, 0.25)
+    heights = {name.removesuffix("_height"): entry["value"] for name, entry in rig.items() if name.endswith("_height")}
+    frf = roll_frf(run, heights, frequencies)
+    if arguments.plot:
+        frf_figures.save([frf_figures.roll(frf)], arguments.plot)
+    features = check_features(frf, table(FEATURES))
+    if arguments.report:
+        rows = [(f"{f.quantity}_{f.point}", f.feature, f.printed, f"{f.value:.3g}", "met" if f.met else "not met") for f in features]
+        section = report.Section("Roll test", list(run.warnings), [(frf_figures.roll(frf), "As in Figs 16 to 23 of the 2008 paper.")],
+                                 [report.Table(("FRF", "feature", "printed", "measured", ""), rows, marks=[r[-1].replace("not met", "missed") for r in rows])])  # fmt: skip
+        report.Report("Roll test", f"From {run.name}.", [section]).write(Path(arguments.report))
+    return {"runs": [run.name], "frequency": frf.frequency, "frf": frf.absolute, "relative_frf": frf.relative,
+            "features": [vars(f) for f in features], "warnings": list(run.warnings)}  # fmt: skip
 
 
 def as_result(mean: FRF, each: list[FRF]) -> dict[str, Any]:
@@ -63,12 +88,29 @@ def as_result(mean: FRF, each: list[FRF]) -> dict[str, Any]:
 
 
 def show(result: dict[str, Any], console: Console) -> None:
-    table = Table(title=f"inertance, mean of {len(result['runs'])} runs", box=None)
+    if "features" in result:
+        show_roll(result, console)
+        return
+    grid = Table(title=f"inertance, mean of {len(result['runs'])} runs", box=None)
     for heading in ("f [Hz]", "modulus [(rad/s2)/(N.m)]", "+-", "phase [deg]", "+-", "coherence"):
-        table.add_column(heading, justify="right")
+        grid.add_column(heading, justify="right")
     rows = zip(*(result[k] for k in ("frequency", "inertance", "standard_deviation", "phase_standard_deviation_deg", "coherence")), strict=True)
     for f, value, deviation, turn, coherence in rows:
-        table.add_row(f"{f:.3g}", f"{abs(value):.4f}", f"{deviation:.4f}", f"{np.degrees(np.angle(value)):.1f}", f"{turn:.1f}", f"{coherence:.3f}")
-    console.print(table)
+        grid.add_row(f"{f:.3g}", f"{abs(value):.4f}", f"{deviation:.4f}", f"{np.degrees(np.angle(value)):.1f}", f"{turn:.1f}", f"{coherence:.3f}")
+    console.print(grid)
+    for warning in result["warnings"]:
+        console.print(f"warning: {warning}", style="yellow")
+
+
+def show_roll(result: dict[str, Any], console: Console) -> None:
+    grid = Table(title="roll test: |FRF|, |FRF - 1|", box=None)
+    for heading in ("f [Hz]", *result["frf"]):
+        grid.add_column(heading, justify="right")
+    for k, f in enumerate(result["frequency"]):
+        grid.add_row(f"{f:.3g}", *(f"{abs(curve[k]):.3f}, {abs(result['relative_frf'][point][k]):.3f}" for point, curve in result["frf"].items()))
+    console.print(grid)
+    for feature in result["features"]:
+        console.print(f"{'met' if feature['met'] else 'NOT met':8}{feature['quantity']}_{feature['point']} {feature['feature'].replace('_', ' ')}: "
+                      f"{feature['value']:.3g} (printed: {feature['printed']})")  # fmt: skip
     for warning in result["warnings"]:
         console.print(f"warning: {warning}", style="yellow")
