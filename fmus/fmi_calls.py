@@ -5,7 +5,7 @@ step of a small FMU. So the functions are called on the addresses of arrays. A s
 becomes a SimulationError with what the FMU has said.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from ctypes import CFUNCTYPE, byref, c_bool, c_double, c_int, c_size_t, c_void_p
 from typing import Any
 
@@ -34,6 +34,8 @@ class Calls:
     directional: Call  # unknowns, their count, knowns, their count, seed, result
     _save: Call
     _free: Call
+
+    moves: Callable[[float], None] | None = None  # called within a step to set the inputs for a time
 
     def __init__(self, fmu: Any, name: str):
         self.fmu, self.name, self.said, self.alive = fmu, name, "", True
@@ -80,7 +82,7 @@ class Calls:
 class Calls2(Calls):
     """FMI 2.0."""
 
-    def __init__(self, name: str, library: Mapping[str, str]):
+    def __init__(self, name: str, library: Mapping[str, str], moving: Sequence[int] = ()):
         super().__init__(FMU2Slave(instanceName=name, **library), name)
         callbacks = fmi2CallbackFunctions()
         callbacks.logger = Logger(lambda environment, instance, status, category, message: self.listen(status, message))
@@ -104,11 +106,12 @@ class Calls2(Calls):
 
 
 class Calls3(Calls):
-    """FMI 3.0. Its inputs have no derivatives that could be set, and every array of values tells its length."""
+    """FMI 3.0. Every array of values tells its length. Inputs have no derivatives: the FMU asks for them within a step."""
 
-    def __init__(self, name: str, library: Mapping[str, str]):
+    def __init__(self, name: str, library: Mapping[str, str], moving: Sequence[int] = ()):
         super().__init__(FMU3Slave(instanceName=name, **library), name)
-        self.fmu.instantiate(loggingOn=True, logMessage=lambda environment, status, category, message: self.listen(status, message))
+        options = {"intermediateUpdate": self._update, "requiredIntermediateVariables": moving} if moving else {}
+        self.fmu.instantiate(loggingOn=True, logMessage=lambda environment, status, category, message: self.listen(status, message), **options)
         array, count, state = c_void_p, c_size_t, c_void_p
         set_values = self.function("fmi3SetFloat64", array, count, array, count)
         get_values = self.function("fmi3GetFloat64", array, count, array, count)
@@ -134,3 +137,7 @@ class Calls3(Calls):
         _, terminate, early, last = self._answers
         if terminate.value or early.value:
             raise SimulationError(f"{self.name} stopped at {last.value:g} s, within the step from {time:g} s")
+
+    def _update(self, environment: Any, time: float, set_requested: bool, *_: Any) -> None:
+        if set_requested and self.moves is not None:
+            self.moves(time)

@@ -6,10 +6,11 @@ description; the order of its input polynomials, which no description has, is tr
 """
 
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from ctypes import c_void_p
 from functools import lru_cache
 from pathlib import Path
+from xml.etree import ElementTree
 
 import fmpy
 import numpy as np
@@ -21,7 +22,7 @@ from fmus.errors import InputError, SimulationError, unknown
 from fmus.fmi_calls import Calls, Calls2, Calls3
 from fmus.linear import StateSpace
 
-CALLS: dict[str, Callable[[str, Mapping[str, str]], Calls]] = {"2": Calls2, "3": Calls3}
+CALLS: dict[str, Callable[[str, Mapping[str, str], Sequence[int]], Calls]] = {"2": Calls2, "3": Calls3}
 
 
 @lru_cache(maxsize=256)
@@ -39,6 +40,13 @@ def _extracted(path: Path, modified: float) -> tuple[ModelDescription, Path, tem
     return description, Path(folder.name), folder
 
 
+def _left_out(folder: Path) -> tuple[set[str], bool]:
+    """What fmpy leaves out of FMI 3.0: the variables that take part in intermediate updates, and directional derivatives."""
+    root = ElementTree.parse(folder / "modelDescription.xml").getroot()
+    asked = {v.get("name", "") for v in root.iterfind("ModelVariables/*") if v.get("intermediateUpdate") == "true"}
+    return asked, any(part.get("providesDirectionalDerivatives") == "true" for part in root.iterfind("CoSimulation"))
+
+
 def model_description(path: str | Path) -> ModelDescription:
     """The model description of an archive. Raises InputError when it is no co-simulation FMU of FMI 2 or 3."""
     path = Path(path)
@@ -52,6 +60,7 @@ class Signals:
     """Some variables of an FMU with a buffer for their values."""
 
     def __init__(self, variables: list[ModelVariable]):
+        self.variables = variables
         self.names = tuple(v.name for v in variables)
         self.references = np.array([v.valueReference for v in variables], np.uint32)
         self.values = np.zeros(len(variables))
@@ -78,9 +87,11 @@ class FmuUnit:
         self._states = Signals([v.derivative for v in rates])
         can = self.description.coSimulation
         self.can_go_back: bool = can.canGetAndSetFMUstate
-        self.has_directional_derivatives: bool = can.providesDirectionalDerivative
         self.output_order: int = can.maxOutputDerivativeOrder
-        self.input_order = self._accepted_order() if can.canInterpolateInputs else 0
+        asked, directional = _left_out(_extracted(self.path.resolve(), self.path.stat().st_mtime)[1])
+        self.has_directional_derivatives: bool = can.providesDirectionalDerivative or directional
+        self._moving = self._inputs.references.tolist() if can.providesIntermediateUpdate and set(self.inputs) <= asked else []
+        self.input_order = ORDER if self._moving else self._accepted_order() if can.canInterpolateInputs else 0
         self.calls = self._instance()
         self._saved: list[c_void_p] = []
         self._slopes = np.zeros((ORDER, len(self.inputs)))
@@ -90,6 +101,8 @@ class FmuUnit:
         self._output_slopes = np.zeros(len(self.outputs))
         self.start(values or {}, time)
         self.feedthrough = self._feedthrough()
+        if self.calls.set_slopes is None and self.feedthrough.any():
+            self.output_order = 0  # the rate of an output that follows an input cannot be told without the input's rate
 
     def __repr__(self) -> str:
         return f"FmuUnit({self.name!r}, {self.path.name})"
@@ -105,7 +118,7 @@ class FmuUnit:
         try:
             return CALLS[description.fmiVersion[0]](self.name, {
                 "guid": description.guid, "unzipDirectory": str(folder), "modelIdentifier": description.coSimulation.modelIdentifier,
-            })  # fmt: skip
+            }, self._moving)  # fmt: skip
         except Exception as error:  # fmpy raises plain exceptions for a missing platform or a failed instance
             raise InputError(f"{self.path} cannot be loaded on this machine: {error}") from None
 
@@ -192,7 +205,7 @@ class FmuUnit:
 
     def output_slope(self, slopes: np.ndarray) -> np.ndarray:
         order = len(slopes)
-        if self.input_order:
+        if self.calls.set_slopes is not None and self.input_order:
             given = min(order, self.input_order)
             self._slopes[:given] = slopes[:given]
             self._set_slopes(given)
@@ -218,11 +231,25 @@ class FmuUnit:
     def step(self, coefficients: np.ndarray, step: float) -> None:
         self._inputs.values[:] = coefficients[0]
         self.calls.set(*self._inputs.call)
-        if self.input_order:
+        if self._moving:
+            self.calls.moves = self._along(coefficients, step)
+        elif self.input_order:
             self._slopes[:] = derivatives(coefficients, step)[1:]
             self._set_slopes(self.input_order)
         self.calls.step(self.time, step)
+        self.calls.moves = None
         self.time += step
+
+    def _along(self, coefficients: np.ndarray, step: float) -> Callable[[float], None]:
+        """Sets the inputs at a time within the step."""
+        begin = self.time
+
+        def at(time: float) -> None:
+            s = (time - begin) / step
+            self._inputs.values[:] = coefficients[0] + s * (coefficients[1] + s * (coefficients[2] + s * coefficients[3]))
+            self.calls.set(*self._inputs.call)
+
+        return at
 
     def save(self, into: tuple[c_void_p, float] | None = None) -> tuple[c_void_p, float]:
         saved = into[0] if into else c_void_p()

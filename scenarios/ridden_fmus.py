@@ -1,5 +1,6 @@
 """A vehicle and a device at its handlebar as FMUs: built from components, or anybody's archives with the port."""
 
+import argparse
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,10 +16,33 @@ from fmus.importer import FmuUnit, model_description
 from fmus.linear import StateSpace
 from fmus.ports import MOTION, TORQUES
 from fmus.prediction import Prediction
+from scenarios import names
 from vehicle_fmu import MODES, modes
 from vehicle_fmu.mode_names import Linearised
 
 Part = Component | Path  # what becomes an FMU, or an FMU
+
+
+def parts(arguments: argparse.Namespace) -> tuple[Part, Part | None, dict[str, str]]:
+    """Vehicle and device that a command line names, as components or archives, and what is assumed in their values.
+
+    arguments has vehicle, device, fmu (paths that replace either) and settings.
+    """
+    given: dict[str, Path] = {}
+    for path in arguments.fmu:
+        role = role_of(path)
+        if role in given:
+            raise InputError(f"two FMUs for the {role}: {given[role]} and {path}")
+        given[role] = Path(path)
+    components = {
+        "vehicle": None if "vehicle" in given else names.vehicle(arguments.vehicle),
+        "device": None if "device" in given else names.device(arguments.device),
+    }
+    vehicle, device = names.with_settings(components, names.assignments(arguments.settings))
+    assumed = {k: reason for c in (vehicle, device) if c for k, reason in c.assumed.items()}
+    whole = given.get("vehicle") or vehicle
+    assert whole is not None
+    return whole, given.get("device") or device, assumed
 
 
 def role_of(path: str | Path) -> str:
@@ -31,8 +55,8 @@ def role_of(path: str | Path) -> str:
     outputs = {v.name for v in description.modelVariables if v.causality == "output"}
     missing = {"device": [f"input {n}" for n in MOTION if n not in inputs] + [f"output {n}" for n in TORQUES if n not in outputs],
                "vehicle": [f"input {n}" for n in TORQUES if n not in inputs] + [f"output {n}" for n in MOTION if n not in outputs]}  # fmt: skip
-    for role, names in missing.items():
-        if not names:
+    for role, lacking in missing.items():
+        if not lacking:
             return role
     role = min(missing, key=lambda r: len(missing[r]))
     raise InputError(f"{path} has not the handlebar port: as a {role} it lacks {', '.join(missing[role])}")
@@ -68,7 +92,7 @@ def _starts(paths: Mapping[str, Path], initial: Mapping[str, float]) -> dict[str
         part, dot, name = key.partition(".")
         owners = [part] if dot and name in states.get(part, ()) else [p for p in states if key in states[p]]
         if not owners:
-            raise unknown("state", key, [f"{p}.{n}" for p, names in states.items() for n in names])
+            raise unknown("state", key, [f"{p}.{n}" for p, own in states.items() for n in own])
         if len(owners) > 1:
             raise InputError(f"{key!r} is a state of {' and '.join(owners)}: write {owners[-1]}.{key}={value:g}")
         if not np.isfinite(value):
@@ -106,12 +130,12 @@ def errors_by_mode(units: Mapping[str, FmuUnit], prediction: Prediction) -> dict
             "damping_error": prediction.damping_error[k],
             "real_error": prediction.real_error[k],
         })  # fmt: skip
-    names = _mode_names(units)
-    return {_name(eigenvalue, names, default): errors for default, (eigenvalue, errors) in found.items()}
+    named = _mode_names(units)
+    return {_name(eigenvalue, named, default): errors for default, (eigenvalue, errors) in found.items()}
 
 
-def _name(eigenvalue: complex, names: Mapping[str, complex], default: str) -> str:
-    return next((name for name, value in names.items() if abs(value - eigenvalue) < 1e-6 * abs(eigenvalue)), default)
+def _name(eigenvalue: complex, named: Mapping[str, complex], default: str) -> str:
+    return next((name for name, value in named.items() if abs(value - eigenvalue) < 1e-6 * abs(eigenvalue)), default)
 
 
 def _mode_names(units: Mapping[str, FmuUnit]) -> dict[str, complex]:

@@ -64,6 +64,15 @@ def test_the_interface_jacobian_leaves_nothing_of_linear_units_coupling_error(ru
     assert found["vehicle.steer_angle"] == pytest.approx(exact, abs=1e-8 * np.abs(exact).max())
 
 
+def test_fmi_3_goes_with_fmi_2(tmp_path):
+    third = build(RIDER, tmp_path, fmi=3).path
+    units = ridden_fmus(MOTORCYCLE, third, {"steer_rate": START}, SPEED)
+    found = cosimulate(units, 1e-2, 0.5)
+    exact = exact_motion(found["time"])
+    assert found.coupling == "interface_jacobian"
+    assert found["vehicle.steer_angle"] == pytest.approx(exact, abs=1e-8 * np.abs(exact).max())
+
+
 @pytest.mark.parametrize(("name", "step"), [("jacobi", 1e-3), ("jacobi_linear", 2e-3), ("hermite", 4e-3)])
 def test_the_predicted_error_is_the_measured_one_within_a_tenth_of_itself(run, name, step):
     found = run(step, 6.0, name)
@@ -229,3 +238,15 @@ def test_a_killed_run_leaves_what_was_flushed(tmp_path):
     whole = np.array([[float(x) for x in row.split(",")] for row in rows[:-1]])
     assert len(whole) >= 500 and whole.shape[1] == len(header.split(","))
     assert whole[:, 0] == pytest.approx(1e-3 * np.arange(len(whole)))
+
+
+def test_modes_of_fmus_are_those_of_their_components(tmp_path):
+    rider = build(RIDER, tmp_path).path
+    found = []
+    for name, words in (("fmu", ["--fmu", str(rider)]), ("component", ["--device", "rider:mean_2011"])):
+        result = tmp_path / f"{name}.json"
+        assert main(["modes", *words, "--speed", "20,40", "--json", str(result)]) == 0
+        found.append(json.loads(result.read_text()))
+    for mode, values in found[1]["modes"].items():
+        for ours, exact in zip(found[0]["modes"][mode]["eigenvalue"], values["eigenvalue"], strict=True):
+            assert ours == exact or ours == pytest.approx(exact, rel=1e-9)

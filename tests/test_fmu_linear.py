@@ -23,9 +23,10 @@ def same(found, exact, tolerance):
         assert np.abs(getattr(found, matrix)[order] - expected).max(initial=0.0) <= tolerance * scale, matrix
 
 
+@pytest.mark.parametrize("fmi", [2, 3])
 @pytest.mark.parametrize("component", [RIDER, MOTORCYCLE, dampers.load("inerter")], ids=lambda c: c.name)
-def test_directional_derivatives_give_the_exact_jacobian(tmp_path, component):
-    unit = FmuUnit(build(component, tmp_path).path)
+def test_directional_derivatives_give_the_exact_jacobian(tmp_path, component, fmi):
+    unit = FmuUnit(build(component, tmp_path, fmi=fmi).path)
     same(unit.linearised(), linearise(component), 1e-13)
     unit.close()
 

@@ -30,9 +30,9 @@ def unit(tmp_path):
 RIDER = riders.load("mean_2011")
 
 
-@pytest.mark.parametrize("backend", ["compiled", "python"])
-def test_outputs_follow_the_inputs_without_a_step(unit, backend):
-    rider = unit(RIDER, backend=backend)
+@pytest.mark.parametrize("options", [{}, {"fmi": 3}, {"backend": "python"}], ids=str)
+def test_outputs_follow_the_inputs_without_a_step(unit, options):
+    rider = unit(RIDER, **options)
     p = RIDER.values
     outputs = dict(zip(rider.outputs, rider.exchange(np.array([0.1, 0.2, 0.3])), strict=True))
     # At rest: T_a = -k_a delta - c_a (w + s), T_w = -c_t w.
@@ -40,9 +40,10 @@ def test_outputs_follow_the_inputs_without_a_step(unit, backend):
     assert outputs["frame_torque"] == pytest.approx(-p["waist_damping"] * 0.3, rel=1e-12)
 
 
+@pytest.mark.parametrize("fmi", [2, 3])
 @pytest.mark.parametrize("order", [0, 1, 2, 3])
-def test_a_step_with_polynomial_inputs_solves_the_equations(unit, order):
-    rider = unit(RIDER)
+def test_a_step_with_polynomial_inputs_solves_the_equations(unit, order, fmi):
+    rider = unit(RIDER, fmi=fmi)
     coefficients = np.zeros((4, 3))
     coefficients[: order + 1] = np.arange(1.0, 3 * (order + 1) + 1).reshape(-1, 3) / 10
     step = 0.05
@@ -56,8 +57,9 @@ def test_a_step_with_polynomial_inputs_solves_the_equations(unit, order):
     assert rider.state_values() == pytest.approx(solution.y[:, -1], rel=1e-9)  # of the integrator
 
 
-def test_going_back_repeats_a_step_to_the_bit(unit):
-    rider = unit(RIDER)
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_going_back_repeats_a_step_to_the_bit(unit, fmi):
+    rider = unit(RIDER, fmi=fmi)
     coefficients = np.vstack([np.ones(3), np.zeros((3, 3))])
     rider.step(coefficients, 0.01)
     saved = rider.save()
@@ -70,7 +72,9 @@ def test_going_back_repeats_a_step_to_the_bit(unit):
 
 
 def test_abilities_are_what_the_archive_says(unit):
-    compiled, python = unit(RIDER), unit(RIDER, backend="python")
+    compiled, python, third = unit(RIDER), unit(RIDER, backend="python"), unit(RIDER, fmi=3)
+    # FMI 3 asks for its inputs within a step, but cannot be told their rates: nor can those of torques be read.
+    assert (third.input_order, third.output_order, third.can_go_back, third.has_directional_derivatives) == (3, 0, True, True)
     assert (compiled.input_order, compiled.output_order, compiled.can_go_back, compiled.has_directional_derivatives) == (3, 3, True, True)
     assert (python.input_order, python.output_order, python.has_directional_derivatives) == (0, 0, False)
 

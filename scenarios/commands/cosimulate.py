@@ -1,7 +1,6 @@
 """The FMUs of a vehicle and a device, run together."""
 
 import argparse
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ from fmus.errors import InputError
 from fmus.prediction import largest_stable_step, linear_network, longest_step
 from fmus.profiles import Profile, read_profile
 from scenarios import names
-from scenarios.ridden_fmus import Part, errors_by_mode, ridden_fmus, role_of
+from scenarios.ridden_fmus import Part, errors_by_mode, parts, ridden_fmus
 
 HELP = """Runs the FMUs of a vehicle and a device together, and says beforehand what the coupling does to the modes.
 
@@ -46,7 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     if not (np.isfinite(arguments.tolerance) and arguments.tolerance > 0):
         raise InputError(f"tolerance = {arguments.tolerance:g}: a tolerance must be positive and finite, as in {TOLERANCE:g}")
-    vehicle, device, assumed = _parts(arguments)
+    vehicle, device, assumed = parts(arguments)
     initial = names.assignments(arguments.initial)
     times, columns = read_profile(arguments.input) if arguments.input else (np.zeros(1), {})
     if "speed" in columns and arguments.speed is not None:
@@ -71,25 +70,6 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         "power_residual": run.power_residual,
         "bonds": {bond.name: {"power": bond.power, "energy": bond.energy, "exchanged": bond.exchanged} for bond in run.bonds},
     }  # fmt: skip
-
-
-def _parts(arguments: argparse.Namespace) -> tuple[Part, Part | None, dict[str, str]]:
-    """Vehicle and device as components or archives, and what is assumed in their values."""
-    given: dict[str, Path] = {}
-    for path in arguments.fmu:
-        role = role_of(path)
-        if role in given:
-            raise InputError(f"two FMUs for the {role}: {given[role]} and {path}")
-        given[role] = Path(path)
-    components = {
-        "vehicle": None if "vehicle" in given else names.vehicle(arguments.vehicle),
-        "device": None if "device" in given else names.device(arguments.device),
-    }
-    vehicle, device = names.with_settings(components, names.assignments(arguments.settings))
-    assumed = {k: reason for c in (vehicle, device) if c for k, reason in c.assumed.items()}
-    whole = given.get("vehicle") or vehicle
-    assert whole is not None
-    return whole, given.get("device") or device, assumed
 
 
 def _step(arguments: argparse.Namespace, linear: Network) -> float:

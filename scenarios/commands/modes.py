@@ -1,14 +1,16 @@
 """Eigenvalues over speed and the named modes."""
 
 import argparse
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from fmus.component import in_bounds
+from fmus.component import Component, in_bounds
 from scenarios import names
+from scenarios.ridden_fmus import over_speed_fmus, parts, ridden_fmus
 from vehicle_fmu import MODES, modes, over_speed, ridden
 
 HELP = """Eigenvalues over speed, named weave, wobble, capsize, rear wobble and rider-wobble, and where each is unstable.
@@ -16,6 +18,7 @@ HELP = """Eigenvalues over speed, named weave, wobble, capsize, rear wobble and 
   motofmi modes --vehicle sharp_1971 --device rider:mean_2011 --speed 1:60:0.5
   motofmi modes --vehicle reference_2011 --device damper:7.5 --speed 10,30,50
   motofmi modes --vehicle sharp_1971 --device rider:2_2011 --set arm_damping=30 --speed 1:60:1 --json modes.json
+  motofmi modes --vehicle sharp_1971 --fmu somebodys_rider.fmu --speed 1:60:1
 """
 
 
@@ -24,18 +27,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--device", default="none", help="rider:NAME, damper:NAME, damper:VALUE [N.m.s/rad], a .toml, or none (default)")
     parser.add_argument("--speed", default="1:60:1", help="A:B:STEP, one value or a comma list [m/s] (default: 1:60:1)")
     parser.add_argument("--set", dest="settings", action="append", default=[], metavar="NAME=VALUE", help="change a parameter")
+    parser.add_argument("--fmu", action="append", default=[], metavar="PATH", help="an FMU with the handlebar port instead of the vehicle or of the device")
 
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
-    parts = {"vehicle": names.vehicle(arguments.vehicle), "device": names.device(arguments.device)}
-    vehicle, device = names.with_settings(parts, names.assignments(arguments.settings))
+    vehicle, device, assumed = parts(arguments)
     speeds = names.numbers(arguments.speed, "speed", "m/s")
-    assert vehicle is not None
-    for speed in (speeds[0], speeds[-1]):
-        in_bounds(speed, vehicle.table["speed"], vehicle.name)
-    found = modes(over_speed(ridden(vehicle, device)), speeds)
-    return as_result(found, vehicle.name, device.name if device else "none",
-                     {**vehicle.assumed, **(device.assumed if device else {})})  # fmt: skip
+    if isinstance(vehicle, Component):
+        for speed in (speeds[0], speeds[-1]):
+            in_bounds(speed, vehicle.table["speed"], vehicle.name)
+    if isinstance(vehicle, Component) and not isinstance(device, Path):
+        linearised = over_speed(ridden(vehicle, device))
+    else:
+        linearised = over_speed_fmus(ridden_fmus(vehicle, device))
+    return as_result(modes(linearised, speeds), vehicle.name, device.name if device else "none", assumed)
 
 
 def as_result(found, vehicle: str, device: str, assumed: dict[str, str]) -> dict[str, Any]:
