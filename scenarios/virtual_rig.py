@@ -63,7 +63,7 @@ def roll_test(rider: RollRider | None = None, frequencies: np.ndarray | None = N
     """
     rng = np.random.default_rng(seed)
     levels = np.arange(0.5, 7.01, 0.25) if frequencies is None else np.asarray(frequencies, float)
-    excitation = stepped_sine(rng.permutation(levels), seconds=10.0, amplitude=amplitude)
+    excitation = stepped_sine(rng.permutation(levels), seconds=20.0, amplitude=amplitude)
     space = linearise(System("test", {"rig": RollRig("rig"), "rider": rider or RollRider("rider")}))
     time = np.arange(round(excitation.duration * rate * oversampling)) / (rate * oversampling)
     angle, angle_rate = excitation.motion(time)

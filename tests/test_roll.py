@@ -44,7 +44,7 @@ def test_order_of_the_frequencies_does_not_matter_but_is_random():
     assert np.abs(first["waist_acceleration"] - second["waist_acceleration"]).max() > 0.1
     for point in POINTS:
         a, b = (roll_frf(r, HEIGHTS, levels).absolute[point] for r in (first, second))
-        # accelerometer noise of 0.01 m/s2 on 0.1 m/s2 at 0.5 Hz, 10 s each
+        # accelerometer noise of 0.01 m/s2 on 0.1 m/s2 at 0.5 Hz, 20 s each
         np.testing.assert_allclose(a, b, atol=0.05)
 
 
