@@ -1,0 +1,67 @@
+"""The archive before anything is unpacked: no way out of its folder, no links, no bombs, no XML that loads files."""
+
+import stat
+import zipfile
+from pathlib import Path, PurePosixPath
+
+from fmus.checks.problem import Problem
+
+LARGEST_MEMBER = 512 * 2**20
+LARGEST_ARCHIVE = 2 * 2**30
+LARGEST_RATIO = 1000  # of a member of some size; deflate reaches 1032 with nothing but zeros
+XML_LIMIT = 64 * 2**20
+
+
+def problems(path: Path) -> list[Problem]:
+    """Errors that forbid unpacking; [] for an archive that can be unpacked."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return _members(archive) or _xml(archive)
+    except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError, OSError) as error:
+        return [Problem("archive", "error", f"is no readable zip archive: {error}", path.name)]
+
+
+def _members(archive: zipfile.ZipFile) -> list[Problem]:
+    found, seen, total = [], set(), 0
+    for member in archive.infolist():
+        name, where = member.orig_filename, member.filename
+        total += member.file_size
+        if _leaves_folder(name):
+            found.append(Problem("archive", "error", "the path leaves the folder of the archive", where))
+        if stat.S_ISLNK(member.external_attr >> 16):
+            found.append(Problem("archive", "error", "is a symbolic link", where))
+        if member.flag_bits & 1:
+            found.append(Problem("archive", "error", "is encrypted", where))
+        if member.file_size > LARGEST_MEMBER:
+            found.append(Problem("archive", "error", f"unpacks to {member.file_size} bytes, more than {LARGEST_MEMBER}", where))
+        elif member.file_size > 2**20 and member.file_size > LARGEST_RATIO * max(member.compress_size, 1):
+            found.append(Problem("archive", "error", f"unpacks to {member.file_size / max(member.compress_size, 1):.0f} times its size", where))
+        if name in seen:
+            found.append(Problem("archive", "error", "is there twice", where))
+        seen.add(name)
+    if total > LARGEST_ARCHIVE:
+        found.append(Problem("archive", "error", f"unpacks to {total} bytes, more than {LARGEST_ARCHIVE}", ""))
+    if "modelDescription.xml" not in seen:
+        found.append(Problem("archive", "error", "has no modelDescription.xml at its top", ""))
+    return found
+
+
+def _leaves_folder(name: str) -> bool:
+    parts = PurePosixPath(name.replace("\\", "/")).parts
+    return "\\" in name or name.startswith("/") or ".." in parts or ":" in name.partition("/")[0] or "\0" in name
+
+
+def _xml(archive: zipfile.ZipFile) -> list[Problem]:
+    """XML that declares a document type could name entities, which a reader fetches from disk or the net."""
+    found = []
+    for member in archive.infolist():
+        if not member.filename.lower().endswith(".xml"):
+            continue
+        if member.file_size > XML_LIMIT:
+            found.append(Problem("archive", "error", f"is XML of {member.file_size} bytes, more than {XML_LIMIT}", member.filename))
+            continue
+        # Without its zero bytes, UTF-16 and UTF-32 of ASCII text read like ASCII.
+        text = archive.read(member).replace(b"\0", b"").upper()
+        if b"<!DOCTYPE" in text or b"<!ENTITY" in text:
+            found.append(Problem("archive", "error", "declares a document type or entities, which FMI does not use", member.filename))
+    return found

@@ -1,0 +1,131 @@
+"""What an FMU does when it runs, tried in a process of its own: it may crash, hang or write wherever it likes.
+
+    python -m fmus.checks.behaviour FOLDER TYPE
+
+runs the unpacked FMU as `CoSimulation` or `ModelExchange` and prints one JSON line before each trial and for each
+problem, so that the caller knows which trial a crash belongs to.
+"""
+
+import contextlib
+import json
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import asdict
+from pathlib import Path
+
+import fmpy
+import numpy as np
+from fmpy.model_description import ModelDescription
+
+from fmus.checks.problem import Problem
+from fmus.checks.subject import Subject
+
+TIME_LIMIT = 60.0
+STEPS = 20
+
+
+def problems(folder: Path, kind: str, time_limit: float = TIME_LIMIT) -> list[Problem]:
+    """Problems of the FMU unpacked in a folder when it runs as one kind, whatever it does to its process."""
+    command = [sys.executable, "-m", "fmus.checks.behaviour", str(folder), kind]
+    try:
+        done = subprocess.run(command, capture_output=True, timeout=time_limit, check=False, cwd=folder)
+        output, status = done.stdout, done.returncode
+    except subprocess.TimeoutExpired as error:
+        output, status = error.stdout or b"", None
+    found, trial = [], "load"
+    for line in output.decode("utf-8", "replace").splitlines():
+        with contextlib.suppress(ValueError, TypeError):  # the FMU may print, too
+            said = json.loads(line)
+            if "trial" in said:
+                trial = said["trial"]
+            else:
+                found.append(Problem(**said))
+    if status is None:
+        found.append(Problem(trial, "error", f"did not finish within {time_limit:g} s", kind))
+    elif trial != "end":
+        how = f"crashed with signal {-status}" if status < 0 else f"ended its process with status {status}"
+        found.append(Problem(trial, "error", how, kind))
+    return found
+
+
+def trials(description: ModelDescription, folder: str, kind: str) -> Iterator[Problem | str]:
+    """The name of each trial, then its problems."""
+    subject = Subject(description, folder, kind)
+    step = float(description.defaultExperiment.stepSize or 1e-3) if description.defaultExperiment else 1e-3
+    can = description.coSimulation if kind == "CoSimulation" else description.modelExchange
+    lenient = bool(can.needsExecutionTool)
+    yield "load"
+    subject.open()
+    yield "run"
+    first = subject.trajectory(STEPS, step)
+    if not np.all(np.isfinite(first)):
+        yield Problem("run", "error", "an output is not finite in a short run from the start values", kind)
+    subject.reset()
+    if subject.trajectory(STEPS, step).tobytes() != first.tobytes():
+        yield Problem("reproducible", "error", "a second run after reset gives other numbers", kind)
+    if can.canGetAndSetFMUstate:
+        yield "state"
+        yield from _state(subject, step, bool(can.canSerializeFMUstate))
+    if can.providesDirectionalDerivative:
+        yield "derivatives"
+        yield from _derivatives(subject)
+    yield "misuse"
+    yield from _misuse(subject, step, lenient)
+    subject.close()
+    yield "end"
+
+
+def _state(subject: Subject, step: float, serialises: bool) -> Iterator[Problem]:
+    state = subject.save()
+    first = subject.trajectory(3, step).tobytes()
+    subject.restore(state)
+    if subject.trajectory(3, step).tobytes() != first:
+        yield Problem("state", "error", "steps after a restored state differ from those after the saved one", subject.kind)
+    if serialises:
+        data = subject.to_bytes(state)
+        again = subject.from_bytes(data)
+        if subject.to_bytes(again) != data:
+            yield Problem("state", "error", "a state written to bytes, read and written again gives other bytes", subject.kind)
+        subject.restore(again)
+        if subject.trajectory(3, step).tobytes() != first:
+            yield Problem("state", "error", "steps after a state read from bytes differ from those after the saved one", subject.kind)
+        subject.free(again)
+    subject.free(state)
+
+
+def _derivatives(subject: Subject) -> Iterator[Problem]:
+    """Directional derivatives against central differences, away from zero where kinks are common."""
+    subject.scatter()
+    for known in subject.knowns:
+        given = subject.get([known])[0]
+        change = 1e-4 * max(1.0, abs(given))
+        exact = np.array(subject.directional(known))
+        ends = []
+        for sign in (1, -1):
+            subject.put(known, given + sign * change)
+            ends.append(subject.get(subject.unknowns))
+        subject.put(known, given)
+        difference = (ends[0] - ends[1]) / (2 * change)
+        # The differences carry the roundings of the values, divided by the change, and the curvature.
+        allowed = 1e-3 * np.abs(difference) + 1e-10 * np.abs(ends[0]) / change + 1e-6
+        for unknown in np.flatnonzero(np.abs(exact - difference) > allowed):
+            names = subject.name(subject.unknowns[unknown]), subject.name(known)
+            yield Problem("derivatives", "error", f"d {names[0]} / d {names[1]} is {exact[unknown]:g}, differences give {difference[unknown]:g}", subject.kind)
+
+
+def _misuse(subject: Subject, step: float, lenient: bool) -> Iterator[Problem]:
+    """Calls that an FMU should refuse without falling over; what it needs a tool for is not its own fault."""
+    for what, was_refused, must in subject.wrong_calls(step):
+        if not was_refused:
+            yield Problem("misuse", "error" if must and not lenient else "warning", f"accepts {what}", subject.kind)
+
+
+def main(folder: str, kind: str) -> None:
+    description = fmpy.read_model_description(folder, validate=False)
+    for said in trials(description, folder, kind):
+        print(json.dumps(asdict(said) if isinstance(said, Problem) else {"trial": said}), flush=True)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,106 @@
+"""The model description: fmpy's validation with its schemas, fmutool where it is installed, and what neither looks at."""
+
+import re
+import subprocess
+import sys
+from importlib.util import find_spec
+from math import inf, nan
+from pathlib import Path
+from xml.etree import ElementTree as Xml
+
+from fmpy.validation import validate_fmu
+
+from fmus.checks.problem import Problem
+
+FILE = "modelDescription.xml"
+UTC = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ")
+VARIABLES = {"2": "ModelVariables/ScalarVariable", "3": "ModelVariables/*"}
+
+
+def problems(path: Path, folder: Path) -> list[Problem]:
+    """Problems of the model description in the unpacked folder of an archive that may be read."""
+    found = [Problem("fmpy", "error", " ".join(str(p).split()), FILE) for p in validate_fmu(str(path))] + _fmutool(path)
+    try:
+        root = Xml.parse(folder / FILE).getroot()
+    except Xml.ParseError as error:
+        return [*found, Problem("description", "error", f"is no XML: {error}", FILE)]
+    version = (root.get("fmiVersion") or "")[:1]
+    if version not in VARIABLES:
+        return [*found, Problem("description", "error", f"FMI {root.get('fmiVersion')} is not checked (valid: 2.0, 3.0)", FILE)]
+    return found + _date(root) + _bounds(root, version) + _references(root, version) + _units(root, version)
+
+
+def _fmutool(path: Path) -> list[Problem]:
+    """What `fmutool -check` reports, where it is installed."""
+    if find_spec("fmu_manipulation_toolbox") is None:
+        return []
+    command = [sys.executable, "-c", "import sys; from fmu_manipulation_toolbox.cli.fmutool import fmutool; sys.exit(fmutool())", "-input", str(path), "-check"]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    except subprocess.TimeoutExpired:
+        return [Problem("fmutool", "warning", "did not finish within 60 s", path.name)]
+    lines = re.findall(r"^ERROR\s*\|\s*(.*)$", done.stdout + done.stderr, re.MULTILINE)
+    return [Problem("fmutool", "error", line, FILE) for line in lines]
+
+
+def _date(root: Xml.Element) -> list[Problem]:
+    date = root.get("generationDateAndTime")
+    if date is None or UTC.fullmatch(date):
+        return []
+    return [Problem("date", "error", f"generationDateAndTime {date!r} is not of the form 2024-01-31T12:00:00Z", FILE)]
+
+
+def _number(text: str | None, otherwise: float) -> float:
+    try:
+        return otherwise if text is None else float(text)
+    except ValueError:  # an array's list of starts, or what the schema has reported already
+        return nan
+
+
+def _bounds(root: Xml.Element, version: str) -> list[Problem]:
+    found = []
+    for variable in root.iterfind(VARIABLES[version]):
+        element = variable if version == "3" else next(iter(variable), variable)
+        low, high = _number(element.get("min"), -inf), _number(element.get("max"), inf)
+        start, name = _number(element.get("start"), nan), str(variable.get("name"))
+        if low > high:
+            found.append(Problem("bounds", "error", f"min {low:g} is above max {high:g}", name))
+        elif start < low:
+            found.append(Problem("bounds", "error", f"min {low:g} is above start {start:g}", name))
+        elif start > high:
+            found.append(Problem("bounds", "error", f"start {start:g} is above max {high:g}", name))
+    return found
+
+
+def _references(root: Xml.Element, version: str) -> list[Problem]:
+    """Every index (FMI 2) or value reference (FMI 3) of the model structure names a variable."""
+    variables = root.findall(VARIABLES[version])
+    if version == "2":
+        known, attribute, meaning = {str(i + 1) for i in range(len(variables))}, "index", f"variable (valid: 1 to {len(variables)})"
+    else:
+        known, attribute, meaning = {str(v.get("valueReference")) for v in variables}, "valueReference", "value reference of a variable"
+    found = []
+    for unknown in root.iterfind("ModelStructure//*[@" + attribute + "]"):
+        given = [str(unknown.get(attribute)), *(unknown.get("dependencies") or "").split()]
+        found += [Problem("structure", "error", f"{number} is no {meaning}", f"ModelStructure, {unknown.tag} {given[0]}") for number in given if number not in known]
+    return found
+
+
+def _units(root: Xml.Element, version: str) -> list[Problem]:
+    """Units that are defined and used; a real variable without one is worth a warning."""
+    defined = {u.get("name") for u in root.iterfind("UnitDefinitions/Unit")}
+    typed = {t.get("name"): (t if version == "3" else next(iter(t), t)) for t in root.iterfind("TypeDefinitions/*")}
+    found, without = [], []
+    for variable in root.iterfind(VARIABLES[version]):
+        element = variable if version == "3" else next(iter(variable), variable)
+        if element.tag not in ("Real", "Float64"):
+            continue
+        declared = typed.get(element.get("declaredType"))
+        unit = element.get("unit") or (declared.get("unit") if declared is not None else None)
+        if unit is None:
+            without.append(str(variable.get("name")))
+        elif unit not in defined:
+            found.append(Problem("units", "error", f"unit [{unit}] is not defined", str(variable.get("name"))))
+    if without:
+        found.append(Problem("units", "warning", f"{len(without)} real variables have no unit, the first is {without[0]}", FILE))
+    return found

@@ -1,0 +1,160 @@
+"""`check` finds every fault that was put in on purpose, and none in what we build."""
+
+import os
+import struct
+import zipfile
+
+import pytest
+from importer import COMPONENTS
+
+from fmus.build import archive, binaries, build, source_contents
+from fmus.check import check
+from fmus.checks import archive as before_unpacking
+from fmus.checks.behaviour import problems as run
+from fmus.compilers import host, host_compiler
+from fmus.errors import InputError
+from fmus.interface import Interface
+from rider_fmu import riders
+
+pytestmark = pytest.mark.skipif(host_compiler() is None, reason="no C compiler on this machine")
+
+
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory):
+    """The files of a sound archive."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("MOTOFMI_CACHE", str(tmp_path_factory.mktemp("cache")))
+        path = build(riders.load("mean_2011"), tmp_path_factory.mktemp("out")).path
+    with zipfile.ZipFile(path) as members:
+        return {name: members.read(name) for name in members.namelist()}
+
+
+def written(tmp_path, contents):
+    path = tmp_path / "broken.fmu"
+    path.write_bytes(archive(contents))
+    return path
+
+
+@pytest.mark.parametrize(("name", "fmi"), [("rider", 2), ("motorcycle", 3), ("progressive", 2), ("system", 3), ("oscillator", 2), ("oscillator", 3)])
+def test_ours_are_clean(name, fmi, tmp_path):
+    assert check(build(COMPONENTS[name](), tmp_path, fmi=fmi).path) == []
+
+
+@pytest.mark.parametrize("name", ["rider", "progressive"])
+def test_the_limits_of_the_python_back_end_are_warnings(name, tmp_path):
+    found = check(build(COMPONENTS[name](), tmp_path, backend="python").path)
+    assert {p.severity for p in found} == {"warning"}
+    assert {p.check for p in found} == {"python", "misuse"}
+
+
+LAST_UNKNOWN = b'      <Unknown index="19" dependencies="2 3 4 5 6 7 10 11 12 13 14" />\n'
+BROKEN = {
+    "wrong identifier": (b'modelIdentifier="rider_mean_2011"', b'modelIdentifier="somebody_else"', "identifier", "no library for modelIdentifier 'somebody_else'"),
+    "missing initial unknown": (LAST_UNKNOWN, b"", "fmpy", "InitialUnknowns does not contain the expected set"),
+    "undefined unit": (b'<Real unit="N.m" />', b'<Real unit="furlong" />', "units", "unit [furlong] is not defined"),
+    "duplicate name": (b'name="waist_damping"', b'name="arm_damping"', "fmpy", 'variable name "arm_damping"'),
+    "dependency out of range": (b'dependencies="11 12 13 14"', b'dependencies="11 12 13 99"', "structure", "99 is no variable (valid: 1 to 19)"),
+    "wrong output index": (b'<Unknown index="16" dependencies="11', b'<Unknown index="5" dependencies="11', "fmpy", "ModelStructure/Outputs must have exactly one entry"),
+    "input without start": (b'<Real unit="rad" displayUnit="deg" start="0.0" />\n    </ScalarVariable>\n    <ScalarVariable name="steer_rate"',
+                            b'<Real unit="rad" displayUnit="deg" />\n    </ScalarVariable>\n    <ScalarVariable name="steer_rate"', "fmpy", '"steer_angle"'),
+    "min above start": (b'min="0.0" max="100000.0" displayUnit="N.m.s/deg" start="19.28"', b'min="20.0" max="100000.0" displayUnit="N.m.s/deg" start="19.28"',
+                        "bounds", "min 20 is above start 19.28"),
+    "bad date": (b"00:00:00Z", b"00:00:00+00:00", "date", "is not of the form"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("fault", BROKEN)
+def test_a_broken_model_description_is_caught(fault, sound, tmp_path):
+    good, bad, name, message = BROKEN[fault]
+    assert good in sound["modelDescription.xml"]
+    found = check(written(tmp_path, {**sound, "modelDescription.xml": sound["modelDescription.xml"].replace(good, bad)}))
+    assert [p for p in found if p.check == name and p.severity == "error" and message in p.message], found
+
+
+def test_no_binary_is_caught(sound, tmp_path):
+    found = check(written(tmp_path, {n: d for n, d in sound.items() if not n.startswith(("binaries/", "sources/"))}))
+    assert ("binary", "error") in [(p.check, p.severity) for p in found] and "no binary for any platform" in found[0].message + found[-1].message
+
+
+def changed_code(old, new, tmp_path):
+    """The rider with other C code in model.c, compiled."""
+    interface = Interface(riders.load("mean_2011"))
+    contents = source_contents(interface, 2)
+    assert old in contents["sources/model.c"]
+    contents["sources/model.c"] = contents["sources/model.c"].replace(old, new)
+    return written(tmp_path, {**contents, **binaries(interface, contents, 2, [host()], native=True)})
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals")
+def test_a_crash_is_survived_and_reported(tmp_path):
+    found = check(changed_code(b"    (void)z, (void)f;\n", b"    (void)z, (void)f; *(volatile int *)0 = 1;\n", tmp_path))
+    assert [p for p in found if "crashed with signal" in p.message]
+
+
+def test_an_endless_loop_is_survived_and_reported(tmp_path):
+    found = check(changed_code(b"(void)sign, (void)heaviside;\n", b"(void)sign, (void)heaviside; for (volatile int i = 0; i < 1; ) ;\n", tmp_path), time_limit=5)
+    assert [p for p in found if "did not finish within 5 s" in p.message]
+
+
+def test_a_wrong_jacobian_is_found(tmp_path):
+    found = check(changed_code(b"    j[8] = v_arm_stiffness;\n", b"    j[8] = 1.01*v_arm_stiffness;\n", tmp_path))
+    assert [p for p in found if p.check == "derivatives" and "d der(torso_momentum) / d steer_angle" in p.message]
+
+
+def test_numbers_that_do_not_repeat_are_found(tmp_path):
+    found = check(changed_code(b"    z[15] = ", b"    static int calls; z[15] = 1e-9 * calls++ + ", tmp_path))
+    assert {"reproducible", "state"} <= {p.check for p in found}
+
+
+def test_a_file_that_is_no_archive_and_one_that_is_not_there(tmp_path):
+    path = tmp_path / "text.fmu"
+    path.write_text("no archive")
+    (found,) = check(path)
+    assert (found.check, found.severity) == ("archive", "error")
+    with pytest.raises(InputError, match="no such file"):
+        check(tmp_path / "missing.fmu")
+
+
+def with_member(sound, tmp_path, name, data=b"x", attributes=0):
+    path = written(tmp_path, sound)
+    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as members:
+        entry = zipfile.ZipInfo(name)
+        entry.external_attr, entry.compress_type = attributes, zipfile.ZIP_DEFLATED
+        members.writestr(entry, data)
+    return path
+
+
+@pytest.mark.parametrize("name", ["../outside.txt", "/tmp/outside.txt", "resources/../../outside.txt", "..\\outside.txt", "C:/outside.txt"])
+def test_a_path_out_of_the_folder_is_refused_before_unpacking(name, sound, tmp_path):
+    found = check(with_member(sound, tmp_path, name))
+    assert [p.message for p in found] == ["the path leaves the folder of the archive"]
+    assert not (tmp_path.parent / "outside.txt").exists()
+
+
+def test_a_link_is_refused_before_unpacking(sound, tmp_path):
+    (found,) = check(with_member(sound, tmp_path, "resources/link", b"/etc/passwd", 0o120777 << 16))
+    assert found.message == "is a symbolic link"
+
+
+def test_an_oversized_member_is_refused_before_unpacking(sound, tmp_path):
+    path = with_member(sound, tmp_path, "resources/zeros", bytes(2**24))
+    (found,) = check(path)
+    assert "times its size" in found.message
+    data = bytearray(path.read_bytes())
+    place = data.rfind(b"resources/zeros") - 46  # the entry in the central directory; its size is 24 bytes in
+    struct.pack_into("<I", data, place + 24, before_unpacking.LARGEST_MEMBER + 1)
+    path.write_bytes(data)
+    assert "more than" in check(path)[0].message
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
+def test_external_entities_are_refused_before_unpacking(encoding, sound, tmp_path):
+    text = f'<?xml version="1.0" encoding="{encoding}"?><!DOCTYPE a [<!ENTITY b SYSTEM "file:///etc/passwd">]><a>&b;</a>'
+    (found,) = check(with_member(sound, tmp_path, "terminalsAndIcons/terminalsAndIcons.xml", text.encode(encoding)))
+    assert "declares a document type" in found.message
+
+
+def test_a_folder_without_a_library_ends_with_a_report(tmp_path):
+    (tmp_path / "modelDescription.xml").write_text("<no/>")
+    (found,) = run(tmp_path, "CoSimulation")
+    assert (found.check, found.severity) == ("load", "error")
