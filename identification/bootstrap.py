@@ -5,10 +5,11 @@ on the measured apparent inertia. The fits run on all cores.
 """
 
 import os
+import sys
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
-from functools import partial
 from multiprocessing import get_context
 
 import numpy as np
@@ -28,8 +29,8 @@ def bootstrap(found: Identification, model: Response, count: int = 1000, seed: i
     model = Response(model.component.with_values(**dict(zip(found.names, found.values, strict=True))), model.input, model.output, found.names)
     processes = processes or cores()
     seeds = np.array_split(np.random.SeedSequence(seed).generate_state(count), -(-count // CHUNK))
-    fit = partial(_fits, found.frfs, model, found.method, bounds)
-    return np.concatenate(list(track(_mapped(fit, seeds, processes), "bootstrap", len(seeds))))
+    task = (found.frfs, model, found.method, bounds)
+    return np.concatenate(list(track(_mapped(task, seeds, processes), "bootstrap", len(seeds))))
 
 
 def cores() -> int:
@@ -37,15 +38,27 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _mapped(fit, seeds, processes: int) -> Iterator[np.ndarray]:
+def _mapped(task: tuple, seeds: Sequence[np.ndarray], processes: int) -> Iterator[np.ndarray]:
     if processes == 1:
-        yield from map(fit, seeds)
+        _start(task)
+        yield from map(_fits, seeds)
         return
-    with ProcessPoolExecutor(processes, get_context("spawn")) as pool:
-        yield from pool.map(fit, seeds)
+    # A fork shares the compiled model; elsewhere each process derives its own once.
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # forking beside the idle threads of BLAS
+        with ProcessPoolExecutor(processes, get_context("fork" if sys.platform == "linux" else "spawn"), _start, (task,)) as pool:
+            yield from pool.map(_fits, seeds)
 
 
-def _fits(frfs: Sequence[FRF], model: Response, method: str, bounds, seeds: np.ndarray) -> np.ndarray:
+_TASK: list[tuple] = []  # what this process repeats
+
+
+def _start(task: tuple) -> None:
+    _TASK[:] = [task]
+
+
+def _fits(seeds: np.ndarray) -> np.ndarray:
+    ((frfs, model, method, bounds),) = _TASK
     return np.array([identify(_again(frfs, np.random.default_rng(s)), model, method, bounds, starts=1).values for s in seeds])
 
 

@@ -27,6 +27,7 @@ METHODS = ("weighted", "nyquist", "amplitude")
 SMALLEST = 1e-4  # of the starting value: where a parameter's logarithm ends when its lower bound is zero
 TOLERANCE = 1e-11
 UNDETERMINED = 1e-6  # of the largest singular value: what lies below is not information
+FIRST_STEP = 0.01  # of MINPACK's trust region: longer ones jump out of the valley from far starts
 SPREAD = 0.5  # of the logarithm of further starting values
 
 
@@ -95,26 +96,27 @@ class Problem:
     def solve(self, x: np.ndarray) -> tuple[np.ndarray, float]:
         """Log-parameters (np,) and half the sum of squares that one start (np,) leads to.
 
-        MINPACK finds an optimum within the bounds fastest; where it leaves them, the bounded search takes over.
-        Residuals and derivatives are evaluated once per point.
+        MINPACK finds an optimum within the bounds fastest. Where it leaves them, it tries again from nearer to the
+        model's own values; an optimum on a bound is left to the bounded search.
         """
-        last: dict[str, tuple] = {}
+        last: dict[bytes, tuple] = {}
 
-        def at(x):
+        def at(x):  # residuals and derivatives together, once per point
             key = x.tobytes()
             if key not in last:
                 last.clear()
                 last[key] = self.evaluate(np.minimum(np.maximum(x, self.lower), self.upper))
             return last[key]
 
+        own = np.log(self.model.values)
+        for start in (x, (x + own) / 2, own):
+            free, _, found, _, status = leastsq(lambda x: at(x)[0], start, (), lambda x: at(x)[1], True, True,
+                                                xtol=TOLERANCE, ftol=TOLERANCE, factor=FIRST_STEP)  # fmt: skip
+            if status in (1, 2, 3, 4) and np.all((free >= self.lower) & (free <= self.upper)):
+                return free, float(found["fvec"] @ found["fvec"]) / 2
         inside = np.minimum(1e-6, (self.upper - self.lower) / 4)
-        x = np.clip(x, self.lower + inside, self.upper - inside)
-        free, _, found, _, status = leastsq(lambda x: at(x)[0], x, (), lambda x: at(x)[1], True, True,
-                                               xtol=TOLERANCE, ftol=TOLERANCE, factor=1.0)  # fmt: skip
-        if status in (1, 2, 3, 4) and np.all((free >= self.lower) & (free <= self.upper)):
-            return free, float(found["fvec"] @ found["fvec"]) / 2
-        bounded = least_squares(lambda x: at(x)[0], x, lambda x: at(x)[1].T, (self.lower, self.upper), x_scale="jac",
-                                xtol=TOLERANCE, ftol=TOLERANCE, gtol=TOLERANCE, max_nfev=200)  # fmt: skip
+        bounded = least_squares(lambda x: at(x)[0], np.clip(x, self.lower + inside, self.upper - inside), lambda x: at(x)[1].T,
+                                (self.lower, self.upper), x_scale="jac", xtol=TOLERANCE, ftol=TOLERANCE, gtol=TOLERANCE, max_nfev=200)  # fmt: skip
         return bounded.x, float(bounded.cost)
 
 
