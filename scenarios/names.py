@@ -14,6 +14,7 @@ from vehicle_fmu import DAMPERS, VEHICLES, LinearDamper, dampers, motorcycles
 
 LIBRARIES: dict[str, Library] = {library.kind: library for library in (riders, motorcycles, dampers)}
 COMPONENTS: dict[str, type[Component]] = {**RIDER_COMPONENTS, **VEHICLES, **DAMPERS}
+MOST = 1e6  # values in one range: beyond it is a slip of the keyboard
 
 
 def component(spec: str) -> Component:
@@ -110,16 +111,18 @@ def numbers(text: str, what: str, unit: str) -> np.ndarray:
     """
     form = f"{what} {text!r} is not A:B:STEP, one value or a comma list of positive ascending numbers [{unit}], as in 1:60:0.5"
     try:
-        if ":" in text:
-            first, last, step = (float(part) for part in text.split(":"))
-            if not (step > 0 and last >= first and np.isfinite([first, last, step]).all()):
-                raise InputError(form)
-            values = first + step * np.arange(int((last - first) / step + 1e-9) + 1)
-            values = np.append(values, last) if values[-1] < last - 1e-9 * step else values
-        else:
-            values = np.array([float(part) for part in text.split(",")])
+        given = [float(part) for part in text.split(":" if ":" in text else ",")]
     except ValueError:
         raise InputError(form) from None
+    values = np.array(given)
+    if ":" in text:
+        if not (len(given) == 3 and np.isfinite(given).all() and given[2] > 0 and given[1] >= given[0]):
+            raise InputError(form)
+        first, last, step = given
+        if (last - first) / step > MOST:
+            raise InputError(f"{what} {text!r} has more than {MOST:g} values; take a larger step")
+        values = first + step * np.arange(int((last - first) / step + 1e-9) + 1)
+        values = np.append(values, last) if values[-1] < last - 1e-9 * step else values
     if not (np.isfinite(values).all() and (values > 0).all() and (np.diff(values) > 0).all()):
         raise InputError(form)
     return values

@@ -171,6 +171,7 @@ BAD = {
     "speed in words": (["modes", "--speed", "fast"], "speed 'fast' is not"),
     "speed descending": (["modes", "--speed", "9:1:1"], "speed '9:1:1' is not"),
     "speed step zero": (["modes", "--speed", "1:9:0"], "speed '1:9:0' is not"),
+    "speed step too small": (["modes", "--speed", "1:9:1e-9"], "speed '1:9:1e-9' has more than 1e+06 values; take a larger step"),
     "speed without end": (["modes", "--speed", "1:9"], "speed '1:9' is not"),
     "speed twice": (["modes", "--speed", "5,5"], "speed '5,5' is not"),
     "speed too low": (["modes", "--speed", "0.05"], "speed = 0.05 m/s is outside its bounds [0.1, 200]"),
@@ -235,6 +236,8 @@ def test_a_place_that_cannot_be_written(capsys, tmp_path):
     (tmp_path / "file").write_text("", "utf-8")
     main(["modes", "--speed", "20", "--json", str(tmp_path / "file" / "modes.json")])
     assert f"cannot write {tmp_path / 'file' / 'modes.json'}" in capsys.readouterr().err
+    main(["modes", "--speed", "20", "--json", str(tmp_path)])
+    assert f"cannot write {tmp_path}" in capsys.readouterr().err
     assert [p.name for p in tmp_path.iterdir()] == ["file"]
 
 
