@@ -20,12 +20,13 @@ class Term(sympy.Symbol):
 
     definition: sympy.Expr
     _free: set[sympy.Symbol]
+    _slopes: dict[sympy.Symbol, sympy.Expr]
 
     def __new__(cls, definition: sympy.Expr) -> "Term":
-        name = "term_" + sha256(sympy.srepr(definition).encode()).hexdigest()[:16]
+        name = "term_" + sha256(sympy.srepr(definition, order="none").encode()).hexdigest()[:16]
         if name not in _TERMS:
             term = sympy.Symbol.__xnew__(cls, name, real=True)
-            term.definition, term._free = definition, definition.free_symbols
+            term.definition, term._free, term._slopes = definition, definition.free_symbols, {}
             _TERMS[name] = term
         return _TERMS[name]
 
@@ -35,7 +36,9 @@ class Term(sympy.Symbol):
         return self._free
 
     def _eval_derivative(self, symbol: sympy.Symbol) -> sympy.Expr:
-        return term(self.definition.diff(symbol))
+        if symbol not in self._slopes:
+            self._slopes[symbol] = term(self.definition.diff(symbol))
+        return self._slopes[symbol]
 
     def _eval_derivative_n_times(self, symbol: sympy.Symbol, n: int) -> sympy.Expr:
         slope: sympy.Expr = self

@@ -167,4 +167,4 @@ def test_every_device_fits_where_every_other_does():
     motorcycle = motorcycles.load("sharp_1971")
     devices = [d for d in (riders.load("mean_2011"), LinearDamper()) if isinstance(d, HandlebarDevice)]
     inputs = {ridden(motorcycle, device).inputs for device in devices}
-    assert inputs == {("vehicle.speed", "vehicle.steer_torque", "vehicle.roll_torque")}
+    assert inputs == {("vehicle.speed", "vehicle.steer_torque", "vehicle.roll_torque", "vehicle.lateral_force")}

@@ -4,9 +4,9 @@ Axes: x forward, y right, z down, origin on the ground below the rear frame's ma
 velocity v, yaw rate r, roll rate p, steer rate s, and the side forces Y_f, Y_r. With c = cos(eps), S = sin(eps),
 the spin momenta h_f = V i_fy / R_f, h_r = V i_ry / R_r and G = -Z_f t + M_f e g:
 
-    lateral  M_1 q + (M_f + M_r) V r                                              = Y_f + Y_r
+    lateral  M_1 q + (M_f + M_r) V r                                              = Y_f + Y_r + F
     yaw      M_2 q + M_f k V r - (h_f + h_r) p - h_f S s                          = l Y_f - b Y_r + (T_h + T_f) c
-    roll     M_3 q + (M_f j + M_r h) (V r - g phi) + (h_f + h_r) r + h_f c s - G delta = (T_h + T_f) S
+    roll     M_3 q + (M_f j + M_r h) (V r - g phi) + (h_f + h_r) r + h_f c s - G delta = (T_h + T_f) S + T_phi
     steer    M_4 q + M_f e V r + h_f (S r - c p) + K s - G (phi + S delta)         = -t Y_f + T_h
     tyres    (sigma_f / V) Y_f' + Y_f = C_f1 (delta c - (v + l r - t s) / V) + C_f2 (phi + delta S)
              (sigma_r / V) Y_r' + Y_r = C_r1 (-(v - b r) / V) + C_r2 phi
@@ -21,6 +21,7 @@ Source: Sharp, J. Mech. Eng. Sci. 13(5) (1971) 316-329; the torques of the port:
 
 from fmus import Component, input, local, parameter, state
 from fmus.ports import answers, carries, told
+from fmus.roll_port import roll_answers, roll_told
 
 
 class Motorcycle(Component):
@@ -58,7 +59,8 @@ class Motorcycle(Component):
 
     speed = input("m/s", "Forward speed", symbol="V", min=0.1, max=200, start=30)
     steer_torque = input("N.m", "Disturbance: torque between rear and front frame, on the front frame", symbol="T_d")
-    roll_torque = input("N.m", "Disturbance: roll torque on the rear frame", symbol=r"T_\phi")
+    roll_torque = roll_told("roll_torque")
+    lateral_force = roll_told("lateral_force")
     handlebar_torque = told("handlebar_torque")
     frame_torque = told("frame_torque")
 
@@ -71,6 +73,7 @@ class Motorcycle(Component):
     front_side_force = state("N", "Side force of the front tyre", symbol="Y_f", exposed=True, nominal=100)
     rear_side_force = state("N", "Side force of the rear tyre", symbol="Y_r", exposed=True, nominal=100)
     frame_rate = answers("frame_rate")
+    turning_acceleration = roll_answers("turning_acceleration")
 
     front_contact_distance = local("m", "Origin to the front contact, forwards", symbol="l")
     front_mass_distance = local("m", "Origin to the front mass centre, forwards", symbol="k")
@@ -125,7 +128,7 @@ class Motorcycle(Component):
         front_force = v.front_cornering_stiffness * v.front_slip_angle + v.front_camber_stiffness * (phi + delta * S)
         rear_force = v.rear_cornering_stiffness * v.rear_slip_angle + v.rear_camber_stiffness * phi
         return {
-            "der(lateral_velocity)": Yf + Yr - (v.front_mass + v.rear_mass) * V * r,
+            "der(lateral_velocity)": Yf + Yr + v.lateral_force - (v.front_mass + v.rear_mass) * V * r,
             "der(yaw_rate)": l * Yf - v.rear_contact_distance * Yr + torque * c
                              - v.front_mass * k * V * r + spin * p + v.front_spin_momentum * S * s,
             "der(roll_rate)": torque * S + v.roll_torque - roll_moment * (V * r - g * phi)
@@ -137,6 +140,7 @@ class Motorcycle(Component):
             "der(front_side_force)": (front_force - Yf) * V / v.front_relaxation_length,
             "der(rear_side_force)": (rear_force - Yr) * V / v.rear_relaxation_length,
             "frame_rate": r * c + p * S,
+            "turning_acceleration": V * r,
         }  # fmt: skip
 
 
