@@ -12,7 +12,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
@@ -20,13 +19,13 @@ from fmus.bonds import Bond, bonds
 from fmus.coupling import COUPLINGS, Coupling, Network, Unit
 from fmus.coupling import coupling as named_coupling
 from fmus.errors import InputError, SimulationError
+from fmus.master import InterpretedMaster, Master, master
 from fmus.ports import TORQUES, WORKS_ON
 from fmus.prediction import Prediction, linear_network, predict
 from fmus.profiles import Profile
 from fmus.progress import track
 from fmus.results import Rows
 
-CHUNK = 500  # steps between two flushes
 LARGEST = 1e9  # a signal that exceeds this many times the largest start value, or 1, has diverged
 TOLERANCE = 1e-5  # of a mode's frequency; ten times that of its damping ratio
 
@@ -59,12 +58,12 @@ class Run:
 
 def cosimulate(units: Mapping[str, Unit], step: float, duration: float, coupling: str | None = None, *,
                wiring: Mapping[str, Sequence[str]] | None = None, profile: Profile | None = None, out: str | Path | None = None,
-               tolerance: float = TOLERANCE, display: Mapping[str, str] | None = None) -> Run:  # fmt: skip
+               tolerance: float = TOLERANCE, compiled: bool = True) -> Run:  # fmt: skip
     """Run units together from time 0 to `duration` [s]; equal names meet where no wiring is given.
 
     coupling names one of `fmus.coupling.COUPLINGS`; without it the cheapest is taken whose modes are within
     `tolerance`. step [s] is made a little smaller where it does not divide the duration. profile gives inputs over
-    time. Raises InputError for what cannot be run, SimulationError when the coupling diverges.
+    time. compiled=False keeps the loop in Python. Raises InputError for what cannot be run, SimulationError when the coupling diverges.
     """
     step, count = steps(step, duration)
     wiring = join(units) if wiring is None else wiring
@@ -72,40 +71,39 @@ def cosimulate(units: Mapping[str, Unit], step: float, duration: float, coupling
     linear = _linear(units, wiring)
     chosen, predicted = choose(network, linear, step, coupling, tolerance)
     profile = profile or Profile.constant(network)
-    columns = ["time [s]", *(f"{name} [{(display or {}).get(name, _unit(network, name))}]" for name in network.outputs)]
+    columns = ["time [s]", *(f"{name} [{_unit(network, name)}]" for name in network.outputs)]
     rows, watched = Rows(columns, out), bonds(network, WORKS_ON)
-    profile.over(network, 0.0, step, 0)
+    network.external[:] = profile.at(np.zeros(2))
     outputs = network.read(np.zeros(len(network.outputs)))
     rows.write(np.concatenate([[0.0], outputs])[None])
     running = chosen.prepare(network, step)
     running.start(outputs)
+    loop = master(network, running) if compiled else InterpretedMaster(network, running)
+    loop.begin(outputs)
     began = perf_counter()
     try:
-        _loop(network, running, outputs, profile, step, count, rows, watched)
+        _loop(loop, profile, step, count, rows, watched)
     finally:
         rows.close()
     rate = count / (perf_counter() - began)
     return Run(step, chosen.name, rows.columns, rows.kept, rows.path, rate, predicted, watched)
 
 
-def _loop(network: Network, running: Any, outputs: np.ndarray, profile: Profile, step: float, count: int, rows: Rows, watched: list[Bond]) -> None:
+def _loop(loop: Master, profile: Profile, step: float, count: int, rows: Rows, watched: list[Bond]) -> None:
     """All steps, in chunks: rows written and flushed, power counted, divergence looked for."""
-    block, told = np.zeros((CHUNK, 1 + len(outputs))), np.zeros((CHUNK, len(network.inputs)))
-    limit = LARGEST * max(1.0, float(np.abs(outputs).max(initial=0.0)))
-    for first in track(range(0, count, CHUNK), "co-simulation", -(-count // CHUNK)):
-        size, done = min(CHUNK, count - first), 0
-        failure = ""
+    chunk = loop.chunk
+    block, told = np.zeros((chunk, len(rows.columns))), np.zeros((chunk, len(profile.constant_values)))
+    limit = LARGEST * max(1.0, float(np.abs(loop.outputs).max(initial=0.0)))
+    for first in track(range(0, count, chunk), "co-simulation", -(-count // chunk)):
+        size, failure = min(chunk, count - first), ""
+        times = (first + np.arange(size + 1)) * step
         try:
-            for k in range(size):
-                profile.over(network, (first + k) * step, step, first + k)
-                outputs = running.advance(outputs)
-                block[k, 1:], told[k] = outputs, running.told
-                done = k + 1
+            loop.steps(profile.at(times), block[:size, 1:], told[:size])
         except SimulationError as error:
             failure = str(error)
-        block[:done, 0] = (first + 1 + np.arange(done)) * step
-        largest = np.abs(block[:done, 1:]).max(axis=1, initial=0.0)
-        wild = np.flatnonzero(~(largest <= limit))
+        done = loop.done
+        block[:done, 0] = times[1 : done + 1]
+        wild = np.flatnonzero(~(np.abs(block[:done, 1:]).max(axis=1, initial=0.0) <= limit))
         if len(wild):
             done, failure = int(wild[0]) + 1, "the signals have grown beyond all bounds"
         rows.write(block[:done])

@@ -97,7 +97,7 @@ class FmuUnit:
         self._slopes = np.zeros((ORDER, len(self.inputs)))
         self._slope_references = np.tile(self._inputs.references, ORDER)
         self._slope_orders = np.repeat(np.arange(1, ORDER + 1, dtype=np.int32), len(self.inputs))
-        self._output_orders = np.zeros(len(self.outputs), np.int32)
+        self._all_output_orders = np.repeat(np.arange(1, ORDER + 1, dtype=np.int32), len(self.outputs))
         self._output_slopes = np.zeros(len(self.outputs))
         self.start(values or {}, time)
         self.feedthrough = self._feedthrough()
@@ -209,8 +209,8 @@ class FmuUnit:
             given = min(order, self.input_order)
             self._slopes[:given] = slopes[:given]
             self._set_slopes(given)
-        self._output_orders[:] = order
-        self.calls.get_slopes(*self._outputs.call[:2], self._output_orders.ctypes.data, self._output_slopes.ctypes.data)
+        orders = self._all_output_orders[(order - 1) * len(self.outputs) :]
+        self.calls.get_slopes(*self._outputs.call[:2], orders.ctypes.data, self._output_slopes.ctypes.data)
         return self._output_slopes
 
     def _set_slopes(self, order: int) -> None:
@@ -268,6 +268,11 @@ class FmuUnit:
         self.calls.set(*self._states.call)
 
     # Structure -------------------------------------------------------------------------------------------------
+
+    def addresses(self) -> dict[str, int]:
+        """Where a compiled master finds the references and orders of this FMU's variables."""
+        return {"inputs": self._inputs.call[0], "outputs": self._outputs.call[0], "rates": self._rates.call[0], "slope_inputs": self._slope_references.ctypes.data,
+                "slope_orders": self._slope_orders.ctypes.data, "output_orders": self._all_output_orders.ctypes.data}  # fmt: skip
 
     @property
     def unknowns(self) -> np.ndarray:

@@ -46,13 +46,12 @@ class Profile:
         values = np.column_stack(list(columns.values())) if columns else np.zeros((len(times), 0))
         return cls(present, times, np.array(places, int), values)
 
-    def over(self, network: Network, time: float, step: float, index: int) -> None:
-        """Tell the network its inputs from outside at the start and the end of a step."""
-        if index == 0:
-            network.external[:] = self.constant_values
+    def at(self, times: np.ndarray) -> np.ndarray:
+        """All inputs (n, nu) at times (n,) as far as they come from outside; zero where an output drives one."""
+        inputs = np.tile(self.constant_values, (len(times), 1))
         for k, place in enumerate(self.moving):
-            network.external[0, place] = np.interp(time, self.times, self.values[:, k])
-            network.external[1, place] = np.interp(time + step, self.times, self.values[:, k])
+            inputs[:, place] = np.interp(times, self.times, self.values[:, k])
+        return inputs
 
 
 def read_profile(path: str | Path) -> tuple[np.ndarray, dict[str, np.ndarray]]:

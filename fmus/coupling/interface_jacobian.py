@@ -54,7 +54,11 @@ class InterfaceJacobian:
 
 
 class Prediction:
-    """The coupling on one network with one step. told as in `fmus.coupling.scheme.Run`."""
+    """The coupling on one network with one step. told as in `fmus.coupling.scheme.Run`.
+
+    The data of a step are the signals, the states' rates and the slopes of the inputs from outside; `expected`
+    (signals, data) is how the signals should have changed at its end.
+    """
 
     def __init__(self, network: Network, step: float):
         self.network, self.step = network, step
@@ -69,7 +73,6 @@ class Prediction:
         """Linearise the units where they are and make the matrices of the step."""
         network, H = self.network, self.step
         space = network.linearised()
-        nx, ne = space.B.shape
         phi = phi_functions(space.A * H, COEFFICIENTS + 2)
         through, direct = space.C[network.where], space.D[network.where]
 
@@ -77,10 +80,12 @@ class Prediction:
             """(signals, nx + ne): the integral of (1-s)^j / j! times the change of the signals, per unit of x'_0 and e'."""
             return np.hstack([H * through @ phi[j + 2], H**2 * through @ phi[j + 3] @ space.B + H * direct / factorial(j + 2)])
 
-        self.end = change(-1)
         moments = np.tensordot(LEGENDRE, np.stack([factorial(j) * change(j) for j in range(COEFFICIENTS)]), 1)
+        present = np.stack([np.eye(COEFFICIENTS)[0][:, None] * row for row in np.eye(len(network.where))], axis=1)
+        moments = np.concatenate([present, moments], axis=2)
+        self.expected = np.hstack([np.zeros((len(network.where), len(network.where))), change(-1)])
         self.free = [network.inputs.index(name) for name in space.inputs]
-        self.matrices = [np.einsum("ki,uj,ijx->kux", from_moments(unit.input_order), network.wires[u], moments).reshape(COEFFICIENTS * len(unit.inputs), nx + ne)
+        self.matrices = [np.einsum("ki,uj,ijx->kux", from_moments(unit.input_order), network.wires[u], moments).reshape(COEFFICIENTS * len(unit.inputs), -1)
                          for unit, u, _ in network.part]  # fmt: skip
 
     def advance(self, outputs: np.ndarray) -> np.ndarray:
@@ -90,16 +95,16 @@ class Prediction:
             self.told = np.zeros((len(network.inputs), *columns))
         network.settle(outputs)
         slopes = (network.external[1] - network.external[0])[self.free] / self.step
-        rates = np.concatenate([*(unit.state_rates() for unit, _, _ in network.part), np.broadcast_to(slopes.reshape(-1, *[1] * len(columns)), (len(slopes), *columns))])
         now = outputs[network.where]
+        rates = [unit.state_rates() for unit, _, _ in network.part]
+        data = np.concatenate([now, *rates, np.broadcast_to(slopes.reshape(-1, *[1] * len(columns)), (len(slopes), *columns))])
         for index, (unit, u, _) in enumerate(network.part):
-            coefficients = (self.matrices[index] @ rates).reshape(COEFFICIENTS, len(unit.inputs), *columns)
-            coefficients[0] += network.wires[u] @ now
+            coefficients = (self.matrices[index] @ data).reshape(COEFFICIENTS, len(unit.inputs), *columns)
             network.add_external(coefficients, index)
             self.told[u] = coefficients.sum(axis=0)
             unit.step(coefficients, self.step)
         outputs = network.read(outputs, end=1)
-        expected = self.end @ rates
+        expected = self.expected @ data
         if np.abs(outputs[network.where] - now - expected).max(initial=0.0) > MISSED * np.abs(expected).max(initial=0.0):
             self.renew()
         return outputs

@@ -17,7 +17,7 @@ from fmus.coupling.polynomials import COEFFICIENTS, Knot, Knots, nearest, throug
 from fmus.errors import SimulationError
 
 PASSES = 200
-CONVERGED = 1e-13
+CONVERGED = 1e-10  # of the largest signal; rounding of what cancels in a torque is below
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,80 @@
+"""The compiled loop does what the loop in Python does, stops where that stops, and is left out where it cannot be."""
+
+import numpy as np
+import pytest
+from coupled import MOTORCYCLE, RIDER
+
+from fmus import compilers
+from fmus.build import build
+from fmus.cosimulation import cosimulate, join
+from fmus.coupling import COUPLINGS, Network
+from fmus.errors import MissingToolError, SimulationError
+from fmus.master import CompiledMaster, InterpretedMaster, compiled, master
+from fmus.profiles import Profile
+from scenarios.ridden_fmus import ridden_fmus
+from vehicle_fmu import dampers
+
+
+@pytest.fixture
+def units():
+    made = []
+
+    def make(device=RIDER):
+        made.append(ridden_fmus(MOTORCYCLE, device, {"steer_rate": 0.5}, 30.0))
+        return made[-1]
+
+    yield make
+    for each in made:
+        for unit in each.values():
+            unit.close()
+
+
+@pytest.mark.parametrize("name", COUPLINGS)
+def test_both_loops_give_the_same_rows(units, name):
+    fast, plain = (cosimulate(units(), 4e-3, 0.2, name, compiled=each) for each in (True, False))
+    scale = np.abs(plain.rows).max(axis=0)
+    # Sums in another order; an iteration stops when it has converged to 1e-10.
+    assert np.all(np.abs(fast.rows - plain.rows) <= 1e-9 * np.maximum(scale, 1e-6))
+    assert fast.power_residual == pytest.approx(plain.power_residual, rel=1e-6, abs=1e-9)
+
+
+def test_both_loops_follow_inputs_and_renew_a_linearisation(units):
+    results = []
+    for each in (True, False):
+        made = units(dampers.load("progressive"))
+        wiring = join(made)
+        profile = Profile.over_time(Network(made, wiring), np.array([0.0, 0.1, 0.2]), {"speed": np.array([30.0, 28.0, 31.0]), "steer_torque": np.array([0.0, 50.0, 0.0])})
+        results.append(cosimulate(made, 5e-3, 0.2, "interface_jacobian", wiring=wiring, profile=profile, compiled=each).rows)
+    scale = np.abs(results[1]).max(axis=0)
+    assert np.all(np.abs(results[0] - results[1]) <= 1e-7 * np.maximum(scale, 1e-6))  # the FMUs' own tolerance is 1e-10
+
+
+def test_a_failed_step_names_the_fmu_and_its_reason(units):
+    made = units()
+    wiring = join(made)
+    profile = Profile.over_time(Network(made, wiring), np.array([0.0, 0.1]), {"speed": np.array([30.0, -30.0])})
+    with pytest.raises(SimulationError, match=r"vehicle: fmi2DoStep failed.*speed"):
+        cosimulate(made, 5e-3, 0.1, "jacobi", wiring=wiring, profile=profile)
+
+
+def test_units_that_are_not_fmi_2_are_looped_over_in_python(tmp_path):
+    third = ridden_fmus(MOTORCYCLE, build(RIDER, tmp_path, fmi=3).path)
+    network = Network(third, join(third))
+    assert isinstance(master(network, COUPLINGS["jacobi"].prepare(network, 1e-3)), InterpretedMaster)
+    for unit in third.values():
+        unit.close()
+
+
+def test_without_a_compiler_the_loop_is_in_python(units, monkeypatch):
+    made = units()
+    network = Network(made, join(made))
+    running = COUPLINGS["jacobi"].prepare(network, 1e-3)
+    assert isinstance(master(network, running), CompiledMaster)
+
+    def missing(*_, **__):
+        raise MissingToolError("no C compiler")
+
+    compiled.library.cache_clear()
+    monkeypatch.setattr(compilers, "commands", missing)
+    assert isinstance(master(network, running), InterpretedMaster)
+    compiled.library.cache_clear()
