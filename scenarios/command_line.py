@@ -1,7 +1,8 @@
 """The command line: finds the command, runs it, shows its result, and turns errors into one line.
 
 A command is a module of `scenarios.commands` with HELP, add_arguments(parser), run(arguments) -> dict, and
-show(result, console) for the screen. Its module is imported only when it is called.
+show(result, console) for the screen; exit_status(result) where that is not always 0. Its module is imported only when
+it is called.
 """
 
 import argparse
@@ -54,7 +55,7 @@ def main(arguments: list[str] | None = None) -> int:
         options = parser.parse_args(_with_negative_values(words[1:]))
         result = command.run(options)
         _present(command, result, options.json)
-        return int(result.get("exit_status", 0)) if hasattr(command, "EXIT_STATUS") else 0
+        return command.exit_status(result) if hasattr(command, "exit_status") else 0
     except (InputError, MissingToolError) as error:
         _complain(f"motofmi {name}", str(error))
         return 2
