@@ -20,11 +20,14 @@ MODULES = [path for package in MAY_IMPORT for path in sorted((ROOT / package).rg
 # The import names of the packages that are optional, by the names under which they are installed.
 IMPORT_NAMES = {"ziglang": "ziglang", "asammdf": "asammdf", "pyarrow": "pyarrow", "pandas": "pandas", "pyuff": "pyuff"}
 
+# CoFMPy asks for older releases than this project needs: it is installed without its dependencies, and no extra can name it.
+WITHOUT_EXTRA = {"cofmupy"}
+
 
 def optional_packages() -> set[str]:
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
     names = {requirement.split(">")[0].split("=")[0].split("[")[0] for extra, list_ in extras.items() if extra != "dev" for requirement in list_}
-    return {IMPORT_NAMES.get(name, name.replace("-", "_")) for name in names}
+    return {IMPORT_NAMES.get(name, name.replace("-", "_")) for name in names} | WITHOUT_EXTRA
 
 
 def imported(node: ast.AST) -> list[str]:

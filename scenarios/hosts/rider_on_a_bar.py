@@ -21,6 +21,7 @@ STEER_INERTIA = 0.6  # kg.m2, bar and arms
 STRIKE = 1.0  # rad/s, rate of the bar at the start
 STARTING = 3
 SAMPLED = ("vehicle.steer_angle", "vehicle.steer_rate", "device.torso_angle", "device.torso_rate", "device.handlebar_torque")
+AT_START = [STRIKE if name == "vehicle.steer_rate" else 0.0 for name in SAMPLED]
 # (from, to, signal)
 CONNECTIONS = (*(("vehicle", "device", n) for n in ("steer_angle", "steer_rate", "frame_rate")), ("device", "vehicle", "handlebar_torque"))
 

@@ -1,5 +1,7 @@
 """What a host's run found, as lines on the screen."""
 
+import sys
+from collections.abc import Callable
 from dataclasses import asdict, is_dataclass
 from typing import Any
 
@@ -14,3 +16,11 @@ def show(found: dict[str, Any], indent: str = "") -> None:
             show(value, indent + "  ")
         else:
             print(f"{indent}{name:<24}{value:.8g}")
+
+
+def main(run: Callable[[], dict[str, Any]]) -> None:
+    """Run a host and show what it found, or say in one line which package is missing; the exit status is then 1."""
+    try:
+        show(run())
+    except ModuleNotFoundError as error:
+        sys.exit(f"{error.name} is not installed: pip install 'motofmi[hosts]', or see docs/hosts.md")

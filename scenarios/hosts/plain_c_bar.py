@@ -15,7 +15,7 @@ import numpy as np
 from fmus import compilers
 from fmus.errors import InputError
 from scenarios.hosts.rider_on_a_bar import STEER_INERTIA, archives, mode_errors, trajectory_error
-from scenarios.hosts.table import show
+from scenarios.hosts.table import main
 
 SOURCE = Path(__file__).parents[2] / "examples" / "rider_on_a_bar.c"
 
@@ -41,4 +41,4 @@ def rows(step: float, duration: float) -> np.ndarray:
 
 
 if __name__ == "__main__":
-    show(run())
+    main(run)

@@ -18,8 +18,17 @@ from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import Parameter, ParameterSet
 
 from fmus import linearise
-from scenarios.hosts.rider_on_a_bar import CONNECTIONS, SAMPLED, STRIKE, archives, mode_errors, parts, trajectory_error
-from scenarios.hosts.table import show
+from scenarios.hosts.rider_on_a_bar import (
+    AT_START,
+    CONNECTIONS,
+    SAMPLED,
+    STRIKE,
+    archives,
+    mode_errors,
+    parts,
+    trajectory_error,
+)
+from scenarios.hosts.table import main
 
 OMEGA = 20.0  # rad/s, of the prescribed steer angle
 SETTLED = 2.0  # s, after which what was at the start has decayed to 1e-16
@@ -91,8 +100,7 @@ def rows_of_ssp(path: Path, step: float, count: int) -> np.ndarray:
     """Samples (count, 5); the runner's first row, stamped 0, is that of the first step's end."""
     struck = ParameterSet(name="struck", parameters=[Parameter(name="vehicle.steer_rate", value=STRIKE)])
     result = simulate_ssp(str(path), stop_time=(count - 1.5) * step, step_size=step, parameter_set=struck)
-    start = [STRIKE if name == "vehicle.steer_rate" else 0.0 for name in SAMPLED]
-    return np.vstack([start, np.column_stack([result[name] for name in SAMPLED])])
+    return np.vstack([AT_START, np.column_stack([result[name] for name in SAMPLED])])
 
 
 def rows_of_loop(fmus: Mapping[str, Path], step: float, count: int) -> np.ndarray:
@@ -131,4 +139,4 @@ def opened(path: Path) -> tuple[FMU2Slave, dict[str, int]]:
 
 
 if __name__ == "__main__":
-    show(run())
+    main(run)
