@@ -122,9 +122,11 @@ def estimate(recording: Recording, reference: str = "", band: tuple[float, float
     angle, torque, r = (spectrum(recording[c]) for c in ("steer_angle", "steer_torque", reference))
     grid = np.fft.rfftfreq(len(recording.time), 1 / recording.rate)
     bands = [np.flatnonzero(np.abs(grid - f) < width / 2) for f in frequencies]
-    power = np.array([np.sum(np.abs(angle[k]) ** 2) for k in bands])
-    used = [i for i in np.flatnonzero(power > EMPTY * power.max()) if len(bands[i]) > 4 + LEAKAGE_TERMS]
-    if not used:
+    power = np.cumsum(np.abs(angle) ** 2 * (grid > NARROW))
+    strongest = np.max(power[round(width * duration) :] - power[: -round(width * duration)])
+    excited = [len(k) > 4 + LEAKAGE_TERMS and power[k[-1]] - power[k[0]] > EMPTY * strongest for k in bands]
+    used = np.flatnonzero(excited)
+    if not len(used):
         raise InputError(f"{recording.name}: nothing was excited between {band[0]:g} and {band[1]:g} Hz")
     acceleration = -((2 * pi * grid) ** 2) * angle
     columns = [band_average(grid[bands[i]], frequencies[i], width, acceleration[bands[i]], torque[bands[i]], r[bands[i]]) for i in used]
