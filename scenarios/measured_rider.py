@@ -77,11 +77,12 @@ def _value_lines(values: np.ndarray, handlebar_inertia: float, description: str,
 
 
 def table_spread(count: int, seed: int = 0) -> np.ndarray:
-    """Riders (count, 6) drawn from the spread of the ten riders of 2011: log-normal with the table's means and covariances."""
+    """Riders (count, 6) drawn from the spread of the ten riders of 2011: log-normal, with the table's mean and sigma/mu."""
     ten = [riders.load(f"{number}_2011") for number in range(1, 11)]
     values = np.array([[HANDLEBAR_INERTIA + r.values["added_steer_inertia"], *(r.values[n] for n in PARAMETERS[1:])] for r in ten])
     mean = values.mean(axis=0)
-    covariance = np.log1p(np.cov(values.T) / np.outer(mean, mean))
+    deviation = np.sqrt(np.log1p(values.var(axis=0, ddof=1) / mean**2))
+    covariance = np.corrcoef(np.log(values.T)) * np.outer(deviation, deviation)
     return np.exp(np.random.default_rng(seed).multivariate_normal(np.log(mean) - np.diag(covariance) / 2, covariance, count))
 
 
