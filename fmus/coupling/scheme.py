@@ -196,8 +196,9 @@ class Run:
         """For each unit (4 nu, rows signals): `behind` where the source steps before the unit, else `ahead`."""
         network, matrices = self.network, []
         for index, (unit, u, _) in enumerate(network.part):
-            stepped = (network.owner < index)[:, None, None, None]
-            whole = np.einsum("uj,jkrm->kurm", network.wires[u], np.where(stepped, behind, ahead))
+            used = np.flatnonzero(network.wires[u].any(axis=0))
+            stepped = (network.owner[used] < index)[:, None, None, None]
+            whole = np.einsum("uj,jkrm->kurm", network.wires[u][:, used], np.where(stepped, behind[used], ahead[used]))
             projected = np.einsum("lk,kurm->lurm", nearest(unit.input_order), whole)
             matrices.append(projected.reshape(COEFFICIENTS * len(unit.inputs), -1))
         return matrices

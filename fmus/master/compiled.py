@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from fmus import compilers
 from fmus.build import cache_folder, content_key
@@ -36,7 +37,7 @@ class _Unit(Structure):
     _fields_ = _fields(
         a=(c_void_p, "instance saved " + " ".join(FUNCTIONS)),
         b=(c_size_t, "n_inputs n_outputs n_states order first_input first_output first_state"),
-        c=(c_void_p, "inputs outputs rates slope_inputs slope_orders output_orders guess final"),
+        c=(c_void_p, "inputs outputs rates slope_inputs slope_orders output_orders guess_rows guess_columns final_rows final_columns guess final"),
     )
 
 
@@ -122,6 +123,11 @@ class CompiledMaster:
         self._alive.append(np.ascontiguousarray(values, float))
         return self._alive[-1].ctypes.data
 
+    def _sparse(self, name: str, matrix: np.ndarray) -> dict[str, int]:
+        """The entries that are not zero: with many units a unit's inputs depend on few of the data."""
+        found = csr_matrix(matrix)
+        return {f"{name}_rows": self._sizes(found.indptr), f"{name}_columns": self._sizes(found.indices), name: self._doubles(found.data)}
+
     def _prepare(self) -> None:
         """The units with their matrices, which a new linearisation changes."""
         running = self.running
@@ -133,7 +139,7 @@ class CompiledMaster:
             functions = {field: cast(getattr(unit.calls.fmu.dll, name), c_void_p).value for field, name in FUNCTIONS.items()}
             units[k] = _Unit(instance=unit.calls.fmu.component, n_inputs=len(unit.inputs), n_outputs=len(unit.outputs), n_states=len(unit.states),
                              order=unit.input_order, first_input=u.start, first_output=y.start, first_state=first_state,
-                             guess=self._doubles(guess[k]), final=self._doubles(final[k]), **functions, **unit.addresses())  # fmt: skip
+                             **self._sparse("guess", guess[k]), **self._sparse("final", final[k]), **functions, **unit.addresses())  # fmt: skip
             if isinstance(running, Run) and running.scheme.iterated:
                 units[k].saved = unit.save()[0].value
             first_state += len(unit.states)

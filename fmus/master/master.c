@@ -32,7 +32,8 @@ typedef struct {
     size_t n_inputs, n_outputs, n_states, order, first_input, first_output, first_state;
     const unsigned *inputs, *outputs, *rates, *slope_inputs;
     const int *slope_orders, *output_orders; /* order k of all inputs, of all outputs, one row after the other */
-    const double *guess, *final;             /* the matrix of the first pass and of those after it */
+    const size_t *guess_rows, *guess_columns, *final_rows, *final_columns;
+    const double *guess, *final; /* the entries that are not zero of the matrix of the first pass and of those after it */
 } Unit;
 
 typedef struct {
@@ -146,14 +147,14 @@ static int fill_rates(Master *m, const double *external)
 }
 
 /* c = matrix data + external: rows k of the inputs' polynomials. */
-static void polynomials(Master *m, const Unit *u, const double *matrix, const double *external)
+static void polynomials(Master *m, const Unit *u, int first_pass, const double *external)
 {
-    const size_t n = u->n_inputs;
+    const size_t n = u->n_inputs, *rows = first_pass ? u->guess_rows : u->final_rows, *columns = first_pass ? u->guess_columns : u->final_columns;
+    const double *matrix = first_pass ? u->guess : u->final;
     double *c = m->coefficients;
     for (size_t i = 0; i < (u->order + 1) * n; i++) {
-        const double *row = matrix + i * m->n_data;
         double sum = 0;
-        for (size_t j = 0; j < m->n_data; j++) sum += row[j] * m->data[j];
+        for (size_t e = rows[i]; e < rows[i + 1]; e++) sum += matrix[e] * m->data[columns[e]];
         c[i] = sum;
     }
     for (size_t i = 0; i < n; i++) {
@@ -166,12 +167,12 @@ static void polynomials(Master *m, const Unit *u, const double *matrix, const do
     }
 }
 
-static int step_unit(Master *m, size_t k, const double *matrix, const double *external)
+static int step_unit(Master *m, size_t k, int first_pass, const double *external)
 {
     Unit *u = &m->units[k];
     const size_t n = u->n_inputs;
     double factor = 1;
-    polynomials(m, u, matrix, external);
+    polynomials(m, u, first_pass, external);
     if (!check(m, k, "fmi2SetReal", u->set(u->instance, u->inputs, n, m->coefficients))) return 0;
     for (size_t order = 1; order <= u->order; order++) { /* the derivatives with respect to time: k! c_k / step^k */
         factor *= (double)order / m->step_size;
@@ -185,7 +186,7 @@ static int step_all(Master *m, int first_pass, const double *external)
 {
     for (size_t k = 0; k < m->n_units; k++) {
         Unit *u = &m->units[k];
-        if (!step_unit(m, k, first_pass ? u->guess : u->final, external)) return 0;
+        if (!step_unit(m, k, first_pass, external)) return 0;
         if (m->sequential) { /* the next unit is told what this one has reached */
             if (!check(m, k, "fmi2SetReal", u->set(u->instance, u->inputs, u->n_inputs, m->told + u->first_input)) || !get_outputs(m, k)) return 0;
             for (size_t j = 0; j < m->n_signals; j++)

@@ -1,0 +1,167 @@
+"""Couplings and masters on the same FMUs with the same steps: steps per second, errors of modes and of the trajectory.
+
+The case is the mean rider on a bar of 0.6 kg.m2, struck. Ours are all couplings of `fmus.coupling`; the others are
+the loops of other people's tools, as far as they are installed, and the plainest loop in C. Set-up is excluded: a rate
+is the difference of two runs of different length. Also: what 2 to 200 riders on one bar cost.
+"""
+
+import ctypes
+import importlib
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fmus.compilers import FLAGS, host_compiler
+from fmus.cosimulation import cosimulate
+from fmus.coupling import COUPLINGS
+from fmus.errors import InputError
+from fmus.importer import FmuUnit
+from scenarios.hosts.rider_on_a_bar import SAMPLED, STRIKE, archives, mode_errors, trajectory_error
+
+LOOP = Path(__file__).parent / "c" / "jacobi.c"
+STEPS = (1e-3, 1e-2)
+DEVICES = (2, 20, 200)
+Rows = Callable[[Mapping[str, Path], float, int], np.ndarray]
+
+
+def opened(fmus: Mapping[str, Path], devices: int = 1) -> dict[str, FmuUnit]:
+    """The bar, struck, and its riders."""
+    units = {"vehicle": FmuUnit(fmus["vehicle"], "vehicle", {"steer_rate": STRIKE})}
+    names = ["device"] if devices == 1 else [f"device_{k}" for k in range(devices)]
+    return units | {name: FmuUnit(fmus["device"], name) for name in names}
+
+
+def closed(units: Mapping[str, FmuUnit]) -> None:
+    for unit in units.values():
+        unit.close()
+
+
+def ours(fmus: Mapping[str, Path], name: str, step: float, count: int) -> np.ndarray:
+    """Samples (count, 5) of one of our couplings."""
+    units = opened(fmus)
+    try:
+        found = cosimulate(units, step, (count - 1) * step, name)
+    finally:
+        closed(units)
+    return np.column_stack([found[signal] for signal in SAMPLED])
+
+
+def our_rate(fmus: Mapping[str, Path], name: str, step: float, count: int, compiled: bool = True) -> float:
+    """Steps per second, the best of three."""
+    rates = []
+    for _ in range(3):
+        units = opened(fmus)
+        rates.append(cosimulate(units, step, count * step, name, compiled=compiled).steps_per_second)
+        closed(units)
+    return max(rates)
+
+
+def errors(samples: np.ndarray, step: float) -> dict[str, Any]:
+    """Errors of a host's modes and of its trajectory, the latter infinite where it diverges."""
+    if not np.isfinite(samples).all() or np.abs(samples).max() > 1e6:
+        return {"trajectory_error": None, "diverges": True}
+    return {**{mode: asdict(error) for mode, error in mode_errors(samples, step).items()}, "trajectory_error": trajectory_error(samples, step)}
+
+
+def peers() -> dict[str, Rows]:
+    """The loops of other tools that are installed."""
+    found: dict[str, Rows] = {}
+    for name, module, function in (("fmpy loop", "fmpy_bar", "rows_of_loop"), ("libcosim", "libcosim_bar", "rows"), ("CoFMPy", "cofmpy_bar", "jacobi")):
+        host = importlib.import_module(f"scenarios.hosts.{module}")
+        found[name] = getattr(host, function, None) or _cofmpy(host)
+    return found
+
+
+def _cofmpy(host: Any) -> Rows:
+    def rows(fmus: Mapping[str, Path], step: float, count: int) -> np.ndarray:
+        return host.rows({name: host.without_step_size(path) for name, path in fmus.items()}, step, count, "jacobi", False)
+
+    return rows
+
+
+def peer(rows: Rows, fmus: Mapping[str, Path], step: float, count: int) -> dict[str, Any] | None:
+    """Errors and rate of another tool; None where it is not installed."""
+    try:
+        samples = rows(fmus, step, count)
+        times = []
+        for steps in (count, 3 * count):
+            began = time.perf_counter()
+            rows(fmus, step, steps)
+            times.append(time.perf_counter() - began)
+    except ModuleNotFoundError:
+        return None
+    return {**errors(samples, step), "steps_per_second": 2 * count / max(times[1] - times[0], 1e-9)}
+
+
+class _Unit(ctypes.Structure):
+    _fields_ = [(n, ctypes.c_void_p) for n in ("instance", "set", "get", "step", "inputs", "outputs")] + [(n, ctypes.c_size_t) for n in ("n_inputs", "n_outputs")]
+
+
+def bare_rate(fmus: Mapping[str, Path], step: float, count: int) -> float:
+    """Steps per second of Jacobi in the plainest C loop over the same binaries, the best of three."""
+    motion, torques = ("steer_angle", "steer_rate", "frame_rate"), ("handlebar_torque", "frame_torque")
+    units, arrays = opened(fmus), []
+    with tempfile.TemporaryDirectory() as folder:
+        library = Path(folder, "jacobi.so")
+        subprocess.run([*(host_compiler() or ("cc",)), *(f for f in FLAGS if f != "-fvisibility=hidden"), "-fPIC", "-o", str(library), str(LOOP)], check=True)
+        loop = ctypes.CDLL(str(library)).jacobi
+    both = []
+    for name, told, answered in (("vehicle", torques, motion), ("device", motion, torques)):
+        unit = units[name]
+        references = [np.array([unit.variables[n].valueReference for n in names], np.uint32) for names in (told, answered)]
+        arrays += references
+        functions = [ctypes.cast(getattr(unit.calls.fmu.dll, f), ctypes.c_void_p) for f in ("fmi2SetReal", "fmi2GetReal", "fmi2DoStep")]
+        both.append(_Unit(unit.calls.fmu.component, *functions, *(r.ctypes.data for r in references), *map(len, references)))
+    values = np.zeros(3), np.zeros(2)
+    rates = []
+    for _ in range(3):
+        for unit in units.values():
+            unit.restart(unit.values)
+        began = time.perf_counter()
+        loop(*(ctypes.byref(u) for u in both), *(ctypes.c_void_p(v.ctypes.data) for v in values), ctypes.c_double(step), ctypes.c_long(count))
+        rates.append(count / (time.perf_counter() - began))
+    assert np.isfinite(values[0]).all() and arrays
+    closed(units)
+    return max(rates)
+
+
+def scaling(fmus: Mapping[str, Path], count: int) -> dict[str, float]:
+    """Microseconds per step and rider for several numbers of riders on one bar, Jacobi."""
+    found = {}
+    for devices in DEVICES:
+        units = opened(fmus, devices)
+        rate = cosimulate(units, 1e-4, count * 1e-4, "jacobi").steps_per_second
+        found[str(devices)] = 1e6 / rate / devices
+        closed(units)
+    return found
+
+
+def run(progress: Callable, count: int = 200_000, samples: int = 500) -> dict[str, Any]:
+    """All couplings and peers at 1 and 10 ms; count steps for our rates, samples for the errors."""
+    with tempfile.TemporaryDirectory() as folder:
+        fmus = archives(folder)
+        bare = bare_rate(fmus, STEPS[0], 5 * count)
+        found: dict[str, Any] = {"bare_c_loop": {"steps_per_second": bare}, "ours": {}, "peers": {}}
+        for name in progress(COUPLINGS, "couplings"):
+            found["ours"][name] = {f"{step:g}": _our_errors(fmus, name, step, samples) for step in STEPS}
+            found["ours"][name]["steps_per_second"] = our_rate(fmus, name, STEPS[0], count)
+        for name, rows in peers().items():
+            found["peers"][name] = {f"{step:g}": peer(rows, fmus, step, samples) for step in STEPS}
+        found["microseconds_per_rider_and_step"] = scaling(fmus, count // 100)
+        found["most_accurate_over_bare"] = found["ours"]["interface_jacobian"]["steps_per_second"] / bare
+        fastest = max((p[f"{STEPS[0]:g}"]["steps_per_second"] for p in found["peers"].values() if p[f"{STEPS[0]:g}"]), default=None)
+        found["most_accurate_over_fastest_peer"] = found["ours"]["interface_jacobian"]["steps_per_second"] / fastest if fastest else None
+    return found
+
+
+def _our_errors(fmus: Mapping[str, Path], name: str, step: float, samples: int) -> dict[str, Any]:
+    try:
+        return errors(ours(fmus, name, step, samples), step)
+    except (InputError, RuntimeError):  # it diverges and says so
+        return {"trajectory_error": None, "diverges": True}
