@@ -68,3 +68,14 @@ def test_torques_at_the_handlebar_do_the_work_of_the_port(torque, rates):
     work = sum(space.C[space.outputs.index(rate), columns] for rate in rates)
     accelerations = space.B[columns, space.inputs.index(torque)]
     assert M @ accelerations == pytest.approx(work, abs=1e-10)
+
+
+def test_a_riders_share_of_inertia_is_an_inertia_about_the_steer_axis_of_the_front_frame():
+    share = 3.0  # kg.m2: large, so that no part of it hides
+    p = bicycle().values
+    S, c = np.sin(p["caster_angle"]), np.cos(p["caster_angle"])
+    heavier = bicycle().with_values(front_frame_xx=p["front_frame_xx"] + share * S**2, front_frame_zz=p["front_frame_zz"] + share * c**2,
+                                    front_frame_xz=p["front_frame_xz"] + share * S * c)  # fmt: skip
+    expected, found = (linearise(b, speed=6.0) for b in (heavier, bicycle().with_values(added_steer_inertia=share)))
+    np.testing.assert_allclose(found.A, expected.A, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(found.B, expected.B, rtol=1e-12, atol=1e-12)

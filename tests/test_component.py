@@ -131,3 +131,13 @@ def test_a_component_without_equations_says_so():
 def test_rows_are_inherited():
     assert Misspelt.declared == Pendulum.declared
     assert "stiffness" not in vars(Misspelt)
+
+
+def test_infinity_is_no_value_even_where_there_are_no_bounds():
+    class Unbounded(Component):
+        """A component with a parameter of any size."""
+
+        offset = parameter("N", "Offset")
+
+    with pytest.raises(InputError, match="offset = inf N is outside its bounds"):
+        Unbounded(offset=float("inf"))
