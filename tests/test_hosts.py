@@ -25,6 +25,7 @@ from scenarios.hosts.rider_on_a_bar import (
 from vehicle_fmu import motorcycles
 
 STEP = 1e-3
+PAGE = Path(__file__).parent.parent / "docs" / "hosts.md"
 TABLE_2 = Path(vehicle_fmu.__file__).parent / "published" / "meijaard_2007_eigenvalues.csv"
 
 
@@ -218,6 +219,42 @@ class TestMujoco:
         with pytest.raises(AttributeError):
             mujoco_bar.free_motion(mujoco_bar.MODEL.format(step=STEP, **mujoco_bar.SprungFrame("frame").values), 2, None)
         assert mujoco.get_mjcb_passive() is None
+
+
+def runge_kutta_with(device: Device, count: int) -> np.ndarray:
+    """Samples of the bar in a solver of fourth order, with the device asked in its stages."""
+    bar, rows = np.array([0.0, STRIKE]), []
+
+    def rates(time, bar):
+        return np.array([bar[1], device.torques(time, np.array([*bar, 0.0]))[0] / STEER_INERTIA])
+
+    for k in range(count):
+        t = k * STEP
+        device.meet(t, np.array([*bar, 0.0]))
+        rows.append([*bar, *device.get("torso_angle", "torso_rate", "handlebar_torque")])
+        first = rates(t, bar)
+        second = rates(t + STEP / 2, bar + STEP / 2 * first)
+        third = rates(t + STEP / 2, bar + STEP / 2 * second)
+        bar = bar + STEP / 6 * (first + 2 * second + 2 * third + rates(t + STEP, bar + STEP * third))
+    return np.array(rows)
+
+
+@pytest.mark.parametrize("row", ["SSP runner", "a loop through fmpy", "`gauss_seidel` |", "`gauss_seidel`, iterative", "plain C", "Runge-Kutta"])
+def test_the_page_tells_what_is_measured(row, tmp_path):
+    line = next(line for line in PAGE.read_text("utf-8").splitlines() if line.startswith("|") and row in line)
+    printed = [x.strip() for cell in line.split("|")[3:5] for x in cell.split(",")]
+    schemes = {"SSP runner": "stale jacobi", "a loop through fmpy": "refreshed jacobi", "`gauss_seidel` |": "gauss-seidel"}
+    if row == "plain C":
+        found = plain_c_bar.run(STEP)["plain_c"]
+    elif row == "Runge-Kutta":
+        device = Device(build(riders.load("mean_2011"), tmp_path).path, tmp_path / "rider")
+        found = mode_errors(runge_kutta_with(device, 1000), STEP)
+        device.close()
+    else:
+        found = expected(schemes.get(row, "iterated"))
+    measured = [100 * error for mode in ("slow", "fast") for error in (found[mode].frequency_error, found[mode].damping_error)]
+    # As many digits as the page prints.
+    assert [f"{m:+.{len(p.partition('.')[2])}f}" for m, p in zip(measured, printed, strict=True)] == printed
 
 
 def test_the_fmu_is_stepped_only_when_it_is_met(tmp_path):
