@@ -44,7 +44,7 @@ KANE_NAMES = {
 KANE_SIGNALS = {
     "v": "lateral_velocity", "r": "yaw_rate", "p": "roll_rate", "s": "steer_rate", "phi": "roll_angle", "delta": "steer_angle",
     "Y_f": "front_side_force", "Y_r": "rear_side_force", "T_h": "handlebar_torque", "T_f": "frame_torque", "T_d": "steer_torque",
-    "T_phi": "roll_torque",
+    "T_phi": "roll_torque", "F": "lateral_force",
 }  # fmt: skip
 
 
@@ -71,6 +71,7 @@ def test_kanes_equations_give_the_same_matrices(kane, seed):
     mass, slopes = (matrix(*arguments) for matrix in kane)
     expected = np.linalg.solve(mass, slopes)
     space = linearise(motorcycle, speed=speed)
+    assert set(space.states) | set(space.inputs) == {*KANE_SIGNALS.values(), "speed"}
     states = [space.states.index(KANE_SIGNALS[n]) for n in motorcycle_by_kane.STATES]
     inputs = [space.inputs.index(KANE_SIGNALS[n]) for n in motorcycle_by_kane.INPUTS]
     computed = np.hstack([space.A[np.ix_(states, states)], space.B[np.ix_(states, inputs)]])

@@ -8,6 +8,7 @@ contact point of each wheel:
   steer axis, which leans back by eps;
 - a wheel spins at -V / R about the axis across its frame (y to the right, z down, rolling forwards); its polar
   inertia is the only property it has besides its frame's;
+- a lateral force F acts at A;
 - the load Z_f acts vertically, the side force Y_f across the wheel's heading, both at the front contact, a point
   of the front frame at the trail t behind the steer axis; the rear contact lies on the roll axis, b behind A;
 - slip and camber come from the contact's velocity, the wheel's heading and its plane, in closed nonlinear form.
@@ -33,16 +34,16 @@ PARAMETERS = sp.symbols(
     "M_f M_r Z_f I_rx I_rz C_rxz I_fx I_fz I_fxz i_fy i_ry R_f R_r a b e f h t eps C_f1 C_f2 C_r1 C_r2 sigma_f sigma_r K g V", real=True
 )
 STATES = ("v", "r", "p", "s", "phi", "delta", "Y_f", "Y_r")
-INPUTS = ("T_h", "T_f", "T_d", "T_phi")
+INPUTS = ("T_h", "T_f", "T_d", "T_phi", "F")
 
 
 def derive():
-    """Functions of the parameters, in the order of PARAMETERS: M (8, 8), and d f / d(states, inputs) (8, 12), for M x' = f."""
+    """Functions of the parameters, in the order of PARAMETERS: M (8, 8), and d f / d(states, inputs) (8, 13), for M x' = f."""
     (M_f, M_r, Z_f, I_rx, I_rz, C_rxz, I_fx, I_fz, I_fxz, i_fy, i_ry, R_f, R_r,
      a, b, e, f, h, t, eps, C_f1, C_f2, C_r1, C_r2, sigma_f, sigma_r, K, g, V) = PARAMETERS  # fmt: skip
     psi, y, phi, delta = dynamicsymbols("psi y phi delta")
     v, r, p, s = dynamicsymbols("v r p s")
-    Y_f, Y_r, T_h, T_f, T_d, T_phi = sp.symbols("Y_f Y_r T_h T_f T_d T_phi")
+    Y_f, Y_r, T_h, T_f, T_d, T_phi, F = sp.symbols("Y_f Y_r T_h T_f T_d T_phi F")
 
     ground = ReferenceFrame("N")
     heading = ground.orientnew("heading", "Axis", (psi, ground.z))
@@ -82,7 +83,7 @@ def derive():
     rear_slip, rear_camber, rear_side = tyre(rear_contact, rear, ground)
     loads = [
         Force(rear_centre, M_r * g * ground.z), Force(front_centre, M_f * g * ground.z),
-        Force(front_contact, Z_f * ground.z + Y_f * front_side), Force(rear_contact, Y_r * rear_side),
+        Force(front_contact, Z_f * ground.z + Y_f * front_side), Force(rear_contact, Y_r * rear_side), Force(origin, F * heading.y),
         Torque(front, (T_h + T_d - K * s) * front.z), Torque(rear, (T_f - T_d + K * s) * front.z + T_phi * rear.x),
     ]  # fmt: skip
     speeds = [v, r, p, s]
@@ -92,7 +93,7 @@ def derive():
              V / sigma_f * (C_f1 * front_slip + C_f2 * front_camber - Y_f),
              V / sigma_r * (C_r1 * rear_slip + C_r2 * rear_camber - Y_r)]  # fmt: skip
 
-    unknowns = [v, r, p, s, phi, delta, Y_f, Y_r, T_h, T_f, T_d, T_phi]
+    unknowns = [v, r, p, s, phi, delta, Y_f, Y_r, T_h, T_f, T_d, T_phi, F]
     straight = dict.fromkeys([*unknowns, psi], 0)
     slopes = sp.Matrix([[slope(rate, unknown, straight) for unknown in unknowns] for rate in rates])
     mass = sp.diag(kane.mass_matrix.subs(straight), sp.eye(4))
