@@ -12,6 +12,7 @@ from identification.excitation import sweep
 from identification.recordings import read_recording, write_recording
 from rider_fmu import COMPONENTS, PassiveRider, riders
 from rider_fmu.two_degree_of_freedom import derived
+from scenarios import which_test_tells_most_about_the_rider as which_test
 from scenarios.command_line import main
 from scenarios.measured_rider import PARAMETERS, table_spread
 from scenarios.virtual_rig import steer_test
@@ -164,3 +165,13 @@ def test_undamped_frequencies_are_those_of_the_mass_and_stiffness_matrices():
     nu = np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real)) / (2 * np.pi)
     found = derived(rider, 0.252, 0.12)
     assert (found["nu1"], found["nu2"]) == pytest.approx(tuple(nu), rel=1e-9)
+
+
+def test_which_test_tells_most():
+    found = which_test.run()
+    truth = np.array([0.125, *(riders.load("mean_2011").values[n] for n in PARAMETERS[1:])])
+    for identification in found.values():
+        assert np.all(np.abs(identification.values - truth) < 4 * identification.standard_error)
+    section = which_test.section(found)
+    # twice the amplitude of the sweep, and no time spent above 8.5 Hz: the stepped sine knows the low-frequency parameters best
+    assert "stepped sine, 4 deg (2008) leaves the smallest" in section.paragraphs[0] and section.figures

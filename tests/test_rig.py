@@ -115,3 +115,23 @@ def test_quantised_means_the_same_in_numbers_and_symbols():
         np.testing.assert_array_equal(function(values, size), NUMERIC.quantised(values, size))
     np.testing.assert_array_equal(NUMERIC.quantised(values, 0.0), values)
     assert NUMERIC.quantised(0.26, 0.1) == pytest.approx(0.3)
+
+
+def test_the_rig_and_its_rider_as_one_fmu(opened):
+    """A commanded angle held from the start: the FMU's converters give what the exact motion says, to one step."""
+    values = {"angle_step": np.radians(40) / 4096, "torque_step": 400 / 4096}
+    system = System("rig_with_rider", {"rig": SteerRig("rig", **values), "rider": RIDER})
+    fmu = opened(system).start()
+    time = np.arange(0, 0.3, 0.002)
+    names = ("rig.measured_angle", "rig.measured_torque", "rig.steer_angle")
+    rows = fmu.run(time, lambda now: {"rig.steer_angle_command": 0.05}, names)
+    space = linearise(system)
+    inputs = np.zeros((len(time), len(space.inputs)))
+    inputs[:, space.inputs.index("rig.steer_angle_command")] = 0.05
+    _, outputs = motion(space, inputs, 0.002)
+    angle, torque, true_angle = (outputs[:, space.outputs.index(n)] for n in names)
+    np.testing.assert_allclose(rows[:, 2], true_angle, atol=1e-12)  # both are exact
+    for channel, exact, step in ((rows[:, 0], angle, values["angle_step"]), (rows[:, 1], torque, values["torque_step"])):
+        np.testing.assert_allclose(channel / step, np.round(channel / step), atol=1e-9)
+        assert np.abs(channel - exact).max() <= 0.5001 * step
+        assert len(np.unique(channel)) > 10

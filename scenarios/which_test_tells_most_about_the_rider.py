@@ -1,0 +1,54 @@
+"""Which test tells most about the rider? Sweeps, stepped sine and multisine of 200 s on the virtual rig, compared by error bars."""
+
+from math import radians
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from identification.excitation import Excitation, multisine, stepped_sine, sweep
+from identification.fit import Identification, identify
+from identification.frf import estimate
+from rider_fmu import riders
+from scenarios.measured_rider import HANDLEBAR_INERTIA, PARAMETERS, rig_response
+from scenarios.report import Section, Table, new_figure
+from scenarios.virtual_rig import steer_test
+
+TESTS: dict[str, Excitation] = {
+    "sweep up, 2 deg (2011)": sweep(),
+    "sweep down, 2 deg": sweep(12, 0.5),
+    "stepped sine, 4 deg (2008)": stepped_sine(seconds=200 / 17),
+    "multisine, 4 deg": multisine(amplitude=radians(4)),
+}
+
+
+def run(rider: str = "mean_2011", seed: int = 0) -> dict[str, Identification]:
+    """What each test identifies, with the noise of a real rig."""
+    model = rig_response()
+    return {name: identify([estimate(steer_test(riders.load(rider), HANDLEBAR_INERTIA, test, seed=seed, oversampling=2))], model)
+            for name, test in TESTS.items()}  # fmt: skip
+
+
+def figure(found: dict[str, Identification]) -> Figure:
+    """Standard errors of the six parameters, by test."""
+    picture, axis = new_figure(width=8.5, height=4.2)
+    width = 0.8 / len(found)
+    for k, (name, identification) in enumerate(found.items()):
+        axis.bar(np.arange(6) + k * width, 100 * identification.standard_error / identification.values, width, label=name)
+    axis.set_yscale("log")
+    axis.set_xticks(np.arange(6) + 0.4 - width / 2, [name.replace("_", "\n") for name in PARAMETERS])
+    axis.set_xlabel("parameter [-]")
+    axis.set_ylabel("standard error [% of the value]")
+    axis.legend(fontsize=8)
+    return picture
+
+
+def section(found: dict[str, Identification]) -> Section:
+    """The error bars, and the test with the smallest."""
+    worst = {name: float(np.max(f.standard_error / f.values)) for name, f in found.items()}
+    best = min(worst, key=worst.__getitem__)
+    text = (f"With the same 200 s, potentiometer, torsiometer, converters and remnant, the {best} leaves the smallest worst error, "
+            f"{100 * worst[best]:.2g} %; the others {', '.join(f'{100 * w:.2g} % ({n})' for n, w in worst.items() if n != best)}. "
+            "These errors are of one run's rider: a rider differs by more from run to run, so repeats tell more than longer tests.")  # fmt: skip
+    rows = [(name, *(f"{100 * e / v:.2g}" for e, v in zip(f.standard_error, f.values, strict=True))) for name, f in found.items()]
+    return Section("Which test tells most about the rider?", [text], [(figure(found), "Standard errors by test, one simulated run each")],
+                   [Table(("test", *PARAMETERS), rows, "standard errors [%]")])  # fmt: skip
