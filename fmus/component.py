@@ -12,6 +12,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from fmus.elements import Element
 from fmus.errors import InputError, unknown
 from fmus.mathematics import NUMERIC
 from fmus.variables import Variable
@@ -26,7 +27,7 @@ class Scope:
     def __init__(self, values: Mapping[str, Any], component: "Component", m: Any):
         self.__dict__.update(values, _component=component, _m=m)
         for name, variable in component.table.items():
-            if variable.role == "input":
+            if variable.role in ("input", "parameter") and name in component.additions:
                 self.__dict__[name] = self._with_additions(name, values[name])
 
     def __getattr__(self, name: str) -> Any:
@@ -43,6 +44,7 @@ class Scope:
 
     def _with_additions(self, target: str, value: Any) -> Any:
         for addition in self._component.additions.get(target, ()):
+            self.__dict__[target] = value  # what an effect adds may depend on what is there so far
             value = value + addition(self, self._m)
         return value
 
@@ -55,6 +57,7 @@ class Component:
     """
 
     declared: ClassVar[dict[str, Variable]] = {}
+    elements: ClassVar[dict[str, Element]] = {}
 
     def __init_subclass__(cls, **options) -> None:
         super().__init_subclass__(**options)
@@ -74,6 +77,7 @@ class Component:
         self.effects = tuple(effects)
         self.table: dict[str, Variable] = dict(self.declared)
         self.additions: dict[str, list] = {}
+        self.delays: dict[str, tuple[str, str]] = {}  # input: (what it is, the parameter by which it lags)
         for effect in self.effects:
             effect.join(self)
         self._set_values(values)

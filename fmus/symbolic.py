@@ -154,7 +154,7 @@ def _derive(component: Component) -> Symbolic:
         missing, extra = sorted(expected - returned), sorted(returned - expected)
         raise InputError(f"equations of {component.title}: missing {missing or 'nothing'}, not in its table {extra or 'nothing'}")
     for target in component.additions:
-        if target not in results and target not in component.inputs and not target.startswith("mass("):
+        if target not in results and target not in component.rows("input", "parameter") and not target.startswith("mass("):
             raise InputError(f"an effect adds to {target!r}, which {component.title} does not have")
     mass = sympy.eye(len(component.states))
     for (row, column), entry in component.mass_entries(symbols, SYMBOLIC).items():

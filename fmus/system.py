@@ -45,6 +45,7 @@ class System(Component):
         self.bindings = dict(bindings or {})
         super().__init__(name, source)
         for part, component in self.parts.items():
+            self.delays |= {f"{part}.{n}": (f"{part}.{source}", f"{part}.{delay}") for n, (source, delay) in component.delays.items()}
             for key, row in prefixed(component.table, part).items():
                 if key not in self.wiring and key not in self.bindings:
                     self.table[key] = row

@@ -3,20 +3,23 @@
     arm torque    T_a = k_a (theta - delta) + c_a (theta' - s)
     waist torque  T_w = k_t theta + c_t theta'
     torso         P' = -T_a - T_w,      P = I_t Omega + I_cc (s + w),      theta' = Omega - w
-    port          T_h = T_a + (I_cc / I_t) (T_a + T_w),      T_f = T_w
+    port          T_h = T_a + (I_cc / I_t) (T_a + T_w) - T_s,      T_f = T_w + T_s
 
 theta is the torso's angle relative to the rear frame, Omega its ABSOLUTE rate, w the frame's. With the
 torso's kinetic energy written with theta' instead of Omega the weave instability of the 2011 paper does
 not appear. The momentum P as state needs no acceleration at the port, also where the cross inertia I_cc
-is not zero; what I_cc then takes from the steer's inertia is in `port_inertia`.
+is not zero; what I_cc then takes from the steer's inertia is in `port_inertia`. T_s is what acts between
+handlebar and frame besides the rider: nothing, unless an effect adds to it.
 
 Source: Cossalter, Doria, Lot, Massaro, Meccanica 46 (2011) 279-292, eqs 1, 2, 10 to 13; the cross inertia:
 Cossalter, Doria, Fabris, Maso (2008), eqs 3, 4.
 """
 
 from math import pi, sqrt
+from typing import ClassVar
 
 from fmus import Component, calculated, local, output, parameter, state
+from fmus.elements import Element
 from fmus.ports import HandlebarDevice
 
 
@@ -39,21 +42,30 @@ class PassiveRider(HandlebarDevice):
     arm_deflection = local("rad", "Deflection of the arm spring", symbol="d")
     arm_rate = local("rad/s", "Rate of the arm deflection", symbol=r"\dot d")
     arm_torque = local("N.m", "Torque of the arms on the handlebar", symbol="T_a")
+    waist_rate = local("rad/s", "Rate of the torso relative to the frame", symbol=r"\dot\theta")
     waist_torque = local("N.m", "Torque of the waist on the frame", symbol="T_w")
+    head_torque = local("N.m", "Torque between handlebar and frame besides the rider", symbol="T_s")
+
+    elements: ClassVar = {
+        "arms": Element("arm_torque", "arm_deflection", "arm_rate", "arm_stiffness", "arm_damping"),
+        "waist": Element("waist_torque", "torso_angle", "waist_rate", "waist_stiffness", "waist_damping"),
+        "head": Element("head_torque", "steer_angle", "steer_rate"),
+    }
 
     def equations(self, v, m):
         ratio = v.cross_inertia / v.torso_inertia
         torso_rate = v.torso_momentum / v.torso_inertia - ratio * (v.steer_rate + v.frame_rate)
-        relative_rate = torso_rate - v.frame_rate
+        v.waist_rate = torso_rate - v.frame_rate
         v.arm_deflection = v.torso_angle - v.steer_angle
-        v.arm_rate = relative_rate - v.steer_rate
+        v.arm_rate = v.waist_rate - v.steer_rate
         v.arm_torque = v.arm_stiffness * v.arm_deflection + v.arm_damping * v.arm_rate
-        v.waist_torque = v.waist_stiffness * v.torso_angle + v.waist_damping * relative_rate
+        v.waist_torque = v.waist_stiffness * v.torso_angle + v.waist_damping * v.waist_rate
+        v.head_torque = 0.0
         return {
-            "der(torso_angle)": relative_rate,
+            "der(torso_angle)": v.waist_rate,
             "der(torso_momentum)": -v.arm_torque - v.waist_torque,
-            "handlebar_torque": v.arm_torque + ratio * (v.arm_torque + v.waist_torque),
-            "frame_torque": v.waist_torque,
+            "handlebar_torque": v.arm_torque + ratio * (v.arm_torque + v.waist_torque) - v.head_torque,
+            "frame_torque": v.waist_torque + v.head_torque,
             "torso_rate": torso_rate,
             "port_inertia": v.added_steer_inertia - ratio * v.cross_inertia,
         }

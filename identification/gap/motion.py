@@ -1,11 +1,12 @@
 """An imposed motion rebuilt from its low harmonics, so that it can be differentiated twice.
 
-    x(t) = Re sum_k B_k(t) e^(i k phi(t)),   B_k cubic splines in time, k = 0 to 3
+    x(t) = Re sum_k B_k(t) e^(i k phi(t)),   B_k cubic splines in time, k = 0, 1 and what else it has
 
 The splines are fitted to the measured angle; the phase is the command's. Differentiating the measured angle itself
 would turn its noise and its converter's steps into torque.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,7 @@ from scipy.sparse.linalg import splu
 
 from identification.gap.phase import Phase
 
-ORDERS = 3
+ORDERS = (2, 3)  # looked for in the motion besides the first
 KNOT = 2.5  # s between the knots of a spline: as fine as the windows of the reduction
 CYCLES = 4.0
 
@@ -43,15 +44,15 @@ class Rebuilt:
         return angle, rate, acceleration
 
 
-def rebuilt(time: np.ndarray, angle: np.ndarray, phase: Phase) -> Rebuilt:
-    """The motion behind a measured angle (n,) at times (n,) [s]."""
+def rebuilt(time: np.ndarray, angle: np.ndarray, phase: Phase, orders: Sequence[int] = (1,)) -> Rebuilt:
+    """The motion behind a measured angle (n,) at times (n,) [s], with these orders of its phase."""
     knots = _knots(time, phase.frequency)
     basis = BSpline.design_matrix(np.clip(time, knots[0], knots[-1]), knots, 3)
     trusted = np.full(len(time), 1e-2)  # where the phase jumps, the splines need not follow
     for first, last in phase.stretches:
         trusted[max(first - int(2.5 / (time[1] - time[0])), 0) : last] = 1.0
     blocks = [basis]
-    for k in range(1, ORDERS + 1):
+    for k in orders:
         blocks += [diags(np.cos(k * phase.angle)) @ basis, diags(np.sin(k * phase.angle)) @ basis]
     matrix = hstack(blocks).tocsc()
     # A little smoothness decides what the data leave open.
@@ -60,7 +61,7 @@ def rebuilt(time: np.ndarray, angle: np.ndarray, phase: Phase) -> Rebuilt:
     solution = splu(normal.tocsc()).solve(matrix.T @ (trusted * angle))
     parts = [BSpline(knots, c, 3) for c in np.split(solution, len(blocks))]
     nothing = BSpline(knots, np.zeros(len(knots) - 4), 3)
-    splines = [(0, parts[0], nothing)] + [(k, parts[2 * k - 1], parts[2 * k]) for k in range(1, ORDERS + 1)]
+    splines = [(0, parts[0], nothing)] + [(k, parts[2 * i + 1], parts[2 * i + 2]) for i, k in enumerate(orders)]
     return Rebuilt(CubicSpline(time, phase.angle), splines)
 
 

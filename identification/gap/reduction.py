@@ -3,7 +3,7 @@
     y(t) = Re sum_k A_k(t) e^(i k phi(t)) + n(t)
 
 In each window the amplitudes A_k are polynomials in time. Orthonormal columns q_j of these make the reduced data
-q_j' y: orders 0 to 7, the first with its slope. What lies outside of all columns is noise, and gives its spectrum
+q_j' y: orders 1 to 7, the first with its slope. Order 0 is left out: offsets and slow muscles are in it. What lies outside of all columns is noise, and gives its spectrum
 S(f) from one run, without repeats or a model; then var(q_j' n) = sum S(f) |Q_j(f)|^2.
 A model's output passes through the same columns, so that they bias nothing.
 """
@@ -52,7 +52,7 @@ class Reduction:
             yield part - basis @ (basis.T @ part), basis
 
 
-def reduction_of(phase: Phase, rate: float, order_zero: bool = True) -> Reduction:
+def reduction_of(phase: Phase, rate: float) -> Reduction:
     """The reduction of a run by its phase."""
     columns: list[Column] = []
     bases, outside = [], []
@@ -71,7 +71,7 @@ def reduction_of(phase: Phase, rate: float, order_zero: bool = True) -> Reductio
                 labels += [(order, degree)] * len(waves)
         q, r = np.linalg.qr(np.column_stack(raw))
         sound = np.abs(np.diag(r)) > 1e-6 * np.abs(r).max()
-        kept = [j for j, (order, degree) in enumerate(labels) if sound[j] and order <= ORDERS and degree <= (order == 1) and (order or order_zero)]
+        kept = [j for j, (order, degree) in enumerate(labels) if sound[j] and order <= ORDERS and degree <= (order == 1) and order]
         columns += [Column(index, *labels[j], mean, (first + last) / 2 / rate) for j in kept]
         bases.append((first, last, q[:, kept]))
         outside.append((first, last, q[:, sound]))

@@ -122,13 +122,15 @@ class _Collocation:
     def solve(self, push: np.ndarray) -> np.ndarray:
         """dx (n-1, nx, m) with dx_k+1 = transition_k dx_k + inverse_k push_k, dx_0 = 0: a banded triangular system."""
         steps, nx, m = push.shape
+        if not m:
+            return push
         right = np.asfortranarray((self.inverse @ push).reshape(steps * nx, m))
         band = np.zeros((2 * nx, steps * nx), order="F")
         band[0] = 1.0
         for i in range(nx):
             for j in range(nx):
                 band[nx + i - j, j : (steps - 1) * nx : nx] = -self.transition[1:, i, j]
-        solution, info = lapack.dtbtrs(band, right, uplo="L", overwrite_b=1)
+        solution, _ = lapack.dtbtrs(band, right, uplo="L", overwrite_b=1)
         return solution.reshape(steps, nx, m)
 
 

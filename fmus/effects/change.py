@@ -1,0 +1,50 @@
+"""Springs and dampers that change while a test lasts."""
+
+from fmus.effects.effect import Effect, adds_to
+from fmus.variables import parameter
+
+
+class Drift(Effect):
+    """Stiffness and damping change steadily during the test."""
+
+    family, form, element = "drift", "both", "spring"
+    ratio = parameter("1", "Relative change over the duration", symbol="r", min=-1, max=1, start=0.05)
+    duration = parameter("s", "Duration of the test", symbol="T", min=1e-3, start=200.0, tunable=False)
+    given = ("duration",)
+
+    @adds_to("force")
+    def grip(self, v, m):
+        return v.ratio * (v.time / v.duration - 0.5) * (v.stiffness * v.deflection + v.damping * v.rate)
+
+
+class StiffnessDrift(Drift):
+    """The stiffness changes steadily during the test."""
+
+    form = "stiffness"
+
+    @adds_to("force")
+    def grip(self, v, m):
+        return v.ratio * (v.time / v.duration - 0.5) * v.stiffness * v.deflection
+
+
+class DampingDrift(Drift):
+    """The damping changes steadily during the test."""
+
+    form = "damping"
+
+    @adds_to("force")
+    def grip(self, v, m):
+        return v.ratio * (v.time / v.duration - 0.5) * v.damping * v.rate
+
+
+class AnyDrift(Drift):
+    """Stiffness and damping change during the test, each in its own way."""
+
+    form, flexible = "quadratic", True
+    damping_ratio = parameter("1", "Relative change of the damping", symbol="r_c", min=-2, max=2, start=0.05)
+    bend = parameter("1", "Quadratic part of the change of the stiffness", symbol="r_2", min=-2, max=2, start=0.05)
+
+    @adds_to("force")
+    def grip(self, v, m):
+        tau = v.time / v.duration - 0.5
+        return (v.ratio * tau + v.bend * (tau**2 - 1 / 12)) * v.stiffness * v.deflection + v.damping_ratio * tau * v.damping * v.rate

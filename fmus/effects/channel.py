@@ -1,0 +1,41 @@
+"""What lies between the component and the numbers: sensors, delays, the shaft. Joins the test, not the component."""
+
+from fmus.effects.effect import Effect, adds_to
+from fmus.variables import parameter
+
+
+class ChannelDelay(Effect):
+    """The measured force arrives later than the motion."""
+
+    family, form, part = "channel_delay", "delay", "channel"
+    delay = parameter("s", "Delay of the force against the motion", symbol="t_d", min=0, max=0.2, start=0.0)
+    lags = ("delay",)
+
+
+class ShaftCompliance(Effect):
+    """A spring in series between servo and bar gives way."""
+
+    family, form, part = "shaft_compliance", "spring", "channel"
+    compliance = parameter("rad/N.m", "Compliance between servo and bar", symbol="1/k_s", min=2e-6, max=1.0, start=1e-4)
+
+
+class SensorNonlinearity(Effect):
+    """The force sensor's gain changes with the square of the load."""
+
+    family, form, part, element = "sensor_nonlinearity", "cubic", "channel", "channel"
+    cubic_gain = parameter("1", "Relative change of the gain at a load of 100, per unit", symbol="g_3", min=-10, max=10, start=0.05)
+
+    @adds_to("force")
+    def reading(self, v, m):
+        return v.cubic_gain * (v.force / 100) ** 2 * v.force
+
+
+class UnevenSensor(Effect):
+    """The force sensor's gain differs with the direction of the load."""
+
+    family, form, part, element = "sensor_nonlinearity", "quadratic", "channel", "channel"
+    quadratic_gain = parameter("1", "Relative change of the gain at a load of 100, odd in the load", symbol="g_2", min=-10, max=10, start=0.05)
+
+    @adds_to("force")
+    def reading(self, v, m):
+        return v.quadratic_gain * (v.force / 100) * v.force

@@ -1,0 +1,75 @@
+"""Dampers that are not linear: F(d') beside the linear c d'."""
+
+from typing import ClassVar
+
+from fmus.effects.effect import Effect, adds_to
+from fmus.variables import parameter
+
+
+class ProgressiveDamping(Effect):
+    """The damper's force grows with the square of its rate (drag)."""
+
+    family, form, element = "progressive_damping", "quadratic", "spring"
+    coefficient = parameter("N.m.s2/rad2", "Force per rate times absolute rate", symbol="c_2", min=0, start=1.0)
+
+    @adds_to("force")
+    def drag(self, v, m):
+        return v.coefficient * m.absolute(v.rate) * v.rate
+
+
+class CubicDamping(Effect):
+    """The damper's force grows with the third power of its rate."""
+
+    family, form, element = "progressive_damping", "cubic", "spring"
+    cubic_coefficient = parameter("N.m.s3/rad3", "Force per cubed rate", symbol="c_3", min=0, start=0.3)
+
+    @adds_to("force")
+    def drag(self, v, m):
+        return v.cubic_coefficient * v.rate**3
+
+
+class AnyDamping(Effect):
+    """The damper's force has an odd curve of its own over the rate."""
+
+    family, form, element, flexible = "progressive_damping", "polynomial", "spring", True
+    coefficient = parameter("N.m.s2/rad2", "Odd quadratic part", symbol="c_2", start=1.0)
+    cubic_coefficient = parameter("N.m.s3/rad3", "Cubic part", symbol="c_3", start=0.3)
+
+    @adds_to("force")
+    def drag(self, v, m):
+        return v.coefficient * m.absolute(v.rate) * v.rate + v.cubic_coefficient * v.rate**3
+
+
+class CoulombFriction(Effect):
+    """Dry friction opposes the rate with a constant force."""
+
+    family, form, element = "coulomb_friction", "coulomb", "spring"
+    friction_torque = parameter("N.m", "Force of dry friction", symbol="T_c", min=0, start=0.5)
+    sliding_rate = parameter("rad/s", "Rate at which friction is nearly fully there", symbol="s_0", min=1e-6, start=0.02)
+    given = ("sliding_rate",)
+
+    @adds_to("force")
+    def friction(self, v, m):
+        return v.friction_torque * m.tanh(v.rate / v.sliding_rate)
+
+
+class SoftFriction(CoulombFriction):
+    """Dry friction that comes in over a wider range of rates."""
+
+    form = "soft"
+    given = ()
+    starts: ClassVar = {"sliding_rate": (0.02, 0.1, 0.4)}
+
+
+class StribeckFriction(CoulombFriction):
+    """Dry friction that is larger near standstill than in motion."""
+
+    form = "stribeck"
+    breakaway = parameter("N.m", "Friction near standstill beyond that in motion", symbol="T_s", min=0, start=0.3)
+    stribeck_rate = parameter("rad/s", "Rate at which the excess has died", symbol="s_s", min=1e-3, max=10, start=0.1)
+    given = ("sliding_rate",)
+    starts: ClassVar = {"stribeck_rate": (0.1, 0.4)}
+
+    @adds_to("force")
+    def friction(self, v, m):
+        return (v.friction_torque + v.breakaway * m.exp(-((v.rate / v.stribeck_rate) ** 2))) * m.tanh(v.rate / v.sliding_rate)

@@ -1,0 +1,123 @@
+"""Springs that are not linear: F(d) beside the linear k d."""
+
+from typing import ClassVar
+
+from fmus.effects.effect import Effect, adds_to
+from fmus.variables import parameter
+
+
+class CubicHardening(Effect):
+    """The spring stiffens with the square of its deflection."""
+
+    family, form, element = "hardening_stiffness", "cubic", "spring"
+    cubic_stiffness = parameter("N.m/rad3", "Stiffness that grows with the square of the deflection", symbol="k_3", min=0, start=1e4)
+
+    @adds_to("force")
+    def cubic(self, v, m):
+        return v.cubic_stiffness * v.deflection**3
+
+
+class QuinticHardening(Effect):
+    """The spring stiffens with the fourth power of its deflection."""
+
+    family, form, element = "hardening_stiffness", "quintic", "spring"
+    quintic_stiffness = parameter("N.m/rad5", "Stiffness that grows with the fourth power of the deflection", symbol="k_5", min=0, start=1e6)
+
+    @adds_to("force")
+    def quintic(self, v, m):
+        return v.quintic_stiffness * v.deflection**5
+
+
+class SquareHardening(Effect):
+    """The spring stiffens in proportion to its deflection."""
+
+    family, form, element = "hardening_stiffness", "square", "spring"
+    square_stiffness = parameter("N.m/rad2", "Stiffness that grows with the deflection", symbol="k_2", min=0, start=1e3)
+
+    @adds_to("force")
+    def square(self, v, m):
+        return v.square_stiffness * m.absolute(v.deflection) * v.deflection
+
+
+class AnyHardening(Effect):
+    """The spring's force has an odd curve of its own."""
+
+    family, form, element, flexible = "hardening_stiffness", "polynomial", "spring", True
+    square_stiffness = parameter("N.m/rad2", "Odd quadratic part", symbol="k_2", start=1e3)
+    cubic_stiffness = parameter("N.m/rad3", "Cubic part", symbol="k_3", start=1e4)
+    quintic_stiffness = parameter("N.m/rad5", "Quintic part", symbol="k_5", start=1e6)
+
+    @adds_to("force")
+    def curve(self, v, m):
+        d = v.deflection
+        return v.square_stiffness * m.absolute(d) * d + v.cubic_stiffness * d**3 + v.quintic_stiffness * d**5
+
+
+class Backlash(Effect):
+    """The spring does not feel small deflections: there is play."""
+
+    family, form, element = "backlash", "gap", "spring"
+    half_gap = parameter("rad", "Deflection that the spring does not feel, to each side", symbol="g", min=0, start=2e-3)
+
+    @adds_to("force")
+    def unfelt(self, v, m):
+        return -v.stiffness * m.where(v.deflection > v.half_gap, v.half_gap, m.where(v.deflection < -v.half_gap, -v.half_gap, v.deflection))
+
+
+class SoftBacklash(Effect):
+    """The spring feels small deflections less, with a soft transition."""
+
+    family, form, element = "backlash", "soft", "spring"
+    half_gap = parameter("rad", "Deflection that the spring does not feel, to each side", symbol="g", min=0, start=2e-3)
+    softness = parameter("rad", "Deflection over which the spring comes in", symbol="w", min=1e-5, max=1.0, start=2e-3)
+    starts: ClassVar = {"softness": (0.03, 0.1, 0.3)}
+    relative: ClassVar = ("softness",)
+
+    @adds_to("force")
+    def unfelt(self, v, m):
+        return -v.stiffness * v.half_gap * m.tanh(v.deflection / v.softness)
+
+
+class Asymmetry(Effect):
+    """The spring is stiffer to one side than to the other."""
+
+    family, form, element = "asymmetry", "bilinear", "spring"
+    ratio = parameter("1", "Difference of the two stiffnesses over their sum", symbol="r", min=-1, max=1, start=0.05)
+
+    @adds_to("force")
+    def lopsided(self, v, m):
+        return v.ratio * v.stiffness * m.absolute(v.deflection)
+
+
+class QuadraticAsymmetry(Effect):
+    """The spring is stiffer to one side, in proportion to the deflection."""
+
+    family, form, element = "asymmetry", "quadratic", "spring"
+    even_stiffness = parameter("N.m/rad2", "Even quadratic part of the spring's force", symbol="k_e", start=1e3)
+
+    @adds_to("force")
+    def lopsided(self, v, m):
+        return v.even_stiffness * v.deflection**2
+
+
+class Saturation(Effect):
+    """The spring's force cannot exceed a limit."""
+
+    family, form, element = "saturation", "clip", "spring"
+    excess = parameter("1", "Inverse of the deflection at which the force stays, over the scale", symbol="x", min=0, max=1e6, start=0.5)
+
+    @adds_to("force")
+    def clipped(self, v, m):
+        d, limit = v.deflection, 1 / (v.excess + 1e-9)
+        return -v.stiffness * m.where(d > limit, d - limit, m.where(d < -limit, d + limit, 0.0 * d))
+
+
+class GeometricNonlinearity(Effect):
+    """Large rotation: the restoring force follows a sine where the base is linear, or the reverse."""
+
+    family, form, element = "geometric_nonlinearity", "sine", "spring"
+    share = parameter("1", "Share of the stiffness that follows the sine of the deflection", symbol="s", min=-1, max=1, start=0.5)
+
+    @adds_to("force")
+    def sine(self, v, m):
+        return v.share * v.stiffness * (m.sin(v.deflection) - v.deflection)

@@ -1,0 +1,170 @@
+"""Which effect is missing: none, named, tied or unknown.
+
+    dchi2 = chi2(base) - chi2(base + effect)        dBIC = dchi2 - k ln n
+
+Every candidate is fitted with the base refitted. An effect must gain dBIC 12; those within dBIC 10 of the best, and
+as adequate, are tied. Adequate is a reduced chi-square that noise alone gives. Where no form of a family is adequate,
+but the family closes over half of the excess and beats every other by dBIC 40, it is named with its form open.
+A second effect must gain dBIC 15 and half a per cent of what the first gained.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fmus.effects import Effect
+from fmus.errors import InputError
+from fmus.progress import track
+from identification.gap.fitting import Fit, fit
+from identification.gap.model import Model
+from identification.gap.runs import Run
+from identification.gap.screening import Signature, screen
+from identification.gap.test_stand import TestStand
+
+SIGNIFICANT = 12.0  # dBIC of a first effect
+SECOND = 15.0  # dBIC of a second one
+SHARE = 0.005  # of the first one's gain: below it, small errors of the model of a large effect look like another
+TIE = 10.0  # dBIC within which effects cannot be told apart
+CLEAR = 40.0  # dBIC by which a family without an adequate form must lead
+ADEQUATE = 1.12  # reduced chi-square, at 1400 degrees of freedom and more
+LEADERS = 6  # families that are fitted
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An effect on top of the effects found so far, fitted."""
+
+    effect: type[Effect]
+    fit: Fit
+    delta_chi2: float
+    delta_bic: float
+
+    @property
+    def family(self) -> str:
+        return self.effect.family
+
+
+@dataclass
+class Verdict:
+    """What was found. `best` is the fit that it rests on; candidates are those of every round, the best first."""
+
+    verdict: str
+    base: Fit
+    best: Fit
+    effects: list[Candidate] = field(default_factory=list)
+    tied: list[Candidate] = field(default_factory=list)
+    candidates: list[Candidate] = field(default_factory=list)
+    open_form: bool = False
+
+
+def adequate(found: Fit) -> bool:
+    """Whether noise alone explains what is left."""
+    return found.reduced < max(ADEQUATE, 1 + 4.5 * np.sqrt(2 / found.freedom))
+
+
+def decide(stand: TestStand, runs: Sequence[Run], library: Sequence[type[Effect]]) -> Verdict:
+    """The verdict on runs, with the effects of a library. Raises InputError where the base cannot be fitted."""
+    model = Model(stand)
+    base = fit(model, runs, model.start())
+    first = compete(base, library)
+    best = _best(first)
+    if best is None or best.delta_bic < SIGNIFICANT:
+        return Verdict("none" if adequate(base) else "unknown", base, base, candidates=first)
+    second = _second(best, library)
+    found = Verdict("named", base, best.fit, [best], candidates=first)
+    if second is not None:
+        members = [c for c in second[1] if second[0].delta_bic - c.delta_bic < TIE and c.family != second[0].family]
+        if adequate(second[0].fit):
+            return Verdict("named", base, second[0].fit, [best, second[0]], members, first)
+    if adequate(best.fit):
+        found.tied = [c for c in _one_each(first) if best.delta_bic - c.delta_bic < TIE and adequate(c.fit)]
+        if len(found.tied) > 1:
+            found.verdict, found.effects = "tied", []
+        else:
+            found.tied = []
+            found.open_form = best.effect.flexible
+        return found
+    others = [c for c in _one_each(first) if c.family != best.family]
+    excess, left = base.reduced - 1, best.fit.reduced - 1
+    if left < 0.5 * excess and all(best.delta_bic - c.delta_bic > CLEAR for c in others):
+        found.open_form = True
+        return found
+    return Verdict("unknown", base, best.fit, candidates=first)
+
+
+def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS) -> list[Candidate]:
+    """The candidates on top of a fit, the best first: all screened by one form, the leading families fitted in all forms."""
+    present = {e.family for e in found.model.effects}
+    by_family: dict[str, list[type[Effect]]] = {}
+    for effect in library:
+        if effect.family not in present:
+            by_family.setdefault(effect.family, []).append(effect)
+    families = {name: sorted(forms, key=lambda e: (e.flexible, len(e.parameters()))) for name, forms in by_family.items()}
+    seen = [s for name, forms in track(list(families.items()), "screening effects") for s in screen(found, forms[:1])]
+    order = sorted(families, key=lambda name: -max((s.gain for s in seen if s.effect.family == name), default=0.0))
+    top = max((s.gain for s in seen), default=0.0)
+    if top < SIGNIFICANT / 2:
+        return [_unfitted(found, s) for s in seen]
+    candidates = []
+    for name in track(order[:leaders], "fitting effects"):
+        mine = [s for s in seen if s.effect.family == name]
+        if max(s.gain for s in mine) < max(SIGNIFICANT / 2, 0.02 * top):
+            candidates += [_unfitted(found, mine[0])]
+            continue
+        candidates += [c for s in mine if (c := _fitted(found, s)) is not None]
+    candidates += [_unfitted(found, s) for s in seen if s.effect.family in order[leaders:]]
+    candidates.sort(key=lambda c: -c.delta_bic)
+    near = {c.family for c in candidates[:3] if candidates[0].delta_bic - c.delta_bic < max(2 * CLEAR, 0.3 * candidates[0].delta_bic)}
+    more = [form for name in near for form in families[name][1:]]
+    candidates += [c for s in screen(found, track(more, "fitting other forms")) if (c := _fitted(found, s)) is not None]
+    return sorted(candidates, key=lambda c: -c.delta_bic)
+
+
+def _fitted(found: Fit, signature: Signature) -> Candidate | None:
+    model = Model(found.model.stand, [*found.model.effects, signature.effect])
+    shared = len(found.model.names)
+    start = np.concatenate([found.x[:shared], signature.start, found.x[shared:]])
+    try:
+        return _candidate(found, signature.effect, fit(model, found.runs, start))
+    except InputError:  # nothing near this start can be simulated
+        return None
+
+
+def _unfitted(found: Fit, signature: Signature) -> Candidate:
+    """What the screening says, for an effect that is not worth a fit."""
+    return Candidate(signature.effect, found, max(signature.gain, 0.0), signature.gain - len(signature.start) * np.log(found.count))
+
+
+def _candidate(found: Fit, effect: type[Effect], fitted: Fit) -> Candidate:
+    gain = found.chi2 - fitted.chi2
+    more = len(fitted.model.names) - len(found.model.names)
+    return Candidate(effect, fitted, gain, gain - more * float(np.log(found.count)))
+
+
+def _best(candidates: Sequence[Candidate]) -> Candidate | None:
+    """The best; among forms of its family that are as good, the simplest that is adequate."""
+    if not candidates:
+        return None
+    best = candidates[0]
+    plain = [c for c in candidates if c.family == best.family and not c.effect.flexible and best.delta_bic - c.delta_bic < TIE]
+    return plain[0] if plain else best
+
+
+def _one_each(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """The best of every family, in order."""
+    seen: dict[str, Candidate] = {}
+    for c in candidates:
+        seen.setdefault(c.family, c)
+    return list(seen.values())
+
+
+def _second(best: Candidate, library: Sequence[type[Effect]]) -> tuple[Candidate, list[Candidate]] | None:
+    """A second effect on top of the first, with its rivals, if there is one."""
+    rivals = compete(best.fit, library, leaders=4)
+    found = _best(rivals)
+    threshold = max(SECOND, SHARE * best.delta_chi2)
+    if found is None or found.delta_bic < threshold:
+        return None
+    return found, _one_each(rivals)
+

@@ -1,0 +1,90 @@
+"""The base with some effects, as a function that a fit can call: reduced output and its slopes for one run."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from fmus.effects import Effect
+from fmus.imposed import Imposed
+from identification.gap.equations import Equations
+from identification.gap.runs import Run
+from identification.gap.simulate import Motion, simulate
+from identification.gap.test_stand import TestStand
+
+MICRO = 1e-4  # s: the step by which a lag is varied for its slope
+
+
+class Model:
+    """Base and effects. Parameter vectors are [log of the free base parameters, effects' parameters as they are]."""
+
+    def __init__(self, stand: TestStand, effects: Sequence[type[Effect]] = (), slopes_of_base: bool = True):
+        self.stand, self.effects = stand, tuple(effects)
+        self.component = stand.with_effects(effects)
+        self.base = [f.name for f in stand.free]
+        given = {stand.parameter(e, n) for e in effects for n in e.given}
+        self.own = [stand.parameter(e, n) for e in effects for n in e.parameters() if n not in e.given]
+        self.durations = [n for n in given if n.endswith(".duration")]
+        self.names = self.base + self.own
+        shapes = {stand.parameter(e, n) for e in effects for n in e.shapes()}
+        self.sizes = [i for i, n in enumerate(self.own) if n not in shapes]
+        self.rows = [self.component.table[n] for n in self.own]
+        self.lags = {stand.parameter(e, n) for e in effects for n in e.lags}
+        self.shift = next((stand.parameter(e, e.lags[0]) for e in effects if e.lags and not e.delayed), "")
+        self.equations = Equations(self.component, [stand.measured], [n for n in (self.names if slopes_of_base else self.own) if n not in self.lags])
+
+    def start(self, shapes: Mapping[str, float] | None = None) -> np.ndarray:
+        """The component's own values, some of the effects' replaced."""
+        values = {**self.component.values, **(shapes or {})}
+        return np.array([np.log(values[n]) for n in self.base] + [values[n] for n in self.own])
+
+    def values(self, q: np.ndarray) -> dict[str, float]:
+        """Parameter values by name for a vector."""
+        nb = len(self.base)
+        return {**self.component.values, **dict(zip(self.base, np.exp(q[:nb]), strict=True)), **dict(zip(self.own, q[nb:], strict=True))}
+
+    def output(self, run: Run, q: np.ndarray, slopes: bool = True) -> tuple[np.ndarray, np.ndarray]:
+        """Simulated output (n,) over the whole run, and its slopes (n, np)."""
+        values = self.values(q) | dict.fromkeys(self.durations, run.duration)
+        made = simulate(self.equations, values, self._motion(run, values), self._guess(run))
+        run.guess = {"states": dict(zip(self.equations.states, made.states.T, strict=True))}
+        y = made.outputs[:, 0]
+        jacobian = np.zeros((len(y), len(self.names)))
+        if slopes:
+            jacobian[:, [self.names.index(n) for n in self.equations.parameters]] = made.slopes[:, 0]
+            for name in self.lags:
+                later = {**values, name: values[name] + MICRO}
+                moved = simulate(self.equations, later, self._motion(run, later), made.states)
+                jacobian[:, self.names.index(name)] = (moved.outputs[:, 0] - y) / MICRO
+            jacobian[:, : len(self.base)] *= [values[n] for n in self.base]
+        return y, jacobian
+
+    def reduced(self, run: Run, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Reduced output (m,) and its slopes (m, np), both in units of the noise."""
+        y, jacobian = self.output(run, q)
+        both = run.reduction.reduce(np.column_stack([y, jacobian])) / run.deviation[:, None]
+        return both[:, 0], both[:, 1:]
+
+    def _guess(self, run: Run) -> np.ndarray | None:
+        known = run.guess.get("states")
+        if known is None:
+            return None
+        n = len(run.recording.time)
+        return np.column_stack([known.get(s, np.zeros(n)) for s in self.equations.states]) if self.equations.states else None
+
+    def _motion(self, run: Run, values: Mapping[str, float]) -> Motion:
+        time = run.recording.time
+        middle = (time[1:] + time[:-1]) / 2
+        lag = values[self.shift] if self.shift else 0.0
+        return Motion(time, self._inputs(run, time - lag, values), self._inputs(run, middle - lag, values))
+
+    def _inputs(self, run: Run, time: np.ndarray, values: Mapping[str, float]) -> dict[str, np.ndarray]:
+        angle, rate, acceleration = run.moved(time)
+        component = self.component
+        told = dict.fromkeys(component.inputs, 0.0)
+        if isinstance(component, Imposed):
+            told |= {component.imposed: angle, component.rate: rate, component.acceleration: acceleration}
+        else:
+            told[component.drive] = angle
+        for name, (_, delay) in component.delays.items():
+            told[name] = run.moved(time - values[delay])[0]
+        return told

@@ -1,0 +1,72 @@
+"""Which effects could close the gap: the change of the reduced data that each would cause, the base's tangent taken out.
+
+    gain = |P s (s' P s)^-1 s' P r|^2,   P = 1 - J J^+
+
+r are the base's residuals, J their slopes by everything that is refitted, s the slopes by the effect's sizes at zero,
+for each of its starting shapes. No effect is fitted yet: this costs one simulation per shape.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from fmus.effects import Effect
+from fmus.errors import InputError
+from identification.gap.fitting import Fit
+from identification.gap.model import Model
+
+
+@dataclass(frozen=True)
+class Signature:
+    """An effect with a shape: the chi-square that it could gain, and the effect's parameters (ne,) from which to fit."""
+
+    effect: type[Effect]
+    gain: float
+    start: np.ndarray
+
+
+def screen(found: Fit, effects: Iterable[type[Effect]], keep: int = 2) -> list[Signature]:
+    """For every effect its best shapes, at most `keep`, on top of what is in the fit already."""
+    basis, _ = np.linalg.qr(found.jacobian / (np.linalg.norm(found.jacobian, axis=0) + 1e-12))
+    left = found.residuals - basis @ (basis.T @ found.residuals)
+    signatures = []
+    for effect in effects:
+        try:
+            tried = [_signature(found, effect, shape, basis, left) for shape in _shapes(found, effect)]
+        except InputError:  # it diverges, or it cannot join what is there already
+            continue
+        signatures += sorted(tried, key=lambda s: -s.gain)[:keep]
+    return signatures
+
+
+def _shapes(found: Fit, effect: type[Effect]) -> list[dict[str, float]]:
+    largest = max(float(np.abs(run.moved(run.recording.time)[0]).max()) for run in found.runs)
+    first = next(iter(effect.parameters()))
+    grids = {n: [s * (largest if n in effect.relative else 1.0) for s in starts] for n, starts in effect.starts.items() if n != first}
+    return [dict(zip(grids, point, strict=True)) for point in product(*grids.values())]
+
+
+def _signature(found: Fit, effect: type[Effect], shape: dict[str, float], basis: np.ndarray, left: np.ndarray) -> Signature:
+    model = Model(found.model.stand, [*found.model.effects, effect], slopes_of_base=False)
+    own = list(effect.parameters())
+    own = [n for n in own if n not in effect.given]
+    rows = [model.component.table[model.stand.parameter(effect, n)] for n in own]
+    start = np.array([shape.get(n, r.start if n in effect.shapes() else max(r.min, 0.0)) for n, r in zip(own, rows, strict=True)], float)
+    shared = len(found.model.names)
+    columns = []
+    for index, run in enumerate(found.runs):
+        q = np.concatenate([found.of_run(index)[:shared], start])
+        columns.append(model.reduced(run, q)[1][:, shared:])
+    sizes = [i for i, n in enumerate(own) if n not in effect.shapes()]
+    slopes = np.zeros((len(left), len(sizes)))
+    slopes[: found.count] = np.concatenate(columns)[:, sizes]
+    slopes -= basis @ (basis.T @ slopes)
+    scale = np.linalg.norm(slopes, axis=0) + 1e-12
+    low = np.array([rows[i].min - start[i] for i in sizes]) * scale
+    high = np.array([rows[i].max - start[i] for i in sizes]) * scale
+    solved = lsq_linear(slopes / scale, -left, (np.minimum(low, -1e-12), np.maximum(high, 1e-12)))
+    start[sizes] += solved.x / scale
+    return Signature(effect, float(left @ left - 2 * solved.cost), start)

@@ -1,0 +1,68 @@
+"""What is tested, and how: the base component, its free parameters with what is known of them, and how effects join.
+
+A parameter of a rider is never twice the same: each run may deviate by `spread` (relative) from the common value.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from fmus.component import Component
+from fmus.effects import Effect
+from fmus.imposed import Imposed, ThroughSpring
+from fmus.system import System
+
+SERIES = "shaft_compliance"
+
+
+@dataclass(frozen=True)
+class Free:
+    """A parameter of the base that is fitted: by what it may change from run to run, and what is known of it."""
+
+    name: str
+    spread: float = 0.0
+    known: float | None = None
+    standard_error: float = 0.0
+
+
+@dataclass(frozen=True)
+class TestStand:
+    """A component, imposed at one of its states, with its measured effort.
+
+    parts maps the part of an effect (`device`) to that of the system; "" is the component itself.
+    columns maps the roles imposed, measured and command to columns of the recordings.
+    """
+
+    __test__ = False  # not a test of pytest's
+
+    component: Component
+    imposed: str
+    measured: str
+    free: tuple[Free, ...]
+    columns: Mapping[str, str]
+
+    def with_effects(self, effects: Sequence[type[Effect]]) -> Component:
+        """The component seen from the test: its motion told, its effort answered, with effects."""
+        inner = self.component
+        joined = [e(exact_delays=True) for e in effects if e.part == "device"]
+        if joined and isinstance(inner, System):
+            parts = {n: p.with_effects(*joined) if n == "device" else p for n, p in inner.parts.items()}
+            inner = System(inner.name, parts, inner.wiring, inner.bindings, inner.source)
+        elif joined:
+            inner = inner.with_effects(*joined)
+        channel = tuple(e() for e in effects if e.part == "channel" and e.family != SERIES)
+        wrapper = ThroughSpring if any(e.family == SERIES for e in effects) else Imposed
+        return wrapper(inner, self.imposed, self.measured, channel)
+
+    @property
+    def device(self) -> Component:
+        """The component in which effects of the part `device` act."""
+        return self.component.parts["device"] if isinstance(self.component, System) else self.component
+
+    def parameter(self, effect: type[Effect], name: str) -> str:
+        """The name of an effect's parameter in the component under test."""
+        prefix = "device." if effect.part == "device" and isinstance(self.component, System) else ""
+        return f"{prefix}{effect.family}.{name}"
+
+    def starting_from(self, values: Mapping[str, float]) -> "TestStand":
+        """The same with other values of the base's parameters."""
+        return replace(self, component=self.component.with_values(**values))

@@ -1,0 +1,61 @@
+"""What acts between handlebar and frame besides the passive rider: friction, springs, reflexes."""
+
+from typing import ClassVar
+
+from fmus import Effect, adds_to, parameter
+from fmus.effects import damping
+
+
+class SteeringFriction(damping.CoulombFriction):
+    """Dry friction in the steering head."""
+
+    element = "head"
+
+
+class SoftSteeringFriction(damping.SoftFriction):
+    """Dry friction in the steering head that comes in over a wider range of rates."""
+
+    element = "head"
+
+
+class SteeringStribeck(damping.StribeckFriction):
+    """Dry friction in the steering head that is larger near standstill."""
+
+    element = "head"
+
+
+class SteerStiffness(Effect):
+    """A spring between handlebar and frame, as of cables."""
+
+    family, form, element = "steer_stiffness", "linear", "head"
+    stiffness = parameter("N.m/rad", "Stiffness between handlebar and frame", symbol="k_s", min=0, start=5.0)
+
+    @adds_to("force")
+    def spring(self, v, m):
+        return v.stiffness * v.deflection
+
+
+class SteerDamping(Effect):
+    """A viscous damper between handlebar and frame, as of bearings."""
+
+    family, form, element = "steer_damping", "linear", "head"
+    damping = parameter("N.m.s/rad", "Damping between handlebar and frame", symbol="c_s", min=0, start=0.5)
+
+    @adds_to("force")
+    def damper(self, v, m):
+        return v.damping * v.rate
+
+
+class Reflex(Effect):
+    """The rider answers the steer angle with a delayed torque."""
+
+    family, form, element = "reflex", "delayed_angle", "head"
+    gain = parameter("N.m/rad", "Torque per delayed steer angle, against it", symbol="k_r", min=0, start=10.0)
+    delay = parameter("s", "Delay of nerves and muscles", symbol=r"\tau", min=0.01, max=0.5, start=0.1)
+    lags = ("delay",)
+    delayed: ClassVar = {"late_angle": ("deflection", "delay")}
+    starts: ClassVar = {"delay": (0.03, 0.06, 0.1, 0.15, 0.22)}
+
+    @adds_to("force")
+    def answer(self, v, m):
+        return v.gain * v.late_angle

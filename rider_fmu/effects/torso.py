@@ -1,0 +1,70 @@
+"""What the torso has beside one body on a linear waist: a head or second torso, friction, coupled inertia."""
+
+from math import pi
+from typing import ClassVar
+
+from fmus import Effect, adds_to, parameter, state
+from fmus.effects import damping
+
+
+class ExtraMode(Effect):
+    """A body on the torso (the head) swings on its own.
+
+    I W' = -k psi - c (W - Omega),   psi' = W - Omega,   k = I (2 pi f)^2,   c = 4 pi zeta f I
+    """
+
+    family, form = "extra_mode", "head"
+    inertia = parameter("kg.m2", "Inertia of the body", symbol="I_h", min=0, max=5, start=0.05)
+    frequency = parameter("Hz", "Undamped frequency with its base fixed", symbol="f_h", min=0.3, max=40, start=4.0)
+    damping_ratio = parameter("1", "Damping ratio with its base fixed", symbol=r"\zeta_h", min=0.01, max=2, start=0.3)
+    twist = state("rad", "Angle of the body relative to the torso", symbol=r"\psi")
+    body_rate = state("rad/s", "Rate of the body, absolute", symbol="W")
+    starts: ClassVar = {"frequency": (1.5, 3.0, 5.0, 8.0, 12.0), "damping_ratio": (0.15, 0.5)}
+
+    def acceleration(self, v):
+        omega = 2 * pi * v.frequency
+        return -(omega**2) * v.twist - 2 * v.damping_ratio * omega * self.difference(v)
+
+    @staticmethod
+    def difference(v):
+        return v.body_rate - (v.arm_rate + v.steer_rate + v.frame_rate)
+
+    @adds_to("der(twist)")
+    def turns(self, v, m):
+        return self.difference(v)
+
+    @adds_to("der(body_rate)")
+    def swings(self, v, m):
+        return self.acceleration(v)
+
+    @adds_to("der(torso_momentum)")
+    def reaction(self, v, m):
+        return -v.inertia * self.acceleration(v)
+
+
+class WaistFriction(damping.CoulombFriction):
+    """Dry friction between rider and saddle."""
+
+    family, element = "waist_friction", "waist"
+
+
+class AddedInertia(Effect):
+    """More of the rider's inertia moves with the handlebar."""
+
+    family, form = "added_inertia", "inertia"
+    inertia = parameter("kg.m2", "Inertia that moves with the handlebar", symbol="I_a", min=0, max=5, start=0.01)
+
+    @adds_to("added_steer_inertia")
+    def hands(self, v, m):
+        return v.inertia
+
+
+class CrossInertia(Effect):
+    """Steer and torso are coupled by an inertia."""
+
+    family, form = "cross_inertia", "inertia"
+    inertia = parameter("kg.m2", "Cross-coupling inertia of steer and torso", symbol="I_{cc}", min=-1, max=1, start=0.01)
+
+    @adds_to("cross_inertia")
+    def coupling(self, v, m):
+        return v.inertia
