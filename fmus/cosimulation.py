@@ -93,7 +93,7 @@ def _loop(loop: Master, profile: Profile, step: float, count: int, rows: Rows, w
     """All steps, in chunks: rows written and flushed, power counted, divergence looked for."""
     chunk = loop.chunk
     block, told = np.zeros((chunk, len(rows.columns))), np.zeros((chunk, len(profile.constant_values)))
-    limit = LARGEST * max(1.0, float(np.abs(loop.outputs).max(initial=0.0)))
+    limit = LARGEST * max(1.0, step * count, float(np.abs(loop.outputs).max(initial=0.0)))
     for first in track(range(0, count, chunk), "co-simulation", -(-count // chunk)):
         size, failure = min(chunk, count - first), ""
         times = (first + np.arange(size + 1)) * step
@@ -103,9 +103,9 @@ def _loop(loop: Master, profile: Profile, step: float, count: int, rows: Rows, w
             failure = str(error)
         done = loop.done
         block[:done, 0] = times[1 : done + 1]
-        wild = np.flatnonzero(~(np.abs(block[:done, 1:]).max(axis=1, initial=0.0) <= limit))
-        if len(wild):
-            done, failure = int(wild[0]) + 1, "the signals have grown beyond all bounds"
+        if not (block[:done].max(initial=0.0) <= limit and block[:done].min(initial=0.0) >= -limit):
+            wild = ~(np.abs(block[:done, 1:]).max(axis=1) <= limit)
+            done, failure = int(wild.argmax()) + 1, "the signals have grown beyond all bounds"
         rows.write(block[:done])
         for bond in watched:
             bond.add(block[:done, 1:], told[:done], step)

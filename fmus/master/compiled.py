@@ -18,6 +18,7 @@ from fmus import compilers
 from fmus.build import cache_folder, content_key
 from fmus.coupling import Network
 from fmus.coupling.interface_jacobian import MISSED, Prediction
+from fmus.coupling.polynomials import COEFFICIENTS
 from fmus.coupling.scheme import CONVERGED, PASSES, Run
 from fmus.errors import SimulationError
 from fmus.files import write_beside
@@ -37,7 +38,9 @@ class _Unit(Structure):
     _fields_ = _fields(
         a=(c_void_p, "instance saved " + " ".join(FUNCTIONS)),
         b=(c_size_t, "n_inputs n_outputs n_states order first_input first_output first_state"),
-        c=(c_void_p, "inputs outputs rates slope_inputs slope_orders output_orders guess_rows guess_columns final_rows final_columns guess final"),
+        c=(c_void_p, "inputs outputs rates slope_inputs slope_orders output_orders"),
+        d=(c_size_t, "guess_order final_order"),
+        e=(c_void_p, "guess_rows guess_columns final_rows final_columns guess final"),
     )
 
 
@@ -126,7 +129,8 @@ class CompiledMaster:
     def _sparse(self, name: str, matrix: np.ndarray) -> dict[str, int]:
         """The entries that are not zero: with many units a unit's inputs depend on few of the data."""
         found = csr_matrix(matrix)
-        return {f"{name}_rows": self._sizes(found.indptr), f"{name}_columns": self._sizes(found.indices), name: self._doubles(found.data)}
+        highest = int(found.nonzero()[0].max(initial=0)) // (len(matrix) // COEFFICIENTS) if found.nnz else 0
+        return {f"{name}_order": highest, f"{name}_rows": self._sizes(found.indptr), f"{name}_columns": self._sizes(found.indices), name: self._doubles(found.data)}
 
     def _prepare(self) -> None:
         """The units with their matrices, which a new linearisation changes."""

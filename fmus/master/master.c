@@ -8,7 +8,6 @@
    The data are, in this order: rows of signals (present, former, derivatives, end of the step), then, where the
    coupling predicts from the linearised units, the rates of the states and the slopes of the external inputs. */
 
-#include <math.h>
 #include <stddef.h>
 #include <string.h>
 
@@ -18,7 +17,11 @@
 #define EXPORT __attribute__((visibility("default")))
 #endif
 
-enum { COEFFICIENTS = 4, WARNING = 1 };
+enum { WARNING = 1 };
+
+static double larger(double a, double b) { return a > b ? a : b; }
+
+static double magnitude(double a) { return a < 0 ? -a : a; }
 
 typedef struct {
     void *instance, *saved;
@@ -32,6 +35,7 @@ typedef struct {
     size_t n_inputs, n_outputs, n_states, order, first_input, first_output, first_state;
     const unsigned *inputs, *outputs, *rates, *slope_inputs;
     const int *slope_orders, *output_orders; /* order k of all inputs, of all outputs, one row after the other */
+    size_t guess_order, final_order; /* of the polynomials, from what the units answer */
     const size_t *guess_rows, *guess_columns, *final_rows, *final_columns;
     const double *guess, *final; /* the entries that are not zero of the matrix of the first pass and of those after it */
 } Unit;
@@ -146,13 +150,16 @@ static int fill_rates(Master *m, const double *external)
     return 1;
 }
 
-/* c = matrix data + external: rows k of the inputs' polynomials. */
-static void polynomials(Master *m, const Unit *u, int first_pass, const double *external)
+/* c = matrix data + external: rows k of the inputs' polynomials, up to the order that is returned. */
+static size_t polynomials(Master *m, const Unit *u, int first_pass, const double *external)
 {
     const size_t n = u->n_inputs, *rows = first_pass ? u->guess_rows : u->final_rows, *columns = first_pass ? u->guess_columns : u->final_columns;
     const double *matrix = first_pass ? u->guess : u->final;
     double *c = m->coefficients;
-    for (size_t i = 0; i < (u->order + 1) * n; i++) {
+    size_t order = first_pass ? u->guess_order : u->final_order;
+    for (size_t i = 0; i < n && order == 0 && u->order > 0; i++)
+        if (external[m->n_inputs + u->first_input + i] != external[u->first_input + i]) order = 1;
+    for (size_t i = 0; i < (order + 1) * n; i++) {
         double sum = 0;
         for (size_t e = rows[i]; e < rows[i + 1]; e++) sum += matrix[e] * m->data[columns[e]];
         c[i] = sum;
@@ -160,11 +167,12 @@ static void polynomials(Master *m, const Unit *u, int first_pass, const double *
     for (size_t i = 0; i < n; i++) {
         const double first = external[u->first_input + i], change = external[m->n_inputs + u->first_input + i] - first;
         c[i] += u->order ? first : first + change / 2;
-        if (u->order) c[n + i] += change;
+        if (order) c[n + i] += change;
         double end = 0;
-        for (size_t k = 0; k <= u->order; k++) end += c[k * n + i];
+        for (size_t k = 0; k <= order; k++) end += c[k * n + i];
         m->told[u->first_input + i] = end;
     }
+    return order;
 }
 
 static int step_unit(Master *m, size_t k, int first_pass, const double *external)
@@ -172,13 +180,13 @@ static int step_unit(Master *m, size_t k, int first_pass, const double *external
     Unit *u = &m->units[k];
     const size_t n = u->n_inputs;
     double factor = 1;
-    polynomials(m, u, first_pass, external);
+    const size_t highest = polynomials(m, u, first_pass, external);
     if (!check(m, k, "fmi2SetReal", u->set(u->instance, u->inputs, n, m->coefficients))) return 0;
-    for (size_t order = 1; order <= u->order; order++) { /* the derivatives with respect to time: k! c_k / step^k */
+    for (size_t order = 1; order <= highest; order++) { /* the derivatives with respect to time: k! c_k / step^k */
         factor *= (double)order / m->step_size;
         for (size_t i = 0; i < n; i++) m->coefficients[order * n + i] *= factor;
     }
-    if (u->order && !check(m, k, "fmi2SetRealInputDerivatives", u->set_slopes(u->instance, u->slope_inputs, u->order * n, u->slope_orders, m->coefficients + n))) return 0;
+    if (highest && !check(m, k, "fmi2SetRealInputDerivatives", u->set_slopes(u->instance, u->slope_inputs, highest * n, u->slope_orders, m->coefficients + n))) return 0;
     return check(m, k, "fmi2DoStep", u->step(u->instance, m->time, m->step_size, 0));
 }
 
@@ -210,8 +218,8 @@ static int iterate(Master *m, const double *external)
         memcpy(m->scratch + 4 * m->n_inputs, m->data + first, n * sizeof *m->data);
         if (!fill_rows(m, m->end_rows, m->end_derivatives, m->n_ends, after)) return 0;
         for (size_t i = 0; i < n; i++) {
-            largest = fmax(largest, fabs(m->data[first + i]));
-            moved = fmax(moved, fabs(m->data[first + i] - m->scratch[4 * m->n_inputs + i]));
+            largest = larger(largest, magnitude(m->data[first + i]));
+            moved = larger(moved, magnitude(m->data[first + i] - m->scratch[4 * m->n_inputs + i]));
         }
         if (pass > 0 && moved <= m->converged * largest) return 1;
         for (size_t k = 0; k < m->n_units; k++)
@@ -228,8 +236,8 @@ static int has_missed(const Master *m, const double *before)
     for (size_t j = 0; m->expected && j < m->n_signals; j++) {
         double change = 0;
         for (size_t i = 0; i < m->n_data; i++) change += m->expected[j * m->n_data + i] * m->data[i];
-        largest = fmax(largest, fabs(change));
-        off = fmax(off, fabs(m->now[m->where[j]] - before[j] - change));
+        largest = larger(largest, magnitude(change));
+        off = larger(off, magnitude(m->now[m->where[j]] - before[j] - change));
     }
     return off > m->missed * largest;
 }
