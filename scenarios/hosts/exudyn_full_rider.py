@@ -26,13 +26,13 @@ def response(rig: FullRiderOnRig, amplitude: float, frequency: float, step: floa
 
     along is the arms' inertia about their own length [kg.m2]. Raises ModuleNotFoundError without Exudyn.
     """
-    import exudyn
+    import exudyn  # noqa: PLC0415 - an optional package
 
     mbs = exudyn.SystemContainer().AddSystem()
     bodies = _bodies(exudyn, mbs, rig, along)
     omega = 2 * np.pi * frequency
-    mbs.CreateTorque(bodyNumber=bodies["bar"], loadVector=list(amplitude * STEER_AXIS),
-                     loadVectorUserFunction=lambda _, t, vector: list(np.sin(omega * t) * np.array(vector)))  # fmt: skip
+    mbs.CreateTorque(itemNumber=bodies["bar"], loadVector=list(amplitude * STEER_AXIS),
+                     loadVectorUserFunction=lambda _, t, vector: [np.sin(omega * t) * c for c in vector])  # fmt: skip
     sensors = [_rotation(exudyn, mbs, bodies[name]) for name in ("bar", "torso")]
     mbs.Assemble()
     settings = exudyn.SimulationSettings()
@@ -57,7 +57,7 @@ def waist_axis(rig: FullRiderOnRig) -> np.ndarray:
 
 
 def _rotation(exudyn: Any, mbs: Any, body: int) -> int:
-    from exudyn.itemInterface import SensorBody
+    from exudyn.itemInterface import SensorBody  # noqa: PLC0415 - an optional package
 
     return mbs.AddSensor(SensorBody(bodyNumber=body, storeInternal=True, outputVariableType=exudyn.OutputVariableType.RotationMatrix))
 
@@ -71,7 +71,7 @@ def _angle(matrices: np.ndarray, axis: np.ndarray) -> np.ndarray:
 
 def _bodies(exudyn: Any, mbs: Any, rig: FullRiderOnRig, along: float) -> dict[str, int]:
     """The six bodies with their joints and springs, at rest."""
-    from exudyn.rigidBodyUtilities import RigidBodyInertia
+    from exudyn.rigidBodyUtilities import RigidBodyInertia  # noqa: PLC0415 - an optional package
 
     v = SimpleNamespace(**rig.values)
     gravity = [-v.gravity * np.sin(v.steer_tilt), 0.0, v.gravity * np.cos(v.steer_tilt)]
@@ -85,9 +85,9 @@ def _bodies(exudyn: Any, mbs: Any, rig: FullRiderOnRig, along: float) -> dict[st
     # Masses on their hinges' axes: only the inertia about the axis matters, and no weight turns them.
     bodies = {"bar": body(1.0, np.eye(3) * (v.bar_inertia + v.hands_inertia), np.zeros(3), falls=False),
               "torso": body(1.0, np.eye(3) * v.trunk_inertia, hips, falls=False)}  # fmt: skip
-    mbs.CreateRevoluteJoint(bodyNumbers=[ground, bodies["bar"]], position=[0, 0, 0], axis=list(STEER_AXIS), useGlobalFrame=True)
-    mbs.CreateRevoluteJoint(bodyNumbers=[ground, bodies["torso"]], position=list(hips), axis=list(axis), useGlobalFrame=True)
-    mbs.CreateTorsionalSpringDamper(bodyNumbers=[ground, bodies["torso"]], position=list(hips), axis=list(axis), stiffness=v.waist_stiffness,
+    mbs.CreateRevoluteJoint(itemNumbers=[ground, bodies["bar"]], position=[0, 0, 0], axis=list(STEER_AXIS), useGlobalFrame=True)
+    mbs.CreateRevoluteJoint(itemNumbers=[ground, bodies["torso"]], position=list(hips), axis=list(axis), useGlobalFrame=True)
+    mbs.CreateTorsionalSpringDamper(itemNumbers=[ground, bodies["torso"]], position=list(hips), axis=list(axis), stiffness=v.waist_stiffness,
                                     damping=v.waist_damping, useGlobalFrame=True)  # fmt: skip
     for side, word in ((1, "right"), (-1, "left")):
         at = arm(v, NUMERIC, side, 0.0, 0.0)
@@ -98,15 +98,15 @@ def _bodies(exudyn: Any, mbs: Any, rig: FullRiderOnRig, along: float) -> dict[st
         upper = _rod(body, v.upper_arm_mass, v.upper_arm_centre, v.upper_arm_inertia, S, E, along)
         fore = _rod(body, v.forearm_mass, v.forearm_centre, v.forearm_inertia, E, W, along)
         bodies |= {f"{word}_upper_arm": upper[0], f"{word}_forearm": fore[0]}
-        mbs.CreateSphericalJoint(bodyNumbers=[bodies["torso"], upper[0]], position=list(S), useGlobalFrame=True)
-        mbs.CreateRevoluteJoint(bodyNumbers=[upper[0], fore[0]], position=list(E), axis=list(n), useGlobalFrame=True)
-        mbs.CreateGenericJoint(bodyNumbers=[bodies["bar"], fore[0]], position=list(W), rotationMatrixAxes=np.column_stack([h, n, np.cross(h, n)]),
+        mbs.CreateSphericalJoint(itemNumbers=[bodies["torso"], upper[0]], position=list(S), useGlobalFrame=True)
+        mbs.CreateRevoluteJoint(itemNumbers=[upper[0], fore[0]], position=list(E), axis=list(n), useGlobalFrame=True)
+        mbs.CreateGenericJoint(itemNumbers=[bodies["bar"], fore[0]], position=list(W), rotationMatrixAxes=np.column_stack([h, n, np.cross(h, n)]),
                                constrainedAxes=[1, 1, 1, 0, 0, 1], useGlobalFrame=True)  # fmt: skip
-        mbs.CreateTorsionalSpringDamper(bodyNumbers=[upper[0], fore[0]], position=list(E), axis=list(n), stiffness=v.elbow_stiffness,
+        mbs.CreateTorsionalSpringDamper(itemNumbers=[upper[0], fore[0]], position=list(E), axis=list(n), stiffness=v.elbow_stiffness,
                                         damping=v.elbow_damping, useGlobalFrame=True)  # fmt: skip
         _spring(mbs, bodies["torso"], E - hips, upper[0], E - upper[1], v.shoulder_stiffness, v.shoulder_damping, v.upper_arm_length)
         _spring(mbs, bodies["bar"], E, fore[0], E - fore[1], v.wrist_stiffness, v.wrist_damping, v.forearm_length)
-        mbs.CreateForce(bodyNumber=bodies["bar"], loadVector=[v.hand_mass * g for g in gravity], localPosition=list(W))
+        mbs.CreateForce(itemNumber=bodies["bar"], loadVector=[v.hand_mass * g for g in gravity], localPosition=list(W))
     return bodies
 
 
@@ -120,5 +120,5 @@ def _rod(body: Any, mass: float, centre: float, inertia: float, start: np.ndarra
 
 def _spring(mbs: Any, carrier: int, rest: np.ndarray, limb: int, elbow: np.ndarray, stiffness: float, damping: float, length: float) -> None:
     """A joint spring k |u - u_rest|^2 / 2 of a limb's direction u: between the elbow and where its carrier would hold it."""
-    mbs.CreateCartesianSpringDamper(bodyNumbers=[carrier, limb], localPosition0=list(rest), localPosition1=list(elbow),
+    mbs.CreateCartesianSpringDamper(itemNumbers=[carrier, limb], localPosition0=list(rest), localPosition1=list(elbow),
                                     stiffness=[stiffness / length**2] * 3, damping=[damping / length**2] * 3)  # fmt: skip
