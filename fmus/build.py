@@ -28,8 +28,8 @@ from fmus.errors import InputError, unknown
 from fmus.interface import Interface
 from fmus.model_description import compiled, model_description
 
-RUNTIME = ("call.c", "derivatives.c", "exact_step.c", "instance.c", "linear_algebra.c", "rosenbrock.c", "snapshot.c", "step.c")
-API = {2: ("fmi2.c",), 3: ("fmi3.c", "fmi3_absent.c", "fmi3_step.c", "fmi3_host.h")}
+RUNTIME = ("call.c", "derivatives.c", "exact_step.c", "instance.c", "linear_algebra.c", "rosenbrock.c", "runtime.c", "snapshot.c", "step.c")
+API = {2: ("fmi2_fmu.c", "fmi2.c"), 3: ("fmi3_fmu.c", "fmi3.c", "fmi3_absent.c", "fmi3_step.c", "fmi3_host.h")}  # the first is compiled
 HEADERS = ("call.h", "instance.h", "linear_algebra.h", "model.h", "snapshot.h", "step.h")
 FMI_HEADERS = {
     2: ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h"),
@@ -53,8 +53,8 @@ def build(component: Component, out_dir: str | Path = ".", fmi: int = 2, backend
     """Writes the component's FMU into a folder, which is made where it is missing.
 
     fmi is 2 or 3, backend `compiled` or `python` (FMI 2 only, its own platforms), platforms `host`, `all` or a
-    comma list of names (`build_all` where one archive cannot hold them). Raises InputError for a wrong choice or a folder that cannot be written, MissingToolError
-    when no compiler is there.
+    comma list of names (`build_all` where one archive cannot hold them). Raises InputError for a wrong choice or a
+    folder that cannot be written, MissingToolError when no compiler is there.
     """
     if backend not in BACKENDS:
         raise unknown("back end", backend, BACKENDS)
@@ -112,7 +112,7 @@ def source_contents(interface: Interface, fmi: int) -> dict[str, bytes]:
     code = {n: runtime.joinpath(n).read_bytes() for n in (*RUNTIME, *HEADERS, *API[fmi], "LICENSE.txt")}
     code.update({n: (Path(fmpy.__file__).parent / "c-code" / n).read_bytes() for n in FMI_HEADERS[fmi]})
     code["model.c"] = model_code(interface, identifier, GUID).encode()
-    listed = sorted(n for n in code if n.endswith(".c"))
+    listed = API[fmi][:1]
     contents = {f"sources/{n}": data for n, data in code.items()}
     if fmi == 2:
         contents["modelDescription.xml"] = model_description(interface, identifier, GUID, compiled(interface, listed))
@@ -152,8 +152,7 @@ def binaries(interface: Interface, contents: Mapping[str, bytes], fmi: int, want
         with tempfile.TemporaryDirectory() as folder:
             for name, data in sources.items():
                 Path(folder, name).write_bytes(data)
-            listed = [n for n in sorted(sources) if n.endswith(".c")]
-            libraries = compilers.compile_library(target, native, Path(folder), listed, interface.identifier)
+            libraries = compilers.compile_library(target, native, Path(folder), API[fmi][:1], interface.identifier)
         library = f"{interface.identifier}{target.suffix}"
         if fmi == 2:
             made[f"binaries/{target.folder}/{library}"] = libraries[0] if len(libraries) == 1 else compilers.universal(libraries)

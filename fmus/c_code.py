@@ -73,7 +73,8 @@ def _context(interface: Interface, identifier: str, guid: str) -> dict:
         "variables": [_row(v) for v in interface.variables],
         "output_references": [interface.reference(n) for n in component.outputs],
         "held": [int(n in interface.held) for n in component.inputs],
-        "first": {role: min((v.reference for v in interface.of(role)), default=0) for role in ("input", "state", "derivative")},
+        "has_held": int(bool(interface.held)),
+        "first": {role: interface.first(role) for role in ("input", "state", "output", "derivative")},
         "n": {"values": len(interface.variables) + len(hoisted), "inputs": nu, "states": nx},
         "output_order": interface.output_order,
         "exact": int(interface.exact),
@@ -143,9 +144,9 @@ def c_name(name: str) -> str:
 
 
 def literal(value: float) -> str:
-    """A number in C with all its digits."""
+    """A number in C with all its digits; where there is no bound it is the largest number, so that infinity is outside."""
     if abs(value) == inf:
-        return "HUGE_VAL" if value > 0 else "-HUGE_VAL"
+        return "DBL_MAX" if value > 0 else "-DBL_MAX"
     return repr(float(value))
 
 

@@ -86,6 +86,11 @@ class Interface:
     def of(self, *roles: str) -> list[FmuVariable]:
         return [v for v in self.variables if v.role in roles]
 
+    def first(self, role: str) -> int:
+        """The first reference of a role; where there is none, the one that it would have."""
+        order = ["time", "parameter", "calculated", "input", "state", "output", "derivative"]
+        return next((v.reference for v in self.variables if order.index(v.role) >= order.index(role)), len(self.variables))
+
     def reference(self, name: str) -> int:
         return self.references[name]
 

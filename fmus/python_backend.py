@@ -62,7 +62,7 @@ def slave_code(interface: Interface) -> str:
         variables=[(v, causality(interface, v)) for v in interface.variables],
         unpacked=", ".join(python_name(v.name) for v in interface.variables if v.role in ("time", "parameter", "calculated", "input", "state")),
         n_unpacked=sum(v.role not in ("output", "derivative") for v in interface.variables),
-        first={role: min((v.reference for v in interface.of(role)), default=0) for role in ("calculated", "input", "state", "output", "derivative")},
+        first={role: interface.first(role) for role in ("calculated", "input", "state", "output", "derivative")},
         n={"calculated": len(form.calculated), "inputs": m, "states": n, "outputs": len(interface.of("output"))},
         held=[int(name in interface.held) for name in component.inputs],
         exact=interface.exact,

@@ -59,8 +59,8 @@ def test_the_port_is_a_terminal(tmp_path):
     for name in ("rider", "motorcycle"):
         with zipfile.ZipFile(build(COMPONENTS[name](), tmp_path, fmi=3).path) as archive:
             root = Xml.fromstring(archive.read("terminalsAndIcons/terminalsAndIcons.xml"))
-        (terminal,) = root.iter("Terminal")
-        assert (terminal.get("name"), terminal.get("matchingRule")) == ("handlebar", "plug")
+        (terminal,) = [t for t in root.iter("Terminal") if t.get("name") == "handlebar"]
+        assert terminal.get("matchingRule") == "plug"
         members[name] = {m.get("memberName"): m.get("variableKind") for m in terminal}
     # Both sides have the same members, so that they plug into each other.
     assert members["rider"] == members["motorcycle"] == {

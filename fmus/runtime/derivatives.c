@@ -79,10 +79,10 @@ Status set_slopes(Instance *s, const unsigned *references, size_t n, const int *
             return report(s, ERROR, "derivative of order %d of %s: orders 1 to %d can be set", orders[i], name, MAX_ORDER);
         if (!isfinite(values[i])) return report(s, ERROR, "derivative of order %d of %s = %g is not a finite number", orders[i], name, values[i]);
     }
-    if (n > 0 && s->kept[SLOPES_SET] == 0) memset(s->slopes, 0, MAX_ORDER * model.n_inputs * sizeof *s->slopes);
+    if (n > 0 && s->kept[SLOPES] == SLOPES_OF_LAST_STEP) memset(s->slopes, 0, MAX_ORDER * model.n_inputs * sizeof *s->slopes);
     for (size_t i = 0; i < n; i++) {
         s->slopes[(unsigned)(orders[i] - 1) * model.n_inputs + references[i] - model.first_input] = values[i];
-        s->kept[SLOPES_SET] = 1;
+        s->kept[SLOPES] = SLOPES_FOR_NEXT_STEP;
     }
     return OK;
 }

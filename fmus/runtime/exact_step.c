@@ -14,7 +14,7 @@
 static int matrices_valid(const Instance *s, double h, unsigned order)
 {
     if (s->matrices_order <= order || s->matrices_step != h) return 0;
-    for (unsigned i = 0; i < model.n_inputs; i++)
+    for (unsigned i = 0; model.has_held && i < model.n_inputs; i++)
         if (model.held[i] && s->matrices_held[i] != s->z[model.first_input + i]) return 0;
     return 1;
 }

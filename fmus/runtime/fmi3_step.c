@@ -52,7 +52,7 @@ static void sample_inputs(Instance *s, double time, double h, double *end, int *
         for (unsigned k = 0; k < MAX_ORDER; k++) s->slopes[k * n + i] = slopes[k];
         u[i] = v[0];
     }
-    s->kept[SLOPES_SET] = 1;
+    s->kept[SLOPES] = SLOPES_FOR_NEXT_STEP;
     values_changed(s, 0);
 }
 

@@ -109,6 +109,9 @@ static const char *refusal(const Instance *s, const Variable *v)
     }
 }
 
+/* Not when the value is no number; infinity is beyond every bound. */
+static int within(const Variable *v, double value) { return value >= v->min && value <= v->max; }
+
 static Status check_value(Instance *s, unsigned reference, double value)
 {
     if (reference >= model.n_variables) return report(s, ERROR, "there is no variable with value reference %u (valid: 0 to %u)", reference, model.n_variables - 1);
@@ -116,7 +119,7 @@ static Status check_value(Instance *s, unsigned reference, double value)
     const char *reason = refusal(s, v);
     if (reason) return report(s, ERROR, "%s %s", v->name, reason);
     if (!isfinite(value)) return report(s, ERROR, "%s = %g %s is not a finite number", v->name, value, v->unit);
-    if (value < v->min || value > v->max)
+    if (!within(v, value))
         return report(s, ERROR, "%s = %g %s is outside its bounds [%g, %g]", v->name, value, v->unit, v->min, v->max);
     return OK;
 }
@@ -124,25 +127,29 @@ static Status check_value(Instance *s, unsigned reference, double value)
 Status set_values(Instance *s, const unsigned *references, size_t n, const double *values)
 {
     int parameters = 0;
-    for (size_t i = 0; i < n; i++)
-        if (check_value(s, references[i], values[i]) != OK) return ERROR;
+    const int may_set_inputs = phase(s) != TERMINATED;
     for (size_t i = 0; i < n; i++) {
-        s->z[references[i]] = values[i];
+        /* What is set in every step is let through here; all the rest is looked at in detail. */
+        const unsigned input = references[i] - model.first_input;
+        if (may_set_inputs && input < model.n_inputs && within(&model.variables[references[i]], values[i])) continue;
+        if (check_value(s, references[i], values[i]) != OK) return ERROR;
         parameters |= references[i] < model.first_input; /* time, which cannot be set, and the parameters */
     }
+    for (size_t i = 0; i < n; i++) s->z[references[i]] = values[i];
     if (n > 0) values_changed(s, parameters);
     return OK;
 }
 
 Status get_values(Instance *s, const unsigned *references, size_t n, double *values)
 {
+    if (n > 0) update_outputs(s);
     for (size_t i = 0; i < n; i++) {
-        if (references[i] >= model.n_variables)
-            return report(s, ERROR, "there is no variable with value reference %u (valid: 0 to %u)", references[i], model.n_variables - 1);
-        const Role role = model.variables[references[i]].role;
-        if (role == CALCULATED || role == OUTPUT) update_outputs(s);
-        if (role == DERIVATIVE && !update_rates(s)) return report(s, ERROR, "the mass matrix is singular at %g s", s->z[0]);
-        values[i] = s->z[references[i]];
+        const unsigned r = references[i];
+        if (r >= model.first_derivative) {
+            if (r >= model.n_variables) return report(s, ERROR, "there is no variable with value reference %u (valid: 0 to %u)", r, model.n_variables - 1);
+            if (!update_rates(s)) return report(s, ERROR, "the mass matrix is singular at %g s", s->z[0]);
+        }
+        values[i] = s->z[r];
     }
     return OK;
 }

@@ -13,8 +13,11 @@ typedef enum { INSTANTIATED = 1, INITIALIZING = 2, STEPPING = 4, EVENT = 8, CONT
 
 typedef enum { OK, WARNING, DISCARD, ERROR } Status;
 
+/* Whether the derivatives of the inputs are all zero, set for the next step, or left from the end of the last one. */
+enum { NO_SLOPES, SLOPES_FOR_NEXT_STEP, SLOPES_OF_LAST_STEP };
+
 /* What a snapshot keeps besides the values: all of it numbers. */
-enum { PHASE, STOP_TIME, SLOPES_SET, INNER_STEP, N_SCALARS };
+enum { PHASE, STOP_TIME, SLOPES, INNER_STEP, N_SCALARS };
 
 typedef struct Snapshot Snapshot;
 typedef struct Instance Instance;

@@ -24,11 +24,12 @@ typedef struct {
     unsigned n_variables;                /* value references */
     unsigned n_values;                   /* length of z */
     unsigned n_inputs, n_states, n_outputs;
-    unsigned first_input, first_state, first_derivative; /* references */
+    unsigned first_input, first_state, first_output, first_derivative; /* references */
     unsigned tolerance;                  /* reference of the solver's tolerance; 0 where there is none */
     unsigned output_order;               /* derivatives of the outputs with respect to time that can be read */
     int exact;                           /* linear while the held inputs are constant */
     int has_mass;                        /* M is not the identity */
+    int has_held;
     const unsigned char *held;           /* by input */
     const unsigned *output_references;   /* the outputs in the order of the rows of the Jacobian */
     const Variable *variables;

@@ -71,8 +71,11 @@ Status step_from(Instance *s, double time, double h)
     const unsigned n = model.n_states;
     double *states = s->work;
     if (s->parameters_changed) update_outputs(s);
-    if (s->kept[SLOPES_SET] == 0) memset(s->slopes, 0, MAX_ORDER * model.n_inputs * sizeof *s->slopes);
-    const unsigned order = polynomial_order(s);
+    if (s->kept[SLOPES] == SLOPES_OF_LAST_STEP) {
+        memset(s->slopes, 0, MAX_ORDER * model.n_inputs * sizeof *s->slopes);
+        s->kept[SLOPES] = NO_SLOPES;
+    }
+    const unsigned order = s->kept[SLOPES] == NO_SLOPES ? 0 : polynomial_order(s);
     if (order > 0 && inputs_in_bounds(s, h) != OK) return DISCARD;
     if (n > 0) {
         const int exact = model.exact && !(order > 0 && held_input_moves(s));
@@ -81,13 +84,13 @@ Status step_from(Instance *s, double time, double h)
         for (unsigned i = 0; i < n; i++)
             if (!isfinite(states[i]))
                 return report(s, DISCARD, "%s is no longer finite after a step of %g s from %g s", model.variables[model.first_state + i].name, h, s->z[0]);
-        memcpy(s->z + model.first_state, states, n * sizeof *states);
+        for (unsigned i = 0; i < n; i++) s->z[model.first_state + i] = states[i];
     }
     if (order > 0) {
         inputs_after(s, h, s->z);
         advance_slopes(s, h);
+        s->kept[SLOPES] = SLOPES_OF_LAST_STEP;
     }
-    s->kept[SLOPES_SET] = 0;
     s->z[0] = time + h;
     values_changed(s, 0);
     return OK;

@@ -1,0 +1,76 @@
+/* The loop of an importer in C: set inputs, step, get outputs, through function pointers; and two FMUs to compare with.
+
+   `bare` does the arithmetic of a linear component's step and outputs and nothing else, `empty` does nothing. Both are
+   called as an FMU is. It knows the component's model.c as the FMU does. */
+
+#include <string.h>
+
+#include "fmi2Functions.h"
+#include "model.c"
+
+void loop(fmi2SetRealTYPE *set, fmi2DoStepTYPE *step, fmi2GetRealTYPE *get, fmi2Component c, const unsigned *inputs, unsigned n_inputs,
+          const unsigned *outputs, unsigned n_outputs, double *values, double h, double start, long steps)
+{
+    for (long i = 0; i < steps; i++) {
+        for (unsigned j = 0; j < n_inputs; j++) values[j] += (i & 1) ? 1e-3 : -1e-3;
+        set(c, inputs, n_inputs, values);
+        step(c, start + (double)i * h, h, 1);
+        get(c, outputs, n_outputs, values + n_inputs);
+    }
+}
+
+typedef struct {
+    double *z, *phi, *gamma; /* gamma: (n_states, n_inputs + 1) */
+} Bare;
+
+fmi2Status bare_set(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real values[])
+{
+    const Bare *b = c;
+    for (size_t i = 0; i < n; i++) b->z[vr[i]] = values[i];
+    return fmi2OK;
+}
+
+fmi2Status bare_step(fmi2Component c, fmi2Real time, fmi2Real h, fmi2Boolean no_set)
+{
+    const Bare *b = c;
+    const unsigned n = model.n_states, nu = model.n_inputs;
+    double *x = b->z + model.first_state, *u = b->z + model.first_input, next[64];
+    (void)no_set;
+    for (unsigned i = 0; i < n; i++) {
+        double sum = b->gamma[i * (nu + 1) + nu];
+        for (unsigned j = 0; j < n; j++) sum += b->phi[i * n + j] * x[j];
+        for (unsigned j = 0; j < nu; j++) sum += b->gamma[i * (nu + 1) + j] * u[j];
+        next[i] = sum;
+    }
+    memcpy(x, next, n * sizeof *x);
+    b->z[0] = time + h;
+    return fmi2OK;
+}
+
+fmi2Status bare_get(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real values[])
+{
+    const Bare *b = c;
+    model.outputs(b->z);
+    for (size_t i = 0; i < n; i++) values[i] = b->z[vr[i]];
+    return fmi2OK;
+}
+
+void bare_parameters(Bare *b) { model.parameters(b->z); }
+
+fmi2Status empty_set(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real values[])
+{
+    (void)c, (void)vr, (void)n, (void)values;
+    return fmi2OK;
+}
+
+fmi2Status empty_step(fmi2Component c, fmi2Real time, fmi2Real h, fmi2Boolean no_set)
+{
+    (void)c, (void)time, (void)h, (void)no_set;
+    return fmi2OK;
+}
+
+fmi2Status empty_get(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real values[])
+{
+    (void)c, (void)vr, (void)n, (void)values;
+    return fmi2OK;
+}
