@@ -42,9 +42,9 @@ def response(rig: FullRiderOnRig, amplitude: float, frequency: float, step: floa
     settings.timeIntegration.newton.relativeTolerance = 1e-10
     settings.timeIntegration.newton.absoluteTolerance = 1e-10
     settings.timeIntegration.newton.useModifiedNewton = False
-    settings.solutionSettings.writeSolutionToFile = False
-    settings.solutionSettings.sensorsWritePeriod = step
-    settings.linearSolverType = exudyn.LinearSolverType.EigenDense
+    settings.solution.file.write = False
+    settings.solution.sensors.writePeriod = step
+    settings.linearSolver.solverType = exudyn.LinearSolverType.EigenDense
     mbs.SolveDynamic(settings, solverType=exudyn.DynamicSolverType.TrapezoidalIndex2)
     recorded = [np.asarray(mbs.GetSensorStoredData(sensor)) for sensor in sensors]
     angles = [_angle(data[:, 1:].reshape(-1, 3, 3), axis) for data, axis in zip(recorded, (STEER_AXIS, waist_axis(rig)), strict=True)]
