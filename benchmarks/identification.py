@@ -5,6 +5,7 @@ lsqcurvefit) with derivatives by differences. The same without bounds stands bes
 """
 
 import tempfile
+from collections.abc import Callable
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -93,7 +94,7 @@ def reading(recording, rounds) -> dict:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "sweep.csv"
         write_recording(recording, path)
-        readers = {"read_recording": read_recording, "read and reduced to an FRF": lambda p: estimate(read_recording(p)),
+        readers: dict[str, Callable[[Path], object]] = {"read_recording": read_recording, "read and reduced to an FRF": lambda p: estimate(read_recording(p)),
                    "numpy.loadtxt": lambda p: np.loadtxt(p, delimiter=",", skiprows=1)}  # fmt: skip
         if find_spec("pandas"):
             readers["pandas.read_csv"] = import_module("pandas").read_csv

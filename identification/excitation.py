@@ -34,7 +34,7 @@ def sweep(start: float = 0.5, end: float = 12.0, duration: float = 200.0, amplit
     return _from_rest(f"sweep_{start:g}_to_{end:g}_Hz", duration, motion, ramp)
 
 
-def stepped_sine(frequencies: Sequence[float] | None = None, seconds: float = 10.0, amplitude: float = radians(4),
+def stepped_sine(frequencies: Sequence[float] | np.ndarray | None = None, seconds: float = 10.0, amplitude: float = radians(4),
                  ramp: float = 1.0) -> Excitation:  # fmt: skip
     """A sine of constant amplitude that stays `seconds` at each of the frequencies [Hz], in the order given.
 
@@ -55,7 +55,7 @@ def stepped_sine(frequencies: Sequence[float] | None = None, seconds: float = 10
     return _from_rest("stepped_sine", seconds * len(levels), motion, ramp)
 
 
-def multisine(frequencies: Sequence[float] | None = None, duration: float = 200.0, amplitude: float = radians(4), seed: int = 0,
+def multisine(frequencies: Sequence[float] | np.ndarray | None = None, duration: float = 200.0, amplitude: float = radians(4), seed: int = 0,
               ramp: float = 2.0) -> Excitation:  # fmt: skip
     """All frequencies [Hz] at once with random phases, of equal angle amplitudes, with the given largest angle."""
     lines = np.arange(0.5, 12.01, 0.25) if frequencies is None else np.asarray(frequencies, float)

@@ -1,5 +1,8 @@
 """Identification: exact on the rig without noise, as certain as it says with noise, and honest about what it cannot tell."""
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -11,12 +14,14 @@ from identification.bootstrap import bootstrap
 from identification.excitation import stepped_sine, sweep
 from identification.fit import METHODS, Problem, combine, identify
 from identification.frf import estimate, exact_frf, mean_frf
+from identification.recordings import read_recording
 from identification.response import Response
 from rider_fmu import Handlebar, riders
 from rider_fmu.two_degree_of_freedom import derived
 from scenarios.measured_rider import PARAMETERS, rider_from, rig_response
 from scenarios.virtual_rig import QUIET, steer_test
 
+CASE = Path(__file__).resolve().parents[2] / "shared" / "data" / "gap_open" / "case_01"
 MODEL = rig_response()
 PUBLISHED = [name for name in riders.names() if riders.contents(name)["component"] == "PassiveRider"]
 FREQUENCY = np.linspace(0.5, 12, 47)
@@ -126,6 +131,16 @@ def test_combination_of_runs():
     _, alone, tau = combine(runs[:1], np.diag(noise**2)[None])
     assert tau == 0
     np.testing.assert_allclose(alone, np.diag(noise**2))
+
+
+@pytest.mark.skipif(not CASE.exists(), reason="the solved case of ../shared is not here")
+def test_solved_case_with_nothing_hidden():
+    """Three runs of another simulator, whose rider differs from run to run: the stated rider is within the error bars."""
+    truth = json.loads((CASE.parent / "truth.json").read_text())[CASE.name]["rider"]
+    found = identify([estimate(read_recording(path)) for path in sorted(CASE.glob("*.csv"))], MODEL)
+    deviations = (found.values - [truth[k] for k in ("Is", "It", "ka", "kt", "ca", "ct")]) / found.standard_error
+    assert np.abs(deviations).max() < 3
+    assert 0.02 < found.run_to_run < 0.06  # 3 % is stated
 
 
 def test_bootstrap_agrees_with_the_standard_errors_and_with_itself():

@@ -261,14 +261,14 @@ except Exception as error:
 @pytest.mark.skipif(sys.platform != "linux", reason="limits memory through RLIMIT_AS")
 def test_200_MB_under_a_limit_of_150_MB(tmp_path):
     path = tmp_path / "long.csv"
-    rate, block = 2000.0, 20_000
+    rate, block, extra = 2000.0, 20_000, 10
     time = np.arange(block) / rate
-    rows = [f"{t:.7f},{0.05 * np.sin(2 * np.pi * 3 * t):.9e},{10 * np.cos(2 * np.pi * 3 * t):.9e}" for t in time]
+    more = ",0.123456789012" * extra
+    tails = [f",{0.05 * np.sin(2 * np.pi * 3 * t):.9e},{10 * np.cos(2 * np.pi * 3 * t):.9e}{more}\n" for t in time]  # whole periods
     with path.open("w") as file:
-        file.write("time [s],steer_angle [rad],steer_torque [N.m]\n")
-        tail = [row[row.index(",") :] for row in rows]  # the sine has a whole number of periods in a block
-        for k in range(245):
-            file.write("\n".join(f"{k * block / rate + t:.4f}{rest}" for t, rest in zip(time, tail, strict=True)) + "\n")
+        file.write(f"time [s],steer_angle [rad],steer_torque [N.m],{','.join(f'spare_{k} [V]' for k in range(extra))}\n")
+        for k in range(54):
+            file.write("".join(f"{k * block / rate + t:.4f}{tail}" for t, tail in zip(time, tails, strict=True)))
     assert path.stat().st_size > 180e6
 
     def read(*arguments):
@@ -278,7 +278,7 @@ def test_200_MB_under_a_limit_of_150_MB(tmp_path):
     assert message.startswith("InputError") and "does not fit" in message and "--rate 128" in message
     samples, reduced_rate, *note = read("125").split()
     assert float(reduced_rate) == pytest.approx(125)
-    assert abs(int(samples) - 245 * block / 16) <= 21
+    assert abs(int(samples) - 54 * block / 16) <= 21
     assert note[0] == "reduced"
     path.unlink()
 
