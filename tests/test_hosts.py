@@ -20,7 +20,6 @@ from scenarios.hosts.rider_on_a_bar import (
     exact_motion,
     measured_eigenvalues,
     mode_errors,
-    trajectory_error,
 )
 from vehicle_fmu import motorcycles
 
@@ -87,7 +86,7 @@ def agree(found: dict, scheme: str, within: float = 1e-6) -> bool:
 def test_the_exact_motion_is_that_of_the_printed_equations():
     times = np.arange(501) * STEP
     # rtol 1e-12 of the integration, accumulated over 500 samples.
-    np.testing.assert_allclose(exact_motion(STEP, 501)[:, :4], struck_bar(times), atol=1e-10)
+    np.testing.assert_allclose(exact_motion(times)[:, :4], struck_bar(times), atol=1e-10)
 
 
 @pytest.mark.parametrize(("scheme", "sign"), [("stale jacobi", -1), ("refreshed jacobi", 1), ("gauss-seidel", -1), ("iterated", -1)])
@@ -136,7 +135,7 @@ class TestPlainC:
         assert np.abs(rows[:, 1] - true[:, 0]).max() < 1e-4 * np.abs(true[:, 0]).max()
 
     def test_the_error_falls_with_the_square_of_the_step(self):
-        coarse, fine = (trajectory_error(plain_c_bar.rows(h, 1.0)[:, 1:], h) for h in (2e-3, 1e-3))
+        coarse, fine = (plain_c_bar.run(h)["plain_c"]["trajectory_error"] for h in (2e-3, 1e-3))
         # The third order adds H |lambda| = 6 % of the error at 1 ms and twice that at 2 ms.
         assert coarse / fine == pytest.approx(4, rel=0.15)
 
@@ -150,9 +149,20 @@ class TestPlainC:
             plain_c_bar.run()
 
 
-def test_libcosim_hands_over_stale_torques():
-    pytest.importorskip("libcosimpy")
-    assert agree(libcosim_bar.run(STEP)["fixed_step"], "stale jacobi")
+class TestLibcosim:
+    @pytest.fixture
+    def found(self):
+        pytest.importorskip("libcosimpy")
+        return libcosim_bar.run(STEP)
+
+    def test_it_hands_over_stale_torques(self, found):
+        assert agree(found["fixed_step"], "stale jacobi")
+
+    def test_ecco_chooses_steps_by_power_and_is_no_nearer(self, found):
+        ecco = found["ecco"]
+        assert ecco["smallest_step"] < STEP < ecco["largest_step"]
+        # The torque is as stale as with fixed steps: the error is of the first order in the largest steps, at the end.
+        assert ecco["trajectory_error"] > found["fixed_step"]["trajectory_error"]
 
 
 class TestCofmpy:
@@ -186,8 +196,8 @@ class TestExudyn:
         samples = exudyn_bicycle.free_motion(bicycle, speed, STEP, 1.0)
         found = measured_eigenvalues(samples, exudyn_bicycle.SAMPLING, printed)
         # Second order in the step: a wheel turns by up to 27 mrad in it, the caster mode decays by 20 1/s, and
-        # (0.027)^2 / 12 = 6e-5 is what the trapezoidal rule leaves; three times that with the solver's damping of 0.9.
-        # A rate of 1e-3 rad/s at the start leaves 1e-6 of what is not linear.
+        # (0.027)^2 / 12 = 6e-5 is what the trapezoidal rule leaves; three times that with the solver's own damping.
+        # A rate of 1e-4 rad/s at the start leaves 1e-8 of what is not linear.
         np.testing.assert_allclose(found, printed, rtol=2e-4)
 
     def test_ridden_its_modes_are_those_of_the_one_linear_system(self):

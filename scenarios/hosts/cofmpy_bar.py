@@ -19,15 +19,7 @@ from zipfile import ZipFile
 
 import numpy as np
 
-from scenarios.hosts.rider_on_a_bar import (
-    AT_START,
-    CONNECTIONS,
-    SAMPLED,
-    STRIKE,
-    archives,
-    mode_errors,
-    trajectory_error,
-)
+from scenarios.hosts.rider_on_a_bar import AT_START, CONNECTIONS, SAMPLED, STRIKE, archives, errors
 from scenarios.hosts.table import main
 
 COUPLINGS = {"jacobi": ("jacobi", False), "gauss_seidel": ("gauss_seidel", False), "iterated": ("gauss_seidel", True)}
@@ -39,8 +31,7 @@ def run(step: float = 1e-3, duration: float = 1.0) -> dict:
     with TemporaryDirectory() as folder:
         fmus = {name: without_step_size(path) for name, path in archives(folder).items()}
         for name, (method, iterative) in COUPLINGS.items():
-            samples = rows(fmus, step, round(duration / step), method, iterative)
-            found[name] = {**mode_errors(samples, step), "trajectory_error": trajectory_error(samples, step)}
+            found[name] = errors(rows(fmus, step, round(duration / step), method, iterative), step)
     return found
 
 

@@ -27,7 +27,7 @@ from scenarios.hosts.rider_on_a_bar import measured_eigenvalues
 from scenarios.hosts.table import main
 from vehicle_fmu import motorcycles, ridden
 
-STRIKE = 1e-3  # rad/s, roll rate and steer rate at the start; what is not linear is this squared
+STRIKE = 1e-4  # rad/s, roll rate and steer rate at the start; what is not linear is this squared
 SAMPLING = 0.01  # s
 TURNED = np.diag([1.0, -1.0, -1.0])  # from x forward, y right, z down to Exudyn's axes
 LEFT = np.array([0.0, 1.0, 0.0])
@@ -93,6 +93,7 @@ def free_motion(vehicle: Component, speed: float, step: float, duration: float, 
     settings.timeIntegration.adaptiveStep = False  # a step taken again would meet the FMU in its future
     settings.timeIntegration.newton.relativeTolerance = 1e-10
     settings.timeIntegration.newton.absoluteTolerance = 1e-12
+    settings.timeIntegration.generalizedAlpha.spectralRadius = 0.7  # to the tenth: what is the solver's own dies within a sample
     settings.solution.file.write = False
     mbs.SolveDynamic(settings, solverType=exu.DynamicSolverType.GeneralizedAlpha)
     return np.array(rows)

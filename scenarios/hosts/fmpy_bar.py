@@ -18,16 +18,7 @@ from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import Parameter, ParameterSet
 
 from fmus import linearise
-from scenarios.hosts.rider_on_a_bar import (
-    AT_START,
-    CONNECTIONS,
-    SAMPLED,
-    STRIKE,
-    archives,
-    mode_errors,
-    parts,
-    trajectory_error,
-)
+from scenarios.hosts.rider_on_a_bar import AT_START, CONNECTIONS, SAMPLED, STRIKE, archives, errors, parts
 from scenarios.hosts.table import main
 
 OMEGA = 20.0  # rad/s, of the prescribed steer angle
@@ -41,7 +32,7 @@ def run(step: float = 1e-3, duration: float = 1.0) -> dict:
         count = round(duration / step)
         found: dict = {"simulate_fmu": lag_of_simulate_fmu(fmus["device"], step)}
         for name, samples in (("ssp", rows_of_ssp(package(fmus, Path(folder)), step, count)), ("loop", rows_of_loop(fmus, step, count))):
-            found[name] = {**mode_errors(samples, step), "trajectory_error": trajectory_error(samples, step)}
+            found[name] = errors(samples, step)
     return found
 
 

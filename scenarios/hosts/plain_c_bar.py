@@ -14,7 +14,7 @@ import numpy as np
 
 from fmus import compilers
 from fmus.errors import InputError
-from scenarios.hosts.rider_on_a_bar import STEER_INERTIA, archives, mode_errors, trajectory_error
+from scenarios.hosts.rider_on_a_bar import STEER_INERTIA, archives, errors
 from scenarios.hosts.table import main
 
 SOURCE = Path(__file__).parents[2] / "examples" / "rider_on_a_bar.c"
@@ -22,8 +22,7 @@ SOURCE = Path(__file__).parents[2] / "examples" / "rider_on_a_bar.c"
 
 def run(step: float = 1e-3, duration: float = 1.0) -> dict:
     """Mode and trajectory errors at a step [s]. Raises MissingToolError without a C compiler."""
-    samples = rows(step, duration)[:, 1:]
-    return {"plain_c": {**mode_errors(samples, step), "trajectory_error": trajectory_error(samples, step)}}
+    return {"plain_c": errors(rows(step, duration)[:, 1:], step)}
 
 
 def rows(step: float, duration: float) -> np.ndarray:

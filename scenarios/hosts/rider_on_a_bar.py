@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.linalg import expm
 
 from fmus import Component, StateSpace, System, linearise
 from fmus.build import build
@@ -41,24 +40,22 @@ def exact() -> StateSpace:
     return linearise(System("rider_on_a_bar", parts()))
 
 
-def exact_motion(step: float, count: int) -> np.ndarray:
-    """The samples (count, 5) at multiples of the step [s], SI: rows of the matrix exponential."""
+def exact_motion(times: np.ndarray) -> np.ndarray:
+    """The samples (n, 5) at the times (n,) [s], SI: a sum of the modes."""
     space = exact()
-    transition, state, rows = expm(space.A * step), np.zeros(len(space.states)), []
-    state[space.states.index("vehicle.steer_rate")] = STRIKE
-    for _ in range(count):
-        rows.append(state)
-        state = transition @ state
-    shown = [space.outputs.index(name) for name in SAMPLED]
-    return np.array(rows) @ space.C[shown].T
+    start = np.array([STRIKE if name == "vehicle.steer_rate" else 0.0 for name in space.states])
+    eigenvalues, shapes = np.linalg.eig(space.A)
+    states = np.exp(np.multiply.outer(times, eigenvalues)) * np.linalg.solve(shapes, start) @ shapes.T
+    return states.real @ space.C[[space.outputs.index(name) for name in SAMPLED]].T
 
 
 def measured_eigenvalues(samples: np.ndarray, step: float, exact_ones: np.ndarray) -> np.ndarray:
     """Of the samples (n, channels) of a free motion: the eigenvalues [1/s] nearest to the exact ones.
 
     Channels are scaled to their largest values; what is smaller than the rounding of the samples is no direction.
+    The first STARTING samples are left out: until then hosts exchange zeros, and solvers guess accelerations.
     """
-    scaled = samples / np.abs(samples).max(0)
+    scaled = samples[STARTING:] / np.abs(samples).max(0)
     update = np.linalg.pinv(scaled[:-1], rcond=1e-11) @ scaled[1:]
     multipliers = np.linalg.eigvals(update).astype(complex)
     found = np.log(multipliers[np.abs(multipliers) > 1e-6]) / step
@@ -76,22 +73,25 @@ class ModeError:
 
 
 def mode_errors(samples: np.ndarray, step: float) -> dict[str, ModeError]:
-    """The slow and the fast mode of samples (n, 5) of a host.
-
-    The first STARTING samples are left out: some hosts exchange zeros until they have stepped.
-    """
+    """The slow and the fast mode of samples (n, 5) of a host."""
     eigenvalues = np.linalg.eigvals(exact().A)
     modes = eigenvalues[eigenvalues.imag > 0]
     modes = modes[np.argsort(modes.imag)]
     errors = {}
-    for name, true, found in zip(("slow", "fast"), modes, measured_eigenvalues(samples[STARTING:], step, modes), strict=True):
+    for name, true, found in zip(("slow", "fast"), modes, measured_eigenvalues(samples, step, modes), strict=True):
         ratio, found_ratio = -true.real / abs(true), -found.real / abs(found)
         errors[name] = ModeError(true.imag / (2 * np.pi), ratio, found.imag / true.imag - 1, found_ratio / ratio - 1)
     return errors
 
 
-def trajectory_error(samples: np.ndarray, step: float) -> float:
-    """Largest error of the steer angle over its largest exact value."""
-    true = exact_motion(step, len(samples))[:, 0]
-    return float(np.abs(samples[:, 0] - true).max() / np.abs(true).max())
+def trajectory_error(times: np.ndarray, steer_angle: np.ndarray) -> float:
+    """Largest error of the steer angle (n,) at the times (n,) over its largest exact value."""
+    true = exact_motion(times)[:, 0]
+    return float(np.abs(steer_angle - true).max() / np.abs(true).max())
+
+
+def errors(samples: np.ndarray, step: float) -> dict:
+    """Errors of modes and trajectory of samples (n, 5) at the multiples of a step [s]."""
+    times = np.arange(len(samples)) * step
+    return {**mode_errors(samples, step), "trajectory_error": trajectory_error(times, samples[:, 0])}
 
