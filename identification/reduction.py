@@ -8,7 +8,8 @@ from collections.abc import Iterator
 from itertools import chain
 
 import numpy as np
-from scipy.signal import firwin, lfilter
+from numpy.lib.stride_tricks import sliding_window_view
+from scipy.signal import firwin
 
 from fmus.errors import InputError
 
@@ -29,12 +30,14 @@ def reduced(chunks: Iterator[np.ndarray], rate: float, headers: list[str], time:
     if factor < 2:
         return np.concatenate([first, *chunks]), ()
     taps = firwin(20 * factor + 1, 1 / factor)
-    state = np.zeros((len(taps) - 1, first.shape[1]))
-    kept, seen = [], 0
+    kept, rest = [first[:0]], first[:0]
     for chunk in chain([first], chunks):
-        filtered, state = lfilter(taps, 1.0, chunk, axis=0, zi=state)
-        rows = np.arange(seen, seen + len(chunk))
-        kept.append(filtered[(rows >= len(taps) - 1) & (rows % factor == 0)])
-        seen += len(chunk)
+        rows = np.concatenate([rest, chunk])
+        if len(rows) < len(taps):
+            rest = rows
+            continue
+        windows = sliding_window_view(rows, len(taps), axis=0)[::factor]
+        kept.append(windows @ taps)
+        rest = rows[len(windows) * factor :]
     note = f"reduced from {given:.6g} Hz to {given / factor:.6g} Hz while reading: low-pass filtered, every {factor}th sample kept"
     return np.concatenate(kept), (note,)
