@@ -1,5 +1,6 @@
 """Other people's simulators with our FMUs inside, against exact solutions and the theory of their couplings."""
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ import vehicle_fmu
 from fmus.build import build
 from fmus.errors import InputError
 from rider_fmu import riders
-from scenarios.hosts import cofmpy_bar, exudyn_bicycle, fmpy_bar, libcosim_bar, mujoco_bar, plain_c_bar
+from scenarios.hosts import cofmpy_bar, exudyn_bicycle, fmpy_bar, libcosim_bar, mujoco_bar, plain_c_bar, table
 from scenarios.hosts.device import Device
 from scenarios.hosts.rider_on_a_bar import (
     STEER_INERTIA,
@@ -278,3 +279,16 @@ def test_the_fmu_is_stepped_only_when_it_is_met(tmp_path):
     assert device.get("torso_angle", "torso_rate") == before
     assert all((torques == first[0]).all() for torques in first)
     device.close()
+
+
+def test_without_its_package_a_host_says_so_in_one_line(monkeypatch):
+    monkeypatch.setitem(sys.modules, "mujoco", None)  # as if it were not installed
+    with pytest.raises(SystemExit, match=r"mujoco is not installed: pip install '\.\[hosts\]'"):
+        table.main(mujoco_bar.run)
+
+
+def test_what_was_found_is_shown_by_name(capsys):
+    table.main(lambda: {"loop": {"slow": ModeError(1.2, 0.24, -0.01, 0.1), "trajectory_error": 0.05}})
+    assert [line.split() for line in capsys.readouterr().out.splitlines()] == [
+        ["loop"], ["slow"], ["frequency", "1.2"], ["damping_ratio", "0.24"], ["frequency_error", "-0.01"], ["damping_error", "0.1"],
+        ["trajectory_error", "0.05"]]  # fmt: skip

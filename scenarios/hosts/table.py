@@ -23,4 +23,4 @@ def main(run: Callable[[], dict[str, Any]]) -> None:
     try:
         show(run())
     except ModuleNotFoundError as error:
-        sys.exit(f"{error.name} is not installed: pip install 'motofmi[hosts]', or see docs/hosts.md")
+        sys.exit(f"{error.name} is not installed: pip install '.[hosts]', or see docs/hosts.md")
