@@ -10,7 +10,7 @@ import os
 import tempfile
 import uuid
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
@@ -20,11 +20,11 @@ import platformdirs
 import pythonfmu
 from fmpy.validation import validate_fmu
 
-from fmus import compilers, model_description3, python_backend
+from fmus import compilers, model_description3, python_backend, ready_made
 from fmus.c_code import model_code
 from fmus.compilers import Platform
 from fmus.component import Component
-from fmus.errors import InputError, unknown
+from fmus.errors import InputError, MissingToolError, unknown
 from fmus.interface import Interface
 from fmus.model_description import compiled, model_description
 
@@ -64,23 +64,44 @@ def build(component: Component, out_dir: str | Path = ".", fmi: int = 2, backend
         raise unknown("FMI version", fmi, map(str, FMI_HEADERS))
     folder = writable(out_dir)
     interface = Interface(component)
-    if backend == "python":
-        sources, targets, suffix, tools = python_backend.sources(interface), list(python_backend.PLATFORMS), "_python", [pythonfmu.__version__]
-    else:
-        wanted, suffix = archive_platforms(fmi, platforms)
-        sources, targets, tools = source_contents(interface, fmi), [p.name for p in wanted], compiler_versions(wanted, platforms)
-    name = interface.identifier + suffix
-    cached = cache_folder() / f"{name}-{content_key(sources, *tools)[:32]}.fmu"
-    if not cached.is_file():
-        if backend == "python":
-            contents = python_backend.packed(sources)
-        else:
-            contents = {**sources, **binaries(interface, sources, fmi, wanted, native=platforms == "host")}
-        finish(archive(contents), cached, load=compilers.host().name in targets)
-    data = cached.read_bytes()
+    name, data, made_for = _python(interface) if backend == "python" else _compiled(interface, fmi, platforms)
     path = folder / f"{name}.fmu"
     write(path, data)
-    return BuiltFmu(interface.identifier, path, hashlib.sha256(data).hexdigest(), tuple(targets))
+    return BuiltFmu(interface.identifier, path, hashlib.sha256(data).hexdigest(), made_for)
+
+
+def _python(interface: Interface) -> tuple[str, bytes, tuple[str, ...]]:
+    """File name without suffix, bytes and platforms of the archive of the python back end."""
+    name, sources = f"{interface.identifier}_python", python_backend.sources(interface)
+    data = cached(name, sources, [pythonfmu.__version__], lambda: python_backend.packed(sources), compilers.host().name in python_backend.PLATFORMS)
+    return name, data, python_backend.PLATFORMS
+
+
+def _compiled(interface: Interface, fmi: int, platforms: str) -> tuple[str, bytes, tuple[str, ...]]:
+    """The same of the compiled back end; without a compiler a ready-made archive, if it fits."""
+    wanted, suffix = archive_platforms(fmi, platforms)
+    name, sources = interface.identifier + suffix, source_contents(interface, fmi)
+    try:
+        tools = compiler_versions(wanted, platforms)
+    except MissingToolError:
+        shipped = ready_made.find(f"{name}.fmu", sources["modelDescription.xml"])
+        if shipped is None or not {p.name for p in wanted} <= set(shipped[1]):
+            raise
+        return name, *shipped
+    targets = tuple(p.name for p in wanted)
+
+    def contents() -> dict[str, bytes]:
+        return {**sources, **binaries(interface, sources, fmi, wanted, native=platforms == "host")}
+
+    return name, cached(name, sources, tools, contents, compilers.host().name in targets), targets
+
+
+def cached(name: str, sources: Mapping[str, bytes], tools: list[str], contents: Callable[[], dict[str, bytes]], load: bool) -> bytes:
+    """The archive of these sources and tools out of the cache, put there first if it is new."""
+    path = cache_folder() / f"{name}-{content_key(sources, *tools)[:32]}.fmu"
+    if not path.is_file():
+        finish(archive(contents()), path, load)
+    return path.read_bytes()
 
 
 def build_all(component: Component, out_dir: str | Path = ".", fmi: int = 2, backend: str = "compiled", platforms: str = "host") -> list[BuiltFmu]:

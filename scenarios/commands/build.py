@@ -7,7 +7,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from fmus.build import build
+from fmus.build import build_all
 from fmus.errors import InputError
 from fmus.progress import track
 from scenarios import names
@@ -40,7 +40,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
             raise InputError(f"--set goes with a single NAME, not with {len(components)}")
         components = [components[0].with_values(**names.assignments(arguments.settings))]
     built = [built for component in track(components, "building", len(components))
-             for built in [build(component, arguments.out, int(arguments.fmi), arguments.backend, arguments.platforms)]]  # fmt: skip
+             for built in build_all(component, arguments.out, int(arguments.fmi), arguments.backend, arguments.platforms)]  # fmt: skip
     return {"fmus": [{"name": b.name, "path": str(b.path), "sha256": b.sha256, "platforms": list(b.platforms)} for b in built]}
 
 
