@@ -2,7 +2,7 @@
 
 import argparse
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -101,10 +101,16 @@ def _starts(paths: Mapping[str, Path], initial: Mapping[str, float]) -> dict[str
     return starts
 
 
-def over_speed_fmus(units: Mapping[str, FmuUnit]) -> Linearised:
-    """The coupled FMUs, without coupling error, linearised as a function of speeds (n,) in m/s."""
-    network = Network(units, join(units))
-    vehicle = units["vehicle"]
+def over_speed_fmus(units: Mapping[str, FmuUnit], wiring: Mapping[str, Sequence[str]] | None = None) -> Linearised:
+    """The coupled FMUs, without coupling error, linearised as a function of speeds (n,) in m/s.
+
+    Raises InputError when not exactly one of them has an input `speed`.
+    """
+    network = Network(units, join(units) if wiring is None else wiring)
+    moving = [name for name, unit in units.items() if "speed" in unit.inputs]
+    if len(moving) != 1:
+        raise InputError(f"modes over speed need one FMU with an input speed, not {len(moving)} ({', '.join(moving) or 'none'})")
+    vehicle = units[moving[0]]
 
     def linearised(speeds: np.ndarray) -> StateSpace:
         spaces = []

@@ -12,6 +12,7 @@ from fmus.coupling.polynomials import nearest
 from fmus.coupling.units import Unit
 from fmus.errors import InputError, unknown
 from fmus.linear import StateSpace
+from fmus.units import unit as known_unit
 
 
 class Network:
@@ -33,6 +34,7 @@ class Network:
             for source in sources:
                 if source not in self.outputs:
                     raise unknown("output", source, self.outputs)
+                self._same_units(source, target)
         used = {source for sources in self.wiring.values() for source in sources}
         self.signals = [o for o in self.outputs if o in used]
         self.where = np.array([self.outputs.index(s) for s in self.signals], int)
@@ -44,6 +46,12 @@ class Network:
         self.part = self._parts()
         self.owner = np.array([list(self.units).index(s.partition(".")[0]) for s in self.signals], int)
         self.rounds, self.late = self._rounds()
+
+    def _same_units(self, source: str, target: str) -> None:
+        """Raises InputError where the two have different units."""
+        given, wanted = (self.units[n].unit_of(variable) for n, _, variable in (source.partition("."), target.partition(".")))
+        if not agree(given, wanted):
+            raise InputError(f"{source} [{given}] cannot drive {target} [{wanted}]: the units differ")
 
     def _parts(self) -> list[tuple[Unit, slice, slice]]:
         """For each unit: itself, its inputs, its outputs."""
@@ -145,6 +153,17 @@ class Network:
         states = tuple(f"{n}.{x}" for n, s in zip(self.units, spaces, strict=True) for x in s.states)
         return StateSpace(A + B @ wires @ closed @ C, (B + B @ wires @ closed @ D)[:, free], closed @ C, (closed @ D)[:, free],
                           states, tuple(self.inputs[k] for k in free), tuple(self.outputs))  # fmt: skip
+
+
+def agree(given: str, wanted: str) -> bool:
+    """Whether a number in one unit can be taken for one in the other; units that nobody knows agree by name alone."""
+    if not given or not wanted or given == wanted:
+        return True
+    try:
+        first, second = known_unit(given), known_unit(wanted)
+    except InputError:
+        return False
+    return (first.factor, first.exponents) == (second.factor, second.exponents)
 
 
 def block_diagonal(matrices: Sequence[np.ndarray]) -> np.ndarray:
