@@ -14,14 +14,14 @@ from fmus.errors import InputError
 def effects_in(package: ModuleType) -> list[type[Effect]]:
     """The effects with a family that the modules of a package declare, in the order of their families and files."""
     modules = [importlib.import_module(f"{package.__name__}.{found.name}") for found in pkgutil.iter_modules(package.__path__)]
-    return [effect for module in modules for effect in _declared_by(module)]
+    return [effect for module in modules for effect in declared_by(module)]
 
 
 def load_folder(folder: str | Path) -> list[type[Effect]]:
     """The effects in the Python files of a folder. Raises InputError when there is none, or a file cannot be loaded."""
     found = []
     for path in sorted(Path(folder).glob("*.py")):
-        found += _declared_by(load_module(path))
+        found += declared_by(load_module(path))
     if not found:
         raise InputError(f"no effect in {folder}: expected Python files with classes of fmus.Effect that have a family")
     return found
@@ -39,6 +39,7 @@ def load_module(path: str | Path) -> ModuleType:
     return module
 
 
-def _declared_by(module: ModuleType) -> list[type[Effect]]:
+def declared_by(module: ModuleType) -> list[type[Effect]]:
+    """The effects with a family that a module declares itself."""
     return [c for _, c in inspect.getmembers(module, inspect.isclass)
             if issubclass(c, Effect) and c.family and c.__module__ == module.__name__]  # fmt: skip

@@ -6,11 +6,13 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import make_lsq_spline
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import hilbert
 
 SETTLE = 3.5  # s after a step of frequency or amplitude, until transients have died
 JUMP = 0.1  # Hz within a second: what is no sweep
+END = 1.0  # s at the end of a record
 CYCLES = 4.0  # that a window holds at least
 WINDOW = 2.5  # s that a window lasts at least
 LOWEST = 0.2  # of the usual amplitude: below it the excitation has not begun or has ended
@@ -41,10 +43,22 @@ def phase_of(command: np.ndarray, rate: float) -> Phase | None:
     growth = np.zeros(len(command))
     growth[:-lag] = np.abs(size[lag:] - size[:-lag]) / usual
     jumps = (change > 5 * np.median(change) + JUMP) | (growth > 0.15 + 5 * np.median(growth)) | (size < LOWEST * usual)
+    jumps[-int(END * rate) :] = True
     stretches = _runs(~jumps, int(SETTLE * rate))
     if sum(last - first for first, last in stretches) < 0.3 * len(command) or np.any(frequency[_inside(stretches)] <= 0):
         return None
+    for first, last in stretches:
+        _smooth(angle, max(first - int(SETTLE * rate / 2), 0), min(last + int(END * rate), len(command)), frequency[first:last].min(), rate)
     return Phase(angle, frequency, tuple(stretches), tuple(_windows(stretches, frequency, rate)))
+
+
+def _smooth(angle: np.ndarray, first: int, last: int, lowest: float, rate: float) -> None:
+    """Replace a stretch of the phase by a spline: the ends of a record make the analytic signal swing twice a cycle."""
+    index = np.arange(first, last)
+    apart = int(max(1.0, 2.0 / lowest) * rate)
+    inner = index[apart : -apart : apart]
+    knots = np.concatenate([[index[0]] * 4, inner, [index[-1]] * 4]).astype(float)
+    angle[first:last] = make_lsq_spline(index.astype(float), angle[first:last], knots, 3)(index)
 
 
 def _runs(good: np.ndarray, settle: int) -> list[tuple[int, int]]:

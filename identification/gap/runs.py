@@ -8,7 +8,7 @@ import numpy as np
 from fmus.errors import InputError
 from identification.gap.motion import ORDERS as MOTION_ORDERS
 from identification.gap.motion import Rebuilt, rebuilt
-from identification.gap.phase import phase_of
+from identification.gap.phase import Phase, phase_of
 from identification.gap.reduction import Noise, Reduction, noise_of, reduction_of, variance_of
 from identification.recordings import Recording
 from identification.sampling import uniform
@@ -27,6 +27,7 @@ class Run:
     noise: Noise
     data: np.ndarray
     deviation: np.ndarray
+    unit: str  # of the imposed motion
     notes: tuple[str, ...] = ()
     guess: dict = field(default_factory=dict)
     known: dict = field(default_factory=dict)
@@ -76,8 +77,9 @@ def prepare(recording: Recording, imposed: str, measured: str, command: str) -> 
     data = reduction.reduce(y)
     moved, moved_variance = reduction.reduce(angle), variance_of(reduction, angle_noise)
     orders = _orders(reduction, moved, moved_variance)
+    moved_variance = moved_variance * _let_through(reduction, time, phase, orders)
     variance = variance_of(reduction, noise) + _through_the_motion(reduction, moved, data, moved_variance, orders)
-    return Run(recording, rebuilt(time, angle, phase, orders), reduction, noise, data, np.sqrt(variance), notes)
+    return Run(recording, rebuilt(time, angle, phase, orders), reduction, noise, data, np.sqrt(variance), recording.units[imposed], notes)
 
 
 def _orders(reduction: Reduction, moved: np.ndarray, variance: np.ndarray) -> tuple[int, ...]:
@@ -85,6 +87,15 @@ def _orders(reduction: Reduction, moved: np.ndarray, variance: np.ndarray) -> tu
     order = np.array([c.order for c in reduction.columns])
     excess = {k: np.mean((moved[order == k] ** 2 / variance[order == k])) for k in MOTION_ORDERS if np.any(order == k)}
     return (1, *(k for k, e in excess.items() if e > 1 + 4 * np.sqrt(2 / np.count_nonzero(order == k))))
+
+
+def _let_through(reduction: Reduction, time: np.ndarray, phase: Phase, orders: tuple[int, ...]) -> np.ndarray:
+    """The share (m,) of white noise in the measured motion that is in the rebuilt one, by order and degree."""
+    white = np.random.default_rng(0).standard_normal(len(time))
+    power = reduction.reduce(rebuilt(time, white, phase, orders)(time)[0]) ** 2
+    kinds = [(c.order, c.degree) for c in reduction.columns]
+    means = {kind: np.mean([p for p, k in zip(power, kinds, strict=True) if k == kind]) for kind in set(kinds)}
+    return np.array([means[kind] for kind in kinds])
 
 
 def _through_the_motion(reduction: Reduction, angle: np.ndarray, data: np.ndarray, variance: np.ndarray,

@@ -1,0 +1,98 @@
+"""Where a model misses measured data, and which physical effect is missing."""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from fmus.errors import InputError
+from fmus.progress import track
+from identification.gap.decide import decide
+from identification.gap.runs import Run, prepare, usable
+from identification.gap.test_stand import TestStand
+from identification.gap.verdict import as_result
+from identification.recordings import read_recording, read_rig
+from scenarios.command_line import to_json, write_text
+from scenarios.rig_test import rig_effects, rig_test
+
+NAME = "gap"
+HELP = """Find where a model misses recordings, name the missing effect, add it, and show the gap shrink.
+
+  motofmi gap sweep_up.csv stepped.csv --holdout sweep_down.csv --out gap
+  motofmi gap sweep.csv --rig my_rig.json --rider 3_2011 --out gap
+
+The verdict is named, none (the model is as good as the noise), unknown (nothing in the library is it) or tied
+(these data cannot tell the members apart). verdict.json in the --out folder holds everything.
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("files", nargs="*", metavar="FILE", help="recordings to fit, one run each")
+    parser.add_argument("--holdout", nargs="+", default=[], metavar="FILE", help="recordings that are only compared with")
+    parser.add_argument("--rig", metavar="FILE", help="rig.json (default: beside the first recording)")
+    parser.add_argument("--rider", default="mean_2011", metavar="NAME", help="published rider whose values the fit starts from")
+    parser.add_argument("--map", action="append", default=[], metavar="COLUMN=VARIABLE", help="what a column is")
+    parser.add_argument("--effects", metavar="DIR", help="folder with effects of your own")
+    parser.add_argument("--out", default="gap", metavar="DIR", help="folder for verdict.json, model and report")
+
+
+def run(arguments: argparse.Namespace) -> dict[str, Any]:
+    if not arguments.files:
+        raise InputError("gap needs recordings: motofmi gap FILE.csv [...] --holdout FILE.csv --out DIR")
+    folder = Path(arguments.out)
+    rig = read_rig(arguments.rig or Path(arguments.files[0]).parent)
+    stand, library = rig_test(rig, arguments.rider), rig_effects(arguments.effects)
+    runs, held = _runs(arguments.files, stand, arguments.map), _runs(arguments.holdout, stand, arguments.map)
+    verdict = decide(stand, runs, library)
+    result = as_result(verdict, held, "N.m")
+    result["limitations"] = _limitations(rig, runs, held)
+    write_text(folder / "verdict.json", to_json(result) + "\n")
+    return result
+
+
+def _runs(files: Sequence[str], stand: TestStand, mapping: Sequence[str]) -> list[Run]:
+    names = dict(text.partition("=")[::2] for text in mapping)
+    recordings = [read_recording(path, names or None) for path in track(files, "reading")]
+    usable(recordings)
+    columns = stand.columns
+    return [prepare(r, columns["imposed"], columns["measured"], columns["command"]) for r in recordings]
+
+
+def _limitations(rig: dict[str, Any], runs: Sequence[Run], held: Sequence[Run]) -> list[str]:
+    sentences = [note for r in (*runs, *held) for note in (*r.notes, *r.recording.warnings)]
+    if "handlebar_inertia" not in rig:
+        sentences.append("The handlebar's own inertia is not known (no rig.json): added inertia cannot be told from it.")
+    if not held:
+        sentences.append("No held-out run: the verdict is not checked on data that was not used.")
+    return sentences
+
+
+def show(result: dict[str, Any], console: Console) -> None:
+    console.print(_headline(result), style="bold")
+    for effect in result["effects"]:
+        values = ", ".join(f"{n} = {p['value']:.4g} +- {p['standard_error']:.2g} {p['unit']}" for n, p in effect["parameters"].items())
+        console.print(f"{effect['name']} ({effect['form']}): {effect['sentence']} {values}")
+    table = Table(box=None)
+    for heading in ("candidate", "form", "delta chi2", "delta BIC", "probability"):
+        table.add_column(heading, justify="left" if heading in ("candidate", "form") else "right")
+    for c in result["candidates"][:8]:
+        table.add_row(c["name"], c["form"], f"{c['delta_chi2']:.1f}", f"{c['delta_bic']:.1f}", f"{c['probability']:.3f}")
+    console.print(table)
+    gap = result["gap"]
+    for name in ("before", "after", "holdout_before", "holdout_after"):
+        if gap[name] is not None:
+            console.print(f"{name.replace('_', ' '):>15}: reduced chi-square {gap[name]:.3f} (floor 1), rms {gap['rms'][name]:.4f} {gap['rms']['unit']}")
+    for sentence in result["limitations"]:
+        console.print(f"limitation: {sentence}", style="yellow")
+
+
+def _headline(result: dict[str, Any]) -> str:
+    return {
+        "named": "named: " + " and ".join(e["name"] for e in result["effects"]),
+        "none": "none: the model is as good as the noise",
+        "tied": "tied: these data cannot tell apart " + ", ".join(result["tied"]),
+        "unknown": "unknown: something is missing, and nothing in the library is it",
+    }[result["verdict"]]
