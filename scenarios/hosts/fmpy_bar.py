@@ -2,11 +2,11 @@
 
 `simulate_fmu` sets the inputs, steps, and records without setting inputs again: an output that follows an input at
 once (the arms' torque) is recorded with the inputs of the step's start, one step late. The SSP runner connects in the
-same way and stamps its rows with the step's start though they hold for its end; `rows_of_ssp` puts that right. In the
-loop, inputs are set before outputs are read, and the outputs are of the moment.
+same way and stamps its rows with the step's start though they hold for its end; `rows_of_ssp` puts that right. It gives
+an input without a connection that of the connector before; `write_ssp` names connected inputs only. In the loop, inputs
+are set before outputs are read, and the outputs are of the moment.
 """
 
-import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -18,6 +18,7 @@ from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import Parameter, ParameterSet
 
 from fmus import linearise
+from fmus.ssp import write_ssp
 from scenarios.hosts.rider_on_a_bar import AT_START, CONNECTIONS, SAMPLED, STRIKE, archives, errors, parts
 from scenarios.hosts.table import main
 
@@ -31,8 +32,9 @@ def run(step: float = 1e-3, duration: float = 1.0) -> dict:
         fmus = archives(folder)
         count = round(duration / step)
         found: dict = {"simulate_fmu": lag_of_simulate_fmu(fmus["device"], step)}
-        for name, samples in (("ssp", rows_of_ssp(package(fmus, Path(folder)), step, count)), ("loop", rows_of_loop(fmus, step, count))):
-            found[name] = errors(samples, step)
+        wired = write_ssp(Path(folder, "rider_on_a_bar.ssp"), fmus, {f"{target}.{n}": [f"{source}.{n}"] for source, target, n in CONNECTIONS})
+        found["ssp"] = errors(rows_of_ssp(wired, step, count), step)
+        found["loop"] = errors(rows_of_loop(fmus, step, count), step)
     return found
 
 
@@ -58,33 +60,6 @@ def lag_of_simulate_fmu(rider: Path, step: float) -> dict[str, float]:
     exact = ((angle + 1j * OMEGA * rate) * waves).imag
     return {"lag_in_steps": float(np.angle((stiffness + 1j * OMEGA * damping) / (sine + 1j * cosine)) / (OMEGA * step)),
             "torque_error": float(np.abs(result["handlebar_torque"] - exact).max() / np.abs(exact).max())}  # fmt: skip
-
-
-def package(fmus: Mapping[str, Path], folder: Path) -> Path:
-    """Both FMUs in one SSP 1.0 archive. It names no input without a connection: fmpy would give it the one before."""
-    kinds = {name: [("input", n) for _, target, n in CONNECTIONS if target == name] + [("output", n) for n in part.outputs]
-             for name, part in parts().items()}  # fmt: skip
-    components = "".join(
-        f'<ssd:Component name="{name}" type="application/x-fmu-sharedlibrary" source="resources/{fmus[name].name}"><ssd:Connectors>'
-        + "".join(f'<ssd:Connector name="{n}" kind="{kind}"><ssc:Real/></ssd:Connector>' for kind, n in rows)
-        + "</ssd:Connectors></ssd:Component>"
-        for name, rows in kinds.items()
-    )
-    connections = "".join(f'<ssd:Connection startElement="{source}" startConnector="{n}" endElement="{target}" endConnector="{n}"/>'
-                          for source, target, n in CONNECTIONS)  # fmt: skip
-    structure = (
-        '<?xml version="1.0" encoding="UTF-8"?>'
-        '<ssd:SystemStructureDescription xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription" '
-        'xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon" name="rider_on_a_bar" version="1.0">'
-        f'<ssd:System name="rider_on_a_bar"><ssd:Elements>{components}</ssd:Elements>'
-        f"<ssd:Connections>{connections}</ssd:Connections></ssd:System></ssd:SystemStructureDescription>"
-    )
-    path = folder / "rider_on_a_bar.ssp"
-    with zipfile.ZipFile(path, "w") as made:
-        made.writestr("SystemStructure.ssd", structure)
-        for archive in fmus.values():
-            made.write(archive, f"resources/{archive.name}")
-    return path
 
 
 def rows_of_ssp(path: Path, step: float, count: int) -> np.ndarray:
