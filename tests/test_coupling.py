@@ -105,6 +105,14 @@ def test_exact_eigenvalues_are_those_of_the_one_coupled_system():
         assert all(np.abs(ours - e).min() <= 1e-9 * abs(e) for e in exact_eigenvalues(speed))  # rounding of two eigensolutions
 
 
+@pytest.mark.parametrize("scheme", COUPLINGS.values(), ids=COUPLINGS)
+def test_stated_limits_separate_decay_from_growth(scheme):
+    for limit, speed in zip(scheme.stable, (None, 30.0), strict=True):
+        steps = (0.02, 0.1, 1.0) if np.isinf(limit) else (0.25 * limit, 0.98 * limit)  # 2 %: three digits are stated
+        assert all(predict(scheme, network(speed), step).stable for step in steps)
+        assert np.isinf(limit) or not predict(scheme, network(speed), 1.02 * limit).stable
+
+
 def test_largest_stable_step_separates_decay_from_growth():
     for name in ("jacobi", "gauss_seidel", "jacobi_linear", "hermite", "taylor"):
         limit = largest_stable_step(coupling(name), network())

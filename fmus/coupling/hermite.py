@@ -11,7 +11,7 @@ HERMITE_PASS = Scheme(
     "hermite",
     "one unit after the other, torque as a parabola, then the angle as a Hermite cubic",
     order=3,
-    stable="to about the step of quadratic Jacobi",
+    stable=(0.01695, 0.01219),
     source="Hermite interpolation of the motion: Schweizer, Lu, Li, ZAMM 96 (2016) 821-844",
     before=Continuation(QUADRATIC),
     after=Continuation(PARABOLA, angle=HERMITE, rate=None),

@@ -7,7 +7,7 @@ JACOBI = Scheme(
     "jacobi",
     "all units at once, inputs held",
     order=1,
-    stable="while the step is well below damping over stiffness at the port: a held torque is a late damper",
+    stable=(0.0365, 0.0263),
     source="Kuebler, Schiehlen, Math. Comput. Model. Dyn. Syst. 6 (2000) 93-113",
     before=Continuation(HELD),
 )

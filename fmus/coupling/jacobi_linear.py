@@ -7,7 +7,7 @@ JACOBI_LINEAR = Scheme(
     "jacobi_linear",
     "all units at once, inputs continued as lines",
     order=2,
-    stable="to about the step of Jacobi",
+    stable=(0.0207, 0.0156),
     source="Busch, ZAMM 96 (2016) 1061-1081",
     before=Continuation(LINEAR),
 )

@@ -39,13 +39,14 @@ class Continuation:
 class Scheme:
     """A coupling by its knots.
 
-    order is that of the error over a given time in the step; stable says up to which step, and for what.
+    order is that of the error over a given time in the step. stable are the largest stable steps [s] of the mean
+    rider of the 2011 paper on a bar of 0.6 kg.m2 and on Sharp's motorcycle at 30 m/s, inf where that is beyond 1 s.
     """
 
     name: str
     summary: str
     order: int
-    stable: str
+    stable: tuple[float, float]
     source: str
     before: Continuation
     after: Continuation | None = None

@@ -1,0 +1,75 @@
+"""What if the device is another? The same motorcycle and wiring with a rider, dampers, an inerter, a rider and a damper.
+
+Every device is an FMU with the same port. Torques of several devices add up. The modes are those of the linearised
+FMUs coupled without error; the time histories begin with the same jump of the steer rate.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from fmus.build import build
+from fmus.component import Component
+from fmus.cosimulation import Run, cosimulate, join
+from fmus.coupling import Network
+from fmus.importer import FmuUnit
+from fmus.participation import participation
+from rider_fmu import riders
+from scenarios.report import Section, Table, new_figure
+from vehicle_fmu import LinearDamper, dampers, motorcycles
+
+SPEED, DURATION, STEP = 50.0, 2.0, 2e-3  # m/s, s, s
+START = {"steer_rate": 0.5}  # rad/s
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The run, and the oscillatory eigenvalues [1/s] with each unit's share in them."""
+
+    run: Run
+    eigenvalues: np.ndarray
+    shares: dict[str, np.ndarray]
+
+
+def devices() -> dict[str, list[Component]]:
+    """What is held at the handlebar, by name."""
+    rider, damper = riders.load("mean_2011"), LinearDamper("damper_7_5", "2011, Fig. 14", damping=7.5)
+    return {"nothing": [], "rider": [rider], "damper": [damper], "progressive damper": [dampers.load("progressive")],
+            "inerter": [dampers.load("inerter")], "rider and damper": [rider, damper]}  # fmt: skip
+
+
+def run(folder: str) -> dict[str, Answer]:
+    """Each device on the motorcycle; the FMUs are built into a folder."""
+    vehicle, found = build(motorcycles.load("reference_2011"), folder).path, {}
+    for name, held in devices().items():
+        # The mean rider's inertia at the port is zero: nothing of the motorcycle changes with the device.
+        units = {"vehicle": FmuUnit(vehicle, "vehicle", {"speed": SPEED, **START})}
+        units |= {component.name: FmuUnit(build(component, folder).path, component.name) for component in held}
+        eigenvalues, shares = participation(Network(units, join(units)).linearised())
+        swings = eigenvalues.imag > 1e-9 * np.abs(eigenvalues)
+        found[name] = Answer(cosimulate(units, STEP, DURATION), eigenvalues[swings], {unit: share[swings] for unit, share in shares.items()})
+        for unit in units.values():
+            unit.close()
+    return found
+
+
+def figure(found: dict[str, Answer]) -> Figure:
+    """Steer angle over time, one picture for each device."""
+    picture, axes = new_figure(3, 2, width=10, height=5, sharex=True, sharey=True)
+    for ax, (name, answer) in zip(axes.flat, found.items(), strict=True):
+        ax.plot(answer.run["time"], np.degrees(answer.run["vehicle.steer_angle"]))
+        ax.set(title=name, xlabel="time [s]", ylabel="steer angle [deg]")
+    return picture
+
+
+def section(found: dict[str, Answer]) -> Section:
+    """The histories side by side and the modes in a table."""
+    rows = []
+    for name, answer in found.items():
+        for k, value in enumerate(answer.eigenvalues):
+            held = 1.0 - answer.shares["vehicle"][k]
+            rows.append([name, f"{value.imag / (2 * np.pi):.2f}", f"{-value.real / abs(value):.3f}", f"{100 * held:.0f}"])
+    text = f"The motorcycle at {SPEED:g} m/s after a jump of the steer rate of {START['steer_rate']:g} rad/s, with what is held at its handlebar exchanged."
+    table = Table(["device", "frequency [Hz]", "damping ratio", "share of the device in the mode [%]"], rows, "Oscillatory modes")
+    return Section("What if the device is another?", [text], [(figure(found), "Steer angle with each device")], [table])
