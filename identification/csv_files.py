@@ -1,5 +1,6 @@
 """CSV with one header row, read by numpy's C reader, and reduced on the way in where that is wanted."""
 
+import warnings
 from collections.abc import Iterator
 from itertools import chain
 from pathlib import Path
@@ -56,8 +57,13 @@ def _header(path: Path) -> tuple[list[str], str, int]:
 
 
 def _numbers(source, delimiter: str, skipped: int = 0, rows: int | None = None) -> np.ndarray:
-    """Numbers (n, columns); numpy stops with ValueError at the first cell that is none."""
-    return np.loadtxt(source, delimiter=delimiter, skiprows=skipped, max_rows=rows, ndmin=2, comments=None, encoding="utf-8-sig")
+    """Numbers (n, columns); ValueError at the first cell that is none, and without any."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # that there is no data is said below
+        table = np.loadtxt(source, delimiter=delimiter, skiprows=skipped, max_rows=rows, ndmin=2, comments=None, encoding="utf-8-sig")
+    if not table.size:
+        raise ValueError("no rows")
+    return table
 
 
 def _chunks(file, delimiter: str) -> Iterator[np.ndarray]:

@@ -188,7 +188,8 @@ def identify(frfs: Sequence[FRF], model: Response, method: str = "weighted",
     value = 1 / together.seen(np.exp(x))[0]
     residual = {"radius": float(np.mean(np.abs(np.abs(value) - np.abs(together.measured)))),
                 "phase_deg": float(np.mean(np.abs(np.angle(value / together.measured, deg=True))))}  # fmt: skip
-    found = Identification(model.parameters, tuple(row.unit for row in model.rows), np.exp(x), covariance, method, residual,
+    values = np.clip(np.exp(x), *(np.array([getattr(row, side) for row in model.rows]) for side in ("min", "max")))
+    found = Identification(model.parameters, tuple(row.unit for row in model.rows), values, covariance, method, residual,
                            float(np.mean(chi_squares)), singular, directions, tau, float(np.mean(agreeing)), (), tuple(frfs),
                            tuple(np.split(value, np.cumsum([len(f.frequency) for f in frfs])[:-1])))  # fmt: skip
     return replace(found, warnings=_doubts(found, together, x))

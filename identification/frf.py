@@ -115,10 +115,14 @@ def estimate(recording: Recording, reference: str = "", band: tuple[float, float
     recording, notes = uniform(recording)
     duration = len(recording.time) / recording.rate
     width = width or band_width([recording])
-    if not LINES / duration <= width * (1 + 1e-6) <= WIDE:
-        raise InputError(f"{recording.name}: {duration:.3g} s cannot give bands of {width:.3g} Hz; they need {LINES / width:.3g} s at least, "
-                         f"and {WIDE:g} Hz is the widest that shows a resonance")  # fmt: skip
+    if duration < LINES / WIDE:
+        raise InputError(f"{recording.name}: {duration:.3g} s are too short for a frequency response, at least {LINES / WIDE:g} s are needed")
+    if width * duration < LINES * (1 - 1e-6):
+        raise InputError(f"{recording.name}: {duration:.3g} s cannot give bands of {width:g} Hz, at least {LINES / duration:.3g} Hz are needed")
     frequencies = np.arange(band[0], min(band[1], 0.4 * recording.rate) + 1e-9, width)
+    if not len(frequencies):
+        raise InputError(f"{recording.name}: sampled at {recording.rate:.4g} Hz, nothing from {band[0]:g} to {band[1]:g} Hz can be measured; "
+                         "is the time in the unit that the file says?")  # fmt: skip
     angle, torque, r = (spectrum(recording[c]) for c in ("steer_angle", "steer_torque", reference))
     grid = np.fft.rfftfreq(len(recording.time), 1 / recording.rate)
     bands = [np.flatnonzero(np.abs(grid - f) < width / 2) for f in frequencies]

@@ -40,8 +40,11 @@ def derived_with_errors(found: Identification, handlebar_inertia: float) -> dict
     """What follows from the parameters, name -> {value, standard_error, unit}; errors to first order."""
 
     def at(x: np.ndarray) -> dict[str, float | None]:
-        return derived(rider_from(np.exp(x), handlebar_inertia), float(np.exp(x[0])), handlebar_inertia)
+        values = np.clip(np.exp(x), low, high)  # a parameter on its bound stays there
+        return derived(rider_from(values, handlebar_inertia), float(values[0]), handlebar_inertia)
 
+    rows = rig_response().rows
+    low, high = (np.array([getattr(row, side) for row in rows]) for side in ("min", "max"))
     x = np.log(found.values)
     here, step = at(x), 1e-5
     sides = [(at(x + step * e), at(x - step * e)) for e in np.eye(len(x))]

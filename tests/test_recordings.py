@@ -150,6 +150,7 @@ def test_no_time_column(write):
 def test_no_header_empty_file_no_file_no_text(write, tmp_path):
     refused(write(text(good())[1:]), "line 1 holds numbers", "header row")
     refused(write([""]), "is empty")
+    refused(write(text(good())[:1]), "no rows of numbers below the header")
     refused(tmp_path / "nowhere.csv", "nowhere.csv", "No such file")
     binary = tmp_path / "run.dat"
     binary.write_bytes(bytes(range(256)) * 10)
@@ -239,6 +240,14 @@ def test_rig_json(tmp_path):
     (tmp_path / "rig.json").write_text('{"handlebar_inertia": 0.125}')
     with pytest.raises(InputError, match=r'"handlebar_inertia": \{"value"'):
         read_rig(tmp_path)
+
+
+def test_time_in_the_wrong_unit(write):
+    """Milliseconds called seconds: 128 Hz look like 0.128 Hz."""
+    recording = good()
+    slow = Recording("", 1000 * recording.time, recording.columns, recording.units)
+    with pytest.raises(InputError, match=r"sampled at 0.128 Hz, nothing from 0.5 to 12 Hz"):
+        estimate(read_recording(write(text(slow))))
 
 
 # Large files -----------------------------------------------------------------------------------------
