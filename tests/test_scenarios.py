@@ -63,7 +63,7 @@ def test_the_tour_names_a_report_that_opens_offline(tour):
     page = (out / result["report"]).read_text()
     assert all(step["seconds"] >= 0 and step["answer"] for step in result["steps"])
     assert not re.search(r"(src|href)=\"(?!data:|#)", page)
-    assert page.count("<img") == 9  # Figs 6, 7, 8 to 13 in one, 14 to 18, and the swap
+    assert page.count("<img") == 10  # Figs 6, 7, 8 to 13 in one, 14 to 18, the swap, and the gap
 
 
 def test_the_tour_shows_what_is_missed(tour):
@@ -71,3 +71,13 @@ def test_the_tour_shows_what_is_missed(tour):
     page = (out / result["report"]).read_text()
     # The printed 3.8 Hz of the reference's weave at 60 m/s is met by no reading of the data.
     assert 'class="missed"' in page and "rises from 0 to 3.8 Hz" in page
+
+
+def test_the_tour_finds_what_the_rig_hid(tour):
+    out, result = tour
+    (answer,) = [step["answer"] for step in result["steps"] if "hidden" in step["name"]]
+    assert answer.endswith("which is right.")
+    # The truth stays where the workflow cannot read it.
+    assert not list(out.rglob("truth*"))
+    verdict = json.loads((out / "gap" / "verdict.json").read_text())
+    assert verdict["gap"]["holdout_after"] < 1.3 < verdict["gap"]["holdout_before"]

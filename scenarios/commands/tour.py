@@ -11,6 +11,7 @@ from rich.table import Table
 
 from fmus.progress import track
 from scenarios import (
+    can_the_missing_effect_be_found,
     does_the_rider_calm_the_wobble,
     how_near_are_the_papers,
     is_a_rider_a_damper,
@@ -20,9 +21,11 @@ from scenarios import (
 from scenarios.report import Report
 
 HELP = """The main job on real input, in under a minute: builds the FMUs of a motorcycle, a rider and a damper, co-simulates
-them, swaps one for the other, compares the modes with the published ones, and writes one report that opens offline.
+them, swaps one for the other, compares the modes with the published ones, lets the gap workflow find an effect that a
+virtual rig keeps secret, and writes one report that opens offline.
 
   motofmi tour
+  motofmi tour --seed 7                    (another rider, another secret)
   motofmi tour --out results --json -
 """
 
@@ -33,6 +36,7 @@ LEAD = ("Published riders, motorcycles and steering dampers, built as FMUs, co-s
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", default="tour", type=Path, metavar="DIR", help="where to (default: tour)")
+    parser.add_argument("--seed", default=1, type=int, help="of the virtual rig's secret (default: 1)")
 
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
@@ -43,6 +47,8 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         ("transfer functions of rider and dampers", is_a_rider_a_damper, is_a_rider_a_damper.run),
         ("FMUs built, co-simulated, rider swapped for damper", what_if_the_rider_is_swapped_for_a_damper,
          lambda: what_if_the_rider_is_swapped_for_a_damper.run(out)),
+        ("a hidden effect, found in recordings", can_the_missing_effect_be_found,
+         lambda: can_the_missing_effect_be_found.run(out, arguments.seed)),
         ("printed against computed", how_near_are_the_papers, how_near_are_the_papers.run),
     ]  # fmt: skip
     report, steps = Report("motofmi: the tour", LEAD), []

@@ -1,0 +1,106 @@
+"""A test rig that keeps a secret: it draws a rider and an effect, and writes recordings that do not say which.
+
+    python -m scenarios.rig_with_a_secret SEED FOLDER TRUTH.json
+
+It shares no code with what has to find the effect: plain Runge-Kutta steps of the rider on an imposed angle,
+
+    I_t theta'' = -T_a - k_t theta - c_t theta',   T_a = -F(d, d'),   M_s = I_s delta'' + F + friction,   d = delta - theta
+
+with F = k_a d + c_a d' and the effect in it. Noise and converters are those of a 12-bit rig.
+"""
+
+import json
+import sys
+from math import copysign, tanh
+from pathlib import Path
+
+import numpy as np
+
+from identification.excitation import Excitation, stepped_sine, sweep
+
+RATE, FINER = 128, 8  # Hz, steps per sample
+MEAN = {"It": 0.6441, "ka": 1053.4, "kt": 75.8, "ca": 19.28, "ct": 4.79}  # 2011, Table 2
+BETWEEN_RIDERS, BETWEEN_RUNS = 0.2, 0.03
+ANGLE_NOISE, TORQUE_NOISE, REMNANT = np.radians(0.03), 0.2, 0.4  # rad, N.m, N.m below 2 Hz
+ANGLE_STEP, TORQUE_STEP = np.radians(40) / 4096, 400 / 4096
+# What may be hidden: its name in the library, its parameter, and between which values it is drawn.
+SECRETS = {
+    "coulomb_friction": ("friction_torque", 0.3, 0.8),
+    "hardening_stiffness": ("cubic_stiffness", 3e3, 1.5e4),
+    "progressive_damping": ("coefficient", 0.3, 1.0),
+    "backlash": ("half_gap", 5e-4, 2e-3),
+    "asymmetry": ("ratio", 0.01, 0.05),
+}
+
+
+def main(seed: int, folder: Path, truth: Path) -> None:
+    """Write three recordings and rig.json into the folder, and what was hidden into `truth`."""
+    rng = np.random.default_rng(seed)
+    name = str(rng.choice(list(SECRETS)))
+    parameter, low, high = SECRETS[name]
+    size = float(rng.uniform(low, high))
+    rider = {k: v * np.exp(BETWEEN_RIDERS * rng.standard_normal()) for k, v in MEAN.items()}
+    folder.mkdir(parents=True, exist_ok=True)
+    tests = {"sweep_up_2deg": sweep(0.5, 12, 120, np.radians(2)), "stepped_4deg": stepped_sine(np.arange(0.5, 8.6, 1.0), seconds=10.0),
+             "holdout_sweep_down_3deg": sweep(12, 0.5, 100, np.radians(3))}  # fmt: skip
+    for test, excitation in tests.items():
+        today = {k: v * np.exp(BETWEEN_RUNS * rng.standard_normal()) for k, v in rider.items()}
+        record(folder / f"{test}.csv", excitation, today, name, size, rng)
+    (folder / "rig.json").write_text(json.dumps({"handlebar_inertia": {"value": 0.125, "standard_error": 0.00125, "unit": "kg.m2"}}))
+    truth.write_text(json.dumps({"name": name, "parameter": parameter, "value": size, "rider": rider}))
+
+
+def record(path: Path, excitation: Excitation, rider: dict[str, float], name: str, size: float, rng: np.random.Generator) -> None:
+    """Simulate one run and write what the channels show."""
+    fine = RATE * FINER
+    time = np.arange(round(excitation.duration * RATE) * FINER) / fine
+    angle, rate = excitation.motion(time)
+    half = excitation.motion(time + 0.5 / fine)
+    torque = device_torque(angle.tolist(), rate.tolist(), half[0].tolist(), half[1].tolist(), 1 / fine, rider, name, size)
+    measured = 0.125 * np.gradient(rate, 1 / fine)[::FINER] + np.array(torque[::FINER])
+    n = len(measured)
+    spectrum = np.fft.rfft(rng.standard_normal(n)) * (np.fft.rfftfreq(n, 1 / RATE) < 2)
+    remnant = np.fft.irfft(spectrum, n)
+    measured += REMNANT * remnant / remnant.std() + TORQUE_NOISE * rng.standard_normal(n)
+    shown = angle[::FINER] + ANGLE_NOISE * rng.standard_normal(n)
+    table = np.column_stack([time[::FINER], angle[::FINER], ANGLE_STEP * np.round(shown / ANGLE_STEP), TORQUE_STEP * np.round(measured / TORQUE_STEP)])
+    np.savetxt(path, table, "%.9g", ",", header="time [s],steer_angle_command [rad],steer_angle [rad],steer_torque [N.m]", comments="")
+
+
+def device_torque(angle: list, rate: list, angle_half: list, rate_half: list, h: float, rider: dict[str, float], name: str, size: float) -> list:
+    """The torque that the rider opposes to the bar at every time (n,), besides the bar's own inertia [N.m]."""
+    It, ka, kt, ca, ct = (float(rider[k]) for k in ("It", "ka", "kt", "ca", "ct"))
+    cubic = size if name == "hardening_stiffness" else 0.0
+    square = size if name == "progressive_damping" else 0.0
+    gap = size if name == "backlash" else 0.0
+    lopsided = size * ka if name == "asymmetry" else 0.0
+    friction = size if name == "coulomb_friction" else 0.0
+
+    def arm(d: float, dd: float) -> float:
+        felt = d - copysign(min(abs(d), gap), d) if gap else d
+        return ka * felt + ca * dd + cubic * d**3 + square * abs(dd) * dd + lopsided * abs(d)
+
+    def slope(theta: float, omega: float, a: float, r: float) -> float:
+        return (arm(a - theta, r - omega) - kt * theta - ct * omega) / It
+
+    theta = omega = 0.0
+    torque = []
+    for k in range(len(angle)):
+        a, r = angle[k], rate[k]
+        torque.append(arm(a - theta, r - omega) + friction * tanh(r / 0.02))
+        am, rm = angle_half[k], rate_half[k]
+        ae, re = (angle[k + 1], rate[k + 1]) if k + 1 < len(angle) else (am, rm)
+        k1 = slope(theta, omega, a, r)
+        w2 = omega + h / 2 * k1
+        k2 = slope(theta + h / 2 * omega, w2, am, rm)
+        w3 = omega + h / 2 * k2
+        k3 = slope(theta + h / 2 * w2, w3, am, rm)
+        w4 = omega + h * k3
+        k4 = slope(theta + h * w3, w4, ae, re)
+        theta += h / 6 * (omega + 2 * w2 + 2 * w3 + w4)
+        omega += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+    return torque
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]), Path(sys.argv[2]), Path(sys.argv[3]))
