@@ -5,7 +5,7 @@
 a_1 is the tangential acceleration of the mock-up at the distance h_1 from the roll axis, a_i that of the
 rider's body at h_i: waist, shoulders and head are points 2, 3 and 4.
 
-Source: Cossalter, Doria, Fabris, Maso (2008), Sect. 4, eqs 6 to 12; the published features of the FRFs.
+Source: Cossalter, Doria, Fabris, Maso (2008), Sect. 4, eqs 6 to 12.
 """
 
 from collections.abc import Mapping
@@ -18,10 +18,9 @@ from identification.frf import band_average, spectrum
 from identification.recordings import Recording
 from identification.sampling import uniform
 
-POINTS = {"waist": 2, "shoulder": 3, "head": 4}
+POINTS = ("waist", "shoulder", "head")
 REFERENCE = "mockup_acceleration"
 WIDTH = 0.15  # Hz around each frequency of the test
-HIGH = 5.0  # Hz, where "high frequency" begins in a test up to 7 Hz
 
 
 @dataclass(frozen=True)
@@ -56,79 +55,3 @@ def roll_frf(recording: Recording, heights: Mapping[str, float], frequencies: np
         ratios = [band_average(grid[k], f, WIDTH, mockup[k], body[k], mockup[k])[0] for f, k in bands]
         absolute[point] = np.array(ratios) * heights["mockup"] / heights[point]
     return RollFRF(np.asarray(frequencies, float), absolute)
-
-
-@dataclass(frozen=True)
-class Feature:
-    """A printed feature, what the measurement gives, and whether it is within the printed range."""
-
-    quantity: str
-    point: int
-    feature: str
-    printed: str
-    value: float
-    met: bool
-
-
-def check_features(frf: RollFRF, features: list[dict[str, str]]) -> list[Feature]:
-    """The published features (rows of quantity, point, feature, lo, hi, printed) against FRFs."""
-    found = []
-    for row in features:
-        name = next(n for n, number in POINTS.items() if number == int(row["point"]))
-        curve = (frf.absolute if row["quantity"] == "FRF" else frf.relative).get(name)
-        if curve is None:
-            continue
-        low, high = (float(row[k]) if row[k] else np.nan for k in ("lo", "hi"))
-        value, met = MEASURES[row["feature"]](frf.frequency, curve, low, high)
-        found.append(Feature(row["quantity"], int(row["point"]), row["feature"], row["printed"], value, met))
-    return found
-
-
-def _peak_frequency(frequency, curve, low, high):
-    at = float(frequency[np.argmax(np.abs(curve))])
-    return at, low <= at <= high
-
-
-def _phase_lag(frequency, curve, low, high):
-    lag = -np.degrees(np.angle(curve))
-    return float(lag[0]), bool(low <= lag[0] <= high and lag[1] > lag[0])
-
-
-def _monotonic_decrease(frequency, curve, low, high):
-    modulus = np.abs(curve)
-    rise = float(np.max(np.diff(modulus[np.argmax(modulus) :]), initial=0.0))
-    return rise, rise <= 0.0
-
-
-def _modulus_at_high(frequency, curve, low, high):
-    modulus = np.abs(curve[frequency >= HIGH])
-    return float(modulus.mean()), bool(np.all((modulus >= low) & (modulus <= high)))
-
-
-def _modulus_above_2_hz(frequency, curve, low, high):
-    modulus = np.abs(curve[frequency > 2.0])
-    return float(modulus[np.argmax(np.abs(modulus - (low + high) / 2))]), bool(np.all((modulus >= low) & (modulus <= high)))
-
-
-def _peaks_below(frequency, curve, low, high):
-    modulus = np.abs(curve)
-    peaks = np.flatnonzero((modulus[1:-1] > modulus[:-2]) & (modulus[1:-1] > modulus[2:])) + 1
-    below = np.count_nonzero(frequency[peaks] < high)
-    return float(below), bool(below == 2 and frequency[np.argmax(modulus)] < high)
-
-
-def _phase_at_high(frequency, curve, low, high):
-    phase = np.degrees(np.angle(curve[frequency >= HIGH]))
-    phase = np.where(phase > 0, phase - 360, phase)
-    return float(phase.mean()), bool(np.all((phase >= low) & (phase <= high)))
-
-
-MEASURES = {
-    "peak_frequency": _peak_frequency,
-    "phase_lag_at_lowest_frequency": _phase_lag,
-    "monotonic_decrease_above_peak": _monotonic_decrease,
-    "modulus_at_high_frequency": _modulus_at_high,
-    "modulus_above_2Hz": _modulus_above_2_hz,
-    "peaks_below": _peaks_below,
-    "phase_at_high_frequency": _phase_at_high,
-}

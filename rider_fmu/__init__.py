@@ -12,12 +12,10 @@ from rider_fmu.handlebar import Handlebar
 from rider_fmu.passive_rider import PassiveRider
 from rider_fmu.rider_in_roll import RiderInRoll
 from rider_fmu.rig import SteerRig
-from rider_fmu.roll_rider import RollRider
 from rider_fmu.roll_rig import RollRig
 
-COMPONENTS = {c.__name__: c for c in (PassiveRider, FullRider, FullRiderOnRig, RiderInRoll, Handlebar, SteerRig, RollRider, RollRig)}
-FEATURES = Path(__file__).parent / "published" / "roll_features_2008.csv"
+COMPONENTS = {c.__name__: c for c in (PassiveRider, FullRider, FullRiderOnRig, RiderInRoll, Handlebar, SteerRig, RollRig)}
 riders = Library("rider", Path(__file__).parent / "riders", COMPONENTS)
 
-__all__ = ["COMPONENTS", "FEATURES", "FullRider", "FullRiderOnRig", "Handlebar", "PassiveRider", "RiderInRoll", "RollRider", "RollRig", "SteerRig",
+__all__ = ["COMPONENTS", "FullRider", "FullRiderOnRig", "Handlebar", "PassiveRider", "RiderInRoll", "RollRig", "SteerRig",
            "riders"]  # fmt: skip

@@ -14,7 +14,8 @@ from fmus.linear import linearise
 from fmus.mathematics import NUMERIC
 from identification.excitation import Excitation, stepped_sine
 from identification.recordings import Recording
-from rider_fmu import RollRider, RollRig, SteerRig
+from identification.roll import POINTS
+from rider_fmu import RollRig, SteerRig, riders
 
 
 @dataclass(frozen=True)
@@ -55,22 +56,27 @@ def steer_test(rider: Component, steer_inertia: float, excitation: Excitation, n
                      noise, rng, f"{excitation.name}_{rider.name}")  # fmt: skip
 
 
-def roll_test(rider: RollRider | None = None, frequencies: np.ndarray | None = None, accelerometer_noise: float = 0.01, seed: int = 0,
-              rate: float = 128.0, oversampling: int = 2, amplitude: float = np.radians(1)) -> tuple[Recording, np.ndarray]:  # fmt: skip
+def roll_test(rider: Component | None = None, frequencies: np.ndarray | None = None, accelerometer_noise: float = 0.01, seed: int = 0,
+              rate: float = 128.0, oversampling: int = 2, amplitude: float = np.radians(1), mockup_height: float = 0.5) -> tuple[Recording, np.ndarray]:  # fmt: skip
     """The recording of a roll test, single frequencies in random order against voluntary reactions, and these frequencies [Hz].
 
-    accelerometer_noise [m/s2] is a standard deviation.
+    The rider is rider 3 of 2008 by default; accelerometer_noise [m/s2] is a standard deviation, mockup_height [m] the
+    distance of the mock-up's accelerometer from the roll axis.
     """
     rng = np.random.default_rng(seed)
     levels = np.arange(0.5, 7.01, 0.25) if frequencies is None else np.asarray(frequencies, float)
     excitation = stepped_sine(rng.permutation(levels), seconds=20.0, amplitude=amplitude)
-    space = linearise(System("test", {"rig": RollRig("rig"), "rider": rider or RollRider("rider")}))
-    time = np.arange(round(excitation.duration * rate * oversampling)) / (rate * oversampling)
-    angle, angle_rate = excitation.motion(time)
-    _, outputs = motion(space, angle[:, None], time[1], angle_rate[:, None])
-    outputs = outputs[::oversampling]
-    channels = [n for n in space.outputs if n.startswith("rider.")]
-    noisy = {n.removeprefix("rider."): outputs[:, space.outputs.index(n)] + accelerometer_noise * rng.standard_normal(len(outputs)) for n in channels}
+    space = linearise(System("test", {"rig": RollRig("rig"), "rider": rider or riders.load("roll_3_2008")}))
+    fine = rate * oversampling
+    time = np.arange(round(excitation.duration * fine)) / fine
+    command = space.inputs.index("rig.roll_angle_command")
+    driven = replace(space, B=space.B[:, [command]], D=space.D[:, [command]], inputs=("rig.roll_angle_command",))
+    angle, angle_rate = (x[:, None] for x in excitation.motion(time))
+    states, outputs = (x[::oversampling] for x in motion(driven, angle, 1 / fine, angle_rate))
+    rates = (states @ driven.A.T + angle[::oversampling] @ driven.B.T) @ driven.C.T  # of the outputs that are velocities
+    channels = {"mockup_acceleration": mockup_height * outputs[:, space.outputs.index("rig.roll_acceleration")]}
+    channels |= {f"{point}_acceleration": rates[:, space.outputs.index(f"rider.{point}_velocity")] for point in POINTS}
+    noisy = {name: a + accelerometer_noise * rng.standard_normal(len(a)) for name, a in channels.items()}
     return Recording("roll_test", time[::oversampling], noisy, dict.fromkeys(noisy, "m/s2")), levels
 
 

@@ -8,11 +8,10 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from fmus.published import table
 from identification.frf import FRF, mean_frf
 from identification.recordings import Recording
-from identification.roll import REFERENCE, check_features, roll_frf
-from rider_fmu import FEATURES
+from identification.roll import REFERENCE, roll_frf
+from rider_fmu.roll_features import FEATURES, readings
 from scenarios import frf_figures, report
 from scenarios import recordings_on_the_command_line as shared
 
@@ -55,14 +54,21 @@ def roll(run: Recording, rig: dict[str, Any], arguments: argparse.Namespace) -> 
     frf = roll_frf(run, heights, frequencies)
     if arguments.plot:
         frf_figures.save([frf_figures.roll(frf)], arguments.plot)
-    features = check_features(frf, table(FEATURES))
+    features = [{"quantity": f.quantity, "point": f.point, "feature": f.name, "printed": [f.low, f.high], "measured": [low, high], "unit": f.unit,
+                 "met": bool(f.low <= low and high <= f.high)}
+                for f, (low, high) in zip(FEATURES, readings(frf.absolute, frf.frequency), strict=True)]  # fmt: skip
     if arguments.report:
-        rows = [(f"{f.quantity}_{f.point}", f.feature, f.printed, f"{f.value:.3g}", "met" if f.met else "not met") for f in features]
+        rows = [(f"{f['quantity']}, {f['point']}", f["feature"].replace("_", " "), *(_range(f[k]) for k in ("printed", "measured")), f["unit"],
+                 "met" if f["met"] else "missed") for f in features]  # fmt: skip
         section = report.Section("Roll test", list(run.warnings), [(frf_figures.roll(frf), "As in Figs 16 to 23 of the 2008 paper.")],
-                                 [report.Table(("FRF", "feature", "printed", "measured", ""), rows, marks=[r[-1].replace("not met", "missed") for r in rows])])  # fmt: skip
+                                 [report.Table(("FRF", "feature", "printed", "measured", "unit", ""), rows, marks=[r[-1] for r in rows])])  # fmt: skip
         report.Report("Roll test", f"From {run.name}.", [section]).write(Path(arguments.report))
     return {"runs": [run.name], "frequency": frf.frequency, "frf": frf.absolute, "relative_frf": frf.relative,
-            "features": [vars(f) for f in features], "warnings": list(run.warnings)}  # fmt: skip
+            "features": features, "warnings": list(run.warnings)}  # fmt: skip
+
+
+def _range(ends: list[float]) -> str:
+    return f"{ends[0]:.3g}" if ends[0] == ends[1] else f"{ends[0]:.3g} to {ends[1]:.3g}"
 
 
 def as_result(mean: FRF, each: list[FRF]) -> dict[str, Any]:
@@ -110,7 +116,7 @@ def show_roll(result: dict[str, Any], console: Console) -> None:
         grid.add_row(f"{f:.3g}", *(f"{abs(curve[k]):.3f}, {abs(result['relative_frf'][point][k]):.3f}" for point, curve in result["frf"].items()))
     console.print(grid)
     for feature in result["features"]:
-        console.print(f"{'met' if feature['met'] else 'NOT met':8}{feature['quantity']}_{feature['point']} {feature['feature'].replace('_', ' ')}: "
-                      f"{feature['value']:.3g} (printed: {feature['printed']})")  # fmt: skip
+        console.print(f"{'met' if feature['met'] else 'NOT met':8}{feature['quantity']}, {feature['point']}: {feature['feature'].replace('_', ' ')} "
+                      f"{_range(feature['measured'])} {feature['unit']} (printed: {_range(feature['printed'])})")  # fmt: skip
     for warning in result["warnings"]:
         console.print(f"warning: {warning}", style="yellow")
