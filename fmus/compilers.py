@@ -11,6 +11,7 @@ import shutil
 import struct
 import subprocess
 import sys
+import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -94,8 +95,9 @@ def commands(wanted: Platform, native: bool) -> list[tuple[str, ...]]:
 
 @cache
 def version(command: Sequence[str]) -> str:
-    """What the compiler says of itself."""
-    return subprocess.run([*command, "--version"], capture_output=True, text=True, check=False).stdout.partition("\n")[0]
+    """What the compiler says of itself, in a folder of its own: zig leaves an empty object file where it is asked."""
+    with tempfile.TemporaryDirectory() as folder:
+        return subprocess.run([*command, "--version"], cwd=folder, capture_output=True, text=True, check=False).stdout.partition("\n")[0]
 
 
 def compile_library(wanted: Platform, native: bool, folder: Path, files: Sequence[str], name: str) -> list[bytes]:
