@@ -34,7 +34,7 @@ TOLERANCE = 1e-5  # of a mode's frequency; ten times that of its damping ratio
 class Run:
     """What a run did.
 
-    rows (n, columns) is empty when they went to `path`. predicted is None when the units cannot be linearised.
+    rows (n, columns) is empty when they went to `path`. predicted is None when nothing can be told of a unit.
     """
 
     step: float
@@ -153,9 +153,10 @@ def _unit(network: Network, name: str) -> str:
 
 
 def _linear(units: Mapping[str, Unit], wiring: Mapping[str, Sequence[str]]) -> Network | None:
+    """The linear models of the units; None where one does not even restart, so that nothing can be told of it."""
     try:
         return linear_network(units, wiring)
-    except InputError:
+    except SimulationError:
         return None
 
 

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from ctypes import CFUNCTYPE, byref, c_bool, c_double, c_int, c_size_t, c_void_p
 from typing import Any
 
+from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave, calloc, fmi2CallbackFunctions, free
 from fmpy.fmi2 import fmi2CallbackAllocateMemoryTYPE as Allocate
 from fmpy.fmi2 import fmi2CallbackFreeMemoryTYPE as Free
@@ -31,6 +32,7 @@ class Calls:
     get_slopes: Call  # references, count, orders, values
     set_slopes: Call | None = None
     restore: Call  # state
+    reset: Call
     directional: Call  # unknowns, their count, knowns, their count, seed, result
     _save: Call
     _free: Call
@@ -41,7 +43,14 @@ class Calls:
         self.fmu, self.name, self.said, self.alive = fmu, name, "", True
 
     def start(self, time: float) -> None:
-        """Enter initialisation."""
+        """Initialise. Raises SimulationError when the FMU does not."""
+        try:
+            self._enter_initialisation(time)
+            self.fmu.exitInitializationMode()
+        except FMICallException as error:
+            self.fail(error.function, error.status)
+
+    def _enter_initialisation(self, time: float) -> None:
         raise NotImplementedError
 
     def save(self, state: c_void_p) -> None:
@@ -98,9 +107,10 @@ class Calls2(Calls):
         self._save = self.function("fmi2GetFMUstate", state)
         self.restore = self.function("fmi2SetFMUstate", state)
         self._free = self.function("fmi2FreeFMUstate", state)
+        self.reset = self.function("fmi2Reset")
         self.directional = self.function("fmi2GetDirectionalDerivative", array, count, array, count, array, array)
 
-    def start(self, time: float) -> None:
+    def _enter_initialisation(self, time: float) -> None:
         self.fmu.setupExperiment(startTime=time)
         self.fmu.enterInitializationMode()
 
@@ -128,8 +138,9 @@ class Calls3(Calls):
         self._save = self.function("fmi3GetFMUState", state)
         self.restore = self.function("fmi3SetFMUState", state)
         self._free = self.function("fmi3FreeFMUState", state)
+        self.reset = self.function("fmi3Reset")
 
-    def start(self, time: float) -> None:
+    def _enter_initialisation(self, time: float) -> None:
         self.fmu.enterInitializationMode(startTime=time)
 
     def _one_step(self, time: float, step: float) -> None:

@@ -5,7 +5,8 @@ By directional derivatives where the FMU has them. Where it has none, by central
     (f(z + h) - f(z - h)) / 2 h,
 
 z being given to a second instance as start values, or, where that does not take them, set over a saved state.
-The derivatives and states are those that the model description lists.
+The derivatives and states are those that the model description lists; an FMU that lists none, or lets none be set, is
+known by its responses: see `fmus.realisation`.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import numpy as np
 
 from fmus.errors import InputError, SimulationError
 from fmus.linear import StateSpace
+from fmus.realisation import realise
 
 if TYPE_CHECKING:
     from fmus.importer import FmuUnit
@@ -25,13 +27,19 @@ if TYPE_CHECKING:
 DIFFERENCE = 1e-3
 
 
-def linearise(unit: FmuUnit) -> StateSpace:
-    """The FMU linearised at its present states, inputs and parameters.
+class RefusedError(SimulationError):
+    """The FMU does not let its states be set."""
 
-    Raises InputError when it has neither directional derivatives nor states that can be set.
-    """
+
+def linearise(unit: FmuUnit) -> StateSpace:
+    """The FMU linearised at its present states, inputs and parameters; from its responses, about its start."""
     nx = len(unit.states)
-    jacobian = by_directional_derivatives(unit) if unit.has_directional_derivatives else by_differences(unit)
+    if not (unit.has_directional_derivatives or nx):
+        return realise(unit)
+    try:
+        jacobian = by_directional_derivatives(unit) if unit.has_directional_derivatives else by_differences(unit)
+    except RefusedError:
+        return realise(unit)
     return StateSpace(jacobian[:nx, :nx], jacobian[:nx, nx:], jacobian[nx:, :nx], jacobian[nx:, nx:],
                       unit.states, unit.inputs, unit.outputs)  # fmt: skip
 
@@ -50,16 +58,15 @@ def by_directional_derivatives(unit: FmuUnit) -> np.ndarray:
 def by_differences(unit: FmuUnit) -> np.ndarray:
     """The same from central differences. What the FMU may refuse is tried on a second instance only."""
     point = np.concatenate([unit.state_values(), unit.present_inputs])
-    refused = ""
     for function in (_over_starts, _over_saved_state):
         twin = unit.twin()
         try:
             return _differences(function(unit, twin), point)
-        except (SimulationError, InputError) as error:
-            refused = str(error)
+        except (SimulationError, InputError):
+            continue
         finally:
             twin.close()
-    raise InputError(f"{unit.name} cannot be linearised: it has no directional derivatives and its states cannot be set ({refused})")
+    raise RefusedError(f"the states of {unit.name} cannot be set")
 
 
 def _differences(at: Callable[[np.ndarray], np.ndarray], point: np.ndarray) -> np.ndarray:

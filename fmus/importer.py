@@ -128,7 +128,6 @@ class FmuUnit:
             trial = self._instance()
             try:
                 trial.start(0.0)
-                trial.fmu.exitInitializationMode()
                 orders = np.full(len(self.inputs), order, np.int32)
                 if trial.set_slopes is None or not self.inputs:
                     return 0
@@ -145,21 +144,20 @@ class FmuUnit:
         for name in values:
             if name not in self.variables:
                 raise unknown(f"variable of {self.name}", name, (n for n, v in self.variables.items() if v.causality in ("parameter", "input") or n in self.states))
-        self.values, self.time = dict(values), time
+        self.values, self.time, self.begin = dict(values), time, time
         for name, value in values.items():
             try:
                 self._set_one(name, value)
             except SimulationError as error:
                 raise InputError(str(error)) from None
         self.calls.start(time)
-        self.calls.fmu.exitInitializationMode()
         for k, name in enumerate(self.inputs):
             self._inputs.values[k] = float(values.get(name, self.variables[name].start or 0.0))
         self.calls.get(*self._outputs.call)
 
     def restart(self, values: Mapping[str, float], time: float = 0.0) -> None:
         """Initialise anew with other values."""
-        self.calls.fmu.reset()
+        self.calls.reset()
         self.start(values, time)
 
     def _set_one(self, name: str, value: float) -> None:

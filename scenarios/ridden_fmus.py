@@ -10,7 +10,7 @@ import numpy as np
 from fmus.build import build
 from fmus.component import Component
 from fmus.cosimulation import join
-from fmus.coupling import Network
+from fmus.coupling import LinearUnit, Network, Unit
 from fmus.errors import InputError, unknown
 from fmus.importer import FmuUnit, model_description
 from fmus.linear import StateSpace
@@ -106,11 +106,13 @@ def over_speed_fmus(units: Mapping[str, FmuUnit], wiring: Mapping[str, Sequence[
 
     Raises InputError when not exactly one of them has an input `speed`.
     """
-    network = Network(units, join(units) if wiring is None else wiring)
     moving = [name for name, unit in units.items() if "speed" in unit.inputs]
     if len(moving) != 1:
         raise InputError(f"modes over speed need one FMU with an input speed, not {len(moving)} ({', '.join(moving) or 'none'})")
     vehicle = units[moving[0]]
+    # Nothing but the vehicle changes with its speed.
+    models: dict[str, Unit] = {name: unit if unit is vehicle else LinearUnit(unit.linearised()) for name, unit in units.items()}
+    network = Network(models, join(units) if wiring is None else wiring)
 
     def linearised(speeds: np.ndarray) -> StateSpace:
         spaces = []

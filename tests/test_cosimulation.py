@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 import time
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from fmus.build import build
 from fmus.cosimulation import cosimulate, join, steps
 from fmus.coupling import COUPLINGS, Network
 from fmus.errors import InputError, SimulationError
+from fmus.importer import FmuUnit
 from fmus.linear import linearise
 from fmus.profiles import Profile, read_profile
 from scenarios.command_line import main
@@ -250,3 +252,21 @@ def test_modes_of_fmus_are_those_of_their_components(tmp_path):
     for mode, values in found[1]["modes"].items():
         for ours, exact in zip(found[0]["modes"][mode]["eigenvalue"], values["eigenvalue"], strict=True):
             assert ours == exact or ours == pytest.approx(exact, rel=1e-9)
+
+
+def test_a_system_in_one_fmu_has_no_coupling_error(tmp_path):
+    one = FmuUnit(build(ridden(MOTORCYCLE, RIDER), tmp_path).path, "ridden", {"vehicle.speed": SPEED, "vehicle.steer_rate": START})
+    found = cosimulate({"ridden": one}, 1e-2, 0.5)
+    exact = exact_motion(found["time"])
+    assert found["ridden.vehicle.steer_angle"] == pytest.approx(exact, abs=1e-9 * np.abs(exact).max())
+    one.close()
+
+
+def test_memory_does_not_grow_with_the_duration(run, tmp_path):
+    peaks = []
+    for duration in (10.0, 30.0):
+        tracemalloc.start()
+        run(1e-3, duration, "jacobi", out=tmp_path / "run.csv")
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert peaks[1] < 1.1 * peaks[0]

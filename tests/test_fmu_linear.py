@@ -1,12 +1,15 @@
 """FMUs linearised: against the exact Jacobian of their component, and coupled, against the one coupled system."""
 
+import re
+import zipfile
+
 import numpy as np
 import pytest
 from coupled import MOTORCYCLE, RIDER
 
 from fmus import fmu_linear
 from fmus.build import build
-from fmus.cosimulation import join
+from fmus.cosimulation import cosimulate, join
 from fmus.coupling import Network
 from fmus.importer import FmuUnit
 from fmus.linear import linearise
@@ -73,3 +76,50 @@ def test_over_speed_gives_stacked_matrices_with_named_signals():
     assert stacked.A[:, order][:, :, order] == pytest.approx(exact.A, rel=1e-12, abs=1e-9)
     for unit in units.values():
         unit.close()
+
+
+@pytest.fixture
+def closed_rider(tmp_path):
+    """The rider's FMU as somebody would ship it who shows nothing: no states, no derivatives, no saved states."""
+    whole, bare = build(RIDER, tmp_path).path, tmp_path / "closed.fmu"
+    with zipfile.ZipFile(whole) as source, zipfile.ZipFile(bare, "w") as made:
+        for name in source.namelist():
+            data = source.read(name)
+            if name == "modelDescription.xml":
+                text = re.sub(r'(canGetAndSetFMUstate|canSerializeFMUstate|providesDirectionalDerivative|canInterpolateInputs)="true"', r'\1="false"', data.decode())
+                text = re.sub(r'maxOutputDerivativeOrder="\d"', 'maxOutputDerivativeOrder="0"', text)
+                data = re.sub(r"<Derivatives>.*</Derivatives>", "", text, flags=re.DOTALL).encode()
+            made.writestr(name, data)
+    return bare
+
+
+def test_an_fmu_that_shows_nothing_is_known_by_its_responses(closed_rider):
+    unit = FmuUnit(closed_rider, "closed")
+    assert unit.states == () and not unit.can_go_back
+    found, exact = unit.linearised(), linearise(RIDER)
+    assert len(found.states) == 2
+    eigenvalues = np.linalg.eigvals(exact.A)
+    # The Hankel matrix is cut at 1e-8 of its largest singular value.
+    assert all(np.abs(np.linalg.eigvals(found.A) - e).min() <= 1e-6 * abs(e) for e in eigenvalues)
+    omega = np.array([1.0, 10.0, 50.0])
+    for name in ("steer_angle", "steer_rate", "frame_rate"):
+        assert found.frequency_response(omega, "handlebar_torque", name) == pytest.approx(exact.frequency_response(omega, "handlebar_torque", name), rel=1e-5)
+    unit.close()
+
+
+def test_a_closed_fmu_is_coupled_within_its_target_at_a_millisecond(closed_rider):
+    units = ridden_fmus(MOTORCYCLE, closed_rider, {"steer_rate": 0.5}, 30.0)
+    run = cosimulate(units, 1e-3, 0.5)
+    swings = run.predicted.oscillatory
+    assert np.all(np.abs(run.predicted.frequency_error[swings]) <= 1e-4)
+    assert np.all(np.abs(run.predicted.damping_error[swings]) <= 1e-3)
+    for unit in units.values():
+        unit.close()
+
+
+def test_a_static_fmu_that_shows_nothing_has_no_states(tmp_path):
+    unit = FmuUnit(build(dampers.load("medium_2011"), tmp_path, backend="python").path)
+    found = unit.linearised()
+    assert found.states == ()
+    assert found.D[found.outputs.index("handlebar_torque"), 1] == pytest.approx(-dampers.load("medium_2011").values["damping"], rel=1e-9)
+    unit.close()

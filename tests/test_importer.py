@@ -104,8 +104,8 @@ def test_start_values_parameters_and_their_refusal(unit):
 
 def test_a_step_that_fails_says_who_and_why(unit):
     motorcycle = unit(motorcycles.load("sharp_1971"))
-    coefficients = np.zeros((4, 5))
-    coefficients[0, 0], coefficients[1, 0] = 10.0, -20.0
+    coefficients = np.zeros((4, len(motorcycle.inputs)))
+    coefficients[:2, motorcycle.inputs.index("speed")] = 10.0, -20.0
     with pytest.raises(SimulationError, match=r"unit: fmi2DoStep failed.*speed"):
         motorcycle.step(coefficients, 0.01)
 

@@ -3,14 +3,13 @@
     y(tau) = y_0 + C tau phi_1(A tau) x'_0,   tau = -H, -2 H, ...
 
 with A, C of the coupled units linearised at the start. So a coupling that continues signals from former steps
-keeps its order from the first step on. Where the units cannot be linearised the signals are taken as constant.
+keeps its order from the first step on. Where a unit does not show its rates the signals are taken as constant.
 """
 
 import numpy as np
 from scipy.linalg import expm
 
 from fmus.coupling.network import Network
-from fmus.errors import InputError
 
 
 def past_signals(network: Network, outputs: np.ndarray, step: float, reach: int) -> np.ndarray:
@@ -18,12 +17,11 @@ def past_signals(network: Network, outputs: np.ndarray, step: float, reach: int)
     now = outputs[network.where]
     if reach == 0:
         return np.zeros((0, len(now)))
-    try:
-        space = network.linearised()
-    except InputError:
-        return np.tile(now, (reach, 1))
+    space = network.linearised()
     network.settle(outputs)
-    rates = np.concatenate([unit.state_rates().copy() for unit, _, _ in network.part])
+    rates = np.concatenate([unit.state_rates() for unit, _, _ in network.part])
+    if len(rates) != len(space.states):
+        return np.tile(now, (reach, 1))
     nx = len(rates)
     blocks = np.zeros((nx + 1, nx + 1))
     blocks[:nx, :nx], blocks[:nx, nx] = space.A, rates

@@ -24,7 +24,6 @@ from scipy.linalg import expm
 
 from fmus.coupling.network import Network
 from fmus.coupling.polynomials import COEFFICIENTS, ORDER, from_moments
-from fmus.errors import InputError
 
 MISSED = 1e-2  # of the change over the step
 
@@ -43,11 +42,8 @@ class InterfaceJacobian:
 
     def lacks(self, network: Network) -> str:
         """What the units would have to offer for this coupling; empty when they can."""
-        try:
-            network.linearised()
-        except InputError as error:
-            return str(error)
-        return ""
+        hidden = [name for name, unit in network.units.items() if len(unit.state_rates()) != len(unit.linearised().states)]
+        return f"{' and '.join(hidden)} does not show the rates of its states" if hidden else ""
 
     def prepare(self, network: Network, step: float) -> "Prediction":
         return Prediction(network, step)

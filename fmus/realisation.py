@@ -1,0 +1,72 @@
+"""A linear model of an FMU that shows nothing but its outputs: from impulse responses, by the eigensystem realisation.
+
+Each input is moved for one step h and moved back; what the outputs then do, less what they do by themselves, are the
+Markov parameters D, C Gamma, C Phi Gamma, C Phi^2 Gamma ... Their Hankel matrix has the rank of the model, and its
+singular vectors give Phi, Gamma, C (Juang, Pappa, J. Guid. Control Dyn. 8 (1985) 620-627; python-control's
+implementation). Inputs being held over a step, the continuous model follows from
+
+    exp([[A, B], [0, 0]] h) = [[Phi, Gamma], [0, 1]]
+
+It is the model about the FMU's start, and it has no motion that no output shows.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import control
+import numpy as np
+from scipy.linalg import logm
+
+from fmus.linear import StateSpace
+
+if TYPE_CHECKING:
+    from fmus.importer import FmuUnit
+
+STEP = 4e-3  # s: resolves motions up to some tens of Hz
+LENGTH = 60  # of the Hankel matrix in steps
+PULSE = 1e-3
+RANK = 1e-8  # singular values below this share of the largest are rounding
+
+
+def realise(unit: FmuUnit, step: float = STEP) -> StateSpace:
+    """The FMU linearised about its start from the responses of a second instance; states are `state_1`, ..."""
+    twin = unit.twin()
+    try:
+        responses = _impulse_responses(twin, step)
+    finally:
+        twin.close()
+    scale = np.maximum(np.abs(responses).max(axis=(1, 2), initial=0.0), 1e-300)
+    order = _rank(responses / scale[:, None, None])
+    direct = responses[:, :, 0]
+    if order == 0:
+        return StateSpace(np.zeros((0, 0)), np.zeros((0, len(unit.inputs))), np.zeros((len(unit.outputs), 0)), direct, (), unit.inputs, unit.outputs)
+    model, _ = control.eigensys_realization(responses / scale[:, None, None], order, LENGTH, LENGTH)
+    blocks = np.eye(order + len(unit.inputs))
+    blocks[:order] = np.hstack([model.A, model.B])
+    rates = logm(blocks).real / step
+    return StateSpace(rates[:order, :order], rates[:order, order:], scale[:, None] * model.C, direct,
+                      tuple(f"state_{k + 1}" for k in range(order)), unit.inputs, unit.outputs)  # fmt: skip
+
+
+def _impulse_responses(twin: FmuUnit, step: float) -> np.ndarray:
+    """(ny, nu, n): what the outputs do after each input has been moved over the first step, per unit of the input."""
+    start, nu = twin.present_inputs.copy(), len(twin.inputs)
+    runs = []
+    for pulse in np.vstack([np.zeros(nu), PULSE * np.eye(nu)]):
+        twin.restart(twin.values, twin.begin)
+        rows = [twin.exchange(start + pulse).copy()]
+        for k in range(2 * LENGTH + 1):
+            held = np.zeros((4, nu))
+            held[0] = start + (pulse if k == 0 else 0.0)
+            twin.step(held, step)
+            rows.append(twin.exchange(start).copy())
+        runs.append(rows)
+    return (np.array(runs[1:]).reshape(nu, -1, len(twin.outputs)) - runs[0]).transpose(2, 0, 1) / PULSE
+
+
+def _rank(responses: np.ndarray) -> int:
+    ny, nu, _ = responses.shape
+    hankel = np.block([[responses[:, :, i + j + 1] for j in range(LENGTH)] for i in range(LENGTH)]) if ny * nu else np.zeros((0, 0))
+    values = np.linalg.svd(hankel, compute_uv=False) if hankel.size else np.zeros(0)
+    return int(np.count_nonzero(values > RANK * max(values.max(initial=0.0), 1e-300))) if values.max(initial=0.0) > RANK else 0
