@@ -61,12 +61,6 @@ class Recording:
                              f"; map one with --map COLUMN={column}")  # fmt: skip
         return self.columns[column]
 
-    def between(self, start: float, end: float) -> "Recording":
-        """The part of the run from start to end [s]."""
-        part = (self.time >= start) & (self.time <= end)
-        columns = {name: values[part] for name, values in self.columns.items()}
-        return Recording(self.name, self.time[part], columns, self.units, self.warnings, self.rig)
-
 
 def read_recording(path: str | Path, mapping: Mapping[str, str] | None = None, rate: float | None = None) -> Recording:
     """The run in a CSV, .mat, .uff, .mf4 or .parquet file.

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchmarks import identification as speed
 from benchmarks import identification_coverage
 from fmus.errors import InputError
 from identification.bootstrap import bootstrap
@@ -191,6 +192,13 @@ def test_mean_rider_is_identified_from_the_mean_frf():
     assert np.abs(found.values / averaged - 1).max() > 0.1
     # The printed mean rider is of the measured FRFs, this of the ten fitted ones: torso and arms agree within 5 %.
     np.testing.assert_allclose(found.values[1:3], truth("mean_2011")[1:3], rtol=0.05)
+
+
+def test_as_good_an_optimum_as_scipys_curve_fit_from_every_start():
+    """The small version of the study in benchmarks; times are measured there."""
+    recording = steer_test(riders.load("mean_2011"), 0.125, sweep(), seed=1, oversampling=2)
+    result = speed.fit(recording, range(8))
+    assert result["same_or_better_optimum"] and result["starts_that_reach_the_best"]["fit"] == 1.0
 
 
 def test_wrong_questions():

@@ -54,9 +54,11 @@ def roll(run: Recording, rig: dict[str, Any], arguments: argparse.Namespace) -> 
     frf = roll_frf(run, heights, frequencies)
     if arguments.plot:
         frf_figures.save([frf_figures.roll(frf)], arguments.plot)
-    features = [{"quantity": f.quantity, "point": f.point, "feature": f.name, "printed": [f.low, f.high], "measured": [low, high], "unit": f.unit,
-                 "met": bool(f.low <= low and high <= f.high)}
-                for f, (low, high) in zip(FEATURES, readings(frf.absolute, frf.frequency), strict=True)]  # fmt: skip
+    features: list[dict[str, Any]] = [
+        {"quantity": f.quantity, "point": f.point, "feature": f.name, "printed": [f.low, f.high], "measured": [low, high], "unit": f.unit,
+         "met": bool(f.low <= low and high <= f.high)}
+        for f, (low, high) in zip(FEATURES, readings(frf.absolute, frf.frequency), strict=True)
+    ]  # fmt: skip
     if arguments.report:
         rows = [(f"{f['quantity']}, {f['point']}", f["feature"].replace("_", " "), *(_range(f[k]) for k in ("printed", "measured")), f["unit"],
                  "met" if f["met"] else "missed") for f in features]  # fmt: skip
