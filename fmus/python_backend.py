@@ -43,6 +43,10 @@ class Printer(PythonCodePrinter):
     def _print_Heaviside(self, expr):
         return f"heaviside({self._print(expr.args[0])})"
 
+    def _print_Quantised(self, expr):
+        x, step = map(self._print, expr.args)
+        return f"quantised({x}, {step})"
+
 
 def slave_code(interface: Interface) -> str:
     """The source of the slave."""

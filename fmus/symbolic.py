@@ -14,7 +14,7 @@ from sympy.core.relational import Relational
 
 from fmus.component import Component
 from fmus.errors import InputError
-from fmus.mathematics import SYMBOLIC
+from fmus.mathematics import SYMBOLIC, Quantised
 from fmus.terms import common_subexpressions
 
 
@@ -102,33 +102,46 @@ class Symbolic:
 
     @cached_property
     def scheduling(self) -> tuple[str, ...] | None:
-        """The inputs (a motorcycle's speed) that must be held for the component to be linear in all the rest.
+        """The inputs (a motorcycle's speed) that must be held for the rates to be linear in all the rest.
 
-        None when no such set exists: then the component is nonlinear, or its rates depend on time.
+        None when no such set exists: then the rates are nonlinear, or depend on time.
         """
         component = self.component
         time, states = self.symbols["time"], set(self.symbols_of(component.states))
-        constant = switching([*self.rates, *self.outputs]) | self.mass.free_symbols
+        constant = switching(self.rates) | self.mass.free_symbols
         if constant & {time, *states} or any(time in rate.free_symbols for rate in self.rates):
             return None
         held = {n for n in component.inputs if self.symbols[n] in constant}
         while True:
-            free = [n for n in component.states + component.inputs if n not in held]
-            columns = [(component.states + component.inputs).index(n) for n in free]
-            slopes = self.jacobian.extract(list(range(self.jacobian.rows)), columns).free_symbols
-            varying = {n for n in free if self.symbols[n] in slopes}
+            varying = self._varying(range(len(states)), held)
             # A product of a state and an input is the input's doing: holding the input may be enough.
             more = varying & set(component.inputs)
-            if time in slopes or (varying and not more):
+            if varying and not more:
                 return None
             if not more:
                 return tuple(n for n in component.inputs if n in held)
             held |= more
 
+    @cached_property
+    def linear_outputs(self) -> bool:
+        """Whether the outputs are linear, too, while the inputs in `scheduling` are held."""
+        free = {n for n in self.component.states + self.component.inputs if n not in (self.scheduling or ())}
+        unsteady = {self.symbols["time"], *(self.symbols[n] for n in free)}
+        rows = range(len(self.rates), self.jacobian.rows)
+        linear = not self._varying(rows, set(self.scheduling or ())) and not switching(self.outputs) & unsteady
+        return linear and not any(self.symbols["time"] in e.free_symbols for e in self.outputs)
+
+    def _varying(self, rows: Iterable[int], held: set[str]) -> set[str]:
+        """The states and inputs besides the held ones that slopes with respect to these contain."""
+        every = self.component.states + self.component.inputs
+        free = [n for n in every if n not in held]
+        slopes = self.jacobian.extract(list(rows), [every.index(n) for n in free]).free_symbols
+        return {n for n in free if self.symbols[n] in slopes}
+
 
 def switching(expressions: Iterable[sympy.Expr]) -> set[sympy.Symbol]:
     """The symbols that make expressions jump: slopes are zero beside a jump, so the Jacobian does not show them."""
-    return set().union(*(jump.free_symbols for e in expressions for jump in e.atoms(Relational, sympy.sign, sympy.Heaviside)))
+    return set().union(*(jump.free_symbols for e in expressions for jump in e.atoms(Relational, sympy.sign, sympy.Heaviside, Quantised)))
 
 
 _CACHE: dict[Any, Symbolic] = {}

@@ -69,6 +69,14 @@ Status adjoint_derivative(Instance *s, const unsigned *unknowns, size_t n_unknow
     return OK;
 }
 
+int held_input_moves(const Instance *s)
+{
+    for (unsigned i = 0; i < model.n_inputs; i++)
+        for (unsigned k = 0; model.held[i] && k < MAX_ORDER; k++)
+            if (s->slopes[k * model.n_inputs + i] != 0) return 1;
+    return 0;
+}
+
 Status set_slopes(Instance *s, const unsigned *references, size_t n, const int *orders, const double *values)
 {
     for (size_t i = 0; i < n; i++) {
@@ -107,6 +115,9 @@ Status get_slopes(Instance *s, const unsigned *references, size_t n, const int *
         if (orders[i] < 1 || orders[i] > (int)model.output_order)
             return report(s, ERROR, "derivative of order %d of %s: orders 1 to %u can be read", orders[i], model.variables[references[i]].name, model.output_order);
     }
+    for (size_t i = 0; i < n; i++)
+        if (orders[i] > 1 && held_input_moves(s))
+            return report(s, DISCARD, "derivative of order %d of %s: not while the inputs that must be held move", orders[i], model.variables[references[i]].name);
     if (!update_jacobian(s)) return report(s, ERROR, "the mass matrix is singular at %g s", s->z[0]);
     double *x_slope = s->work, *next = x_slope + nx;
     if (nx > 0) memcpy(x_slope, s->z + model.first_derivative, nx * sizeof *x_slope);

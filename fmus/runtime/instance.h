@@ -81,6 +81,8 @@ void values_changed(Instance *s, int parameters);
 
 /* Derivatives of the inputs with respect to time, order 1 to MAX_ORDER, at the start of the next step. */
 Status set_slopes(Instance *s, const unsigned *references, size_t n, const int *orders, const double *values);
+/* Whether an input moves in this step that must be held for the component to be linear. */
+int held_input_moves(const Instance *s);
 /* Derivatives of the outputs with respect to time. */
 Status get_slopes(Instance *s, const unsigned *references, size_t n, const int *orders, double *values);
 

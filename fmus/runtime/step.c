@@ -33,14 +33,6 @@ static unsigned polynomial_order(const Instance *s)
     return 0;
 }
 
-static int held_input_moves(const Instance *s)
-{
-    for (unsigned i = 0; i < model.n_inputs; i++)
-        for (unsigned k = 0; model.held[i] && k < MAX_ORDER; k++)
-            if (s->slopes[k * model.n_inputs + i] != 0) return 1;
-    return 0;
-}
-
 /* An input polynomial may leave the bounds of its variable on the way; its end is checked. */
 static Status inputs_in_bounds(Instance *s, double h)
 {
