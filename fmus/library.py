@@ -1,6 +1,8 @@
 """Values from files: a `.toml` names a component, gives its parameters with units, and says where they are from.
 
     component = "PassiveRider"
+    effects = ["coulomb_friction.coulomb"]      # family.form, if any; their parameters are "family.name"
+    effects_folder = "mine"                     # where those are that do not ship, relative to this file
     description = "..."
     source = "..."
     [parameters]
@@ -14,18 +16,19 @@
 """
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from fmus.component import Component
+from fmus.effects import Effect, load_folder
 from fmus.errors import InputError, unknown
 from fmus.units import convert
 from fmus.variables import Variable
 
-SECTIONS = ("component", "description", "source", "parameters", "correlation", "printed", "about")
+SECTIONS = ("component", "effects", "effects_folder", "description", "source", "parameters", "correlation", "printed", "about")
 ENTRY = ("value", "unit", "assumed", "standard_error")
 
 
@@ -79,17 +82,20 @@ def read_values(path: Path) -> dict[str, Any]:
         raise InputError(f"cannot read {path}: {error.strerror}") from None
 
 
-def component_from(contents: Mapping[str, Any], components: Mapping[str, type[Component]], name: str, file: str) -> Component:
-    """The component that the contents of a value file describe."""
+def component_from(contents: Mapping[str, Any], components: Mapping[str, type[Component]], name: str, file: str,
+                   effects: Sequence[type[Effect]] = ()) -> Component:  # fmt: skip
+    """The component that the contents of a value file describe, with effects from those that are given."""
     if contents.get("component") not in components:
         raise unknown(f"component in {file}", contents.get("component"), components)
     kind = components[contents["component"]]
     values, assumed, errors = {}, {}, {}
-    parameters = [n for n, r in kind.declared.items() if r.role == "parameter"]
+    joined = _effects(contents, effects, file)
+    table = kind(name, "", joined).rows("parameter")
+    parameters = list(table)
     for key, entry in contents.get("parameters", {}).items():
         if key not in parameters:
             raise InputError(f"{file}: {unknown('parameter', key, parameters)}")
-        row = kind.declared[key]
+        row = table[key]
         if not isinstance(entry, Mapping):
             entry = {"value": entry}
         for word in entry:
@@ -100,10 +106,20 @@ def component_from(contents: Mapping[str, Any], components: Mapping[str, type[Co
             assumed[key] = entry["assumed"]
         if "standard_error" in entry:
             errors[key] = _number(entry, "standard_error", row, file)
-    component = kind(name, contents.get("source", ""), (), **values)
+    component = kind(name, contents.get("source", ""), joined, **values)
     component.assumed, component.standard_error = assumed, errors
     component.correlation = _correlation(contents.get("correlation", {}), errors, file)
     return component
+
+
+def _effects(contents: Mapping[str, Any], effects: Sequence[type[Effect]], file: str) -> tuple[Effect, ...]:
+    if contents.get("effects_folder"):
+        effects = [*effects, *load_folder(Path(file).parent / contents["effects_folder"])]
+    known = {f"{e.family}.{e.form}": e for e in effects}
+    for name in contents.get("effects", []):
+        if name not in known:
+            raise InputError(f"{file}: {unknown('effect', name, known)}")
+    return tuple(known[name]() for name in contents.get("effects", []))
 
 
 def _number(entry: Mapping[str, Any], word: str, row: Variable, file: str) -> float:

@@ -2,10 +2,13 @@
 
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+import rider_fmu.effects
 from fmus.component import Component
+from fmus.effects import effects_in
 from fmus.errors import InputError, unknown
 from fmus.library import Library, component_from, read_values
 from rider_fmu import COMPONENTS as RIDER_COMPONENTS
@@ -14,6 +17,7 @@ from vehicle_fmu import DAMPERS, VEHICLES, LinearDamper, dampers, motorcycles
 
 LIBRARIES: dict[str, Library] = {library.kind: library for library in (riders, motorcycles, dampers)}
 COMPONENTS: dict[str, type[Component]] = {**RIDER_COMPONENTS, **VEHICLES, **DAMPERS}
+EFFECTS = effects_in(rider_fmu.effects)
 MOST = 1e6  # values in one range: beyond it is a slip of the keyboard
 
 
@@ -26,7 +30,7 @@ def component(spec: str) -> Component:
     if colon and kind in LIBRARIES:
         return _damper(name) if kind == "damper" else LIBRARIES[kind].load(name)
     if spec.endswith(".toml"):
-        return component_from(read_values(Path(spec)), COMPONENTS, Path(spec).stem, spec)
+        return component_from(read_values(Path(spec)), COMPONENTS, Path(spec).stem, spec, EFFECTS)
     if colon:
         raise unknown("kind of component", kind, LIBRARIES)
     holders = [library for library in LIBRARIES.values() if spec in library.names()]
@@ -42,9 +46,11 @@ def every_name() -> list[str]:
     return [f"{kind}:{name}" for kind, library in LIBRARIES.items() for name in library.names()]
 
 
-def effects() -> list[dict[str, str]]:
-    """The effects that ship: name, sentence and what they add to."""
-    return []
+def effects() -> list[dict[str, Any]]:
+    """The effects of riders that ship: name, form, sentence and parameters."""
+    return [{"name": e.family, "form": e.form, "description": e.sentence(), "element": e.element,
+             "parameters": {n: {"unit": r.unit, "min": r.min, "max": r.max, "description": r.description} for n, r in e.parameters().items()}}
+            for e in EFFECTS]  # fmt: skip
 
 
 def _damper(name: str) -> Component:

@@ -28,6 +28,7 @@ SHARE = 0.005  # of the first one's gain: below it, small errors of the model of
 TIE = 10.0  # dBIC within which effects cannot be told apart
 CLEAR = 40.0  # dBIC by which a family without an adequate form must lead
 ADEQUATE = 1.12  # reduced chi-square, at 1400 degrees of freedom and more
+RIVAL = 0.4  # of an adequate effect's gain: what a rival must promise to be fitted
 LEADERS = 6  # families that are fitted
 
 
@@ -106,18 +107,22 @@ def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS)
     top = max((s.gain for s in seen), default=0.0)
     if top < SIGNIFICANT / 2:
         return [_unfitted(found, s) for s in seen]
-    candidates = []
+    candidates: list[Candidate] = []
     for name in track(order[:leaders], "fitting effects"):
         mine = [s for s in seen if s.effect.family == name]
-        if max(s.gain for s in mine) < max(SIGNIFICANT / 2, 0.02 * top):
-            candidates += [_unfitted(found, mine[0])]
+        enough = max((c.delta_chi2 for c in candidates if adequate(c.fit)), default=0.0)
+        if max(s.gain for s in mine) < max(SIGNIFICANT / 2, 0.02 * top, RIVAL * enough):
+            candidates += [_unfitted(found, s) for s in mine[:1]]
             continue
         candidates += [c for s in mine if (c := _fitted(found, s)) is not None]
     candidates += [_unfitted(found, s) for s in seen if s.effect.family in order[leaders:]]
     candidates.sort(key=lambda c: -c.delta_bic)
-    near = {c.family for c in candidates[:3] if candidates[0].delta_bic - c.delta_bic < max(2 * CLEAR, 0.3 * candidates[0].delta_bic)}
+    near = {c.family for c in candidates[:1] if c.delta_bic > SIGNIFICANT}
+    near |= {c.family for c in candidates[:4] if candidates[0].delta_bic - c.delta_bic < CLEAR and c.delta_bic > SIGNIFICANT}
+    if not adequate(candidates[0].fit):
+        near |= {c.family for c in _one_each(candidates)[:3] if c.delta_bic > 0.5 * candidates[0].delta_bic}
     more = [form for name in near for form in families[name][1:]]
-    candidates += [c for s in screen(found, track(more, "fitting other forms")) if (c := _fitted(found, s)) is not None]
+    candidates += [c for s in screen(found, track(more, "fitting other forms"), keep=1) if (c := _fitted(found, s)) is not None]
     return sorted(candidates, key=lambda c: -c.delta_bic)
 
 

@@ -19,6 +19,7 @@ from identification.gap.test_stand import TestStand
 
 ITERATIONS = 25
 ENOUGH = 0.05  # of chi-square that a further step would gain
+COARSE = 1e-3  # of it, as long as the fit is far from the data
 
 
 @dataclass
@@ -96,13 +97,14 @@ def fit(model: Model, runs: Sequence[Run], start: np.ndarray, frozen: Sequence[i
         normal = part.T @ part
         scale = np.sqrt(np.diag(normal)) + 1e-9
         reach, accepted = _reach(model, x), False
+        worth = max(gain, COARSE * chi2) if chi2 > 2 * len(residuals) else gain
         for _ in range(8):
             move = np.linalg.solve(normal / np.outer(scale, scale) + damping * np.eye(len(open_)), -gradient[open_] / scale) / scale
             trial = x.copy()
             trial[open_] = np.clip(x[open_] + np.clip(move, -reach[open_], reach[open_]), low[open_], high[open_])
             step = trial[open_] - x[open_]
             expected = -float(2 * gradient[open_] @ step + step @ normal @ step)
-            if expected < gain:
+            if expected < worth:
                 break
             try:
                 new_residuals, new_jacobian = _assembled(model, runs, trial)
@@ -117,7 +119,7 @@ def fit(model: Model, runs: Sequence[Run], start: np.ndarray, frozen: Sequence[i
             break
         x, residuals, jacobian, won, chi2 = trial, new_residuals, new_jacobian, chi2 - new, new
         damping = max(damping / 6, 1e-9)
-        if won < gain:
+        if won < worth:
             break
     return Fit(model, runs, x, chi2, residuals, jacobian, sum(len(r.data) for r in runs))
 

@@ -85,7 +85,7 @@ def prepare(recording: Recording, imposed: str, measured: str, command: str) -> 
 def _orders(reduction: Reduction, moved: np.ndarray, variance: np.ndarray) -> tuple[int, ...]:
     """The orders that the imposed motion has beyond its noise, the first always among them."""
     order = np.array([c.order for c in reduction.columns])
-    excess = {k: np.mean((moved[order == k] ** 2 / variance[order == k])) for k in MOTION_ORDERS if np.any(order == k)}
+    excess = {k: np.mean(moved[order == k] ** 2 / variance[order == k]) for k in MOTION_ORDERS if np.any(order == k)}
     return (1, *(k for k, e in excess.items() if e > 1 + 4 * np.sqrt(2 / np.count_nonzero(order == k))))
 
 

@@ -8,13 +8,16 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from fmus.errors import InputError
+from fmus.errors import InputError, MissingToolError
 from fmus.progress import track
-from identification.gap.decide import decide
+from identification.gap.decide import Verdict, decide
+from identification.gap.next_test import next_experiment
 from identification.gap.runs import Run, prepare, usable
 from identification.gap.test_stand import TestStand
 from identification.gap.verdict import as_result
 from identification.recordings import read_recording, read_rig
+from scenarios import names
+from scenarios.augmented_rider import FILE, effect_on_modes, rider_of, write_model
 from scenarios.command_line import to_json, write_text
 from scenarios.rig_test import rig_effects, rig_test
 
@@ -49,13 +52,28 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     verdict = decide(stand, runs, library)
     result = as_result(verdict, held, "N.m")
     result["limitations"] = _limitations(rig, runs, held)
+    result["next_experiment"] = next_experiment(verdict)
+    write_text(folder / "verdict.json", to_json(result) + "\n")  # an interrupted run leaves the verdict
+    _add(verdict, result, arguments, folder)
     write_text(folder / "verdict.json", to_json(result) + "\n")
     return result
 
 
+def _add(verdict: Verdict, result: dict[str, Any], arguments: argparse.Namespace, folder: Path) -> None:
+    """The model with what was found, its FMU, and what it does to the motorcycle's modes."""
+    source = f"Fitted to {', '.join(r.name for r in verdict.best.runs)}"
+    try:
+        result["model"], result["fmu"] = write_model(verdict, folder, source, arguments.effects)
+    except MissingToolError as error:
+        result["model"] = FILE
+        result["limitations"].append(f"No FMU was built: {error}")
+    if result["verdict"] == "named":
+        result["modes"] = effect_on_modes(rider_of(verdict.base), names.component(str(folder / FILE)))
+
+
 def _runs(files: Sequence[str], stand: TestStand, mapping: Sequence[str]) -> list[Run]:
-    names = dict(text.partition("=")[::2] for text in mapping)
-    recordings = [read_recording(path, names or None) for path in track(files, "reading")]
+    mapped = dict(text.partition("=")[::2] for text in mapping)
+    recordings = [read_recording(path, mapped or None) for path in track(files, "reading")]
     usable(recordings)
     columns = stand.columns
     return [prepare(r, columns["imposed"], columns["measured"], columns["command"]) for r in recordings]
@@ -85,6 +103,8 @@ def show(result: dict[str, Any], console: Console) -> None:
     for name in ("before", "after", "holdout_before", "holdout_after"):
         if gap[name] is not None:
             console.print(f"{name.replace('_', ' '):>15}: reduced chi-square {gap[name]:.3f} (floor 1), rms {gap['rms'][name]:.4f} {gap['rms']['unit']}")
+    if result["next_experiment"]:
+        console.print(f"next experiment: {result['next_experiment']['sentence']}")
     for sentence in result["limitations"]:
         console.print(f"limitation: {sentence}", style="yellow")
 
