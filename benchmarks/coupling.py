@@ -6,11 +6,10 @@ is the difference of two runs of different length. Also: what 2 to 200 riders on
 """
 
 import ctypes
-import importlib
 import subprocess
 import tempfile
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -22,7 +21,9 @@ from fmus.cosimulation import cosimulate
 from fmus.coupling import COUPLINGS
 from fmus.errors import InputError
 from fmus.importer import FmuUnit
-from scenarios.hosts.rider_on_a_bar import SAMPLED, STRIKE, archives, mode_errors, trajectory_error
+from fmus.ssp import write_ssp
+from scenarios.hosts import cofmpy_bar, fmpy_bar, libcosim_bar
+from scenarios.hosts.rider_on_a_bar import CONNECTIONS, SAMPLED, STRIKE, archives, mode_errors, trajectory_error
 
 LOOP = Path(__file__).parent / "c" / "jacobi.c"
 STEPS = (1e-3, 1e-2)
@@ -62,10 +63,10 @@ def our_rate(fmus: Mapping[str, Path], name: str, step: float, count: int) -> fl
         closed(units)
 
 
-def rates(fmus: Mapping[str, Path], step: float, count: int) -> dict[str, float]:
+def rates(fmus: Mapping[str, Path], step: float, count: int, rounds: int) -> dict[str, float]:
     """Steps per second of the bare loop and of all couplings: the best of rounds in which they take turns."""
     best = dict.fromkeys(("bare_c_loop", *COUPLINGS), 0.0)
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         best["bare_c_loop"] = max(best["bare_c_loop"], bare_rate(fmus, step, 3 * count))
         for name in COUPLINGS:
             best[name] = max(best[name], our_rate(fmus, name, step, count))
@@ -76,23 +77,24 @@ def errors(samples: np.ndarray, step: float) -> dict[str, Any]:
     """Errors of a host's modes and of its trajectory, the latter infinite where it diverges."""
     if not np.isfinite(samples).all() or np.abs(samples).max() > 1e6:
         return {"trajectory_error": None, "diverges": True}
-    return {**{mode: asdict(error) for mode, error in mode_errors(samples, step).items()}, "trajectory_error": trajectory_error(samples, step)}
+    modes = {mode: asdict(error) for mode, error in mode_errors(samples, step).items()}
+    return {**modes, "trajectory_error": trajectory_error(step * np.arange(len(samples)), samples[:, 0])}
 
 
-def peers() -> dict[str, Rows]:
-    """The loops of other tools that are installed."""
-    found: dict[str, Rows] = {}
-    for name, module, function in (("fmpy loop", "fmpy_bar", "rows_of_loop"), ("libcosim", "libcosim_bar", "rows"), ("CoFMPy", "cofmpy_bar", "jacobi")):
-        host = importlib.import_module(f"scenarios.hosts.{module}")
-        found[name] = getattr(host, function, None) or _cofmpy(host)
-    return found
+def _libcosim(fmus: Mapping[str, Path], step: float, count: int) -> np.ndarray:
+    return libcosim_bar.rows(libcosim_bar.Wired(fmus, libcosim_bar.fixed(step)), (count - 1) * step)[1]
 
 
-def _cofmpy(host: Any) -> Rows:
-    def rows(fmus: Mapping[str, Path], step: float, count: int) -> np.ndarray:
-        return host.rows({name: host.without_step_size(path) for name, path in fmus.items()}, step, count, "jacobi", False)
+def _cofmpy(fmus: Mapping[str, Path], step: float, count: int) -> np.ndarray:
+    return cofmpy_bar.rows({name: cofmpy_bar.without_step_size(path) for name, path in fmus.items()}, step, count, "jacobi", False)
 
-    return rows
+
+def _ssp(fmus: Mapping[str, Path], step: float, count: int) -> np.ndarray:
+    wiring = {f"{target}.{name}": [f"{source}.{name}"] for source, target, name in CONNECTIONS}
+    return fmpy_bar.rows_of_ssp(write_ssp(fmus["vehicle"].with_name("wired.ssp"), fmus, wiring), step, count)
+
+
+PEERS: dict[str, Rows] = {"fmpy loop": fmpy_bar.rows_of_loop, "fmpy SSP runner": _ssp, "libcosim": _libcosim, "CoFMPy": _cofmpy}
 
 
 def peer(rows: Rows, fmus: Mapping[str, Path], step: float, count: int) -> dict[str, Any] | None:
@@ -137,10 +139,10 @@ def bare_rate(fmus: Mapping[str, Path], step: float, count: int) -> float:
     return rate
 
 
-def scaling(fmus: Mapping[str, Path], count: int) -> dict[str, float]:
+def scaling(fmus: Mapping[str, Path], count: int, numbers: Sequence[int]) -> dict[str, float]:
     """Microseconds per step and rider for several numbers of riders on one bar, Jacobi."""
     found = {}
-    for devices in DEVICES:
+    for devices in numbers:
         units = opened(fmus, devices)
         rate = cosimulate(units, 1e-4, count * 1e-4, "jacobi").steps_per_second
         found[str(devices)] = 1e6 / rate / devices
@@ -148,18 +150,18 @@ def scaling(fmus: Mapping[str, Path], count: int) -> dict[str, float]:
     return found
 
 
-def run(progress: Callable, count: int = 200_000, samples: int = 500) -> dict[str, Any]:
+def run(progress: Callable, count: int = 200_000, samples: int = 500, rounds: int = ROUNDS, devices: Sequence[int] = DEVICES) -> dict[str, Any]:
     """All couplings and peers at 1 and 10 ms; count steps for our rates, samples for the errors."""
     with tempfile.TemporaryDirectory() as folder:
         fmus = archives(folder)
-        rate = rates(fmus, STEPS[0], count)
+        rate = rates(fmus, STEPS[0], count, rounds)
         found: dict[str, Any] = {"bare_c_loop": {"steps_per_second": rate["bare_c_loop"]}, "ours": {}, "peers": {}}
         for name in progress(COUPLINGS, "couplings"):
             found["ours"][name] = {f"{step:g}": _our_errors(fmus, name, step, samples) for step in STEPS}
             found["ours"][name]["steps_per_second"] = rate[name]
-        for name, rows in peers().items():
+        for name, rows in PEERS.items():
             found["peers"][name] = {f"{step:g}": peer(rows, fmus, step, samples) for step in STEPS}
-        found["microseconds_per_rider_and_step"] = scaling(fmus, count // 20)
+        found["microseconds_per_rider_and_step"] = scaling(fmus, count // 20, devices)
         found["most_accurate_over_bare"] = rate["interface_jacobian"] / rate["bare_c_loop"]
         fastest = max((p[f"{STEPS[0]:g}"]["steps_per_second"] for p in found["peers"].values() if p[f"{STEPS[0]:g}"]), default=None)
         found["most_accurate_over_fastest_peer"] = rate["interface_jacobian"] / fastest if fastest else None

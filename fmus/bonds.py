@@ -30,6 +30,11 @@ class Bond:
     energy: float = 0.0
     exchanged: float = 0.0
 
+    @property
+    def energy_error(self) -> float:
+        """The energy that the coupling has made, as a share of what was exchanged: an estimate of its error."""
+        return self.energy / self.exchanged if self.exchanged > 0 else 0.0
+
     def residual(self, outputs: np.ndarray, told: np.ndarray) -> np.ndarray:
         """dP [W] (n,) from the outputs (n, ny) after n steps and what the inputs (n, nu) were told for then."""
         rate = outputs[:, self.rates].sum(axis=1)

@@ -68,7 +68,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         "step": run.step, "coupling": run.coupling, "steps_per_second": run.steps_per_second, "predicted": predicted,
         "stable": run.predicted.stable if run.predicted else None, "largest_stable_step": largest_stable_step(coupling(run.coupling), linear),
         "power_residual": run.power_residual,
-        "bonds": {bond.name: {"power": bond.power, "energy": bond.energy, "exchanged": bond.exchanged} for bond in run.bonds},
+        "bonds": {bond.name: {"power": bond.power, "energy": bond.energy, "exchanged": bond.exchanged, "energy_error": bond.energy_error} for bond in run.bonds},
     }  # fmt: skip
 
 
@@ -98,7 +98,7 @@ def show(result: dict[str, Any], console: Console) -> None:
     if limit is not None:
         console.print(f"largest stable step {limit:.3g} s" + ("" if result["stable"] else ": the coupling is UNSTABLE at this step"))
     for name, bond in result["bonds"].items():
-        console.print(f"{name}: residual power up to {bond['power']:.3g} W, energy made {bond['energy']:+.3g} J of {bond['exchanged']:.3g} J exchanged")
+        console.print(f"{name}: residual power up to {bond['power']:.3g} W, energy made {100 * bond['energy_error']:+.2g} % of {bond['exchanged']:.3g} J exchanged")
     console.print(f"written: {result['file']}")
     for parameter, reason in result["assumed"].items():
         console.print(f"assumed: {parameter} ({reason})")
