@@ -90,8 +90,6 @@ class CompiledMaster:
         self.units = [unit for unit, _, _ in network.part if isinstance(unit, FmuUnit)]
         self._run = library().master_run
         self._alive: list[Any] = []  # what the structures point to
-        ends = [i for i, _ in running.ends] if isinstance(running, Run) else []
-        scheme = running.scheme if isinstance(running, Run) else None
         n_data = running.data.size if isinstance(running, Run) else running.expected.shape[1]
         wires = [np.flatnonzero(row) for row in network.wires]
         self._data, self.outputs = np.zeros(n_data), np.zeros(len(network.outputs))
@@ -104,19 +102,28 @@ class CompiledMaster:
             told=self._doubles(np.zeros(len(network.inputs))), coefficients=self._doubles(np.zeros(4 * largest + 1)),
             slopes=self._doubles(np.zeros(3 * len(network.outputs) + 1)), scratch=self._doubles(np.zeros(8 * len(network.inputs) + n_data + 1)),
         )  # fmt: skip
-        if scheme is not None:
-            assert isinstance(running, Run)
-            self.c.sequential, self.c.iterated = scheme.sequential, scheme.iterated
-            self.c.past, self.c.n_past = self._sizes(running.past), len(running.past)
-            self.c.slope_rows, self.c.slope_derivatives = self._sizes([r for r, _ in running.slopes]), self._sizes([d for _, d in running.slopes])
-            self.c.end_rows, self.c.end_derivatives = self._sizes(ends), self._sizes([d for _, d in running.ends])
-            self.c.n_slopes, self.c.n_ends = len(running.slopes), len(ends)
+        if isinstance(running, Run):
+            self._describe_scheme(running)
         else:
-            assert isinstance(running, Prediction)
-            self.c.past, self.c.n_past = self._sizes([0]), 1
-            self.c.rates_at, self.c.n_free, self.c.free_inputs = len(network.signals), len(running.free), self._sizes(running.free)
+            self._describe_prediction(running)
         self._lasting = len(self._alive)
         self._prepare()
+
+    def _describe_scheme(self, running: Run) -> None:
+        """Which rows of the data are what."""
+        c, scheme = self.c, running.scheme
+        c.sequential, c.iterated = scheme.sequential, scheme.iterated
+        c.past, c.n_past = self._sizes(running.past), len(running.past)
+        for rows, name in ((running.slopes, "slope"), (running.ends, "end")):
+            setattr(c, f"{name}_rows", self._sizes([row for row, _ in rows]))
+            setattr(c, f"{name}_derivatives", self._sizes([derivative for _, derivative in rows]))
+        c.n_slopes, c.n_ends = len(running.slopes), len(running.ends)
+
+    def _describe_prediction(self, running: Prediction) -> None:
+        """The data are the signals, the states' rates and the slopes of the free inputs."""
+        c = self.c
+        c.past, c.n_past = self._sizes([0]), 1
+        c.rates_at, c.n_free, c.free_inputs = len(self.network.signals), len(running.free), self._sizes(running.free)
 
     def _sizes(self, values: Any) -> int:
         self._alive.append(np.ascontiguousarray(values, np.uintp))
