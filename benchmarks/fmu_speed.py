@@ -67,18 +67,18 @@ def compiled_loop(component: Component, folder: Path) -> ctypes.CDLL:
 class Bare(ctypes.Structure):
     """The instance of the bare arithmetic."""
 
-    _fields_ = [(n, ctypes.c_void_p) for n in ("z", "phi", "gamma")]
+    _fields_ = [(n, ctypes.c_void_p) for n in ("z", "columns")]
 
 
 def bare_instance(component: Component, library: ctypes.CDLL) -> tuple[Bare, list[np.ndarray]]:
-    """The matrices of the exact step and the values at their starts."""
+    """The matrix of the exact step and the values at their starts."""
     interface = Interface(component)
     model, nx, nu = linearise(component), len(component.states), len(component.inputs)
     wide = np.zeros((nx + nu, nx + nu))
     wide[:nx, :nx], wide[:nx, nx:] = model.A, model.B
     wide[:, nx:] *= [n not in (symbolic(component).scheduling or ()) for n in component.inputs]
     both = expm(STEP * wide)[:nx]
-    arrays = [np.zeros(len(interface.variables) + 1000), np.ascontiguousarray(both[:, :nx]), np.column_stack([both[:, nx:], np.zeros(nx)])]
+    arrays = [np.zeros(len(interface.variables) + 1000), np.ascontiguousarray(np.column_stack([both, np.zeros(nx)]).T)]
     arrays[0][: len(interface.variables)] = [v.start for v in interface.variables]
     bare = Bare(*(a.ctypes.data for a in arrays))
     library.bare_parameters(ctypes.byref(bare))

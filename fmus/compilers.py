@@ -21,7 +21,7 @@ from pathlib import Path
 from fmus.errors import InputError, MissingToolError, unknown
 
 # -s: symbol tables name temporary files, which would make every build another one
-FLAGS = ("-std=c99", "-O2", "-g0", "-s", "-Wall", "-Wextra", "-Wpedantic", "-ffp-contract=off", "-fvisibility=hidden", "-shared")
+FLAGS = ("-std=c99", "-O3", "-g0", "-s", "-Wall", "-Wextra", "-Wpedantic", "-ffp-contract=off", "-fvisibility=hidden", "-shared")
 
 
 @dataclass(frozen=True)

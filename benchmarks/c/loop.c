@@ -3,8 +3,6 @@
    `bare` does the arithmetic of a linear component's step and outputs and nothing else, `empty` does nothing. Both are
    called as an FMU is. It knows the component's model.c as the FMU does. */
 
-#include <string.h>
-
 #include "fmi2Functions.h"
 #include "model.c"
 
@@ -20,7 +18,7 @@ void loop(fmi2SetRealTYPE *set, fmi2DoStepTYPE *step, fmi2GetRealTYPE *get, fmi2
 }
 
 typedef struct {
-    double *z, *phi, *gamma; /* gamma: (n_states, n_inputs + 1) */
+    double *z, *columns; /* of x, u and 1, each of n_states */
 } Bare;
 
 fmi2Status bare_set(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real values[])
@@ -30,19 +28,23 @@ fmi2Status bare_set(fmi2Component c, const fmi2ValueReference vr[], size_t n, co
     return fmi2OK;
 }
 
+static void add_columns(const double *restrict columns, const double *restrict factors, unsigned count, double *restrict sum)
+{
+    const unsigned n = model.n_states;
+    for (unsigned j = 0; j < count; j++)
+        for (unsigned i = 0; i < n; i++) sum[i] += columns[j * n + i] * factors[j];
+}
+
 fmi2Status bare_step(fmi2Component c, fmi2Real time, fmi2Real h, fmi2Boolean no_set)
 {
     const Bare *b = c;
     const unsigned n = model.n_states, nu = model.n_inputs;
-    double *x = b->z + model.first_state, *u = b->z + model.first_input, next[64];
+    double *x = b->z + model.first_state, next[64];
     (void)no_set;
-    for (unsigned i = 0; i < n; i++) {
-        double sum = b->gamma[i * (nu + 1) + nu];
-        for (unsigned j = 0; j < n; j++) sum += b->phi[i * n + j] * x[j];
-        for (unsigned j = 0; j < nu; j++) sum += b->gamma[i * (nu + 1) + j] * u[j];
-        next[i] = sum;
-    }
-    memcpy(x, next, n * sizeof *x);
+    for (unsigned i = 0; i < n; i++) next[i] = b->columns[(n + nu) * n + i];
+    add_columns(b->columns, x, n, next);
+    add_columns(b->columns + n * n, b->z + model.first_input, nu, next);
+    for (unsigned i = 0; i < n; i++) x[i] = next[i];
     b->z[0] = time + h;
     return fmi2OK;
 }

@@ -3,7 +3,8 @@
        x' = A x + B u + c,   u = sum_k u_k t^k/k!
        x(h) = phi_0(hA) x + sum_k h^{k+1} phi_{k+1}(hA) B u_k + h phi_1(hA) c
 
-   The matrices are kept as long as step, parameters and held inputs stay the same. */
+   All of it is one matrix, the propagator, whose columns belong to x, u_0, 1, u_1 (and an empty one), u_2, ...
+   It is kept as long as step, parameters and held inputs stay the same. */
 
 #include <math.h>
 #include <string.h>
@@ -47,22 +48,32 @@ static Status make_matrices(Instance *s, double h, unsigned order, double *work)
     for (unsigned i = 0; i < n * n; i++) a[i] *= h;
     if (!phi_functions(a, n, order + 2, s->phi, scratch))
         return report(s, DISCARD, "a step of %g s from %g s is too long for the fastest motion of the model", h, s->z[0]);
+    for (unsigned i = 0; i < n; i++)
+        for (unsigned j = 0; j < n; j++) s->propagator[j * n + i] = s->phi[i * n + j];
     double power = 1;
     for (unsigned k = 0; k <= order; k++) {
         const double *phi = s->phi + (k + 1) * n * n;
-        double *gamma = s->gamma + k * n * width;
+        double *columns = s->propagator + (n + k * width) * n;
         power *= h;
-        for (unsigned i = 0; i < n; i++)
-            for (unsigned j = 0; j < width; j++) {
+        for (unsigned j = 0; j < width; j++)
+            for (unsigned i = 0; i < n; i++) {
                 double sum = 0;
                 for (unsigned l = 0; l < n; l++) sum += phi[i * n + l] * b[l * width + j];
-                gamma[i * width + j] = power * sum;
+                columns[j * n + i] = power * sum;
             }
     }
     for (unsigned i = 0; i < nu; i++) s->matrices_held[i] = s->z[model.first_input + i];
     s->matrices_step = h;
     s->matrices_order = order + 1;
     return OK;
+}
+
+/* sum += columns * factors, column by column: compilers can do that for several rows at once. */
+static void add_columns(const double *restrict columns, const double *restrict factors, unsigned count, double *restrict sum)
+{
+    const unsigned n = model.n_states;
+    for (unsigned j = 0; j < count; j++)
+        for (unsigned i = 0; i < n; i++) sum[i] += columns[j * n + i] * factors[j];
 }
 
 Status exact_step(Instance *s, double h, unsigned order, double *states)
@@ -72,18 +83,10 @@ Status exact_step(Instance *s, double h, unsigned order, double *states)
         const Status status = make_matrices(s, h, order, states + n);
         if (status != OK) return status;
     }
-    const double *x = s->z + model.first_state, *u = s->z + model.first_input;
-    for (unsigned i = 0; i < n; i++) {
-        const double *row = s->phi + i * n, *gamma = s->gamma + i * width;
-        double sum = gamma[nu];
-        for (unsigned j = 0; j < n; j++) sum += row[j] * x[j];
-        for (unsigned j = 0; j < nu; j++) sum += gamma[j] * u[j];
-        for (unsigned k = 1; k <= order; k++) {
-            const double *slopes = s->slopes + (k - 1) * nu;
-            gamma += n * width;
-            for (unsigned j = 0; j < nu; j++) sum += gamma[j] * slopes[j];
-        }
-        states[i] = sum;
-    }
+    const double *columns = s->propagator, *of_one = columns + (n + nu) * n;
+    for (unsigned i = 0; i < n; i++) states[i] = of_one[i];
+    add_columns(columns, s->z + model.first_state, n, states);
+    add_columns(columns + n * n, s->z + model.first_input, nu, states);
+    for (unsigned k = 1; k <= order; k++) add_columns(columns + (n + k * width) * n, s->slopes + (k - 1) * nu, nu, states);
     return OK;
 }

@@ -28,10 +28,10 @@ Instance *instance_new(const char *name, Logger *logger, void *host)
     s->pivot = calloc(2 * n + 1, sizeof *s->pivot);
     s->work = calloc(work_size() + 1, sizeof(double));
     s->phi = calloc((MAX_ORDER + 2) * n * n + 1, sizeof(double));
-    s->gamma = calloc((MAX_ORDER + 1) * n * (nu + 1) + 1, sizeof(double));
+    s->propagator = calloc(n * (n + (MAX_ORDER + 1) * (nu + 1)) + 1, sizeof(double));
     s->matrices_held = calloc(nu + 1, sizeof(double));
     s->name = malloc(strlen(name) + 1);
-    if (!s->kept || !s->jacobian || !s->lu || !s->pivot || !s->work || !s->phi || !s->gamma || !s->matrices_held || !s->name) {
+    if (!s->kept || !s->jacobian || !s->lu || !s->pivot || !s->work || !s->phi || !s->propagator || !s->matrices_held || !s->name) {
         instance_free(s);
         return NULL;
     }
@@ -53,7 +53,7 @@ void instance_free(Instance *s)
     free(s->pivot);
     free(s->work);
     free(s->phi);
-    free(s->gamma);
+    free(s->propagator);
     free(s->matrices_held);
     free(s->name);
     free(s);

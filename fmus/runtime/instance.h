@@ -35,7 +35,7 @@ struct Instance {
     double *work;      /* scratch of the methods, see WORK in instance.c */
 
     /* The matrices of the exact step, and for what they are valid. */
-    double *phi, *gamma, *matrices_held;
+    double *phi, *propagator, *matrices_held;
     double matrices_step;
     unsigned matrices_order; /* 0: there are none */
 
