@@ -29,11 +29,10 @@ def run(progress, steps: int = 5000, rounds: int = 3) -> dict:
         built = time.perf_counter()
         paths = {"full": build(full, folder).path, "linear": build(linear, folder).path}
         built = time.perf_counter() - built
-        times = {name: min(fmu_time(path, steps) for _ in progress(range(rounds), name)) for name, path in paths.items()}
-    times["numpy"] = numpy_time(full, 100)
-    times["exudyn"] = exudyn_time(full, 500)
-    ratios = {f"full_fmu_over_{name}": times["full"] / t for name, t in times.items() if name != "full" and t}
-    return {"microseconds_per_step": {n: t and round(1e6 * t, 2) for n, t in times.items()}, "real_time_factor": STEP / times["full"], **ratios, "build_s": built}
+        fmus = {name: min(fmu_time(path, steps) for _ in progress(range(rounds), name)) for name, path in paths.items()}
+    times = {**fmus, "numpy": numpy_time(full, 100), "exudyn": exudyn_time(full, 500)}
+    ratios = {f"full_fmu_over_{name}": fmus["full"] / t for name, t in times.items() if name != "full" and t}
+    return {"microseconds_per_step": {n: t and round(1e6 * t, 2) for n, t in times.items()}, "real_time_factor": STEP / fmus["full"], **ratios, "build_s": built}
 
 
 def fmu_time(path: Path, steps: int) -> float:

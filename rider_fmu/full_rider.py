@@ -142,12 +142,12 @@ class FullRiderOnRig(Limbs):
         }
 
 
-def on_rig(rider: FullRider, bar_inertia: float = 0.125) -> FullRiderOnRig:
+def on_rig(rider: Component, bar_inertia: float = 0.125) -> FullRiderOnRig:
     """The same rider on the steer test rig, on a bar of `bar_inertia` kg.m2."""
-    return FullRiderOnRig(f"{rider.name}_on_rig", rider.source, bar_inertia=bar_inertia, **rider.values)
+    return FullRiderOnRig(f"{rider.name}_on_rig", rider.source, (), bar_inertia=bar_inertia, **rider.values)
 
 
-def check_posture(rider: Limbs, steer_angle: float, torso_angle: float) -> None:
+def check_posture(rider: Component, steer_angle: float, torso_angle: float) -> None:
     """Raises InputError, by name and bound, where the arms cannot reach from the shoulders to the grips [rad]."""
     v = SimpleNamespace(**rider.values)
     for limb in ("upper_arm", "forearm"):

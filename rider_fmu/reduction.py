@@ -19,9 +19,10 @@ from types import SimpleNamespace
 import numpy as np
 from scipy.optimize import lsq_linear
 
+from fmus.component import Component
 from fmus.mathematics import NUMERIC
 from fmus.symbolic import symbolic
-from rider_fmu.full_rider import FullRider, on_rig
+from rider_fmu.full_rider import on_rig
 from rider_fmu.limbs import motion
 from rider_fmu.passive_rider import PassiveRider
 
@@ -49,7 +50,7 @@ class Reduced:
                             added_steer_inertia=self.steer_inertia)  # fmt: skip
 
 
-def reduce(rider: FullRider, steer_angle: float = 0.0, torso_angle: float = 0.0) -> Reduced:
+def reduce(rider: Component, steer_angle: float = 0.0, torso_angle: float = 0.0) -> Reduced:
     """The linear rider about a posture [rad], from the exact Jacobian of Lagrange's equations."""
     still = motion(SimpleNamespace(**rider.values), NUMERIC, (steer_angle, torso_angle))
     K, C = matrices(rider, steer_angle, torso_angle)
@@ -57,7 +58,7 @@ def reduce(rider: FullRider, steer_angle: float = 0.0, torso_angle: float = 0.0)
                                         -C[0, 1], C[1, 1] + C[0, 1], C[0, 0] + C[0, 1])))  # fmt: skip
 
 
-def matrices(rider: FullRider, steer_angle: float = 0.0, torso_angle: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+def matrices(rider: Component, steer_angle: float = 0.0, torso_angle: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """Stiffness and damping matrices (2, 2) about a posture: minus the slopes of the forces at rest there."""
     rig = on_rig(rider)
     form = symbolic(rig)
@@ -78,7 +79,7 @@ class Spread:
     residual: float
 
 
-def spread(rider: FullRider, linear: PassiveRider) -> dict[str, Spread]:
+def spread(rider: Component, linear: Component) -> dict[str, Spread]:
     """Joint `stiffness` and `damping` with which the full rider has the linear rider's k_a, k_t, c_a, c_t and no k_s, c_s."""
     p = linear.values
     found = {}
@@ -113,7 +114,7 @@ def _middle(columns: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     return np.maximum(nearest + (low + high) / 2 * direction, 0.0)
 
 
-def spread_over_joints(rider: FullRider, linear: PassiveRider) -> FullRider:
+def spread_over_joints(rider: Component, linear: Component) -> Component:
     """The full rider with the joint values of `spread`."""
     found = spread(rider, linear)
     return rider.with_values(**{f"{joint}_{kind}": value for kind, s in found.items() for joint, value in s.joints.items()})

@@ -109,14 +109,14 @@ def total(v):
     return v.pelvis_mass + v.torso_mass + v.head_mass
 
 
-def point_heights(rider: RiderInRoll) -> dict[str, float]:
+def point_heights(rider: Component) -> dict[str, float]:
     """Height [m] of each measured point above the roll axis, by name."""
     p = rider.values
     heights = (p["waist_point"], p["shoulder_point"], p["neck_height"] + p["head_point"])
     return {point: p["saddle_height"] + height for point, height in zip(POINTS, heights, strict=True)}
 
 
-def rigid_body(rider: RiderInRoll) -> tuple[float, float, float]:
+def rigid_body(rider: Component) -> tuple[float, float, float]:
     """(mass [kg], height of the mass centre above the roll axis [m], roll inertia about it [kg.m2]) of the rider held stiff."""
     p = rider.values
     bodies = ((p["pelvis_mass"], 0.0, 0.0), (p["torso_mass"], p["torso_centre"], p["torso_roll_inertia"]),

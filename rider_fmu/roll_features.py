@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fmus.component import Component
 from fmus.linear import linearise
-from rider_fmu.rider_in_roll import POINTS, RiderInRoll, point_heights
+from rider_fmu.rider_in_roll import POINTS, point_heights
 
 FREQUENCIES = np.arange(0.5, 7.01, 0.25)  # Hz
 HIGH = 4.0  # Hz: "high frequency" where the paper gives no number
@@ -21,7 +22,7 @@ NUMBER = {"waist": 2, "shoulder": 3, "head": 4}
 Curves = dict[str, np.ndarray]
 
 
-def roll_frf(rider: RiderInRoll, frequency: np.ndarray = FREQUENCIES) -> Curves:
+def roll_frf(rider: Component, frequency: np.ndarray = FREQUENCIES) -> Curves:
     """FRF of every point (n,), complex, from the linearised component; frequency (n,) in Hz."""
     omega = 2 * np.pi * np.asarray(frequency, float)
     space = linearise(rider)

@@ -24,7 +24,7 @@ def run() -> list[dict]:
     for name in RIDERS:
         about, linear = riders.contents(name)["about"], riders.load(name)
         height, mass, lean = (convert(about[k]["value"], about[k]["unit"], unit) for k, unit in (("height", "m"), ("mass", "kg"), ("torso_inclination", "rad")))
-        full = FullRider(f"full_{name}", "", **full_rider_values(height, mass, lean))
+        full = FullRider(f"full_{name}", "", (), **full_rider_values(height, mass, lean))
         r, joints = reduce(full), spread(full, linear)
         rows.append({"rider": name, "torso_inertia": r.torso_inertia, "steer_inertia": r.steer_inertia, "cross_inertia": r.cross_inertia,
                      "identified_torso_inertia": linear.values["torso_inertia"], "identified_steer_inertia": linear.values["added_steer_inertia"],

@@ -11,13 +11,13 @@ from types import SimpleNamespace
 import numpy as np
 from matplotlib.figure import Figure
 
+from fmus.component import Component
 from fmus.errors import InputError
 from fmus.mathematics import NUMERIC
 from fmus.progress import track
 from identification.fit import identify
 from identification.frf import exact_frf
 from rider_fmu import riders
-from rider_fmu.full_rider import FullRider
 from rider_fmu.limbs import Motion, motion
 from rider_fmu.reduction import Reduced, reduce
 from scenarios.measured_rider import rig_response
@@ -46,7 +46,7 @@ def run(rider: str = "full_mean_2011", amplitudes: tuple[float, ...] = AMPLITUDE
             "fits": fits, "reduced": reduce(full)}  # fmt: skip
 
 
-def linear_inertance(rider: FullRider, frequency: np.ndarray) -> np.ndarray:
+def linear_inertance(rider: Component, frequency: np.ndarray) -> np.ndarray:
     """s' / M_s (n,) of the rider's linearisation on the bar: the limit of small angles."""
     r: Reduced = reduce(rider)
     s = 2j * np.pi * np.asarray(frequency)
@@ -55,7 +55,7 @@ def linear_inertance(rider: FullRider, frequency: np.ndarray) -> np.ndarray:
     return s**2 / ((BAR + r.steer_inertia) * s**2 + arms + steer - across**2 / torso)
 
 
-def harmonics(rider: FullRider, amplitudes: np.ndarray, frequency: np.ndarray) -> np.ndarray:
+def harmonics(rider: Component, amplitudes: np.ndarray, frequency: np.ndarray) -> np.ndarray:
     """Phasors (HARMONICS, amplitudes, n) of the servo's torque [N.m] to amplitude sin(omega t) [rad], once periodic."""
     v = SimpleNamespace(**rider.values)
     omega, amplitude = np.broadcast_arrays(2 * np.pi * np.asarray(frequency, float), np.asarray(amplitudes)[:, None])

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.optimize import differential_evolution
 
+from fmus.component import Component
 from fmus.linear import linearise
 from fmus.progress import track
 from rider_fmu import RiderInRoll, riders
@@ -45,14 +46,14 @@ def run(rider: str = "roll_3_2008", starts: int = 4, proposals: int = 1500, gene
             "ranges": dict(zip(FREE, np.percentile(visited, (0, 50, 100), axis=0).T, strict=True))}  # fmt: skip
 
 
-def limits(rider: RiderInRoll) -> np.ndarray:
+def limits(rider: Component) -> np.ndarray:
     """Least and largest values (10, 2) of FREE."""
     return np.array([PLACES.get(n, (rider.values[n] / WIDEST, rider.values[n] * WIDEST)) for n in FREE])
 
 
-def searched(rider: RiderInRoll, seed: int, generations: int) -> RiderInRoll:
+def searched(rider: Component, seed: int, generations: int) -> Component:
     """The rider that differential evolution finds within the limits, with the fewest and smallest misses."""
-    def of(x: np.ndarray) -> RiderInRoll:
+    def of(x: np.ndarray) -> Component:
         return rider.with_values(**dict(zip(FREE, np.exp(x), strict=True)))
 
     def cost(x: np.ndarray) -> float:
@@ -74,7 +75,7 @@ def valley(modulus: np.ndarray) -> float:
     return float(max(min(low[:k].max(), low[k + 1 : -1].max()) - low[k] for k in range(1, len(low) - 2)))
 
 
-def walk(rider: RiderInRoll, proposals: int, generator: np.random.Generator) -> tuple[np.ndarray, float]:
+def walk(rider: Component, proposals: int, generator: np.random.Generator) -> tuple[np.ndarray, float]:
     """Values of FREE (proposals, 10) along the walk, and the share of steps taken."""
     here = np.log([rider.values[n] for n in FREE])
     low, high = limits(riders.load("roll_3_2008")).T
@@ -89,17 +90,17 @@ def walk(rider: RiderInRoll, proposals: int, generator: np.random.Generator) -> 
     return np.array(visited), taken / proposals
 
 
-def allowed(rider: RiderInRoll) -> bool:
+def allowed(rider: Component) -> bool:
     """Whether the rider sits stably and meets every feature."""
     return stable(rider) and not misses(roll_frf(rider)).any()
 
 
-def stable(rider: RiderInRoll) -> bool:
+def stable(rider: Component) -> bool:
     """Whether joints hold the rider up."""
     return bool(np.linalg.eigvals(linearise(rider).A).real.max() < 0)
 
 
-def _weave(rider: RiderInRoll, values: np.ndarray) -> float:
+def _weave(rider: Component, values: np.ndarray) -> float:
     """The real part of weave at 40 m/s, on the motorcycle's saddle and with the masses of a rider of Sharp's size."""
     given = {**dict(zip(FREE, values, strict=True)), **roll_values(HEIGHT, MASS), "saddle_height": SADDLE_HEIGHT}
     return float(weave_of(systems(leaning=rider.with_values(**given))["both"], SPEED)["weave"][-1].real)

@@ -8,12 +8,13 @@ developments of its model.
 import numpy as np
 from matplotlib.figure import Figure
 
+from fmus.component import Component
 from fmus.linear import linearise
 from fmus.modes import crossings, follow
 from fmus.system import System
 from rider_fmu import riders
 from rider_fmu.anthropometry import roll_values
-from rider_fmu.rider_in_roll import RiderInRoll, rigid_body
+from rider_fmu.rider_in_roll import rigid_body
 from scenarios.report import Section, Table, new_figure
 from vehicle_fmu import motorcycles
 from vehicle_fmu.lightened import lightened
@@ -26,12 +27,12 @@ ROLL_MODES = 2.2  # Hz: below are the rider's own modes in roll, above weave and
 NAMING_SPEED = 40.0  # m/s
 
 
-def leaning_rider(rider: str = "roll_3_2008") -> RiderInRoll:
+def leaning_rider(rider: str = "roll_3_2008") -> Component:
     """The rider in roll with his joints, on the motorcycle's saddle, of the size of Sharp's rider."""
     return riders.load(rider).with_values(**roll_values(HEIGHT, MASS), saddle_height=SADDLE_HEIGHT)
 
 
-def systems(vehicle: str = "sharp_1971", turning: str = "mean_2011", leaning: RiderInRoll | None = None) -> dict[str, System]:
+def systems(vehicle: str = "sharp_1971", turning: str = "mean_2011", leaning: Component | None = None) -> dict[str, System]:
     """The four systems by name."""
     whole, device, rider = motorcycles.load(vehicle), riders.load(turning), leaning or leaning_rider()
     bare = lightened(whole, *rigid_body(rider))

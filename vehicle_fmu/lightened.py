@@ -6,11 +6,11 @@ frame's mass centre, is taken out of the rear frame:
     M' = M_r - m,   h' = (M_r h - m z) / M',   I_rx' = I_rx + M_r h^2 - M' h'^2 - J - m z^2
 """
 
+from fmus.component import Component
 from fmus.errors import InputError
-from vehicle_fmu.motorcycle import Motorcycle
 
 
-def lightened(motorcycle: Motorcycle, mass: float, height: float, roll_inertia: float) -> Motorcycle:
+def lightened(motorcycle: Component, mass: float, height: float, roll_inertia: float) -> Component:
     """The motorcycle without a body of that mass [kg], height [m] and roll inertia [kg.m2].
 
     Raises InputError when the rest of the rear frame would have no mass, height or roll inertia left.

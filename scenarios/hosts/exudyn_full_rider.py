@@ -13,15 +13,15 @@ from typing import Any
 
 import numpy as np
 
+from fmus.component import Component
 from fmus.mathematics import NUMERIC
 from rider_fmu.arm_loop import arm, pelvis, span
-from rider_fmu.full_rider import FullRiderOnRig
 
 STEER_AXIS = np.array([0.0, 0.0, 1.0])
 TINY = 1e-9  # kg.m2: inertia that the model leaves out, for a solver that needs a regular tensor
 
 
-def response(rig: FullRiderOnRig, amplitude: float, frequency: float, step: float, duration: float, along: float = TINY) -> np.ndarray:
+def response(rig: Component, amplitude: float, frequency: float, step: float, duration: float, along: float = TINY) -> np.ndarray:
     """Rows (time [s], steer angle, torso angle [rad]) from rest under a servo torque amplitude sin(2 pi frequency t) [N.m, Hz].
 
     along is the arms' inertia about their own length [kg.m2]. Raises ModuleNotFoundError without Exudyn.
@@ -51,7 +51,7 @@ def response(rig: FullRiderOnRig, amplitude: float, frequency: float, step: floa
     return np.column_stack([recorded[0][:, 0], *angles])
 
 
-def waist_axis(rig: FullRiderOnRig) -> np.ndarray:
+def waist_axis(rig: Component) -> np.ndarray:
     tilt = rig.values["steer_tilt"] + rig.values["torso_inclination"]
     return np.array([-np.sin(tilt), 0.0, np.cos(tilt)])
 
@@ -69,7 +69,7 @@ def _angle(matrices: np.ndarray, axis: np.ndarray) -> np.ndarray:
     return np.arctan2(turned @ np.cross(axis, across), turned @ across)
 
 
-def _bodies(exudyn: Any, mbs: Any, rig: FullRiderOnRig, along: float) -> dict[str, int]:
+def _bodies(exudyn: Any, mbs: Any, rig: Component, along: float) -> dict[str, int]:
     """The six bodies with their joints and springs, at rest."""
     from exudyn.rigidBodyUtilities import RigidBodyInertia  # noqa: PLC0415 - an optional package
 
@@ -92,7 +92,7 @@ def _bodies(exudyn: Any, mbs: Any, rig: FullRiderOnRig, along: float) -> dict[st
     for side, word in ((1, "right"), (-1, "left")):
         at = arm(v, NUMERIC, side, 0.0, 0.0)
         S, E, W = (np.array([float(c.f) for c in point]) for point in (at.shoulder, at.elbow, at.wrist))
-        h = np.array([float(getattr(c, "f", c)) for c in span(v, NUMERIC, side, 0.0, 0.0)[1]])
+        h = np.array([float(c.f) for c in span(v, NUMERIC, side, 0.0, 0.0)[1]])
         n = np.cross(W - S, h)
         n /= np.linalg.norm(n)
         upper = _rod(body, v.upper_arm_mass, v.upper_arm_centre, v.upper_arm_inertia, S, E, along)
