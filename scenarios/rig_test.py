@@ -1,14 +1,18 @@
 """The rig of the steer test for the gap workflow: handlebar and passive rider, the angle imposed, the torque measured."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 import fmus.effects.channel
 import rider_fmu.effects
 from fmus import Effect, System
 from fmus.effects import effects_in, load_folder
 from fmus.effects.library import declared_by
+from identification.gap.runs import Run
 from identification.gap.test_stand import Free, TestStand
 from rider_fmu import Handlebar, riders
 
@@ -27,6 +31,25 @@ def rig_test(rig: Mapping[str, Any], rider: str = "mean_2011") -> TestStand:
     system = System("rig", {"bar": bar, "device": device}, bindings={"bar.added_steer_inertia": "device.port_inertia"})
     free = (Free("bar.steer_inertia", 0.0, known, error), *(Free(f"device.{name}", RUN_TO_RUN) for name in RIDER))
     return TestStand(system, "bar.steer_angle", "bar.servo_torque", free, COLUMNS)
+
+
+def with_bare_bar(stand: TestStand, runs: Sequence[Run]) -> TestStand:
+    """The test with what sweeps of the bare handlebar, hands off, say of the bar itself.
+
+        T = I a + c s + k delta, by weighted least squares on the harmonics
+    """
+    columns, data = [], []
+    for run in runs:
+        angle, rate, acceleration = run.moved(run.recording.time)
+        columns.append(run.reduction.reduce(np.column_stack([acceleration, rate, angle])) / run.deviation[:, None])
+        data.append(run.data / run.deviation)
+    matrix, target = np.concatenate(columns), np.concatenate(data)
+    found = np.linalg.lstsq(matrix, target, rcond=None)[0]
+    error = np.sqrt(np.diag(np.linalg.inv(matrix.T @ matrix)))
+    bar = replace(stand.free[0], known=float(found[0]), standard_error=float(error[0]))
+    measured = {"device.steer_damping.damping": (float(found[1]), float(error[1])),
+                "device.steer_stiffness.stiffness": (float(found[2]), float(error[2]))}  # fmt: skip
+    return replace(stand, free=(bar, *stand.free[1:]), measured_effects=measured)
 
 
 def rig_effects(folder: str | Path | None = None) -> list[type[Effect]]:

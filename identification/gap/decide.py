@@ -121,9 +121,13 @@ def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS)
     near |= {c.family for c in candidates[:4] if candidates[0].delta_bic - c.delta_bic < CLEAR and c.delta_bic > SIGNIFICANT}
     if not adequate(candidates[0].fit):
         near |= {c.family for c in _one_each(candidates)[:3] if c.delta_bic > 0.5 * candidates[0].delta_bic}
-    more = [form for name in near for form in families[name][1:]]
-    candidates += [c for s in screen(found, track(more, "fitting other forms"), keep=1) if (c := _fitted(found, s)) is not None]
-    return sorted(candidates, key=lambda c: -c.delta_bic)
+    for flexible in (False, True):  # a curve of its own only where no plain form fits
+        more = [form for name in near for form in families[name][1:] if form.flexible == flexible]
+        candidates += [c for s in screen(found, track(more, "fitting other forms"), keep=1) if (c := _fitted(found, s)) is not None]
+        candidates.sort(key=lambda c: -c.delta_bic)
+        if adequate(candidates[0].fit):
+            break
+    return candidates
 
 
 def _fitted(found: Fit, signature: Signature) -> Candidate | None:

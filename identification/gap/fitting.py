@@ -17,7 +17,7 @@ from identification.gap.model import Model
 from identification.gap.runs import Run
 from identification.gap.test_stand import TestStand
 
-ITERATIONS = 25
+ITERATIONS = 15
 ENOUGH = 0.05  # of chi-square that a further step would gain
 COARSE = 1e-3  # of it, as long as the fit is far from the data
 
@@ -165,6 +165,15 @@ def _assembled(model: Model, runs: Sequence[Run], x: np.ndarray) -> tuple[np.nda
             row[0, i] = free.known / free.standard_error
             residuals.append(np.array([(x[i] - np.log(free.known)) * row[0, i]]))
             rows.append(row)
+    for name, (value, error) in model.stand.measured_effects.items():
+        # Another test measured this effect's size; a model without the effect says zero.
+        row = np.zeros((1, len(x)))
+        size = 0.0
+        if name in model.names:
+            row[0, model.names.index(name)] = 1 / error
+            size = x[model.names.index(name)]
+        residuals.append(np.array([(size - value) / error]))
+        rows.append(row)
     return np.concatenate(residuals), np.concatenate(rows)
 
 

@@ -4,7 +4,7 @@ A parameter of a rider is never twice the same: each run may deviate by `spread`
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 
 from fmus.component import Component
 from fmus.effects import Effect
@@ -39,6 +39,7 @@ class TestStand:
     measured: str
     free: tuple[Free, ...]
     columns: Mapping[str, str]
+    measured_effects: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # size and its error, from another test
 
     def with_effects(self, effects: Sequence[type[Effect]]) -> Component:
         """The component seen from the test: its motion told, its effort answered, with effects."""
@@ -62,7 +63,3 @@ class TestStand:
         """The name of an effect's parameter in the component under test."""
         prefix = "device." if effect.part == "device" and isinstance(self.component, System) else ""
         return f"{prefix}{effect.family}.{name}"
-
-    def starting_from(self, values: Mapping[str, float]) -> "TestStand":
-        """The same with other values of the base's parameters."""
-        return replace(self, component=self.component.with_values(**values))

@@ -19,12 +19,14 @@ from identification.recordings import read_recording, read_rig
 from scenarios import names
 from scenarios.augmented_rider import FILE, effect_on_modes, rider_of, write_model
 from scenarios.command_line import to_json, write_text
-from scenarios.rig_test import rig_effects, rig_test
+from scenarios.gap_report import write_report
+from scenarios.rig_test import rig_effects, rig_test, with_bare_bar
 
 NAME = "gap"
 HELP = """Find where a model misses recordings, name the missing effect, add it, and show the gap shrink.
 
   motofmi gap sweep_up.csv stepped.csv --holdout sweep_down.csv --out gap
+  motofmi gap sweep.csv --bare bare_bar.csv --out gap
   motofmi gap sweep.csv --rig my_rig.json --rider 3_2011 --out gap
 
 The verdict is named, none (the model is as good as the noise), unknown (nothing in the library is it) or tied
@@ -35,6 +37,7 @@ The verdict is named, none (the model is as good as the noise), unknown (nothing
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("files", nargs="*", metavar="FILE", help="recordings to fit, one run each")
     parser.add_argument("--holdout", nargs="+", default=[], metavar="FILE", help="recordings that are only compared with")
+    parser.add_argument("--bare", nargs="+", default=[], metavar="FILE", help="sweeps of the bare handlebar, hands off")
     parser.add_argument("--rig", metavar="FILE", help="rig.json (default: beside the first recording)")
     parser.add_argument("--rider", default="mean_2011", metavar="NAME", help="published rider whose values the fit starts from")
     parser.add_argument("--map", action="append", default=[], metavar="COLUMN=VARIABLE", help="what a column is")
@@ -49,12 +52,15 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     rig = read_rig(arguments.rig or Path(arguments.files[0]).parent)
     stand, library = rig_test(rig, arguments.rider), rig_effects(arguments.effects)
     runs, held = _runs(arguments.files, stand, arguments.map), _runs(arguments.holdout, stand, arguments.map)
+    if arguments.bare:
+        stand = with_bare_bar(stand, _runs(arguments.bare, stand, arguments.map))
     verdict = decide(stand, runs, library)
     result = as_result(verdict, held, "N.m")
-    result["limitations"] = _limitations(rig, runs, held)
+    result["limitations"] = _limitations(rig, runs, held, bool(arguments.bare))
     result["next_experiment"] = next_experiment(verdict)
     write_text(folder / "verdict.json", to_json(result) + "\n")  # an interrupted run leaves the verdict
     _add(verdict, result, arguments, folder)
+    result["report"] = write_report(verdict, result, held, folder)
     write_text(folder / "verdict.json", to_json(result) + "\n")
     return result
 
@@ -79,10 +85,10 @@ def _runs(files: Sequence[str], stand: TestStand, mapping: Sequence[str]) -> lis
     return [prepare(r, columns["imposed"], columns["measured"], columns["command"]) for r in recordings]
 
 
-def _limitations(rig: dict[str, Any], runs: Sequence[Run], held: Sequence[Run]) -> list[str]:
+def _limitations(rig: dict[str, Any], runs: Sequence[Run], held: Sequence[Run], bare: bool) -> list[str]:
     sentences = [note for r in (*runs, *held) for note in (*r.notes, *r.recording.warnings)]
-    if "handlebar_inertia" not in rig:
-        sentences.append("The handlebar's own inertia is not known (no rig.json): added inertia cannot be told from it.")
+    if "handlebar_inertia" not in rig and not bare:
+        sentences.append("The handlebar's own inertia is not known (no rig.json, no bare-bar run): added inertia cannot be told from it.")
     if not held:
         sentences.append("No held-out run: the verdict is not checked on data that was not used.")
     return sentences

@@ -1,0 +1,101 @@
+"""The gap as one HTML report: the verdict, where the model missed, and recording, harmonics, Nyquist plane, whiteness."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from identification.gap.decide import Verdict
+from identification.gap.fitting import Fit
+from identification.gap.runs import Run
+from scenarios.report import COLOURS, Report, Section, Table, new_figure
+
+FILE = "report.html"
+
+
+def write_report(verdict: Verdict, result: dict[str, Any], held: list[Run], folder: Path) -> str:
+    """Write the report into the folder; its name there."""
+    gap = result["gap"]
+    rows = [(n.replace("_", " "), "" if gap[n] is None else f"{gap[n]:.3f}", "" if gap["rms"][n] is None else f"{gap['rms'][n]:.4f}")
+            for n in ("before", "after", "holdout_before", "holdout_after", "noise_floor")]  # fmt: skip
+    effects = [(e["name"], e["form"], n, f"{p['value']:.5g}", f"{p['standard_error']:.2g}", p["unit"]) for e in result["effects"] for n, p in e["parameters"].items()]
+    candidates = [(c["name"], c["form"], f"{c['delta_chi2']:.1f}", f"{c['delta_bic']:.1f}", f"{c['probability']:.3f}") for c in result["candidates"]]
+    where = [(p["run"], p["axis"], f"{p['from']:.3g}", f"{p['to']:.3g}", p["unit"], f"{p['excess']:.3g}", f"{p['p_value']:.2g}") for p in result["where"][:40]]
+    sections = [
+        Section("Verdict", [result["verdict"], *result["limitations"]], [], [
+            Table(("effect", "form", "parameter", "value", "standard error", "unit"), effects),
+            Table(("candidate", "form", "delta chi-square", "delta BIC", "probability"), candidates)]),
+        Section("Where the base model misses", ["Cells that pass a false-discovery rate of 1 %."], [(_map(verdict.base), "Residuals of the base over time and order, in units of the noise.")],
+                [Table(("run", "axis", "from", "to", "unit", "excess", "p"), where)]),
+        Section("Before and after", [f"Held out: {', '.join(r.name for r in held) or 'none'}."], [(_harmonics(verdict), "First harmonic of the torque over frequency: measured, base, with what was found."),
+                                         (_nyquist(verdict), "The same as impedance in the Nyquist plane."),
+                                         (_whiteness(verdict), "Residuals in units of the noise: before and after, against the normal distribution.")],
+                [Table(("", "reduced chi-square", f"rms [{gap['rms']['unit']}]"), rows)]),
+    ]  # fmt: skip
+    Report("The gap between model and recordings", f"Verdict: {result['verdict']}", sections).write(folder / FILE)
+    return FILE
+
+
+def _first(fit: Fit, index: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Frequency (w,), measured and modelled complex first harmonics (w,) of a run's windows."""
+    run = fit.runs[index]
+    start = sum(len(r.data) for r in fit.runs[:index])
+    modelled = run.data + fit.residuals[start : start + len(run.data)] * run.deviation
+    angle = run.reduction.reduce(run.moved(run.recording.time)[0])
+    places = [i for i, c in enumerate(run.reduction.columns) if c.order == 1 and c.degree == 0]
+    pairs = np.array(places).reshape(-1, 2)
+    moved = angle[pairs[:, 0]] - 1j * angle[pairs[:, 1]]
+    frequency = np.array([run.reduction.columns[i].frequency for i in pairs[:, 0]])
+    return frequency, *((y[pairs[:, 0]] - 1j * y[pairs[:, 1]]) / moved for y in (run.data, modelled))
+
+
+def _harmonics(verdict: Verdict):
+    figure, (size, phase) = new_figure(rows=2, sharex=True)
+    for fit, colour, label in ((verdict.base, COLOURS["damper"], "base"), (verdict.best, COLOURS["rider"], "with what was found")):
+        f, measured, modelled = _first(fit, 0)
+        if fit is verdict.base:
+            size.plot(f, np.abs(measured), ".", color=COLOURS["reference"], label="measured")
+            phase.plot(f, np.angle(measured, deg=True), ".", color=COLOURS["reference"])
+        size.plot(f, np.abs(modelled), color=colour, label=label)
+        phase.plot(f, np.angle(modelled, deg=True), color=colour)
+    size.set_ylabel("|T/angle| [N.m/rad]")
+    phase.set_ylabel("phase [deg]")
+    phase.set_xlabel("frequency [Hz]")
+    size.legend()
+    return figure
+
+
+def _nyquist(verdict: Verdict):
+    figure, axes = new_figure()
+    _, measured, _ = _first(verdict.base, 0)
+    axes.plot(measured.real, measured.imag, ".", color=COLOURS["reference"], label="measured")
+    for fit, colour, label in ((verdict.base, COLOURS["damper"], "base"), (verdict.best, COLOURS["rider"], "with what was found")):
+        _, _, modelled = _first(fit, 0)
+        axes.plot(modelled.real, modelled.imag, color=colour, label=label)
+    axes.set_xlabel("Re T/angle [N.m/rad]")
+    axes.set_ylabel("Im T/angle [N.m/rad]")
+    axes.legend()
+    return figure
+
+
+def _whiteness(verdict: Verdict):
+    figure, axes = new_figure()
+    bins = np.linspace(-6, 6, 61)
+    for fit, colour, label in ((verdict.base, COLOURS["damper"], "base"), (verdict.best, COLOURS["rider"], "with what was found")):
+        axes.hist(np.clip(fit.residuals[: fit.count], -6, 6), bins, density=True, histtype="step", color=colour, label=label)
+    axes.plot(bins, np.exp(-(bins**2) / 2) / np.sqrt(2 * np.pi), color=COLOURS["reference"], label="noise alone")
+    axes.set_xlabel("residual over noise")
+    axes.legend()
+    return figure
+
+
+def _map(fit: Fit):
+    figure, axes = new_figure()
+    run = fit.runs[0]
+    columns = run.reduction.columns
+    z = np.abs(fit.residuals[: len(run.data)])
+    points = axes.scatter([c.time for c in columns], [c.order for c in columns], c=np.clip(z, 0, 6), s=24, marker="s", cmap="viridis")
+    figure.colorbar(points, label="|residual| over noise")
+    axes.set_xlabel(f"time in {run.name} [s]")
+    axes.set_ylabel("order")
+    return figure
