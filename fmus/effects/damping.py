@@ -46,7 +46,7 @@ class CoulombFriction(Effect):
     family, form, element = "coulomb_friction", "coulomb", "spring"
     friction_torque = parameter("N.m", "Force of dry friction", symbol="T_c", min=0, start=0.5)
     sliding_rate = parameter("rad/s", "Rate at which friction is nearly fully there", symbol="s_0", min=1e-6, start=0.02)
-    given = ("sliding_rate",)
+    given: ClassVar[tuple[str, ...]] = ("sliding_rate",)
 
     @adds_to("force")
     def friction(self, v, m):

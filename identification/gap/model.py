@@ -1,11 +1,12 @@
 """The base with some effects, as a function that a fit can call: reduced output and its slopes for one run."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from fmus.effects import Effect
-from fmus.imposed import Imposed
+from fmus.imposed import Imposed, ThroughSpring
 from identification.gap.equations import Equations
 from identification.gap.runs import Run
 from identification.gap.simulate import Motion, simulate
@@ -80,10 +81,10 @@ class Model:
     def _inputs(self, run: Run, time: np.ndarray, values: Mapping[str, float]) -> dict[str, np.ndarray]:
         angle, rate, acceleration = run.moved(time)
         component = self.component
-        told = dict.fromkeys(component.inputs, 0.0)
+        told: dict[str, Any] = dict.fromkeys(component.inputs, 0.0)
         if isinstance(component, Imposed):
             told |= {component.imposed: angle, component.rate: rate, component.acceleration: acceleration}
-        else:
+        elif isinstance(component, ThroughSpring):
             told[component.drive] = angle
         for name, (_, delay) in component.delays.items():
             told[name] = run.moved(time - values[delay])[0]

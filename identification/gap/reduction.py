@@ -60,7 +60,8 @@ def reduction_of(phase: Phase, rate: float) -> Reduction:
         n, top = last - first, phase.frequency[first:last].max()
         tau = np.linspace(-1, 1, n)
         angle, mean = phase.angle[first:last], float(phase.frequency[first:last].mean())
-        raw, labels = [], []
+        raw: list[np.ndarray] = []
+        labels: list[tuple[int, int]] = []
         for order in [1, 0, *range(2, MORE_ORDERS + 1)]:
             if order * top > 0.47 * rate or len(raw) > n / 3:
                 continue
@@ -94,15 +95,15 @@ class Noise:
 def noise_of(reduction: Reduction, y: np.ndarray) -> Noise:
     """The noise spectrum of y (n,), from what lies outside of the harmonics."""
     edges = np.concatenate([[0.0], np.geomspace(0.6, reduction.rate / 2, BANDS)])
-    power, freedom = [], []
+    powers, freedoms = [], []
     for left, basis in reduction.residuals(y):
         f = np.fft.rfftfreq(len(left), 1 / reduction.rate)
         band = np.clip(np.searchsorted(edges, f, side="right") - 1, 0, BANDS - 1)
         taken = (np.abs(np.fft.rfft(basis, axis=0)) ** 2).sum(axis=1) / len(left)
         free = np.clip(1 - taken, 0, 1)
-        power.append(np.bincount(band, np.abs(np.fft.rfft(left)) ** 2 / len(left), BANDS))
-        freedom.append(np.bincount(band, free, BANDS))
-    power, freedom = np.array(power), np.array(freedom)
+        powers.append(np.bincount(band, np.abs(np.fft.rfft(left)) ** 2 / len(left), BANDS))
+        freedoms.append(np.bincount(band, free, BANDS))
+    power, freedom = np.array(powers), np.array(freedoms)
     enough = freedom.sum(axis=0) > 2.0
     centre = np.sqrt(np.maximum(edges[:-1], 0.3) * edges[1:])[enough]
     density = np.maximum((power.sum(axis=0) / np.maximum(freedom.sum(axis=0), 1e-12))[enough], 1e-30)
