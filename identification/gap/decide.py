@@ -65,7 +65,21 @@ def adequate(found: Fit) -> bool:
 
 
 def decide(stand: TestStand, runs: Sequence[Run], library: Sequence[type[Effect]]) -> Verdict:
-    """The verdict on runs, with the effects of a library. Raises InputError where the base cannot be fitted."""
+    """The verdict on runs, with the effects of a library. Raises InputError where the base cannot be fitted.
+
+    Its fits rest on the noise that the best of them leaves.
+    """
+    verdict = _decide(stand, runs, library)
+    best = verdict.best
+    quiet = [run.with_noise_beside(best.model.output(run, best.of_run(i), slopes=False)[0]) for i, run in enumerate(runs)]
+    if best is verdict.base:
+        verdict.base = verdict.best = fit(best.model, quiet, best.x)
+    else:
+        verdict.base, verdict.best = (fit(f.model, quiet, f.x) for f in (verdict.base, best))
+    return verdict
+
+
+def _decide(stand: TestStand, runs: Sequence[Run], library: Sequence[type[Effect]]) -> Verdict:
     model = Model(stand)
     base = fit(model, runs, model.start())
     first = compete(base, library)
@@ -77,7 +91,8 @@ def decide(stand: TestStand, runs: Sequence[Run], library: Sequence[type[Effect]
     if second is not None:
         members = [c for c in second[1] if second[0].delta_bic - c.delta_bic < TIE and c.family != second[0].family]
         if adequate(second[0].fit):
-            return Verdict("named", base, second[0].fit, [best, second[0]], members, first)
+            pair = _plainest(base, best, second[0], library)
+            return Verdict("named", base, pair[1].fit, list(pair), members, first)
     if adequate(best.fit):
         found.tied = [c for c in _one_each(first) if best.delta_bic - c.delta_bic < TIE and adequate(c.fit)]
         if len(found.tied) > 1:
@@ -166,6 +181,39 @@ def _one_each(candidates: Sequence[Candidate]) -> list[Candidate]:
     for c in candidates:
         seen.setdefault(c.family, c)
     return list(seen.values())
+
+
+def _plainest(base: Fit, first: Candidate, second: Candidate, library: Sequence[type[Effect]]) -> tuple[Candidate, Candidate]:
+    """The two effects in the forms that fit best together: alone, the first one's form makes up for the second."""
+    best, pair = second.fit, (first.effect, second.effect)
+    for place in (0, 1):
+        for form in [e for e in library if e.family == pair[place].family and e is not pair[place] and not e.flexible]:
+            tried = (form, pair[1]) if place == 0 else (pair[0], form)
+            model = Model(base.model.stand, tried)
+            shared = best.x[: len(base.model.names)]
+            signature = screen(base, [form], keep=1)
+            if not signature:
+                continue
+            kept = [best.x[best.model.names.index(model.stand.parameter(e, n))] if e in pair else s
+                    for e in tried for n, s in zip([n for n in e.parameters() if n not in e.given], _start(signature[0], e), strict=True)]  # fmt: skip
+            try:
+                found = fit(model, base.runs, np.concatenate([shared, kept]))
+            except InputError:
+                continue
+            if _bic(found) < _bic(best) + TIE * (len(model.names) < len(best.model.names)):
+                best, pair = found, tried
+    gains = [(base.chi2 - first.fit.chi2), first.fit.chi2 - best.chi2]
+    return tuple(Candidate(e, best, g, g - np.log(base.count) * sum(n not in e.given for n in e.parameters()))  # type: ignore[return-value]
+                 for e, g in zip(pair, gains, strict=True))
+
+
+def _start(signature: Signature, effect: type[Effect]) -> np.ndarray:
+    """Where an effect's parameters start: the signature's, or wherever they are (the caller reads those)."""
+    return signature.start if effect is signature.effect else np.zeros(sum(n not in effect.given for n in effect.parameters()))
+
+
+def _bic(found: Fit) -> float:
+    return found.chi2 + len(found.model.names) * float(np.log(found.count))
 
 
 def _second(best: Candidate, library: Sequence[type[Effect]]) -> tuple[Candidate, list[Candidate]] | None:

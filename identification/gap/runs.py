@@ -1,7 +1,7 @@
 """One run, made ready: its motion known between the samples, its measured output reduced, its noise known."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -22,15 +22,22 @@ class Run:
     """A recording of an imposed motion on its harmonics: data (m,) and their deviation (m,)."""
 
     recording: Recording
+    measured: np.ndarray
     motion: Rebuilt
     reduction: Reduction
     noise: Noise
     data: np.ndarray
     deviation: np.ndarray
+    from_motion: np.ndarray  # the part of the variance that the rebuilt motion brings
     unit: str  # of the imposed motion
     notes: tuple[str, ...] = ()
     guess: dict = field(default_factory=dict)
     known: dict = field(default_factory=dict)
+
+    def with_noise_beside(self, modelled: np.ndarray) -> "Run":
+        """The run with the noise of what a model (n,) leaves: a sharp effect's highest orders are then not in it."""
+        noise = noise_of(self.reduction, self.measured - modelled)
+        return replace(self, noise=noise, deviation=np.sqrt(variance_of(self.reduction, noise) + self.from_motion))
 
     @property
     def name(self) -> str:
@@ -78,8 +85,9 @@ def prepare(recording: Recording, imposed: str, measured: str, command: str) -> 
     moved, moved_variance = reduction.reduce(angle), variance_of(reduction, angle_noise)
     orders = _orders(reduction, moved, moved_variance)
     moved_variance = moved_variance * _let_through(reduction, time, phase, orders)
-    variance = variance_of(reduction, noise) + _through_the_motion(reduction, moved, data, moved_variance, orders)
-    return Run(recording, rebuilt(time, angle, phase, orders), reduction, noise, data, np.sqrt(variance), recording.units[imposed], notes)
+    from_motion = _through_the_motion(reduction, moved, data, moved_variance, orders)
+    deviation = np.sqrt(variance_of(reduction, noise) + from_motion)
+    return Run(recording, y, rebuilt(time, angle, phase, orders), reduction, noise, data, deviation, from_motion, recording.units[imposed], notes)
 
 
 def _orders(reduction: Reduction, moved: np.ndarray, variance: np.ndarray) -> tuple[int, ...]:
@@ -90,12 +98,13 @@ def _orders(reduction: Reduction, moved: np.ndarray, variance: np.ndarray) -> tu
 
 
 def _let_through(reduction: Reduction, time: np.ndarray, phase: Phase, orders: tuple[int, ...]) -> np.ndarray:
-    """The share (m,) of white noise in the measured motion that is in the rebuilt one, by order and degree."""
+    """The share (m,) of white noise in the measured motion that is in the rebuilt one, by order."""
     white = np.random.default_rng(0).standard_normal(len(time))
     power = reduction.reduce(rebuilt(time, white, phase, orders)(time)[0]) ** 2
-    kinds = [(c.order, c.degree) for c in reduction.columns]
-    means = {kind: np.mean([p for p, k in zip(power, kinds, strict=True) if k == kind]) for kind in set(kinds)}
-    return np.array([means[kind] for kind in kinds])
+    columns = reduction.columns
+    # The slope of the amplitude reaches the output through the impedance's slope too, so it counts in full.
+    means = {k: np.mean([p for p, c in zip(power, columns, strict=True) if c.order == k and not c.degree]) for k in {c.order for c in columns}}
+    return np.array([means[c.order] for c in columns])
 
 
 def _through_the_motion(reduction: Reduction, angle: np.ndarray, data: np.ndarray, variance: np.ndarray,

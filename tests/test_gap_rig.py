@@ -1,0 +1,104 @@
+"""Effects hidden in recordings by a simulator written apart are found again; where nothing is hidden, nothing is."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmus.errors import InputError
+from identification.gap.decide import decide
+from identification.gap.model import Model
+from identification.gap.runs import prepare, usable
+from identification.gap.verdict import as_result
+from identification.recordings import read_recording
+from scenarios.rig_test import rig_effects, rig_test, with_bare_bar
+
+pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")
+from simulators.as_recordings import as_recording
+from simulators.hidden_rig import RUNS, case, record
+
+RIG = {"handlebar_inertia": {"value": 0.125, "standard_error": 0.00125}}
+SOLVED = Path(__file__).parents[2] / "shared" / "data" / "gap_open"
+KEYS = {"verdict", "effects", "tied", "closest", "candidates", "where", "gap", "next_experiment", "model", "fmu", "limitations", "noise_source"}
+
+
+def prepared(made):
+    return [prepare(as_recording(name, arrays), "steer_angle", "steer_torque", "steer_angle_command") for name, arrays in made.items()]
+
+
+@pytest.mark.parametrize(("hidden", "family", "parameter", "value"), [
+    ({"Tc": 0.5}, "coulomb_friction", "friction_torque", 0.5),
+    ({"ra": 0.05}, "asymmetry", "ratio", 0.05),
+])  # fmt: skip
+def test_a_hidden_effect_is_named_with_its_size(hidden, family, parameter, value):
+    made, _ = case(hidden, seed=11)
+    runs = prepared(made)
+    verdict = decide(rig_test(RIG), runs[:2], rig_effects())
+    result = as_result(verdict, runs[2:], "N.m")
+    assert result["verdict"] == "named"
+    assert [e["name"] for e in result["effects"]] == [family]
+    found = result["effects"][0]["parameters"][parameter]
+    # 5 % or two standard errors
+    assert abs(found["value"] - value) < max(0.05 * value, 2 * found["standard_error"])
+    # 900 reduced numbers scatter by 0.05 about 1; twice that, and the rider's own noise below 2 Hz as much again
+    assert result["gap"]["holdout_after"] == pytest.approx(1.0, abs=0.2)
+    assert result["gap"]["holdout_before"] > 2
+    assert result["where"][0]["p_value"] < 1e-6
+
+
+def test_nothing_is_found_where_nothing_is_hidden():
+    made, rider = case({}, seed=12)
+    runs = prepared(made)
+    verdict = decide(rig_test(RIG), runs[:2], rig_effects())
+    result = as_result(verdict, runs[2:], "N.m")
+    assert set(result) >= KEYS
+    assert (result["verdict"], result["effects"], result["tied"]) == ("none", [], [])
+    assert result["base"]["device.arm_stiffness"]["value"] == pytest.approx(rider["ka"], rel=0.1)  # the rider changes by 3 %, three deviations
+
+
+def test_the_model_meets_the_other_simulator():
+    """Noise-free, the two simulators agree: fourth-order collocation at 128 Hz against RK4 at 2048 Hz."""
+    made, rider = case({"k3": 2e4}, seed=13, noise=1e-9, change=0.0, runs=("sweep_up",))
+    run = prepared(made)[0]
+    hardening = next(e for e in rig_effects() if e.family == "hardening_stiffness" and e.form == "cubic")
+    model = Model(rig_test(RIG), [hardening])
+    names = {"Is": "bar.steer_inertia", "It": "device.torso_inertia", "ka": "device.arm_stiffness", "kt": "device.waist_stiffness",
+             "ca": "device.arm_damping", "ct": "device.waist_damping"}  # fmt: skip
+    start = model.start({names[n]: v for n, v in rider.items()} | {"device.hardening_stiffness.cubic_stiffness": 2e4})
+    simulated, _ = model.output(run, start, slopes=False)
+    inside = np.concatenate([np.arange(first, last) for first, last, _ in run.reduction.bases])
+    error = simulated[inside] - run.measured[inside]
+    # The converters' steps (0.098 N.m: 0.03 rms; 0.17 mrad in the angle) are what is left of a torque of tens of N.m
+    assert np.sqrt(np.mean(error**2)) < 0.01 * np.sqrt(np.mean(run.measured[inside] ** 2))
+
+
+def test_a_bare_bar_gives_its_own_inertia_and_damping():
+    bare = {"Is": 0.125, "It": 1e6, "ka": 1e-6, "kt": 1.0, "ca": 1e-6, "ct": 1.0}
+    arrays = record(RUNS["sweep_up"], {"cs": 0.8}, bare, np.random.default_rng(0))
+    stand = with_bare_bar(rig_test(RIG), prepared({"bare": arrays}))
+    assert stand.free[0].known == pytest.approx(0.125, abs=4 * stand.free[0].standard_error)
+    value, error = stand.measured_effects["device.steer_damping.damping"]
+    assert value == pytest.approx(0.8, abs=4 * error)
+
+
+def test_recordings_that_cannot_be_used_are_refused():
+    made, _ = case({}, seed=15, runs=("sweep_up",))
+    time, command, angle, torque = made["sweep_up"]
+    short = as_recording("short", (time[:1000], command[:1000], angle[:1000], torque[:1000]))
+    with pytest.raises(InputError, match="too short"):
+        prepare(short, "steer_angle", "steer_torque", "steer_angle_command")
+    rng = np.random.default_rng(1)
+    still = as_recording("still", (time, command, 1e-4 * rng.standard_normal(len(time)), torque))
+    with pytest.raises(InputError, match="no excitation"):
+        prepare(still, "steer_angle", "steer_torque", "steer_angle_command")
+    usable([short])
+
+
+@pytest.mark.skipif(not SOLVED.exists(), reason="the solved cases are not beside this checkout")
+def test_a_solved_case():
+    truth = json.loads((SOLVED / "truth.json").read_text())
+    recordings = [read_recording(SOLVED / "case_06" / f"{n}.csv") for n in ("sweep_up_2deg", "stepped_4deg")]
+    runs = [prepare(r, "steer_angle", "steer_torque", "steer_angle_command") for r in recordings]
+    verdict = decide(rig_test(recordings[0].rig), runs, rig_effects())
+    assert [c.family for c in verdict.effects] == truth["case_06"]["effects"]
