@@ -41,10 +41,8 @@ class Profile:
             if len(matching) != 1:
                 raise unknown("input", name, free)
             places.append(network.inputs.index(matching[0]))
-        present = np.concatenate([unit.present_inputs for unit, _, _ in network.part])
-        present = np.where([name in network.wiring for name in network.inputs], 0.0, present)
         values = np.column_stack(list(columns.values())) if columns else np.zeros((len(times), 0))
-        return cls(present, times, np.array(places, int), values)
+        return cls(network.external[0].copy(), times, np.array(places, int), values)
 
     def at(self, times: np.ndarray) -> np.ndarray:
         """All inputs (n, nu) at times (n,) as far as they come from outside; zero where an output drives one."""

@@ -81,7 +81,10 @@ def ridden_fmus(vehicle: Part, device: Part | None, initial: Mapping[str, float]
         if device is not None and "port_inertia" in units["device"].variables and "added_steer_inertia" in variables:
             starts["vehicle"]["added_steer_inertia"] = units["device"].get("port_inertia")
         units["vehicle"] = FmuUnit(paths["vehicle"], "vehicle", starts["vehicle"])
-    return {name: units[name] for name in parts}
+    units = {name: units[name] for name in parts}
+    network = Network(units, join(units))
+    network.read(np.zeros(len(network.outputs)))  # so that each is told where the other starts
+    return units
 
 
 def _starts(paths: Mapping[str, Path], initial: Mapping[str, float]) -> dict[str, dict[str, float]]:
@@ -126,8 +129,8 @@ def over_speed_fmus(units: Mapping[str, FmuUnit], wiring: Mapping[str, Sequence[
     return linearised
 
 
-def errors_by_mode(units: Mapping[str, FmuUnit], prediction: Prediction) -> dict[str, dict[str, float]]:
-    """The coupling's errors of every oscillatory mode by its name; a mode without a name goes by its frequency."""
+def errors_by_mode(named: Mapping[str, complex], prediction: Prediction) -> dict[str, dict[str, float]]:
+    """The coupling's errors of every oscillatory mode by its name, from `mode_names`; one without a name goes by its frequency."""
     found = {}
     for k in np.flatnonzero(prediction.oscillatory):
         eigenvalue = prediction.exact[k]
@@ -138,7 +141,6 @@ def errors_by_mode(units: Mapping[str, FmuUnit], prediction: Prediction) -> dict
             "damping_error": prediction.damping_error[k],
             "real_error": prediction.real_error[k],
         })  # fmt: skip
-    named = _mode_names(units)
     return {_name(eigenvalue, named, default): errors for default, (eigenvalue, errors) in found.items()}
 
 
@@ -146,8 +148,8 @@ def _name(eigenvalue: complex, named: Mapping[str, complex], default: str) -> st
     return next((name for name, value in named.items() if abs(value - eigenvalue) < 1e-6 * abs(eigenvalue)), default)
 
 
-def _mode_names(units: Mapping[str, FmuUnit]) -> dict[str, complex]:
-    """The named modes at the vehicle's present speed; none for what has no speed."""
+def mode_names(units: Mapping[str, FmuUnit]) -> dict[str, complex]:
+    """The eigenvalues [1/s] of the named modes of the units where they are; none for what has no speed."""
     vehicle = units["vehicle"]
     if "speed" not in vehicle.inputs:
         return {}

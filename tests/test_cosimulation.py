@@ -20,7 +20,7 @@ from fmus.importer import FmuUnit
 from fmus.linear import linearise
 from fmus.profiles import Profile, read_profile
 from scenarios.command_line import main
-from scenarios.ridden_fmus import errors_by_mode, ridden_fmus, role_of
+from scenarios.ridden_fmus import errors_by_mode, mode_names, ridden_fmus, role_of
 from vehicle_fmu import dampers, ridden
 
 SPEED, START = 30.0, 0.5
@@ -217,9 +217,16 @@ def test_anybodys_fmu_with_the_port_takes_a_side(tmp_path, capsys):
 def test_mode_errors_carry_the_modes_names():
     units = ridden_fmus(MOTORCYCLE, RIDER, speed=SPEED)
     found = cosimulate(units, 1e-3, 0.01, "jacobi")
-    named = errors_by_mode(units, found.predicted)
+    named = errors_by_mode(mode_names(units), found.predicted)
     assert set(named) == {"weave", "wobble", "rider_wobble"}
     assert named["weave"]["frequency"] < named["rider_wobble"]["frequency"] < named["wobble"]["frequency"]
+
+
+def test_modes_of_a_nonlinear_device_have_names_where_it_starts(tmp_path):
+    result = tmp_path / "run.json"
+    words = ["--device", "damper:progressive", "--step", "0.01", "--duration", "0.1", "--initial", "steer_rate=2", "--speed", "20"]
+    assert main(["cosimulate", *words, "--out", str(tmp_path / "run.csv"), "--json", str(result)]) == 0
+    assert set(json.loads(result.read_text())["predicted"]) == {"weave", "wobble"}
 
 
 def test_inputs_from_a_file_are_converted_and_checked(tmp_path):

@@ -20,7 +20,7 @@ class Network:
 
     `signals` are the outputs that drive something, in the order of the units. Inputs and outputs of all units
     lie in one vector each, u = wires y + external; `part` gives a unit's place in them. `external` has the
-    values at the start and at the end of a step, with a straight line between.
+    values at the start and at the end of a step, with a straight line between; at first those the units have.
     """
 
     def __init__(self, units: Mapping[str, Unit], wiring: Mapping[str, Sequence[str]]):
@@ -42,7 +42,9 @@ class Network:
         for target, sources in self.wiring.items():
             for source in sources:
                 self.wires[self.inputs.index(target), self.signals.index(source)] += 1.0
-        self.external = np.zeros((2, len(self.inputs)))
+        present = [unit.present_inputs for unit in self.units.values()]
+        free = [name not in self.wiring for name in self.inputs]
+        self.external = np.tile(np.where(free, np.concatenate([np.zeros(0), *present]), 0.0), (2, 1))
         self.part = self._parts()
         self.owner = np.array([list(self.units).index(s.partition(".")[0]) for s in self.signals], int)
         self.rounds, self.late = self._rounds()

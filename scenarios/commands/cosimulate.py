@@ -14,7 +14,7 @@ from fmus.errors import InputError
 from fmus.prediction import largest_stable_step, linear_network, longest_step
 from fmus.profiles import Profile, read_profile
 from scenarios import names
-from scenarios.ridden_fmus import Part, errors_by_mode, parts, ridden_fmus
+from scenarios.ridden_fmus import Part, errors_by_mode, mode_names, parts, ridden_fmus
 
 HELP = """Runs the FMUs of a vehicle and a device together, and says beforehand what the coupling does to the modes.
 
@@ -58,9 +58,10 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     profile = Profile.over_time(Network(units, wiring), times, columns)
     linear = linear_network(units, wiring)
     step = _step(arguments, linear)
+    named = mode_names(units)
     run = cosimulate(units, step, arguments.duration, arguments.coupling, wiring=wiring, profile=profile,
                      out=arguments.out, tolerance=arguments.tolerance)  # fmt: skip
-    predicted = errors_by_mode(units, run.predicted) if run.predicted else {}
+    predicted = errors_by_mode(named, run.predicted) if run.predicted else {}
     for unit in units.values():
         unit.close()
     return {
