@@ -22,7 +22,7 @@ def as_result(verdict: Verdict, holdout: Sequence[Run], unit: str) -> dict[str, 
         "tied": [c.family for c in verdict.tied] if verdict.verdict == "tied" else [],
         "closest": _closest(verdict) if verdict.verdict == "unknown" else None,
         "candidates": [{"name": c.family, "form": c.effect.form, "sentence": c.effect.sentence(), "delta_chi2": c.delta_chi2,
-                        "delta_bic": c.delta_bic, "probability": chances.get(id(c), 0.0)} for c in verdict.candidates],
+                        "delta_bic": c.delta_bic, "probability": chances.get(id(c), 0.0)} for c in _distinct(verdict.candidates)],
         "where": [{"run": p.run, "axis": p.axis, "from": p.start, "to": p.end, "unit": p.unit, "excess": p.excess, "p_value": p.p_value}
                   for p in locate(verdict.base)],
         "gap": gap(verdict, holdout, unit),
@@ -64,6 +64,14 @@ def _probabilities(verdict: Verdict) -> dict[int, float]:
     for c in verdict.effects[1:]:
         result[id(c)] = float(1 / (1 + np.exp(-min(c.delta_bic, 600) / 2)))
     return result
+
+
+def _distinct(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """The best of every form, in order."""
+    seen: dict[tuple[str, str], Candidate] = {}
+    for c in candidates:
+        seen.setdefault((c.family, c.effect.form), c)
+    return list(seen.values())
 
 
 def _effect(verdict: Verdict, candidate: Candidate, chances: dict[int, float]) -> dict[str, Any]:
