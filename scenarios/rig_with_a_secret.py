@@ -41,8 +41,8 @@ def main(seed: int, folder: Path, truth: Path) -> None:
     size = float(rng.uniform(low, high))
     rider = {k: v * np.exp(BETWEEN_RIDERS * rng.standard_normal()) for k, v in MEAN.items()}
     folder.mkdir(parents=True, exist_ok=True)
-    tests = {"sweep_up_2deg": sweep(0.5, 12, 120, np.radians(2)), "stepped_4deg": stepped_sine(np.arange(0.5, 8.6, 1.0), seconds=10.0),
-             "holdout_sweep_down_3deg": sweep(12, 0.5, 100, np.radians(3))}  # fmt: skip
+    tests = {"sweep_up_2deg": sweep(0.5, 12, 90, np.radians(2)), "stepped_4deg": stepped_sine(np.arange(0.5, 8.1, 1.5), seconds=10.0),
+             "holdout_sweep_down_3deg": sweep(12, 0.5, 80, np.radians(3))}  # fmt: skip
     for test, excitation in tests.items():
         today = {k: v * np.exp(BETWEEN_RUNS * rng.standard_normal()) for k, v in rider.items()}
         record(folder / f"{test}.csv", excitation, today, name, size, rng)
