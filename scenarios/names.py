@@ -6,9 +6,11 @@ from typing import Any
 
 import numpy as np
 
+import fmus.effects.channel
 import rider_fmu.effects
 from fmus.component import Component
 from fmus.effects import effects_in
+from fmus.effects.library import declared_by
 from fmus.errors import InputError, unknown
 from fmus.library import Library, component_from, read_values
 from rider_fmu import COMPONENTS as RIDER_COMPONENTS
@@ -47,10 +49,11 @@ def every_name() -> list[str]:
 
 
 def effects() -> list[dict[str, Any]]:
-    """The effects of riders that ship: name, form, sentence and parameters."""
-    return [{"name": e.family, "form": e.form, "description": e.sentence(), "element": e.element,
-             "parameters": {n: {"unit": r.unit, "min": r.min, "max": r.max, "description": r.description} for n, r in e.parameters().items()}}
-            for e in EFFECTS]  # fmt: skip
+    """The effects of riders and of a rig's channels that ship: name, form, sentence, parameters and where each is declared."""
+    return [{"name": e.family, "form": e.form, "description": e.sentence(), "element": e.element, "source": e.__module__,
+             "parameters": {n: {"unit": r.unit, "symbol": r.symbol, "value": r.start, "min": r.min, "max": r.max, "description": r.description}
+                            for n, r in e.parameters().items()}}
+            for e in [*EFFECTS, *declared_by(fmus.effects.channel)]]  # fmt: skip
 
 
 def _damper(name: str) -> Component:

@@ -1,6 +1,6 @@
 """What is in each component? Writes a page for every one of them into a folder.
 
-    python -m scenarios.write_the_documentation            # into docs/components
+    python -m scenarios.write_the_documentation            # into docs/components, and the README's picture beside it
 """
 
 import argparse
@@ -10,7 +10,7 @@ from pathlib import Path
 
 from fmus.documentation import page
 from fmus.files import write_beside
-from scenarios import names
+from scenarios import does_the_rider_calm_the_wobble, names
 
 
 def pages() -> dict[str, str]:
@@ -28,6 +28,8 @@ def main(arguments: list[str] | None = None) -> None:
     folder = Path(parser.parse_args(arguments).folder)
     for name, text in pages().items():
         print(write_beside(folder / name, partial(Path.write_text, data=text, encoding="utf-8")))
+    loci = does_the_rider_calm_the_wobble.figure(does_the_rider_calm_the_wobble.run(), ("reference", "rider", "damper"))
+    print(write_beside(folder.parent / "root_locus.png", lambda path: loci.savefig(path, dpi=110, metadata={"Software": None})))
 
 
 if __name__ == "__main__":
