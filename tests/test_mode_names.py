@@ -8,6 +8,7 @@ from scipy.optimize import brentq, linear_sum_assignment
 
 from fmus import InputError
 from rider_fmu import riders
+from rider_fmu.effects.head import Reflex
 from scenarios import names
 from vehicle_fmu import MODES, modes, motorcycles, over_speed, ridden
 
@@ -190,3 +191,16 @@ def test_an_overdamped_mode_has_no_frequency_and_no_damping_ratio():
 def test_speeds_that_make_no_sense_are_refused(speeds):
     with pytest.raises(InputError, match="speeds must be finite, positive and ascending"):
         modes(linearised("none"), speeds)
+
+
+@pytest.mark.parametrize("gain", [0.0, 1e-6])
+def test_what_a_device_brings_besides_takes_no_name(gain):
+    """A reflex without gain adds the modes of its delay and changes nothing: every name stays where it was."""
+    motorcycle, rider = motorcycles.load("sharp_1971"), riders.load("mean_2011")
+    delayed = rider.with_effects(Reflex()).with_values(**{"reflex.gain": gain, "reflex.delay": 0.1})
+    speeds = np.array([5.0, 15.0, 30.0, 50.0])
+    plain, more = (modes(over_speed(ridden(motorcycle, device)), speeds) for device in (rider, delayed))
+    assert more.eigenvalues.shape[1] > plain.eigenvalues.shape[1]
+    for mode in MODES:
+        # 1e-6: the gain of 1e-6 N.m/rad beside arms of 1e3 moves eigenvalues by less.
+        np.testing.assert_allclose(more[mode].eigenvalue, plain[mode].eigenvalue, rtol=1e-6)

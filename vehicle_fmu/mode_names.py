@@ -1,9 +1,9 @@
 """Which eigenvalue is weave, which is wobble: names by what moves in a mode, carried along its branch.
 
 At 60 m/s the characters are distinct, so names are given there and kept along each branch:
-  weave          the oscillation with the most roll for the steer's part in it
+  weave          the oscillation in which roll exceeds the steer most, by their participation factors
   wobble         the oscillation in which the steer takes the largest part
-  rider-wobble   the other one, which only a device with a body of its own has
+  rider-wobble   of the others the one in which the torso takes the largest part
   capsize        the slowest real root
   rear wobble    the pair that unnamed real roots form on the way down (near 18 m/s for Sharp's motorcycle)
 A wobble that is overdamped there is the two real roots in which the steer takes the largest part.
@@ -30,6 +30,7 @@ from fmus.modes import Branches
 
 MODES = ("weave", "wobble", "capsize", "rear_wobble", "rider_wobble")
 FRONT = ("wobble", "rider_wobble", "rear_wobble")  # those that exchange character
+OTHER = "other"  # what a device brings besides: heads, delays
 COARSE, FINE = 1.0, 0.1  # m/s: steps at which exchanges are looked for, and located
 MIXED = 0.5
 
@@ -41,7 +42,7 @@ Columns = tuple[int, ...]  # the branches of a mode: a pair, or real roots
 class Shapes:
     """What moves in each mode, (n, nx) over speeds and eigenvalues; zeros for signals that a vehicle lacks.
 
-    column is the branch of each eigenvalue. roll is |p / s|, tyres |Y_r / Y_f|, together is
+    column is the branch of each eigenvalue. tyres is |Y_r / Y_f|, together is
     Re(theta delta*) / (|theta|^2 + |delta|^2), from -1/2 (torso against bar) to 1/2 (with it).
     """
 
@@ -49,7 +50,6 @@ class Shapes:
     eigenvalues: np.ndarray
     right: np.ndarray
     column: np.ndarray
-    roll: np.ndarray
     tyres: np.ndarray
     together: np.ndarray
 
@@ -67,7 +67,6 @@ class Shapes:
         moves = np.abs(eigenvalues[:, :, None] - branches.at(speeds)[:, None, :])
         torso, steer = signal("torso_angle"), signal("steer_angle")
         return cls(space.states, eigenvalues, right, moves.argmin(axis=2),
-                   _ratio(np.abs(signal("roll_rate")), np.abs(signal("steer_rate"))),
                    _ratio(np.abs(signal("rear_side_force")), np.abs(signal("front_side_force"))),
                    _ratio((torso * steer.conj()).real, np.abs(torso) ** 2 + np.abs(steer) ** 2))  # fmt: skip
 
@@ -79,11 +78,11 @@ class Shapes:
         """The branches of the pair to which eigenvalue i belongs at speed k; LAPACK puts the two side by side."""
         return int(self.column[k, i]), int(self.column[k, i + 1])
 
-    def steer_part(self, k: int) -> np.ndarray:
-        """The participation factors of the steer's states in the modes at speed k, between 0 and 1."""
+    def part(self, k: int, motion: str) -> np.ndarray:
+        """The participation factors of a motion's states (`steer`, `roll`, `torso`) in the modes at speed k, from 0 to 1."""
         part = np.abs(np.linalg.inv(self.right[k]).T * self.right[k])
-        steer = [i for i, n in enumerate(self.states) if n.split(".")[-1] in ("steer_angle", "steer_rate")]
-        return part[steer].sum(axis=0) / part.sum(axis=0)
+        own = [i for i, n in enumerate(self.states) if n.split(".")[-1].startswith(motion)]
+        return part[own].sum(axis=0) / part.sum(axis=0)
 
 
 def _ratio(above: np.ndarray, below: np.ndarray) -> np.ndarray:
@@ -133,7 +132,8 @@ def name(linearised: Linearised, branches: Branches, naming_speed: float) -> Nam
 def _named_at(speed: float, linearised: Linearised, branches: Branches) -> dict[str, Columns]:
     """The branches of weave, wobble, rider-wobble and capsize by their shapes at the naming speed."""
     shapes = Shapes.at(np.array([speed]), linearised, branches)
-    upper, part = shapes.upper(0), shapes.steer_part(0)
+    upper = shapes.upper(0)
+    part, roll, torso = (shapes.part(0, motion) for motion in ("steer", "roll", "torso"))
     in_pairs = {c for i in upper for c in shapes.pair(0, i)}
     real = [i for i in range(len(part)) if int(shapes.column[0, i]) not in in_pairs]
     names: dict[str, Columns] = {}
@@ -143,14 +143,16 @@ def _named_at(speed: float, linearised: Linearised, branches: Branches) -> dict[
         real.remove(capsize)
     if not upper:
         return names
-    weave = max(upper, key=lambda i: shapes.roll[0, i] / part[i])
+    weave = max(upper, key=lambda i: roll[i] - part[i])
     names["weave"] = shapes.pair(0, weave)
     rest = sorted((i for i in upper if i != weave), key=lambda i: -part[i])
     if len(rest) == 1 and shapes.together[0, rest[0]] > 0:
         names["rider_wobble"] = shapes.pair(0, rest[0])
         names["wobble"] = tuple(int(shapes.column[0, i]) for i in sorted(real, key=lambda i: -part[i])[:2])
     else:
-        names.update({mode: shapes.pair(0, i) for mode, i in zip(("wobble", "rider_wobble"), rest, strict=False)})
+        rest[1:] = sorted(rest[1:], key=lambda i: -torso[i])
+        labels = ["wobble", "rider_wobble", *(f"{OTHER} {k}" for k in range(len(rest)))]
+        names.update({mode: shapes.pair(0, i) for mode, i in zip(labels, rest, strict=False)})
     return names
 
 
@@ -177,10 +179,10 @@ def _characters(speeds: np.ndarray, linearised: Linearised, branches: Branches, 
 
 
 def _character(shapes: Shapes, k: int, above: dict[str, Columns]) -> tuple[tuple[tuple[str, Columns], ...], bool]:
-    weave = set(above.get("weave", ()))
+    elsewhere = {c for mode, columns in above.items() if mode == "weave" or mode.startswith(OTHER) for c in columns}
     pairs = {i: shapes.pair(k, i) for i in shapes.upper(k)}
     tyres, together = shapes.tyres[k].tolist(), shapes.together[k].tolist()
-    front = sorted((i for i, columns in pairs.items() if weave.isdisjoint(columns)), key=lambda i: -tyres[i])
+    front = sorted((i for i, columns in pairs.items() if elsewhere.isdisjoint(columns)), key=lambda i: -tyres[i])
     if not front:
         return tuple((mode, above[mode]) for mode in FRONT if mode in above), False
     names: dict[str, Columns] = {}
@@ -194,6 +196,6 @@ def _character(shapes: Shapes, k: int, above: dict[str, Columns]) -> tuple[tuple
     used = {c for columns in pairs.values() for c in columns}
     left = tuple(c for mode in FRONT for c in above.get(mode, ()) if c not in used)
     names.update({mode: left for mode in FRONT if mode in above and mode not in names})
-    ratios = sorted((tyres[i] for i, columns in pairs.items() if weave.isdisjoint(columns)), reverse=True)
+    ratios = sorted((tyres[i] for i, columns in pairs.items() if elsewhere.isdisjoint(columns)), reverse=True)
     is_mixed = "rider_wobble" in above and "rear_wobble" in names and len(ratios) > 1 and ratios[1] > MIXED * ratios[0]
     return tuple(sorted(names.items())), is_mixed
