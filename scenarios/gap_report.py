@@ -19,7 +19,8 @@ def write_report(verdict: Verdict, result: dict[str, Any], held: list[Run], fold
     rows = [(n.replace("_", " "), "" if gap[n] is None else f"{gap[n]:.3f}", "" if gap["rms"][n] is None else f"{gap['rms'][n]:.4f}")
             for n in ("before", "after", "holdout_before", "holdout_after", "noise_floor")]  # fmt: skip
     effects = [(e["name"], e["form"], n, f"{p['value']:.5g}", f"{p['standard_error']:.2g}", p["unit"]) for e in result["effects"] for n, p in e["parameters"].items()]
-    candidates = [(c["name"], c["form"], f"{c['delta_chi2']:.1f}", f"{c['delta_bic']:.1f}", f"{c['probability']:.3f}") for c in result["candidates"]]
+    candidates = [(c["name"], c["form"], f"{c['delta_chi2']:.1f}", f"{c['delta_bic']:.1f}", f"{c['probability']:.3f}") for c in result["candidates"]
+                  if c["delta_chi2"] > 0]
     where = [(p["run"], p["axis"], f"{p['from']:.3g}", f"{p['to']:.3g}", p["unit"], f"{p['excess']:.3g}", f"{p['p_value']:.2g}") for p in result["where"][:40]]
     sections = [
         Section("Verdict", [result["verdict"], *result["limitations"]], [], [

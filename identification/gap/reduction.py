@@ -71,6 +71,7 @@ def reduction_of(phase: Phase, rate: float) -> Reduction:
                 raw += waves
                 labels += [(order, degree)] * len(waves)
         q, r = np.linalg.qr(np.column_stack(raw))
+        q *= np.where(np.diag(r) < 0, -1.0, 1.0)  # so that a cosine's column points along the cosine in every window
         sound = np.abs(np.diag(r)) > 1e-6 * np.abs(r).max()
         kept = [j for j, (order, degree) in enumerate(labels) if sound[j] and order <= ORDERS and degree <= (order == 1) and order]
         columns += [Column(index, *labels[j], mean, (first + last) / 2 / rate) for j in kept]
