@@ -45,6 +45,8 @@ def _unpacked(path: Path, folder: Path, time_limit: float) -> list[Problem]:
     here = binary.host_folder(version)
     if not (folder / "binaries" / here).is_dir():
         return [*found, Problem("run", "warning", f"has no binary for this machine ({here}), so it was not run", "binaries")]
+    if other := binary.other_processor(folder / "binaries" / here):
+        return [*found, Problem("run", "warning", f"its binary is for {other}, so it was not run here", f"binaries/{here}")]
     if any(p.severity == "error" and p.check in ("identifier", "fmpy", "structure") for p in found):
         return [*found, Problem("run", "warning", "was not run because of the errors found before", path.name)]
     for kind in ("CoSimulation", "ModelExchange"):

@@ -158,3 +158,13 @@ def test_a_folder_without_a_library_ends_with_a_report(tmp_path):
     (tmp_path / "modelDescription.xml").write_text("<no/>")
     (found,) = run(tmp_path, "CoSimulation")
     assert (found.check, found.severity) == ("load", "error")
+
+
+def test_a_library_for_another_processor_is_no_fault(sound, tmp_path):
+    """FMI 2 has one folder for 64-bit Linux: an ELF header of another machine says that it cannot run here."""
+    contents = dict(sound)
+    (name,) = [n for n in contents if n.startswith("binaries/linux64/")]
+    library = bytearray(contents[name])
+    library[18:20] = struct.pack("<H", 0xF3)  # RISC-V
+    found = check(written(tmp_path, {**contents, name: bytes(library)}))
+    assert [(p.check, p.severity) for p in found] == [("run", "warning")]

@@ -9,6 +9,7 @@ from fmus.checks.problem import Problem
 
 PYTHON = re.compile(rb"\b(Py_Initialize\w*|PyObject_\w+|PyGILState_\w+|libpython[\w.]*)")
 NEEDED = re.compile(rb"\0(lib[\w+-]+\.so[.\d]*)(?=\0)")
+PROCESSORS = {0x3E: "x86_64", 0xB7: "aarch64"}  # e_machine of an ELF header
 C_RUNTIME = {b"libc", b"libm", b"libdl", b"libpthread", b"librt", b"libgcc_s", b"libstdc++"}
 
 
@@ -17,6 +18,20 @@ def host_folder(version: str) -> str:
     arm = platform.machine().lower() in ("arm64", "aarch64")
     system = {"Windows": ("win64", "windows"), "Darwin": ("darwin64", "darwin")}.get(platform.system(), ("linux64", "linux"))
     return system[0] if version == "2" else f"{'aarch64' if arm else 'x86_64'}-{system[1]}"
+
+
+def other_processor(folder: Path) -> str:
+    """The processor that the Linux libraries in a folder are for, where it is not this machine's; else an empty text.
+
+    FMI 2 has one folder for 64-bit Linux, whatever the processor.
+    """
+    for library in folder.glob("*.so"):
+        header = library.read_bytes()[:20]
+        if header[:4] == b"\x7fELF":
+            processor = PROCESSORS.get(int.from_bytes(header[18:20], "little" if header[5] == 1 else "big"), "another processor")
+            if processor != {"arm64": "aarch64", "amd64": "x86_64"}.get(platform.machine().lower(), platform.machine().lower()):
+                return processor
+    return ""
 
 
 def problems(folder: Path) -> list[Problem]:
