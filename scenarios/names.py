@@ -78,7 +78,7 @@ def device(spec: str) -> Component | None:
         return None
     found = component(spec)
     if "handlebar_torque" not in found.outputs:
-        choices = [f"rider:{n}" for n in riders.names()] + [f"damper:{n}" for n in dampers.names()]
+        choices = [f"rider:{n}" for n in riders.names() if "handlebar_torque" in COMPONENTS[riders.contents(n)["component"]].declared] + [f"damper:{n}" for n in dampers.names()]
         raise InputError(f"{spec!r} is a {found.title}, not a device at the handlebar (valid: none, damper:VALUE, {', '.join(choices)})")
     return found
 
