@@ -1,6 +1,6 @@
 """What is in each component? Writes a page for every one of them into a folder.
 
-    python -m scenarios.write_the_documentation            # into docs/components, and the README's picture beside it
+    python -m scenarios.write_the_documentation            # into docs/components, and the README's picture into docs
 """
 
 import argparse
@@ -24,12 +24,12 @@ def pages() -> dict[str, str]:
 
 def main(arguments: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description="Write a page about every component.")
-    parser.add_argument("folder", nargs="?", default="docs/components", help="default: docs/components")
+    parser.add_argument("folder", nargs="?", default="docs", help="default: docs")
     folder = Path(parser.parse_args(arguments).folder)
     for name, text in pages().items():
-        print(write_beside(folder / name, partial(Path.write_text, data=text, encoding="utf-8")))
+        print(write_beside(folder / "components" / name, partial(Path.write_text, data=text, encoding="utf-8")))
     loci = does_the_rider_calm_the_wobble.figure(does_the_rider_calm_the_wobble.run(), ("reference", "rider", "damper"))
-    print(write_beside(folder.parent / "root_locus.png", lambda path: loci.savefig(path, dpi=110, metadata={"Software": None})))
+    print(write_beside(folder / "root_locus.png", lambda path: loci.savefig(path, dpi=110, metadata={"Software": None})))
 
 
 if __name__ == "__main__":

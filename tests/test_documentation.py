@@ -58,5 +58,6 @@ def test_a_page_has_the_equations_in_steps():
 
 def test_pages_are_written_into_a_folder(tmp_path, capsys):
     main([str(tmp_path)])
-    assert {p.name: p.read_text("utf-8") for p in tmp_path.iterdir()} == PAGES
-    assert capsys.readouterr().out.count("\n") == len(PAGES)
+    assert {p.name: p.read_text("utf-8") for p in (tmp_path / "components").iterdir()} == PAGES
+    assert (tmp_path / "root_locus.png").read_bytes().startswith(b"\x89PNG")
+    assert capsys.readouterr().out.count("\n") == len(PAGES) + 1
