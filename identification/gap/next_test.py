@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from identification.gap.decide import Candidate, Verdict
+from identification.gap.competing import Candidate
+from identification.gap.decide import Verdict
 from identification.gap.fitting import Fit
 
 LINEAR = ("cross_inertia", "steer_stiffness", "steer_damping", "added_inertia")

@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from identification.gap.decide import Candidate, Verdict
+from identification.gap.competing import Candidate
+from identification.gap.decide import Verdict
 from identification.gap.fitting import parameters_of
 from identification.gap.locating import locate
 from identification.gap.runs import Run
