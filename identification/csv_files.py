@@ -19,21 +19,23 @@ Columns = dict[str, np.ndarray]
 def read_csv(path: Path, rate: float | None = None, time: str = "time") -> tuple[Columns, tuple[str, ...]]:
     """The columns by header, and what was done to them; `time` names the time's column. Raises InputError with the line of the first fault."""
     headers, delimiter, skipped = _header(path)
+    kept = _not_labels(path, headers, delimiter, skipped)
+    names = headers if kept is None else [headers[i] for i in kept]
     try:
         if rate is None:
-            _check_memory(path, skipped, len(headers))
-            return dict(zip(headers, _numbers(path, delimiter, skipped).T, strict=True)), ()
+            _check_memory(path, skipped, len(names))
+            return dict(zip(names, _numbers(path, delimiter, skipped, columns=kept).T, strict=True)), ()
         with path.open(encoding="utf-8-sig") as file:
             for _ in range(skipped):
                 file.readline()
-            table, note = reduced(_chunks(file, delimiter), rate, headers, time)
-            return dict(zip(headers, table.T, strict=True)), note
+            table, note = reduced(_chunks(file, delimiter, kept), rate, names, time)
+            return dict(zip(names, table.T, strict=True)), note
     except MemoryError:
         raise _too_large(path) from None
     except ValueError as error:
         if isinstance(error, InputError):
             raise
-        raise _first_fault(path, headers, delimiter, skipped) from None
+        raise _first_fault(path, headers, delimiter, skipped, names) from None
 
 
 def _header(path: Path) -> tuple[list[str], str, int]:
@@ -56,19 +58,30 @@ def _header(path: Path) -> tuple[list[str], str, int]:
     return names, delimiter, number
 
 
-def _numbers(source, delimiter: str, skipped: int = 0, rows: int | None = None) -> np.ndarray:
+def _not_labels(path: Path, headers: list[str], delimiter: str, skipped: int) -> list[int] | None:
+    """The columns to read, None for all: one without a unit whose first cell is no number is a label."""
+    with path.open(encoding="utf-8-sig", errors="replace") as file:
+        first = next((line for number, line in enumerate(file, 1) if number > skipped and line.strip()), "")
+    cells = first.rstrip("\n").split(delimiter)
+    if len(cells) != len(headers):
+        return None
+    kept = [i for i, (name, cell) in enumerate(zip(headers, cells, strict=True)) if "[" in name or "(" in name or _is_number(cell)]
+    return None if len(kept) == len(headers) else kept
+
+
+def _numbers(source, delimiter: str, skipped: int = 0, rows: int | None = None, columns: list[int] | None = None) -> np.ndarray:
     """Numbers (n, columns); ValueError at the first cell that is none, and without any."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # that there is no data is said below
-        table = np.loadtxt(source, delimiter=delimiter, skiprows=skipped, max_rows=rows, ndmin=2, comments=None, encoding="utf-8-sig")
+        table = np.loadtxt(source, delimiter=delimiter, skiprows=skipped, max_rows=rows, usecols=columns, ndmin=2, comments=None, encoding="utf-8-sig")
     if not table.size:
         raise ValueError("no rows")
     return table
 
 
-def _chunks(file, delimiter: str) -> Iterator[np.ndarray]:
+def _chunks(file, delimiter: str, columns: list[int] | None) -> Iterator[np.ndarray]:
     while (line := file.readline()).strip():
-        yield _numbers(chain([line], file), delimiter, rows=CHUNK)
+        yield _numbers(chain([line], file), delimiter, rows=CHUNK, columns=columns)
 
 
 def _check_memory(path: Path, skipped: int, columns: int) -> None:
@@ -87,7 +100,7 @@ def _too_large(path: Path) -> InputError:
                       "reduce it while it is read with rate=128 (--rate 128) [Hz]")  # fmt: skip
 
 
-def _first_fault(path: Path, headers: list[str], delimiter: str, skipped: int) -> InputError:
+def _first_fault(path: Path, headers: list[str], delimiter: str, skipped: int, read: list[str]) -> InputError:
     """What is wrong in the first line that is not a row of numbers."""
     with path.open(encoding="utf-8-sig", errors="replace") as file:
         for number, line in enumerate(file, 1):
@@ -97,7 +110,7 @@ def _first_fault(path: Path, headers: list[str], delimiter: str, skipped: int) -
             if len(cells) != len(headers):
                 return InputError(f"{path}: line {number} has {len(cells)} columns, the header has {len(headers)}")
             for name, cell in zip(headers, cells, strict=True):
-                if not _is_number(cell):
+                if name in read and not _is_number(cell):
                     fix = " (a decimal comma? write decimal points)" if _is_number(cell.replace(",", ".")) else ""
                     return InputError(f"{path}: line {number}, column {name!r}: {cell.strip()!r} is not a number{fix}")
     return InputError(f"{path}: no rows of numbers below the header")

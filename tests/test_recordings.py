@@ -107,6 +107,17 @@ def test_text_in_a_column_is_named_with_its_line(write):
     refused(write(lines), "line 701", "'steer_angle [rad]'", "overload")
 
 
+@pytest.mark.parametrize("rate", [None, 64.0])
+def test_a_label_without_a_unit_is_left_out(write, rate):
+    lines = text(good(), "comment,time [s],steer_angle [rad],steer_torque [N.m]")
+    plain, labelled = write(text(good()), "plain.csv"), write([lines[0], *("hands on," + line for line in lines[1:])])
+    expected, found = read_recording(plain, rate=rate), read_recording(labelled, rate=rate)
+    assert set(found.columns) == set(expected.columns)
+    np.testing.assert_array_equal(found["steer_torque"], expected["steer_torque"])
+    lines[300] = lines[300].replace(",", ",overload", 1)
+    refused(write([lines[0], *("hands on," + line for line in lines[1:])]), "line 301", "'steer_angle [rad]'", "overload")
+
+
 def test_missing_cell_and_ragged_line(write):
     lines = text(good())
     lines[10] = ",".join(lines[10].split(",")[:2])
@@ -301,51 +312,6 @@ def test_reduction_keeps_what_is_in_the_band_and_removes_what_would_alias(write)
     assert reduced.rate == pytest.approx(125, rel=1e-6)
     # a Hamming filter passes 5 of 62.5 Hz within 0.3 % and stops 120 Hz by 50 dB
     np.testing.assert_allclose(reduced["steer_angle"], 0.05 * np.sin(2 * np.pi * 5 * reduced.time), atol=0.003 * 0.05 + 0.01 * 10 ** (-50 / 20))
-
-
-# Other formats -----------------------------------------------------------------------------------------
-
-
-def assert_good(recording):
-    np.testing.assert_allclose(recording["steer_torque"], good()["steer_torque"], atol=1e-9)
-    np.testing.assert_allclose(recording.time, good().time, atol=1e-9)
-    assert recording.units == {"steer_angle": "rad", "steer_torque": "N.m"}
-
-
-def test_matlab(tmp_path):
-    scipy_io = pytest.importorskip("scipy.io")
-    units = {"time": "s", "steer_angle": "rad", "steer_torque": "N.m"}
-    scipy_io.savemat(tmp_path / "run.mat", {"time": good().time, **good().columns, "units": units})
-    assert_good(read_recording(tmp_path / "run.mat"))
-    (tmp_path / "bad.mat").write_text("no MATLAB file")
-    refused(tmp_path / "bad.mat", "bad.mat")
-
-
-def test_parquet(tmp_path):
-    pyarrow = pytest.importorskip("pyarrow")
-    parquet = pytest.importorskip("pyarrow.parquet")
-    table = pyarrow.table({"time [s]": good().time, "steer_angle [rad]": good()["steer_angle"], "steer_torque [N.m]": good()["steer_torque"]})
-    parquet.write_table(table, tmp_path / "run.parquet")
-    assert_good(read_recording(tmp_path / "run.parquet"))
-
-
-def test_universal_file(tmp_path):
-    pyuff = pytest.importorskip("pyuff")
-    for name, values in good().columns.items():
-        data = {"type": 58, "func_type": 1, "id1": name, "rsp_node": 1, "rsp_dir": 1, "ref_node": 1, "ref_dir": 1, "binary": 0, "orddenom_spec_data_type": 0,
-                "ordinate_axis_units_lab": good().units[name], "x": good().time, "data": values}  # fmt: skip
-        pyuff.UFF(str(tmp_path / "run.uff")).write_sets(data, mode="add")
-    recording = read_recording(tmp_path / "run.uff")
-    # single precision in the file
-    np.testing.assert_allclose(recording["steer_torque"], good()["steer_torque"], rtol=1e-5, atol=1e-5)
-
-
-def test_mdf4(tmp_path):
-    asammdf = pytest.importorskip("asammdf")
-    with asammdf.MDF(version="4.10") as file:
-        file.append([asammdf.Signal(values, good().time, unit=good().units[name], name=name) for name, values in good().columns.items()])
-        file.save(tmp_path / "run.mf4")
-    assert_good(read_recording(tmp_path / "run.mf4"))
 
 
 @pytest.mark.skipif(not CASES.exists(), reason="the solved cases of ../shared are not here")
