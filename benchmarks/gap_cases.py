@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from identification.gap.decide import decide
+from identification.gap.model import Model
 from identification.gap.runs import prepare
 from scenarios.rig_test import rig_effects, rig_test
 
@@ -44,7 +45,7 @@ def run(progress, cases: int = CASES) -> dict:
         trouble = TROUBLES[(seed // 2) % len(TROUBLES)] if name == "none" else {}
         made, _ = case(HIDDEN[name](rng) if name in HIDDEN else {}, seed=1000 + seed, runs=("sweep_up", "stepped"), **trouble)
         runs = [prepare(as_recording(n, a), "steer_angle", "steer_torque", "steer_angle_command") for n, a in made.items()]
-        verdict = decide(rig_test(RIG), runs, library)
+        verdict = decide(Model(rig_test(RIG)), runs, library)
         answer = "+".join(c.family for c in verdict.effects) if verdict.verdict == "named" else verdict.verdict
         counts[name, answer] += 1
     quiet = sum(n for (truth, _), n in counts.items() if truth == "none")

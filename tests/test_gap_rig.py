@@ -34,7 +34,7 @@ def prepared(made):
 def test_a_hidden_effect_is_named_with_its_size(hidden, family, parameter, value):
     made, _ = case(hidden, seed=11)
     runs = prepared(made)
-    verdict = decide(rig_test(RIG), runs[:2], rig_effects())
+    verdict = decide(Model(rig_test(RIG)), runs[:2], rig_effects())
     result = as_result(verdict, runs[2:], "N.m")
     assert result["verdict"] == "named"
     assert [e["name"] for e in result["effects"]] == [family]
@@ -50,7 +50,7 @@ def test_a_hidden_effect_is_named_with_its_size(hidden, family, parameter, value
 def test_nothing_is_found_where_nothing_is_hidden():
     made, rider = case({}, seed=12)
     runs = prepared(made)
-    verdict = decide(rig_test(RIG), runs[:2], rig_effects())
+    verdict = decide(Model(rig_test(RIG)), runs[:2], rig_effects())
     result = as_result(verdict, runs[2:], "N.m")
     assert set(result) >= KEYS
     assert (result["verdict"], result["effects"], result["tied"]) == ("none", [], [])
@@ -100,5 +100,5 @@ def test_a_solved_case():
     truth = json.loads((SOLVED / "truth.json").read_text())
     recordings = [read_recording(SOLVED / "case_06" / f"{n}.csv") for n in ("sweep_up_2deg", "stepped_4deg")]
     runs = [prepare(r, "steer_angle", "steer_torque", "steer_angle_command") for r in recordings]
-    verdict = decide(rig_test(recordings[0].rig), runs, rig_effects())
+    verdict = decide(Model(rig_test(recordings[0].rig)), runs, rig_effects())
     assert [c.family for c in verdict.effects] == truth["case_06"]["effects"]

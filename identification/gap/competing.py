@@ -9,7 +9,6 @@ from fmus.effects import Effect
 from fmus.errors import InputError
 from fmus.progress import track
 from identification.gap.fitting import Fit, fit
-from identification.gap.model import Model
 from identification.gap.screening import Signature, screen
 
 SIGNIFICANT = 12.0  # dBIC of a first effect
@@ -76,7 +75,7 @@ def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS)
 
 
 def _fitted(found: Fit, signature: Signature) -> Candidate | None:
-    model = Model(found.model.stand, [*found.model.effects, signature.effect])
+    model = found.model.joined_by(signature.effect)
     shared = len(found.model.names)
     start = np.concatenate([found.x[:shared], signature.start, found.x[shared:]])
     try:

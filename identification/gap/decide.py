@@ -17,10 +17,8 @@ from fmus.effects import Effect
 from fmus.errors import InputError
 from identification.gap.competing import CLEAR, SIGNIFICANT, TIE, Candidate, adequate, best_of, compete, one_each
 from identification.gap.fitting import Fit, fit
-from identification.gap.model import Model
-from identification.gap.runs import Run
+from identification.gap.model import AnyModel, AnyRun
 from identification.gap.screening import Signature, screen
-from identification.gap.test_stand import TestStand
 
 SECOND = 15.0  # dBIC of a second one
 SHARE = 0.005  # of the first one's gain: below it, small errors of the model of a large effect look like another
@@ -39,14 +37,14 @@ class Verdict:
     open_form: bool = False
 
 
-def decide(stand: TestStand, runs: Sequence[Run], library: Sequence[type[Effect]]) -> Verdict:
-    """The verdict on runs, with the effects of a library. Raises InputError where the base cannot be fitted.
+def decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effect]]) -> Verdict:
+    """The verdict on runs, with a model of the base and the effects of a library. Raises InputError where the base cannot be fitted.
 
     Its fits rest on the noise that the best of them leaves.
     """
-    verdict = _decide(stand, runs, library)
+    verdict = _decide(model, runs, library)
     best = verdict.best
-    quiet = [run.with_noise_beside(best.model.output(run, best.of_run(i), slopes=False)[0]) for i, run in enumerate(runs)]
+    quiet = [best.model.with_noise_beside(run, best.of_run(i)) for i, run in enumerate(runs)]
     if best is verdict.base:
         verdict.base = verdict.best = fit(best.model, quiet, best.x)
     else:
@@ -54,8 +52,7 @@ def decide(stand: TestStand, runs: Sequence[Run], library: Sequence[type[Effect]
     return verdict
 
 
-def _decide(stand: TestStand, runs: Sequence[Run], library: Sequence[type[Effect]]) -> Verdict:
-    model = Model(stand)
+def _decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effect]]) -> Verdict:
     base = fit(model, runs, model.start())
     first = compete(base, library)
     best = best_of(first)
@@ -90,7 +87,7 @@ def _plainest(base: Fit, first: Candidate, second: Candidate, library: Sequence[
     for place in (0, 1):
         for form in [e for e in library if e.family == pair[place].family and e is not pair[place] and not e.flexible]:
             tried = (form, pair[1]) if place == 0 else (pair[0], form)
-            model = Model(base.model.stand, tried)
+            model = base.model.joined_by(*tried)
             shared = best.x[: len(base.model.names)]
             signature = screen(base, [form], keep=1)
             if not signature:

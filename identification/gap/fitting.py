@@ -9,13 +9,12 @@ slopes; effects stay within their bounds, which hold the physical sign.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from fmus.errors import InputError
-from identification.gap.model import Model
-from identification.gap.runs import Run
-from identification.gap.test_stand import TestStand
+from identification.gap.model import AnyModel, AnyRun, AnyStand
 
 ITERATIONS = 15
 ENOUGH = 0.05  # of chi-square that a further step would gain
@@ -26,8 +25,8 @@ COARSE = 1e-3  # of it, as long as the fit is far from the data
 class Fit:
     """A fitted model. x holds [theta, e, d_1, d_2, ...]; residuals and their jacobian the priors at the end."""
 
-    model: Model
-    runs: list[Run]
+    model: AnyModel
+    runs: list[Any]  # AnyRun; whoever draws them knows more of them
     x: np.ndarray
     chi2: float
     residuals: np.ndarray
@@ -60,12 +59,12 @@ class Fit:
         return _vector(self.x, self.model, index)
 
 
-def deviating(stand: TestStand) -> list[int]:
+def deviating(stand: AnyStand) -> list[int]:
     """The free parameters that change from run to run."""
     return [i for i, f in enumerate(stand.free) if f.spread > 0]
 
 
-def _vector(x: np.ndarray, model: Model, index: int) -> np.ndarray:
+def _vector(x: np.ndarray, model: AnyModel, index: int) -> np.ndarray:
     moved = deviating(model.stand)
     shared = len(model.names)
     q = x[:shared].copy()
@@ -73,7 +72,7 @@ def _vector(x: np.ndarray, model: Model, index: int) -> np.ndarray:
     return q
 
 
-def fit(model: Model, runs: Sequence[Run], start: np.ndarray, frozen: Sequence[int] = (), anchor: np.ndarray | None = None,
+def fit(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray, frozen: Sequence[int] = (), anchor: np.ndarray | None = None,
         iterations: int = ITERATIONS, gain: float = ENOUGH) -> Fit:  # fmt: skip
     """The fit from a start: the model's vector, or a whole x. Parameters in `frozen` (indices) stay.
 
@@ -124,7 +123,7 @@ def fit(model: Model, runs: Sequence[Run], start: np.ndarray, frozen: Sequence[i
     return Fit(model, runs, x, chi2, residuals, jacobian, sum(len(r.data) for r in runs))
 
 
-def _bounds(model: Model, total: int) -> tuple[np.ndarray, np.ndarray]:
+def _bounds(model: AnyModel, total: int) -> tuple[np.ndarray, np.ndarray]:
     table = model.component.table
     low = [np.log(max(table[n].min, 1e-6)) for n in model.base] + [r.min for r in model.rows]
     high = [np.log(table[n].max) for n in model.base] + [r.max for r in model.rows]
@@ -132,7 +131,7 @@ def _bounds(model: Model, total: int) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate([low, np.full(rest, -1.0)]), np.concatenate([high, np.full(rest, 1.0)])
 
 
-def _reach(model: Model, x: np.ndarray) -> np.ndarray:
+def _reach(model: AnyModel, x: np.ndarray) -> np.ndarray:
     """How far one step may go: by a factor of two, besides the sizes of effects, in which the output is nearly linear."""
     reach = np.full(len(x), 0.7)
     nb = len(model.base)
@@ -141,7 +140,7 @@ def _reach(model: Model, x: np.ndarray) -> np.ndarray:
     return reach
 
 
-def _assembled(model: Model, runs: Sequence[Run], x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _assembled(model: AnyModel, runs: Sequence[AnyRun], x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Residuals, in units of the noise, and their slopes by x; priors last."""
     moved, shared = deviating(model.stand), len(model.names)
     residuals, rows = [], []

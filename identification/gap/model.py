@@ -1,18 +1,85 @@
-"""The base with some effects, as a function that a fit can call: reduced output and its slopes for one run."""
+"""The base with some effects, as a function that a fit can call: reduced output and its slopes for one run.
+
+Fit, screening and verdict ask nothing of a run and a model but what `AnyRun` and `AnyModel` say. `Model` is that of a
+recorded motion which is simulated; eigenvalues over speed, or samples with unknown initial states, bring their own.
+"""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
+from fmus.component import Component
 from fmus.effects import Effect
 from fmus.imposed import Imposed, ThroughSpring
+from fmus.variables import Variable
 from identification.gap.equations import Equations
 from identification.gap.runs import Run
 from identification.gap.simulate import Motion, simulate
-from identification.gap.test_stand import TestStand
+from identification.gap.test_stand import Free, TestStand
 
 MICRO = 1e-4  # s: the step by which a lag is varied for its slope
+
+
+class AnyRun(Protocol):
+    """One run as a fit sees it: data (m,) with independent errors of known deviation (m,), in any units."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def data(self) -> np.ndarray: ...
+    @property
+    def deviation(self) -> np.ndarray: ...
+
+
+class AnyStand(Protocol):
+    """What is free in the base and what other tests say of it."""
+
+    @property
+    def free(self) -> tuple[Free, ...]: ...
+    @property
+    def measured_effects(self) -> Mapping[str, tuple[float, float]]: ...
+    def parameter(self, effect: type[Effect], name: str) -> str:
+        """The name of an effect's parameter in the component under test."""
+
+
+class AnyModel(Protocol):
+    """Base and effects as a fit sees them.
+
+    A parameter vector (np,) is [log of the free base parameters, the effects' parameters as they are]; `base`, `own`
+    and `names` are the names of these parts and of the whole, `rows` the table's rows of `own`, `sizes` the places
+    in `own` of those in which what an effect adds is linear. `component` has the table of everything.
+    """
+
+    stand: Any  # AnyStand
+    effects: tuple[type[Effect], ...]
+    component: Component
+    base: list[str]
+    own: list[str]
+    names: list[str]
+    rows: list[Variable]
+    sizes: list[int]
+
+    def joined_by(self, *effects: type[Effect], slopes_of_base: bool = True) -> "AnyModel":
+        """The model with further effects; without slopes of the base, those columns of `reduced` may be zero.
+
+        Raises InputError where an effect cannot join.
+        """
+
+    def start(self, shapes: Mapping[str, float] | None = None) -> np.ndarray:
+        """The vector of the component's own values, some of the effects' replaced."""
+
+    def reduced(self, run: Any, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """What the model says of a run's data (m,), and its slopes (m, np), both over the run's deviation.
+
+        Unknowns of the run alone (initial states) are taken out here. Raises InputError where it cannot be simulated.
+        """
+
+    def largest(self, runs: Sequence[Any]) -> float:
+        """The largest motion in the runs, of which the `relative` starts of effects are shares."""
+
+    def with_noise_beside(self, run: Any, q: np.ndarray) -> Any:
+        """The run with the noise that is left beside this model; the run itself where its noise is known otherwise."""
 
 
 class Model:
@@ -32,6 +99,10 @@ class Model:
         self.lags = {stand.parameter(e, n) for e in effects for n in e.lags}
         self.shift = next((stand.parameter(e, e.lags[0]) for e in effects if e.lags and not e.delayed), "")
         self.equations = Equations(self.component, [stand.measured], [n for n in (self.names if slopes_of_base else self.own) if n not in self.lags])
+
+    def joined_by(self, *effects: type[Effect], slopes_of_base: bool = True) -> "Model":
+        """The model with further effects."""
+        return Model(self.stand, [*self.effects, *effects], slopes_of_base)
 
     def start(self, shapes: Mapping[str, float] | None = None) -> np.ndarray:
         """The component's own values, some of the effects' replaced."""
@@ -64,6 +135,14 @@ class Model:
         y, jacobian = self.output(run, q)
         both = run.reduction.reduce(np.column_stack([y, jacobian])) / run.deviation[:, None]
         return both[:, 0], both[:, 1:]
+
+    def largest(self, runs: Sequence[Run]) -> float:
+        """The largest imposed motion in the runs."""
+        return max(float(np.abs(run.moved(run.recording.time)[0]).max()) for run in runs)
+
+    def with_noise_beside(self, run: Run, q: np.ndarray) -> Run:
+        """The run with the noise of what this model leaves."""
+        return run.with_noise_beside(self.output(run, q, slopes=False)[0])
 
     def _guess(self, run: Run) -> np.ndarray | None:
         known = run.guess.get("states")

@@ -16,7 +16,6 @@ from scipy.optimize import lsq_linear
 from fmus.effects import Effect
 from fmus.errors import InputError
 from identification.gap.fitting import Fit
-from identification.gap.model import Model
 
 
 @dataclass(frozen=True)
@@ -43,14 +42,14 @@ def screen(found: Fit, effects: Iterable[type[Effect]], keep: int = 2) -> list[S
 
 
 def _shapes(found: Fit, effect: type[Effect]) -> list[dict[str, float]]:
-    largest = max(float(np.abs(run.moved(run.recording.time)[0]).max()) for run in found.runs)
+    largest = found.model.largest(found.runs) if effect.relative else 1.0
     first = next(iter(effect.parameters()))
     grids = {n: [s * (largest if n in effect.relative else 1.0) for s in starts] for n, starts in effect.starts.items() if n != first}
     return [dict(zip(grids, point, strict=True)) for point in product(*grids.values())]
 
 
 def _signature(found: Fit, effect: type[Effect], shape: dict[str, float], basis: np.ndarray, left: np.ndarray) -> Signature:
-    model = Model(found.model.stand, [*found.model.effects, effect], slopes_of_base=False)
+    model = found.model.joined_by(effect, slopes_of_base=False)
     own = list(effect.parameters())
     own = [n for n in own if n not in effect.given]
     rows = [model.component.table[model.stand.parameter(effect, n)] for n in own]

@@ -11,6 +11,7 @@ from rich.table import Table
 from fmus.errors import InputError, MissingToolError
 from fmus.progress import track
 from identification.gap.decide import Verdict, decide
+from identification.gap.model import Model
 from identification.gap.next_test import next_experiment
 from identification.gap.runs import Run, prepare, usable
 from identification.gap.test_stand import TestStand
@@ -54,7 +55,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     runs, held = _runs(arguments.files, stand, arguments.map), _runs(arguments.holdout, stand, arguments.map)
     if arguments.bare:
         stand = with_bare_bar(stand, _runs(arguments.bare, stand, arguments.map))
-    verdict = decide(stand, runs, library)
+    verdict = decide(Model(stand), runs, library)
     result = as_result(verdict, held, "N.m")
     result["limitations"] = _limitations(rig, runs, held, bool(arguments.bare))
     result["next_experiment"] = next_experiment(verdict)
