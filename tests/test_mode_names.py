@@ -6,11 +6,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq, linear_sum_assignment
 
-from fmus import InputError
+from fmus import InputError, System
 from rider_fmu import riders
+from rider_fmu.anthropometry import roll_values
 from rider_fmu.effects.head import Reflex
+from rider_fmu.rider_in_roll import rigid_body
 from scenarios import names
 from vehicle_fmu import MODES, modes, motorcycles, over_speed, ridden
+from vehicle_fmu.lightened import lightened
 
 RIDERS = [n for n in riders.names() if riders.contents(n)["component"] == "PassiveRider"]
 SPEEDS = np.arange(1.0, 60.25, 0.25)  # m/s
@@ -204,3 +207,52 @@ def test_what_a_device_brings_besides_takes_no_name(gain):
     for mode in MODES:
         # 1e-6: the gain of 1e-6 N.m/rad beside arms of 1e3 moves eigenvalues by less.
         np.testing.assert_allclose(more[mode].eigenvalue, plain[mode].eigenvalue, rtol=1e-6)
+
+
+# A rider who leans, and the full rider ---------------------------------------------------------------
+
+
+def leaning(turning=None, **joints):
+    """The motorcycle with the rider in roll instead of his part of its rear frame, and a turning rider."""
+    rider = riders.load("roll_3_2008", saddle_height=0.75).with_values(**roll_values(1.76, 72.0), **joints)
+    parts = {"vehicle": lightened(motorcycles.load("sharp_1971"), *rigid_body(rider)), "rider": rider}
+    return over_speed(System("leaning", parts | ({"device": turning} if turning else {})))
+
+
+def test_a_rider_who_hardly_leans_leaves_the_names_where_they_were():
+    """Stiff joints bring fast modes of their own and the eigenvalues of the rigid rider's motorcycle return."""
+    speeds = np.array([3.0, 8.0, 15.0, 30.0, 50.0])
+    stiff = leaning(saddle_stiffness=1e6, lean_stiffness=1e6, neck_roll_stiffness=1e5, saddle_damping=3e4, lean_damping=3e4, neck_roll_damping=3e3)
+    plain, more = modes(linearised("none"), speeds), modes(stiff, speeds)
+    assert set(more.unstable) == set(plain.unstable)
+    for mode in ("weave", "wobble", "capsize", "rear_wobble"):
+        # 500 N on 1e6 N/m: the frame's compliance of half a millimetre in 0.75 m moves eigenvalues by less than a percent.
+        np.testing.assert_allclose(more[mode].eigenvalue, plain[mode].eigenvalue, rtol=1e-2, atol=2e-2)
+
+
+@pytest.mark.parametrize("turning", [None, riders.load("mean_2011")], ids=["leaning", "leaning and turning"])
+def test_a_leaning_riders_own_modes_take_no_name(turning):
+    found, space = modes(leaning(turning), SPEEDS), leaning(turning)(SPEEDS)
+    assert ("rider_wobble" in found.unstable) == (turning is not None)
+    foreign = np.array([n.startswith("rider.") for n in space.states])
+    for k in range(len(SPEEDS)):
+        values, right = np.linalg.eig(space.A[k])
+        part = np.abs(np.linalg.inv(right).T * right)
+        share = part[foreign].sum(axis=0) / part.sum(axis=0)
+        for mode in found.unstable:
+            # Weave and the lean share their motion where they veer.
+            assert share[np.argmin(np.abs(values - found[mode].eigenvalue[k]))] < 0.55, (mode, SPEEDS[k])
+
+
+def test_with_the_full_rider_the_torso_opposes_the_bar_in_wobble_alone():
+    """2011, Sect. 5, as for the linear rider; his wobble is so well damped that the steer takes a larger part in the other."""
+    linear = over_speed(ridden(motorcycles.load("sharp_1971"), riders.load("full_mean_2011")))
+    speeds = np.array([1.0, 20.0, 30.0, 60.0])
+    found, space = modes(linear, speeds), linear(speeds)
+    theta, delta = (space.states.index(n) for n in ("device.torso_angle", "vehicle.steer_angle"))
+    for k in range(len(speeds)):
+        values, vectors = np.linalg.eig(space.A[k])
+        angle = {mode: abs(np.degrees(np.angle(np.divide(*vectors[[theta, delta], np.argmin(np.abs(values - found[mode].eigenvalue[k]))]))))
+                 for mode in ("wobble", "rider_wobble")}  # fmt: skip
+        assert angle["wobble"] > 130 and angle["rider_wobble"] < 90
+    assert 8 < found["wobble"].frequency[2] < 11 > found["rider_wobble"].frequency[2]

@@ -1,9 +1,11 @@
 """Which eigenvalue is weave, which is wobble: names by what moves in a mode, carried along its branch.
 
 At 60 m/s the characters are distinct, so names are given there and kept along each branch:
+  other          what a device brings besides a torso (heads, lean, delays): its states take the larger part
   weave          the oscillation in which roll exceeds the steer most, by their participation factors
-  wobble         the oscillation in which the steer takes the largest part
-  rider-wobble   of the others the one in which the torso takes the largest part
+  wobble         of the two oscillations in which steer and torso take the largest part the one in which the torso
+                 moves more against the bar; without a torso the one in which the steer takes the largest part
+  rider-wobble   the other one of the two
   capsize        the slowest real root
   rear wobble    the pair that unnamed real roots form on the way down (near 18 m/s for Sharp's motorcycle)
 A wobble that is overdamped there is the two real roots in which the steer takes the largest part.
@@ -14,6 +16,8 @@ character. There the names follow the character:
   wobble         of the other two the one in which the torso moves more against the bar:
                  the smaller Re(theta delta*) / (|theta|^2 + |delta|^2)
   rider-wobble   the last; where only one is left beside rear wobble, wobble is overdamped
+A pair in which what a device brings besides takes more than a quarter has none of these names. Where weave veers with
+a mode that the device brings, weave is the one in which that takes the smaller part.
 Names are called mixed where the second largest |Y_r / Y_f| is more than half of the largest.
 
 Modes and their usual bands: Sharp 1971; Cossalter et al., Meccanica 46 (2011), Sect. 5.
@@ -33,6 +37,7 @@ FRONT = ("wobble", "rider_wobble", "rear_wobble")  # those that exchange charact
 OTHER = "other"  # what a device brings besides: heads, delays
 COARSE, FINE = 1.0, 0.1  # m/s: steps at which exchanges are looked for, and located
 MIXED = 0.5
+MAJORITY, SHARE = 0.5, 0.25  # of the participation: above it a mode is another's, at the naming speed and below
 
 Linearised = Callable[[np.ndarray], StateSpace]  # speeds (n,) -> stacked state spaces
 Columns = tuple[int, ...]  # the branches of a mode: a pair, or real roots
@@ -84,6 +89,13 @@ class Shapes:
         own = [i for i, n in enumerate(self.states) if n.split(".")[-1].startswith(motion)]
         return part[own].sum(axis=0) / part.sum(axis=0)
 
+    def brought(self, k: int) -> np.ndarray:
+        """The part that states take which are neither the vehicle's, the owner of the steer, nor a torso's."""
+        owner = next((n.rpartition(".")[0] for n in self.states if n.split(".")[-1].startswith("steer")), "")
+        part = np.abs(np.linalg.inv(self.right[k]).T * self.right[k])
+        foreign = [not (n.startswith(f"{owner}.") or n.split(".")[-1].startswith("torso")) if owner else False for n in self.states]
+        return part[foreign].sum(axis=0) / part.sum(axis=0)
+
 
 def _ratio(above: np.ndarray, below: np.ndarray) -> np.ndarray:
     return np.divide(above, below, out=np.zeros(above.shape), where=below > 0)
@@ -101,10 +113,10 @@ class Names:
 def name(linearised: Linearised, branches: Branches, naming_speed: float) -> Names:
     """The names of the branches at all speeds. The branches' grid has every multiple of 0.1 m/s."""
     above = _named_at(naming_speed, linearised, branches)
-    birth, another = _birth_of_another_pair(branches, above, naming_speed)
+    birth, another = _birth_of_another_pair(linearised, branches, above, naming_speed)
     if not another:
         return Names(above, [], [])
-    if not {c for columns in above.values() for c in columns} & set(another):
+    if not {c for mode, columns in above.items() if not mode.startswith(OTHER) for c in columns} & set(another):
         above["rear_wobble"] = another
     low = branches.parameter[0]
     tenths = FINE * np.arange(np.floor(birth / FINE + 1e-9), np.ceil(low / FINE - 1e-9) - 1, -1)
@@ -132,44 +144,55 @@ def name(linearised: Linearised, branches: Branches, naming_speed: float) -> Nam
 def _named_at(speed: float, linearised: Linearised, branches: Branches) -> dict[str, Columns]:
     """The branches of weave, wobble, rider-wobble and capsize by their shapes at the naming speed."""
     shapes = Shapes.at(np.array([speed]), linearised, branches)
-    upper = shapes.upper(0)
     part, roll, torso = (shapes.part(0, motion) for motion in ("steer", "roll", "torso"))
+    other = shapes.brought(0) > MAJORITY
+    upper = shapes.upper(0)
     in_pairs = {c for i in upper for c in shapes.pair(0, i)}
-    real = [i for i in range(len(part)) if int(shapes.column[0, i]) not in in_pairs]
+    real = [i for i in range(len(part)) if int(shapes.column[0, i]) not in in_pairs and not other[i]]
     names: dict[str, Columns] = {}
     if real:
         capsize = min(real, key=lambda i: abs(shapes.eigenvalues[0, i]))
         names["capsize"] = (int(shapes.column[0, capsize]),)
         real.remove(capsize)
-    if not upper:
-        return names
-    weave = max(upper, key=lambda i: roll[i] - part[i])
-    names["weave"] = shapes.pair(0, weave)
-    rest = sorted((i for i in upper if i != weave), key=lambda i: -part[i])
-    if len(rest) == 1 and shapes.together[0, rest[0]] > 0:
-        names["rider_wobble"] = shapes.pair(0, rest[0])
-        names["wobble"] = tuple(int(shapes.column[0, i]) for i in sorted(real, key=lambda i: -part[i])[:2])
-    else:
-        rest[1:] = sorted(rest[1:], key=lambda i: -torso[i])
-        labels = ["wobble", "rider_wobble", *(f"{OTHER} {k}" for k in range(len(rest)))]
-        names.update({mode: shapes.pair(0, i) for mode, i in zip(labels, rest, strict=False)})
+    pairs = [i for i in upper if not other[i]]
+    if pairs:
+        weave = max(pairs, key=lambda i: roll[i] - part[i])
+        names["weave"] = shapes.pair(0, weave)
+        rest = sorted((i for i in pairs if i != weave), key=lambda i: -part[i] - torso[i])
+        has_torso = bool(torso.any())
+        front = sorted(rest[: 1 + has_torso], key=lambda i: shapes.together[0, i])
+        if has_torso and len(front) == 1 and shapes.together[0, front[0]] > 0:
+            names["rider_wobble"] = shapes.pair(0, front[0])
+            names["wobble"] = tuple(int(shapes.column[0, i]) for i in sorted(real, key=lambda i: -part[i])[:2])
+        else:
+            names.update({mode: shapes.pair(0, i) for mode, i in zip(("wobble", "rider_wobble"), front, strict=False)})
+        names.update({f"{OTHER} {k}": shapes.pair(0, i) for k, i in enumerate(rest[1 + has_torso :])})
+    brings = [shapes.pair(0, i) for i in upper if other[i]] + [(int(c),) for i, c in enumerate(shapes.column[0]) if other[i] and int(c) not in in_pairs]
+    names.update({f"{OTHER} brought {k}": columns for k, columns in enumerate(brings)})
     return names
 
 
-def _birth_of_another_pair(branches: Branches, named: dict[str, Columns], naming_speed: float) -> tuple[float, Columns]:
-    """The highest speed below the naming speed at which a pair is not that of one name, and its branches."""
+def _birth_of_another_pair(linearised: Linearised, branches: Branches, named: dict[str, Columns], naming_speed: float) -> tuple[float, Columns]:
+    """The highest speed below the naming speed at which a pair of the vehicle's is not that of one name, and its branches."""
     values = branches.eigenvalues
-    partner = {columns[0]: columns[1] for columns in named.values() if len(columns) == 2}
-    partner.update({b: a for a, b in partner.items()})
-    best: tuple[float, Columns] = (0.0, ())
-    for i in range(values.shape[1]):
-        other = partner.get(i, i)
-        apart = (values[:, i].imag != 0) & ((other == i) | (np.abs(values[:, other] - values[:, i].conj()) > 1e-6 * np.abs(values[:, i])))
-        places = np.flatnonzero(apart & (branches.parameter < naming_speed))
-        if len(places) and branches.parameter[places[-1]] > best[0]:
-            k = places[-1]
-            best = float(branches.parameter[k]), (i, int(np.argmin(np.abs(values[k] - values[k, i].conj()))))
-    return best
+    partner = np.arange(values.shape[1])
+    for columns in named.values():
+        if len(columns) == 2:
+            partner[list(columns)] = columns[::-1]
+    of_one_name = (partner != np.arange(len(partner))) & (np.abs(values[:, partner] - values.conj()) <= 1e-6 * np.abs(values))
+    apart = (values.imag > 0) & ~of_one_name
+    born = np.flatnonzero(apart.any(axis=1) & (branches.parameter < naming_speed))
+    if not len(born):
+        return 0.0, ()
+    if not any(mode.startswith(OTHER) for mode in named):
+        born = born[-1:]
+    shapes = Shapes.at(branches.parameter[born], linearised, branches)
+    for k in range(len(born))[::-1]:
+        brought = shapes.brought(k)
+        for i in shapes.upper(k):
+            if apart[born[k], shapes.column[k, i]] and brought[i] < SHARE:
+                return float(branches.parameter[born[k]]), shapes.pair(k, i)
+    return 0.0, ()
 
 
 def _characters(speeds: np.ndarray, linearised: Linearised, branches: Branches, above: dict[str, Columns]) -> list:
@@ -179,17 +202,21 @@ def _characters(speeds: np.ndarray, linearised: Linearised, branches: Branches, 
 
 
 def _character(shapes: Shapes, k: int, above: dict[str, Columns]) -> tuple[tuple[tuple[str, Columns], ...], bool]:
-    elsewhere = {c for mode, columns in above.items() if mode == "weave" or mode.startswith(OTHER) for c in columns}
+    rivals = [columns for mode, columns in above.items() if len(columns) == 2 and (mode == "weave" or mode.startswith(OTHER))]
+    elsewhere = {c for columns in rivals for c in columns}
+    brought, own = shapes.brought(k), shapes.column[k]
     pairs = {i: shapes.pair(k, i) for i in shapes.upper(k)}
+    pairs = {i: columns for i, columns in pairs.items() if brought[i] < SHARE or not elsewhere.isdisjoint(columns)}
+    weave = {"weave": min(rivals, key=lambda columns: brought[np.isin(own, columns)].sum())} if "weave" in above else {}
     tyres, together = shapes.tyres[k].tolist(), shapes.together[k].tolist()
     front = sorted((i for i, columns in pairs.items() if elsewhere.isdisjoint(columns)), key=lambda i: -tyres[i])
     if not front:
-        return tuple((mode, above[mode]) for mode in FRONT if mode in above), False
-    names: dict[str, Columns] = {}
+        return tuple((weave | {mode: above[mode] for mode in FRONT if mode in above}).items()), False
+    names: dict[str, Columns] = dict(weave)
     if tyres[front[0]] > 1:
         names["rear_wobble"] = pairs[front.pop(0)]
     rest = sorted(front, key=lambda i: together[i])
-    if len(rest) == 1 and "rider_wobble" in above and (names or together[rest[0]] > 0):
+    if len(rest) == 1 and "rider_wobble" in above and ("rear_wobble" in names or together[rest[0]] > 0):
         names["rider_wobble"] = pairs[rest[0]]
     else:
         names.update({mode: pairs[i] for mode, i in zip(("wobble", "rider_wobble"), rest, strict=False)})

@@ -87,10 +87,15 @@ def _grid(speeds: np.ndarray, naming_speed: float) -> np.ndarray:
 
 
 def _curve(eigenvalues: np.ndarray, columns: Columns) -> np.ndarray:
-    """From a mode's branches its eigenvalue (n,): the oscillatory one, else the least stable; NaN without branches."""
+    """From a mode's branches its eigenvalue (n,): the oscillatory one, else the least stable; NaN without branches.
+
+    Before a mode's own pair is born one of its roots may be of a pair with another mode's; the other root counts then.
+    """
     if not columns:
         return np.full(len(eigenvalues), ABSENT)
     own = eigenvalues[:, list(columns)]
     folded = own.real + 1j * np.abs(own.imag)
-    best = np.where((folded.imag > 0).any(axis=1), folded.imag.argmax(axis=1), folded.real.argmax(axis=1))
+    apart = np.abs(own[:, :, None] - own[:, None, :].conj()).min(axis=2) > 1e-6 * np.abs(own)
+    growth, swing = np.where(apart, -np.inf, folded.real), np.where(apart, -1.0, folded.imag)
+    best = np.where((swing > 0).any(axis=1), swing.argmax(axis=1), growth.argmax(axis=1))
     return np.take_along_axis(folded, best[:, None], axis=1)[:, 0]
