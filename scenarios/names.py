@@ -8,18 +8,22 @@ import numpy as np
 
 import fmus.effects.channel
 import rider_fmu.effects
+import vehicle_fmu.effects
 from fmus.component import Component
-from fmus.effects import effects_in
+from fmus.effects import Effect, effects_in
 from fmus.effects.library import declared_by
+from fmus.effects.places import laws_at
 from fmus.errors import InputError, unknown
 from fmus.library import Library, component_from, read_values
+from fmus.mechanisms import COMPONENTS as MECHANISMS
+from fmus.mechanisms import mechanisms
 from rider_fmu import COMPONENTS as RIDER_COMPONENTS
 from rider_fmu import riders
 from vehicle_fmu import DAMPERS, VEHICLES, LinearDamper, dampers, motorcycles
 
-LIBRARIES: dict[str, Library] = {library.kind: library for library in (riders, motorcycles, dampers)}
-COMPONENTS: dict[str, type[Component]] = {**RIDER_COMPONENTS, **VEHICLES, **DAMPERS}
-EFFECTS = effects_in(rider_fmu.effects)
+LIBRARIES: dict[str, Library] = {library.kind: library for library in (riders, motorcycles, dampers, mechanisms)}
+COMPONENTS: dict[str, type[Component]] = {**RIDER_COMPONENTS, **VEHICLES, **DAMPERS, **MECHANISMS}
+EFFECTS = {**dict.fromkeys(RIDER_COMPONENTS, effects_in(rider_fmu.effects)), **dict.fromkeys(VEHICLES, effects_in(vehicle_fmu.effects))}
 MOST = 1e6  # values in one range: beyond it is a slip of the keyboard
 
 
@@ -32,7 +36,8 @@ def component(spec: str) -> Component:
     if colon and kind in LIBRARIES:
         return _damper(name) if kind == "damper" else LIBRARIES[kind].load(name)
     if spec.endswith(".toml"):
-        return component_from(read_values(Path(spec)), COMPONENTS, Path(spec).stem, spec, EFFECTS)
+        contents = read_values(Path(spec))
+        return component_from(contents, COMPONENTS, Path(spec).stem, spec, EFFECTS.get(contents.get("component", ""), ()))
     if colon:
         raise unknown("kind of component", kind, LIBRARIES)
     holders = [library for library in LIBRARIES.values() if spec in library.names()]
@@ -43,17 +48,22 @@ def component(spec: str) -> Component:
     return holders[0].load(spec)
 
 
+def _effects_of(title: str) -> list[type[Effect]]:
+    """The effects that ship for a class of component."""
+    return laws_at(MECHANISMS[title]()) if title in MECHANISMS else EFFECTS
+
+
 def every_name() -> list[str]:
     """Every `kind:NAME` that ships."""
     return [f"{kind}:{name}" for kind, library in LIBRARIES.items() for name in library.names()]
 
 
 def effects() -> list[dict[str, Any]]:
-    """The effects of riders and of a rig's channels that ship: name, form, sentence, parameters and where each is declared."""
+    """The effects of riders, vehicles and measuring channels that ship: name, form, sentence, parameters and where each is declared."""
     return [{"name": e.family, "form": e.form, "description": e.sentence(), "element": e.element, "source": e.__module__,
              "parameters": {n: {"unit": r.unit, "symbol": r.symbol, "value": r.start, "min": r.min, "max": r.max, "description": r.description}
                             for n, r in e.parameters().items()}}
-            for e in [*EFFECTS, *declared_by(fmus.effects.channel)]]  # fmt: skip
+            for e in [*effects_in(rider_fmu.effects), *effects_in(vehicle_fmu.effects), *declared_by(fmus.effects.channel)]]  # fmt: skip
 
 
 def _damper(name: str) -> Component:

@@ -11,7 +11,10 @@ Source: Meijaard, Papadopoulos, Ruina, Schwab, Proc. R. Soc. A 463 (2007) 1955-1
 forward, y right, z down; positions are of the rear contact's frame.
 """
 
+from typing import ClassVar
+
 from fmus import Component, input, local, parameter, state
+from fmus.elements import Element
 from fmus.ports import answers, carries, told
 from vehicle_fmu.motorcycle import symmetric
 
@@ -76,6 +79,9 @@ class Bicycle(Component):
     front_spin_per_speed = local("kg.m", "Spin momentum of the front wheel per speed", symbol="S_F")
     total_spin_per_speed = local("kg.m", "Spin momentum of both wheels per speed", symbol="S_T")
     static_moment = local("kg.m", "Static moment that gravity works on when steered", symbol="S_A")
+    head_torque = local("N.m", "Torque of the steering head against the steer, as of a damper", symbol="T_s")
+
+    elements: ClassVar = {"head": Element("head_torque", "steer_angle", "steer_rate", damping="steering_damping")}
 
     def mass(self, v, m):
         assemble(v, m)
@@ -95,11 +101,12 @@ class Bicycle(Component):
         C_ss = v.steer_yaw_inertia * turn + mu * (S_A + v.total_yaw_inertia * turn)
         rate = turn * (V * delta + v.ground_trail * s)
         torque = v.handlebar_torque + v.frame_torque
+        v.head_torque = v.steering_damping * s
         return {
             "der(roll_rate)": torque * S + v.roll_torque - V * C_rs * s - g * (m_z * phi - S_A * delta)
                               - V**2 * (S_T - m_z) * turn * delta,
             "der(steer_rate)": v.handlebar_torque + torque * mu * c + v.steer_torque
-                               - v.steering_damping * s - V * (C_sr * p + C_ss * s)
+                               - v.head_torque - V * (C_sr * p + C_ss * s)
                                + g * S_A * (phi + S * delta) - V**2 * (S_A + S_F * S) * turn * delta,
             "der(roll_angle)": p,
             "der(steer_angle)": s,

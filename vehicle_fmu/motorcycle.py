@@ -19,7 +19,10 @@ Source: Sharp, J. Mech. Eng. Sci. 13(5) (1971) 316-329; the torques of the port:
 (2011) 279-292, whose rider inertia I_a is added to I_fz wherever that appears.
 """
 
+from typing import ClassVar
+
 from fmus import Component, input, local, parameter, state
+from fmus.elements import Element
 from fmus.ports import answers, carries, told
 from fmus.roll_port import roll_answers, roll_told
 
@@ -87,7 +90,11 @@ class Motorcycle(Component):
     tilt_moment = local("N.m/rad", "Steer moment of the front frame's weight and load per roll angle", symbol="G")
     front_slip_angle = local("rad", "Slip angle of the front tyre", symbol=r"\alpha_f")
     rear_slip_angle = local("rad", "Slip angle of the rear tyre", symbol=r"\alpha_r")
-    steer_moment = local("N.m", "Torque on the front frame about the steer axis besides tyre and gyroscope", symbol="T_s")
+    front_camber_angle = local("rad", "Camber angle of the front tyre", symbol=r"\gamma_f")
+    rear_camber_angle = local("rad", "Camber angle of the rear tyre", symbol=r"\gamma_r")
+    head_torque = local("N.m", "Torque of the steering head against the steer, as of a damper", symbol="T_s")
+
+    elements: ClassVar = {"head": Element("head_torque", "steer_angle", "steer_rate", damping="steering_damping")}
 
     def mass(self, v, m):
         place_front_frame(v, m)
@@ -122,18 +129,20 @@ class Motorcycle(Component):
         r, p, s, phi, delta = v.yaw_rate, v.roll_rate, v.steer_rate, v.roll_angle, v.steer_angle
         Yf, Yr = v.front_side_force, v.rear_side_force
         torque = v.handlebar_torque + v.frame_torque
-        v.steer_moment = v.handlebar_torque + v.steer_torque - v.steering_damping * s
+        v.head_torque = v.steering_damping * s
+        v.front_camber_angle = phi + delta * S
+        v.rear_camber_angle = phi
         v.front_slip_angle = delta * c - (v.lateral_velocity + l * r - v.trail * s) / V
         v.rear_slip_angle = -(v.lateral_velocity - v.rear_contact_distance * r) / V
-        front_force = v.front_cornering_stiffness * v.front_slip_angle + v.front_camber_stiffness * (phi + delta * S)
-        rear_force = v.rear_cornering_stiffness * v.rear_slip_angle + v.rear_camber_stiffness * phi
+        front_force = v.front_cornering_stiffness * v.front_slip_angle + v.front_camber_stiffness * v.front_camber_angle
+        rear_force = v.rear_cornering_stiffness * v.rear_slip_angle + v.rear_camber_stiffness * v.rear_camber_angle
         return {
             "der(lateral_velocity)": Yf + Yr + v.lateral_force - (v.front_mass + v.rear_mass) * V * r,
             "der(yaw_rate)": l * Yf - v.rear_contact_distance * Yr + torque * c
                              - v.front_mass * k * V * r + spin * p + v.front_spin_momentum * S * s,
             "der(roll_rate)": torque * S + v.roll_torque - roll_moment * (V * r - g * phi)
                               - spin * r - v.front_spin_momentum * c * s + tilt * delta,
-            "der(steer_rate)": v.steer_moment - v.trail * Yf - v.front_mass * v.front_mass_offset * V * r
+            "der(steer_rate)": v.handlebar_torque + v.steer_torque - v.head_torque - v.trail * Yf - v.front_mass * v.front_mass_offset * V * r
                                - v.front_spin_momentum * (S * r - c * p) + tilt * (phi + S * delta),
             "der(roll_angle)": p,
             "der(steer_angle)": s,

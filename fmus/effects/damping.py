@@ -6,6 +6,17 @@ from fmus.effects.effect import Effect, adds_to
 from fmus.variables import parameter
 
 
+class AddedDamper(Effect):
+    """A viscous damper acts beside what is there."""
+
+    form = "linear"
+    damping = parameter("N.m.s/rad", "Damping of the added damper", symbol="c_s", min=0, start=0.5)
+
+    @adds_to("force")
+    def damper(self, v, m):
+        return v.damping * v.rate
+
+
 class ProgressiveDamping(Effect):
     """The damper's force grows with the square of its rate (drag)."""
 
@@ -59,6 +70,7 @@ class SoftFriction(CoulombFriction):
     form = "soft"
     given = ()
     starts: ClassVar = {"sliding_rate": (0.02, 0.1, 0.4)}
+    relative_to_rate: ClassVar = ("sliding_rate",)
 
 
 class StribeckFriction(CoulombFriction):
@@ -69,6 +81,7 @@ class StribeckFriction(CoulombFriction):
     stribeck_rate = parameter("rad/s", "Rate at which the excess has died", symbol="s_s", min=1e-3, max=10, start=0.1)
     given = ("sliding_rate",)
     starts: ClassVar = {"stribeck_rate": (0.1, 0.4)}
+    relative_to_rate: ClassVar = ("stribeck_rate",)
 
     @adds_to("force")
     def friction(self, v, m):

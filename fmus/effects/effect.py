@@ -29,11 +29,11 @@ from fmus.errors import InputError, unknown
 from fmus.variables import Variable, input
 
 
-def adds_to(target: str) -> Callable[[Callable], Callable]:
-    """Marks a method of an effect as the addition to a target."""
+def adds_to(*targets: str) -> Callable[[Callable], Callable]:
+    """Marks a method of an effect as the addition to a target, or to several the same."""
 
     def mark(method: Callable) -> Callable:
-        method.target = target  # type: ignore[attr-defined]
+        method.targets = targets  # type: ignore[attr-defined]
         return method
 
     return mark
@@ -54,6 +54,7 @@ class Effect:
     flexible: ClassVar[bool] = False
     starts: ClassVar[Mapping[str, tuple[float, ...]]] = {}
     relative: ClassVar[tuple[str, ...]] = ()  # parameters whose starts are shares of the largest motion
+    relative_to_rate: ClassVar[tuple[str, ...]] = ()  # the same of the largest rate, on a component that is no rig of ours
     given: ClassVar[tuple[str, ...]] = ()  # parameters that the experiment sets (its duration)
     lags: ClassVar[tuple[str, ...]] = ()  # parameters that are delays
     delayed: ClassVar[Mapping[str, tuple[str, str]]] = {}
@@ -99,8 +100,7 @@ class Effect:
         component.table.update(rows)
         view = _Words(prefix, element)
         for name in dir(type(self)):
-            target = getattr(getattr(type(self), name), "target", None)
-            if target is not None:
+            for target in getattr(getattr(type(self), name), "targets", ()):
                 self._add(component, view.target(target, self.declared), getattr(self, name), view)
         for name, (source, delay) in self.delayed.items():
             self._join_delayed(component, name, view.name(source), prefix + delay, view)
@@ -140,8 +140,9 @@ class _Words:
         return (getattr(self.element, word, "") if self.element else "") or word
 
     def target(self, target: str, own: Mapping[str, Variable]) -> str:
-        if target.startswith("der(") and target[4:-1] in own:
-            return f"der({self.prefix}{target[4:-1]})"
+        if target.startswith(("der(", "mass(")):
+            what, _, inside = target[:-1].partition("(")
+            return f"{what}({', '.join(self.prefix + n if n in own else n for n in inside.split(', '))})"
         return self.prefix + target if target in own and target != "force" else self.name(target)
 
     def of(self, scope: Scope) -> "_View":

@@ -4,11 +4,14 @@ import importlib
 import importlib.util
 import inspect
 import pkgutil
+from collections.abc import Iterable
 from pathlib import Path
 from types import ModuleType
 
+from fmus.component import Component
 from fmus.effects.effect import Effect
 from fmus.errors import InputError
+from fmus.symbolic import symbolic
 
 
 def effects_in(package: ModuleType) -> list[type[Effect]]:
@@ -43,3 +46,15 @@ def declared_by(module: ModuleType) -> list[type[Effect]]:
     """The effects with a family that a module declares itself."""
     return [c for _, c in inspect.getmembers(module, inspect.isclass)
             if issubclass(c, Effect) and c.family and c.__module__ == module.__name__]  # fmt: skip
+
+
+def joining(component: Component, effects: Iterable[type[Effect]]) -> list[type[Effect]]:
+    """Those of the effects for which the component has the words that they say."""
+    found = []
+    for effect in effects:
+        try:
+            symbolic(component.with_effects(effect()))
+        except (InputError, AttributeError):  # a target, an element or a quantity that it lacks
+            continue
+        found.append(effect)
+    return found

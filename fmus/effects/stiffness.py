@@ -6,6 +6,17 @@ from fmus.effects.effect import Effect, adds_to
 from fmus.variables import parameter
 
 
+class AddedSpring(Effect):
+    """A linear spring acts beside what is there."""
+
+    form = "linear"
+    stiffness = parameter("N.m/rad", "Stiffness of the added spring", symbol="k_s", min=0, start=5.0)
+
+    @adds_to("force")
+    def spring(self, v, m):
+        return v.stiffness * v.deflection
+
+
 class CubicHardening(Effect):
     """The spring stiffens with the square of its deflection."""
 
@@ -101,22 +112,25 @@ class QuadraticAsymmetry(Effect):
 
 
 class Saturation(Effect):
-    """The spring's force cannot exceed a limit."""
+    """The spring's force stops growing at a limit."""
 
     family, form, element = "saturation", "clip", "spring"
-    excess = parameter("1", "Inverse of the deflection at which the force stays, over the scale", symbol="x", min=0, max=1e6, start=0.5)
+    share = parameter("1", "Share of the stiffness that is lost beyond the limit", symbol="s_x", min=0, max=1, start=0.5)
+    limit = parameter("rad", "Deflection at which the force stops growing", symbol="d_x", min=1e-9, start=0.5)
+    starts: ClassVar = {"limit": (0.3, 0.5, 0.7, 0.85)}
+    relative: ClassVar = ("limit",)
 
     @adds_to("force")
     def clipped(self, v, m):
-        d, limit = v.deflection, 1 / (v.excess + 1e-9)
-        return -v.stiffness * m.where(d > limit, d - limit, m.where(d < -limit, d + limit, 0.0 * d))
+        d, limit = v.deflection, v.limit
+        return -v.share * v.stiffness * m.where(d > limit, d - limit, m.where(d < -limit, d + limit, 0.0 * d))
 
 
 class GeometricNonlinearity(Effect):
-    """Large rotation: the restoring force follows a sine where the base is linear, or the reverse."""
+    """Large rotation: the restoring torque follows the sine of the angle where the base is linear."""
 
-    family, form, element = "geometric_nonlinearity", "sine", "spring"
-    share = parameter("1", "Share of the stiffness that follows the sine of the deflection", symbol="s", min=-1, max=1, start=0.5)
+    family, form, element = "geometric_nonlinearity", "sine", "rotation"
+    share = parameter("1", "Share of the stiffness that follows the sine of the deflection", symbol="s", min=0, max=1.5, start=0.5)
 
     @adds_to("force")
     def sine(self, v, m):

@@ -3,7 +3,7 @@
 from typing import ClassVar
 
 from fmus import Effect, adds_to, parameter
-from fmus.effects import damping
+from fmus.effects import damping, stiffness
 
 
 class SteeringFriction(damping.CoulombFriction):
@@ -24,26 +24,16 @@ class SteeringStribeck(damping.StribeckFriction):
     element = "head"
 
 
-class SteerStiffness(Effect):
+class SteerStiffness(stiffness.AddedSpring):
     """A spring between handlebar and frame, as of cables."""
 
-    family, form, element = "steer_stiffness", "linear", "head"
-    stiffness = parameter("N.m/rad", "Stiffness between handlebar and frame", symbol="k_s", min=0, start=5.0)
-
-    @adds_to("force")
-    def spring(self, v, m):
-        return v.stiffness * v.deflection
+    family, element = "steer_stiffness", "head"
 
 
-class SteerDamping(Effect):
+class SteerDamping(damping.AddedDamper):
     """A viscous damper between handlebar and frame, as of bearings."""
 
-    family, form, element = "steer_damping", "linear", "head"
-    damping = parameter("N.m.s/rad", "Damping between handlebar and frame", symbol="c_s", min=0, start=0.5)
-
-    @adds_to("force")
-    def damper(self, v, m):
-        return v.damping * v.rate
+    family, element = "steer_damping", "head"
 
 
 class Reflex(Effect):
