@@ -21,7 +21,7 @@ from fmus.files import write_beside
 
 COMMANDS = {
     "tour": "the main job on real input: build, co-simulate, swap, compare with the papers, report",
-    "list": "components, riders, motorcycles, dampers and effects, with their parameters and sources",
+    "list": "components, riders, motorcycles, dampers, mechanisms and effects, with their parameters and sources",
     "build": "make FMUs",
     "check": "check FMUs, also other people's",
     "modes": "eigenvalues and named modes over speed",

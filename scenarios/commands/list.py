@@ -11,7 +11,7 @@ from fmus.component import Component
 from fmus.library import Library
 from scenarios import names
 
-HELP = """Components, riders, motorcycles, dampers and effects. With --json every parameter comes with its symbol,
+HELP = """Components, riders, motorcycles, dampers, mechanisms and effects. With --json every parameter comes with its symbol,
 unit, value and bounds: these are the words that --set takes.
 
   motofmi list
@@ -53,7 +53,7 @@ def _instance(library: Library, name: str) -> dict[str, Any]:
 
 
 def show(result: dict[str, Any], console: Console) -> None:
-    for kind in ("components", "riders", "motorcycles", "dampers", "effects"):
+    for kind in ("components", "riders", "motorcycles", "dampers", "mechanisms", "effects"):
         table = Table(title=kind, box=None, title_justify="left", title_style="bold", show_header=False)
         for entry in result[kind]:
             text = entry.get("description", "")
