@@ -64,9 +64,11 @@ class Jet:
         slope = -1 / m.sqrt(height)
         return self.through(m.acos(self.f), slope, slope * self.f / height)
 
-    def term(self, m: Any) -> "Jet":
-        """The same, each part computed once (see `fmus.terms`)."""
-        return Jet(*(m.term(part) for part in self.parts))
+    def term(self, m: Any, at: tuple) -> "Jet":
+        """The same, each part computed once, with its slopes in the two variables `at` (see `fmus.terms`)."""
+        f11, f12, f22 = (m.term(part) for part in self.parts[3:])
+        f1, f2 = m.term(self.f1, at, (f11, f12)), m.term(self.f2, at, (f12, f22))
+        return Jet(m.term(self.f, at, (f1, f2)), f1, f2, f11, f12, f22)
 
 
 def rotation(angle: Any, variable: int, m: Any) -> tuple[Jet, Jet]:

@@ -58,8 +58,8 @@ class _SymPyWords:
         return Quantised(x, step)
 
     @staticmethod
-    def term(x):
-        return term(x)
+    def term(x, variables=(), slopes=()):
+        return term(x, variables, slopes)
 
     @staticmethod
     def maximum(a, b):
@@ -72,7 +72,7 @@ class _SymPyWords:
 
 NUMERIC = SimpleNamespace(
     pi=np.pi,
-    term=lambda x: x,
+    term=lambda x, variables=(), slopes=(): x,
     sin=np.sin,
     cos=np.cos,
     tan=np.tan,

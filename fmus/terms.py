@@ -3,11 +3,12 @@
     E = m.term(expression)      # the expression itself on numbers
 
 A term knows what it depends on and is differentiated through, its slopes being terms again; each is computed once.
+Where a slope is known already, as those of a mechanism's positions are (see `fmus.jets`), the term is told.
 SymPy visits an expression as a tree: the closed arm loops of a rider are 1600 operations as a graph and 30 million
 as a tree. A term must not hold a switch (`m.where`), which would be hidden from those who look for switches.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from hashlib import sha256
 
 import sympy
@@ -22,11 +23,12 @@ class Term(sympy.Symbol):
     _free: set[sympy.Symbol]
     _slopes: dict[sympy.Symbol, sympy.Expr]
 
-    def __new__(cls, definition: sympy.Expr) -> "Term":
-        name = "term_" + sha256(sympy.srepr(definition, order="none").encode()).hexdigest()[:16]
+    def __new__(cls, definition: sympy.Expr, slopes: Mapping[sympy.Symbol, sympy.Expr]) -> "Term":
+        known = (definition, *(part for pair in slopes.items() for part in pair))
+        name = "term_" + sha256("; ".join(sympy.srepr(e, order="none") for e in known).encode()).hexdigest()[:16]
         if name not in _TERMS:
             term = sympy.Symbol.__xnew__(cls, name, real=True)
-            term.definition, term._free, term._slopes = definition, definition.free_symbols, {}
+            term.definition, term._free, term._slopes = definition, definition.free_symbols, dict(slopes)
             _TERMS[name] = term
         return _TERMS[name]
 
@@ -57,10 +59,16 @@ class Term(sympy.Symbol):
         return self if self._free.isdisjoint(old.free_symbols) else term(self.definition._subs(old, new))
 
 
-def term(expression) -> sympy.Expr:
-    """The expression as a term; symbols and numbers stay what they are."""
+def term(expression, variables: Sequence = (), slopes: Sequence = ()) -> sympy.Expr:
+    """The expression as a term; symbols and numbers stay what they are.
+
+    `slopes` are the known ones with respect to `variables`; a variable that is no plain symbol is passed over.
+    """
     expression = sympy.sympify(expression)
-    return expression if expression.is_Atom or (-expression).is_Atom else Term(expression)
+    if expression.is_Atom or (-expression).is_Atom:
+        return expression
+    pairs = zip(variables, map(sympy.sympify, slopes), strict=True)
+    return Term(expression, {x: slope for x, slope in pairs if isinstance(x, sympy.Symbol) and not isinstance(x, Term)})
 
 
 def common_subexpressions(expressions: Sequence[sympy.Expr]) -> tuple[list[tuple[sympy.Symbol, sympy.Expr]], list[sympy.Expr]]:

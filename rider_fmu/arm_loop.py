@@ -41,19 +41,20 @@ class Arm:
 
 def arm(v: Any, m: Any, side: int, steer_angle: Any, torso_angle: Any) -> Arm:
     """The arm on one side (1 right, -1 left) at a steer angle and a torso angle [rad]; lengths in m."""
-    D, h, shoulder = span(v, m, side, steer_angle, torso_angle)
+    at = (steer_angle, torso_angle)
+    D, h, shoulder = span(v, m, side, *at)
     a, b = v.upper_arm_length, v.forearm_length
-    sigma, eta = dot(D, D).term(m), dot(D, h).term(m)
-    inverse = sigma.reciprocal().term(m)
+    sigma, eta = dot(D, D).term(m, at), dot(D, h).term(m, at)
+    inverse = sigma.reciprocal().term(m, at)
     x = (inverse * (a * a - b * b) + 1) * 0.5
-    z = ((inverse * (a * a) - x * x).term(m) * (sigma - eta * eta).term(m).reciprocal()).term(m).sqrt(m).term(m)
-    along, beside = (x - z * eta).term(m), (z * sigma).term(m)
+    z = ((inverse * (a * a) - x * x).term(m, at) * (sigma - eta * eta).term(m, at).reciprocal()).term(m, at).sqrt(m).term(m, at)
+    along, beside = (x - z * eta).term(m, at), (z * sigma).term(m, at)
     wrist = plus(shoulder, D)
-    from_shoulder = tuple((along * D[i] + beside * h[i]).term(m) for i in range(3))
-    elbow = once(plus(shoulder, from_shoulder), m)
+    from_shoulder = tuple((along * D[i] + beside * h[i]).term(m, at) for i in range(3))
+    elbow = once(plus(shoulder, from_shoulder), m, at)
     upper = tuple(p * (1 / a) for p in from_shoulder)
     fore = tuple(p * (1 / b) for p in minus(wrist, elbow))
-    return Arm(shoulder, elbow, wrist, upper, fore, ((a * a + b * b - sigma) * (1 / (2 * a * b))).acos(m).term(m))
+    return Arm(shoulder, elbow, wrist, upper, fore, ((a * a + b * b - sigma) * (1 / (2 * a * b))).acos(m).term(m, at))
 
 
 def span(v: Any, m: Any, side: int, steer_angle: Any, torso_angle: Any) -> tuple[Vector, Vector, Vector]:
@@ -62,7 +63,7 @@ def span(v: Any, m: Any, side: int, steer_angle: Any, torso_angle: Any) -> tuple
     wrist = carried_by_bar(m, steer_angle, (-v.grip_setback, out, -v.grip_rise))
     h = carried_by_bar(m, steer_angle, (0, aside, m.cos(v.elbow_spread)))
     shoulder = plus(pelvis(v, m), carried_by_torso(v, m, torso_angle, (0, side * v.shoulder_half_width, -v.torso_length)))
-    return once(minus(wrist, shoulder), m), h, shoulder
+    return once(minus(wrist, shoulder), m, (steer_angle, torso_angle)), h, shoulder
 
 
 def pelvis(v: Any, m: Any) -> tuple:
@@ -92,9 +93,9 @@ def carried_by_bar(m: Any, steer_angle: Any, point: tuple) -> Vector:
     return (point[0] * c - point[1] * s, point[0] * s + point[1] * c, Jet(point[2]))
 
 
-def once(a: tuple, m: Any) -> tuple:
-    """The vector with each part computed once."""
-    return tuple(p.term(m) for p in a)
+def once(a: tuple, m: Any, at: tuple) -> tuple:
+    """The vector with each part computed once; `at` are the two angles."""
+    return tuple(p.term(m, at) for p in a)
 
 
 def plus(a: tuple, b: tuple) -> tuple:

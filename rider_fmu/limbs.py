@@ -2,13 +2,15 @@
 
 With q = (steer angle, torso angle), positions r(q), and u the ABSOLUTE rates of the same two motions:
 
-    M_ij = sum m r_i.r_j        T_i = sum m (r_ij u_j).(r_k u_k)
-    b_i = sum m r_i.(r_jk q'_k u_j) + m (r_ij (q'_j - u_j)).(r_k u_k)
-    M u' + b = Q
-    R = M11 - kappa M12,  kappa = M12 / M22,     R' = 2 sum m (r_1 - kappa r_2).(r_1k - kappa r_2k) q'_k
+    M_ij = sum m r_i.r_j        G_ijk = sum m r_i.r_jk        dM_ij/dq_k = G_ijk + G_jik
+    T_i = G_kij u_j u_k
+    b_i = G_ijk q'_k u_j + G_kij (q'_j - u_j) u_k
+    M u' + b = Q,               Q_i = F_i - D_ij q'_j
+    R = M11 - kappa M12,  kappa = M12 / M22,     R' = 2 (G_11k - kappa (G_12k + G_21k) + kappa^2 G_22k) q'_k
 
-b holds the centrifugal terms, T_i = dT/dq_i, Q the springs, dampers and weights. A rod of mass m between P and
-P', its mass centre c from P, its transverse inertia J about it, has the kinetic energy
+b holds the centrifugal terms, T_i = dT/dq_i, F the springs and weights, D the dampers. All that the arms' shape
+decides is M, G, F and D, functions of q alone. A rod of mass m between P and P', its mass centre c from P, its
+transverse inertia J about it, has the kinetic energy
 
     (1/2) (A |P'|^2 + 2 B P'.P'' + C |P''|^2),  l = c/L:  A = m (1-l)^2 + J/L^2, B = m l (1-l) - J/L^2, C = m l^2 + J/L^2
 
@@ -24,8 +26,9 @@ from typing import Any
 from fmus.jets import Jet, dot
 from rider_fmu.arm_loop import Arm, Vector, arm, carried_by_bar, carried_by_torso, in_torso, minus, span
 
-RATES = ("f1", "f2")
-SECOND = {"f1": ("f11", "f12"), "f2": ("f12", "f22")}
+AXES = (0, 1)  # steer, waist
+FIRST = ("f1", "f2")
+SECOND = (("f11", "f12"), ("f12", "f22"))
 
 
 @dataclass(frozen=True)
@@ -54,15 +57,20 @@ class Motion:
 def motion(v: Any, m: Any, angles: tuple, rates: tuple = (0.0, 0.0), absolute: tuple | None = None) -> Motion:
     """The equations at angles (steer, torso) [rad], their rates, and the absolute ones where the frame turns [rad/s]."""
     sides = [_Side(v, m, arm(v, m, side, *angles), arm(v, m, side, 0.0, 0.0), angles) for side in (1, -1)]
-    M11, M12, M22 = (m.term(sum(s.inertia(i, j) for s in sides)) for i, j in (("f1", "f1"), ("f1", "f2"), ("f2", "f2")))
-    forces = [m.term(sum(s.force(i, rates) for s in sides)) for i in RATES]
-    forces[1] = forces[1] - v.waist_stiffness * angles[1] - v.waist_damping * rates[1]
-    turning = absolute if absolute is not None else rates
-    centrifugal = tuple(m.term(sum(s.centrifugal(i, rates, turning) for s in sides)) for i in RATES)
-    slopes_of_energy = tuple(m.term(sum(s.kinetic_slope(i, turning) for s in sides)) for i in RATES)
-    ratio = M12 / (M22 + v.trunk_inertia)
-    reflected_slope = 2 * m.term(sum(s.reflected_work(ratio, rates) for s in sides))
-    return Motion(M11 + v.hands_inertia, M12, M22 + v.trunk_inertia, centrifugal, slopes_of_energy, tuple(forces), reflected_slope)
+    G = [[[m.term(sum(s.coupling(i, SECOND[j][k]) for s in sides)) for k in AXES] for j in AXES] for i in AXES]
+    M = [[m.term(sum(s.inertia(i, j) for s in sides), angles, [G[i][j][k] + G[j][i][k] for k in AXES]) for j in AXES] for i in AXES]
+    F = [m.term(sum(s.force(i) for s in sides)) for i in AXES]
+    D = [[m.term(sum(s.damping(i, j) for s in sides)) for j in AXES] for i in AXES]
+    u = absolute if absolute is not None else rates
+    frame = [rate - turning for rate, turning in zip(rates, u, strict=True)]
+    slope_of_energy = tuple(sum(G[k][i][j] * u[j] * u[k] for j in AXES for k in AXES) for i in AXES)
+    b = tuple(sum(G[i][j][k] * rates[k] * u[j] + G[k][i][j] * frame[j] * u[k] for j in AXES for k in AXES) for i in AXES)
+    Q = [F[i] - sum(D[i][j] * rates[j] for j in AXES) for i in AXES]
+    Q[1] = Q[1] - v.waist_stiffness * angles[1] - v.waist_damping * rates[1]
+    M22 = M[1][1] + v.trunk_inertia
+    ratio = m.term(M[0][1] / M22)
+    reflected_slope = 2 * sum((G[0][0][k] - ratio * (G[0][1][k] + G[1][0][k]) + ratio**2 * G[1][1][k]) * rates[k] for k in AXES)
+    return Motion(M[0][0] + v.hands_inertia, M[0][1], M22, b, slope_of_energy, tuple(Q), reflected_slope)
 
 
 class _Side:
@@ -82,41 +90,23 @@ class _Side:
         )
         self.gravity = (-v.gravity * m.sin(v.steer_tilt), 0, v.gravity * m.cos(v.steer_tilt))
 
-    def inertia(self, i: str, j: str) -> Any:
-        return self._work(slopes(self.points, i), slopes(self.points, j))
+    def inertia(self, i: int, j: int) -> Any:
+        return self._work(slopes(self.points, FIRST[i]), slopes(self.points, FIRST[j]))
 
-    def centrifugal(self, i: str, rates: tuple, absolute: tuple) -> Any:
-        first = slopes(self.points, "f11"), slopes(self.points, "f12"), slopes(self.points, "f22")
-        (s, t), (a, b) = rates, absolute
-        mixed = t * a + s * b
-        bias = [tuple(s * a * f11 + mixed * f12 + t * b * f22 for f11, f12, f22 in zip(*parts, strict=True)) for parts in zip(*first, strict=True)]
-        frame = s - a, t - b
-        return self._work(slopes(self.points, i), bias) + self._work(self._combined(SECOND[i], frame), self._combined(RATES, absolute))
+    def coupling(self, i: int, second: str) -> Any:
+        """The share of this arm in G_ijk, `second` being the slope jk."""
+        return self._work(slopes(self.points, FIRST[i]), slopes(self.points, second))
 
-    def kinetic_slope(self, i: str, absolute: tuple) -> Any:
-        return self._work(self._combined(SECOND[i], absolute), self._combined(RATES, absolute))
+    def damping(self, i: int, j: int) -> Any:
+        return sum(damping * getattr(part, FIRST[i]) * getattr(part, FIRST[j]) for _, damping, deflection in self.joints for part in deflection)
 
-    def reflected_work(self, ratio: Any, rates: tuple) -> Any:
-        """sum m Y.Y' of Y = r_1 - kappa r_2, the velocity that a unit steer rate gives when the torso is free."""
-        kept = slopes(self.points, "f1"), slopes(self.points, "f2")
-        changing = self._combined(SECOND["f1"], rates), self._combined(SECOND["f2"], rates)
-        velocity, change = ([tuple(p - ratio * q for p, q in zip(a, b, strict=True)) for a, b in zip(*pair, strict=True)] for pair in (kept, changing))
-        return self._work(velocity, change)
-
-    def force(self, i: str, rates: tuple) -> Any:
-        """The generalised force of joint springs and dampers and of the weight of the arm and hand."""
-        total = 0
-        for stiffness, damping, deflection in self.joints:
-            for part in deflection:
-                total = total - getattr(part, i) * (stiffness * part.f + damping * (part.f1 * rates[0] + part.f2 * rates[1]))
+    def force(self, i: int) -> Any:
+        """The generalised force of the joint springs and of the weight of the arm and hand."""
+        springs = sum(stiffness * getattr(part, FIRST[i]) * part.f for stiffness, _, deflection in self.joints for part in deflection)
         v = self.v
         l, k = v.upper_arm_centre / v.upper_arm_length, v.forearm_centre / v.forearm_length
         masses = (v.upper_arm_mass * (1 - l), v.upper_arm_mass * l + v.forearm_mass * (1 - k), v.forearm_mass * k + v.hand_mass)
-        return total + sum(mass * dot(self.gravity, p) for mass, p in zip(masses, slopes(self.points, i), strict=True))
-
-    def _combined(self, parts: tuple[str, str], u: tuple) -> list[tuple]:
-        one, two = (slopes(self.points, part) for part in parts)
-        return [tuple(u[0] * p + u[1] * q for p, q in zip(a, b, strict=True)) for a, b in zip(one, two, strict=True)]
+        return sum(mass * dot(self.gravity, p) for mass, p in zip(masses, slopes(self.points, FIRST[i]), strict=True)) - springs
 
     def _work(self, left: list[tuple], right: list[tuple]) -> Any:
         """sum A_kl left_k.right_l over shoulder, elbow and wrist."""

@@ -59,3 +59,11 @@ def test_a_chain_of_terms_stays_small():
         chain = term(chain * chain + y)
     lines, _ = common_subexpressions([chain.diff(x)])
     assert isinstance(chain, Term) and len(lines) < 60
+
+
+def test_slopes_that_are_known_are_taken():
+    """A known slope is a term that is there already; with respect to what is no symbol, or not told, it is worked out."""
+    slope = term(y + sympy.cos(x))
+    known = term(INNER, (x, 0.0), (slope, 1))
+    assert known.diff(x) is slope and known is not term(INNER)
+    assert known.diff(y) == x and known.diff(x, 2).definition == -sympy.sin(x)
