@@ -20,7 +20,7 @@ from fmus.coupling import COUPLINGS, Coupling, Network, Unit
 from fmus.coupling import coupling as named_coupling
 from fmus.errors import InputError, SimulationError
 from fmus.master import InterpretedMaster, Master, master
-from fmus.ports import TORQUES, WORKS_ON
+from fmus.ports import WORKS_ON
 from fmus.prediction import Prediction, linear_network, predict
 from fmus.profiles import Profile
 from fmus.progress import track
@@ -140,8 +140,8 @@ def join(units: Mapping[str, Unit]) -> dict[str, list[str]]:
     for name, unit in units.items():
         for variable in unit.inputs:
             sources = [f"{other}.{variable}" for other, u in units.items() if other != name and variable in u.outputs]
-            if len(sources) > 1 and variable not in TORQUES:
-                raise InputError(f"{name}.{variable} has {len(sources)} writers: {', '.join(sources)}; only torques add up")
+            if len(sources) > 1 and variable not in WORKS_ON:
+                raise InputError(f"{name}.{variable} has {len(sources)} writers: {', '.join(sources)}; only torques and forces add up")
             if sources:
                 wiring[f"{name}.{variable}"] = sources
     return wiring

@@ -46,5 +46,7 @@ class HandlebarDevice(Component):
     handlebar_torque = answers("handlebar_torque")
     frame_torque = answers("frame_torque")
 
-# The rates whose sum a torque works on.
-WORKS_ON = {"handlebar_torque": ("steer_rate", "frame_rate"), "frame_torque": ("frame_rate",)}
+
+# The rates whose sum a torque or force works on, of this port and of the roll port (see `fmus.roll_port`).
+WORKS_ON = {"handlebar_torque": ("steer_rate", "frame_rate"), "frame_torque": ("frame_rate",),
+            "roll_torque": ("roll_rate",), "lateral_force": ("lateral_velocity",)}  # fmt: skip

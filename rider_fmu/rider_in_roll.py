@@ -53,6 +53,8 @@ class RiderInRoll(Component):
     head_point = parameter("m", "Accelerometer on the helmet above the neck", symbol="z_4", min=-1, max=1, start=0.2)
     gravity = parameter("m/s2", "Gravitational acceleration", symbol="g", min=0, max=100, start=9.80665)
     rider_mass = calculated("kg", "Mass that leans and shifts: the vehicle must not hold it as well", symbol="m")
+    rider_height = calculated("m", "Mass centre of the rider above the roll axis", symbol="h_m")
+    rider_roll_inertia = calculated("kg.m2", "Roll inertia of the rider held stiff, about his mass centre", symbol="J_m")
 
     roll_angle = roll_told("roll_angle")
     roll_rate = roll_told("roll_rate")
@@ -100,7 +102,7 @@ class RiderInRoll(Component):
             "waist_velocity": v.pelvis_velocity + v.waist_point * v.lean_rate,
             "shoulder_velocity": v.pelvis_velocity + v.shoulder_point * v.lean_rate,
             "head_velocity": v.pelvis_velocity + v.neck_height * v.lean_rate + v.head_point * v.head_rate,
-            "rider_mass": total(v),
+            **rigid_body(v),
         }
 
 
@@ -116,11 +118,9 @@ def point_heights(rider: Component) -> dict[str, float]:
     return {point: p["saddle_height"] + height for point, height in zip(POINTS, heights, strict=True)}
 
 
-def rigid_body(rider: Component) -> tuple[float, float, float]:
-    """(mass [kg], height of the mass centre above the roll axis [m], roll inertia about it [kg.m2]) of the rider held stiff."""
-    p = rider.values
-    bodies = ((p["pelvis_mass"], 0.0, 0.0), (p["torso_mass"], p["torso_centre"], p["torso_roll_inertia"]),
-              (p["head_mass"], p["neck_height"] + p["head_centre"], p["head_roll_inertia"]))  # fmt: skip
-    mass = sum(m for m, *_ in bodies)
-    centre = sum(m * z for m, z, _ in bodies) / mass
-    return mass, p["saddle_height"] + centre, sum(J + m * (z - centre) ** 2 for m, z, J in bodies)
+def rigid_body(v):
+    """Mass, height of the mass centre and roll inertia about it of the rider held stiff."""
+    bodies = ((v.pelvis_mass, 0.0, 0.0), (v.torso_mass, v.torso_centre, v.torso_roll_inertia), (v.head_mass, v.neck_height + v.head_centre, v.head_roll_inertia))
+    centre = sum(mass * height for mass, height, _ in bodies) / total(v)
+    inertia = sum(J + mass * (height - centre) ** 2 for mass, height, J in bodies)
+    return {"rider_mass": total(v), "rider_height": v.saddle_height + centre, "rider_roll_inertia": inertia}

@@ -17,6 +17,8 @@ from fmus.errors import InputError, unknown
 from fmus.library import Library, component_from, read_values
 from fmus.mechanisms import COMPONENTS as MECHANISMS
 from fmus.mechanisms import mechanisms
+from fmus.ports import TORQUES
+from fmus.roll_port import FLOWS
 from rider_fmu import COMPONENTS as RIDER_COMPONENTS
 from rider_fmu import riders
 from vehicle_fmu import DAMPERS, VEHICLES, LinearDamper, dampers, motorcycles
@@ -82,15 +84,26 @@ def vehicle(spec: str) -> Component:
     return found
 
 
+def devices(specs: str) -> list[Component]:
+    """The devices at a vehicle's ports, a comma list of names; none for `none`. Raises InputError for what is no device."""
+    found = [device(spec.strip()) for spec in specs.split(",")]
+    return [each for each in found if each is not None]
+
+
 def device(spec: str) -> Component | None:
-    """The device at the handlebar of that name; None for `none`. Raises InputError when it is something else."""
+    """The device at the handlebar or at the saddle of that name; None for `none`. Raises InputError when it is something else."""
     if spec == "none":
         return None
     found = component(spec)
-    if "handlebar_torque" not in found.outputs:
-        choices = [f"rider:{n}" for n in riders.names() if "handlebar_torque" in COMPONENTS[riders.contents(n)["component"]].declared] + [f"damper:{n}" for n in dampers.names()]
-        raise InputError(f"{spec!r} is a {found.title}, not a device at the handlebar (valid: none, damper:VALUE, {', '.join(choices)})")
+    if not answers_a_port(found.outputs):
+        choices = [f"rider:{n}" for n in riders.names() if answers_a_port(COMPONENTS[riders.contents(n)["component"]]().outputs)] + [f"damper:{n}" for n in dampers.names()]
+        raise InputError(f"{spec!r} is a {found.title}, not a device of a vehicle (valid: none, damper:VALUE, {', '.join(choices)})")
     return found
+
+
+def answers_a_port(outputs: Iterable[str]) -> bool:
+    """Whether something answers the torques of the handlebar port or of the roll port."""
+    return set(TORQUES) <= set(outputs) or set(FLOWS) <= set(outputs)
 
 
 def assignments(texts: Iterable[str]) -> dict[str, float]:

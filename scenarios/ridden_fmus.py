@@ -1,4 +1,4 @@
-"""A vehicle and a device at its handlebar as FMUs: built from components, or anybody's archives with the port."""
+"""A vehicle and devices at its ports as FMUs: built from components, or anybody's archives with the port."""
 
 import argparse
 import tempfile
@@ -16,17 +16,22 @@ from fmus.importer import FmuUnit, model_description
 from fmus.linear import StateSpace
 from fmus.ports import MOTION, TORQUES
 from fmus.prediction import Prediction
+from fmus.roll_port import FLOWS, ROLL
 from scenarios import names
 from vehicle_fmu import MODES, modes
+from vehicle_fmu.lightened import BODY, rest_of
 from vehicle_fmu.mode_names import Linearised
+from vehicle_fmu.ridden import by_name
 
 Part = Component | Path  # what becomes an FMU, or an FMU
+LEANING = "leaning rider"
+PORTS = {"device": (MOTION, TORQUES), LEANING: (tuple(n for n in ROLL if n not in FLOWS), FLOWS)}  # role: told, answered
 
 
-def parts(arguments: argparse.Namespace) -> tuple[Part, Part | None, dict[str, str]]:
-    """Vehicle and device that a command line names, as components or archives, and what is assumed in their values.
+def parts(arguments: argparse.Namespace) -> tuple[Part, list[Part], dict[str, str]]:
+    """Vehicle and devices that a command line names, as components or archives, and what is assumed in their values.
 
-    arguments has vehicle, device, fmu (paths that replace either) and settings.
+    arguments has vehicle, device, fmu (paths: a vehicle's replaces that, devices' replace the devices) and settings.
     """
     given: dict[str, Path] = {}
     for path in arguments.fmu:
@@ -34,57 +39,68 @@ def parts(arguments: argparse.Namespace) -> tuple[Part, Part | None, dict[str, s
         if role in given:
             raise InputError(f"two FMUs for the {role}: {given[role]} and {path}")
         given[role] = Path(path)
-    components = {
-        "vehicle": None if "vehicle" in given else names.vehicle(arguments.vehicle),
-        "device": None if "device" in given else names.device(arguments.device),
-    }
-    vehicle, device = names.with_settings(components, names.assignments(arguments.settings))
-    assumed = {k: reason for c in (vehicle, device) if c for k, reason in c.assumed.items()}
+    archives = [given[role] for role in PORTS if role in given]
+    held = {} if archives else by_name(names.devices(arguments.device))
+    components = {"vehicle": None if "vehicle" in given else names.vehicle(arguments.vehicle), **held}
+    vehicle, *devices = names.with_settings(components, names.assignments(arguments.settings))
+    assumed = {k: reason for c in (vehicle, *devices) if c for k, reason in c.assumed.items()}
     whole = given.get("vehicle") or vehicle
     assert whole is not None
-    return whole, given.get("device") or device, assumed
+    return whole, [*archives, *(d for d in devices if d is not None)], assumed
 
 
 def role_of(path: str | Path) -> str:
-    """`device` for an archive that answers the port's torques, `vehicle` for one that is told them.
+    """`device` for an archive that answers the handlebar port's torques, `leaning rider` for one that answers the roll
+    port's, `vehicle` for one that is told the handlebar port's.
 
     Raises InputError that lists what the archive lacks of the port.
     """
     description = model_description(path)
-    inputs = {v.name for v in description.modelVariables if v.causality == "input"}
-    outputs = {v.name for v in description.modelVariables if v.causality == "output"}
-    missing = {"device": [f"input {n}" for n in MOTION if n not in inputs] + [f"output {n}" for n in TORQUES if n not in outputs],
-               "vehicle": [f"input {n}" for n in TORQUES if n not in inputs] + [f"output {n}" for n in MOTION if n not in outputs]}  # fmt: skip
+    inputs, outputs = ({v.name for v in description.modelVariables if v.causality == c} for c in ("input", "output"))
+    wanted = {**PORTS, "vehicle": (TORQUES, MOTION)}
+    missing = {role: [f"input {n}" for n in told if n not in inputs] + [f"output {n}" for n in answered if n not in outputs]
+               for role, (told, answered) in wanted.items()}  # fmt: skip
     for role, lacking in missing.items():
         if not lacking:
             return role
     role = min(missing, key=lambda r: len(missing[r]))
-    raise InputError(f"{path} has not the handlebar port: as a {role} it lacks {', '.join(missing[role])}")
+    raise InputError(f"{path} has not the {'roll' if role == LEANING else 'handlebar'} port: as a {role} it lacks {', '.join(missing[role])}")
 
 
-def ridden_fmus(vehicle: Part, device: Part | None, initial: Mapping[str, float] | None = None, speed: float | None = None) -> dict[str, FmuUnit]:
-    """The two as units `vehicle` and `device`, initialised.
+def ridden_fmus(vehicle: Part, device: Part | Sequence[Part] | None, initial: Mapping[str, float] | None = None,
+                speed: float | None = None) -> dict[str, FmuUnit]:  # fmt: skip
+    """Vehicle and devices as units `vehicle`, `device`, `device_2` and so on, initialised.
 
-    initial sets states by name, or by `part.name` where both parts have it. A rider's inertia that moves with the
-    handlebar becomes the vehicle's `added_steer_inertia`. Raises InputError for a name that neither has.
+    initial sets states by name, or by `part.name` where several have it. A rider's inertia that moves with the
+    handlebar becomes the vehicle's `added_steer_inertia`; a rider who leans is taken out of the vehicle's rear frame.
+    Raises InputError for a name that none has, and when the vehicle cannot spare the rider.
     """
-    parts = {"vehicle": vehicle, **({"device": device} if device is not None else {})}
+    devices = by_name([] if device is None else [device] if isinstance(device, Part) else device)
+    parts = {"vehicle": vehicle, **devices}
     with tempfile.TemporaryDirectory() as folder:
         paths = {name: build(part, folder).path if isinstance(part, Component) else part for name, part in parts.items()}
         starts = _starts(paths, initial or {})
-        units = {}
-        if device is not None:
-            units["device"] = FmuUnit(paths["device"], "device", starts["device"])
-        variables = {v.name for v in model_description(paths["vehicle"]).modelVariables}
+        units = {name: FmuUnit(paths[name], name, starts[name]) for name in devices}
+        variables = {v.name: v for v in model_description(paths["vehicle"]).modelVariables}
         if speed is not None and "speed" in variables:
             starts["vehicle"]["speed"] = speed
-        if device is not None and "port_inertia" in units["device"].variables and "added_steer_inertia" in variables:
-            starts["vehicle"]["added_steer_inertia"] = units["device"].get("port_inertia")
+        starts["vehicle"] |= _carried({n: float(v.start) for n, v in variables.items() if v.causality == "parameter"}, units)
         units["vehicle"] = FmuUnit(paths["vehicle"], "vehicle", starts["vehicle"])
     units = {name: units[name] for name in parts}
     network = Network(units, join(units))
     network.read(np.zeros(len(network.outputs)))  # so that each is told where the other starts
     return units
+
+
+def _carried(vehicle: Mapping[str, float], devices: Mapping[str, FmuUnit]) -> dict[str, float]:
+    """What the devices change of a vehicle's parameters by name, as `vehicle_fmu.ridden` binds them."""
+    changed: dict[str, float] = {}
+    for unit in devices.values():
+        if "port_inertia" in unit.variables and "added_steer_inertia" in vehicle:
+            changed["added_steer_inertia"] = unit.get("port_inertia")
+        if set(BODY) <= unit.variables.keys():
+            changed |= rest_of("the vehicle", {**vehicle, **changed}, *(unit.get(name) for name in BODY))
+    return changed
 
 
 def _starts(paths: Mapping[str, Path], initial: Mapping[str, float]) -> dict[str, dict[str, float]]:

@@ -13,11 +13,11 @@ from fmus.component import Component
 from fmus.linear import linearise
 from fmus.progress import track
 from rider_fmu import RiderInRoll, riders
-from rider_fmu.anthropometry import roll_values
 from rider_fmu.rider_in_roll import POINTS
 from rider_fmu.roll_features import FEATURES, FREQUENCIES, NUMBER, misses, readings, relative, roll_frf
 from scenarios.report import Section, Table, new_figure
-from scenarios.what_does_lean_do_to_weave import HEIGHT, MASS, SADDLE_HEIGHT, systems, weave_of
+from scenarios.what_does_lean_do_to_weave import systems
+from vehicle_fmu import modes, over_speed
 
 JOINTS = tuple(f"{joint}_{kind}" for joint in ("saddle", "lean", "neck_roll") for kind in ("stiffness", "damping"))
 PLACES = {"saddle_height": (0.5, 2.0), "waist_point": (0.05, 0.3), "shoulder_point": (0.3, 0.55), "head_point": (0.05, 0.3)}  # m
@@ -25,7 +25,7 @@ FREE = (*JOINTS, *PLACES)
 WIDEST = 8.0  # factor either way for a joint; what ends here is not bounded by the features
 UNSTABLE, VALLEY = 100.0, 0.02
 STEP = 0.08  # of the logarithm
-SPEED = np.array([39.5, 40.0])  # m/s, where a turning rider's weave grows fastest
+SPEED = np.array([40.0])  # m/s, where a turning rider's weave grows fastest
 
 
 def run(rider: str = "roll_3_2008", starts: int = 4, proposals: int = 1500, generations: int = 250) -> dict:
@@ -41,7 +41,7 @@ def run(rider: str = "roll_3_2008", starts: int = 4, proposals: int = 1500, gene
     visited, taken = np.concatenate([v for v, _ in walks]), [t for _, t in walks]
     curves = roll_frf(shipped)
     chosen = visited[:: max(len(visited) // 30, 1)]
-    growth = [_weave(shipped, values) for values in track(chosen, "weave")]
+    growth = [_weave(values) for values in track(chosen, "weave")]
     return {"curves": curves, "readings": readings(curves), "visited": visited, "taken": taken, "weave": np.array(growth),
             "ranges": dict(zip(FREE, np.percentile(visited, (0, 50, 100), axis=0).T, strict=True))}  # fmt: skip
 
@@ -100,10 +100,11 @@ def stable(rider: Component) -> bool:
     return bool(np.linalg.eigvals(linearise(rider).A).real.max() < 0)
 
 
-def _weave(rider: Component, values: np.ndarray) -> float:
-    """The real part of weave at 40 m/s, on the motorcycle's saddle and with the masses of a rider of Sharp's size."""
-    given = {**dict(zip(FREE, values, strict=True)), **roll_values(HEIGHT, MASS), "saddle_height": SADDLE_HEIGHT}
-    return float(weave_of(systems(leaning=rider.with_values(**given))["both"], SPEED)["weave"][-1].real)
+def _weave(values: np.ndarray) -> float:
+    """The real part of weave at 40 m/s with these joints, on the motorcycle's saddle and with the masses of Sharp's rider."""
+    joints = {n: x for n, x in zip(FREE, values, strict=True) if n in JOINTS}
+    both = systems(leaning=riders.load("roll_1971", **joints))["both"]
+    return float(modes(over_speed(both), SPEED)["weave"].eigenvalue[0].real)
 
 
 def figure(found: dict) -> Figure:

@@ -155,7 +155,7 @@ BAD = {
     "unknown kind": (["modes", "--device", "driver:mean_2011"], "unknown kind of component 'driver', did you mean 'rider'?"),
     "unknown name": (["device", "mean"], "unknown component 'mean'"),
     "no vehicle": (["modes", "--vehicle", "rider:mean_2011"], "'rider:mean_2011' is a PassiveRider, not a vehicle (valid: "),
-    "no device": (["modes", "--device", "motorcycle:sharp_1971"], "'motorcycle:sharp_1971' is a Motorcycle, not a device at the handlebar (valid: none, damper:VALUE, "),
+    "no device": (["modes", "--device", "motorcycle:sharp_1971"], "'motorcycle:sharp_1971' is a Motorcycle, not a device of a vehicle (valid: none, damper:VALUE, "),
     "no transfer functions": (["device", "none"], "device 'none' has no transfer functions"),
     "unknown parameter": (["modes", "--device", "rider:mean_2011", "--set", "arm_dampng=3"], "unknown parameter 'arm_dampng', did you mean 'arm_damping'?"),
     "no parameter of this device": (["modes", "--set", "arm_damping=3"], "unknown parameter 'arm_damping'"),

@@ -6,14 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq, linear_sum_assignment
 
-from fmus import InputError, System
+from fmus import InputError
 from rider_fmu import riders
-from rider_fmu.anthropometry import roll_values
 from rider_fmu.effects.head import Reflex
-from rider_fmu.rider_in_roll import rigid_body
 from scenarios import names
 from vehicle_fmu import MODES, modes, motorcycles, over_speed, ridden
-from vehicle_fmu.lightened import lightened
 
 RIDERS = [n for n in riders.names() if riders.contents(n)["component"] == "PassiveRider"]
 SPEEDS = np.arange(1.0, 60.25, 0.25)  # m/s
@@ -214,9 +211,7 @@ def test_what_a_device_brings_besides_takes_no_name(gain):
 
 def leaning(turning=None, **joints):
     """The motorcycle with the rider in roll instead of his part of its rear frame, and a turning rider."""
-    rider = riders.load("roll_3_2008", saddle_height=0.75).with_values(**roll_values(1.76, 72.0), **joints)
-    parts = {"vehicle": lightened(motorcycles.load("sharp_1971"), *rigid_body(rider)), "rider": rider}
-    return over_speed(System("leaning", parts | ({"device": turning} if turning else {})))
+    return over_speed(ridden(motorcycles.load("sharp_1971"), turning, riders.load("roll_1971", **joints)))
 
 
 def test_a_rider_who_hardly_leans_leaves_the_names_where_they_were():
@@ -234,7 +229,8 @@ def test_a_rider_who_hardly_leans_leaves_the_names_where_they_were():
 def test_a_leaning_riders_own_modes_take_no_name(turning):
     found, space = modes(leaning(turning), SPEEDS), leaning(turning)(SPEEDS)
     assert ("rider_wobble" in found.unstable) == (turning is not None)
-    foreign = np.array([n.startswith("rider.") for n in space.states])
+    own = riders.load("roll_1971").states
+    foreign = np.array([n.partition(".")[2] in own for n in space.states])
     for k in range(len(SPEEDS)):
         values, right = np.linalg.eig(space.A[k])
         part = np.abs(np.linalg.inv(right).T * right)

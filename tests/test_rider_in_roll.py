@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from fmus import InputError, System, linearise
+from fmus import InputError, linearise
 from rider_fmu import RiderInRoll, riders
 from rider_fmu.anthropometry import roll_values
-from rider_fmu.rider_in_roll import POINTS, point_heights, rigid_body
+from rider_fmu.rider_in_roll import POINTS, point_heights
 from rider_fmu.roll_features import FEATURES, FREQUENCIES, misses, readings, roll_frf
-from vehicle_fmu import motorcycles
+from vehicle_fmu import motorcycles, ridden
 from vehicle_fmu.lightened import lightened
 
 RIDER = riders.load("roll_3_2008")
@@ -72,13 +72,12 @@ def test_held_stiff_on_a_lightened_motorcycle_it_is_the_motorcycle(speed):
     """Weights, turning and reactions of the port are right: the eigenvalues return, the error falling as 1 / stiffness."""
     whole = motorcycles.load("sharp_1971")
     wanted = np.linalg.eigvals(linearise(whole, speed=speed).A)
-    rider = riders.load("roll_3_2008", saddle_height=0.75).with_values(**roll_values(1.76, 72.0))
-    bare = lightened(whole, *rigid_body(rider))
+    rider = riders.load("roll_1971")
     errors = []
     for k in (1e5, 1e6):
         stiff = rider.with_values(saddle_stiffness=k, lean_stiffness=k, neck_roll_stiffness=k / 10,
                                   saddle_damping=k / 10, lean_damping=k / 10, neck_roll_damping=k / 100)  # fmt: skip
-        found = np.linalg.eigvals(linearise(System("pair", {"vehicle": bare, "rider": stiff}), **{"vehicle.speed": speed}).A)
+        found = np.linalg.eigvals(linearise(ridden(whole, stiff), **{"vehicle.speed": speed}).A)
         errors.append(max(np.abs(found - w).min() / max(abs(w), 1.0) for w in wanted))
     assert errors[1] < 1e-2
     assert errors[1] < errors[0] / 5
@@ -115,3 +114,9 @@ def test_what_a_motorcycle_cannot_spare_is_refused():
 def test_negative_masses_are_refused():
     with pytest.raises(InputError, match="head_mass = -1 kg is outside its bounds"):
         RiderInRoll("bad", head_mass=-1.0)
+
+
+def test_the_rider_on_the_motorcycle_is_of_his_height_and_mass():
+    shipped = riders.load("roll_1971").values
+    for name, value in roll_values(1.76, 72.0).items():
+        assert shipped[name] == pytest.approx(value, rel=1e-5), name  # six digits in the file

@@ -14,13 +14,14 @@ from fmus.errors import InputError
 from fmus.prediction import largest_stable_step, linear_network, longest_step
 from fmus.profiles import Profile, read_profile
 from scenarios import names
-from scenarios.ridden_fmus import Part, errors_by_mode, mode_names, parts, ridden_fmus
+from scenarios.ridden_fmus import errors_by_mode, mode_names, parts, ridden_fmus
 
 HELP = """Runs the FMUs of a vehicle and a device together, and says beforehand what the coupling does to the modes.
 
   motofmi cosimulate --vehicle sharp_1971 --device rider:mean_2011 --speed 30 --initial steer_rate=0.5 --out run.csv
   motofmi cosimulate --device damper:7.5 --speed 50 --step 0.01 --coupling jacobi --initial roll_angle=0.05
   motofmi cosimulate --input manoeuvre.csv --step auto --duration 20 --out run.csv     (columns: time, speed, steer_torque ...)
+  motofmi cosimulate --device rider:mean_2011,rider:roll_1971 --speed 40      (turns and leans)
   motofmi cosimulate --vehicle sharp_1971 --fmu somebodys_rider.fmu --speed 30
 
 Couplings, the cheapest first (without --coupling the first whose modes are within the tolerance):
@@ -29,8 +30,8 @@ Couplings, the cheapest first (without --coupling the first whose modes are with
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--vehicle", default="sharp_1971", help="a motorcycle's NAME or a .toml (default: sharp_1971)")
-    parser.add_argument("--device", default="rider:mean_2011", help="rider:NAME, damper:NAME, damper:VALUE [N.m.s/rad], a .toml, or none (default: rider:mean_2011)")
-    parser.add_argument("--fmu", action="append", default=[], metavar="PATH", help="an FMU with the handlebar port instead of the vehicle or of the device")
+    parser.add_argument("--device", default="rider:mean_2011", help="rider:NAME, damper:NAME, damper:VALUE [N.m.s/rad], a .toml, a comma list of these, or none (default: rider:mean_2011)")
+    parser.add_argument("--fmu", action="append", default=[], metavar="PATH", help="an FMU with the handlebar or the roll port instead of the vehicle or of the devices")
     parser.add_argument("--speed", type=float, help="forward speed [m/s] (default: 30)")
     parser.add_argument("--step", default="0.001", help="communication step [s], or auto (default: 0.001)")
     parser.add_argument("--duration", type=float, default=5.0, help="[s] (default: 5)")
@@ -45,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     if not (np.isfinite(arguments.tolerance) and arguments.tolerance > 0):
         raise InputError(f"tolerance = {arguments.tolerance:g}: a tolerance must be positive and finite, as in {TOLERANCE:g}")
-    vehicle, device, assumed = parts(arguments)
+    vehicle, devices, assumed = parts(arguments)
     initial = names.assignments(arguments.initial)
     times, columns = read_profile(arguments.input) if arguments.input else (np.zeros(1), {})
     if "speed" in columns and arguments.speed is not None:
@@ -53,7 +54,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     speed = float(columns["speed"][0]) if "speed" in columns else 30.0 if arguments.speed is None else arguments.speed
     if isinstance(vehicle, Component):
         in_bounds(speed, vehicle.table["speed"], vehicle.name)
-    units = ridden_fmus(vehicle, device, initial, speed)
+    units = ridden_fmus(vehicle, devices, initial, speed)
     wiring = join(units)
     profile = Profile.over_time(Network(units, wiring), times, columns)
     linear = linear_network(units, wiring)
@@ -65,7 +66,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     for unit in units.values():
         unit.close()
     return {
-        "vehicle": _name(vehicle), "device": _name(device), "assumed": assumed, "file": str(run.path), "duration": arguments.duration,
+        "vehicle": vehicle.name, "device": ", ".join(d.name for d in devices) or "none", "assumed": assumed, "file": str(run.path), "duration": arguments.duration,
         "step": run.step, "coupling": run.coupling, "steps_per_second": run.steps_per_second, "predicted": predicted,
         "stable": run.predicted.stable if run.predicted else None, "largest_stable_step": largest_stable_step(coupling(run.coupling), linear),
         "power_residual": run.power_residual,
@@ -80,10 +81,6 @@ def _step(arguments: argparse.Namespace, linear: Network) -> float:
         return float(arguments.step)
     except ValueError:
         raise InputError(f"step {arguments.step!r} is neither a number of seconds nor auto") from None
-
-
-def _name(part: Part | None) -> str:
-    return "none" if part is None else part.name
 
 
 def show(result: dict[str, Any], console: Console) -> None:

@@ -1,4 +1,4 @@
-"""Transfer functions of a device at the handlebar, the frame held still."""
+"""Transfer functions of a device at its port, the vehicle's other motion held still."""
 
 import argparse
 from typing import Any
@@ -10,14 +10,19 @@ from rich.table import Table
 from fmus.component import Component
 from fmus.errors import InputError
 from fmus.linear import linearise
+from fmus.ports import TORQUES
+from fmus.roll_port import FLOWS
 from scenarios import names
 
 HELP = """Transfer functions T_h/delta and T_f/delta of a rider or damper, from the steer angle to the torques on the
-front assembly and on the rear frame, with the frame held still (2011, eqs 10 to 14; the port's signs).
+front assembly and on the rear frame, with the frame held still (2011, eqs 10 to 14; the port's signs); of a rider who
+leans T_phi/phi and F/phi, from the roll angle to the roll torque and the lateral force on the frame.
 
   motofmi device rider:mean_2011 --frequency 0.5:12:0.05
   motofmi device damper:7.5 --frequency 1,2,5 --json -
+  motofmi device rider:roll_1971
 """
+PORTS = (("steer", tuple(TORQUES)), ("roll", FLOWS))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,12 +32,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def transfer_functions(device: Component, frequency: np.ndarray) -> dict[str, np.ndarray]:
-    """T_h/delta and T_f/delta [N.m/rad], complex (n,), at frequencies (n,) in Hz."""
+    """Torques and forces at the device's port per angle [N.m/rad, N/rad], complex (n,), at frequencies (n,) in Hz."""
     space = linearise(device)
     omega = 2 * np.pi * np.asarray(frequency, float)
-    return {torque: space.frequency_response(omega, torque, "steer_angle")
-            + 1j * omega * space.frequency_response(omega, torque, "steer_rate")
-            for torque in ("handlebar_torque", "frame_torque")}  # fmt: skip
+    motion, torques = next(port for port in PORTS if port[1][0] in device.outputs)
+    return {torque: space.frequency_response(omega, torque, f"{motion}_angle") + 1j * omega * space.frequency_response(omega, torque, f"{motion}_rate")
+            for torque in torques}  # fmt: skip
 
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
@@ -46,11 +51,14 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def show(result: dict[str, Any], console: Console) -> None:
-    table = Table(title=f"{result['device']}: torque per steer angle", box=None)
-    for heading in ("f [Hz]", "|T_h/delta| [N.m/rad]", "phase [deg]", "|T_f/delta| [N.m/rad]", "phase [deg]"):
-        table.add_column(heading, justify="right")
-    for f, handlebar, frame in zip(result["frequency"], result["handlebar_torque"], result["frame_torque"], strict=True):
-        table.add_row(f"{f:.3g}", *(text for z in (handlebar, frame) for text in (f"{abs(z):.4g}", f"{np.degrees(np.angle(z)):.1f}")))
+    table = Table(title=f"{result['device']}: torque or force per angle", box=None)
+    table.add_column("f [Hz]", justify="right")
+    curves = [(torque, unit) for _, port in PORTS for torque, unit in zip(port, ("N.m/rad", "N/rad" if "lateral_force" in port else "N.m/rad"), strict=True) if torque in result]
+    for torque, unit in curves:
+        table.add_column(f"|{torque.replace('_', ' ')}| [{unit}]", justify="right")
+        table.add_column("phase [deg]", justify="right")
+    for f, *values in zip(result["frequency"], *(result[torque] for torque, _ in curves), strict=True):
+        table.add_row(f"{f:.3g}", *(text for z in values for text in (f"{abs(z):.4g}", f"{np.degrees(np.angle(z)):.1f}")))
     console.print(table)
     for parameter, reason in result["assumed"].items():
         console.print(f"assumed: {parameter} ({reason})")

@@ -23,6 +23,7 @@ HELP = """Eigenvalues over speed, named weave, wobble, capsize, rear wobble and 
   motofmi modes --vehicle sharp_1971 --device rider:mean_2011 --speed 1:60:0.5
   motofmi modes --vehicle reference_2011 --device damper:7.5 --speed 10,30,50
   motofmi modes --vehicle sharp_1971 --device rider:2_2011 --set arm_damping=30 --speed 1:60:1 --json modes.json
+  motofmi modes --device rider:mean_2011,rider:roll_1971 --speed 5:60:5       (turns and leans)
   motofmi modes --vehicle sharp_1971 --fmu somebodys_rider.fmu --speed 1:60:1
   motofmi modes --ssp ridden.ssp --speed 10,30,50          (any wiring; adds which FMU takes part in which mode)
 """
@@ -30,10 +31,10 @@ HELP = """Eigenvalues over speed, named weave, wobble, capsize, rear wobble and 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--vehicle", default="sharp_1971", help="a motorcycle's NAME or a .toml (default: sharp_1971)")
-    parser.add_argument("--device", default="none", help="rider:NAME, damper:NAME, damper:VALUE [N.m.s/rad], a .toml, or none (default)")
+    parser.add_argument("--device", default="none", help="rider:NAME, damper:NAME, damper:VALUE [N.m.s/rad], a .toml, a comma list of these, or none (default)")
     parser.add_argument("--speed", default="1:60:1", help="A:B:STEP, one value or a comma list [m/s] (default: 1:60:1)")
     parser.add_argument("--set", dest="settings", action="append", default=[], metavar="NAME=VALUE", help="change a parameter")
-    parser.add_argument("--fmu", action="append", default=[], metavar="PATH", help="an FMU with the handlebar port instead of the vehicle or of the device")
+    parser.add_argument("--fmu", action="append", default=[], metavar="PATH", help="an FMU with the handlebar or the roll port instead of the vehicle or of the devices")
     parser.add_argument("--ssp", metavar="PATH", help="a system of FMUs, one of them with an input speed, instead of vehicle and device")
 
 
@@ -41,15 +42,16 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     speeds = names.numbers(arguments.speed, "speed", "m/s")
     if arguments.ssp:
         return of_ssp(arguments.ssp, speeds)
-    vehicle, device, assumed = parts(arguments)
+    vehicle, devices, assumed = parts(arguments)
     if isinstance(vehicle, Component):
         for speed in (speeds[0], speeds[-1]):
             in_bounds(speed, vehicle.table["speed"], vehicle.name)
-    if isinstance(vehicle, Component) and not isinstance(device, Path):
-        linearised = over_speed(ridden(vehicle, device))
+    components = [d for d in devices if isinstance(d, Component)]
+    if isinstance(vehicle, Component) and len(components) == len(devices):
+        linearised = over_speed(ridden(vehicle, *components))
     else:
-        linearised = over_speed_fmus(ridden_fmus(vehicle, device))
-    return as_result(modes(linearised, speeds), vehicle.name, device.name if device else "none", assumed)
+        linearised = over_speed_fmus(ridden_fmus(vehicle, devices))
+    return as_result(modes(linearised, speeds), vehicle.name, ", ".join(d.name for d in devices) or "none", assumed)
 
 
 def of_ssp(path: str, speeds: np.ndarray) -> dict[str, Any]:
