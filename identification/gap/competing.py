@@ -16,6 +16,7 @@ TIE = 10.0  # dBIC within which effects cannot be told apart
 CLEAR = 40.0  # dBIC by which a family without an adequate form must lead
 ADEQUATE = 1.12  # reduced chi-square, at 1400 degrees of freedom and more
 RIVAL = 0.4  # of an adequate effect's gain: what a rival must promise to be fitted
+FAR = 30.0  # reduced chi-square of a base from which no effect is a small step
 LEADERS = 6  # families that are fitted
 
 
@@ -77,11 +78,19 @@ def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS)
 def _fitted(found: Fit, signature: Signature) -> Candidate | None:
     model = found.model.joined_by(signature.effect)
     shared = len(found.model.names)
-    start = np.concatenate([found.x[:shared], signature.start, found.x[shared:]])
-    try:
-        return _candidate(found, signature.effect, fit(model, found.runs, start))
-    except InputError:  # nothing near this start can be simulated
-        return None
+    starts = [np.concatenate([found.x[:shared], signature.start, found.x[shared:]])]
+    if found.reduced > FAR:  # a base that had to make up for so much may be no place to start from
+        starts.append(model.start())
+    best = None
+    for start in starts:
+        try:
+            fitted = fit(model, found.runs, start)
+        except InputError:  # nothing near this start can be simulated
+            continue
+        best = fitted if best is None or fitted.chi2 < best.chi2 else best
+        if adequate(best):
+            break
+    return None if best is None else _candidate(found, signature.effect, best)
 
 
 def _unfitted(found: Fit, signature: Signature) -> Candidate:

@@ -8,11 +8,13 @@ Source: Benjamini, Hochberg, J. R. Statist. Soc. B 57 (1995) 289-300.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.stats import chi2
 
 from identification.gap.fitting import Fit
+from identification.gap.model import AnyRun
 from identification.gap.reduction import Column
 from identification.gap.runs import Run
 
@@ -34,12 +36,15 @@ class Place:
     p_value: float
 
 
-def locate(found: Fit, rate: float = FALSE_DISCOVERIES) -> list[Place]:
-    """The cells in which the fit misses the data, the clearest first."""
+Cells = Callable[[Any, np.ndarray], Iterator[Place]]  # of a run and its residuals over the noise
+
+
+def locate(found: Fit, rate: float = FALSE_DISCOVERIES, cells: Cells | None = None) -> list[Place]:
+    """The cells in which the fit misses the data, the clearest first. cells says what they are; those of harmonics else."""
     places, first = [], 0
     for run in found.runs:
         last = first + len(run.data)
-        places += list(_places(run, found.residuals[first:last]))
+        places += list((cells or _places)(run, found.residuals[first:last]))
         first = last
     places.sort(key=lambda p: (p.p_value, -p.excess))
     passed = [i for i, p in enumerate(places) if p.p_value <= rate * (i + 1) / len(places)]
@@ -57,7 +62,7 @@ def _places(run: Run, z: np.ndarray) -> Iterator[Place]:
     yield from _along(run, z, "amplitude", run.unit, edges, lambda c: size[c.window])
     even = np.array([c.order % 2 == 0 for c in columns])
     if even.any():
-        yield _place(run, z[even], "direction", -1.0, 1.0, "1")
+        yield place(run, z[even], "direction", -1.0, 1.0, "1")
 
 
 def _along(run: Run, z: np.ndarray, axis: str, unit: str, edges: np.ndarray, of: Callable[[Column], float], whole: bool = False) -> Iterator[Place]:
@@ -66,10 +71,10 @@ def _along(run: Run, z: np.ndarray, axis: str, unit: str, edges: np.ndarray, of:
         inside = cell == i
         if np.count_nonzero(inside) >= 4:
             low, high = (edges[i] + 0.5, edges[i] + 0.5) if whole else (edges[i], edges[i + 1])
-            yield _place(run, z[inside], axis, float(low), float(high), unit)
+            yield place(run, z[inside], axis, float(low), float(high), unit)
 
 
-def _place(run: Run, z: np.ndarray, axis: str, low: float, high: float, unit: str) -> Place:
+def place(run: AnyRun, z: np.ndarray, axis: str, low: float, high: float, unit: str) -> Place:
     power = float(z @ z)
     return Place(run.name, axis, low, high, unit, power / len(z) - 1, float(chi2.sf(power, len(z))))
 

@@ -6,11 +6,12 @@ same tight prior, since a rider is never twice the same.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from identification.gap.fitting import Fit, deviating, fit
-from identification.gap.runs import Run
+from identification.gap.model import AnyRun
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,7 @@ def closeness(found: Fit) -> Closeness:
     return Closeness(found.reduced, _rms(found), found)
 
 
-def on_holdout(found: Fit, runs: Sequence[Run]) -> Closeness:
+def on_holdout(found: Fit, runs: Sequence[AnyRun]) -> Closeness:
     """Of runs that were not used: effects and common values frozen, the runs' own deviations estimated."""
     shared = len(found.model.names)
     again = fit(found.model, runs, found.x[:shared], frozen=range(shared))
@@ -36,7 +37,7 @@ def on_holdout(found: Fit, runs: Sequence[Run]) -> Closeness:
     return Closeness(float(left @ left) / again.count, _rms(again), again)
 
 
-def floor(runs: Sequence[Run]) -> float:
+def floor(runs: Sequence[AnyRun]) -> float:
     """The rms that noise alone leaves on the harmonics, in the output's unit."""
     power = sum(float(np.sum(r.deviation**2)) for r in runs)
     return float(np.sqrt(power / sum(_samples(r) for r in runs)))
@@ -51,5 +52,6 @@ def _rms(found: Fit) -> float:
     return float(np.sqrt(power / sum(_samples(r) for r in found.runs)))
 
 
-def _samples(run: Run) -> int:
-    return sum(last - first for first, last, _ in run.reduction.bases)
+def _samples(run: Any) -> int:
+    """The samples behind the data; without a recording the data themselves."""
+    return sum(last - first for first, last, _ in run.reduction.bases) if hasattr(run, "reduction") else len(run.data)

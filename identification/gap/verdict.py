@@ -8,13 +8,16 @@ import numpy as np
 from identification.gap.competing import Candidate
 from identification.gap.decide import Verdict
 from identification.gap.fitting import parameters_of
-from identification.gap.locating import locate
-from identification.gap.runs import Run
+from identification.gap.locating import Cells, locate
+from identification.gap.model import AnyRun
 from identification.gap.showing import closeness, floor, on_holdout
 
 
-def as_result(verdict: Verdict, holdout: Sequence[Run], unit: str) -> dict[str, Any]:
-    """The verdict under the keys of the file; what is written beside it (model, FMU, report) is null yet."""
+def as_result(verdict: Verdict, holdout: Sequence[AnyRun], unit: str, noise_source: str = "orders", cells: Cells | None = None) -> dict[str, Any]:
+    """The verdict under the keys of the file; what is written beside it (model, FMU, report) is null yet.
+
+    cells says what the places of misfit are, where they are not those of harmonics.
+    """
     best = verdict.best
     chances = _probabilities(verdict)
     return {
@@ -25,10 +28,10 @@ def as_result(verdict: Verdict, holdout: Sequence[Run], unit: str) -> dict[str, 
         "candidates": [{"name": c.family, "form": c.effect.form, "sentence": c.effect.sentence(), "delta_chi2": c.delta_chi2,
                         "delta_bic": c.delta_bic, "probability": chances.get(id(c), 0.0)} for c in _distinct(verdict.candidates)],
         "where": [{"run": p.run, "axis": p.axis, "from": p.start, "to": p.end, "unit": p.unit, "excess": p.excess, "p_value": p.p_value}
-                  for p in locate(verdict.base)],
+                  for p in locate(verdict.base, cells=cells)],
         "gap": gap(verdict, holdout, unit),
         "base": {n: {"value": v, "standard_error": e, "unit": u} for n, (v, e, u) in parameters_of(best).items() if n in best.model.base},
-        "noise_source": "orders",
+        "noise_source": noise_source,
         "next_experiment": None,
         "limitations": [],
         "model": None,
@@ -37,7 +40,7 @@ def as_result(verdict: Verdict, holdout: Sequence[Run], unit: str) -> dict[str, 
     }  # fmt: skip
 
 
-def gap(verdict: Verdict, holdout: Sequence[Run], unit: str) -> dict[str, Any]:
+def gap(verdict: Verdict, holdout: Sequence[AnyRun], unit: str) -> dict[str, Any]:
     """Before, after and on the held-out runs, as reduced chi-square and as rms."""
     before, after = closeness(verdict.base), closeness(verdict.best)
     held = [on_holdout(f, holdout) if holdout else None for f in (verdict.base, verdict.best)]

@@ -22,6 +22,7 @@ from scenarios.augmented_rider import FILE, effect_on_modes, rider_of, write_mod
 from scenarios.command_line import to_json, write_text
 from scenarios.gap_report import write_report
 from scenarios.rig_test import rig_effects, rig_test, with_bare_bar
+from scenarios.vehicle_gap import run_on_vehicle
 
 NAME = "gap"
 HELP = """Find where a model misses recordings, name the missing effect, add it, and show the gap shrink.
@@ -29,6 +30,7 @@ HELP = """Find where a model misses recordings, name the missing effect, add it,
   motofmi gap sweep_up.csv stepped.csv --holdout sweep_down.csv --out gap
   motofmi gap sweep.csv --bare bare_bar.csv --out gap
   motofmi gap sweep.csv --rig my_rig.json --rider 3_2011 --out gap
+  motofmi gap eigenvalues.csv --vehicle sharp_1971 --holdout others.csv --out gap
 
 The verdict is named, none (the model is as good as the noise), unknown (nothing in the library is it) or tied
 (these data cannot tell the members apart). verdict.json in the --out folder holds everything.
@@ -43,12 +45,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--rider", default="mean_2011", metavar="NAME", help="published rider whose values the fit starts from")
     parser.add_argument("--map", action="append", default=[], metavar="COLUMN=VARIABLE", help="what a column is")
     parser.add_argument("--effects", metavar="DIR", help="folder with effects of your own")
+    parser.add_argument("--vehicle", metavar="NAME", help="a motorcycle's NAME or a .toml: the files are its eigenvalues over speed, or its runs")
+    parser.add_argument("--device", default="none", help="what was at the vehicle's handlebar: rider:NAME, damper:VALUE or none (default)")
+    parser.add_argument("--free", nargs="+", default=[], metavar="NAME", help="parameters to fit of which nothing is known")
     parser.add_argument("--out", default="gap", metavar="DIR", help="folder for verdict.json, model and report")
 
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     if not arguments.files:
         raise InputError("gap needs recordings: motofmi gap FILE.csv [...] --holdout FILE.csv --out DIR")
+    if arguments.vehicle:
+        return run_on_vehicle(arguments)
     folder = Path(arguments.out)
     rig = read_rig(arguments.rig or Path(arguments.files[0]).parent)
     stand, library = rig_test(rig, arguments.rider), rig_effects(arguments.effects)
