@@ -158,6 +158,18 @@ class Component:
         results.update({n: scope[n] for n, row in self.table.items() if row.exposed})
         return results
 
+    def complete(self, results: dict[str, Any]) -> dict[str, Any]:
+        """The results of `run`. Raises InputError where they miss a rate or an output, or hold what the table lacks."""
+        expected = {f"der({n})" for n in self.states} | set(self.rows("output", "calculated"))
+        returned = set(results) - set(self.rows("local")) - set(self.states)
+        if returned != expected:
+            missing, extra = sorted(expected - returned), sorted(returned - expected)
+            raise InputError(f"equations of {self.title}: missing {missing or 'nothing'}, not in its table {extra or 'nothing'}")
+        for target in self.additions:
+            if target not in results and target not in self.rows("input", "parameter") and not target.startswith("mass("):
+                raise InputError(f"an effect adds to {target!r}, which {self.title} does not have")
+        return results
+
     def mass_entries(self, values: Mapping[str, Any], m: Any) -> dict[tuple[str, str], Any]:
         """The entries of the mass matrix with what effects add to them."""
         scope = Scope(values, self, m)

@@ -13,7 +13,6 @@ import sympy
 from sympy.core.relational import Relational
 
 from fmus.component import Component
-from fmus.errors import InputError
 from fmus.mathematics import SYMBOLIC, Quantised
 from fmus.terms import common_subexpressions
 
@@ -160,15 +159,7 @@ def symbolic(component: Component) -> Symbolic:
 def _derive(component: Component) -> Symbolic:
     names = ["time", *component.rows("parameter", "input", "state")]
     symbols = {n: sympy.Symbol(n, real=True) for n in names}
-    results = component.run(symbols, SYMBOLIC)
-    expected = {f"der({n})" for n in component.states} | set(component.rows("output", "calculated"))
-    returned = set(results) - set(component.rows("local")) - set(component.states)
-    if returned != expected:
-        missing, extra = sorted(expected - returned), sorted(returned - expected)
-        raise InputError(f"equations of {component.title}: missing {missing or 'nothing'}, not in its table {extra or 'nothing'}")
-    for target in component.additions:
-        if target not in results and target not in component.rows("input", "parameter") and not target.startswith("mass("):
-            raise InputError(f"an effect adds to {target!r}, which {component.title} does not have")
+    results = component.complete(component.run(symbols, SYMBOLIC))
     mass = sympy.eye(len(component.states))
     for (row, column), entry in component.mass_entries(symbols, SYMBOLIC).items():
         mass[component.states.index(row), component.states.index(column)] = entry

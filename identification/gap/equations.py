@@ -1,4 +1,4 @@
-"""A component's equations on whole recordings: rates, output and all their slopes as arrays over time, compiled once.
+"""A component's equations on whole recordings: rates, outputs and their slopes, each a number or an array over time.
 
     x' = f(x, u, p, t),   y = g(x, u, p, t),   with df/dx, df/dp, dg/dx, dg/dp
 """
@@ -7,48 +7,36 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import sympy
 
 from fmus.component import Component
-from fmus.symbolic import symbolic
-from fmus.terms import common_subexpressions
+from fmus.tape import JUMPS, Node
+from fmus.traced import Program, traced
 
 
 class Equations:
-    """Rates and outputs of a component, with slopes by its states and by some parameters."""
+    """Rates and outputs of a component, with slopes by its states and by some parameters.
+
+    linear says that they are linear in the states.
+    """
 
     def __init__(self, component: Component, outputs: Sequence[str], parameters: Sequence[str]):
-        form = symbolic(component)
+        form = traced(component)
         self.component, self.outputs, self.parameters = component, tuple(outputs), tuple(parameters)
         self.states = component.states
-        nx = len(self.states)
-        rates = sympy.Matrix(form.rates) if nx else sympy.zeros(0, 1)
-        if form.has_mass:
-            rates = form.mass.LUsolve(rates)
-        answers = sympy.Matrix([form.outputs[component.outputs.index(n)] for n in self.outputs])
-        rows = list(rates) + list(answers)
-        unknowns = form.symbols_of(self.states) + form.symbols_of(self.parameters)
-        slopes = [[_slope(row, x) for x in unknowns] for row in rows]
-        self.where = [(i, j) for i, line in enumerate(slopes) for j, s in enumerate(line) if s != 0]
-        symbols = [s for n, s in form.symbols.items() if any(row.has(s) for row in rows)]
-        self.arguments = [n for n, s in form.symbols.items() if s in symbols]
-        self.function = sympy.lambdify(symbols, rows + [slopes[i][j] for i, j in self.where], "numpy", cse=common_subexpressions)
+        self.rows = form.explicit_rates + [form.outputs[component.outputs.index(n)] for n in self.outputs]
+        unknowns = (*self.states, *self.parameters)
+        slopes = {(i, j): row.slope(x) for i, row in enumerate(self.rows) for j, x in enumerate(unknowns) if isinstance(row, Node)}
+        self.slopes = {place: s for place, s in slopes.items() if isinstance(s, Node) or s}
+        self.program = Program([*self.rows, *self.slopes.values()])
+        own = frozenset(self.states)
+        bent = [s for (_, j), s in self.slopes.items() if j < len(self.states) and isinstance(s, Node)]
+        jumps = [n for n in self.program.nodes if n.word in JUMPS]
+        self.linear = all(own.isdisjoint(node.depends) for node in (*bent, *jumps))
 
-    def __call__(self, values: Mapping[str, Any], n: int) -> tuple[np.ndarray, np.ndarray]:
-        """Rates and outputs (nx + ny, n), and their slopes (nx + ny, nx + np, n), at n points."""
-        nx, ny = len(self.states), len(self.outputs)
-        results = self.function(*(values[a] for a in self.arguments))
-        rows = np.empty((nx + ny, n))
-        slopes = np.zeros((nx + ny, nx + len(self.parameters), n))
-        for i in range(nx + ny):
-            rows[i] = results[i]
-        for (i, j), value in zip(self.where, results[nx + ny :], strict=True):
-            slopes[i, j] = value
-        return rows, slopes
-
-
-def _slope(row: sympy.Expr, x: sympy.Symbol) -> sympy.Expr:
-    """The derivative; that of a jump is zero beside it."""
-    if not row.has(x):
-        return sympy.S.Zero
-    return sympy.diff(row, x).replace(sympy.DiracDelta, lambda *_: sympy.S.Zero)
+    def __call__(self, values: Mapping[str, Any], n: int) -> tuple[list[Any], np.ndarray]:
+        """Rates and outputs, and the matrix (nx + ny, nx + np) of their slopes; entries are numbers or arrays (n,)."""
+        results = self.program(values, n)
+        slopes = np.zeros((len(self.rows), len(self.states) + len(self.parameters))).astype(object)
+        for place, value in zip(self.slopes, results[len(self.rows) :], strict=True):
+            slopes[place] = value
+        return results[: len(self.rows)], slopes

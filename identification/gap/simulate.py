@@ -19,8 +19,9 @@ from scipy.linalg import lapack
 
 from fmus.errors import InputError
 from identification.gap.equations import Equations
+from identification.gap.over_time import inverse, part, product
 
-CONVERGED = 1e-7  # of a state's largest value
+CONVERGED = 1e-5  # of a state's largest value; what is left after such a step is its square
 STEPS = 30
 
 
@@ -53,93 +54,123 @@ def simulate(equations: Equations, values: Mapping[str, float], motion: Motion, 
 
     Raises InputError where it does not converge, or leaves finite numbers.
     """
-    n, nx, h = len(motion.time), len(equations.states), motion.step
+    n, nx = len(motion.time), len(equations.states)
     x = np.zeros((n, nx)) if start is None else start.copy()
     if initial is not None:
         x[0] = initial
     nodes = {**values, "time": motion.time, **motion.at}
     middles = {**values, "time": (motion.time[1:] + motion.time[:-1]) / 2, **motion.between}
-    if not nx:
-        rows, slopes = equations(nodes, n)
-        return Trajectory(x, rows.T, np.moveaxis(slopes, 2, 0))
-    update = np.inf
-    for _ in range(STEPS):
-        collocation = _Collocation(equations, nodes, middles, x, h)
-        change = collocation.solve(-collocation.defect[:, :, None])[:, :, 0]
-        before, update = update, float(np.max(np.abs(change) / (np.abs(x).max(axis=0) + np.abs(change).max(axis=0) + 1e-12)))
+    steps, update = _Collocation(equations, nodes, middles, motion.step), np.inf
+    for count in range(STEPS):
+        steps.look(x)
+        if not nx:
+            break
+        if not (equations.linear and count):
+            steps.factor()
+        change = steps.solve(-steps.defect[:, None])[0]
+        largest = np.abs(change).max(axis=0)
+        before, update = update, float(np.max(largest / (np.abs(x).max(axis=0) + largest + 1e-12)))
         if not np.isfinite(update):
             raise InputError(f"{equations.component.name}: the simulation diverges")
-        x[1:] += change if update < 0.5 * before or update < 0.1 else 0.5 * change
-        if update < CONVERGED:
+        settled = update < CONVERGED
+        x[1:] += change if settled or update < 0.5 * before or update < 0.1 else 0.5 * change
+        if settled:
+            steps.follow(change)
             break
         if update < 1e-3 and before < 1e-2 and update > 0.2 * before:  # a kink between samples: as near as it gets
+            steps.look(x)
             break
-    rows, slopes = equations(nodes | dict(zip(equations.states, x.T, strict=True)), n)
-    outputs, by_state, by_parameter = rows[nx:].T, slopes[nx:, :nx], slopes[nx:, nx:]
-    pushed = collocation.solve(collocation.parameter_push())
-    total = np.moveaxis(by_parameter, 2, 0).copy()
-    total[1:] += np.einsum("ijn,njp->nip", by_state[:, :, 1:], pushed)
-    made = Trajectory(x, outputs, total)
+    made = Trajectory(x, steps.outputs(), steps.sensitivities(steps.parameter_push(), steps.slopes[nx:, nx:]))
     if with_initial:
-        drift = np.concatenate([np.eye(nx)[None], collocation.solve(collocation.initial_push())])
-        made.initial_slopes = np.einsum("ijn,njp->nip", by_state, drift)
+        made.initial_slopes = steps.initial_sensitivities()
     return made
 
 
 class _Collocation:
-    """The defects of a trajectory guess, and the block-bidiagonal matrix of their slopes."""
+    """The defects of a trajectory guess (n, nx), and the block-bidiagonal matrix of their slopes.
 
-    def __init__(self, equations: Equations, nodes: dict, middles: dict, x: np.ndarray, h: float):
-        nx, n = x.shape[1], len(x)
-        self.nx, self.h = nx, h
-        rows, slopes = equations(nodes | dict(zip(equations.states, x.T, strict=True)), n)
-        f = rows[:nx].T
-        middle = (x[:-1] + x[1:]) / 2 + h / 8 * (f[:-1] - f[1:])
-        rows, self.middle_slopes = equations(middles | dict(zip(equations.states, middle.T, strict=True)), n - 1)
-        self.node_slopes = slopes
-        self.defect = x[1:] - x[:-1] - h / 6 * (f[:-1] + 4 * rows[:nx].T + f[1:])
-        A = np.moveaxis(slopes[:nx, :nx], 2, 0)
-        M = np.moveaxis(self.middle_slopes[:nx, :nx], 2, 0)
-        self.M = M
-        unit = np.eye(nx)
-        after = unit - h / 6 * (A[1:] + 4 * M @ (unit / 2 - h / 8 * A[1:]))
-        before = unit + h / 6 * (A[:-1] + 4 * M @ (unit / 2 + h / 8 * A[:-1]))
-        self.inverse = _inverse(after)
-        self.transition = self.inverse @ before
+    before_k dx_k + push_k = after_k dx_k+1
+    """
+
+    def __init__(self, equations: Equations, nodes: dict, middles: dict, h: float):
+        self.equations, self.nodes, self.middles, self.h = equations, nodes, middles, h
+        self.n, self.nx = len(nodes["time"]), len(equations.states)
+
+    def look(self, x: np.ndarray) -> None:
+        """Rates, outputs and slopes along a trajectory (n, nx), and its defects."""
+        states, h = self.equations.states, self.h
+        self.rows, self.slopes = self.equations(self.nodes | dict(zip(states, x.T, strict=True)), self.n)
+        first = [f[:-1] if np.ndim(f) else f for f in self.rows[: self.nx]]
+        second = [f[1:] if np.ndim(f) else f for f in self.rows[: self.nx]]
+        between = {name: (x[:-1, i] + x[1:, i]) / 2 + h / 8 * (first[i] - second[i]) for i, name in enumerate(states)}
+        middle, self.between = self.equations(self.middles | between, self.n - 1)
+        self.defect = np.zeros(self.nx).astype(object)
+        for i in range(self.nx):
+            self.defect[i] = x[1:, i] - x[:-1, i] - h / 6 * (first[i] + 4 * middle[i] + second[i])
+
+    def factor(self) -> None:
+        """The blocks of the matrix along the trajectory."""
+        nx, steps, h, unit = self.nx, self.n - 1, self.h, np.eye(self.nx).astype(object)
+        A, M = self.slopes[:nx, :nx], self.between[:nx, :nx]
+        first, second = part(A, slice(None, -1)), part(A, slice(1, None))
+        self.inverse = inverse(unit - h / 6 * (second + 4 * product(M, unit / 2 - h / 8 * second)))
+        self.before = unit + h / 6 * (first + 4 * product(M, unit / 2 + h / 8 * first))
+        # The identity below which stand the blocks -after^-1 before, as LAPACK stores it
+        self.band = np.zeros((2 * nx, steps * nx), order="F")
+        self.band[0] = 1.0
+        for (i, j), value in np.ndenumerate(part(product(self.inverse, self.before), slice(1, None))):
+            self.band[nx + i - j, j : (steps - 1) * nx : nx] = -value
+
+    def outputs(self) -> np.ndarray:
+        """(n, ny)"""
+        return np.column_stack([np.broadcast_to(y, self.n) for y in self.rows[self.nx :]])
+
+    def follow(self, change: np.ndarray) -> None:
+        """The outputs after a small change (n-1, nx) of the states."""
+        for i in range(self.nx, len(self.rows)):
+            for j, c in enumerate(self.slopes[i, : self.nx]):
+                if np.any(c):
+                    self.rows[i] = self.rows[i] + np.zeros(self.n)
+                    self.rows[i][1:] += (c[1:] if np.ndim(c) else c) * change[:, j]
 
     def parameter_push(self) -> np.ndarray:
-        """What a change of each parameter does to each step (n-1, nx, np), before it is carried on."""
-        nx, h = self.nx, self.h
-        P = np.moveaxis(self.node_slopes[:nx, nx:], 2, 0)
-        Q = np.moveaxis(self.middle_slopes[:nx, nx:], 2, 0)
-        return h / 6 * (P[:-1] + P[1:] + 4 * (Q + h / 8 * self.M @ (P[:-1] - P[1:])))
+        """What a change of each parameter does to each step, before it is carried on: (nx, np)."""
+        P = self.slopes[: self.nx, self.nx :]
+        Q = self.between[: self.nx, self.nx :]
+        first, second = part(P, slice(None, -1)), part(P, slice(1, None))
+        return self.h / 6 * (first + second + 4 * (Q + self.h / 8 * product(self.between[: self.nx, : self.nx], first - second)))
 
-    def initial_push(self) -> np.ndarray:
-        push = np.zeros((len(self.defect), self.nx, self.nx))
-        push[0] = np.linalg.solve(self.inverse[0], self.transition[0])
-        return push
+    def sensitivities(self, push: np.ndarray, direct: np.ndarray) -> np.ndarray:
+        """Slopes of the outputs (n, ny, m) by what pushes the states (nx, m) and the outputs themselves (ny, m)."""
+        ny, m = direct.shape
+        result = np.empty((ny, m, self.n))
+        for place, slope in np.ndenumerate(direct):
+            result[place] = slope
+        moving = [k for k in range(m) if any(np.any(p) for p in push[:, k])]
+        by_state = part(self.slopes[self.nx :, : self.nx], slice(1, None))
+        for k, change in zip(moving, self.solve(push[:, moving]), strict=True):
+            for (i, j), slope in np.ndenumerate(by_state):
+                result[i, k, 1:] += slope * change[:, j]
+        return np.moveaxis(result, 2, 0)
+
+    def initial_sensitivities(self) -> np.ndarray:
+        """Slopes of the outputs (n, ny, nx) by the initial states."""
+        push = np.zeros((self.nx, self.nx)).astype(object)
+        for place, slope in np.ndenumerate(self.before):
+            push[place] = np.zeros(self.n - 1)
+            push[place][0] = slope[0] if np.ndim(slope) else slope
+        result = self.sensitivities(push, np.zeros((len(self.rows) - self.nx, self.nx)))
+        for (i, j), slope in np.ndenumerate(self.slopes[self.nx :, : self.nx]):
+            result[0, i, j] = slope[0] if np.ndim(slope) else slope
+        return result
 
     def solve(self, push: np.ndarray) -> np.ndarray:
-        """dx (n-1, nx, m) with dx_k+1 = transition_k dx_k + inverse_k push_k, dx_0 = 0: a banded triangular system."""
-        steps, nx, m = push.shape
+        """dx (m, n-1, nx) with after_k dx_k+1 = before_k dx_k + push_k and dx_0 = 0: a banded triangular system."""
+        nx, steps, m = self.nx, self.n - 1, push.shape[1]
         if not m:
-            return push
-        right = np.asfortranarray((self.inverse @ push).reshape(steps * nx, m))
-        band = np.zeros((2 * nx, steps * nx), order="F")
-        band[0] = 1.0
-        for i in range(nx):
-            for j in range(nx):
-                band[nx + i - j, j : (steps - 1) * nx : nx] = -self.transition[1:, i, j]
-        solution, _ = lapack.dtbtrs(band, right, uplo="L", overwrite_b=1)
-        return solution.reshape(steps, nx, m)
-
-
-def _inverse(blocks: np.ndarray) -> np.ndarray:
-    """The inverses of (n, nx, nx); in closed form up to two states."""
-    nx = blocks.shape[-1]
-    if nx == 1:
-        return 1 / blocks
-    if nx > 2:
-        return np.linalg.inv(blocks)
-    a, b, c, d = blocks[:, 0, 0], blocks[:, 0, 1], blocks[:, 1, 0], blocks[:, 1, 1]
-    return np.stack([np.stack([d, -b], -1), np.stack([-c, a], -1)], -2) / (a * d - b * c)[:, None, None]
+            return np.zeros((0, steps, nx))
+        right = np.empty((m, steps, nx))
+        for (i, k), value in np.ndenumerate(product(self.inverse, push)):
+            right[k, :, i] = value
+        solution, _ = lapack.dtbtrs(self.band, right.reshape(m, -1).T, uplo="L", overwrite_b=1)
+        return solution.T.reshape(m, steps, nx)

@@ -1,0 +1,48 @@
+"""Matrices that change over time: arrays of objects whose entries are numbers, or arrays (n,) where they change.
+
+Zeros and what is constant cost nothing, and the rest runs at the speed of long arrays, however small the matrix is.
+"""
+
+from typing import Any
+
+import numpy as np
+
+
+def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """a b, of shapes (i, j) and (j, k)."""
+    result = np.zeros((a.shape[0], b.shape[1])).astype(object)
+    for i, row in enumerate(a):
+        for k, column in enumerate(b.T):
+            for x, y in zip(row, column, strict=True):
+                if not _zero(x) and not _zero(y):
+                    result[i, k] = x * y if _zero(result[i, k]) else result[i, k] + x * y
+    return result
+
+
+def inverse(a: np.ndarray) -> np.ndarray:
+    """The inverse of (i, i) near the identity, so that no pivot needs to be looked for."""
+    size = len(a)
+    both = np.concatenate([a, np.eye(size)], axis=1).astype(object)
+    for k in range(size):
+        pivot = both[k, k]
+        for j in range(k, 2 * size):
+            both[k, j] = both[k, j] if _zero(both[k, j]) else both[k, j] / pivot
+        for i in range(size):
+            factor = both[i, k]
+            if i != k and not _zero(factor):
+                for j in range(k, 2 * size):
+                    both[i, j] = both[i, j] if _zero(both[k, j]) else both[i, j] - factor * both[k, j]
+    return both[:, size:]
+
+
+def part(a: np.ndarray, where: slice) -> np.ndarray:
+    """The matrix during a part of the time."""
+    result = a.copy()
+    for place, x in np.ndenumerate(a):
+        if isinstance(x, np.ndarray):
+            result[place] = x[where]
+    return result
+
+
+def _zero(x: Any) -> bool:
+    return not isinstance(x, np.ndarray) and x == 0.0
