@@ -8,6 +8,7 @@ import numpy as np
 
 import fmus.effects.channel
 import rider_fmu.effects
+import rider_fmu.effects_on_vehicles
 import vehicle_fmu.effects
 from fmus.component import Component
 from fmus.effects import Effect, effects_in
@@ -22,10 +23,12 @@ from fmus.roll_port import FLOWS
 from rider_fmu import COMPONENTS as RIDER_COMPONENTS
 from rider_fmu import riders
 from vehicle_fmu import DAMPERS, VEHICLES, LinearDamper, dampers, motorcycles
+from vehicle_fmu.given_matrices import from_matrices, holds_matrices
 
 LIBRARIES: dict[str, Library] = {library.kind: library for library in (riders, motorcycles, dampers, mechanisms)}
 COMPONENTS: dict[str, type[Component]] = {**RIDER_COMPONENTS, **VEHICLES, **DAMPERS, **MECHANISMS}
-EFFECTS = {**dict.fromkeys(RIDER_COMPONENTS, effects_in(rider_fmu.effects)), **dict.fromkeys(VEHICLES, effects_in(vehicle_fmu.effects))}
+VEHICLE_EFFECTS = [*effects_in(vehicle_fmu.effects), *effects_in(rider_fmu.effects_on_vehicles)]
+EFFECTS = {**dict.fromkeys(RIDER_COMPONENTS, effects_in(rider_fmu.effects)), **dict.fromkeys(VEHICLES, VEHICLE_EFFECTS)}
 MOST = 1e6  # values in one range: beyond it is a slip of the keyboard
 
 
@@ -38,6 +41,8 @@ def component(spec: str) -> Component:
     if colon and kind in LIBRARIES:
         return _damper(name) if kind == "damper" else LIBRARIES[kind].load(name)
     if spec.endswith(".toml"):
+        if holds_matrices(Path(spec)):
+            return from_matrices(Path(spec))
         contents = read_values(Path(spec))
         return component_from(contents, COMPONENTS, Path(spec).stem, spec, EFFECTS.get(contents.get("component", ""), ()))
     if colon:
@@ -65,7 +70,7 @@ def effects() -> list[dict[str, Any]]:
     return [{"name": e.family, "form": e.form, "description": e.sentence(), "element": e.element, "source": e.__module__,
              "parameters": {n: {"unit": r.unit, "symbol": r.symbol, "value": r.start, "min": r.min, "max": r.max, "description": r.description}
                             for n, r in e.parameters().items()}}
-            for e in [*effects_in(rider_fmu.effects), *effects_in(vehicle_fmu.effects), *declared_by(fmus.effects.channel)]]  # fmt: skip
+            for e in [*effects_in(rider_fmu.effects), *VEHICLE_EFFECTS, *declared_by(fmus.effects.channel)]]  # fmt: skip
 
 
 def _damper(name: str) -> Component:

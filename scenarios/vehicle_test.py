@@ -5,15 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 
-import vehicle_fmu.effects
 from fmus.component import Component
-from fmus.effects import Effect, effects_in, load_folder
+from fmus.effects import Effect, load_folder
 from fmus.effects.library import joining
 from fmus.errors import unknown
 from identification.gap.eigenvalue_model import shaped
 from identification.gap.eigenvalues import Spectrum
 from identification.gap.linear_stand import LinearStand
 from identification.gap.test_stand import Free
+from scenarios.names import VEHICLE_EFFECTS
 from vehicle_fmu import MODES, modes, over_speed, ridden
 
 # To how much a vehicle's data are usually known: weighed and measured lengths, and what a pendulum or a tyre rig gives.
@@ -51,7 +51,7 @@ def vehicle_stand(vehicle: Component, device: Component | None = None, free: Seq
 
 def vehicle_effects(vehicle: Component, folder: str | None = None, linear: bool = False) -> list[type[Effect]]:
     """The effects that ship and that the vehicle has words for, and a user's own; without those that have no eigenvalues if `linear`."""
-    every = effects_in(vehicle_fmu.effects) + (load_folder(folder) if folder else [])
+    every = VEHICLE_EFFECTS + (load_folder(folder) if folder else [])
     return [e for e in joining(vehicle, every) if not (linear and e.family in NOT_LINEAR)]
 
 

@@ -1,7 +1,7 @@
 """Which eigenvalue is weave, which is wobble: names by what moves in a mode, carried along its branch.
 
 At 60 m/s the characters are distinct, so names are given there and kept along each branch:
-  other          what a device brings besides a torso (heads, lean, delays): its states take the larger part
+  other          what a device or an effect brings besides a torso (heads, lean, delays): its states take the larger part
   weave          the oscillation in which roll exceeds the steer most, by their participation factors
   wobble         of the two oscillations in which steer and torso take the largest part the one in which the torso
                  moves more against the bar; without a torso the one in which the steer takes the largest part
@@ -90,10 +90,11 @@ class Shapes:
         return part[own].sum(axis=0) / part.sum(axis=0)
 
     def brought(self, k: int) -> np.ndarray:
-        """The part that states take which are neither the vehicle's, the owner of the steer, nor a torso's."""
-        owner = next((n.rpartition(".")[0] for n in self.states if n.split(".")[-1].startswith("steer")), "")
+        """The part that states take which are neither the vehicle's (an effect's are not), the owner of the steer, nor a torso's."""
+        places = [n.rpartition(".")[::2] for n in self.states]
+        owner = next((place for place, n in places if n.startswith("steer")), None)
         part = np.abs(np.linalg.inv(self.right[k]).T * self.right[k])
-        foreign = [not (n.startswith(f"{owner}.") or n.split(".")[-1].startswith("torso")) if owner else False for n in self.states]
+        foreign = [owner not in (None, place) and not n.startswith("torso") for place, n in places]
         return part[foreign].sum(axis=0) / part.sum(axis=0)
 
 

@@ -18,7 +18,7 @@ Its first parameter is its size: at zero the effect is absent. `starts` gives fu
 The bounds of its parameters hold the physical sign.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any, ClassVar
 
@@ -99,11 +99,16 @@ class Effect:
             raise InputError(f"effect {type(self).__name__} and {component.title} both declare {', '.join(sorted(clash))}")
         component.table.update(rows)
         view = _Words(prefix, element)
-        for name in dir(type(self)):
-            for target in getattr(getattr(type(self), name), "targets", ()):
-                self._add(component, view.target(target, self.declared), getattr(self, name), view)
+        for target, method in self.additions():
+            self._add(component, view.target(target, self.declared), method, view)
         for name, (source, delay) in self.delayed.items():
             self._join_delayed(component, name, view.name(source), prefix + delay, view)
+
+    def additions(self) -> Iterator[tuple[str, Callable]]:
+        """Every target with what is added to it: the methods that are marked."""
+        for name in dir(type(self)):
+            for target in getattr(getattr(type(self), name), "targets", ()):
+                yield target, getattr(self, name)
 
     def _element_of(self, component: Component) -> Element | None:
         if self.element and self.element not in component.elements:
