@@ -18,6 +18,7 @@ from rider_fmu import Handlebar, riders
 
 RIDER = ("torso_inertia", "arm_stiffness", "waist_stiffness", "arm_damping", "waist_damping")
 RUN_TO_RUN = 0.04  # by which a rider changes from one run to the next, relative
+DAMPING, STIFFNESS = "device.steer_damping.damping", "device.steer_stiffness.stiffness"  # of the bar itself
 COLUMNS = {"imposed": "steer_angle", "measured": "steer_torque", "command": "steer_angle_command"}
 
 
@@ -33,10 +34,12 @@ def rig_test(rig: Mapping[str, Any], rider: str = "mean_2011") -> TestStand:
     return TestStand(system, "bar.steer_angle", "bar.servo_torque", free, COLUMNS)
 
 
-def with_bare_bar(stand: TestStand, runs: Sequence[Run]) -> TestStand:
-    """The test with what sweeps of the bare handlebar, hands off, say of the bar itself.
+def bare_bar(runs: Sequence[Run]) -> tuple[np.ndarray, np.ndarray]:
+    """Inertia, damping and stiffness of the bar itself and their errors, (3,) each, from sweeps of it, hands off.
 
         T = I a + c s + k delta, by weighted least squares on the harmonics
+
+    Where more is in the bar than that (friction), the errors grow by the root of the reduced chi-square.
     """
     columns, data = [], []
     for run in runs:
@@ -44,11 +47,16 @@ def with_bare_bar(stand: TestStand, runs: Sequence[Run]) -> TestStand:
         columns.append(run.reduction.reduce(np.column_stack([acceleration, rate, angle])) / run.deviation[:, None])
         data.append(run.data / run.deviation)
     matrix, target = np.concatenate(columns), np.concatenate(data)
-    found = np.linalg.lstsq(matrix, target, rcond=None)[0]
-    error = np.sqrt(np.diag(np.linalg.inv(matrix.T @ matrix)))
-    bar = replace(stand.free[0], known=float(found[0]), standard_error=float(error[0]))
-    measured = {"device.steer_damping.damping": (float(found[1]), float(error[1])),
-                "device.steer_stiffness.stiffness": (float(found[2]), float(error[2]))}  # fmt: skip
+    found, left = np.linalg.lstsq(matrix, target, rcond=None)[:2]
+    worse = max(float(left[0]) / (len(target) - 3), 1.0)
+    return found, np.sqrt(worse * np.diag(np.linalg.inv(matrix.T @ matrix)))
+
+
+def with_bare_bar(stand: TestStand, runs: Sequence[Run]) -> TestStand:
+    """The test with what sweeps of the bare handlebar, hands off, say of the bar itself."""
+    (inertia, damping, stiffness), errors = bare_bar(runs)
+    bar = replace(stand.free[0], known=float(inertia), standard_error=float(errors[0]))
+    measured = {DAMPING: (float(damping), float(errors[1])), STIFFNESS: (float(stiffness), float(errors[2]))}
     return replace(stand, free=(bar, *stand.free[1:]), measured_effects=measured)
 
 

@@ -84,7 +84,7 @@ def test_a_bare_bar_gives_its_own_inertia_and_damping():
 
 def test_recordings_that_cannot_be_used_are_refused():
     made, _ = case({}, seed=15, runs=("sweep_up",))
-    time, command, angle, torque = made["sweep_up"]
+    time, command, angle, torque, _ = made["sweep_up"]
     short = as_recording("short", (time[:1000], command[:1000], angle[:1000], torque[:1000]))
     with pytest.raises(InputError, match="too short"):
         prepare(short, "steer_angle", "steer_torque", "steer_angle_command")

@@ -1,90 +1,154 @@
-"""The test that would settle a verdict: which run, and by how much it would tell the rivals apart.
+"""The test that would settle a verdict: which runs, and by how much they would tell the rivals apart.
 
-For each kind of run the noise-free outputs of the rivals, each as fitted, are compared: the expected delta-chi-square
-is the squared distance of the two over the noise, with what the base could refit taken out.
+Every proposal is simulated with every rival as fitted; see `expected`. What the separate runs bring adds up at least,
+so runs are joined, the most useful first, until each rival would stand out by a delta chi-square of ENOUGH.
 """
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 
-from identification.gap.competing import Candidate
+from fmus.errors import InputError
+from fmus.progress import track
+from identification.excitation import sweep
+from identification.gap.competing import Candidate, one_each
 from identification.gap.decide import Verdict
+from identification.gap.expected import Foresight, separation, through
 from identification.gap.fitting import Fit
+from identification.gap.model import Model
+from identification.gap.planned import Channels, planned
+from identification.gap.runs import Run
 
-LINEAR = ("cross_inertia", "steer_stiffness", "steer_damping", "added_inertia")
-BARE_TIME = 60.0  # s of a bare-bar sweep
-TORQUE_NOISE = 0.2  # N.m, where the runs say nothing
-SWEEP = np.linspace(0.5, 12.0, 240)  # Hz
+ENOUGH = 40.0  # delta chi-square from which naming is reliable
+WEAK = 40.0  # dBIC below which a name rests on little
+LEAST = 4.0  # delta chi-square that a further run must bring
+DURATION = 120.0  # s of a proposed sweep at least: shorter ones need luck
 
 
-def next_experiment(verdict: Verdict) -> dict[str, Any] | None:
-    """The run that would settle a tie or strengthen a weak verdict, with the delta-chi-square that it would bring."""
-    rivals = verdict.tied if verdict.verdict == "tied" else _weak(verdict)
-    if not rivals:
+class Proposal(Protocol):
+    """A test that could be made: its kind, what to do, its settings (SI), and what each rival foresees of it."""
+
+    experiment: str
+    sentence: str
+    settings: dict[str, float]
+
+    def foresee(self, rival: Fit) -> Foresight:
+        """What a fitted model would give in the test."""
+
+
+@dataclass
+class Sweep:
+    """A further sweep, in the channels of a run that was made."""
+
+    experiment: str
+    sentence: str
+    settings: dict[str, float]
+    run: Run
+
+    @classmethod
+    def like(cls, found: Fit, experiment: str, sentence: str, larger: float = 1.0, downwards: bool = False) -> "Sweep":
+        """A sweep over the frequencies of the first run, at `larger` times its amplitude, either way."""
+        made: Run = found.runs[0]
+        frequencies = [c.frequency for c in made.reduction.columns if c.order == 1]
+        low, high = float(min(frequencies)), float(max(frequencies))
+        start, end = (high, low) if downwards else (low, high)
+        amplitude = larger * float(np.abs(made.moved(made.recording.time)[0]).max())
+        settings = {"from": start, "to": end, "amplitude": amplitude, "duration": max(made.duration, DURATION)}
+        model: Any = found.model
+        channels = Channels.of(made, model.stand.columns["imposed"])
+        run = planned(sweep(start, end, settings["duration"], amplitude), channels, model.stand.columns,
+                      lambda run: model.output(run, found.shared, slopes=False)[0])  # fmt: skip
+        return cls(experiment, sentence, settings, run)
+
+    def foresee(self, rival: Fit) -> Foresight:
+        return through(rival, self.run)
+
+
+def further_sweeps(found: Fit) -> list[Proposal]:
+    """Sweeps that the rig could make next, from what it has made; none where the model is not that of an imposed sweep."""
+    if not isinstance(found.model, Model):
+        return []
+    return [
+        Sweep.like(found, "down_sweep", "Sweep from the highest frequency down: what changes with time then parts from what changes with frequency.", 1.0, True),
+        Sweep.like(found, "larger_sweep", "Sweep down at 1.6 times the amplitude: what is not linear changes its share.", 1.6, True),
+        Sweep.like(found, "smaller_sweep", "Sweep at half the amplitude: friction and play gain, hardening loses.", 0.5),
+    ]  # fmt: skip
+
+
+def next_experiment(verdict: Verdict, propose: Callable[[Fit], Sequence[Proposal]] = further_sweeps) -> dict[str, Any] | None:
+    """The runs that would settle a tie or strengthen a weak verdict, with the delta chi-square that they would bring.
+
+    `propose` says what could be done after what a fit rests on; it is asked where there are rivals only. None where the
+    verdict stands, or nothing that is proposed would help.
+    """
+    rivals = _rivals(verdict)
+    proposals = propose(verdict.base) if len(rivals) > 1 else []
+    if not proposals:
         return None
-    proposals = [_bare_bar(verdict, rivals), _again(verdict, rivals, 2.0, "larger amplitude"), _gyro(rivals)]
-    known = [p for p in proposals if p is not None]
-    return max(known, key=lambda p: p["expected_delta_chi2"] or 0.0) | {"alternatives": known}
+    tables = [_told_apart(p, [fit for _, fit in rivals]) for p in track(proposals, "foreseeing further runs")]
+    chosen: list[int] = []
+    total = np.zeros_like(tables[0])
+    while _least(total) < ENOUGH:
+        gains = [_score(total + t) - _score(total) if i not in chosen else 0.0 for i, t in enumerate(tables)]
+        best = int(np.argmax(gains))
+        if gains[best] < LEAST:
+            break
+        chosen.append(best)
+        total = total + tables[best]
+    if not chosen:
+        return None
+    names = [name for name, _ in rivals]
+    return {
+        "experiment": " and ".join(proposals[i].experiment for i in chosen),
+        "sentence": " ".join(proposals[i].sentence for i in chosen),
+        "expected_delta_chi2": _least(total),
+        "runs": [_run(proposals[i], tables[i]) for i in chosen],
+        "rivals": [{"truth": a, "rival": b, "delta_chi2": float(total[i, j])} for i, a in enumerate(names) for j, b in enumerate(names) if i != j],
+        "alternatives": [_run(p, t) for p, t in zip(proposals, tables, strict=True)],
+    }  # fmt: skip
 
 
-def _weak(verdict: Verdict) -> list[Candidate]:
-    """The two best where the verdict rests on little."""
-    first = verdict.candidates[:2]
-    if verdict.verdict == "named" and first and first[0].delta_bic < 40.0:
-        return list(verdict.effects) + [c for c in first if c.family != verdict.effects[0].family]
+def _run(proposal: Proposal, table: np.ndarray) -> dict[str, Any]:
+    return {"experiment": proposal.experiment, "sentence": proposal.sentence, "settings": proposal.settings, "expected_delta_chi2": _least(table)}
+
+
+def _rivals(verdict: Verdict) -> list[tuple[str, Fit]]:
+    """What could be true: the members of a tie; a weak name, the next family, and nothing; the nearest ones of an unknown."""
+    fitted = [c for c in one_each(verdict.candidates) if c.effect in c.fit.model.effects]
+    if verdict.verdict == "tied":
+        return [(c.family, c.fit) for c in verdict.tied]
+    if verdict.verdict == "named" and len(verdict.effects) == 1 and verdict.effects[0].delta_bic < WEAK:
+        return [(verdict.effects[0].family, verdict.effects[0].fit), ("none", verdict.base), *_others(fitted, verdict.effects[0].family)]
     if verdict.verdict == "unknown":
-        return list(first)
+        return [(c.family, c.fit) for c in fitted[:2]]
     return []
 
 
-def _own(candidate: Candidate) -> np.ndarray:
-    model = candidate.fit.model
-    return candidate.fit.x[len(model.base) : len(model.names)] if candidate.effect in model.effects else np.zeros(0)
+def _others(fitted: Sequence[Candidate], family: str) -> list[tuple[str, Fit]]:
+    return [(c.family, c.fit) for c in fitted if c.family != family][:1]
 
 
-def _bare_bar(verdict: Verdict, rivals: Sequence[Candidate]) -> dict[str, Any] | None:
-    """Hands off, the bar alone moves: only what sits at the bar itself is left in the torque."""
-    if not any(c.family in LINEAR for c in rivals):
-        return None
-    w = 2 * np.pi * SWEEP
-    signals = {}
-    for c in rivals:
-        size = float(_own(c)[0]) if len(_own(c)) else 0.0
-        signals[c.family] = {"steer_stiffness": size + 0 * w, "steer_damping": 1j * w * size}.get(c.family, 0 * w)
-    amplitude = max(float(np.abs(r.moved(r.recording.time)[0]).max()) for r in verdict.base.runs)
-    noise = _noise(verdict.base)
-    samples = BARE_TIME * verdict.base.runs[0].recording.rate
-    return _proposal("bare_bar", "Sweep the bare handlebar, hands off: the torque then holds the bar alone.", signals, amplitude**2 * samples / 2 / noise**2)
+def _told_apart(proposal: Proposal, rivals: Sequence[Fit]) -> np.ndarray:
+    """Delta chi-square (k, k): what the rival of a column would gain where that of a row is the truth."""
+    try:
+        foreseen = [proposal.foresee(rival) for rival in rivals]
+    except InputError:  # it cannot be simulated so far from what was fitted
+        return np.zeros((len(rivals), len(rivals)))
+    table = np.zeros((len(rivals), len(rivals)))
+    for i, truth in enumerate(foreseen):
+        for j, rival in enumerate(foreseen):
+            if i != j:
+                table[i, j] = separation(rivals[j], rival.predicted - truth.predicted, rival.slopes)
+    return table
 
 
-def _proposal(kind: str, sentence: str, signals: dict[str, np.ndarray], scale: float) -> dict[str, Any]:
-    """The smallest distance of any two rivals, an unknown inertia of the bar taken out."""
-    inertia = (2 * np.pi * SWEEP) ** 2
-    names, distances = list(signals), []
-    for i, a in enumerate(names):
-        for b in names[i + 1 :]:
-            difference = signals[a] - signals[b]
-            difference = difference - inertia * np.real(np.vdot(inertia, difference)) / np.vdot(inertia, inertia)
-            distances.append(float(np.mean(np.abs(difference) ** 2)) * scale)
-    return {"experiment": kind, "sentence": sentence, "expected_delta_chi2": min(distances, default=0.0)}
+def _least(table: np.ndarray) -> float:
+    """The delta chi-square of the two that are told apart worst."""
+    return float(np.min(table[~np.eye(len(table), dtype=bool)]))
 
 
-def _again(verdict: Verdict, rivals: Sequence[Candidate], factor: float, kind: str) -> dict[str, Any]:
-    """The same runs at another amplitude: nonlinear rivals part, linear ones only stand out more."""
-    fits: list[Fit] = [c.fit for c in rivals if c.effect in c.fit.model.effects]
-    gap = abs(fits[0].chi2 - fits[1].chi2) if len(fits) > 1 else abs(verdict.base.chi2 - fits[0].chi2) if fits else 0.0
-    return {"experiment": "amplitude", "sentence": f"Repeat the runs at {factor:g} times the amplitude ({kind}).", "expected_delta_chi2": gap * factor**2}
-
-
-def _gyro(rivals: Sequence[Candidate]) -> dict[str, Any] | None:
-    if not any(c.family == "cross_inertia" for c in rivals):
-        return None
-    return {"experiment": "torso_gyro", "sentence": "Log the torso's rate with a gyro: a cross inertia turns the torso, a spring or damper at the bar does not.",
-            "expected_delta_chi2": None}  # fmt: skip
-
-
-def _noise(found: Fit) -> float:
-    densities = [np.median(run.noise.density) for run in found.runs]
-    return float(np.sqrt(np.median(densities))) if densities else TORQUE_NOISE
+def _score(table: np.ndarray) -> float:
+    """Over all that could be true, what the nearest rival would gain, as far as more is of use."""
+    return float(np.mean(np.minimum(table[~np.eye(len(table), dtype=bool)], ENOUGH)))

@@ -21,6 +21,7 @@ from scenarios import names
 from scenarios.augmented_rider import FILE, effect_on_modes, rider_of, write_model
 from scenarios.command_line import to_json, write_text
 from scenarios.gap_report import write_report
+from scenarios.rig_proposals import rig_proposals
 from scenarios.rig_test import rig_effects, rig_test, with_bare_bar
 from scenarios.vehicle_gap import run_on_vehicle
 
@@ -65,7 +66,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     verdict = decide(Model(stand), runs, library)
     result = as_result(verdict, held, "N.m")
     result["limitations"] = _limitations(rig, runs, held, bool(arguments.bare))
-    result["next_experiment"] = next_experiment(verdict)
+    result["next_experiment"] = next_experiment(verdict, rig_proposals)
     write_text(folder / "verdict.json", to_json(result) + "\n")  # an interrupted run leaves the verdict
     _add(verdict, result, arguments, folder)
     result["report"] = write_report(verdict, result, held, folder)

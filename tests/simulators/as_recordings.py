@@ -7,4 +7,4 @@ UNITS = {"steer_angle_command": "rad", "steer_angle": "rad", "steer_torque": "N.
 
 def as_recording(name, arrays):
     time, *columns = arrays
-    return Recording(name, time, dict(zip(UNITS, columns, strict=True)), UNITS)
+    return Recording(name, time, dict(zip(UNITS, columns, strict=False)), UNITS)

@@ -2,60 +2,92 @@
 
 Angles: d = steer minus torso. Torques are the rig's: T is what the servo must give.
 
-    T = (I_s + J) d2 + T_arm + T_c tanh(s / 0.02) + k_s delta + c_s s + k_r delta(t - tau) + I_cc theta''
-    T_arm = (k (1 + drift) d outside of the gap) + c (1 + drift) d' + k3 d^3 + k5 d^5 + c2 |d'| d' + r k |d| + F hysteron
+    T     = (I_s + J) delta'' + T_arm + friction + k_s delta + c_s s + k_r delta(t - tau) + I_cc theta'' + cogging
+    T_arm = k play(d) + c d' + k3 d^3 + k5 d^5 + c2 |d'| d' + r k |d| + F hysteron(d) + ...
 
-The torso is integrated by RK4 at 2048 Hz, memory by its own recursion (stop operator, not a differential equation).
+With a compliant shaft the bar is a body of its own behind a spring. All is integrated by RK4 at 1500 Hz or more, sliders
+by their own recursion (stop operator, not a differential equation).
 """
+
+from collections import namedtuple
+from dataclasses import dataclass, field
 
 import numpy as np
 from numba import njit
 
-EFFECTS = ("Tc", "k3", "k5", "g", "c2", "Fh", "wh", "ra", "rd", "kr", "tau", "td", "Ih", "fh", "zh", "J", "Icc", "ks", "cs", "Tw", "km", "tm",
-           "g3")  # fmt: skip
-P = {name: i for i, name in enumerate(EFFECTS)}
+# What may be hidden, with the value that it has where it is absent.
+ABSENT = {
+    "Tc": 0.0, "Ts": 0.0, "ss": 0.1,  # dry friction at the bar, its excess near standstill, over this rate
+    "Tl": 0.0, "wl": 2e-3,  # LuGre friction at the bar, deflection of its bristles
+    "k2": 0.0, "k3": 0.0, "k5": 0.0, "kx": 0.0, "wx": 0.03,  # arms: square, cubic, quintic, exponential from this deflection on
+    "g": 0.0, "gs": 0.0, "ws": 2e-3,  # play: sharp, smooth with this width
+    "c2": 0.0, "c3": 0.0, "cp": 0.0,  # arms: damping with rate^2, rate^3, rate^1.5
+    "Fh": 0.0, "wh": 0.01, "Fd": 0.0, "wd": 0.01, "nd": 1.0,  # slider; Dahl (1) or Bouc-Wen (exponent above 1)
+    "ra": 0.0, "qa": 0.0, "sa": 0.0,  # arms: lopsided with |d|, d^2, smooth |d|
+    "rd": 0.0, "rk": 0.0, "rc": 0.0, "rj": 0.0,  # drift: both, stiffness, damping; a jump of the stiffness midway
+    "kr": 0.0, "tau": 0.1, "tm_r": 0.0,  # reflex, its delay, the muscle's time constant
+    "td": 0.0, "te": 0.0,  # delay of the torque channel, and how much it grows over the run
+    "Ih": 0.0, "fh": 4.0, "zh": 0.3, "ph": 0.0,  # head; its spring softens as that of a pendulum
+    "J": 0.0, "Icc": 0.0, "ks": 0.0, "cs": 0.0, "Tw": 0.0,  # hands, coupled inertia, spring and damper at the bar, waist friction
+    "km": 0.0, "tm": 0.1, "C": 0.0, "g3": 0.0, "g2": 0.0,  # Maxwell arms, shaft, sensor's gain
+    "bx": 0.0, "eb": 0.0, "fb": 0.3, "Ar": 0.0, "Nr": 150.0, "ce": 0.0, "hs": 0.0,  # outside of the library, see blind_cases
+}  # fmt: skip
+Hidden = namedtuple("Hidden", ABSENT)
 RIDER = {"Is": 0.125, "It": 0.6441, "ka": 1053.4, "kt": 75.8, "ca": 19.28, "ct": 4.79}
-FINE = 2048.0
-RATE = 128.0
+Rider = namedtuple("Rider", RIDER)
 
 
 @njit(cache=False)
-def _torque(delta, s, a, late, duration, h, rider, p):
-    Is, It, ka, kt, ca, ct = rider
-    Tc, k3, k5, g, c2, Fh, wh, ra, rd = p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8]
-    kr, Ih, fh, zh, J, Icc, ks, cs, Tw, km, tm, g3 = p[9], p[12], p[13], p[14], p[15], p[16], p[17], p[18], p[19], p[20], p[21], p[22]
-    wn = 2 * np.pi * fh
-    n = len(delta) // 2
-    out = np.zeros(n)
-    x = np.zeros(5)  # torso angle and rate, head angle and rate (absolute), maxwell
-    z, d_before = 0.0, delta[0]
-    k = np.zeros((4, 5))
+def _torque(delta, s, a, late, duration, h, r, p):
+    """Torque and torso rate (n,) for the motion (2 n + 1,) at steps and half steps."""
+    wn, n, shaft = 2 * np.pi * p.fh, len(delta) // 2, p.C > 0
+    out, gyro = np.zeros(n), np.zeros(n)
+    x, y, k = np.zeros(10), np.zeros(10), np.zeros((4, 10))
+    z, before = 0.0, delta[0]
     for i in range(n):
-        t = i * h
-        drift = rd * (t / duration - 0.5)
+        tau = i * h / duration - 0.5
+        stiff = 1 + (p.rd + p.rk) * tau + p.rj * (tau > 0) + p.eb * np.sin(2 * np.pi * p.fb * i * h)
+        loss = 1 + (p.rd + p.rc) * tau
         for stage in range(4):
-            j = min(2 * i + (0 if stage == 0 else 1 if stage < 3 else 2), len(delta) - 1)
-            y = x.copy()
+            j = 2 * i + (0 if stage == 0 else 1 if stage < 3 else 2)
+            y[:] = x
             if stage > 0:
-                y = x + (h / 2 if stage < 3 else h) * k[stage - 1]
-            d, dr = delta[j] - y[0], s[j] - y[1]
-            zz = z + (d - d_before) / wh
-            zz = min(max(zz, -1.0), 1.0)
-            felt = d - min(max(d, -g), g)
-            T = ka * (1 + drift) * felt + ca * (1 + drift) * dr + k3 * d**3 + k5 * d**5 + c2 * abs(dr) * dr + ra * ka * abs(d) + Fh * zz + km * (d - y[4])
+                y += (h / 2 if stage < 3 else h) * k[stage - 1]
+            angle, rate = (y[8], y[9]) if shaft else (delta[j], s[j])
+            d, dr = angle - y[0], rate - y[1]
+            slid = min(max(z + (d - before) / p.wh, -1.0), 1.0)
+            felt = d - min(max(d, -p.g), p.g) - p.gs * np.tanh(d / p.ws)
+            T = r.ka * stiff * felt + r.ca * loss * dr + p.k2 * abs(d) * d + p.k3 * d**3 + p.k5 * d**5
+            T += p.kx * (p.wx * np.sinh(d / p.wx) - d) + p.c2 * abs(dr) * dr + p.c3 * dr**3 + p.cp * np.sqrt(abs(dr)) * dr
+            T += r.ka * (p.ra * abs(d) + p.sa * np.sqrt(d * d + 1e-4)) + p.qa * d * d + p.ce * dr * dr + p.bx * d * dr
+            T += p.Fh * slid + p.Fd * y[5] + p.km * (d - y[4])
             psi, psr = y[2] - y[0], y[3] - y[1]
-            swing = wn * wn * psi + 2 * zh * wn * psr
-            waist = kt * y[0] + ct * y[1] + Tw * np.tanh(y[1] / 0.02)
-            acc = (T - waist + Ih * swing - Icc * a[j]) / It
+            swing = wn * wn * (psi - p.ph * psi**3) + 2 * p.zh * wn * psr
+            waist = r.kt * y[0] + r.ct * y[1] + p.Tw * np.tanh(y[1] / 0.02)
+            pushed = 0.0 if shaft else p.Icc * a[j]
+            acc = (T - waist + p.Ih * swing - pushed) / r.It
+            dry = (p.Tc + p.Ts * np.exp(-((rate / p.ss) ** 2))) * np.tanh(rate / 0.02) + p.Tl * y[6]
+            reflex = p.kr * (y[7] if p.tm_r > 0 else late[j])
+            bar = T + dry + p.ks * angle + p.cs * rate + reflex + p.Ar * np.sin(p.Nr * angle)
+            driven = (delta[j] - y[8]) / p.C if shaft else 0.0
             if stage == 0:
-                Tm = (Is + J) * a[j] + T + Tc * np.tanh(s[j] / 0.02) + ks * delta[j] + cs * s[j] + kr * late[j] + Icc * acc
-                out[i] = Tm + g3 * (Tm / 100) ** 2 * Tm
-            k[stage, 0], k[stage, 1], k[stage, 2], k[stage, 3], k[stage, 4] = y[1], acc, y[3], -swing, (d - y[4]) / tm
-        x = x + h / 6 * (k[0] + 2 * k[1] + 2 * k[2] + k[3])
-        d = delta[min(2 * i + 2, len(delta) - 1)] - x[0]
-        z = min(max(z + (d - d_before) / wh, -1.0), 1.0)
-        d_before = d
-    return out
+                torque = driven if shaft else (r.Is + p.J) * a[j] + bar + p.Icc * acc
+                out[i] = torque + p.g3 * (torque / 100) ** 2 * torque + p.g2 * abs(torque) / 100 * torque
+                gyro[i] = y[1]
+            k[stage, 0], k[stage, 1], k[stage, 2], k[stage, 3] = y[1], acc, y[3], -swing
+            k[stage, 4] = (d - y[4]) / p.tm
+            held = abs(y[5])
+            k[stage, 5] = (dr - (abs(dr) * y[5] if p.nd == 1.0 else (abs(dr) * held ** (p.nd - 1) * y[5] + dr * held**p.nd) / 2)) / p.wd
+            k[stage, 6] = (rate - abs(rate) * y[6]) / p.wl
+            k[stage, 7] = (late[j] - y[7]) / p.tm_r if p.tm_r > 0 else 0.0
+            k[stage, 8], k[stage, 9] = y[9], (driven - bar) / (r.Is + p.J)
+        x += h / 6 * (k[0] + 2 * k[1] + 2 * k[2] + k[3])
+        if not shaft:
+            x[8], x[9] = delta[2 * i + 2], s[2 * i + 2]
+        d = x[8] - x[0]
+        z = min(max(z + (d - before) / p.wh, -1.0), 1.0)
+        before = d
+    return out, gyro
 
 
 def sweep(first, last, amplitude, duration):
@@ -91,44 +123,70 @@ def stepped(first, last, step, amplitude, dwell):
 RUNS = {"sweep_up": sweep(0.5, 12, 2, 200.0), "stepped": stepped(0.5, 8.5, 0.5, 4, 10.0), "sweep_down": sweep(12, 0.5, 3, 150.0)}
 
 
-def record(excitation, hidden, rider, rng, noise=1.0, lag=0.016, bursts=0):
-    """time, command, measured angle and torque of one run; noise scales all noises, bursts is their number."""
+@dataclass(frozen=True)
+class Rig:
+    """How a rig measures: samples per second, bits over +-20 deg and +-200 N.m, noises, and what else disturbs."""
+
+    rate: int = 128
+    bits: int = 12
+    angle_noise: float = field(default=float(np.radians(0.03)))  # rad
+    torque_noise: float = 0.2  # N.m
+    remnant: float = 0.4  # N.m, below 2 Hz
+    gyro_noise: float = 0.01  # rad/s
+    lag: float = 0.016  # s, of the angle behind its command
+    bursts: int = 0
+
+
+def record(excitation, hidden, rider, rng, rig=Rig()):
+    """time, command, measured angle and torque, torso rate of one run."""
     angle, duration = excitation
-    fine = np.arange(int(duration * FINE) * 2 + 1) / (2 * FINE)
-    moved = angle(fine - lag)
-    h = 1 / FINE
+    finer = int(np.ceil(1500 / rig.rate))
+    h = 1 / (finer * rig.rate)
+    fine = np.arange(2 * int(duration / h) + 3) * h / 2
+    moved = angle(fine - rig.lag)
     rate = np.gradient(moved, h / 2, edge_order=2)
     acceleration = np.gradient(rate, h / 2, edge_order=2)
-    p = np.zeros(len(EFFECTS))
-    p[P["wh"]], p[P["fh"]], p[P["zh"]], p[P["tm"]] = 0.01, 4.0, 0.3, 0.1
-    for name, value in hidden.items():
-        p[P[name]] = value
-    late = angle(fine - lag - p[P["tau"]])
-    torque = _torque(moved, rate, acceleration, late, duration, h, np.array([rider[n] for n in RIDER]), p)
-    every = int(FINE / RATE)
-    time = np.arange(len(torque)) * h
-    sampled = np.interp(time[::every] - p[P["td"]], time, torque)
-    time = time[::every]
+    p = Hidden(**{**ABSENT, **hidden})
+    torque, gyro = _torque(moved, rate, acceleration, angle(fine - rig.lag - p.tau), duration, h, Rider(**rider), p)
+    if p.hs:
+        torque = torque + p.hs * _slider(torque, 5.0)
+    steps = np.arange(len(torque)) * h
+    time = steps[::finer]
     n = len(time)
-    grid = np.fft.rfftfreq(n, 1 / RATE)
-    remnant = np.fft.irfft(np.fft.rfft(rng.standard_normal(n)) / (1 + (grid / 2.0) ** 2), n)
-    remnant *= 0.4 * noise / remnant.std()
-    disturbance = 0.2 * noise * rng.standard_normal(n)
-    for _ in range(bursts):
-        at = rng.integers(0, n - 256)
-        disturbance[at : at + 256] += 1.0 * noise * rng.standard_normal(256)
-    steps = (np.radians(40) / 4096, 400 / 4096)
-    measured = moved[:: 2 * every][:n] + np.radians(0.03) * noise * rng.standard_normal(n)
-    quantised = [s * np.round(x / s) for s, x in zip(steps, (measured, sampled + remnant + disturbance), strict=True)]
-    return time[16:], angle(time[16:]), quantised[0][16:], quantised[1][16:]
+    sampled = np.interp(time - p.td - p.te * time / duration, steps, torque)
+    remnant = np.fft.irfft(np.fft.rfft(rng.standard_normal(n)) / (1 + (np.fft.rfftfreq(n, 1 / rig.rate) / 2.0) ** 2), n)
+    disturbance = rig.remnant * remnant / remnant.std() + rig.torque_noise * rng.standard_normal(n)
+    for _ in range(rig.bursts):
+        at = rng.integers(0, n - 2 * rig.rate)
+        disturbance[at : at + 2 * rig.rate] += 5 * rig.torque_noise * rng.standard_normal(2 * rig.rate)
+    sizes = (np.radians(40) / 2**rig.bits, 400 / 2**rig.bits)
+    measured = moved[:: 2 * finer][:n] + rig.angle_noise * rng.standard_normal(n)
+    shown = [size * np.round(y / size) for size, y in zip(sizes, (measured, sampled + disturbance), strict=True)]
+    gyro = gyro[::finer] + rig.gyro_noise * rng.standard_normal(n)
+    cut = slice(rig.rate // 8, None)
+    return time[cut], angle(time)[cut], shown[0][cut], shown[1][cut], gyro[cut]
 
 
-def case(hidden, seed, noise=1.0, change=0.03, bursts=0, runs=("sweep_up", "stepped", "sweep_down")):
+@njit(cache=False)
+def _slider(y, width):
+    """The stop operator of a signal, from -1 to 1."""
+    out = np.zeros(len(y))
+    for i in range(1, len(y)):
+        out[i] = min(max(out[i - 1] + (y[i] - y[i - 1]) / width, -1.0), 1.0)
+    return out
+
+
+def case(hidden, seed, noise=1.0, change=0.03, bursts=0, runs=("sweep_up", "stepped", "sweep_down"), spread=0.18):
     """The runs of one rider drawn from the published spread, who changes from run to run. Also his mean values."""
     rng = np.random.default_rng(seed)
-    rider = {n: v * (1 + rng.normal(0, 0.01 if n == "Is" else 0.2)) if n == "Is" else v * float(np.exp(rng.normal(0, 0.18))) for n, v in RIDER.items()}
+    rider = {n: v * (1 + rng.normal(0, 0.01)) if n == "Is" else v * float(np.exp(rng.normal(0, spread))) for n, v in RIDER.items()}
+    rig = Rig(angle_noise=float(np.radians(0.03)) * noise, torque_noise=0.2 * noise, remnant=0.4 * noise, bursts=bursts)
     made = {}
     for name in runs:
-        today = {n: v * (1.0 if n == "Is" else float(np.exp(rng.normal(0, change)))) for n, v in rider.items()}
-        made[name] = record(RUNS[name], hidden, today, rng, noise, bursts=bursts)
+        made[name] = record(RUNS[name], hidden, today(rider, change, rng), rng, rig)
     return made, rider
+
+
+def today(rider, change, rng):
+    """The rider as he is in one run; the bar stays what it is."""
+    return {n: v * (1.0 if n == "Is" else float(np.exp(rng.normal(0, change)))) for n, v in rider.items()}

@@ -1,0 +1,53 @@
+"""The runs that the steer test could make next, and what each would tell: sweeps of rider and bar, and of the bar alone."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from identification.excitation import sweep
+from identification.gap.expected import Foresight
+from identification.gap.fitting import Fit
+from identification.gap.next_test import Proposal, further_sweeps
+from identification.gap.planned import Channels, planned
+from identification.gap.runs import Run
+from scenarios.rig_test import DAMPING, STIFFNESS, bare_bar
+
+
+@dataclass
+class BareBar:
+    """A sweep of the handlebar, hands off: the torque then holds the bar alone, with what sits on it."""
+
+    settings: dict[str, float]
+    errors: np.ndarray  # of inertia, damping and stiffness of the bar
+    experiment: str = "bare_bar"
+    sentence: str = "Sweep the bare handlebar, hands off: its torque holds inertia, springs and dampers of the bar alone."
+
+    @classmethod
+    def after(cls, found: Fit, duration: float = 60.0) -> "BareBar":
+        """The sweep with frequencies and amplitude of the first run."""
+        made: Run = found.runs[0]
+        frequencies = [c.frequency for c in made.reduction.columns if c.order == 1]
+        settings = {"from": float(min(frequencies)), "to": float(max(frequencies)), "duration": duration,
+                    "amplitude": float(np.abs(made.moved(made.recording.time)[0]).max())}  # fmt: skip
+        inertia = float(np.exp(found.x[0]))
+        columns = found.model.stand.columns
+        motion = sweep(settings["from"], settings["to"], duration, settings["amplitude"])
+        run = planned(motion, Channels.of(made, columns["imposed"]), columns, lambda run: inertia * run.moved(run.recording.time)[2])
+        return cls(settings, bare_bar([run])[1])
+
+    def foresee(self, rival: Fit) -> Foresight:
+        """Inertia, damping and stiffness that a fit gives the bar, over the errors with which they would be known."""
+        names = rival.model.names
+        inertia = float(np.exp(rival.x[0]))
+        predicted, slopes = np.zeros(3), np.zeros((3, len(names)))
+        predicted[0], slopes[0, 0] = inertia / self.errors[0], inertia / self.errors[0]
+        for row, name in ((1, DAMPING), (2, STIFFNESS)):
+            if name in names:
+                place = names.index(name)
+                predicted[row], slopes[row, place] = rival.x[place] / self.errors[row], 1 / self.errors[row]
+        return Foresight(predicted, slopes)
+
+
+def rig_proposals(found: Fit) -> list[Proposal]:
+    """What the rig could be asked next, after what a fit rests on."""
+    return [BareBar.after(found), *further_sweeps(found)]
