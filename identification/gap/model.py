@@ -98,7 +98,7 @@ class Model:
         self.rows = [self.component.table[n] for n in self.own]
         self.lags = {stand.parameter(e, n) for e in effects for n in e.lags}
         self.shift = next((stand.parameter(e, e.lags[0]) for e in effects if e.lags and not e.delayed), "")
-        self.equations = Equations(self.component, [stand.measured], [n for n in (self.names if slopes_of_base else self.own) if n not in self.lags])
+        self.equations = Equations(self.component, stand.outputs, [n for n in (self.names if slopes_of_base else self.own) if n not in self.lags])
 
     def joined_by(self, *effects: type[Effect], slopes_of_base: bool = True) -> "Model":
         """The model with further effects."""

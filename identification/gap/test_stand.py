@@ -55,6 +55,11 @@ class TestStand:
         return wrapper(inner, self.imposed, self.measured, channel)
 
     @property
+    def outputs(self) -> tuple[str, ...]:
+        """The outputs of the component seen from the test that are measured."""
+        return (self.measured,)
+
+    @property
     def device(self) -> Component:
         """The component in which effects of the part `device` act."""
         return self.component.parts["device"] if isinstance(self.component, System) else self.component

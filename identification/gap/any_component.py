@@ -1,0 +1,72 @@
+"""The gap workflow on any component: base fitted from afar, noise found, effects of its own elements against each other.
+
+The noise rests on the best model so far (see `flexible`), so a verdict that changes the model is reached again with
+the noise that is left beside it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fmus.effects import Effect
+from fmus.effects.places import laws_at
+from identification.gap.begin import begin, equal_noise
+from identification.gap.component_test import ComponentTest
+from identification.gap.decide import Verdict, decide
+from identification.gap.fitting import Fit, fit
+from identification.gap.free_start import FreeStart
+from identification.gap.noise_sources import known_noise
+from identification.gap.sampled import Sampled
+
+ROUNDS = 3
+STEADY = 0.1  # change of the noise, relative, below which a verdict stands
+
+
+@dataclass(frozen=True)
+class Investigation:
+    """The verdict, with the test as it was scaled."""
+
+    verdict: Verdict
+    test: ComponentTest
+
+
+def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequence[type[Effect]] = (), given: dict | None = None) -> Investigation:
+    """The verdict on runs of a component, with the laws of mechanics at its elements and a user's own effects.
+
+    given holds known deviations of outputs by name. Raises InputError where the base cannot be fitted.
+    """
+    model = FreeStart(test)
+    found = begin(model, runs)
+    found = fit(model, equal_noise(found.runs, found), found.x)
+    deflection, rate = largest_motion(found)
+    test = replace(test, component=test.component.with_values(**_values(found))).scaled(deflection, rate)
+    library = [*laws_at(test.component, rate), *more_effects]
+    model = FreeStart(test)
+    ready = [model.with_noise_beside(run, found.x) for run in known_noise(found.runs, given or {})]
+    for _ in range(ROUNDS):
+        verdict = decide(model, ready, library)
+        before, ready = ready, list(verdict.best.runs)
+        if _change(before, ready) < STEADY:
+            break
+    return Investigation(verdict, test)
+
+
+def _values(found: Fit) -> dict[str, float]:
+    values = found.model.values(found.x[: len(found.model.names)])
+    return {n: float(np.clip(values[n], found.model.component.table[n].min, found.model.component.table[n].max)) for n in found.model.base}
+
+
+def largest_motion(found: Fit) -> tuple[float, float]:
+    """The largest deflection and rate of the component's first element in the runs."""
+    sizes = []
+    for index, run in enumerate(found.runs):
+        _, deflections, rates, _ = found.model.traced(run, found.of_run(index))
+        if deflections:
+            sizes.append((np.quantile(np.abs(deflections[0]), 0.999), np.quantile(np.abs(rates[0]), 0.999)))
+    return tuple(float(max(s)) for s in zip(*sizes, strict=True)) if sizes else (1.0, 1.0)  # type: ignore[return-value]
+
+
+def _change(before: Sequence[Sampled], after: Sequence[Sampled]) -> float:
+    """By how much the deviations changed, relative, in the mean over the cosines."""
+    return max(float(np.mean(np.abs(np.log(b.deviation / a.deviation)))) for a, b in zip(before, after, strict=True))

@@ -1,0 +1,149 @@
+"""A run of any component, made ready: told what was recorded, compared on the cosines of its blocks.
+
+Nothing is asked of the excitation. The run is cut into segments whose initial states are unknown, one where the
+component is stable: an unstable one is compared over stretches in which its own motion grows by a stated factor.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from fmus.errors import InputError
+from identification.gap.blocks import Blocks, blocks_of
+from identification.gap.component_test import ComponentTest
+from identification.gap.flexible import Density
+from identification.gap.told import Told, highest_frequency, input_function, motion_functions
+from identification.recordings import Recording
+from identification.sampling import uniform
+
+FEWEST = 200  # samples
+LEAST_SIGNAL = 5.0  # what is measured over its noise
+JITTER = 0.05  # of the interval, beyond which samples are moved to a regular grid
+POINTS = 24  # of the simulation per cycle of the highest frequency
+MOST_POINTS = 40_000  # of the simulation of one run
+EDGE = 0.02  # share of an imposed motion's record at each end: its acceleration is not known there
+
+
+@dataclass
+class Sampled:
+    """A recording on the cosines of its blocks: data (m,) and their deviation (m,)."""
+
+    recording: Recording
+    test: ComponentTest
+    measured: np.ndarray  # (n, outputs)
+    told: Told
+    segments: list[tuple[int, int]]
+    finer: int  # steps of the simulation per sample
+    reduction: Blocks
+    densities: list[Density]
+    noise_source: str
+    data: np.ndarray
+    deviation: np.ndarray
+    notes: tuple[str, ...] = ()
+    guess: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        return self.recording.name
+
+    @property
+    def unit(self) -> str:
+        """The unit of the motion by whose size parts of a run are told apart."""
+        return self.recording.units[self.test.imposed or self.test.outputs[0]]
+
+    @property
+    def duration(self) -> float:
+        """From time zero to the end of the run [s]."""
+        return float(self.recording.time[-1] + 1 / self.recording.rate)
+
+    @property
+    def unknowns(self) -> int:
+        """Numbers of this run that are fitted besides the parameters."""
+        return self.guess.get("unknowns", 0)
+
+    def moved(self, time: np.ndarray) -> tuple[np.ndarray]:
+        """The motion (n,) at times (n,)."""
+        return (np.interp(time, self.recording.time, self.recording[self.test.imposed or self.test.outputs[0]]),)
+
+    def with_densities(self, densities: list[Density], source: str) -> "Sampled":
+        """The run with another noise."""
+        return replace(self, densities=densities, noise_source=source, deviation=self.reduction.deviations(densities))
+
+    def with_told(self, kind: str) -> "Sampled":
+        """The run with its inputs joined in another way between their samples."""
+        return replace(self, told=_told(self.recording, self.test, kind), guess={})
+
+    def cut(self, length: int) -> "Sampled":
+        """The run in segments of so many samples, each with its own initial states."""
+        first, last = self.segments[0][0], self.segments[-1][1]
+        count = max((last - first) // max(length, 8), 1)
+        edges = np.linspace(first, last, count + 1).astype(int)
+        segments = [(int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+        reduction = blocks_of(segments, len(self.test.outputs), self.recording.rate, self.reduction_band)
+        return replace(self, segments=segments, reduction=reduction, data=reduction.reduce(self.measured), guess={},
+                       deviation=reduction.deviations(self.densities))  # fmt: skip
+
+    @property
+    def reduction_band(self) -> float:
+        """The frequency up to which the run is compared [Hz]."""
+        return max(c.frequency for c in self.reduction.columns)
+
+
+def prepare_sampled(recording: Recording, test: ComponentTest) -> Sampled:
+    """The run, its noise a first guess. Raises InputError for a run that is too short, still or without noise."""
+    recording, notes = _regular(recording)
+    time, rate = recording.time, recording.rate
+    if len(time) < FEWEST:
+        raise InputError(f"{recording.name}: {len(time)} samples are too few to tell noise from a gap; expected at least {FEWEST}")
+    measured = np.column_stack([recording[name] for name in test.outputs])
+    deviations = [white_noise(y) for y in measured.T]
+    for name, y, noise in zip(test.outputs, measured.T, deviations, strict=True):
+        if np.ptp(y) == 0:
+            raise InputError(f"{recording.name}: {name} is constant at {y[0]:g} {recording.units[name]}; is the sensor connected?")
+        if np.std(y) < LEAST_SIGNAL * noise:
+            raise InputError(f"{recording.name}: no excitation: {name} varies by {np.std(y):.2g} {recording.units[name]} (rms), its noise is {noise:.2g}")
+    highest = max(highest_frequency(y, rate) for y in measured.T)
+    band = min(1.3 * highest + 4 * rate / len(time), rate / 2)
+    edge = int(EDGE * len(time)) if test.imposed else 0
+    segments = [(edge, len(time) - edge)]
+    reduction = blocks_of(segments, len(test.outputs), rate, band)
+    finer = int(np.clip(np.ceil(POINTS * highest / rate), 1, max(MOST_POINTS // len(time), 1)))
+    densities = [Density(np.array([0.0, rate / 2]), np.full(2, max(s, 1e-30) ** 2)) for s in deviations]
+    return Sampled(recording, test, measured, _told(recording, test, "smooth"), segments, finer, reduction, densities, "",
+                   reduction.reduce(measured), reduction.deviations(densities), notes)  # fmt: skip
+
+
+def white_noise(y: np.ndarray) -> float:
+    """The deviation of white noise in a smooth signal (n,), from its fourth differences; kinks hardly move a median."""
+    return float(1.4826 * np.median(np.abs(np.diff(y, 4))) / np.sqrt(70))
+
+
+def _regular(recording: Recording) -> tuple[Recording, tuple[str, ...]]:
+    """The recording from time zero on a regular grid."""
+    recording, notes = uniform(recording)
+    time = recording.time
+    grid = time[0] + np.arange(len(time)) * (time[-1] - time[0]) / (len(time) - 1)
+    if np.max(np.abs(time - grid)) > JITTER / recording.rate:
+        keep = np.concatenate([[True], np.diff(time) > 0])
+        columns = {n: CubicSpline(time[keep], y[keep])(grid) for n, y in recording.columns.items()}
+        recording = replace(recording, columns=columns)
+        notes = (*notes, f"{recording.name}: the samples were moved to a regular grid")
+    return replace(recording, time=grid - grid[0]), notes
+
+
+def _told(recording: Recording, test: ComponentTest, kind: str) -> Told:
+    time = recording.time
+    functions: dict[str, Any] = {n: input_function(time, recording[n], kind) for n in test.inputs if n != test.imposed}
+    if test.imposed:
+        seen = test.with_effects(())
+        motion = motion_functions(time, recording[test.imposed], seen.rate)  # type: ignore[attr-defined]
+        functions |= {name or test.imposed: function for name, function in motion.items()}
+    return Told(functions, (float(time[0]), float(time[-1])))
+
+
+def excited(runs: Sequence[Sampled]) -> bool:
+    """Whether any recorded input drives the component; otherwise only ratios of its parameters show."""
+    return any(np.ptp(run.recording[n]) > 0 for run in runs for n in run.test.inputs)

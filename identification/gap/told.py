@@ -1,0 +1,76 @@
+"""What was told to a component, at any time: recorded inputs between their samples, an imposed motion with its rates.
+
+An input is held, joined by lines, or joined smoothly; where it is rough these differ by a lag of up to half a sample,
+which a fit would take for a delay. A held input is, on average, the joined one half a sample later. An imposed
+motion is a spline whose knots are as far apart as its spectrum allows: its noise would become force otherwise.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.interpolate import CubicSpline, make_lsq_spline
+from scipy.signal import periodogram
+
+KINDS = ("smooth", "lines", "held")
+ROUGH = 0.02  # share of an input's power in the upper half of its spectrum, from which the kinds differ
+DEGREE = 5
+
+
+@dataclass
+class Told:
+    """Functions of time by name; called with times (n,) it gives their values (n,) by name. The last few are kept."""
+
+    functions: Mapping[str, Callable[[np.ndarray], np.ndarray]]
+    ends: tuple[float, float]
+    known: dict = field(default_factory=dict)
+
+    def __call__(self, time: np.ndarray) -> dict[str, np.ndarray]:
+        key = (len(time), float(time[0]), float(time[-1]))
+        if key not in self.known:
+            if len(self.known) > 64:
+                self.known.clear()
+            inside = np.clip(time, *self.ends)
+            self.known[key] = {name: function(inside) for name, function in self.functions.items()}
+        return self.known[key]
+
+
+def input_function(time: np.ndarray, values: np.ndarray, kind: str) -> Callable[[np.ndarray], np.ndarray]:
+    """The input between its samples (n,)."""
+    if kind == "smooth":
+        return CubicSpline(time, values)
+    late = (time[1] - time[0]) / 2 if kind == "held" else 0.0
+    return lambda t: np.interp(t - late, time, values)
+
+
+def is_rough(values: np.ndarray) -> bool:
+    """Whether an input (n,) has so much power near the sampling rate that it matters how its samples are joined."""
+    _, power = periodogram(values - values.mean())
+    return float(power[len(power) // 2 :].sum()) > ROUGH * float(power.sum())
+
+
+def motion_functions(time: np.ndarray, values: np.ndarray, rate: str) -> dict[str, Callable]:
+    """An imposed motion's rate and acceleration beside it: names "", rate and der(rate)."""
+    spline = make_lsq_spline(time, values, _knots(time, values), DEGREE)
+    return {"": spline, rate: spline.derivative(1), f"der({rate})": spline.derivative(2)}
+
+
+def _knots(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Knots close enough for the highest frequency that the motion has beyond its noise."""
+    step = time[1] - time[0]
+    highest = highest_frequency(values, 1 / step)
+    apart = max(int(1 / (3 * highest * step)), 1)
+    inner = time[apart : -max(apart, DEGREE + 1) : apart]
+    return np.concatenate([[time[0]] * (DEGREE + 1), inner, [time[-1]] * (DEGREE + 1)])
+
+
+def highest_frequency(values: np.ndarray, rate: float, share: float = 4.0) -> float:
+    """The highest frequency [Hz] at which a signal (n,) stands out from what it has at the highest ones."""
+    n = len(values)
+    line = np.interp(np.arange(n), [0, n - 1], values[[0, -1]])
+    frequency, power = periodogram((values - line) * np.hanning(n), rate)
+    width = max(n // 400, 5)
+    smooth = np.convolve(power, np.ones(width) / width, "same")
+    floor = np.median(smooth[int(0.7 * len(smooth)) :])
+    above = np.flatnonzero(smooth > share * floor)
+    return float(frequency[above[-1]]) if len(above) else float(frequency[-1] / 2)
