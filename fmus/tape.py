@@ -11,8 +11,9 @@ Source: Griewank, Walther, Evaluating Derivatives, 2nd ed. (2008), ch. 3.
 """
 
 import operator
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from numbers import Number
 from typing import Any
 
 import numpy as np
@@ -96,16 +97,16 @@ class Node:
         return FUNCTIONS[self.word] if self.word in FUNCTIONS else getattr(NUMERIC, self.word)
 
     def __add__(self, other: Any) -> Any:
-        return self.tape.added(self, other, 1.0)
+        return self.tape.added(self, other, 1.0) if _is_value(other) else NotImplemented
 
     def __sub__(self, other: Any) -> Any:
-        return self.tape.added(self, other, -1.0)
+        return self.tape.added(self, other, -1.0) if _is_value(other) else NotImplemented
 
     def __mul__(self, other: Any) -> Any:
-        return self.tape.multiplied(self, other)
+        return self.tape.multiplied(self, other) if _is_value(other) else NotImplemented
 
     def __truediv__(self, other: Any) -> Any:
-        return self.tape.multiplied(self, self.tape.reciprocal(other))
+        return self.tape.multiplied(self, self.tape.reciprocal(other)) if _is_value(other) else NotImplemented
 
     def __rsub__(self, other: Any) -> Any:
         return self.tape.added(-1.0 * self, other, 1.0)
@@ -149,6 +150,11 @@ class Node:
     __radd__, __rmul__, __rand__, __ror__ = __add__, __mul__, __and__, __or__
 
 
+def _is_value(other: Any) -> bool:
+    """Whether a node can be joined with it; what is more than a value (a jet) knows itself how."""
+    return isinstance(other, (Node, Number, np.generic))
+
+
 class Tape:
     """The nodes by what they are. It is also the `m` of equations: `tape.sin(node)` records a sine."""
 
@@ -180,8 +186,11 @@ class Tape:
         return self.nodes[key]
 
     @staticmethod
-    def term(x: Any) -> Any:
-        """Every node is computed once anyway (see `fmus.terms`)."""
+    def term(x: Any, variables: Sequence = (), slopes: Sequence = ()) -> Any:
+        """Every node is computed once anyway; slopes that are known need not be derived (see `fmus.terms`)."""
+        for variable, slope in zip(variables, slopes, strict=True):
+            if isinstance(x, Node) and isinstance(variable, Node) and not variable.arguments:
+                x.slopes.setdefault(variable.word, slope)
         return x
 
     def where(self, condition: Any, when_true: Any, when_false: Any) -> Any:
