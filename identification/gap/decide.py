@@ -19,6 +19,7 @@ from identification.gap.competing import CLEAR, SIGNIFICANT, TIE, Candidate, ade
 from identification.gap.fitting import Fit, fit
 from identification.gap.model import AnyModel, AnyRun
 from identification.gap.screening import Signature, screen
+from identification.gap.starting import fit_base
 
 SECOND = 15.0  # dBIC of a second one
 SHARE = 0.005  # of the first one's gain: below it, small errors of the model of a large effect look like another
@@ -53,7 +54,7 @@ def decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effec
 
 
 def _decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effect]]) -> Verdict:
-    base = fit(model, runs, model.start())
+    base = fit_base(model, runs)
     first = compete(base, library)
     best = best_of(first)
     if best is None or best.delta_bic < SIGNIFICANT:

@@ -1,0 +1,37 @@
+"""The base fitted from several starts: a resonance that is far from the first guess makes minima that are not the lowest.
+
+Starts are spread by a Sobol sequence over a factor of two to each side of the component's own values. The search ends
+with the first fit that is as good as the noise, or once the best has been reached twice after FEW starts.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.stats import qmc
+
+from fmus.errors import InputError
+from identification.gap.competing import adequate
+from identification.gap.fitting import Fit, fit
+from identification.gap.model import AnyModel, AnyRun
+
+FEW, MOST = 8, 32
+SPREAD = float(np.log(2.0))
+SAME = 0.01  # of chi-square: two fits that ended at the same place
+
+
+def fit_base(model: AnyModel, runs: Sequence[AnyRun]) -> Fit:
+    """The best fit of a model without effects. Raises InputError where not even the first start can be simulated."""
+    best, reached = fit(model, runs, model.start()), 1
+    starts = qmc.scale(qmc.Sobol(len(model.base), scramble=False).random(MOST)[1:], -SPREAD, SPREAD)
+    for count, move in enumerate(starts, 2):
+        if adequate(best) or (count > FEW and reached > 1):
+            break
+        try:
+            found = fit(model, runs, model.start() + move)
+        except InputError:  # nothing can be simulated from there
+            continue
+        if found.chi2 < (1 - SAME) * best.chi2:
+            best, reached = found, 1
+        elif found.chi2 < (1 + SAME) * best.chi2:
+            reached += 1
+    return best
