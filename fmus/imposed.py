@@ -15,7 +15,7 @@ from fmus.component import Component, Scope
 from fmus.elements import Element
 from fmus.errors import InputError, unknown
 from fmus.mathematics import SYMBOLIC
-from fmus.symbolic import symbolic
+from fmus.traced import traced
 from fmus.variables import Variable
 
 
@@ -62,13 +62,12 @@ class Imposed(_Wrapped):
     """The component with a state, its rate and its acceleration as inputs, and the effort as output."""
 
     def _table(self, inner: Component) -> dict[str, Variable]:
-        form = symbolic(inner)
+        form = traced(inner)
         rate = form.rates[inner.states.index(self.imposed)]
-        self.rate = next((n for n in inner.states if form.symbols[n] == rate), "")
+        self.rate = next((n for n in inner.states if form.symbols[n] is rate), "")
         if not self.rate:
             raise InputError(f"der({self.imposed}) is not itself a state of {inner.name}: only an angle or a displacement can be imposed")
-        entries = {r for r, c in form.mass_entries.where if r != c} | {c for r, c in form.mass_entries.where if r != c}
-        if inner.states.index(self.rate) in entries:
+        if any(self.rate in (r, c) and r != c and entry != 0.0 for (r, c), entry in form.mass.items()):
             raise InputError(f"the mass matrix of {inner.name} couples {self.rate} with other states: it cannot be imposed")
         self.acceleration = f"der({self.rate})"
         table = {n: r for n, r in inner.table.items() if r.role == "parameter" or (r.role == "state" and n not in (self.imposed, self.rate))

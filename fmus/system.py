@@ -5,11 +5,12 @@ variables are `part.variable`; an input that nothing drives stays an input of th
 """
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import Any
 
 from fmus.component import Component, Scope, prefixed
 from fmus.errors import InputError, unknown
-from fmus.symbolic import symbolic
+from fmus.traced import depends_on, traced
 from fmus.units import unit
 
 Wiring = Mapping[str, Sequence[str]]
@@ -91,11 +92,9 @@ class System(Component):
         while needed - known:
             before = len(known)
             for part, component in self.parts.items():
-                form = symbolic(component)
-                waiting = {form.symbols[n] for n in component.inputs
-                           if not set(self.wiring.get(f"{part}.{n}", ())) <= known}  # fmt: skip
-                ready = tuple(name for name, expression in zip(component.outputs, form.outputs, strict=True)
-                              if f"{part}.{name}" in needed - known and not expression.free_symbols & waiting)  # fmt: skip
+                waiting = {n for n in component.inputs if not set(self.wiring.get(f"{part}.{n}", ())) <= known}
+                ready = tuple(name for name, node in zip(component.outputs, traced(component).outputs, strict=True)
+                              if f"{part}.{name}" in needed - known and not depends_on(node) & waiting)  # fmt: skip
                 if ready:
                     order.append((part, ready))
                     known |= {f"{part}.{name}" for name in ready}
@@ -109,9 +108,8 @@ class System(Component):
         while path.count(path[-1]) == 1:
             part, _, name = path[-1].partition(".")
             component = self.parts[part]
-            form = symbolic(component)
-            used = form.outputs[component.outputs.index(name)].free_symbols
-            path.append(next(source for n in component.inputs if form.symbols[n] in used
+            used = depends_on(traced(component).outputs[component.outputs.index(name)])
+            path.append(next(source for n in component.inputs if n in used
                              for source in self.wiring.get(f"{part}.{n}", ()) if source in unresolved))  # fmt: skip
         return " <- ".join(path[path.index(path[-1]) :])
 
@@ -137,11 +135,16 @@ class System(Component):
             known[source] = results[name]
         return known
 
-    def equations(self, v: Scope, m: Any) -> dict[str, Any]:
+    def _told(self, v: Scope, m: Any) -> dict[str, Any]:
+        """What the parts tell each other, besides the bound calculated parameters."""
         known = self._calculated(v, m)
         for part, names in self.order:
             results = self.parts[part].run(self._values_of(part, v, known), m)
             known.update({f"{part}.{name}": results[name] for name in names})
+        return known
+
+    def equations(self, v: Scope, m: Any) -> dict[str, Any]:
+        known = self._told(v, m)
         everything = {}
         for part, component in self.parts.items():
             results = component.run(self._values_of(part, v, known), m)
@@ -153,8 +156,14 @@ class System(Component):
                     everything[f"{part}.{key}"] = value
         return everything
 
+    @cached_property
+    def _mass_is_told(self) -> bool:
+        """Whether the mass matrix of a part depends on what another part answers."""
+        return any(f"{part}.{name}" in self.wiring for part, component in self.parts.items()
+                   for entry in traced(component).mass.values() for name in depends_on(entry) & set(component.inputs))  # fmt: skip
+
     def mass(self, v: Scope, m: Any) -> dict[tuple[str, str], Any]:
-        known = self._calculated(v, m)
+        known = self._told(v, m) if self._mass_is_told else self._calculated(v, m)
         entries = {}
         for part, component in self.parts.items():
             values = {**self._values_of(part, v, known)}

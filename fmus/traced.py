@@ -3,7 +3,7 @@
     x' = M(p, x)^-1 f(x, u, p, t),   y = g(x, u, p, t)
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -37,11 +37,11 @@ class Traced:
         matrix = [[self.mass.get((r, c), float(r == c)) for c in names] for r in names]
         for k in range(len(names)):
             for i in range(len(names)):
-                if i != k and not _is(matrix[i][k], 0.0):
+                if i != k and matrix[i][k] != 0.0:
                     factor = matrix[i][k] / matrix[k][k]
                     matrix[i] = [a - factor * b for a, b in zip(matrix[i], matrix[k], strict=True)]
                     right[i] = right[i] - factor * right[k]
-        return [r if _is(matrix[i][i], 1.0) else r / matrix[i][i] for i, r in enumerate(right)]
+        return [r if matrix[i][i] == 1.0 else r / matrix[i][i] for i, r in enumerate(right)]
 
 
 _CACHE: dict[Any, Traced] = {}
@@ -76,7 +76,7 @@ class Program:
                 waiting += [a for a in node.arguments if isinstance(a, Node)]
         self.nodes = [found[place] for place in sorted(found)]  # each after its arguments
         self.leaves = [n for n in self.nodes if not n.arguments]
-        self.steps = [(n, n.function(), n.arguments) for n in self.nodes if n.arguments]
+        self.steps = [(n, *_bound(n)) for n in self.nodes if n.arguments]
 
     def __call__(self, values: Mapping[str, Any], n: int) -> list[Any]:
         """The results, each a number, or (n,) where it depends on one of the values that are arrays (n,)."""
@@ -96,10 +96,27 @@ class Program:
         return answers
 
 
+def depends_on(x: Any) -> frozenset[str]:
+    """The names of the leaves that a node depends on; of a number none."""
+    return x.depends if isinstance(x, Node) else frozenset()
+
+
 def _carry_out(steps: Sequence[tuple], known: dict[Any, Any]) -> None:
     for node, function, arguments in steps:
-        known[node] = function(*(known[a] if isinstance(a, Node) else a for a in arguments))
+        known[node] = function(*[known[a] for a in arguments])
 
 
-def _is(x: Any, number: float) -> bool:
-    return not isinstance(x, Node) and x == number
+def _bound(node: Node) -> tuple[Callable, list[Node]]:
+    """What computes a node from those of its arguments that are nodes, and these."""
+    function, arguments = node.function(), node.arguments
+    places = [i for i, a in enumerate(arguments) if isinstance(a, Node)]
+    if len(places) == len(arguments):
+        return function, list(arguments)
+
+    def filled(*values: Any) -> Any:
+        every = list(arguments)
+        for i, value in zip(places, values, strict=True):
+            every[i] = value
+        return function(*every)
+
+    return filled, [arguments[i] for i in places]

@@ -26,7 +26,7 @@ class Equations:
         self.rows = form.explicit_rates + [form.outputs[component.outputs.index(n)] for n in self.outputs]
         unknowns = (*self.states, *self.parameters)
         slopes = {(i, j): row.slope(x) for i, row in enumerate(self.rows) for j, x in enumerate(unknowns) if isinstance(row, Node)}
-        self.slopes = {place: s for place, s in slopes.items() if isinstance(s, Node) or s}
+        self.slopes = {place: s for place, s in slopes.items() if s != 0.0}
         self.program = Program([*self.rows, *self.slopes.values()])
         own = frozenset(self.states)
         bent = [s for (_, j), s in self.slopes.items() if j < len(self.states) and isinstance(s, Node)]

@@ -26,16 +26,17 @@ class Rebuilt:
     """A motion that is known between the samples too."""
 
     phase: CubicSpline
-    splines: list[tuple[int, BSpline, BSpline]]
+    orders: tuple[int, ...]
+    amplitudes: BSpline  # (1 + 2 orders): order 0, then cosine and sine of each
 
     def __call__(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Angle, rate and acceleration (n,) at times (n,) [s]."""
         phi, w, a = (self.phase(time, d) for d in range(3))
-        angle, rate, acceleration = (np.zeros(len(time)) for _ in range(3))
-        for k, cosine, sine in self.splines:
+        values, slopes, bends = (self.amplitudes(time, d).T for d in range(3))
+        angle, rate, acceleration = values[0].copy(), slopes[0].copy(), bends[0].copy()
+        for i, k in enumerate(self.orders):
             c, s = np.cos(k * phi), np.sin(k * phi)
-            p, p1, p2 = (cosine(time, d) for d in range(3))
-            q, q1, q2 = (sine(time, d) for d in range(3))
+            (p, q), (p1, q1), (p2, q2) = (x[1 + 2 * i : 3 + 2 * i] for x in (values, slopes, bends))
             angle += p * c + q * s
             u, v = p1 + k * w * q, q1 - k * w * p  # the rate is u cos + v sin
             rate += u * c + v * s
@@ -59,10 +60,7 @@ def rebuilt(time: np.ndarray, angle: np.ndarray, phase: Phase, orders: Sequence[
     normal = matrix.T @ diags(trusted) @ matrix
     normal = normal + 1e-9 * diags(normal.diagonal() + 1.0)
     solution = splu(normal.tocsc()).solve(matrix.T @ (trusted * angle))
-    parts = [BSpline(knots, c, 3) for c in np.split(solution, len(blocks))]
-    nothing = BSpline(knots, np.zeros(len(knots) - 4), 3)
-    splines = [(0, parts[0], nothing)] + [(k, parts[2 * i + 1], parts[2 * i + 2]) for i, k in enumerate(orders)]
-    return Rebuilt(CubicSpline(time, phase.angle), splines)
+    return Rebuilt(CubicSpline(time, phase.angle), tuple(orders), BSpline(knots, solution.reshape(len(blocks), -1).T, 3))
 
 
 def _knots(time: np.ndarray, frequency: np.ndarray) -> np.ndarray:

@@ -14,8 +14,8 @@ def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     for i, row in enumerate(a):
         for k, column in enumerate(b.T):
             for x, y in zip(row, column, strict=True):
-                if not _zero(x) and not _zero(y):
-                    result[i, k] = x * y if _zero(result[i, k]) else result[i, k] + x * y
+                if not is_zero(x) and not is_zero(y):
+                    result[i, k] = x * y if is_zero(result[i, k]) else result[i, k] + x * y
     return result
 
 
@@ -26,12 +26,12 @@ def inverse(a: np.ndarray) -> np.ndarray:
     for k in range(size):
         pivot = both[k, k]
         for j in range(k, 2 * size):
-            both[k, j] = both[k, j] if _zero(both[k, j]) else both[k, j] / pivot
+            both[k, j] = both[k, j] if is_zero(both[k, j]) else both[k, j] / pivot
         for i in range(size):
             factor = both[i, k]
-            if i != k and not _zero(factor):
+            if i != k and not is_zero(factor):
                 for j in range(k, 2 * size):
-                    both[i, j] = both[i, j] if _zero(both[k, j]) else both[i, j] - factor * both[k, j]
+                    both[i, j] = both[i, j] if is_zero(both[k, j]) else both[i, j] - factor * both[k, j]
     return both[:, size:]
 
 
@@ -44,5 +44,6 @@ def part(a: np.ndarray, where: slice) -> np.ndarray:
     return result
 
 
-def _zero(x: Any) -> bool:
+def is_zero(x: Any) -> bool:
+    """Whether an entry is the number zero."""
     return not isinstance(x, np.ndarray) and x == 0.0
