@@ -1,7 +1,7 @@
 """The gap workflow on a vehicle's measured eigenvalues: verdict, augmented vehicle, the next measurement, and the report."""
 
 import argparse
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,12 +10,11 @@ from matplotlib.figure import Figure
 
 from fmus.component import Component
 from fmus.errors import MissingToolError
-from identification.gap.decide import Verdict, decide
-from identification.gap.eigenvalue_model import EigenvalueModel
+from identification.gap.decide import Verdict
+from identification.gap.eigenvalue_verdict import cells, decide_on_eigenvalues
 from identification.gap.eigenvalues import Spectrum, read_eigenvalues
 from identification.gap.fitting import Fit
 from identification.gap.linear_stand import LinearStand
-from identification.gap.locating import Place, place
 from identification.gap.verdict import as_result
 from scenarios import names
 from scenarios.augmented_vehicle import FILE, effect_on_modes, vehicle_of, write_vehicle
@@ -23,8 +22,6 @@ from scenarios.command_line import to_json, write_text
 from scenarios.report import COLOURS, Report, Section, Table, new_figure
 from scenarios.vehicle_test import NOT_LINEAR, vehicle_effects, vehicle_stand, with_names
 
-BANDS = 5  # of speed, in which misfit is looked for
-FEW = 4  # data in a cell
 GRID = 60  # speeds at which rivals are compared
 WEAK = 40.0  # dBIC of a name that rests on little
 
@@ -35,7 +32,7 @@ def run_on_vehicle(arguments: argparse.Namespace) -> dict[str, Any]:
     vehicle, device = names.vehicle(arguments.vehicle), names.device(arguments.device)
     stand = vehicle_stand(vehicle, device, arguments.free)
     measured, held = ([with_names(read_eigenvalues(path), stand) for path in files] for files in (arguments.files, arguments.holdout))
-    verdict = decide(EigenvalueModel(stand), measured, vehicle_effects(vehicle, arguments.effects, linear=True))
+    verdict = decide_on_eigenvalues(stand, measured, vehicle_effects(vehicle, arguments.effects, linear=True))
     result = as_result(verdict, held, "1/s", "given", cells)
     result["limitations"] = _limitations(vehicle, measured, held)
     result["next_experiment"] = next_measurement(verdict, stand)
@@ -51,20 +48,6 @@ def run_on_vehicle(arguments: argparse.Namespace) -> dict[str, Any]:
     result["report"] = write_report(verdict, result, held, folder)
     write_text(folder / "verdict.json", to_json(result) + "\n")
     return result
-
-
-def cells(run: Spectrum, z: np.ndarray) -> Iterator[Place]:
-    """The cells in which misfit is looked for: each mode over bands of speed, real and imaginary parts apart."""
-    over, mode, part = run.labels
-    modes_, parts = np.array(mode), np.array(part)
-    edges = np.quantile(over, np.linspace(0, 1, BANDS + 1))
-    band = np.clip(np.searchsorted(edges, over, side="right") - 1, 0, BANDS - 1)
-    for name in dict.fromkeys(mode):
-        for kind in ("real", "imag"):
-            for i in range(BANDS):
-                inside = (modes_ == name) & (parts == kind) & (band == i)
-                if np.count_nonzero(inside) >= FEW // 2:
-                    yield place(run, z[inside], f"{name or 'mode'} {kind}", float(edges[i]), float(edges[i + 1]), "m/s")
 
 
 def _limitations(vehicle: Component, measured: Sequence[Spectrum], held: Sequence[Spectrum]) -> list[str]:
@@ -104,13 +87,19 @@ def next_measurement(verdict: Verdict, stand: LinearStand) -> dict[str, Any] | N
 
 def _followed(found: Fit, speeds: np.ndarray, start: float, value: complex) -> np.ndarray:
     """The eigenvalue of a fit (n,) over speeds that begins nearest to a measured one, by its continuity."""
-    spectra = np.linalg.eigvals(found.model.linearised(found.shared, np.append(start, speeds))[0].A)
+    spectra = _spectra(found, np.append(start, speeds))
     followed, last = [], value
     for spectrum in spectra:
         upper = spectrum[spectrum.imag >= 0]
         last = upper[np.abs(upper - last).argmin()]
         followed.append(last)
     return np.array(followed[1:])
+
+
+def _spectra(found: Fit, speeds: np.ndarray) -> np.ndarray:
+    """The eigenvalues (n, nx) of a fit at speeds (n,)."""
+    model: Any = found.model
+    return np.linalg.eigvals(model.linearised(found.shared, speeds)[0].A)
 
 
 def write_report(verdict: Verdict, result: dict[str, Any], held: Sequence[Spectrum], folder: Path) -> str:
@@ -143,7 +132,7 @@ def _over_speed(verdict: Verdict) -> Figure:
         axes[1].errorbar(run.over[seen], run.value[seen].imag / (2 * np.pi), run.imag_error[seen] / (2 * np.pi), fmt=".", color=COLOURS["reference"])
         speeds = np.linspace(run.over.min(), run.over.max(), 200)
         for fit, colour in ((verdict.base, COLOURS["damper"]), (verdict.best, COLOURS["rider"])):
-            spectra = np.linalg.eigvals(fit.model.linearised(fit.shared, speeds)[0].A)
+            spectra = _spectra(fit, speeds)
             kept = (spectra.imag >= 0) & (spectra.real > 1.3 * run.value.real.min() - 1)
             over = np.broadcast_to(speeds[:, None], spectra.shape)
             axes[0].plot(over[kept], spectra[kept].real, ",", color=colour)

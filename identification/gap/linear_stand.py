@@ -7,7 +7,7 @@ Effects join one part of a system, or the component itself.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -63,7 +63,7 @@ class LinearModel:
         self.sizes = [i for i, n in enumerate(self.own) if n not in shapes]
         self.rows: list[Variable] = [self.component.table[n] for n in self.own]
 
-    def joined_by(self, *effects: type[Effect], slopes_of_base: bool = True) -> "LinearModel":
+    def joined_by(self, *effects: type[Effect], slopes_of_base: bool = True) -> Self:
         """The model with further effects; slopes of the base come with it anyway."""
         del slopes_of_base
         return type(self)(self.stand, [*self.effects, *effects])

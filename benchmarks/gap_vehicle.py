@@ -1,0 +1,100 @@
+"""Blind cases of the gap workflow on vehicles: effects hidden in eigenvalues that are made apart from the package.
+
+Every motorcycle is another: parameters that are published are known to 1 % (lengths, masses) and 5 % (inertias, tyres,
+damper), and the real one differs by as much. Nothing is hidden in a third of the cases. Rates with Wilson's interval.
+"""
+
+import sys
+import tempfile
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.gap_cases import wilson
+from identification.gap.eigenvalue_verdict import decide_on_eigenvalues
+from identification.gap.eigenvalues import read_eigenvalues
+from identification.gap.fitting import parameters_of
+from scenarios.vehicle_test import vehicle_effects, vehicle_stand, with_names
+from vehicle_fmu import Motorcycle
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+from simulators.hidden_vehicle import SHARP, known_to, spectrum, write
+from test_motorcycle import KANE_NAMES
+
+CASES = 150
+CLEAR = 40.0  # delta chi-square from which naming is reliable
+HIDDEN = {
+    "frame_compliance": lambda r: ({"compliance": 10 ** r.uniform(-5.3, -4.2), "axis": r.uniform(0.2, 0.6)}, "compliance"),
+    "rider_lean": lambda r: ({"lean": (r.uniform(10, 50), r.uniform(1, 4), r.uniform(0.1, 0.5))}, "mass"),
+    "tyre_relaxation": lambda r: ({n: x for n, x in zip(("sigma_f", "sigma_r"), np.full(2, r.uniform(0.05, 0.3)), strict=True)}, "length"),
+    "roll_inertia": lambda r: ({"roll_inertia": r.uniform(10, 40)}, "inertia"),
+    "aerodynamics": lambda r: ({"air_load": r.uniform(0.05, 0.2)}, "load"),
+    "steer_damping": lambda r: ({"damper": r.uniform(2, 8)}, "damping"),
+    "steer_stiffness": lambda r: ({"spring": r.uniform(5, 60)}, "stiffness"),
+    "added_inertia": lambda r: ({"steer_inertia": r.uniform(0.08, 0.3)}, "inertia"),
+}
+OUTSIDE = {
+    "controller": lambda r: ({"controller": r.uniform(10, 40) * r.choice([-1, 1])}, ""),
+    "another tyre": lambda r: ({"rear_tyre": r.choice([0.6, 1.6])}, ""),
+    "another yaw inertia": lambda r: ({"yaw_inertia": r.uniform(8, 20)}, ""),
+}
+SIZES = {"compliance": "compliance", "mass": "lean", "length": "sigma_f", "load": "air_load", "damping": "damper", "stiffness": "spring"}
+
+
+def motorcycle(p: dict) -> Motorcycle:
+    """The component with these values."""
+    return Motorcycle("known", **{KANE_NAMES[n]: x for n, x in p.items() if n in KANE_NAMES})
+
+
+def case(name: str, seed: int, folder: Path) -> dict:
+    """One blind case: the verdict, the names, the truth's size and what was found."""
+    rng = np.random.default_rng(seed)
+    known = known_to(rng, SHARP, share=2.0)
+    hidden, parameter = {**HIDDEN, **OUTSIDE}[name](rng) if name != "none" else ({}, "")
+    speeds = np.sort(rng.uniform(6, 58, rng.integers(8, 21)))
+    found = spectrum(known_to(rng, known), speeds, hidden)
+    if rng.random() < 0.3:
+        found.pop("capsize")
+    write(folder / "eigenvalues.csv", found, speeds, rng, rng.uniform(0.004, 0.02))
+    base = motorcycle(known)
+    stand = vehicle_stand(base)
+    run = with_names(read_eigenvalues(folder / "eigenvalues.csv"), stand)
+    verdict = decide_on_eigenvalues(stand, [run], vehicle_effects(base, linear=True))
+    names = [c.family for c in verdict.effects] or [c.family for c in verdict.tied]
+    best = max((c.delta_chi2 for c in verdict.candidates if c.family == name), default=0.0)
+    result = {"truth": name, "verdict": verdict.verdict, "names": names, "delta_chi2": best, "before": verdict.base.reduced, "after": verdict.best.reduced}
+    found_parameters = parameters_of(verdict.best)
+    if verdict.verdict == "named" and names == [name] and f"vehicle.{name}.{parameter}" in found_parameters:
+        value, error, _ = found_parameters[f"vehicle.{name}.{parameter}"]
+        truth = np.ravel(hidden[SIZES.get(parameter, "roll_inertia" if name == "roll_inertia" else "steer_inertia")])[0]
+        result |= {"size_ok": bool(abs(value - truth) <= max(0.05 * abs(truth), 2 * error)), "size": value / truth}
+    return result
+
+
+def run(progress, cases: int = CASES) -> dict:
+    """The confusion matrix and the rates that matter."""
+    with tempfile.TemporaryDirectory() as folder:
+        plan = ["none" if k % 3 == 0 else [*HIDDEN, *OUTSIDE][(k - k // 3 - 1) % (len(HIDDEN) + len(OUTSIDE))] for k in range(cases)]
+        results = [case(name, 5000 + k, Path(folder)) for k, name in enumerate(progress(plan, "blind vehicles"))]
+    return summary(results)
+
+
+def summary(results: list[dict]) -> dict:
+    """Counts of (truth, answer) and rates."""
+    counts = Counter((r["truth"], "+".join(r["names"]) if r["verdict"] == "named" else f"tied({','.join(sorted(r['names']))})" if r["names"] else r["verdict"])
+                     for r in results)  # fmt: skip
+    quiet = [r for r in results if r["truth"] == "none"]
+    inside = [r for r in results if r["truth"] in HIDDEN]
+    clear = [r for r in inside if r["delta_chi2"] > CLEAR]
+    outside = [r for r in results if r["truth"] in OUTSIDE]
+    named = [r for r in inside if r["verdict"] == "named"]
+    sized = [r for r in results if "size_ok" in r]
+    return {
+        "cases": len(results), "confusion": {f"{a} -> {b}": n for (a, b), n in sorted(counts.items())},
+        "false_alarms": wilson(sum(r["verdict"] != "none" for r in quiet), len(quiet)),
+        "right_or_in_the_tie": wilson(sum(r["truth"] in r["names"] for r in clear), len(clear)),
+        "wrong_names": wilson(sum(r["truth"] not in r["names"] for r in named), len(named)),
+        "outside_named": wilson(sum(r["verdict"] == "named" for r in outside), len(outside)),
+        "sizes_within_5_percent_or_2_errors": wilson(sum(r["size_ok"] for r in sized), len(sized)),
+    }  # fmt: skip
