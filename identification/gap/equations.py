@@ -16,7 +16,8 @@ from fmus.traced import Program, traced
 class Equations:
     """Rates and outputs of a component, with slopes by its states and by some parameters.
 
-    linear says that they are linear in the states.
+    linear says that they are linear in the states. The slope by the delay of an input needs that input's rate among
+    the values, under the name `rate_of(input)`.
     """
 
     def __init__(self, component: Component, outputs: Sequence[str], parameters: Sequence[str]):
@@ -25,7 +26,8 @@ class Equations:
         self.states = component.states
         self.rows = form.explicit_rates + [form.outputs[component.outputs.index(n)] for n in self.outputs]
         unknowns = (*self.states, *self.parameters)
-        slopes = {(i, j): row.slope(x) for i, row in enumerate(self.rows) for j, x in enumerate(unknowns) if isinstance(row, Node)}
+        late = {delay: name for name, (_, delay) in component.delays.items()}
+        slopes = {(i, j): _slope(row, x, late) for i, row in enumerate(self.rows) for j, x in enumerate(unknowns) if isinstance(row, Node)}
         self.slopes = {place: s for place, s in slopes.items() if s != 0.0}
         self.program = Program([*self.rows, *self.slopes.values()])
         own = frozenset(self.states)
@@ -40,3 +42,14 @@ class Equations:
         for place, value in zip(self.slopes, results[len(self.rows) :], strict=True):
             slopes[place] = value
         return results[: len(self.rows)], slopes
+
+
+def rate_of(name: str) -> str:
+    """Under which name the rate of an input that comes late is told."""
+    return f"der({name})"
+
+
+def _slope(row: Node, x: str, late: Mapping[str, str]) -> Any:
+    """dr/dx; by the delay of an input that is dr/du times -u'."""
+    slope = row.slope(x)
+    return slope - row.slope(late[x]) * row.tape.leaf(rate_of(late[x])) if x in late else slope

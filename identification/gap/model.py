@@ -8,12 +8,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from fmus.component import Component
 from fmus.effects import Effect
 from fmus.imposed import Imposed, ThroughSpring
 from fmus.variables import Variable
-from identification.gap.equations import Equations
+from identification.gap.equations import Equations, rate_of
 from identification.gap.runs import Run
 from identification.gap.simulate import Motion, simulate
 from identification.gap.test_stand import Free, TestStand
@@ -98,11 +99,16 @@ class Model:
         self.rows = [self.component.table[n] for n in self.own]
         self.lags = {stand.parameter(e, n) for e in effects for n in e.lags}
         self.shift = next((stand.parameter(e, e.lags[0]) for e in effects if e.lags and not e.delayed), "")
-        self.equations = Equations(self.component, stand.outputs, [n for n in (self.names if slopes_of_base else self.own) if n not in self.lags])
+        exact = {delay for _, delay in self.component.delays.values()}
+        wanted = self.names if slopes_of_base else self.own
+        self.equations = Equations(self.component, stand.outputs, [n for n in wanted if n in exact or n not in self.lags])
+        self.found: dict[int, tuple[Run, dict[str, np.ndarray]]] = {}  # the last states by name, from which the next simulation starts
 
     def joined_by(self, *effects: type[Effect], slopes_of_base: bool = True) -> "Model":
         """The model with further effects."""
-        return Model(self.stand, [*self.effects, *effects], slopes_of_base)
+        joined = Model(self.stand, [*self.effects, *effects], slopes_of_base)
+        joined.found = dict(self.found)
+        return joined
 
     def start(self, shapes: Mapping[str, float] | None = None) -> np.ndarray:
         """The component's own values, some of the effects' replaced."""
@@ -118,22 +124,20 @@ class Model:
         """Simulated output (n,) over the whole run, and its slopes (n, np)."""
         values = self.values(q) | dict.fromkeys(self.durations, run.duration)
         made = simulate(self.equations, values, self._motion(run, values), self._guess(run))
-        run.guess = {"states": dict(zip(self.equations.states, made.states.T, strict=True))}
+        self.found[id(run)] = (run, dict(zip(self.equations.states, made.states.T, strict=True)))
         y = made.outputs[:, 0]
-        jacobian = np.zeros((len(y), len(self.names)))
+        jacobian = np.zeros((len(self.names), len(y)))
         if slopes:
-            jacobian[:, [self.names.index(n) for n in self.equations.parameters]] = made.slopes[:, 0]
-            for name in self.lags:
-                later = {**values, name: values[name] + MICRO}
-                moved = simulate(self.equations, later, self._motion(run, later), made.states)
-                jacobian[:, self.names.index(name)] = (moved.outputs[:, 0] - y) / MICRO
-            jacobian[:, : len(self.base)] *= [values[n] for n in self.base]
-        return y, jacobian
+            jacobian[[self.names.index(n) for n in self.equations.parameters]] = made.slopes[:, 0].T
+            jacobian[: len(self.base)] *= np.array([values[n] for n in self.base])[:, None]
+            if self.shift:  # all that is told arrives later, so the output does; drift over a lag is nothing
+                jacobian[self.names.index(self.shift)] = -CubicSpline(run.recording.time, y)(run.recording.time, 1)
+        return y, jacobian.T
 
     def reduced(self, run: Run, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Reduced output (m,) and its slopes (m, np), both in units of the noise."""
         y, jacobian = self.output(run, q)
-        both = run.reduction.reduce(np.column_stack([y, jacobian])) / run.deviation[:, None]
+        both = run.reduction.reduce(np.concatenate([y[None], jacobian.T]).T) / run.deviation[:, None]
         return both[:, 0], both[:, 1:]
 
     def largest(self, runs: Sequence[Run]) -> float:
@@ -145,11 +149,10 @@ class Model:
         return run.with_noise_beside(self.output(run, q, slopes=False)[0])
 
     def _guess(self, run: Run) -> np.ndarray | None:
-        known = run.guess.get("states")
-        if known is None:
+        if id(run) not in self.found or not self.equations.states:
             return None
-        n = len(run.recording.time)
-        return np.column_stack([known.get(s, np.zeros(n)) for s in self.equations.states]) if self.equations.states else None
+        known = self.found[id(run)][1]
+        return np.array([known.get(s, np.zeros(len(run.recording.time))) for s in self.equations.states]).T
 
     def _motion(self, run: Run, values: Mapping[str, float]) -> Motion:
         time = run.recording.time
@@ -166,5 +169,5 @@ class Model:
         elif isinstance(component, ThroughSpring):
             told[component.drive] = angle
         for name, (_, delay) in component.delays.items():
-            told[name] = run.moved(time - values[delay])[0]
+            told[name], told[rate_of(name)], _ = run.moved(time - values[delay])
         return told

@@ -31,7 +31,6 @@ class Run:
     from_motion: np.ndarray  # the part of the variance that the rebuilt motion brings
     unit: str  # of the imposed motion
     notes: tuple[str, ...] = ()
-    guess: dict = field(default_factory=dict)
     known: dict = field(default_factory=dict)
 
     def with_noise_beside(self, modelled: np.ndarray) -> "Run":
@@ -47,7 +46,7 @@ class Run:
         """Imposed angle, rate and acceleration (n,) at times (n,); the last few times are kept, a fit asks again."""
         key = (len(time), float(time[0]), float(time[-1]))
         if key not in self.known:
-            if len(self.known) > 12:
+            if len(self.known) > 4:
                 self.known.pop(next(iter(self.known)))
             self.known[key] = self.motion(np.clip(time, *self.recording.time[[0, -1]]))
         return self.known[key]

@@ -16,6 +16,7 @@ from scipy.optimize import lsq_linear
 from fmus.effects import Effect
 from fmus.errors import InputError
 from identification.gap.fitting import Fit
+from identification.gap.model import AnyModel
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,8 @@ def screen(found: Fit, effects: Iterable[type[Effect]], keep: int = 2) -> list[S
     signatures = []
     for effect in effects:
         try:
-            tried = [_signature(found, effect, shape, basis, left) for shape in _shapes(found, effect)]
+            model = found.model.joined_by(effect, slopes_of_base=False)
+            tried = [_signature(found, model, effect, shape, basis, left) for shape in _shapes(found, effect)]
         except InputError:  # it diverges, or it cannot join what is there already
             continue
         signatures += sorted(tried, key=lambda s: -s.gain)[:keep]
@@ -48,8 +50,7 @@ def _shapes(found: Fit, effect: type[Effect]) -> list[dict[str, float]]:
     return [dict(zip(grids, point, strict=True)) for point in product(*grids.values())]
 
 
-def _signature(found: Fit, effect: type[Effect], shape: dict[str, float], basis: np.ndarray, left: np.ndarray) -> Signature:
-    model = found.model.joined_by(effect, slopes_of_base=False)
+def _signature(found: Fit, model: AnyModel, effect: type[Effect], shape: dict[str, float], basis: np.ndarray, left: np.ndarray) -> Signature:
     own = list(effect.parameters())
     own = [n for n in own if n not in effect.given]
     rows = [model.component.table[model.stand.parameter(effect, n)] for n in own]
