@@ -107,19 +107,23 @@ def noise_of(reduction: Reduction, y: np.ndarray) -> Noise:
     power, freedom = np.array(powers), np.array(freedoms)
     enough = freedom.sum(axis=0) > 2.0
     centre = np.sqrt(np.maximum(edges[:-1], 0.3) * edges[1:])[enough]
-    density = np.maximum((power.sum(axis=0) / np.maximum(freedom.sum(axis=0), 1e-12))[enough], 1e-30)
-    bursts = np.ones((len(power), 2))
+    power, freedom = power[:, enough], freedom[:, enough]
+    density, bursts = np.full(len(centre), 1e-30), np.ones((len(power), 2))
     for side, part in enumerate((centre < SLOW, centre >= SLOW)):
-        if not part.any():
-            continue
-        expected = freedom[:, enough][:, part] * density[part]
-        ratio = power[:, enough][:, part].sum(axis=1) / np.maximum(expected.sum(axis=1), 1e-30)
-        usual = np.median(ratio)
-        scatter = np.sqrt(2 / np.maximum(freedom[:, enough][:, part].sum(axis=1), 0.5))
-        density[part] *= min(usual, 1.0) if usual > 0 else 1.0
-        ratio = ratio / min(usual, 1.0)
-        bursts[:, side] = np.where(ratio > 1 + 4 * scatter, ratio, 1.0)
+        if part.any():
+            density[part], bursts[:, side] = _usual(power[:, part], freedom[:, part])
     return Noise(centre, density, bursts)
+
+
+def _usual(power: np.ndarray, freedom: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The density (bands,) of the windows without bursts, and by what each window (windows,) is above it, 1 for those."""
+    scatter = 4 * np.sqrt(2 / np.maximum(freedom.sum(axis=1), 0.5))
+    quiet = np.ones(len(power), bool)
+    for _ in range(3):  # each time without what stood out
+        density = np.maximum(power[quiet].sum(axis=0) / np.maximum(freedom[quiet].sum(axis=0), 1e-12), 1e-30)
+        ratio = power.sum(axis=1) / np.maximum((freedom * density).sum(axis=1), 1e-30)
+        quiet = ratio <= (1 + scatter) * min(np.median(ratio), 1.0)
+    return density, np.where(quiet, 1.0, np.maximum(ratio, 1.0))
 
 
 def variance_of(reduction: Reduction, noise: Noise) -> np.ndarray:
