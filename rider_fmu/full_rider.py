@@ -14,9 +14,10 @@ kappa = M12 / M22 no torque needs an acceleration except through the inertia tha
 
 The energy is P^2 / (2 M22) + R (s + w)^2 / 2 + U(q). The term in brackets is what feeds its middle part, the inertia
 R that is reflected to the steer axis; it is the vehicle's to carry, which holds R of the rest posture, `port_inertia`,
-as its `added_steer_inertia`. Leaving the bracket out as a whole keeps the energy of rider and vehicle balanced to
-rounding; what is lost is the change of R with posture, an error of third order in the angles, shown as
-`inertia_change`. On the rig nothing is lost.
+as its `added_steer_inertia`. A vehicle with the effect of `fmus.posture` carries the rest of the bracket as well, from
+`inertia_change`, R less its value at rest, and `inertia_torque`, (R'/2) (s + w), and then nothing is lost. Any other
+vehicle leaves that rest out as a whole, which keeps the energy of rider and vehicle balanced to rounding; what is lost is
+the change of R with posture, an error of third order in the angles.
 
 Source: Cossalter, Doria, Fabris, Maso, Measurement and identification of the vibration characteristics of
 motorcycle riders (2008), Fig. 8, eqs 1, 2.
@@ -31,6 +32,7 @@ import numpy as np
 from fmus import Component, InputError, calculated, input, output, parameter, state
 from fmus.mathematics import NUMERIC
 from fmus.ports import HandlebarDevice, answers, carries, told
+from fmus.posture import answers_posture
 from rider_fmu.limbs import motion, reach
 
 STOPS, TWIST = 0.6, 0.35  # rad: bounds of steer and torso angle; whether the arms reach is checked besides
@@ -91,7 +93,8 @@ class FullRider(Limbs, HandlebarDevice):
     torso_angle = state("rad", "Torso angle relative to the rear frame", symbol=r"\theta", min=-TWIST, max=TWIST, exposed=True)
     torso_momentum = state("N.m.s", "Generalised momentum of the torso's turning", symbol="P")
     torso_rate = output("rad/s", "Absolute rate of the torso", symbol=r"\Omega")
-    inertia_change = output("kg.m2", "Reflected inertia in the present posture less that at rest, which the port leaves out", symbol=r"\Delta R")
+    inertia_change = answers_posture("inertia_change")
+    inertia_torque = answers_posture("inertia_torque")
 
     def equations(self, v, m):
         angles = (v.steer_angle, v.torso_angle)
@@ -100,14 +103,16 @@ class FullRider(Limbs, HandlebarDevice):
         torso_rate = m.term((v.torso_momentum - still.M12 * bar_rate) / still.M22)
         relative = (v.steer_rate, torso_rate - v.frame_rate)
         now = motion(v, m, angles, relative, (bar_rate, torso_rate))
+        inertia_torque = now.reflected_slope / 2 * bar_rate
         steer_force, torso_force = (T + Q for T, Q in zip(now.kinetic_slope, now.Q, strict=True))
         return {
             "der(torso_angle)": relative[1],
             "der(torso_momentum)": torso_force,
-            "handlebar_torque": now.Q[0] - now.b[0] - now.ratio * (now.Q[1] - now.b[1]) + now.reflected_slope / 2 * bar_rate,
+            "handlebar_torque": now.Q[0] - now.b[0] - now.ratio * (now.Q[1] - now.b[1]) + inertia_torque,
             "frame_torque": -steer_force - torso_force,
             "torso_rate": torso_rate,
             "inertia_change": now.reflected_inertia - at_rest,
+            "inertia_torque": inertia_torque,
             "port_inertia": at_rest,
         }
 

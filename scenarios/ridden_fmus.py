@@ -21,7 +21,7 @@ from scenarios import names
 from vehicle_fmu import MODES, modes
 from vehicle_fmu.lightened import BODY, rest_of
 from vehicle_fmu.mode_names import Linearised
-from vehicle_fmu.ridden import by_name
+from vehicle_fmu.ridden import by_name, carrying
 
 Part = Component | Path  # what becomes an FMU, or an FMU
 LEANING = "leaning rider"
@@ -76,6 +76,8 @@ def ridden_fmus(vehicle: Part, device: Part | Sequence[Part] | None, initial: Ma
     Raises InputError for a name that none has, and when the vehicle cannot spare the rider.
     """
     devices = by_name([] if device is None else [device] if isinstance(device, Part) else device)
+    if isinstance(vehicle, Component):
+        vehicle = carrying(vehicle, {name for part in devices.values() for name in _outputs(part)})
     parts = {"vehicle": vehicle, **devices}
     with tempfile.TemporaryDirectory() as folder:
         paths = {name: build(part, folder).path if isinstance(part, Component) else part for name, part in parts.items()}
@@ -90,6 +92,11 @@ def ridden_fmus(vehicle: Part, device: Part | Sequence[Part] | None, initial: Ma
     network = Network(units, join(units))
     network.read(np.zeros(len(network.outputs)))  # so that each is told where the other starts
     return units
+
+
+def _outputs(part: Part) -> list[str]:
+    """The names of what a part answers."""
+    return list(part.outputs) if isinstance(part, Component) else [v.name for v in model_description(part).modelVariables if v.causality == "output"]
 
 
 def _carried(vehicle: Mapping[str, float], devices: Mapping[str, FmuUnit]) -> dict[str, float]:

@@ -1,5 +1,6 @@
 """The full rider: energy, a second derivation of its equations, the linear limit, and what it refuses."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,15 +10,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from fmus import InputError, linearise
+from fmus import Component, InputError, System, linearise, parameter
 from fmus.build import build
 from fmus.importer import FmuUnit
 from fmus.mathematics import NUMERIC
+from fmus.ports import carries, told
+from fmus.posture import CarriesPosture
 from fmus.symbolic import symbolic
 from fmus.terms import common_subexpressions
 from rider_fmu import FullRider, riders
 from rider_fmu.arm_loop import arm
 from rider_fmu.full_rider import check_posture, on_rig
+from rider_fmu.handlebar import Handlebar
 from rider_fmu.limbs import motion
 from rider_fmu.reduction import matrices, reduce
 from tests.derivations import full_rider_by_angles
@@ -218,3 +222,71 @@ def test_the_compiled_rider_is_the_component(tmp_path):
     for name, value in expected.items():
         assert unit.get(name) == pytest.approx(value, rel=1e-6, abs=1e-7), name
     unit.close()
+
+
+# Inertia that changes with posture ------------------------------------------------------------------
+
+
+@given(angles, rates, st.floats(-20, 20))
+def test_a_bar_that_carries_the_posture_is_the_rig(at, moving, torque):
+    """The port with the vehicle's part and the rig's equations, which know no port, give one acceleration."""
+    rig = on_rig(RIDER)
+    state = dict(zip(("steer_angle", "torso_angle", "steer_rate", "torso_rate"), (*at, *moving), strict=True))
+    told = {"servo_torque": torque, "handlebar_torque": 0.0, "frame_torque": 0.0}
+    expected = dict(zip(rig.states, rig.derivatives(np.array([state[n] for n in rig.states]), np.array([told[n] for n in rig.inputs]))[0], strict=True))
+    now = motion(SimpleNamespace(**RIDER.values), NUMERIC, at)
+    momentum = now.M12 * moving[0] + now.M22 * moving[1]
+    answered = dict(zip(RIDER.outputs, RIDER.derivatives(np.array([at[1], momentum]), np.array([at[0], moving[0], 0.0]))[1], strict=True))
+    carried = RIDER.run(RIDER.start_values(), NUMERIC)["port_inertia"]
+    bar = Handlebar("bar", steer_inertia=0.125, added_steer_inertia=carried).with_effects(CarriesPosture())
+    found = bar.derivatives(np.array([at[0], moving[0]]), np.array([{**answered, "servo_torque": torque}[n] for n in bar.inputs]))[0]
+    assert found[1] == pytest.approx(expected["steer_rate"], rel=1e-11, abs=1e-9)  # rounding of torques of 1e3 N.m
+
+
+class FreeFrame(Component):
+    """A frame that turns freely about the steer axis, with a bar on it: momentum is kept, which accelerations would show."""
+
+    frame_inertia = parameter("kg.m2", "Inertia of the frame about the steer axis", min=0.1, max=10, start=2.0)
+    bar_inertia = parameter("kg.m2", "Inertia of the bar", min=0.01, max=10, start=0.3)
+    added_steer_inertia = parameter("kg.m2", "Inertia that the rider adds to the bar", min=-5, max=5)
+    handlebar_torque, frame_torque = told("handlebar_torque"), told("frame_torque")
+    steer_angle, steer_rate = carries("steer_angle"), carries("steer_rate")
+    frame_rate = replace(carries("frame_rate"), role="state", exposed=True)
+
+    def mass(self, v, m):
+        bar = v.bar_inertia + v.added_steer_inertia
+        return {("steer_rate", "steer_rate"): bar, ("steer_rate", "frame_rate"): bar, ("frame_rate", "steer_rate"): bar,
+                ("frame_rate", "frame_rate"): bar + v.frame_inertia}  # fmt: skip
+
+    def equations(self, v, m):
+        return {"der(steer_angle)": v.steer_rate, "der(steer_rate)": v.handlebar_torque, "der(frame_rate)": v.handlebar_torque + v.frame_torque}
+
+
+@pytest.mark.parametrize("carries_posture", [True, False])
+def test_on_a_moving_frame_momentum_and_energy_are_kept_where_the_posture_is_carried(carries_posture):
+    rider = RIDER.with_values(**WITHOUT_DAMPERS, gravity=0.0)
+    frame = FreeFrame("frame", added_steer_inertia=rider.run(rider.start_values(), NUMERIC)["port_inertia"])
+    system = System("free", {"vehicle": frame.with_effects(CarriesPosture()) if carries_posture else frame, "device": rider})
+    v = SimpleNamespace(**rider.values)
+
+    def kept(x):
+        """Momentum about the steer axis and energy, from the mass matrix of the limbs; the frame turns bar and torso alike."""
+        at = dict(zip(system.states, x, strict=True))
+        posture = at["vehicle.steer_angle"], at["device.torso_angle"]
+        now, bar, frame_rate = motion(v, NUMERIC, posture), at["vehicle.steer_rate"] + at["vehicle.frame_rate"], at["vehicle.frame_rate"]
+        torso = (at["device.torso_momentum"] - now.M12 * bar) / now.M22
+        momentum = (now.M11 + 0.3 + now.M12) * bar + (now.M12 + now.M22) * torso + 2.0 * frame_rate
+        kinetic = ((now.M11 + 0.3) * bar**2 + now.M22 * torso**2 + 2.0 * frame_rate**2) / 2 + now.M12 * bar * torso
+        return momentum, kinetic + full_rider_by_angles.potential(rider.values, np.array(posture)).real
+
+    start = np.array([{"vehicle.steer_angle": 0.1, "vehicle.frame_rate": 0.5}.get(n, 0.0) for n in system.states])
+    none = np.zeros(len(system.inputs))
+    solution = solve_ivp(lambda t, x: system.derivatives(x, none)[0], (0, 0.15), start, method="DOP853", rtol=1e-9, atol=1e-11)
+    momentum, energy = np.array([kept(x) for x in solution.y.T]).T
+    swing = np.ptp(solution.y[system.states.index("vehicle.steer_angle")])
+    assert swing > 0.1
+    errors = np.ptp(momentum) / np.abs(momentum).max(), np.ptp(energy) / (energy.max() - full_rider_by_angles.potential(rider.values, np.zeros(2)).real)
+    if carries_posture:
+        assert max(errors) < 1e-7  # of the integration
+    else:
+        assert 1e-4 < max(errors) < 0.1  # what a vehicle with a constant inertia loses at 6 deg
