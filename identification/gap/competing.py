@@ -9,6 +9,7 @@ from fmus.effects import Effect
 from fmus.errors import InputError
 from fmus.progress import track
 from identification.gap.fitting import Fit, fit
+from identification.gap.model import AnyModel
 from identification.gap.screening import Signature, screen
 
 SIGNIFICANT = 12.0  # dBIC of a first effect
@@ -17,6 +18,8 @@ CLEAR = 40.0  # dBIC by which a family without an adequate form must lead
 ADEQUATE = 1.12  # reduced chi-square, at 1400 degrees of freedom and more
 RIVAL = 0.4  # of an adequate effect's gain: what a rival must promise to be fitted
 FAR = 30.0  # reduced chi-square of a base from which no effect is a small step
+PROMISED = 0.5  # of a signature's gain: with less, a fit is tried from elsewhere
+SMALLER = 0.2  # of the size of an effect, from where it is tried again
 LEADERS = 6  # families that are fitted
 
 
@@ -78,7 +81,7 @@ def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS)
 def _fitted(found: Fit, signature: Signature) -> Candidate | None:
     model = found.model.joined_by(signature.effect)
     shared = len(found.model.names)
-    starts = [np.concatenate([found.x[:shared], signature.start, found.x[shared:]])]
+    starts = [np.concatenate([found.x[:shared], own, found.x[shared:]]) for own in (signature.start, _smaller(model, signature))]
     if found.reduced > FAR:  # a base that had to make up for so much may be no place to start from
         starts.append(model.start())
     best = None
@@ -88,9 +91,16 @@ def _fitted(found: Fit, signature: Signature) -> Candidate | None:
         except InputError:  # nothing near this start can be simulated
             continue
         best = fitted if best is None or fitted.chi2 < best.chi2 else best
-        if adequate(best):
+        if adequate(best) or (found.reduced <= FAR and found.chi2 - best.chi2 > PROMISED * signature.gain):
             break
     return None if best is None else _candidate(found, signature.effect, best)
+
+
+def _smaller(model: AnyModel, signature: Signature) -> np.ndarray:
+    """The signature's start with smaller sizes: far from where it is linear, a large one may lead nowhere."""
+    start, first = signature.start.copy(), len(model.own) - len(signature.start)
+    start[[i - first for i in model.sizes if i >= first]] *= SMALLER
+    return start
 
 
 def _unfitted(found: Fit, signature: Signature) -> Candidate:
