@@ -12,6 +12,7 @@ import numpy as np
 from fmus.effects import Effect
 from fmus.effects.places import laws_at
 from identification.gap.begin import begin, equal_noise
+from identification.gap.competing import compete
 from identification.gap.component_test import ComponentTest
 from identification.gap.decide import Verdict, decide
 from identification.gap.fitting import Fit, fit
@@ -43,13 +44,21 @@ def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequ
     test = replace(test, component=test.component.with_values(**_values(found))).scaled(deflection, rate)
     library = [*laws_at(test.component, rate), *more_effects]
     model = FreeStart(test)
-    ready = [model.with_noise_beside(run, found.x) for run in known_noise(found.runs, given or {})]
+    ready = known_noise(found.runs, given or {})
+    ready = _beside_the_best(fit(model, ready, model.start()), library)
     for _ in range(ROUNDS):
         verdict = decide(model, ready, library)
         before, ready = ready, list(verdict.best.runs)
         if _change(before, ready) < STEADY:
             break
     return Investigation(verdict, test)
+
+
+def _beside_the_best(base: Fit, library: Sequence[type[Effect]]) -> list[Sampled]:
+    """The runs with the noise beside the best single effect: a base that is far off has residuals that no filter explains."""
+    best = next(iter(compete(base, library)), None)
+    found = base if best is None else best.fit
+    return [found.model.with_noise_beside(run, found.of_run(i)) for i, run in enumerate(base.runs)]
 
 
 def _values(found: Fit) -> dict[str, float]:

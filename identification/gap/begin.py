@@ -19,7 +19,7 @@ from identification.gap.free_start import FreeStart
 from identification.gap.sampled import Sampled
 from identification.gap.told import KINDS, is_rough
 
-STRETCHES = (1.0, 4.0)  # periods of the motion's middle frequency
+STRETCHES = (1.0, 3.0)  # periods of the motion's middle frequency
 MOST = 24  # stretches of a run that a first fit looks at
 GROWTH = 20.0  # of an unstable motion over a segment
 PATIENCE = 40  # iterations of a first fit
@@ -52,7 +52,7 @@ def begin(model: FreeStart, runs: Sequence[Sampled]) -> Fit:
 def _staged(model: FreeStart, runs: Sequence[Sampled], start: np.ndarray, periods: Sequence[float]) -> Fit:
     x = start
     for each in periods:
-        short = [_excerpt(run, int(each * run.recording.rate / middle_frequency(run))) for run in runs]
+        short = [_excerpt(run, int(each * run.recording.rate / run.middle_frequency)) for run in runs]
         x = fit(model, short, x, iterations=PATIENCE).x
     return fit(model, [stable_segments(model, run, x) for run in runs], x, iterations=PATIENCE)
 
@@ -92,13 +92,6 @@ def _excerpt(run: Sampled, length: int) -> Sampled:
     return replace(cut, segments=[cut.segments[i] for i in keep], reduction=fewer, data=cut.data[rows], deviation=cut.deviation[rows], guess={})
 
 
-def middle_frequency(run: Sampled) -> float:
-    """The power-weighted mean frequency [Hz] of the first output's changes."""
-    change = np.diff(run.measured[:, 0])
-    power = np.abs(np.fft.rfft(change * np.hanning(len(change)))) ** 2
-    return max(float(np.sum(power * np.fft.rfftfreq(len(change), 1 / run.recording.rate)) / np.sum(power)), 2 / run.duration)
-
-
 def stable_segments(model: FreeStart, run: Sampled, x: np.ndarray) -> Sampled:
     """The run, cut where the component's own motion would grow too far over the whole of it."""
     component = model.component
@@ -108,7 +101,7 @@ def stable_segments(model: FreeStart, run: Sampled, x: np.ndarray) -> Sampled:
     poles = np.linalg.eigvals(linearise(component.with_values(**{n: values[n] for n in component.values})).A)
     growth = float(np.max(poles.real))
     length = int(np.log(GROWTH) / max(growth, 1e-9) * run.recording.rate)
-    return run.cut(length) if length < len(run.measured) else run
+    return run.cut(length) if length < run.segments[0][1] - run.segments[0][0] else run
 
 
 def _joined(model: FreeStart, found: Fit) -> Fit:

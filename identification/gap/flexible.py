@@ -31,6 +31,11 @@ class Density:
     def __call__(self, f: np.ndarray) -> np.ndarray:
         return np.exp(np.interp(f, self.frequency, np.log(self.density)))
 
+    def or_less(self, other: "Density") -> "Density":
+        """The lesser of two, frequency by frequency."""
+        f = np.union1d(self.frequency, other.frequency)
+        return Density(f, np.minimum(self(f), other(f)))
+
 
 def features_of(deflections: Sequence[np.ndarray], rates: Sequence[np.ndarray], linear: Sequence[np.ndarray]) -> list[np.ndarray]:
     """What residuals may be made of (n,) each: linear signals first, then functions of deflections and rates."""

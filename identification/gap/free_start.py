@@ -9,6 +9,7 @@ Source: Golub, Pereyra, Inverse Problems 19 (2003) R1-R26; Bock's multiple shoot
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,10 @@ from identification.gap.simulate import Motion, Trajectory, simulate
 
 STEPS = 6
 SETTLED = 0.02  # of chi-square that a further step of the initial states would gain
+SHARE = 1e-5  # of what is left, at which they are known well enough
 RANK = 1e-7
+OFFSET = 64  # samples of a segment, from which a sensor's offset is taken out as well
+PIECE, SMALLEST_PIECE = 128, 4  # steps of a piece, where a trajectory is found piece by piece
 
 
 class FreeStart(Model):
@@ -61,12 +65,15 @@ class FreeStart(Model):
         return np.concatenate([z for z, _, _ in parts]), np.concatenate([s for _, s, _ in parts])
 
     def with_noise_beside(self, run: Sampled, q: np.ndarray) -> Sampled:
-        """The run with the noise that a flexible model leaves of this one's residuals."""
+        """The run with the noise that a flexible model leaves of this one's residuals; never more than beside another model."""
         if run.noise_source != "flexible_model":
             return run
         residuals, deflections, rates, linear = self.traced(run, q)
         features = features_of(deflections, rates, linear)
-        return run.with_densities([noise_density(r, features, run.recording.rate) for r in residuals.T], run.noise_source)
+        found = [noise_density(r, features, run.recording.rate) for r in residuals.T]
+        if run.noise_rests_on_a_model:
+            found = [new.or_less(old) for new, old in zip(found, run.densities, strict=True)]
+        return replace(run.with_densities(found, run.noise_source), noise_rests_on_a_model=True)
 
     def traced(self, run: Sampled, q: np.ndarray) -> tuple[np.ndarray, list[np.ndarray], list[np.ndarray], list[np.ndarray]]:
         """Residuals (n, outputs), deflections and rates of the elements, and what is told and modelled, over the segments (n,)."""
@@ -100,7 +107,7 @@ class FreeStart(Model):
         known = run.guess.setdefault(index, {"initial": self._first_states(run, first), "states": None})
         x = np.array([known["initial"].get(n, 0.0) for n in self.equations.states])
         offset = np.broadcast_to(np.eye(run.measured.shape[1]), (last - first, *np.eye(run.measured.shape[1]).shape))
-        if len(run.segments) > 1 or (last - first) < 64:
+        if last - first < OFFSET:
             offset = offset[:, :, :0]
         for _ in range(STEPS):
             made = self._simulated(run, index, values, dict(zip(self.equations.states, x, strict=True)))
@@ -116,7 +123,7 @@ class FreeStart(Model):
                 break
             step = -(vt[kept].T @ (pull / size[kept]))[: len(x)]
             gain = float(np.sum((tangent[:, : len(x)] @ step) ** 2))
-            if gain < SETTLED + 1e-6 * rest:
+            if gain < SETTLED + SHARE * rest:
                 break
             x = x + step
         known["initial"] = dict(zip(self.equations.states, x, strict=True))
@@ -142,13 +149,35 @@ class FreeStart(Model):
         guess = None
         if states is not None:
             guess = np.column_stack([states.get(n, np.zeros(len(time))) for n in names]) if names else None
-        made = simulate(self.equations, values, motion, guess, np.array([initial.get(n, 0.0) for n in names]), with_initial=True)
+        begin = np.array([initial.get(n, 0.0) for n in names])
+        try:
+            made = simulate(self.equations, values, motion, guess, begin, with_initial=True)
+        except InputError:
+            made = simulate(self.equations, values, motion, self._piecewise(values, motion, begin), begin, with_initial=True)
         if not np.isfinite(made.outputs).all():
             raise InputError(f"{self.component.name}: the simulation of {run.name} leaves finite numbers")
         run.guess.setdefault(index, {})["states"] = dict(zip(names, made.states.T, strict=True))
         made.outputs, made.slopes = made.outputs[:: run.finer], made.slopes[:: run.finer]
         made.initial_slopes = np.zeros((*made.outputs.shape, 0)) if made.initial_slopes is None else made.initial_slopes[:: run.finer]
         return made
+
+    def _piecewise(self, values: Mapping[str, float], motion: Motion, begin: np.ndarray) -> np.ndarray:
+        """The states (n, nx) piece after piece, each from the end of the last: where the whole at once does not converge."""
+        n, first, length = len(motion.time), 0, PIECE
+        states = np.empty((n, len(begin)))
+        states[0] = begin
+        while first < n - 1:
+            last = min(first + length, n - 1)
+            piece = Motion(motion.time[first : last + 1], *({name: x if np.ndim(x) == 0 else x[first : last + more] for name, x in told.items()}
+                           for told, more in ((motion.at, 1), (motion.between, 0))))  # fmt: skip
+            try:
+                states[first : last + 1] = simulate(self.equations, values, piece, np.tile(states[first], (last - first + 1, 1)), states[first]).states
+                first, length = last, min(2 * length, PIECE)
+            except InputError:
+                if length <= SMALLEST_PIECE:
+                    raise
+                length //= 2
+        return states
 
     def _inputs(self, run: Sampled, time: np.ndarray, values: Mapping[str, float]) -> dict[str, Any]:
         return dict.fromkeys(self.component.inputs, 0.0) | run.told(time)

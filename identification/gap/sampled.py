@@ -1,7 +1,7 @@
 """A run of any component, made ready: told what was recorded, compared on the cosines of its blocks.
 
-Nothing is asked of the excitation. The run is cut into segments whose initial states are unknown, one where the
-component is stable: an unstable one is compared over stretches in which its own motion grows by a stated factor.
+Nothing is asked of the excitation. The run is cut into segments of a few periods whose initial states are unknown: over
+long ones small errors add up to lost phase, a fit then has many minima, and what is unstable cannot be simulated at all.
 """
 
 from collections.abc import Sequence
@@ -22,8 +22,10 @@ from identification.sampling import uniform
 FEWEST = 200  # samples
 LEAST_SIGNAL = 5.0  # what is measured over its noise
 JITTER = 0.05  # of the interval, beyond which samples are moved to a regular grid
-POINTS = 24  # of the simulation per cycle of the highest frequency
+POINTS = 8  # of the simulation per cycle of the highest frequency
 MOST_POINTS = 40_000  # of the simulation of one run
+PERIODS = 6.0  # of the middle frequency in a segment
+SHORTEST_SEGMENT = 100  # samples
 EDGE = 0.02  # share of an imposed motion's record at each end: its acceleration is not known there
 
 
@@ -43,6 +45,7 @@ class Sampled:
     data: np.ndarray
     deviation: np.ndarray
     notes: tuple[str, ...] = ()
+    noise_rests_on_a_model: bool = False
     guess: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -87,6 +90,13 @@ class Sampled:
                        deviation=reduction.deviations(self.densities))  # fmt: skip
 
     @property
+    def middle_frequency(self) -> float:
+        """The power-weighted mean frequency [Hz] of the first output's changes."""
+        change = np.diff(self.measured[:, 0])
+        power = np.abs(np.fft.rfft(change * np.hanning(len(change)))) ** 2
+        return max(float(np.sum(power * np.fft.rfftfreq(len(change), 1 / self.recording.rate)) / np.sum(power)), 2 / self.duration)
+
+    @property
     def reduction_band(self) -> float:
         """The frequency up to which the run is compared [Hz]."""
         return max(c.frequency for c in self.reduction.columns)
@@ -112,8 +122,9 @@ def prepare_sampled(recording: Recording, test: ComponentTest) -> Sampled:
     reduction = blocks_of(segments, len(test.outputs), rate, band)
     finer = int(np.clip(np.ceil(POINTS * highest / rate), 1, max(MOST_POINTS // len(time), 1)))
     densities = [Density(np.array([0.0, rate / 2]), np.full(2, max(s, 1e-30) ** 2)) for s in deviations]
-    return Sampled(recording, test, measured, _told(recording, test, "smooth"), segments, finer, reduction, densities, "",
-                   reduction.reduce(measured), reduction.deviations(densities), notes)  # fmt: skip
+    whole = Sampled(recording, test, measured, _told(recording, test, "smooth"), segments, finer, reduction, densities, "",
+                    reduction.reduce(measured), reduction.deviations(densities), notes)  # fmt: skip
+    return whole.cut(max(int(PERIODS * rate / whole.middle_frequency), SHORTEST_SEGMENT))
 
 
 def white_noise(y: np.ndarray) -> float:
