@@ -3,12 +3,13 @@
     M(z) x' = f(z),   y = g(z),   d(f - M x', g) / d(x, u, t)
 
 `z` is the vector of all values in the order of the references (see `fmus.interface`); behind them come numbers
-that depend on the parameters alone, so that no step computes the cosine of a caster angle. Common
-subexpressions are computed once for each function. The mass matrix is solved in the runtime.
+that depend on the parameters alone, so that no step computes the cosine of a caster angle, and behind those the
+terms (see `fmus.terms`) that the rates share with the outputs or the Jacobian. Common subexpressions are computed
+once for each function. The mass matrix is solved in the runtime.
 """
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from importlib.resources import files
 from math import inf
 
@@ -17,18 +18,24 @@ import sympy
 from sympy.printing.c import C99CodePrinter
 
 from fmus.interface import TOLERANCE, Interface
-from fmus.terms import Term, common_subexpressions, term
+from fmus.terms import Term, common_subexpressions, opened, plain_symbol, term
 
 ROLES = {"time": "TIME", "calculated": "CALCULATED", "input": "INPUT", "state": "STATE", "output": "OUTPUT", "derivative": "DERIVATIVE"}
 
 
+CONSTANT = "constant "  # a name that no variable has
+UNNAMED = (CONSTANT, "term_")  # read where they are; variables of the table get a name
+
+
 class Printer(C99CodePrinter):
-    """SymPy to C. Powers with small whole exponents are products; the slopes of switches have a value everywhere."""
+    """SymPy to C. Small powers are products, of roots too; the slopes of switches have a value everywhere."""
 
     def _print_Pow(self, expr):
-        if expr.exp.is_Integer and 2 <= abs(expr.exp) <= 4:
+        half = expr.exp.is_Rational and expr.exp.q == 2
+        if (expr.exp.is_Integer and 2 <= abs(expr.exp) <= 4) or (half and abs(expr.exp) in (1.5, 2.5)):
             base = self.parenthesize(expr.base, 100)
-            product = "*".join([base] * abs(int(expr.exp)))
+            factors = [base] * int(abs(expr.exp)) + [f"sqrt({self._print(expr.base)})"] * half
+            product = "*".join(factors)
             return f"({product})" if expr.exp > 0 else f"(1.0/({product}))"
         return super()._print_Pow(expr)
 
@@ -66,6 +73,10 @@ def _context(interface: Interface, identifier: str, guid: str) -> dict:
     calculated = [(f"z[{v.reference}]", e) for v, e in zip(interface.of("calculated"), form.calculated, strict=True)]
     hoisted = [(f"z[{reference}]", e) for reference, e in constants.found()]
     places = constants.places()
+    shared = shared_terms(functions)
+    given = sorted(met(functions.values(), shared), key=shared.index)
+    first_term = len(interface.variables) + len(hoisted)
+    places.update({plain_symbol(t): f"z[{first_term + i}]" for i, t in enumerate(given)})
     return {
         "title": component.title,
         "identifier": identifier,
@@ -75,14 +86,35 @@ def _context(interface: Interface, identifier: str, guid: str) -> dict:
         "held": [int(n in interface.held) for n in component.inputs],
         "has_held": int(bool(interface.held)),
         "first": {role: interface.first(role) for role in ("input", "state", "output", "derivative")},
-        "n": {"values": len(interface.variables) + len(hoisted), "inputs": nu, "states": nx},
+        "n": {"values": first_term, "terms": len(given), "inputs": nu, "states": nx},
         "output_order": interface.output_order,
         "exact": int(interface.exact),
         "has_mass": int(form.has_mass),
         "tolerance": interface.references[TOLERANCE.name] if interface.has_tolerance else 0,
         "parameters": statements(calculated + hoisted, places),
-        **{name: statements(assigned, places) for name, assigned in functions.items()},
+        "terms": statements([(places[plain_symbol(t)], t) for t in given], places),
+        **{name: statements(assigned, places, set(shared)) for name, assigned in functions.items()},
     }
+
+
+Assignments = Sequence[tuple[str, sympy.Expr]]
+
+
+def shared_terms(functions: Mapping[str, Assignments]) -> list[Term]:
+    """The terms that rates or mass matrix share with outputs or Jacobian, each after those in its definition."""
+    needed = {name: opened([e for _, e in assigned]) for name, assigned in functions.items()}
+    elsewhere = {*needed["outputs"], *needed["jacobian"]}
+    return [t for t in opened([e for name in ("rates", "mass") for _, e in functions[name]]) if t in elsewhere]
+
+
+def met(functions: Iterable[Assignments], shared: Sequence[Term]) -> set[Term]:
+    """Those shared terms that the functions mention themselves."""
+    given = set(shared)
+    found: set[Term] = set()
+    for assigned in functions:
+        expressions = [e for _, e in assigned]
+        found.update(*(e.atoms(Term) for e in (*expressions, *(t.definition for t in opened(expressions, given)))))
+    return found & given
 
 
 class Constants:
@@ -99,7 +131,7 @@ class Constants:
         if expression.is_Atom and not isinstance(expression, Term):
             return expression
         if isinstance(expression, sympy.Expr) and expression.free_symbols and expression.free_symbols <= self.parameters:
-            return self.symbols.setdefault(expression, sympy.Symbol(f"constant_{len(self.symbols)}", real=True))
+            return self.symbols.setdefault(expression, sympy.Symbol(f"{CONSTANT}{len(self.symbols)}", real=True))
         if isinstance(expression, Term):
             if expression not in self.terms:
                 self.terms[expression] = term(self.hoist(expression.definition))
@@ -124,17 +156,21 @@ class Constants:
         return places
 
 
-def statements(assigned: Sequence[tuple[str, sympy.Expr]], places: dict[sympy.Symbol, str]) -> list[str]:
-    """The C statements of `target = expression`, what they read first, common subexpressions next."""
+def statements(assigned: Assignments, places: Mapping[sympy.Symbol, str], given: Collection[Term] = ()) -> list[str]:
+    """The C statements of `target = expression`: the variables that they read, common subexpressions, the targets.
+
+    The given terms are read from their places.
+    """
     if not assigned:
         return []
-    common, reduced = common_subexpressions([e for _, e in assigned])
-    used = set().union(*(e.free_symbols for _, e in assigned))
+    common, reduced = common_subexpressions([e for _, e in assigned], given)
+    used = set().union(*(e.atoms(sympy.Symbol) for e in (*reduced, *(e for _, e in common)))) & set(places)
+    variables = sorted((s for s in used if not s.name.startswith(UNNAMED)), key=lambda s: _order(places[s]))
+    names = {**places, **{s: c_name(s.name) for s in variables}, **{s: f"t{i}" for i, (s, _) in enumerate(common)}}
     printer = Printer({"contract": False, "math_macros": {}})
-    names = {symbol: c_name(symbol.name) for symbol in used}
-    printer._print_Symbol = lambda symbol: names.get(symbol, symbol.name)
-    lines = [f"const double {names[symbol]} = {places[symbol]};" for symbol in sorted(used, key=lambda s: _order(places[s]))]
-    lines += [f"const double {symbol} = {printer.doprint(expression)};" for symbol, expression in common]
+    printer._print_Symbol = names.__getitem__
+    lines = [f"const double {names[symbol]} = {places[symbol]};" for symbol in variables]
+    lines += [f"const double {names[symbol]} = {printer.doprint(expression)};" for symbol, expression in common]
     return lines + [f"{target} = {printer.doprint(e)};" for (target, _), e in zip(assigned, reduced, strict=True)]
 
 

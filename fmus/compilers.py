@@ -21,7 +21,8 @@ from pathlib import Path
 from fmus.errors import InputError, MissingToolError, unknown
 
 # -s: symbol tables name temporary files, which would make every build another one
-FLAGS = ("-std=c99", "-O3", "-g0", "-s", "-Wall", "-Wextra", "-Wpedantic", "-ffp-contract=off", "-fvisibility=hidden", "-shared")
+FLAGS = ("-std=c99", "-O3", "-g0", "-s", "-Wall", "-Wextra", "-Wpedantic", "-ffp-contract=off", "-fvisibility=hidden", "-shared",
+         "-ffunction-sections")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -112,9 +113,11 @@ def compile_library(wanted: Platform, native: bool, folder: Path, files: Sequenc
 def _compile(command: Sequence[str], wanted: Platform, folder: Path, files: Sequence[str], library: str) -> bytes:
     options = [*FLAGS]
     if wanted.suffix != ".dll":
-        options += ["-fPIC"]
+        options += ["-fPIC", "-fno-unwind-tables", "-fno-asynchronous-unwind-tables"]  # no exception passes through C
     if wanted.suffix == ".dylib":
-        options += [f"-Wl,-install_name,@rpath/{library}"]
+        options += [f"-Wl,-install_name,@rpath/{library}", "-Wl,-dead_strip"]
+    else:
+        options += ["-Wl,--gc-sections"]  # what has been inlined everywhere
     done = subprocess.run([*command, *options, "-o", library, *files, "-lm"], cwd=folder, capture_output=True, text=True, check=False)
     if done.returncode:
         error = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr.strip() or "no message")

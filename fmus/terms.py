@@ -8,7 +8,7 @@ SymPy visits an expression as a tree: the closed arm loops of a rider are 1600 o
 as a tree. A term must not hold a switch (`m.where`), which would be hidden from those who look for switches.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from hashlib import sha256
 
 import sympy
@@ -71,13 +71,13 @@ def term(expression, variables: Sequence = (), slopes: Sequence = ()) -> sympy.E
     return Term(expression, {x: slope for x, slope in pairs if isinstance(x, sympy.Symbol) and not isinstance(x, Term)})
 
 
-def common_subexpressions(expressions: Sequence[sympy.Expr]) -> tuple[list[tuple[sympy.Symbol, sympy.Expr]], list[sympy.Expr]]:
-    """What `sympy.cse` returns; terms are plain symbols by then, each assigned after what it needs."""
-    terms = _opened(expressions)
-    plain = {t: sympy.Symbol(t.name, real=True) for t in terms}
-    opened = [e.xreplace(plain) for e in [*(t.definition for t in terms), *expressions]] if terms else list(expressions)
-    found, reduced = sympy.cse(opened, symbols=sympy.numbered_symbols("common_"))
-    pool = {**dict(found), **dict(zip(plain.values(), reduced[: len(terms)], strict=True))}
+def common_subexpressions(expressions: Sequence[sympy.Expr], given: Collection[Term] = ()) -> tuple[list[tuple[sympy.Symbol, sympy.Expr]], list[sympy.Expr]]:
+    """What `sympy.cse` returns; terms are plain symbols by then, each assigned after what it needs, but for those given."""
+    terms = opened(expressions, given)
+    plain = {t: plain_symbol(t) for t in (*terms, *given)}
+    opened_too = [e.xreplace(plain) for e in [*(t.definition for t in terms), *expressions]] if plain else list(expressions)
+    found, reduced = sympy.cse(opened_too, symbols=sympy.numbered_symbols("common_"))
+    pool = {**dict(found), **dict(zip(map(plain_symbol, terms), reduced[: len(terms)], strict=True))}
     ordered: dict[sympy.Symbol, sympy.Expr] = {}
 
     def assign(expression: sympy.Expr) -> None:
@@ -91,13 +91,18 @@ def common_subexpressions(expressions: Sequence[sympy.Expr]) -> tuple[list[tuple
     return list(ordered.items()), reduced[len(terms) :]
 
 
-def _opened(expressions: Sequence[sympy.Expr]) -> list[Term]:
-    """The terms that the expressions need, each after those in its definition."""
+def plain_symbol(term: Term) -> sympy.Symbol:
+    """The symbol of a term's name, which stands for nothing."""
+    return sympy.Symbol(term.name, real=True)
+
+
+def opened(expressions: Sequence[sympy.Expr], given: Collection[Term] = ()) -> list[Term]:
+    """The terms that the expressions need besides those given, each after those in its definition."""
     found: dict[Term, None] = {}
 
     def visit(expression: sympy.Expr) -> None:
         for inner in sorted(expression.atoms(Term), key=lambda t: t.name):
-            if inner not in found:
+            if inner not in found and inner not in given:
                 visit(inner.definition)
                 found[inner] = None
 

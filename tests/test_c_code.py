@@ -59,11 +59,11 @@ class Functions(ctypes.Structure):
     """The tail of the struct Model: pointers to the generated functions."""
 
     _fields_ = [("identifier", ctypes.c_char_p), ("guid", ctypes.c_char_p),
-                *((n, ctypes.c_uint) for n in ("n_variables", "n_values", "n_inputs", "n_states", "n_outputs", "first_input",
+                *((n, ctypes.c_uint) for n in ("n_variables", "n_values", "n_terms", "n_inputs", "n_states", "n_outputs", "first_input",
                                                "first_state", "first_output", "first_derivative", "tolerance", "output_order")),
                 *((n, ctypes.c_int) for n in ("exact", "has_mass", "has_held")), ("held", ctypes.c_void_p),
                 ("output_references", ctypes.POINTER(ctypes.c_uint)), ("variables", ctypes.c_void_p),
-                *((n, ctypes.CFUNCTYPE(None, ctypes.c_void_p)) for n in ("parameters",)),
+                *((n, ctypes.CFUNCTYPE(None, ctypes.c_void_p)) for n in ("parameters", "terms")),
                 *((n, ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)) for n in ("rates", "mass")),
                 *((n, ctypes.CFUNCTYPE(None, ctypes.c_void_p)) for n in ("outputs",)),
                 *((n, ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)) for n in ("jacobian",))]  # fmt: skip
@@ -89,11 +89,12 @@ def test_c_computes_what_the_equations_compute(name, tmp_path):
     for _ in range(20):
         values = {**component.start_values(), "time": random.uniform(0, 5)}
         values.update({n: random.uniform(-2, 2) for n in component.states}, **{n: random.uniform(1, 9) for n in component.inputs})
-        z = np.zeros(model.n_values)
+        z = np.zeros(model.n_values + model.n_terms)
         for variable_name, value in values.items():
             z[interface.reference(variable_name)] = value
         f, mass, jacobian = np.zeros(nx), np.zeros((nx, nx)), np.zeros((nx + ny, nx + nu + 1))
         model.parameters(z.ctypes.data)
+        model.terms(z.ctypes.data)
         model.rates(z.ctypes.data, f.ctypes.data)
         model.mass(z.ctypes.data, mass.ctypes.data)
         model.outputs(z.ctypes.data)

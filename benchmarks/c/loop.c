@@ -52,6 +52,7 @@ fmi2Status bare_step(fmi2Component c, fmi2Real time, fmi2Real h, fmi2Boolean no_
 fmi2Status bare_get(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real values[])
 {
     const Bare *b = c;
+    model.terms(b->z);
     model.outputs(b->z);
     for (size_t i = 0; i < n; i++) values[i] = b->z[vr[i]];
     return fmi2OK;

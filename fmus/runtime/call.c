@@ -63,7 +63,7 @@ const char *refused_identity(const char *name, const char *identifier)
 Status set_experiment(Instance *s, int tolerance_defined, double tolerance, double start, int stop_defined, double stop)
 {
     if (stop_defined && !(stop >= start)) return report(s, ERROR, "stop time %g s is before start time %g s", stop, start);
-    if (tolerance_defined && model.tolerance && set_values(s, &model.tolerance, 1, &tolerance) != OK) return ERROR;
+    if (tolerance_defined && model.tolerance > 0 && set_values(s, &model.tolerance, 1, &tolerance) != OK) return ERROR;
     if (set_time(s, start) != OK) return ERROR;
     s->kept[STOP_TIME] = stop_defined ? stop : HUGE_VAL;
     return OK;

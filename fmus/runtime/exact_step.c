@@ -42,7 +42,7 @@ static int input_matrix(Instance *s, double *z, double *a, double *b, double *ja
 static Status make_matrices(Instance *s, double h, unsigned order, double *work)
 {
     const unsigned n = model.n_states, nu = model.n_inputs, width = nu + 1;
-    double *z = work, *a = z + model.n_values, *b = a + n * n, *jacobian = b + n * width + n, *scratch = jacobian;
+    double *z = work, *a = z + model.n_values + model.n_terms, *b = a + n * n, *jacobian = b + n * width + n, *scratch = jacobian;
     s->matrices_order = 0;
     if (!input_matrix(s, z, a, b, jacobian)) return report(s, DISCARD, "the mass matrix is singular at %g s", s->z[0]);
     for (unsigned i = 0; i < n * n; i++) a[i] *= h;

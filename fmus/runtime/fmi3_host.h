@@ -4,6 +4,10 @@
 #define FMI3_HOST_H
 
 #include "call.h"
+#if defined(__clang__) && __clang_major__ >= 15 /* which has something against `()` in the header of the standard */
+#pragma clang diagnostic ignored "-Wdeprecated-non-prototype"
+#pragma clang diagnostic ignored "-Wstrict-prototypes"
+#endif
 #include "fmi3Functions.h"
 
 /* What the importer gave. */

@@ -13,7 +13,7 @@
 static size_t work_size(void)
 {
     const size_t n = model.n_states, nu = model.n_inputs, columns = n + nu + 1;
-    return model.n_values + (n + model.n_outputs) * columns + 2 * n * n + n * columns + 16 * n + 4 * nu;
+    return model.n_values + model.n_terms + (n + model.n_outputs) * columns + 2 * n * n + n * columns + 16 * n + 4 * nu;
 }
 
 Instance *instance_new(const char *name, Logger *logger, void *host)
@@ -22,7 +22,7 @@ Instance *instance_new(const char *name, Logger *logger, void *host)
     Instance *s = calloc(1, sizeof *s);
     if (!s) return NULL;
     s->n_kept = N_SCALARS + model.n_values + MAX_ORDER * model.n_inputs;
-    s->kept = calloc(s->n_kept, sizeof *s->kept);
+    s->kept = calloc(s->n_kept + model.n_terms, sizeof *s->kept);
     s->jacobian = calloc((n + model.n_outputs) * (n + nu + 1) + 1, sizeof(double));
     s->lu = calloc(n * n + 1, sizeof(double));
     s->pivot = calloc(2 * n + 1, sizeof *s->pivot);
@@ -36,8 +36,8 @@ Instance *instance_new(const char *name, Logger *logger, void *host)
         return NULL;
     }
     strcpy(s->name, name);
-    s->z = s->kept + N_SCALARS;
-    s->slopes = s->z + model.n_values;
+    s->slopes = s->kept + N_SCALARS;
+    s->z = s->slopes + MAX_ORDER * model.n_inputs;
     s->logger = logger;
     s->host = host;
     instance_reset(s);
@@ -187,8 +187,9 @@ static void update_parameters(Instance *s)
     s->parameters_changed = 0;
 }
 
-int rates_at(Instance *s, const double *z, double *rates)
+int rates_at(Instance *s, double *z, double *rates)
 {
+    model.terms(z);
     model.rates(z, rates);
     if (!model.has_mass) return 1;
     memset(s->lu, 0, model.n_states * model.n_states * sizeof *s->lu);
@@ -217,7 +218,9 @@ int update_rates(Instance *s)
 void update_outputs(Instance *s)
 {
     update_parameters(s);
-    if (s->outputs_changed) model.outputs(s->z);
+    if (!s->outputs_changed) return;
+    model.terms(s->z);
+    model.outputs(s->z);
     s->outputs_changed = 0;
 }
 

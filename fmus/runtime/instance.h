@@ -24,10 +24,10 @@ typedef struct Instance Instance;
 typedef void Logger(Instance *instance, Status status, const char *message);
 
 struct Instance {
-    double *kept;      /* scalars, z and slopes in one block */
+    double *kept;      /* scalars, slopes and z in one block */
     double *z;         /* all values in the order of the references */
     double *slopes;    /* derivatives of the inputs at the present time, MAX_ORDER rows of n_inputs */
-    unsigned n_kept;
+    unsigned n_kept;   /* without the terms at the end of z, which follow from the rest */
     int parameters_changed, rates_changed, outputs_changed, jacobian_changed;
     double *jacobian;  /* d(x', y)/d(x, u, t), with the mass matrix solved */
     double *lu;        /* LU factors of the mass matrix */
@@ -72,7 +72,7 @@ void update_outputs(Instance *s);
 int update_jacobian(Instance *s);
 
 /* x' for any vector of values; needs up-to-date parameters in z. 0 when the mass matrix is singular. */
-int rates_at(Instance *s, const double *z, double *rates);
+int rates_at(Instance *s, double *z, double *rates);
 /* The Jacobian with the mass matrix solved; rates are x' at z, as rates_at has just left them. */
 void jacobian_at(Instance *s, const double *z, const double *rates, double *jacobian);
 

@@ -4,7 +4,7 @@
 
    z is the vector of all values in the order of the value references: time, parameters, calculated
    parameters, inputs, states, other outputs, derivatives of the states; behind them are numbers that follow
-   from the parameters. All matrices are stored by rows. */
+   from the parameters, then terms that several functions need. All matrices are stored by rows. */
 
 #ifndef MODEL_H
 #define MODEL_H
@@ -22,7 +22,8 @@ typedef struct {
     const char *identifier;
     const char *guid;
     unsigned n_variables;                /* value references */
-    unsigned n_values;                   /* length of z */
+    unsigned n_values;                   /* length of z without the terms */
+    unsigned n_terms;
     unsigned n_inputs, n_states, n_outputs;
     unsigned first_input, first_state, first_output, first_derivative; /* references */
     unsigned tolerance;                  /* reference of the solver's tolerance; 0 where there is none */
@@ -34,6 +35,7 @@ typedef struct {
     const unsigned *output_references;   /* the outputs in the order of the rows of the Jacobian */
     const Variable *variables;
     void (*parameters)(double *z);
+    void (*terms)(double *z);            /* to be called before the functions below */
     void (*rates)(const double *z, double *f);
     void (*mass)(const double *z, double *m);
     void (*outputs)(double *z);

@@ -97,7 +97,7 @@ static Scratch scratch_in(double *work)
     const unsigned n = model.n_states, columns = n + model.n_inputs + 1;
     Scratch w;
     w.z = work;
-    w.rates = w.z + model.n_values;
+    w.rates = w.z + model.n_values + model.n_terms;
     w.time_slope = w.rates + n;
     w.k = w.time_slope + n;
     w.jacobian = w.k + STAGES * n;

@@ -43,7 +43,7 @@ Status snapshot_take(Instance *s, Snapshot **snapshot)
 Status snapshot_restore(Instance *s, const Snapshot *snapshot)
 {
     if (!known(s, snapshot)) return refuse(s);
-    const double *values = snapshot->kept + N_SCALARS, inner_step = snapshot->kept[INNER_STEP];
+    const double *values = snapshot->kept + (s->z - s->kept), inner_step = snapshot->kept[INNER_STEP];
     /* The same parameters keep the matrices of the exact step: a master that iterates restores at every step. */
     const int parameters = s->parameters_changed || memcmp(s->z + 1, values + 1, (model.first_input - 1) * sizeof *values) != 0;
     memcpy(s->kept, snapshot->kept, s->n_kept * sizeof *s->kept);
