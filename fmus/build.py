@@ -1,7 +1,7 @@
 """An FMU from a component: reproducible to the byte, validated before it is called built, complete or not there.
 
-An archive is kept in a cache under a key of its content, so that a second build is a copy. The cache is the
-platform's folder for such things, or the folder that the environment variable MOTOFMI_CACHE names.
+An archive is kept in a cache under a key of all that it follows from (see `fmus.origin`), so that a second build is a
+copy. The cache is the platform's folder for such things, or the folder that the environment variable MOTOFMI_CACHE names.
 """
 
 import hashlib
@@ -12,6 +12,7 @@ import uuid
 import zipfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from importlib.resources import files
 from pathlib import Path
 
@@ -25,8 +26,9 @@ from fmus.c_code import model_code
 from fmus.compilers import Platform
 from fmus.component import Component
 from fmus.errors import InputError, MissingToolError, unknown
-from fmus.interface import Interface
+from fmus.interface import Interface, identifier
 from fmus.model_description import compiled, model_description
+from fmus.origin import origin
 
 RUNTIME = ("call.c", "derivatives.c", "exact_step.c", "instance.c", "linear_algebra.c", "rosenbrock.c", "runtime.c", "snapshot.c", "step.c")
 API = {2: ("fmi2_fmu.c", "fmi2.c"), 3: ("fmi3_fmu.c", "fmi3.c", "fmi3_absent.c", "fmi3_step.c", "fmi3_host.h")}  # the first is compiled
@@ -63,45 +65,59 @@ def build(component: Component, out_dir: str | Path = ".", fmi: int = 2, backend
     if fmi not in FMI_HEADERS:
         raise unknown("FMI version", fmi, map(str, FMI_HEADERS))
     folder = writable(out_dir)
-    interface = Interface(component)
-    name, data, made_for = _python(interface) if backend == "python" else _compiled(interface, fmi, platforms)
+    name, data, made_for = _python(component) if backend == "python" else _compiled(component, fmi, platforms)
     path = folder / f"{name}.fmu"
     write(path, data)
-    return BuiltFmu(interface.identifier, path, hashlib.sha256(data).hexdigest(), made_for)
+    return BuiltFmu(identifier(component), path, hashlib.sha256(data).hexdigest(), made_for)
 
 
-def _python(interface: Interface) -> tuple[str, bytes, tuple[str, ...]]:
+def _python(component: Component) -> tuple[str, bytes, tuple[str, ...]]:
     """File name without suffix, bytes and platforms of the archive of the python back end."""
-    name, sources = f"{interface.identifier}_python", python_backend.sources(interface)
-    data = cached(name, sources, [pythonfmu.__version__], lambda: python_backend.packed(sources), compilers.host().name in python_backend.PLATFORMS)
-    return name, data, python_backend.PLATFORMS
+    name, made_for = f"{identifier(component)}_python", python_backend.PLATFORMS
+    found = Cached(name, component, lambda: python_backend.sources(Interface(component)), ["python", pythonfmu.__version__])
+    return name, found.archive(python_backend.packed, compilers.host().name in made_for), made_for
 
 
-def _compiled(interface: Interface, fmi: int, platforms: str) -> tuple[str, bytes, tuple[str, ...]]:
+def _compiled(component: Component, fmi: int, platforms: str) -> tuple[str, bytes, tuple[str, ...]]:
     """The same of the compiled back end; without a compiler a ready-made archive, if it fits."""
     wanted, suffix = archive_platforms(fmi, platforms)
-    name, sources = interface.identifier + suffix, source_contents(interface, fmi)
+    name, targets = identifier(component) + suffix, tuple(p.name for p in wanted)
     try:
         tools = compiler_versions(wanted, platforms)
     except MissingToolError:
-        shipped = ready_made.find(f"{name}.fmu", sources["modelDescription.xml"])
-        if shipped is None or not {p.name for p in wanted} <= set(shipped[1]):
+        shipped = ready_made.find(f"{name}.fmu", source_contents(Interface(component), fmi)["modelDescription.xml"])
+        if shipped is None or not set(targets) <= set(shipped[1]):
             raise
         return name, *shipped
-    targets = tuple(p.name for p in wanted)
 
-    def contents() -> dict[str, bytes]:
-        return {**sources, **binaries(interface, sources, fmi, wanted, native=platforms == "host")}
+    def packed(sources: Mapping[str, bytes]) -> dict[str, bytes]:
+        return {**sources, **binaries(identifier(component), sources, fmi, wanted, native=platforms == "host")}
 
-    return name, cached(name, sources, tools, contents, compilers.host().name in targets), targets
+    found = Cached(name, component, lambda: source_contents(Interface(component), fmi), [f"FMI {fmi}", *tools])
+    return name, found.archive(packed, compilers.host().name in targets), targets
 
 
-def cached(name: str, sources: Mapping[str, bytes], tools: list[str], contents: Callable[[], dict[str, bytes]], load: bool) -> bytes:
-    """The archive of these sources and tools out of the cache, put there first if it is new."""
-    path = cache_folder() / f"{name}-{content_key(sources, *tools)[:32]}.fmu"
-    if not path.is_file():
-        finish(archive(contents()), path, load)
-    return path.read_bytes()
+@dataclass
+class Cached:
+    """An archive's place in the cache. The sources are made only where they are needed."""
+
+    name: str
+    component: Component
+    make_sources: Callable[[], dict[str, bytes]]
+    tools: list[str]
+
+    @cached_property
+    def sources(self) -> dict[str, bytes]:
+        return self.make_sources()
+
+    def archive(self, packed: Callable[[Mapping[str, bytes]], dict[str, bytes]], load: bool) -> bytes:
+        """The archive's bytes, made of `packed(sources)` and put into the cache first if it is new there."""
+        known = origin(self.component)
+        key = content_key(self.sources, *self.tools) if known is None else content_key({}, known, *self.tools)
+        path = cache_folder() / f"{self.name}-{key[:32]}.fmu"
+        if not path.is_file():
+            finish(archive(packed(self.sources)), path, load)
+        return path.read_bytes()
 
 
 def build_all(component: Component, out_dir: str | Path = ".", fmi: int = 2, backend: str = "compiled", platforms: str = "host") -> list[BuiltFmu]:
@@ -128,18 +144,18 @@ def archive_platforms(fmi: int, platforms: str) -> tuple[list[Platform], str]:
 
 def source_contents(interface: Interface, fmi: int) -> dict[str, bytes]:
     """Model description and C source, by their path in the archive. The GUID follows from all of them."""
-    identifier = interface.identifier
+    name = interface.identifier
     runtime = files("fmus").joinpath("runtime")
     code = {n: runtime.joinpath(n).read_bytes() for n in (*RUNTIME, *HEADERS, *API[fmi], "LICENSE.txt")}
     code.update({n: (Path(fmpy.__file__).parent / "c-code" / n).read_bytes() for n in FMI_HEADERS[fmi]})
-    code["model.c"] = model_code(interface, identifier, GUID).encode()
+    code["model.c"] = model_code(interface, name, GUID).encode()
     listed = API[fmi][:1]
     contents = {f"sources/{n}": data for n, data in code.items()}
     if fmi == 2:
-        contents["modelDescription.xml"] = model_description(interface, identifier, GUID, compiled(interface, listed))
+        contents["modelDescription.xml"] = model_description(interface, name, GUID, compiled(interface, listed))
     else:
-        contents["modelDescription.xml"] = model_description3.model_description(interface, identifier, GUID)
-        contents["sources/buildDescription.xml"] = model_description3.build_description(identifier, listed)
+        contents["modelDescription.xml"] = model_description3.model_description(interface, name, GUID)
+        contents["sources/buildDescription.xml"] = model_description3.build_description(name, listed)
         ports = model_description3.terminals(interface)
         contents.update({} if ports is None else {"terminalsAndIcons/terminalsAndIcons.xml": ports})
     guid = guid_of(content_key(contents)).encode()
@@ -165,16 +181,16 @@ def compiler_versions(wanted: list[Platform], platforms: str) -> list[str]:
     return [" ".join(c) + compilers.version(c) for p in wanted for c in compilers.commands(p, platforms == "host")]
 
 
-def binaries(interface: Interface, contents: Mapping[str, bytes], fmi: int, wanted: list[Platform], native: bool) -> dict[str, bytes]:
-    """The shared libraries by their path in the archive."""
+def binaries(name: str, contents: Mapping[str, bytes], fmi: int, wanted: list[Platform], native: bool) -> dict[str, bytes]:
+    """The shared libraries of that name by their path in the archive."""
     sources = {name.removeprefix("sources/"): data for name, data in contents.items() if name.startswith("sources/")}
     made = {}
     for target in wanted:
         with tempfile.TemporaryDirectory() as folder:
-            for name, data in sources.items():
-                Path(folder, name).write_bytes(data)
-            libraries = compilers.compile_library(target, native, Path(folder), API[fmi][:1], interface.identifier)
-        library = f"{interface.identifier}{target.suffix}"
+            for file, data in sources.items():
+                Path(folder, file).write_bytes(data)
+            libraries = compilers.compile_library(target, native, Path(folder), API[fmi][:1], name)
+        library = f"{name}{target.suffix}"
         if fmi == 2:
             made[f"binaries/{target.folder}/{library}"] = libraries[0] if len(libraries) == 1 else compilers.universal(libraries)
         else:

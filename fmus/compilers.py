@@ -4,6 +4,7 @@ The host's compiler is $CC, cc, gcc or clang, whichever is there first, else zig
 compiled with zig (the package ziglang), which needs no network and no further tools.
 """
 
+import importlib.metadata
 import os
 import platform
 import shlex
@@ -11,7 +12,6 @@ import shutil
 import struct
 import subprocess
 import sys
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -96,9 +96,10 @@ def commands(wanted: Platform, native: bool) -> list[tuple[str, ...]]:
 
 @cache
 def version(command: Sequence[str]) -> str:
-    """What the compiler says of itself, in a folder of its own: zig leaves an empty object file where it is asked."""
-    with tempfile.TemporaryDirectory() as folder:
-        return subprocess.run([*command, "--version"], cwd=folder, capture_output=True, text=True, check=False).stdout.partition("\n")[0]
+    """What the compiler says of itself; of zig the version of its package, which is quicker."""
+    if "ziglang" in command:
+        return f"zig {importlib.metadata.version('ziglang')}"
+    return subprocess.run([*command, "--version"], capture_output=True, text=True, check=False).stdout.partition("\n")[0]
 
 
 def compile_library(wanted: Platform, native: bool, folder: Path, files: Sequence[str], name: str) -> list[bytes]:

@@ -8,7 +8,6 @@ The reference of a variable is its place in this list, for FMI 2 and FMI 3 and f
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
 
 from fmus.component import Component
 from fmus.errors import InputError
@@ -76,11 +75,9 @@ class Interface:
         """Whether some step has to be taken by the error-controlled method."""
         return bool(self.component.states) and not (self.exact and not self.held)
 
-    @cached_property
+    @property
     def identifier(self) -> str:
-        """The component's name as a C identifier."""
-        name = re.sub(r"\W", "_", self.component.name, flags=re.ASCII)
-        return name if name[:1].isalpha() else f"model_{name}"
+        return identifier(self.component)
 
     def of(self, *roles: str) -> list[FmuVariable]:
         return [v for v in self.variables if v.role in roles]
@@ -92,6 +89,12 @@ class Interface:
 
     def reference(self, name: str) -> int:
         return self.references[name]
+
+
+def identifier(component: Component) -> str:
+    """The component's name as a C identifier."""
+    name = re.sub(r"\W", "_", component.name, flags=re.ASCII)
+    return name if name[:1].isalpha() else f"model_{name}"
 
 
 def per_second(name: str) -> str:

@@ -82,7 +82,7 @@ def changed_code(old, new, tmp_path):
     contents = source_contents(interface, 2)
     assert old in contents["sources/model.c"]
     contents["sources/model.c"] = contents["sources/model.c"].replace(old, new)
-    return written(tmp_path, {**contents, **binaries(interface, contents, 2, [host()], native=True)})
+    return written(tmp_path, {**contents, **binaries(interface.identifier, contents, 2, [host()], native=True)})
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals")
