@@ -1,6 +1,7 @@
 """Values from files: a `.toml` names a component, gives its parameters with units, and says where they are from.
 
     component = "PassiveRider"
+    component_file = "mine.py"                  # where its class is, relative to this file, if it does not ship
     effects = ["coulomb_friction.coulomb"]      # family.form, if any; their parameters are "family.name"
     effects_folder = "mine"                     # where those are that do not ship, relative to this file
     description = "..."
@@ -28,7 +29,7 @@ from fmus.errors import InputError, unknown
 from fmus.units import convert
 from fmus.variables import Variable
 
-SECTIONS = ("component", "effects", "effects_folder", "description", "source", "parameters", "correlation", "printed", "about")
+SECTIONS = ("component", "component_file", "effects", "effects_folder", "description", "source", "parameters", "correlation", "printed", "about")
 ENTRY = ("value", "unit", "assumed", "standard_error")
 
 

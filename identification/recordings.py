@@ -62,11 +62,13 @@ class Recording:
         return self.columns[column]
 
 
-def read_recording(path: str | Path, mapping: Mapping[str, str] | None = None, rate: float | None = None) -> Recording:
+def read_recording(path: str | Path, mapping: Mapping[str, str] | None = None, rate: float | None = None,
+                   quantities: Mapping[str, str] = QUANTITIES) -> Recording:  # fmt: skip
     """The run in a CSV, .mat, .uff, .mf4 or .parquet file.
 
     mapping gives columns other names, and units where the file has none: {"Torque": "steer_torque [N.m]"}.
     rate [Hz] reduces a faster recording while it is read, so that a large file needs little memory.
+    quantities gives the SI unit of every name that is expected; a column of that name must have a unit that measures the same.
     Raises InputError for a file that cannot be read or used, with the line or the time of the fault.
     """
     path = Path(path)
@@ -75,7 +77,7 @@ def read_recording(path: str | Path, mapping: Mapping[str, str] | None = None, r
         raw, notes = reader(path, rate, next((c for c, v in (mapping or {}).items() if _split(v)[0] == "time"), "time"))
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from None
-    columns, units = _converted(raw, dict(mapping or {}), path)
+    columns, units = _converted(raw, dict(mapping or {}), path, quantities)
     if "time" not in columns:
         raise InputError(f"{path}: no column 'time [s]' (columns there: {', '.join(columns)}); map one with --map COLUMN=time")
     time = columns.pop("time")
@@ -108,6 +110,9 @@ def read_rig(folder: str | Path) -> dict[str, Any]:
         contents = json.loads(path.read_text("utf-8"))
         rig = {}
         for name, entry in contents.items():
+            if name == "noise":  # {"noise": {"angle": {"value": 0.001, "unit": "rad"}}}: deviations by channel
+                rig[name] = {channel: each["value"] * unit(each["unit"]).factor for channel, each in entry.items()}
+                continue
             scale = unit(entry["unit"]).factor
             rig[name] = {**entry, "value": entry["value"] * scale, "unit": si_unit(entry["unit"])}
             if "standard_error" in entry:
@@ -118,7 +123,8 @@ def read_rig(folder: str | Path) -> dict[str, Any]:
     return rig
 
 
-def _converted(raw: Mapping[str, np.ndarray], mapping: dict[str, str], path: Path) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+def _converted(raw: Mapping[str, np.ndarray], mapping: dict[str, str], path: Path,
+               quantities: Mapping[str, str]) -> tuple[dict[str, np.ndarray], dict[str, str]]:  # fmt: skip
     """The columns in SI by name, from headers `name [unit]`."""
     headers = {_split(header)[0]: header for header in raw}
     for name in mapping:
@@ -128,12 +134,12 @@ def _converted(raw: Mapping[str, np.ndarray], mapping: dict[str, str], path: Pat
     for name, header in headers.items():
         wanted, given = _split(mapping.get(header, mapping.get(name, name)))
         given = given or _split(header)[1]
-        if not given and wanted not in QUANTITIES:
+        if not given and wanted not in quantities:
             continue  # a label or a counter: without a unit it is no quantity
         if not given:
-            raise InputError(f"{path}: column {name!r} has no unit; write it as '{name} [{QUANTITIES[wanted]}]' "
-                             f"or give it with --map \"{name}={wanted} [{QUANTITIES[wanted]}]\"")  # fmt: skip
-        expected = QUANTITIES.get(wanted, si_unit(given))
+            raise InputError(f"{path}: column {name!r} has no unit; write it as '{name} [{quantities[wanted]}]' "
+                             f"or give it with --map \"{name}={wanted} [{quantities[wanted]}]\"")  # fmt: skip
+        expected = quantities.get(wanted, si_unit(given))
         if unit(given).exponents != unit(expected).exponents:
             raise InputError(f"{path}: column {name!r} is in [{given}], but {wanted} is measured in [{expected}]")
         if wanted in columns:

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from identification.gap.decide import Verdict
 from identification.gap.fitting import Fit
@@ -30,7 +31,7 @@ def write_report(verdict: Verdict, result: dict[str, Any], held: list[Run], fold
                 [Table(("run", "axis", "from", "to", "unit", "excess", "p"), where)]),
         Section("Before and after", [f"Held out: {', '.join(r.name for r in held) or 'none'}."], [(_harmonics(verdict), "First harmonic of the torque over frequency: measured, base, with what was found."),
                                          (_nyquist(verdict), "The same as impedance in the Nyquist plane."),
-                                         (_whiteness(verdict), "Residuals in units of the noise: before and after, against the normal distribution.")],
+                                         (whiteness(verdict), "Residuals in units of the noise: before and after, against the normal distribution.")],
                 [Table(("", "reduced chi-square", f"rms [{gap['rms']['unit']}]"), rows)]),
     ]  # fmt: skip
     Report("The gap between model and recordings", f"Verdict: {result['verdict']}", sections).write(folder / FILE)
@@ -79,7 +80,8 @@ def _nyquist(verdict: Verdict):
     return figure
 
 
-def _whiteness(verdict: Verdict):
+def whiteness(verdict: Verdict) -> Figure:
+    """Residuals in units of the noise, before and after."""
     figure, axes = new_figure()
     bins = np.linspace(-6, 6, 61)
     for fit, colour, label in ((verdict.base, COLOURS["damper"], "base"), (verdict.best, COLOURS["rider"], "with what was found")):

@@ -11,8 +11,8 @@ import rider_fmu.effects
 import rider_fmu.effects_on_vehicles
 import vehicle_fmu.effects
 from fmus.component import Component
-from fmus.effects import Effect, effects_in
-from fmus.effects.library import declared_by
+from fmus.effects import effects_in
+from fmus.effects.library import declared_by, load_module
 from fmus.effects.places import laws_at
 from fmus.errors import InputError, unknown
 from fmus.library import Library, component_from, read_values
@@ -44,7 +44,10 @@ def component(spec: str) -> Component:
         if holds_matrices(Path(spec)):
             return from_matrices(Path(spec))
         contents = read_values(Path(spec))
-        return component_from(contents, COMPONENTS, Path(spec).stem, spec, EFFECTS.get(contents.get("component", ""), ()))
+        title, file = str(contents.get("component", "")), contents.get("component_file")
+        known = {**COMPONENTS, title: component_class(f"{Path(spec).parent / file}:{title}")} if file else COMPONENTS
+        effects = laws_at(known[title]()) if file or title in MECHANISMS else EFFECTS.get(title, ())
+        return component_from(contents, known, Path(spec).stem, spec, effects)
     if colon:
         raise unknown("kind of component", kind, LIBRARIES)
     holders = [library for library in LIBRARIES.values() if spec in library.names()]
@@ -55,9 +58,18 @@ def component(spec: str) -> Component:
     return holders[0].load(spec)
 
 
-def _effects_of(title: str) -> list[type[Effect]]:
-    """The effects that ship for a class of component."""
-    return laws_at(MECHANISMS[title]()) if title in MECHANISMS else EFFECTS
+def component_class(spec: str) -> type[Component]:
+    """The class that `PATH.py:CLASS` names. Raises InputError with the classes of the file for anything else."""
+    path, _, title = spec.rpartition(":")
+    if not path.endswith(".py"):
+        raise InputError(f"{spec!r} is not PATH.py:CLASS, as in bench.py:Gearbox")
+    if not Path(path).is_file():
+        raise InputError(f"cannot read {path}: there is no such file")
+    module = load_module(path)
+    found = {n: c for n, c in vars(module).items() if isinstance(c, type) and issubclass(c, Component) and c.__module__ == module.__name__}
+    if title not in found:
+        raise unknown(f"component in {path}", title, found)
+    return found[title]
 
 
 def every_name() -> list[str]:

@@ -4,7 +4,7 @@ The noise rests on the best model so far (see `flexible`), so a verdict that cha
 the noise that is left beside it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,6 +19,7 @@ from identification.gap.fitting import Fit, fit
 from identification.gap.free_start import FreeStart
 from identification.gap.noise_sources import known_noise
 from identification.gap.sampled import Sampled
+from identification.gap.told import KINDS, SMOOTHER
 
 ROUNDS = 3
 STEADY = 0.1  # change of the noise, relative, below which a verdict stands
@@ -32,10 +33,11 @@ class Investigation:
     test: ComponentTest
 
 
-def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequence[type[Effect]] = (), given: dict | None = None) -> Investigation:
+def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequence[type[Effect]] = (), given: Mapping[str, float] | None = None,
+                so_far: Callable[[Verdict], None] = lambda verdict: None) -> Investigation:  # fmt: skip
     """The verdict on runs of a component, with the laws of mechanics at its elements and a user's own effects.
 
-    given holds known deviations of outputs by name. Raises InputError where the base cannot be fitted.
+    given holds known deviations of outputs by name; so_far is told what is known already at every stage. Raises InputError where the base cannot be fitted.
     """
     model = FreeStart(test)
     found = begin(model, runs)
@@ -44,14 +46,24 @@ def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequ
     test = replace(test, component=test.component.with_values(**_values(found))).scaled(deflection, rate)
     library = [*laws_at(test.component, rate), *more_effects]
     model = FreeStart(test)
-    ready = known_noise(found.runs, given or {})
-    ready = _beside_the_best(fit(model, ready, model.start()), library)
+    base = fit(model, [_between_samples(model, run) for run in known_noise(found.runs, given or {})], model.start())
+    so_far(Verdict("unknown", base, base))
+    ready = _beside_the_best(base, library)
     for _ in range(ROUNDS):
         verdict = decide(model, ready, library)
+        so_far(verdict)
         before, ready = ready, list(verdict.best.runs)
         if _change(before, ready) < STEADY:
             break
     return Investigation(verdict, test)
+
+
+def _between_samples(model: FreeStart, run: Sampled) -> Sampled:
+    """The run with what is not known of its inputs between their samples as noise."""
+    if run.kind != KINDS[0] or run.test.imposed:
+        return run
+    one, other = (model.reduced(r, model.start())[0] for r in (run, run.with_told(SMOOTHER)))
+    return run.with_unsure((one - other) * run.deviation)
 
 
 def _beside_the_best(base: Fit, library: Sequence[type[Effect]]) -> list[Sampled]:

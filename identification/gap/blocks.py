@@ -8,6 +8,7 @@ begins and ends where it likes: nothing needs to be periodic.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.fft import dct
@@ -59,7 +60,7 @@ def blocks_of(segments: Sequence[tuple[int, int]], outputs: int, rate: float, hi
     for index, (start, end) in enumerate(segments):
         count = min(max((end - start) // SHORTEST, 1), BLOCKS)
         edges = np.linspace(start, end, count + 1).astype(int)
-        for first, last in zip(edges[:-1], edges[1:], strict=True):
+        for first, last in pairwise(edges):
             n = int(last - first)
             kept = min(int(2 * n * highest / rate) + 1, n)
             spans.append((int(first), int(last), kept))

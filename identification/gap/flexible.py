@@ -11,6 +11,7 @@ Source: Pintelon, Schoukens, System Identification, 2nd ed. (2012), ch. 7 (local
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.special import digamma, polygamma
@@ -57,7 +58,7 @@ def noise_density(residual: np.ndarray, features: Sequence[np.ndarray], rate: fl
     count = max(n // width, 1)
     edges = np.linspace(0, n, count + 1).astype(int)
     frequency, logs, freedoms = [], [], []
-    for first, last in zip(edges[:-1], edges[1:], strict=True):
+    for first, last in pairwise(edges):
         x = np.linspace(-1, 1, last - first)
         block = np.column_stack([t[first:last] for t in terms] + [np.ones_like(x), x, x**2, x**3])
         block = block / (np.linalg.norm(block, axis=0) + 1e-300)

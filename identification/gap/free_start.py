@@ -19,7 +19,7 @@ from fmus.errors import InputError
 from fmus.imposed import Imposed
 from fmus.mathematics import NUMERIC
 from identification.gap.flexible import features_of, noise_density
-from identification.gap.model import MICRO, Model
+from identification.gap.model import Model
 from identification.gap.sampled import Sampled
 from identification.gap.simulate import Motion, Trajectory, simulate
 
@@ -28,6 +28,7 @@ SETTLED = 0.02  # of chi-square that a further step of the initial states would 
 SHARE = 1e-5  # of what is left, at which they are known well enough
 RANK = 1e-7
 OFFSET = 64  # samples of a segment, from which a sensor's offset is taken out as well
+MICRO = 1e-4  # s: the step by which a lag is varied for its slope
 PIECE, SMALLEST_PIECE = 128, 4  # steps of a piece, where a trajectory is found piece by piece
 
 
@@ -150,10 +151,11 @@ class FreeStart(Model):
         if states is not None:
             guess = np.column_stack([states.get(n, np.zeros(len(time))) for n in names]) if names else None
         begin = np.array([initial.get(n, 0.0) for n in names])
-        try:
-            made = simulate(self.equations, values, motion, guess, begin, with_initial=True)
-        except InputError:
-            made = simulate(self.equations, values, motion, self._piecewise(values, motion, begin), begin, with_initial=True)
+        with np.errstate(all="ignore"):  # what leaves finite numbers on the way is an InputError
+            try:
+                made = simulate(self.equations, values, motion, guess, begin, with_initial=True)
+            except InputError:
+                made = simulate(self.equations, values, motion, self._piecewise(values, motion, begin), begin, with_initial=True)
         if not np.isfinite(made.outputs).all():
             raise InputError(f"{self.component.name}: the simulation of {run.name} leaves finite numbers")
         run.guess.setdefault(index, {})["states"] = dict(zip(names, made.states.T, strict=True))

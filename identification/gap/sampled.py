@@ -6,16 +6,18 @@ long ones small errors add up to lost phase, a fit then has many minima, and wha
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from scipy.ndimage import uniform_filter1d
 
 from fmus.errors import InputError
 from identification.gap.blocks import Blocks, blocks_of
 from identification.gap.component_test import ComponentTest
 from identification.gap.flexible import Density
-from identification.gap.told import Told, highest_frequency, input_function, motion_functions
+from identification.gap.told import KINDS, Told, highest_frequency, input_function, motion_functions
 from identification.recordings import Recording
 from identification.sampling import uniform
 
@@ -26,6 +28,7 @@ POINTS = 8  # of the simulation per cycle of the highest frequency
 MOST_POINTS = 40_000  # of the simulation of one run
 PERIODS = 6.0  # of the middle frequency in a segment
 SHORTEST_SEGMENT = 100  # samples
+NEIGHBOURS = 9  # cosines over which a variance is averaged
 EDGE = 0.02  # share of an imposed motion's record at each end: its acceleration is not known there
 
 
@@ -46,6 +49,8 @@ class Sampled:
     deviation: np.ndarray
     notes: tuple[str, ...] = ()
     noise_rests_on_a_model: bool = False
+    kind: str = KINDS[0]  # how the inputs are joined between their samples
+    unsure: np.ndarray | None = None  # (m,) variance that comes with what the inputs do between their samples
     guess: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -73,21 +78,36 @@ class Sampled:
 
     def with_densities(self, densities: list[Density], source: str) -> "Sampled":
         """The run with another noise."""
-        return replace(self, densities=densities, noise_source=source, deviation=self.reduction.deviations(densities))
+        deviation = self.reduction.deviations(densities)
+        if self.unsure is not None:
+            deviation = np.sqrt(deviation**2 + self.unsure)
+        return replace(self, densities=densities, noise_source=source, deviation=deviation)
+
+    def with_unsure(self, difference: np.ndarray) -> "Sampled":
+        """The run with the change (m,) of what a model answers to its inputs joined in another way, as a further variance."""
+        sizes = [kept for _, _, kept in self.reduction.spans for _ in range(self.reduction.outputs)]
+        parts = np.split(difference**2, np.cumsum(sizes)[:-1])
+        smooth = np.concatenate([uniform_filter1d(part, min(NEIGHBOURS, len(part)), mode="nearest") for part in parts])
+        return replace(self, unsure=smooth).with_densities(self.densities, self.noise_source)
 
     def with_told(self, kind: str) -> "Sampled":
         """The run with its inputs joined in another way between their samples."""
-        return replace(self, told=_told(self.recording, self.test, kind), guess={})
+        return replace(self, told=_told(self.recording, self.test, kind), kind=kind, guess={})
+
+    def scaled(self, factor: float) -> "Sampled":
+        """The run as it would be with its excitation times a factor, if the component were linear."""
+        measured = factor * self.measured
+        return replace(self, told=self.told.scaled(factor), measured=measured, data=self.reduction.reduce(measured), guess={})
 
     def cut(self, length: int) -> "Sampled":
         """The run in segments of so many samples, each with its own initial states."""
         first, last = self.segments[0][0], self.segments[-1][1]
         count = max((last - first) // max(length, 8), 1)
         edges = np.linspace(first, last, count + 1).astype(int)
-        segments = [(int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+        segments = [(int(a), int(b)) for a, b in pairwise(edges)]
         reduction = blocks_of(segments, len(self.test.outputs), self.recording.rate, self.reduction_band)
         return replace(self, segments=segments, reduction=reduction, data=reduction.reduce(self.measured), guess={},
-                       deviation=reduction.deviations(self.densities))  # fmt: skip
+                       unsure=None, deviation=reduction.deviations(self.densities))  # fmt: skip
 
     @property
     def middle_frequency(self) -> float:
@@ -122,7 +142,7 @@ def prepare_sampled(recording: Recording, test: ComponentTest) -> Sampled:
     reduction = blocks_of(segments, len(test.outputs), rate, band)
     finer = int(np.clip(np.ceil(POINTS * highest / rate), 1, max(MOST_POINTS // len(time), 1)))
     densities = [Density(np.array([0.0, rate / 2]), np.full(2, max(s, 1e-30) ** 2)) for s in deviations]
-    whole = Sampled(recording, test, measured, _told(recording, test, "smooth"), segments, finer, reduction, densities, "",
+    whole = Sampled(recording, test, measured, _told(recording, test, KINDS[0]), segments, finer, reduction, densities, "",
                     reduction.reduce(measured), reduction.deviations(densities), notes)  # fmt: skip
     return whole.cut(max(int(PERIODS * rate / whole.middle_frequency), SHORTEST_SEGMENT))
 

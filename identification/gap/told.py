@@ -3,16 +3,18 @@
 An input is held, joined by lines, or joined smoothly; where it is rough these differ by a lag of up to half a sample,
 which a fit would take for a delay. A held input is, on average, the joined one half a sample later. An imposed
 motion is a spline whose knots are as far apart as its spectrum allows: its noise would become force otherwise.
+How much is not known between the samples shows in the difference of two splines.
 """
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.interpolate import CubicSpline, make_lsq_spline
+from scipy.interpolate import CubicSpline, make_interp_spline, make_lsq_spline
 from scipy.signal import periodogram
 
 KINDS = ("smooth", "lines", "held")
+SMOOTHER = "smoother"
 ROUGH = 0.02  # share of an input's power in the upper half of its spectrum, from which the kinds differ
 DEGREE = 5
 
@@ -24,6 +26,10 @@ class Told:
     functions: Mapping[str, Callable[[np.ndarray], np.ndarray]]
     ends: tuple[float, float]
     known: dict = field(default_factory=dict)
+
+    def scaled(self, factor: float) -> "Told":
+        """Everything times a factor."""
+        return Told({name: (lambda time, f=function: factor * f(time)) for name, function in self.functions.items()}, self.ends)
 
     def __call__(self, time: np.ndarray) -> dict[str, np.ndarray]:
         key = (len(time), float(time[0]), float(time[-1]))
@@ -39,6 +45,8 @@ def input_function(time: np.ndarray, values: np.ndarray, kind: str) -> Callable[
     """The input between its samples (n,)."""
     if kind == "smooth":
         return CubicSpline(time, values)
+    if kind == SMOOTHER:
+        return make_interp_spline(time, values, DEGREE)
     late = (time[1] - time[0]) / 2 if kind == "held" else 0.0
     return lambda t: np.interp(t - late, time, values)
 

@@ -1,0 +1,114 @@
+"""The gap of any component as one HTML report: verdict, where the base missed, recording, spectrum, Nyquist plane, whiteness."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from scipy.fft import idct
+from scipy.signal import csd, welch
+
+from identification.gap.decide import Verdict
+from identification.gap.fitting import Fit
+from identification.gap.sampled import Sampled
+from scenarios.gap_report import FILE, whiteness
+from scenarios.report import COLOURS, Report, Section, Table, new_figure
+
+
+def write_report(verdict: Verdict, result: dict[str, Any], held: Sequence[Sampled], folder: Path) -> str:
+    """Write the report into the folder; its name there."""
+    gap = result["gap"]
+    rows = [(n.replace("_", " "), "" if gap[n] is None else f"{gap[n]:.3f}", "" if gap["rms"][n] is None else f"{gap['rms'][n]:.4g}")
+            for n in ("before", "after", "holdout_before", "holdout_after", "noise_floor")]  # fmt: skip
+    effects = [(e["name"], e["form"], n, f"{p['value']:.5g}", f"{p['standard_error']:.2g}", p["unit"]) for e in result["effects"] for n, p in e["parameters"].items()]
+    candidates = [(c["name"], c["form"], f"{c['delta_chi2']:.1f}", f"{c['delta_bic']:.1f}", f"{c['probability']:.3f}") for c in result["candidates"]
+                  if c["delta_chi2"] > 0]
+    where = [(p["run"], p["axis"], f"{p['from']:.3g}", f"{p['to']:.3g}", p["unit"], f"{p['excess']:.3g}", f"{p['p_value']:.2g}") for p in result["where"][:40]]
+    modes = [(label, f"{m['frequency'][0]:.4g}", "" if m["damping_ratio"][0] is None else f"{m['damping_ratio'][0]:.4g}")
+             for label in ("before", "after") for m in result["modes"][label]]  # fmt: skip
+    sections = [
+        Section("Verdict", [result["verdict"], *result["limitations"]], [], [
+            Table(("effect", "form", "parameter", "value", "standard error", "unit"), effects),
+            Table(("candidate", "form", "delta chi-square", "delta BIC", "probability"), candidates)]),
+        Section("Where the base model misses", ["Cells that pass a false-discovery rate of 1 %."],
+                [(_map(verdict.base), "Residuals of the base over time and frequency, in units of the noise.")],
+                [Table(("run", "axis", "from", "to", "unit", "excess", "p"), where)]),
+        Section("Before and after", [f"Held out: {', '.join(r.name for r in held) or 'none'}."],
+                [(_recording(verdict), "The recording and what is left of it, before and after."), *_responses(verdict),
+                 (whiteness(verdict), "Residuals in units of the noise: before and after, against the normal distribution.")],
+                [Table(("", "reduced chi-square", f"rms [{gap['rms']['unit']}]"), rows)]),
+        Section("Modes of the component at rest", [], [], [Table(("", "frequency [Hz]", "damping ratio"), modes)]),
+    ]  # fmt: skip
+    Report("The gap between component and recordings", f"Verdict: {result['verdict']}", sections).write(folder / FILE)
+    return FILE
+
+
+def left_over(fit: Fit, output: int = 0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Time (n,), what was measured and what the fit leaves of it (n,), of the first run within its band."""
+    run: Sampled = fit.runs[0]
+    z = fit.residuals[: len(run.data)] * run.deviation
+    time, measured, left, first_row = [], [], [], 0
+    for first, last, kept in run.reduction.spans:
+        row = first_row + output * kept
+        spectrum = np.zeros(last - first)
+        spectrum[:kept] = -z[row : row + kept]
+        first_row += kept * run.reduction.outputs
+        time.append(run.recording.time[first:last])
+        measured.append(run.measured[first:last, output])
+        left.append(idct(spectrum, norm="ortho"))
+    return np.concatenate(time), np.concatenate(measured), np.concatenate(left)
+
+
+def _recording(verdict: Verdict) -> Figure:
+    figure, (upper, lower) = new_figure(rows=2, sharex=True)
+    run: Sampled = verdict.base.runs[0]
+    name = run.test.outputs[0]
+    time, measured, before = left_over(verdict.base)
+    upper.plot(time, measured, color=COLOURS["reference"], linewidth=0.8)
+    upper.set_ylabel(f"{name} [{run.recording.units[name]}]".replace("_", " "))
+    lower.plot(time, before, color=COLOURS["damper"], linewidth=0.8, label="left by the base")
+    if verdict.best is not verdict.base:
+        lower.plot(time, left_over(verdict.best)[2], color=COLOURS["rider"], linewidth=0.8, label="with what was found")
+    lower.set_xlabel("time [s]")
+    lower.legend()
+    return figure
+
+
+def _responses(verdict: Verdict) -> list[tuple[Figure, str]]:
+    """Frequency response and Nyquist plane, where a recorded input drives the component."""
+    run: Sampled = verdict.base.runs[0]
+    inputs = [n for n in run.test.inputs if np.ptp(run.recording[n]) > 0]
+    if not inputs:
+        return []
+    rate = run.recording.rate
+    n = min(len(run.measured) // 4, 2048)
+    first, last = run.segments[0][0], run.segments[-1][1]
+    drive = run.recording[inputs[0]][first:last]
+    figure, axes = new_figure()
+    plane, on = new_figure()
+    for fit, colour, label in ((None, COLOURS["reference"], "measured"), (verdict.base, COLOURS["damper"], "base"), (verdict.best, COLOURS["rider"], "with what was found")):
+        _, measured, left = left_over(fit or verdict.base)
+        frequency, cross = csd(drive, measured if fit is None else measured - left, rate, nperseg=n)
+        response = cross / welch(drive, rate, nperseg=n)[1]
+        inside = (frequency > 0) & (frequency < run.reduction_band)
+        axes.loglog(frequency[inside], np.abs(response[inside]), "." if fit is None else "-", color=colour, label=label)
+        on.plot(response[inside].real, response[inside].imag, "." if fit is None else "-", color=colour, label=label)
+    axes.set_xlabel("frequency [Hz]")
+    axes.set_ylabel("|output / input|")
+    on.set_xlabel("Re output / input")
+    on.set_ylabel("Im output / input")
+    axes.legend()
+    on.legend()
+    return [(figure, "Frequency response of the first output to the first input."), (plane, "The same in the Nyquist plane.")]
+
+
+def _map(fit: Fit) -> Figure:
+    figure, axes = new_figure()
+    run: Sampled = fit.runs[0]
+    z = np.abs(fit.residuals[: len(run.data)])
+    points = axes.scatter([c.time for c in run.reduction.columns], [c.frequency for c in run.reduction.columns], c=np.clip(z, 0, 6), s=16, marker="s", cmap="viridis")
+    figure.colorbar(points, label="|residual| over noise")
+    axes.set_xlabel(f"time in {run.name} [s]")
+    axes.set_ylabel("frequency [Hz]")
+    return figure

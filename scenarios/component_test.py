@@ -1,0 +1,145 @@
+"""The gap workflow on any component: recordings of its inputs and outputs, whatever drove it."""
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fmus.component import Component
+from fmus.effects import load_folder
+from fmus.errors import InputError, MissingToolError
+from fmus.progress import track
+from identification.gap.any_component import Investigation, investigate
+from identification.gap.component_test import ComponentTest, component_test
+from identification.gap.decide import Verdict
+from identification.gap.fitting import parameters_of
+from identification.gap.next_test import next_experiment
+from identification.gap.sampled import Sampled, excited, prepare_sampled
+from identification.gap.sampled_places import cells
+from identification.gap.scaled_runs import scaled_runs
+from identification.gap.verdict import as_result
+from identification.recordings import Recording, read_recording, read_rig
+from scenarios import names
+from scenarios.augmented_component import FILE, component_of, own_modes, write_component
+from scenarios.command_line import to_json, write_text
+from scenarios.component_report import write_report
+
+INTERRUPTED = "Interrupted: this is what was found until then, and no verdict."
+FLEXIBLE = ("The noise is not known (no repeats, no noise in rig.json): it is what a flexible model leaves of the residuals, "
+            "so a reduced chi-square of 1 means as good as that model.")  # fmt: skip
+NONE_IS_WEAK = "none means that nothing of the library improves the model; what even a flexible model cannot explain counts as noise."
+FAR = 1e3  # factor by which a fitted value may differ from where it started
+CLOSED = 0.5  # share of the held-out gap that must close
+
+
+def run_on_component(arguments: argparse.Namespace) -> dict[str, Any]:
+    """The result of `motofmi gap FILE.csv --component NAME`, with everything that it names written into --out."""
+    folder = Path(arguments.out)
+    component = component_named(arguments.component)
+    more = load_folder(arguments.effects) if arguments.effects else []
+    recordings, held = (read(files, component, arguments.map) for files in (arguments.files, arguments.holdout))
+    test = component_test(component, _common_columns([*recordings, *held]), arguments.impose or "", arguments.free)
+    _usable([*recordings, *held], test)
+    runs = [prepare_sampled(r, test) for r in recordings]
+    notes = [note for r in recordings for note in r.warnings] + [note for r in runs for note in r.notes]
+    if not excited(runs):
+        anchor = test.free[0].name
+        test = replace(test, free=test.free[1:])
+        runs = [replace(run, test=test) for run in runs]
+        notes.append(f"No input is recorded or it is zero: only ratios of the parameters show, and {anchor} keeps its value.")
+    given = read_rig(arguments.rig or Path(arguments.files[0]).parent).get("noise", {})
+
+    def so_far(verdict: Verdict) -> None:
+        result = _result(verdict, [], [])
+        result |= {"verdict": "unknown", "effects": [], "tied": [], "limitations": [INTERRUPTED]}
+        write_text(folder / "verdict.json", to_json(result) + "\n")
+
+    found = investigate(test, runs, more, given, so_far)
+    held_runs = _held(found, held)
+    result = _result(found.verdict, held_runs, notes)
+    result["limitations"] += _limitations(found, result, component, bool(held))
+    result["next_experiment"] = next_experiment(found.verdict, scaled_runs)
+    write_text(folder / "verdict.json", to_json(result) + "\n")
+    _add(found, result, arguments, folder)
+    result["report"] = write_report(found.verdict, result, held_runs, folder)
+    write_text(folder / "verdict.json", to_json(result) + "\n")
+    return result
+
+
+def component_named(spec: str) -> Component:
+    """The component that a NAME, a .toml or PATH.py:CLASS names."""
+    return names.component_class(spec)() if ".py:" in spec else names.component(spec)
+
+
+def read(files: Sequence[str], component: Component, mapping: Sequence[str]) -> list[Recording]:
+    """The recordings, their columns in the units of the component's variables."""
+    mapped = dict(text.partition("=")[::2] for text in mapping)
+    quantities = {"time": "s"} | {n: row.unit for n, row in component.table.items() if row.role in ("input", "output") or row.role == "state"}
+    return [read_recording(path, mapped or None, quantities=quantities) for path in track(files, "reading")]
+
+
+def _common_columns(recordings: Sequence[Recording]) -> list[str]:
+    return [n for n in recordings[0].columns if all(n in r.columns for r in recordings)]
+
+
+def _usable(recordings: Sequence[Recording], test: ComponentTest) -> None:
+    """Raises InputError where a measured channel was clipped: that looks like a physical effect."""
+    for recording in recordings:
+        for warning in recording.warnings:
+            if "clipped" in warning and warning.split()[0] in (*test.outputs, test.imposed):
+                raise InputError(f"{recording.name}: {warning}; a clipped channel looks like a physical effect, so nothing can be named")
+
+
+def _held(found: Investigation, recordings: Sequence[Recording]) -> list[Sampled]:
+    """The held-out runs, with the noise of the fitted ones and inputs joined as there."""
+    first: Sampled = found.verdict.best.runs[0]
+    held = [prepare_sampled(r, found.test).with_told(first.kind) for r in recordings]
+    return [run.with_densities(first.densities, first.noise_source) for run in held]
+
+
+def _result(verdict: Verdict, held: Sequence[Sampled], notes: Sequence[str]) -> dict[str, Any]:
+    run: Sampled = verdict.best.runs[0]
+    unit = run.recording.units[run.test.outputs[0]]
+    result = as_result(verdict, held, unit, run.noise_source or "flexible_model", cells)
+    result["limitations"] = list(dict.fromkeys(notes))
+    return result
+
+
+def _limitations(found: Investigation, result: dict[str, Any], component: Component, held: bool) -> list[str]:
+    sentences = []
+    if result["noise_source"] == "flexible_model":
+        sentences.append(FLEXIBLE)
+        if result["verdict"] == "none":
+            sentences.append(NONE_IS_WEAK)
+    best = found.verdict.best
+    rows = best.model.component.table
+    for name, (value, _, _) in parameters_of(best).items():
+        row, start = rows[name], abs(component.values.get(name, 0.0))
+        if name in best.model.own and name in [best.model.own[i] for i in best.model.sizes] and np.isfinite(row.max) and value >= row.max:
+            sentences.append(f"{name} ran to its bound {row.max:g} {row.unit}: the effect does not fit well, or a column's unit is wrong.")
+        if name in best.model.base and start and not 1 / FAR < abs(np.exp(best.x[best.model.names.index(name)])) / start < FAR:
+            sentences.append(f"{name} came out at {value:.3g} {row.unit}, far from its start {start:.3g}: is a column's unit wrong?")
+    gap = result["gap"]
+    if held and result["verdict"] == "named" and gap["holdout_after"] - 1 > CLOSED * (gap["holdout_before"] - 1):
+        sentences.append("On the held-out run the effect closes less than half of the gap: what was named may belong to the fitted runs alone.")
+    if not held:
+        sentences.append("No held-out run: the verdict is not checked on data that was not used.")
+    return sentences
+
+
+def _add(found: Investigation, result: dict[str, Any], arguments: argparse.Namespace, folder: Path) -> None:
+    """The component with what was found, its FMU, and its modes before and after."""
+    verdict = found.verdict
+    errors = {n: error for n, (_, error, _) in parameters_of(verdict.best).items()}
+    source = f"Fitted to {', '.join(r.name for r in verdict.best.runs)}"
+    try:
+        result["model"], result["fmu"] = write_component(found.test, verdict.best, folder, source, arguments.component, errors)
+    except MissingToolError as error:
+        result["model"] = FILE
+        result["limitations"].append(f"No FMU was built: {error}")
+    result["modes"] = {label: own_modes(component_of(found.test, f)) for label, f in (("before", verdict.base), ("after", verdict.best))}
+
+
