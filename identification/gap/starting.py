@@ -21,13 +21,17 @@ SAME = 0.01  # of chi-square: two fits that ended at the same place
 
 def fit_base(model: AnyModel, runs: Sequence[AnyRun]) -> Fit:
     """The best fit of a model without effects. Raises InputError where not even the first start can be simulated."""
-    best, reached = fit(model, runs, model.start()), 1
-    starts = qmc.scale(qmc.Sobol(len(model.base), scramble=False).random(MOST)[1:], -SPREAD, SPREAD)
-    for count, move in enumerate(starts, 2):
+    first = model.start()
+    best, reached = fit(model, runs, first), 1
+    if not model.base:
+        return best
+    moves = np.zeros((MOST - 1, len(first)))
+    moves[:, : len(model.base)] = qmc.scale(qmc.Sobol(len(model.base), scramble=False).random(2 * MOST)[2 : MOST + 1], -SPREAD, SPREAD)
+    for count, move in enumerate(moves, 2):
         if adequate(best) or (count > FEW and reached > 1):
             break
         try:
-            found = fit(model, runs, model.start() + move)
+            found = fit(model, runs, first + move)
         except InputError:  # nothing can be simulated from there
             continue
         if found.chi2 < (1 - SAME) * best.chi2:

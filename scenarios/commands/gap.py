@@ -20,6 +20,7 @@ from identification.recordings import read_recording, read_rig
 from scenarios import names
 from scenarios.augmented_rider import FILE, effect_on_modes, rider_of, write_model
 from scenarios.command_line import to_json, write_text
+from scenarios.component_test import run_on_component
 from scenarios.gap_report import write_report
 from scenarios.rig_proposals import rig_proposals
 from scenarios.rig_test import rig_effects, rig_test, with_bare_bar
@@ -31,6 +32,8 @@ HELP = """Find where a model misses recordings, name the missing effect, add it,
   motofmi gap sweep_up.csv stepped.csv --holdout sweep_down.csv --out gap
   motofmi gap sweep.csv --bare bare_bar.csv --out gap
   motofmi gap sweep.csv --rig my_rig.json --rider 3_2011 --out gap
+  motofmi gap run.csv --component driven_joint --map "T=torque [N.m]" --holdout other.csv --out gap
+  motofmi gap run.csv --component mass_spring_damper --impose displacement --out gap
   motofmi gap eigenvalues.csv --vehicle sharp_1971 --holdout others.csv --out gap
 
 The verdict is named, none (the model is as good as the noise), unknown (nothing in the library is it) or tied
@@ -48,6 +51,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--effects", metavar="DIR", help="folder with effects of your own")
     parser.add_argument("--vehicle", metavar="NAME", help="a motorcycle's NAME or a .toml: the files are its eigenvalues over speed, or its runs")
     parser.add_argument("--device", default="none", help="what was at the vehicle's handlebar: rider:NAME, damper:VALUE or none (default)")
+    parser.add_argument("--component", metavar="NAME|PATH.py:CLASS", help="any component with recorded inputs and outputs: mass_spring_damper, "
+                        "driven_joint, pendulum, two_mass, a .toml, or a class of your own")  # fmt: skip
+    parser.add_argument("--impose", metavar="VARIABLE", help="a component's displacement or angle that was imposed; its force was measured")
     parser.add_argument("--free", nargs="+", default=[], metavar="NAME", help="parameters to fit of which nothing is known")
     parser.add_argument("--out", default="gap", metavar="DIR", help="folder for verdict.json, model and report")
 
@@ -57,13 +63,15 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         raise InputError("gap needs recordings: motofmi gap FILE.csv [...] --holdout FILE.csv --out DIR")
     if arguments.vehicle:
         return run_on_vehicle(arguments)
+    if arguments.component:
+        return run_on_component(arguments)
     folder = Path(arguments.out)
     rig = read_rig(arguments.rig or Path(arguments.files[0]).parent)
     stand, library = rig_test(rig, arguments.rider), rig_effects(arguments.effects)
     runs, held = _runs(arguments.files, stand, arguments.map), _runs(arguments.holdout, stand, arguments.map)
     if arguments.bare:
         stand = with_bare_bar(stand, _runs(arguments.bare, stand, arguments.map))
-    verdict = decide(Model(stand), runs, library)
+    verdict = decide(Model(stand), runs, library, held)
     result = as_result(verdict, held, "N.m")
     result["limitations"] = _limitations(rig, runs, held, bool(arguments.bare))
     result["next_experiment"] = next_experiment(verdict, rig_proposals)
