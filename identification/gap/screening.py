@@ -36,14 +36,15 @@ def screen(found: Fit, effects: Iterable[type[Effect]], keep: int = 2) -> list[S
     for effect in effects:
         try:
             model = found.model.joined_by(effect, slopes_of_base=False)
-            tried = [_signature(found, model, effect, shape, basis, left) for shape in _shapes(found, effect)]
+            tried = [_signature(found, model, effect, shape, basis, left) for shape in shapes_of(found, effect)]
         except InputError:  # it diverges, or it cannot join what is there already
             continue
         signatures += sorted(tried, key=lambda s: -s.gain)[:keep]
     return signatures
 
 
-def _shapes(found: Fit, effect: type[Effect]) -> list[dict[str, float]]:
+def shapes_of(found: Fit, effect: type[Effect]) -> list[dict[str, float]]:
+    """The shapes from which an effect is searched: every combination of its starts."""
     largest = found.model.largest(found.runs) if effect.relative else 1.0
     first = next(iter(effect.parameters()))
     grids = {n: [s * (largest if n in effect.relative else 1.0) for s in starts] for n, starts in effect.starts.items() if n != first}

@@ -3,7 +3,7 @@
 from typing import ClassVar
 
 from fmus import Effect, adds_to, parameter
-from fmus.effects import damping, stiffness
+from fmus.effects import damping, memory, stiffness
 
 
 class SteeringFriction(damping.CoulombFriction):
@@ -22,6 +22,12 @@ class SteeringStribeck(damping.StribeckFriction):
     """Dry friction in the steering head that is larger near standstill."""
 
     element = "head"
+
+
+class SteeringBristles(memory.DahlHysteresis):
+    """Dry friction in the steering head that gives way like bristles before it slides."""
+
+    family, form, element = "coulomb_friction", "bristles", "head"
 
 
 class SteerStiffness(stiffness.AddedSpring):

@@ -17,7 +17,7 @@ from identification.gap.runs import Run, prepare, usable
 from identification.gap.test_stand import TestStand
 from identification.gap.verdict import as_result
 from identification.recordings import read_recording, read_rig
-from scenarios import names
+from scenarios import gap_plan, names
 from scenarios.augmented_rider import FILE, effect_on_modes, rider_of, write_model
 from scenarios.command_line import to_json, write_text
 from scenarios.component_test import run_on_component
@@ -34,6 +34,7 @@ HELP = """Find where a model misses recordings, name the missing effect, add it,
   motofmi gap sweep.csv --rig my_rig.json --rider 3_2011 --out gap
   motofmi gap run.csv --component driven_joint --map "T=torque [N.m]" --holdout other.csv --out gap
   motofmi gap run.csv --component mass_spring_damper --impose displacement --out gap
+  motofmi gap --plan --sweep 0.5:12 --sweep 12:0.5 --amplitude 2     (before any test: what it could name)
   motofmi gap eigenvalues.csv --vehicle sharp_1971 --holdout others.csv --out gap
 
 The verdict is named, none (the model is as good as the noise), unknown (nothing in the library is it) or tied
@@ -55,10 +56,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         "driven_joint, pendulum, two_mass, a .toml, or a class of your own")  # fmt: skip
     parser.add_argument("--impose", metavar="VARIABLE", help="a component's displacement or angle that was imposed; its force was measured")
     parser.add_argument("--free", nargs="+", default=[], metavar="NAME", help="parameters to fit of which nothing is known")
+    gap_plan.add_arguments(parser)
     parser.add_argument("--out", default="gap", metavar="DIR", help="folder for verdict.json, model and report")
 
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
+    if arguments.plan:
+        return gap_plan.run(arguments)
     if not arguments.files:
         raise InputError("gap needs recordings: motofmi gap FILE.csv [...] --holdout FILE.csv --out DIR")
     if arguments.vehicle:
@@ -112,6 +116,9 @@ def _limitations(rig: dict[str, Any], runs: Sequence[Run], held: Sequence[Run], 
 
 
 def show(result: dict[str, Any], console: Console) -> None:
+    if "verdict" not in result:
+        gap_plan.show(result, console)
+        return
     console.print(_headline(result), style="bold")
     for effect in result["effects"]:
         values = ", ".join(f"{n} = {p['value']:.4g} +- {p['standard_error']:.2g} {p['unit']}" for n, p in effect["parameters"].items())
