@@ -1,4 +1,4 @@
-"""A million random calls on every component and FMI version, out of order and with wrong arguments, under sanitisers.
+"""A million random calls on every class and FMI version, out of order and with wrong arguments, under sanitisers.
 
 The programs are tests/c/misuse2.c and misuse3.c, compiled together with the sources of the FMU.
 """
@@ -15,13 +15,16 @@ from pathlib import Path
 from fmus.build import source_contents
 from fmus.compilers import host_compiler
 from fmus.component import Component
+from fmus.effects.library import joining
 from fmus.interface import Interface
 from rider_fmu import riders
-from vehicle_fmu import dampers, motorcycles
+from scenarios import names
+from vehicle_fmu import motorcycles
 
 SOURCES = Path(__file__).parent.parent / "tests" / "c"
 SANITISERS = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 CALLS = 1_000_000
+EFFECTS = 4  # at once
 
 
 @dataclass(frozen=True)
@@ -68,11 +71,19 @@ def calls_under(command: Sequence[str], program: Program, calls: int, seed: int)
     return {**counts, "report": report or ("" if done.returncode == 0 else f"exit status {done.returncode}")}
 
 
+def one_of_each() -> dict[str, Component]:
+    """A component of every class, with values that ship where there are some, and the rider and a motorcycle with effects."""
+    shipped = {type(c).__name__: c for c in map(names.component, names.every_name())}
+    found = {title: shipped.get(title) or kind() for title, kind in names.COMPONENTS.items()}
+    for component in (riders.load("mean_2011"), motorcycles.load("sharp_1971")):
+        effects = joining(component, names.EFFECTS[type(component).__name__])
+        found[f"{component.title} with effects"] = component.with_effects(*(e() for e in effects[:EFFECTS]))
+    return found
+
+
 def run(progress: Callable) -> dict:
     """Counts by component and FMI version."""
-    components = {"rider": riders.load("mean_2011"), "motorcycle": motorcycles.load("sharp_1971"), "bicycle": motorcycles.load("benchmark_bicycle"),
-                  "damper": dampers.load("high_2011"), "progressive": dampers.load("progressive"), "inerter": dampers.load("inerter")}  # fmt: skip
-    found: dict[str, dict] = {}
+    components, found = one_of_each(), {}
     for name, fmi in progress([(name, fmi) for name in components for fmi in (2, 3)], "random calls under sanitisers"):
         with tempfile.TemporaryDirectory() as folder:
             program = compiled_misuse(components[name], fmi, Path(folder), sanitised=True)
