@@ -11,6 +11,7 @@ import numpy as np
 
 from fmus.effects import Effect
 from fmus.effects.places import laws_at
+from fmus.errors import InputError
 from identification.gap.begin import begin, equal_noise
 from identification.gap.competing import compete
 from identification.gap.component_test import ComponentTest
@@ -49,8 +50,12 @@ def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequ
     base = fit(model, [_between_samples(model, run) for run in known_noise(found.runs, given or {})], model.start())
     so_far(Verdict("unknown", base, base))
     ready = _beside_the_best(base, library)
+    verdict = Verdict("unknown", base, base)
     for _ in range(ROUNDS):
-        verdict = decide(model, ready, library)
+        try:
+            verdict = decide(model, ready, library)
+        except InputError:  # with less noise the best of the last round cannot be simulated well enough: its verdict stands
+            break
         so_far(verdict)
         before, ready = ready, list(verdict.best.runs)
         if _change(before, ready) < STEADY:

@@ -20,6 +20,7 @@ RIVAL = 0.4  # of an adequate effect's gain: what a rival must promise to be fit
 FAR = 30.0  # reduced chi-square of a base from which no effect is a small step
 PROMISED = 0.5  # of a signature's gain: with less, a fit is tried from elsewhere
 SMALLER = 0.2  # of the size of an effect, from where it is tried again
+STARTS = 3  # signatures of a family that are fitted
 LEADERS = 6  # families that are fitted
 
 
@@ -43,21 +44,21 @@ def adequate(found: Fit) -> bool:
 
 
 def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS) -> list[Candidate]:
-    """The candidates on top of a fit, the best first: all screened by one form, the leading families fitted in all forms."""
+    """The candidates on top of a fit, the best first: all screened by a form or more, the leading families fitted in all forms."""
     present = {e.family for e in found.model.effects}
     by_family: dict[str, list[type[Effect]]] = {}
     for effect in library:
         if effect.family not in present:
             by_family.setdefault(effect.family, []).append(effect)
     families = {name: sorted(forms, key=lambda e: (e.flexible, len(e.parameters()))) for name, forms in by_family.items()}
-    seen = [s for name, forms in track(list(families.items()), "screening effects") for s in screen(found, forms[:1])]
+    seen = [s for name, forms in track(list(families.items()), "screening effects") for s in screen(found, _to_screen(found, forms))]
     order = sorted(families, key=lambda name: -max((s.gain for s in seen if s.effect.family == name), default=0.0))
     top = max((s.gain for s in seen), default=0.0)
     if top < SIGNIFICANT / 2:
         return [_unfitted(found, s) for s in seen]
     candidates: list[Candidate] = []
     for name in track(order[:leaders], "fitting effects"):
-        mine = [s for s in seen if s.effect.family == name]
+        mine = sorted((s for s in seen if s.effect.family == name), key=lambda s: -s.gain)[:STARTS]
         enough = max((c.delta_chi2 for c in candidates if adequate(c.fit)), default=0.0)
         if max(s.gain for s in mine) < max(SIGNIFICANT / 2, 0.02 * top, RIVAL * enough):
             candidates += [_unfitted(found, s) for s in mine[:1]]
@@ -70,12 +71,20 @@ def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS)
     if not adequate(candidates[0].fit):
         near |= {c.family for c in one_each(candidates)[:3] if c.delta_bic > 0.5 * candidates[0].delta_bic}
     for flexible in (False, True):  # a curve of its own only where no plain form fits
-        more = [form for name in near for form in families[name][1:] if form.flexible == flexible]
+        known = {c.effect for c in candidates if c.effect in c.fit.model.effects}
+        more = [form for name in near for form in families[name] if form.flexible == flexible and form not in known]
         candidates += [c for s in screen(found, track(more, "fitting other forms"), keep=1) if (c := _fitted(found, s)) is not None]
         candidates.sort(key=lambda c: -c.delta_bic)
         if adequate(candidates[0].fit):
             break
     return candidates
+
+
+def _to_screen(found: Fit, forms: Sequence[type[Effect]]) -> list[type[Effect]]:
+    """The forms of a family that stand for it: the first at each element; all plain ones where the base is far off."""
+    if found.reduced > FAR:
+        return [form for form in forms if not form.flexible] or list(forms[:1])
+    return list({form.element: form for form in reversed(forms)}.values())
 
 
 def _fitted(found: Fit, signature: Signature) -> Candidate | None:

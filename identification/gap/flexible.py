@@ -32,6 +32,10 @@ class Density:
     def __call__(self, f: np.ndarray) -> np.ndarray:
         return np.exp(np.interp(f, self.frequency, np.log(self.density)))
 
+    def at_least(self, least: float) -> "Density":
+        """The density, nowhere below a least one."""
+        return Density(self.frequency, np.maximum(self.density, least))
+
     def or_less(self, other: "Density") -> "Density":
         """The lesser of two, frequency by frequency."""
         f = np.union1d(self.frequency, other.frequency)

@@ -29,11 +29,13 @@ SHARE = 1e-5  # of what is left, at which they are known well enough
 RANK = 1e-7
 OFFSET = 64  # samples of a segment, from which a sensor's offset is taken out as well
 MICRO = 1e-4  # s: the step by which a lag is varied for its slope
-PIECE, SMALLEST_PIECE = 128, 4  # steps of a piece, where a trajectory is found piece by piece
+PIECE, SMALLEST_PIECE = 128, 1  # steps of a piece, where a trajectory is found piece by piece
 
 
 class FreeStart(Model):
     """Base and effects on sampled runs. A free parameter keeps its sign; vectors hold the logarithms of its size."""
+
+    predicted = None  # slopes come with the output
 
     def __init__(self, stand: Any, effects: Sequence[type[Effect]] = (), slopes_of_base: bool = True):
         super().__init__(stand, effects, slopes_of_base)
@@ -153,9 +155,9 @@ class FreeStart(Model):
         begin = np.array([initial.get(n, 0.0) for n in names])
         with np.errstate(all="ignore"):  # what leaves finite numbers on the way is an InputError
             try:
-                made = simulate(self.equations, values, motion, guess, begin, with_initial=True)
+                made = simulate(self.equations, values, motion, guess, begin, with_initial=bool(names))
             except InputError:
-                made = simulate(self.equations, values, motion, self._piecewise(values, motion, begin), begin, with_initial=True)
+                made = simulate(self.equations, values, motion, self._piecewise(values, motion, begin), begin, with_initial=bool(names))
         if not np.isfinite(made.outputs).all():
             raise InputError(f"{self.component.name}: the simulation of {run.name} leaves finite numbers")
         run.guess.setdefault(index, {})["states"] = dict(zip(names, made.states.T, strict=True))

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import uniform_filter1d
+from scipy.signal import decimate
 
 from fmus.errors import InputError
 from identification.gap.blocks import Blocks, blocks_of
@@ -28,6 +29,8 @@ POINTS = 8  # of the simulation per cycle of the highest frequency
 MOST_POINTS = 40_000  # of the simulation of one run
 PERIODS = 6.0  # of the middle frequency in a segment
 SHORTEST_SEGMENT = 100  # samples
+ACCURACY = 3e-4  # of a signal's rms, which no model of a real component is better than
+FASTER, MOST_SAMPLES = 20, 6000  # a recording so many times faster than what is in it is reduced, where it has more samples
 NEIGHBOURS = 9  # cosines over which a variance is averaged
 EDGE = 0.02  # share of an imposed motion's record at each end: its acceleration is not known there
 
@@ -78,6 +81,8 @@ class Sampled:
 
     def with_densities(self, densities: list[Density], source: str) -> "Sampled":
         """The run with another noise."""
+        least = [(ACCURACY * np.std(y)) ** 2 for y in self.measured.T]
+        densities = [d.at_least(x) for d, x in zip(densities, least, strict=True)]
         deviation = self.reduction.deviations(densities)
         if self.unsure is not None:
             deviation = np.sqrt(deviation**2 + self.unsure)
@@ -125,6 +130,8 @@ class Sampled:
 def prepare_sampled(recording: Recording, test: ComponentTest) -> Sampled:
     """The run, its noise a first guess. Raises InputError for a run that is too short, still or without noise."""
     recording, notes = _regular(recording)
+    recording, more = _reduced(recording, test)
+    notes = (*notes, *more)
     time, rate = recording.time, recording.rate
     if len(time) < FEWEST:
         raise InputError(f"{recording.name}: {len(time)} samples are too few to tell noise from a gap; expected at least {FEWEST}")
@@ -141,7 +148,7 @@ def prepare_sampled(recording: Recording, test: ComponentTest) -> Sampled:
     segments = [(edge, len(time) - edge)]
     reduction = blocks_of(segments, len(test.outputs), rate, band)
     finer = int(np.clip(np.ceil(POINTS * highest / rate), 1, max(MOST_POINTS // len(time), 1)))
-    densities = [Density(np.array([0.0, rate / 2]), np.full(2, max(s, 1e-30) ** 2)) for s in deviations]
+    densities = [Density(np.array([0.0, rate / 2]), np.full(2, max(s, ACCURACY * np.std(y)) ** 2)) for s, y in zip(deviations, measured.T, strict=True)]
     whole = Sampled(recording, test, measured, _told(recording, test, KINDS[0]), segments, finer, reduction, densities, "",
                     reduction.reduce(measured), reduction.deviations(densities), notes)  # fmt: skip
     return whole.cut(max(int(PERIODS * rate / whole.middle_frequency), SHORTEST_SEGMENT))
@@ -163,6 +170,19 @@ def _regular(recording: Recording) -> tuple[Recording, tuple[str, ...]]:
         recording = replace(recording, columns=columns)
         notes = (*notes, f"{recording.name}: the samples were moved to a regular grid")
     return replace(recording, time=grid - grid[0]), notes
+
+
+def _reduced(recording: Recording, test: ComponentTest) -> tuple[Recording, tuple[str, ...]]:
+    """The recording at a lower rate, where it is much faster than what moves in it."""
+    wanted = [*test.outputs, *test.inputs]
+    highest = max(highest_frequency(recording[n], recording.rate) for n in wanted if np.ptp(recording[n]) > 0)
+    factor = int(recording.rate / (FASTER * highest))
+    if factor < 2 or len(recording.time) < MOST_SAMPLES:
+        return recording, ()
+    factor = min(factor, len(recording.time) // (MOST_SAMPLES // 2))
+    columns = {n: decimate(y, factor, ftype="fir") for n, y in recording.columns.items()}
+    note = f"{recording.name}: reduced to {recording.rate / factor:.4g} Hz; nothing in it is faster than {highest:.3g} Hz"
+    return replace(recording, time=recording.time[::factor], columns=columns), (note,)
 
 
 def _told(recording: Recording, test: ComponentTest, kind: str) -> Told:

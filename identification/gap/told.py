@@ -17,6 +17,8 @@ KINDS = ("smooth", "lines", "held")
 SMOOTHER = "smoother"
 ROUGH = 0.02  # share of an input's power in the upper half of its spectrum, from which the kinds differ
 DEGREE = 5
+LEAST_POWER = 1e-6  # of a signal's power: what lies above is of no interest
+CLOSEST = 3  # samples between the knots of an imposed motion
 
 
 @dataclass
@@ -67,18 +69,22 @@ def _knots(time: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Knots close enough for the highest frequency that the motion has beyond its noise."""
     step = time[1] - time[0]
     highest = highest_frequency(values, 1 / step)
-    apart = max(int(1 / (3 * highest * step)), 1)
+    apart = max(int(1 / (3 * highest * step)), CLOSEST)
     inner = time[apart : -max(apart, DEGREE + 1) : apart]
     return np.concatenate([[time[0]] * (DEGREE + 1), inner, [time[-1]] * (DEGREE + 1)])
 
 
 def highest_frequency(values: np.ndarray, rate: float, share: float = 4.0) -> float:
-    """The highest frequency [Hz] at which a signal (n,) stands out from what it has at the highest ones."""
+    """The highest frequency [Hz] at which a signal (n,) stands out from what it has at the highest ones.
+
+    What is above it in power by less than a millionth is left to itself: no model is better than that.
+    """
     n = len(values)
     line = np.interp(np.arange(n), [0, n - 1], values[[0, -1]])
     frequency, power = periodogram((values - line) * np.hanning(n), rate)
     width = max(n // 400, 5)
     smooth = np.convolve(power, np.ones(width) / width, "same")
     floor = np.median(smooth[int(0.7 * len(smooth)) :])
-    above = np.flatnonzero(smooth > share * floor)
+    beyond = np.cumsum(power[::-1])[::-1] / power.sum()
+    above = np.flatnonzero((smooth > share * floor) & (beyond > LEAST_POWER))
     return float(frequency[above[-1]]) if len(above) else float(frequency[-1] / 2)
