@@ -19,6 +19,7 @@ from identification.gap.model import AnyModel, AnyRun, AnyStand
 ITERATIONS = 15
 ENOUGH = 0.05  # of chi-square that a further step would gain
 COARSE = 1e-3  # of it, as long as the fit is far from the data
+HOPE = 20.0  # steps like the next one that a fit may need to reach what it should beat
 
 
 @dataclass
@@ -40,8 +41,8 @@ class Fit:
 
     @property
     def freedom(self) -> int:
-        """Data and priors, less what was fitted."""
-        return len(self.residuals) - len(self.x)
+        """Data and priors, less what was fitted; unknowns of a run alone (initial states) are fitted within the model."""
+        return len(self.residuals) - len(self.x) - sum(getattr(run, "unknowns", 0) for run in self.runs)
 
     @property
     def reduced(self) -> float:
@@ -73,21 +74,22 @@ def _vector(x: np.ndarray, model: AnyModel, index: int) -> np.ndarray:
 
 
 def fit(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray, frozen: Sequence[int] = (), anchor: np.ndarray | None = None,
-        iterations: int = ITERATIONS, gain: float = ENOUGH) -> Fit:  # fmt: skip
+        iterations: int = ITERATIONS, gain: float = ENOUGH, beat: float = np.inf) -> Fit:  # fmt: skip
     """The fit from a start: the model's vector, or a whole x. Parameters in `frozen` (indices) stay.
 
-    anchor gives common values of theta that are known from other runs, instead of fitting them.
+    anchor gives common values of theta that are known from other runs, instead of fitting them. A fit that creeps far
+    above the chi-square `beat` ends where it is.
     """
     runs = list(runs)
-    moved = deviating(model.stand)
-    shared, total = len(model.names), len(model.names) + len(runs) * len(moved)
+    shared, total = len(model.names), len(model.names) + len(runs) * len(deviating(model.stand))
     x = np.concatenate([start, np.zeros(total - len(start))])
     if anchor is not None:
         frozen = range(shared)
     low, high = _bounds(model, total)
     x = np.clip(x, low, high)
     free = np.setdiff1d(np.arange(total), np.asarray(list(frozen), int))
-    residuals, jacobian = _assembled(model, runs, x)
+    problem = _Problem(model, runs, total)
+    residuals, jacobian = problem.residuals(x), problem.slopes(x)
     chi2, damping = float(residuals @ residuals), 1e-3
     for _ in range(iterations):
         gradient = jacobian.T @ residuals
@@ -97,16 +99,16 @@ def fit(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray, frozen: Sequ
         scale = np.sqrt(np.diag(normal)) + 1e-9
         reach, accepted = _reach(model, x), False
         worth = max(gain, COARSE * chi2) if chi2 > 2 * len(residuals) else gain
-        for _ in range(8):
+        for tries in range(8):
             move = np.linalg.solve(normal / np.outer(scale, scale) + damping * np.eye(len(open_)), -gradient[open_] / scale) / scale
             trial = x.copy()
             trial[open_] = np.clip(x[open_] + np.clip(move, -reach[open_], reach[open_]), low[open_], high[open_])
             step = trial[open_] - x[open_]
             expected = -float(2 * gradient[open_] @ step + step @ normal @ step)
-            if expected < worth:
+            if expected < worth or (not tries and chi2 - HOPE * expected > beat):
                 break
             try:
-                new_residuals, new_jacobian = _assembled(model, runs, trial)
+                new_residuals = problem.residuals(trial)
                 new = float(new_residuals @ new_residuals)
             except InputError:  # the trial diverges: a shorter step
                 new = np.inf
@@ -116,8 +118,11 @@ def fit(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray, frozen: Sequ
             damping *= 6
         if not accepted:
             break
-        x, residuals, jacobian, won, chi2 = trial, new_residuals, new_jacobian, chi2 - new, new
-        damping = max(damping / 6, 1e-9)
+        x, residuals, won, chi2 = trial, new_residuals, chi2 - new, new
+        if won > gain:  # else the slopes have not moved either
+            jacobian = problem.slopes(x)
+        if won > 0.75 * expected and not tries:
+            damping = max(damping / 10, 1e-9)
         if won < worth:
             break
     return Fit(model, runs, x, chi2, residuals, jacobian, sum(len(r.data) for r in runs))
@@ -140,40 +145,58 @@ def _reach(model: AnyModel, x: np.ndarray) -> np.ndarray:
     return reach
 
 
-def _assembled(model: AnyModel, runs: Sequence[AnyRun], x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Residuals, in units of the noise, and their slopes by x; priors last."""
+class _Problem:
+    """Residuals in units of the noise, those of the priors last, and their slopes by x."""
+
+    def __init__(self, model: AnyModel, runs: list[AnyRun], total: int):
+        self.model, self.runs, self.moved = model, runs, deviating(model.stand)
+        self.predicted = getattr(model, "predicted", None)
+        self.priors, self.known = _priors(model, len(runs), total)
+        self.kept: dict[int, np.ndarray] = {}  # slopes that came with the output
+
+    def residuals(self, x: np.ndarray) -> np.ndarray:
+        """(m,). Raises InputError where the model cannot be simulated."""
+        left = []
+        for index, run in enumerate(self.runs):
+            q = _vector(x, self.model, index)
+            if self.predicted is None:
+                predicted, self.kept[index] = self.model.reduced(run, q)
+            else:
+                predicted = self.predicted(run, q)
+            left.append(predicted - run.data / run.deviation)
+        return np.concatenate([*left, self.priors @ x - self.known])
+
+    def slopes(self, x: np.ndarray) -> np.ndarray:
+        """(m, len(x)), where the residuals were asked for last."""
+        shared, moved, rows = len(self.model.names), self.moved, []
+        for index, run in enumerate(self.runs):
+            slopes = self.kept[index] if index in self.kept else self.model.reduced(run, _vector(x, self.model, index))[1]
+            block = np.zeros((len(slopes), len(x)))
+            block[:, :shared] = slopes
+            block[:, shared + index * len(moved) : shared + (index + 1) * len(moved)] = slopes[:, moved]
+            rows.append(block)
+        return np.concatenate([*rows, self.priors])
+
+
+def _priors(model: AnyModel, runs: int, total: int) -> tuple[np.ndarray, np.ndarray]:
+    """What is known beside the data, as rows (k, total) times x = known (k,), in units of the errors."""
     moved, shared = deviating(model.stand), len(model.names)
-    residuals, rows = [], []
-    for index, run in enumerate(runs):
-        predicted, slopes = model.reduced(run, _vector(x, model, index))
-        residuals.append(predicted - run.data / run.deviation)
-        block = np.zeros((len(predicted), len(x)))
-        block[:, :shared] = slopes
-        block[:, shared + index * len(moved) : shared + (index + 1) * len(moved)] = slopes[:, moved]
-        rows.append(block)
-    for index in range(len(runs)):
-        for place, i in enumerate(moved):
-            row = np.zeros((1, len(x)))
-            at = shared + index * len(moved) + place
-            row[0, at] = 1 / model.stand.free[i].spread
-            residuals.append(np.array([x[at] * row[0, at]]))
-            rows.append(row)
+    rows, known = [np.zeros(total) for _ in range(runs * len(moved))], [0.0] * (runs * len(moved))
+    for at, row in enumerate(rows):
+        row[shared + at] = 1 / model.stand.free[moved[at % len(moved)]].spread
     for i, free in enumerate(model.stand.free):
         if free.known is not None:
-            row = np.zeros((1, len(x)))
-            row[0, i] = free.known / free.standard_error
-            residuals.append(np.array([(x[i] - np.log(free.known)) * row[0, i]]))
-            rows.append(row)
+            weight = free.known / free.standard_error
+            rows.append(np.zeros(total))
+            rows[-1][i] = weight
+            known.append(float(np.log(free.known)) * weight)
     for name, (value, error) in model.stand.measured_effects.items():
         # Another test measured this effect's size; a model without the effect says zero.
-        row = np.zeros((1, len(x)))
-        size = 0.0
+        rows.append(np.zeros(total))
         if name in model.names:
-            row[0, model.names.index(name)] = 1 / error
-            size = x[model.names.index(name)]
-        residuals.append(np.array([(size - value) / error]))
-        rows.append(row)
-    return np.concatenate(residuals), np.concatenate(rows)
+            rows[-1][model.names.index(name)] = 1 / error
+        known.append(value / error)
+    return np.array(rows).reshape(-1, total), np.array(known)
 
 
 def parameters_of(found: Fit) -> Mapping[str, tuple[float, float, str]]:

@@ -16,7 +16,7 @@ from fmus.imposed import Imposed, ThroughSpring
 from fmus.variables import Variable
 from identification.gap.equations import Equations, rate_of
 from identification.gap.runs import Run
-from identification.gap.simulate import Motion, simulate
+from identification.gap.simulate import Motion, Trajectory, simulate
 from identification.gap.test_stand import Free, TestStand
 
 MICRO = 1e-4  # s: the step by which a lag is varied for its slope
@@ -50,6 +50,7 @@ class AnyModel(Protocol):
     A parameter vector (np,) is [log of the free base parameters, the effects' parameters as they are]; `base`, `own`
     and `names` are the names of these parts and of the whole, `rows` the table's rows of `own`, `sizes` the places
     in `own` of those in which what an effect adds is linear. `component` has the table of everything.
+    Where slopes cost much, there may be `predicted(run, q)`, which gives the first half of `reduced` alone.
     """
 
     stand: Any  # AnyStand
@@ -103,6 +104,7 @@ class Model:
         wanted = self.names if slopes_of_base else self.own
         self.equations = Equations(self.component, stand.outputs, [n for n in wanted if n in exact or n not in self.lags])
         self.found: dict[int, tuple[Run, dict[str, np.ndarray]]] = {}  # the last states by name, from which the next simulation starts
+        self.fresh: dict[int, tuple[dict[str, float], Trajectory]] = {}  # whose slopes were not asked for yet
 
     def joined_by(self, *effects: type[Effect], slopes_of_base: bool = True) -> "Model":
         """The model with further effects."""
@@ -123,8 +125,12 @@ class Model:
     def output(self, run: Run, q: np.ndarray, slopes: bool = True) -> tuple[np.ndarray, np.ndarray]:
         """Simulated output (n,) over the whole run, and its slopes (n, np)."""
         values = self.values(q) | dict.fromkeys(self.durations, run.duration)
-        made = simulate(self.equations, values, self._motion(run, values), self._guess(run))
-        self.found[id(run)] = (run, dict(zip(self.equations.states, made.states.T, strict=True)))
+        told, made = self.fresh.pop(id(run), ({}, None))
+        if made is None or told != values:
+            made = simulate(self.equations, values, self._motion(run, values), self._guess(run))
+            self.found[id(run)] = (run, dict(zip(self.equations.states, made.states.T, strict=True)))
+        if not slopes:
+            self.fresh[id(run)] = values, made
         y = made.outputs[:, 0]
         jacobian = np.zeros((len(self.names), len(y)))
         if slopes:
@@ -139,6 +145,10 @@ class Model:
         y, jacobian = self.output(run, q)
         both = run.reduction.reduce(np.concatenate([y[None], jacobian.T]).T) / run.deviation[:, None]
         return both[:, 0], both[:, 1:]
+
+    def predicted(self, run: Run, q: np.ndarray) -> np.ndarray:
+        """Reduced output (m,) in units of the noise."""
+        return run.reduction.reduce(self.output(run, q, slopes=False)[0]) / run.deviation
 
     def largest(self, runs: Sequence[Run]) -> float:
         """The largest imposed motion in the runs."""

@@ -13,6 +13,7 @@ Source: Betts, Practical Methods for Optimal Control, 2nd ed. (2010), ch. 4.6; A
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import lapack
@@ -39,14 +40,17 @@ class Motion:
         return float(self.time[1] - self.time[0])
 
 
-@dataclass
 class Trajectory:
-    """States (n, nx), outputs (n, ny), their slopes by parameters (n, ny, np) and by initial states (n, ny, nx)."""
+    """States (n, nx) and outputs (n, ny); their slopes are computed when they are asked for."""
 
-    states: np.ndarray
-    outputs: np.ndarray
-    slopes: np.ndarray
-    initial_slopes: np.ndarray | None = None
+    def __init__(self, states: np.ndarray, steps: "_Collocation", with_initial: bool):
+        self.states, self.outputs, self._steps = states, steps.outputs(), steps
+        self.initial_slopes = steps.initial_sensitivities() if with_initial and steps.nx else None  # (n, ny, nx), by the initial states
+
+    @cached_property
+    def slopes(self) -> np.ndarray:
+        """Of the outputs by the parameters (n, ny, np)."""
+        return self._steps.sensitivities(self._steps.parameter_push(), self._steps.slopes[self._steps.nx :, self._steps.nx :])
 
 
 def simulate(equations: Equations, values: Mapping[str, float], motion: Motion, start: np.ndarray | None = None,
@@ -81,10 +85,7 @@ def simulate(equations: Equations, values: Mapping[str, float], motion: Motion, 
         if kink or equations.linear:
             steps.look(x)
             break
-    made = Trajectory(x.T, steps.outputs(), steps.sensitivities(steps.parameter_push(), steps.slopes[nx:, nx:]))
-    if with_initial:
-        made.initial_slopes = steps.initial_sensitivities()
-    return made
+    return Trajectory(x.T, steps, with_initial)
 
 
 class _Collocation:
