@@ -17,6 +17,7 @@ from rider_fmu.rider_in_roll import POINTS, point_heights
 
 FREQUENCIES = np.arange(0.5, 7.01, 0.25)  # Hz
 HIGH = 4.0  # Hz: "high frequency" where the paper gives no number
+RIDERS = (1, 2, 3)  # of the roll test; "similar results can be obtained" for the others where rider 3's are shown
 NUMBER = {"waist": 2, "shoulder": 3, "head": 4}
 
 Curves = dict[str, np.ndarray]
@@ -42,7 +43,7 @@ def relative(curves: Curves) -> Curves:
 
 @dataclass(frozen=True)
 class Feature:
-    """A printed feature: its range of values [low, high], and how it is read off a curve: the least and the largest."""
+    """A printed feature: its range of values [low, high], how it is read off a curve (the least and the largest), of which riders."""
 
     quantity: str
     point: str
@@ -51,6 +52,7 @@ class Feature:
     high: float
     unit: str
     read: Callable[[np.ndarray, np.ndarray], tuple[float, float]]
+    riders: tuple[int, ...] = RIDERS
 
 
 def _peak(f, c):
@@ -97,7 +99,7 @@ FEATURES = (
     Feature("FRF", "shoulder", "peak_frequency", 0.75, 1.25, "Hz", _peak),
     Feature("FRF", "shoulder", "modulus_at_high_frequency", 0.1, 0.2, "1", _modulus(HIGH)),
     Feature("FRF", "head", "peaks_below", 2, 2, "1", _peaks),
-    Feature("FRF", "head", "modulus_at_high_frequency", 0, 0.1, "1", _modulus(HIGH)),
+    Feature("FRF", "head", "modulus_at_high_frequency", 0, 0.1, "1", _modulus(HIGH), (1, 3)),
     Feature("rFRF", "waist", "modulus_above_2Hz", 1.0, 1.2, "1", _modulus(2.0)),
     Feature("rFRF", "shoulder", "modulus_above_2Hz", 1.0, 1.2, "1", _modulus(2.0)),
     Feature("rFRF", "head", "peak_frequency", 1.0, 1.5, "Hz", _peak),

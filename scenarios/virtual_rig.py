@@ -47,7 +47,7 @@ def steer_test(rider: Component, steer_inertia: float, excitation: Excitation, n
     angle, angle_rate = excitation.motion(time)
     given = {"rig.steer_angle_command": (angle, angle_rate)}
     if noise.remnant:
-        given["rig.remnant_torque"] = _remnant(noise.remnant, noise.remnant_bandwidth, time, rng)
+        given["rig.remnant_torque"] = remnant_torque(noise.remnant, noise.remnant_bandwidth, time, rng)
     used = [space.inputs.index(name) for name in given]
     driven = replace(space, B=space.B[:, used], D=space.D[:, used], inputs=tuple(given))
     values, slopes = (np.column_stack(columns) for columns in zip(*given.values(), strict=True))
@@ -90,7 +90,7 @@ def _recorded(rig, states, time, command, noise: Noise, rng, name: str) -> Recor
     return Recording(name, time, columns, {"steer_angle_command": "rad", "steer_angle": "rad", "steer_torque": "N.m"})
 
 
-def _remnant(deviation: float, bandwidth: float, time: np.ndarray, rng) -> tuple[np.ndarray, np.ndarray]:
+def remnant_torque(deviation: float, bandwidth: float, time: np.ndarray, rng) -> tuple[np.ndarray, np.ndarray]:
     """White Gaussian noise through two first-order filters of a bandwidth [Hz], and its rate."""
     grid = np.fft.rfftfreq(len(time), time[1])
     shape = 1 / (1 + (grid / bandwidth) ** 2) * (grid > 0)

@@ -4,14 +4,18 @@ import numpy as np
 import pytest
 
 from fmus import InputError
+from identification.excitation import stepped_sine
 from rider_fmu import riders
 from scenarios import (
     does_anthropometry_give_the_inertias,
     does_kinematics_explain_amplitude_dependence,
     what_do_roll_features_leave_open,
     what_does_lean_do_to_weave,
+    what_does_the_gap_say_of_the_full_rider,
 )
 from scenarios.does_kinematics_explain_amplitude_dependence import harmonics, linear_inertance
+from scenarios.full_rider_on_the_rig import steer_test
+from scenarios.virtual_rig import QUIET
 from tests.test_scenarios import is_complete
 
 
@@ -28,6 +32,13 @@ def test_geometry_grows_with_the_square_of_the_angle():
     found = does_kinematics_explain_amplitude_dependence.run(amplitudes=(2.0, 4.0), frequency=np.array([1.5, 2.0, 4.0, 6.0, 9.0, 12.0]))
     assert found["change"][1] / found["change"][0] == pytest.approx(4, rel=0.1)
     assert found["third"][1] / found["third"][0] == pytest.approx(4, rel=0.1)
+    # The same test recorded, with the compiled rider on the polynomials of the bar.
+    at, frequency, amplitude = 2, 4.0, np.radians(4)
+    recording = steer_test(riders.load("full_mean_2011"), 0.125, stepped_sine([frequency], seconds=4.0, amplitude=amplitude), QUIET)
+    kept = (recording.time > 2 - 1e-9) & (recording.time < 2.75 - 1e-9)  # three cycles, long after the start
+    torque = 2j * np.mean(recording["steer_torque"][kept] * np.exp(-2j * np.pi * frequency * recording.time[kept]))
+    # 128 steps of Runge-Kutta a cycle there, and what is left of the start.
+    assert -((2 * np.pi * frequency) ** 2) * amplitude / torque == pytest.approx(found["inertance"][1, at], rel=2e-4)
     assert is_complete(does_kinematics_explain_amplitude_dependence.section(found))
 
 
@@ -61,3 +72,14 @@ def test_other_riders_meet_the_features_too():
         rider = riders.load("roll_3_2008").with_values(**dict(zip(what_do_roll_features_leave_open.FREE, values, strict=True)))
         assert what_do_roll_features_leave_open.allowed(rider)
     assert is_complete(what_do_roll_features_leave_open.section(found))
+
+
+def test_the_gap_workflow_finds_the_limbs_at_the_bar():
+    found = what_does_the_gap_say_of_the_full_rider.run(amplitudes=(1.0,), up=40.0, down=30.0)
+    (effect,) = found["known_bar"]["effects"]
+    assert effect["name"] == "added_inertia"
+    inertia = effect["parameters"]["inertia"]
+    # The rest of the arms' inertia at the bar, I_cc, goes with the torso in the fit.
+    assert inertia["value"] == pytest.approx(found["reduced"].steer_inertia, abs=0.01 + 3 * inertia["standard_error"])
+    assert found["verdicts"][1.0]["gap"]["before"] < 1.5  # a linear rider who has them is as good as the noise, nearly
+    assert is_complete(what_does_the_gap_say_of_the_full_rider.section(found))
