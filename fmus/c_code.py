@@ -11,6 +11,7 @@ once for each function. The mass matrix is solved in the runtime.
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from importlib.resources import files
+from itertools import count
 from math import inf
 
 import jinja2
@@ -18,13 +19,14 @@ import sympy
 from sympy.printing.c import C99CodePrinter
 
 from fmus.interface import TOLERANCE, Interface
-from fmus.terms import Term, common_subexpressions, opened, plain_symbol, term
+from fmus.terms import Each, Term, common_subexpressions, opened, plain_symbol
 
 ROLES = {"time": "TIME", "calculated": "CALCULATED", "input": "INPUT", "state": "STATE", "output": "OUTPUT", "derivative": "DERIVATIVE"}
 
 
 CONSTANT = "constant "  # a name that no variable has
 UNNAMED = (CONSTANT, "term_")  # read where they are; variables of the table get a name
+OF_EACH = " + k]"  # at the end of a place that depends on the value in a loop
 
 
 class Printer(C99CodePrinter):
@@ -71,12 +73,12 @@ def _context(interface: Interface, identifier: str, guid: str) -> dict:
                      for i in range(wide.rows) for k in range(wide.cols) if wide[i, k] != 0],
     }  # fmt: skip
     calculated = [(f"z[{v.reference}]", e) for v, e in zip(interface.of("calculated"), form.calculated, strict=True)]
-    hoisted = [(f"z[{reference}]", e) for reference, e in constants.found()]
-    places = constants.places()
     shared = shared_terms(functions)
-    given = sorted(met(functions.values(), shared), key=shared.index)
-    first_term = len(interface.variables) + len(hoisted)
-    places.update({plain_symbol(t): f"z[{first_term + i}]" for i, t in enumerate(given)})
+    given = {plain_symbol(t): t for t in sorted(met(functions.values(), shared), key=shared.index)}
+    hoisted = {symbol: e for e, symbol in constants.symbols.items()}
+    of_constants, first_term = laid_out(hoisted, len(interface.variables))
+    of_terms, end = laid_out(given, first_term)
+    places = {**variable_places(interface), **of_constants, **of_terms}
     return {
         "title": component.title,
         "identifier": identifier,
@@ -86,13 +88,13 @@ def _context(interface: Interface, identifier: str, guid: str) -> dict:
         "held": [int(n in interface.held) for n in component.inputs],
         "has_held": int(bool(interface.held)),
         "first": {role: interface.first(role) for role in ("input", "state", "output", "derivative")},
-        "n": {"values": first_term, "terms": len(given), "inputs": nu, "states": nx},
+        "n": {"values": first_term, "terms": end - first_term, "inputs": nu, "states": nx},
         "output_order": interface.output_order,
         "exact": int(interface.exact),
         "has_mass": int(form.has_mass),
         "tolerance": interface.references[TOLERANCE.name] if interface.has_tolerance else 0,
-        "parameters": statements(calculated + hoisted, places),
-        "terms": statements([(places[plain_symbol(t)], t) for t in given], places),
+        "parameters": statements([*calculated, *((places[symbol], e) for symbol, e in hoisted.items())], places),
+        "terms": statements([(places[symbol], t) for symbol, t in given.items()], places),
         **{name: statements(assigned, places, set(shared)) for name, assigned in functions.items()},
     }
 
@@ -117,61 +119,143 @@ def met(functions: Iterable[Assignments], shared: Sequence[Term]) -> set[Term]:
     return found & given
 
 
+class Constant(sympy.Symbol):
+    """The symbol of what depends on the parameters alone, and inside a total on its value."""
+
+    each: Each | None
+
+    def __new__(cls, name: str, each: Each | None) -> "Constant":
+        constant = sympy.Symbol.__xnew__(cls, name, real=True)
+        constant.each = each
+        return constant
+
+    @property
+    def free_symbols(self) -> set[sympy.Symbol]:
+        return {self} if self.each is None else {self, self.each}
+
+
 class Constants:
-    """Subexpressions that depend on the parameters alone, each given a place behind the values."""
+    """Subexpressions that depend on the parameters alone, each given a symbol."""
 
     def __init__(self, interface: Interface):
-        self.interface = interface
         self.parameters = {interface.form.symbols[v.name] for v in interface.of("parameter") if v.name in interface.form.symbols}
-        self.symbols: dict[sympy.Expr, sympy.Symbol] = {}
+        self.symbols: dict[sympy.Expr, Constant] = {}
         self.terms: dict[Term, sympy.Expr] = {}
 
     def hoist(self, expression: sympy.Expr) -> sympy.Expr:
         """The expression with every part that depends on the parameters alone replaced by its symbol."""
         if expression.is_Atom and not isinstance(expression, Term):
             return expression
-        if isinstance(expression, sympy.Expr) and expression.free_symbols and expression.free_symbols <= self.parameters:
-            return self.symbols.setdefault(expression, sympy.Symbol(f"{CONSTANT}{len(self.symbols)}", real=True))
+        if isinstance(expression, sympy.Expr) and self._alone(expression):
+            return self.symbols.setdefault(expression, Constant(f"{CONSTANT}{len(self.symbols)}", each_of(expression)))
         if isinstance(expression, Term):
             if expression not in self.terms:
-                self.terms[expression] = term(self.hoist(expression.definition))
+                self.terms[expression] = expression.like(self.hoist(expression.definition))
             return self.terms[expression]
         if expression.is_Add or expression.is_Mul:
-            alone = [a for a in expression.args if not a.free_symbols - self.parameters]
-            if len(alone) > 1 and any(a.free_symbols for a in alone):
-                rest = [a for a in expression.args if a.free_symbols - self.parameters]
+            alone = [a for a in expression.args if not a.free_symbols or self._alone(a) or isinstance(a, Each)]
+            if len(alone) > 1 and any(map(self._alone, alone)):
+                rest = [a for a in expression.args if a not in alone]
                 return expression.func(self.hoist(expression.func(*alone)), *map(self.hoist, rest))
         return expression.func(*map(self.hoist, expression.args))
 
-    def found(self) -> list[tuple[int, sympy.Expr]]:
-        first = len(self.interface.variables)
-        return [(first + i, expression) for i, expression in enumerate(self.symbols)]
+    def _alone(self, expression: sympy.Expr) -> bool:
+        free = {s for s in expression.free_symbols if not isinstance(s, Each)}
+        return bool(free) and free <= self.parameters
 
-    def places(self) -> dict[sympy.Symbol, str]:
-        """The place of every symbol in the vector of values; x' of a state is in the array `rates`."""
-        form, interface = self.interface.form, self.interface
-        places = {symbol: f"z[{interface.reference(name)}]" for name, symbol in form.symbols.items()}
-        places.update({symbol: f"z[{len(interface.variables) + i}]" for i, symbol in enumerate(self.symbols.values())})
-        places.update({symbol: f"rates[{i}]" for i, symbol in enumerate(form.derivative_symbols)})
-        return places
+
+def each_of(expression: sympy.Expr) -> Each | None:
+    """What takes the values of a total in this part of its summand."""
+    return next((s for s in expression.free_symbols if isinstance(s, Each)), None)
+
+
+def variable_places(interface: Interface) -> dict[sympy.Symbol, str]:
+    """The place of every variable in the vector of values; x' of a state is in the array `rates`."""
+    places = {symbol: f"z[{interface.reference(name)}]" for name, symbol in interface.form.symbols.items()}
+    return {**places, **{symbol: f"rates[{i}]" for i, symbol in enumerate(interface.form.derivative_symbols)}}
+
+
+def laid_out(definitions: Mapping[sympy.Symbol, sympy.Expr], place: int) -> tuple[dict[sympy.Symbol, str], int]:
+    """Places in the vector of values from one on, in a loop over k as many as it has values; and the place behind them."""
+    places = {}
+    for symbol, definition in definitions.items():
+        each = each_of(definition)
+        places[symbol] = f"z[{place}]" if each is None else f"z[{place}{OF_EACH}"
+        place += 1 if each is None else len(each.values)
+    return places, place
 
 
 def statements(assigned: Assignments, places: Mapping[sympy.Symbol, str], given: Collection[Term] = ()) -> list[str]:
-    """The C statements of `target = expression`: the variables that they read, common subexpressions, the targets.
+    """The C statements of `target = expression`: the variables that they read, loops, common subexpressions, the targets.
 
     The given terms are read from their places.
     """
     if not assigned:
         return []
-    common, reduced = common_subexpressions([e for _, e in assigned], given)
-    used = set().union(*(e.atoms(sympy.Symbol) for e in (*reduced, *(e for _, e in common)))) & set(places)
-    variables = sorted((s for s in used if not s.name.startswith(UNNAMED)), key=lambda s: _order(places[s]))
-    names = {**places, **{s: c_name(s.name) for s in variables}, **{s: f"t{i}" for i, (s, _) in enumerate(common)}}
-    printer = Printer({"contract": False, "math_macros": {}})
-    printer._print_Symbol = names.__getitem__
-    lines = [f"const double {names[symbol]} = {places[symbol]};" for symbol in variables]
-    lines += [f"const double {names[symbol]} = {printer.doprint(expression)};" for symbol, expression in common]
-    return lines + [f"{target} = {printer.doprint(e)};" for (target, _), e in zip(assigned, reduced, strict=True)]
+    text = Text(places)
+    outside = [(target, e) for target, e in assigned if each_of(e) is None]
+    totals = [t for t in opened([e for _, e in outside], given) if t.each is not None]
+    loops = {each for each in (*(t.each for t in totals), *(each_of(e) for _, e in assigned)) if each is not None}
+    for each in sorted(loops, key=str):
+        text.loop(each, [t for t in totals if t.each == each], [(target, e) for target, e in assigned if each_of(e) == each], given)
+    common, reduced = common_subexpressions([e for _, e in outside], {*given, *totals})
+    text.define(common)
+    text.lines += [f"{target} = {text(e)};" for (target, _), e in zip(outside, reduced, strict=True)]
+    return text.variables() + text.lines
+
+
+class Text:
+    """Lines of C, with names for what they have defined."""
+
+    def __init__(self, places: Mapping[sympy.Symbol, str]):
+        self.places = places
+        self.names: dict[sympy.Symbol, str] = {}
+        self.lines: list[str] = []
+        self.read: set[sympy.Symbol] = set()
+        self.numbers = count()
+        self.printer = Printer({"contract": False, "math_macros": {}})
+        self.printer._print_Symbol = self.name
+
+    def __call__(self, expression: sympy.Expr) -> str:
+        return self.printer.doprint(expression)
+
+    def name(self, symbol: sympy.Symbol) -> str:
+        if symbol in self.names:
+            return self.names[symbol]
+        if symbol.name.startswith(UNNAMED):
+            return self.places[symbol]
+        self.read.add(symbol)
+        return c_name(symbol.name)
+
+    def variables(self) -> list[str]:
+        """The variables of the table that have been read."""
+        return [f"const double {c_name(s.name)} = {self.places[s]};" for s in sorted(self.read, key=lambda s: _order(self.places[s]))]
+
+    def define(self, common: Sequence[tuple[sympy.Symbol, sympy.Expr]], indent: str = "") -> None:
+        for symbol, expression in common:
+            line, name = self(expression), f"t{next(self.numbers)}"
+            self.names[symbol] = name
+            self.lines.append(f"{indent}const double {name} = {line};")
+
+    def loop(self, each: Each, totals: Sequence[Term], assigned: Assignments, given: Collection[Term]) -> None:
+        """The sums of the totals, and what is assigned for each value; what is the same for all comes before."""
+        common, reduced = common_subexpressions([*(t.definition for t in totals), *(e for _, e in assigned)], given)
+        varying: set[sympy.Symbol] = set()
+        for symbol, expression in common:
+            met = expression.atoms(sympy.Symbol)
+            if each in met or met & varying or any(self.places.get(s, "").endswith(OF_EACH) for s in met):
+                varying.add(symbol)
+        self.define([pair for pair in common if pair[0] not in varying])
+        sums = [f"sum{next(self.numbers)}" for _ in totals]
+        self.lines += [f"double {name} = 0;" for name in sums]
+        self.lines.append(f"for (unsigned k = 0; k < {len(each.values)}; k++) {{")
+        self.names[each] = "each"
+        self.lines.append(f"    const double each = (const double[]){{{', '.join(map(repr, map(float, each.values)))}}}[k];")
+        self.define([pair for pair in common if pair[0] in varying], "    ")
+        self.lines += [f"    {name} += {self(e)};" for name, e in zip(sums, reduced, strict=False)]
+        self.lines += [f"    {target} = {self(e)};" for (target, _), e in zip(assigned, reduced[len(totals) :], strict=True)]
+        self.lines += ["    (void)each;", "}"]
+        self.names.update({plain_symbol(t): name for t, name in zip(totals, sums, strict=True)})
 
 
 def c_name(name: str) -> str:

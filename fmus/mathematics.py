@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import sympy
 
-from fmus.terms import term
+from fmus.terms import term, totals
 
 
 class Quantised(sympy.Function):
@@ -34,6 +34,11 @@ class Quantised(sympy.Function):
 def _quantised(x, step):
     safe = np.where(step > 0, step, 1.0)
     return np.where(step > 0, step * np.floor(x / safe + 0.5), x)[()]
+
+
+def _total(values, function):
+    summands = [function(value) for value in values]
+    return {key: sum(s[key] for s in summands) for key in summands[0]}
 
 
 @dataclass(frozen=True)
@@ -62,6 +67,10 @@ class _SymPyWords:
         return term(x, variables, slopes)
 
     @staticmethod
+    def total(values, function):
+        return totals(values, function)
+
+    @staticmethod
     def maximum(a, b):
         return sympy.Max(a, b)
 
@@ -73,6 +82,7 @@ class _SymPyWords:
 NUMERIC = SimpleNamespace(
     pi=np.pi,
     term=lambda x, variables=(), slopes=(): x,
+    total=_total,
     sin=np.sin,
     cos=np.cos,
     tan=np.tan,

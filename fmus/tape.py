@@ -193,6 +193,8 @@ class Tape:
                 x.slopes.setdefault(variable.word, slope)
         return x
 
+    total = staticmethod(NUMERIC.total)
+
     def where(self, condition: Any, when_true: Any, when_false: Any) -> Any:
         if not isinstance(condition, Node):
             return when_true if condition else when_false

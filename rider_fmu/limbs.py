@@ -56,11 +56,11 @@ class Motion:
 
 def motion(v: Any, m: Any, angles: tuple, rates: tuple = (0.0, 0.0), absolute: tuple | None = None) -> Motion:
     """The equations at angles (steer, torso) [rad], their rates, and the absolute ones where the frame turns [rad/s]."""
-    sides = [_Side(v, m, arm(v, m, side, *angles), arm(v, m, side, 0.0, 0.0), angles) for side in (1, -1)]
-    G = [[[m.term(sum(s.coupling(i, SECOND[j][k]) for s in sides)) for k in AXES] for j in AXES] for i in AXES]
-    M = [[m.term(sum(s.inertia(i, j) for s in sides), angles, [G[i][j][k] + G[j][i][k] for k in AXES]) for j in AXES] for i in AXES]
-    F = [m.term(sum(s.force(i) for s in sides)) for i in AXES]
-    D = [[m.term(sum(s.damping(i, j) for s in sides)) for j in AXES] for i in AXES]
+    both = m.total((1, -1), lambda side: _Side(v, m, arm(v, m, side, *angles), arm(v, m, side, 0.0, 0.0), angles).coefficients())
+    G = [[[both["G", FIRST[i], SECOND[j][k]] for k in AXES] for j in AXES] for i in AXES]
+    M = [[m.term(both["M", SECOND[i][j]], angles, [G[i][j][k] + G[j][i][k] for k in AXES]) for j in AXES] for i in AXES]
+    F = [both["F", i] for i in FIRST]
+    D = [[both["D", SECOND[i][j]] for j in AXES] for i in AXES]
     u = absolute if absolute is not None else rates
     frame = [rate - turning for rate, turning in zip(rates, u, strict=True)]
     slope_of_energy = tuple(sum(G[k][i][j] * u[j] * u[k] for j in AXES for k in AXES) for i in AXES)
@@ -90,26 +90,30 @@ class _Side:
         )
         self.gravity = (-v.gravity * m.sin(v.steer_tilt), 0, v.gravity * m.cos(v.steer_tilt))
 
-    def inertia(self, i: int, j: int) -> Any:
-        return self._work(slopes(self.points, FIRST[i]), slopes(self.points, FIRST[j]))
+    def coefficients(self) -> dict[tuple, Any]:
+        """The share of this arm in M, G, F and D, by the slopes that each belongs to."""
+        pairs = {SECOND[i][j]: (FIRST[i], FIRST[j]) for i in AXES for j in AXES}
+        return {
+            **{("M", pair): self._work(i, j) for pair, (i, j) in pairs.items()},
+            **{("G", i, pair): self._work(i, pair) for i in FIRST for pair in pairs},
+            **{("F", i): self._force(i) for i in FIRST},
+            **{("D", pair): self._damping(i, j) for pair, (i, j) in pairs.items()},
+        }
 
-    def coupling(self, i: int, second: str) -> Any:
-        """The share of this arm in G_ijk, `second` being the slope jk."""
-        return self._work(slopes(self.points, FIRST[i]), slopes(self.points, second))
+    def _damping(self, i: str, j: str) -> Any:
+        return sum(damping * getattr(part, i) * getattr(part, j) for _, damping, deflection in self.joints for part in deflection)
 
-    def damping(self, i: int, j: int) -> Any:
-        return sum(damping * getattr(part, FIRST[i]) * getattr(part, FIRST[j]) for _, damping, deflection in self.joints for part in deflection)
-
-    def force(self, i: int) -> Any:
+    def _force(self, i: str) -> Any:
         """The generalised force of the joint springs and of the weight of the arm and hand."""
-        springs = sum(stiffness * getattr(part, FIRST[i]) * part.f for stiffness, _, deflection in self.joints for part in deflection)
+        springs = sum(stiffness * getattr(part, i) * part.f for stiffness, _, deflection in self.joints for part in deflection)
         v = self.v
         l, k = v.upper_arm_centre / v.upper_arm_length, v.forearm_centre / v.forearm_length
         masses = (v.upper_arm_mass * (1 - l), v.upper_arm_mass * l + v.forearm_mass * (1 - k), v.forearm_mass * k + v.hand_mass)
-        return sum(mass * dot(self.gravity, p) for mass, p in zip(masses, slopes(self.points, FIRST[i]), strict=True)) - springs
+        return sum(mass * dot(self.gravity, p) for mass, p in zip(masses, slopes(self.points, i), strict=True)) - springs
 
-    def _work(self, left: list[tuple], right: list[tuple]) -> Any:
-        """sum A_kl left_k.right_l over shoulder, elbow and wrist."""
+    def _work(self, i: str, j: str) -> Any:
+        """sum m r_i.r_j: A_kl r_i,k.r_j,l over shoulder, elbow and wrist."""
+        left, right = slopes(self.points, i), slopes(self.points, j)
         return sum(self.weights[k][l] * dot(left[k], right[l]) for k in range(3) for l in range(3) if abs(k - l) < 2)
 
 

@@ -14,6 +14,7 @@ from fmus.compilers import host_compiler
 from fmus.interface import Interface
 from fmus.linear import linearise
 from rider_fmu import riders
+from rider_fmu.full_rider import on_rig
 from vehicle_fmu import dampers, motorcycles
 
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
@@ -75,7 +76,12 @@ LOADED = {
     "motorcycle": lambda: motorcycles.load("sharp_1971"),
     "bicycle": lambda: motorcycles.load("benchmark_bicycle"),
     "progressive": lambda: dampers.load("progressive"),
+    "full rider": lambda: riders.load("full_mean_2011"),
+    "full rider on the rig": lambda: on_rig(riders.load("full_mean_2011")),
 }
+
+
+WITHIN_REACH = ("steer_angle", "torso_angle")  # of the full rider
 
 
 @pytest.mark.parametrize("name", LOADED)
@@ -89,6 +95,7 @@ def test_c_computes_what_the_equations_compute(name, tmp_path):
     for _ in range(20):
         values = {**component.start_values(), "time": random.uniform(0, 5)}
         values.update({n: random.uniform(-2, 2) for n in component.states}, **{n: random.uniform(1, 9) for n in component.inputs})
+        values.update({n: random.uniform(-0.2, 0.2) for n in WITHIN_REACH if n in values and "full" in name})
         z = np.zeros(model.n_values + model.n_terms)
         for variable_name, value in values.items():
             z[interface.reference(variable_name)] = value
