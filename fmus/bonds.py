@@ -24,8 +24,8 @@ class Bond:
     name: str
     torque: int  # among the inputs
     sources: list[int]  # of the torque, among the outputs
-    rates: list[int]  # among the outputs of the unit that the torque acts on
-    told_rates: list[list[int]]  # for each source, among the inputs of its unit
+    rates: np.ndarray  # (ny, 2): which outputs sum to the rate, and which to the torque
+    told_rates: np.ndarray  # (nu, sources): which inputs sum to the rate that each source was told
     power: float = 0.0
     energy: float = 0.0
     exchanged: float = 0.0
@@ -35,21 +35,19 @@ class Bond:
         """The energy that the coupling has made, as a share of what was exchanged: an estimate of its error."""
         return self.energy / self.exchanged if self.exchanged > 0 else 0.0
 
-    def residual(self, outputs: np.ndarray, told: np.ndarray) -> np.ndarray:
-        """dP [W] (n,) from the outputs (n, ny) after n steps and what the inputs (n, nu) were told for then."""
-        rate = outputs[:, self.rates].sum(axis=1)
-        lost = (told[:, self.torque] - outputs[:, self.sources].sum(axis=1)) * rate
-        for source, rates in zip(self.sources, self.told_rates, strict=True):
-            lost -= outputs[:, source] * (told[:, rates].sum(axis=1) - rate)
-        return lost
+    def powers(self, outputs: np.ndarray, told: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """dP and T f [W] (n,) from the outputs (n, ny) after n steps and what the inputs (n, nu) were told for then."""
+        rate, torque = (outputs @ self.rates).T
+        given = told[:, self.torque] * rate
+        excess = told @ self.told_rates - rate[:, None]
+        return given - torque * rate - np.einsum("ns,ns->n", outputs[:, self.sources], excess), given
 
     def add(self, outputs: np.ndarray, told: np.ndarray, step: float) -> None:
         """Count n more steps."""
-        lost = self.residual(outputs, told)
-        power = told[:, self.torque] * outputs[:, self.rates].sum(axis=1)
+        lost, given = self.powers(outputs, told)
         self.power = max(self.power, float(np.abs(lost).max(initial=0.0)))
         self.energy += float(lost.sum() * step)
-        self.exchanged += float(np.abs(power).sum() * step)
+        self.exchanged += float(np.abs(given).sum() * step)
 
 
 def bonds(network: Network, works_on: Mapping[str, Sequence[str]]) -> list[Bond]:
@@ -60,6 +58,7 @@ def bonds(network: Network, works_on: Mapping[str, Sequence[str]]) -> list[Bond]
         rates = [f"{unit}.{rate}" for rate in works_on.get(torque, ())]
         told = [[f"{source.partition('.')[0]}.{rate}" for rate in works_on.get(torque, ())] for source in sources]
         if rates and set(rates) <= set(network.outputs) and all(set(t) <= set(network.inputs) for t in told):
-            found.append(Bond(target, network.inputs.index(target), [network.outputs.index(s) for s in sources],
-                              [network.outputs.index(r) for r in rates], [[network.inputs.index(r) for r in t] for t in told]))  # fmt: skip
+            summed = np.column_stack([np.isin(network.outputs, names) for names in (rates, sources)]).astype(float)
+            told_rates = np.column_stack([np.isin(network.inputs, names) for names in told]).astype(float)
+            found.append(Bond(target, network.inputs.index(target), [network.outputs.index(s) for s in sources], summed, told_rates))
     return found

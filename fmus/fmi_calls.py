@@ -6,17 +6,19 @@ becomes a SimulationError with what the FMU has said.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from ctypes import CFUNCTYPE, byref, c_bool, c_double, c_int, c_size_t, c_void_p
+from ctypes import CFUNCTYPE, addressof, byref, c_bool, c_double, c_int, c_size_t, c_uint, c_void_p, cast
 from typing import Any
 
+import numpy as np
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave, calloc, fmi2CallbackFunctions, free
 from fmpy.fmi2 import fmi2CallbackAllocateMemoryTYPE as Allocate
 from fmpy.fmi2 import fmi2CallbackFreeMemoryTYPE as Free
 from fmpy.fmi2 import fmi2CallbackLoggerTYPE as Logger
-from fmpy.fmi3 import FMU3Slave
+from fmpy.fmi3 import FMU3Slave, fmi3IntermediateUpdateCallback, fmi3LogMessageCallback
 
-from fmus.errors import SimulationError
+from fmus.errors import MissingToolError, SimulationError
+from fmus.loop_library import InputPath, library
 
 Call = Callable[..., None]
 
@@ -37,7 +39,9 @@ class Calls:
     _save: Call
     _free: Call
 
-    moves: Callable[[float], None] | None = None  # called within a step to set the inputs for a time
+    path: InputPath | None = None  # how the inputs move within a step, where the FMU asks for them
+    version: int
+    functions: tuple[str, ...]  # of the library, in the order of unit.h
 
     def __init__(self, fmu: Any, name: str):
         self.fmu, self.name, self.said, self.alive = fmu, name, "", True
@@ -51,6 +55,10 @@ class Calls:
             self.fail(error.function, error.status)
 
     def _enter_initialisation(self, time: float) -> None:
+        raise NotImplementedError
+
+    def move(self, coefficients: np.ndarray, time: float, step: float) -> None:
+        """In the next step, from `time`, the inputs are polynomials with coefficients (4, nu) in powers of time / step."""
         raise NotImplementedError
 
     def save(self, state: c_void_p) -> None:
@@ -91,8 +99,12 @@ class Calls:
 class Calls2(Calls):
     """FMI 2.0."""
 
-    def __init__(self, name: str, library: Mapping[str, str], moving: Sequence[int] = ()):
-        super().__init__(FMU2Slave(instanceName=name, **library), name)
+    version = 2
+    functions = ("fmi2SetReal", "fmi2GetReal", "fmi2DoStep", "fmi2SetRealInputDerivatives", "fmi2GetRealOutputDerivatives",
+                 "fmi2GetFMUstate", "fmi2SetFMUstate", "fmi2GetDirectionalDerivative")  # fmt: skip
+
+    def __init__(self, name: str, files: Mapping[str, str], moving: Sequence[int] = ()):
+        super().__init__(FMU2Slave(instanceName=name, **files), name)
         callbacks = fmi2CallbackFunctions()
         callbacks.logger = Logger(lambda environment, instance, status, category, message: self.listen(status, message))
         callbacks.allocateMemory, callbacks.freeMemory = Allocate(calloc), Free(free)
@@ -116,20 +128,33 @@ class Calls2(Calls):
 
 
 class Calls3(Calls):
-    """FMI 3.0. Every array of values tells its length. Inputs have no derivatives: the FMU asks for them within a step."""
+    """FMI 3.0. Every array of values tells its length. Inputs have no derivatives: the FMU asks for them within a step.
 
-    def __init__(self, name: str, library: Mapping[str, str], moving: Sequence[int] = ()):
-        super().__init__(FMU3Slave(instanceName=name, **library), name)
-        options = {"intermediateUpdate": self._update, "requiredIntermediateVariables": moving} if moving else {}
-        self.fmu.instantiate(loggingOn=True, logMessage=lambda environment, status, category, message: self.listen(status, message), **options)
+    moving are the references of the inputs that move, all of them or none.
+    """
+
+    version = 3
+    functions = ("fmi3SetFloat64", "fmi3GetFloat64", "fmi3DoStep", "", "",
+                 "fmi3GetFMUState", "fmi3SetFMUState", "fmi3GetDirectionalDerivative")  # fmt: skip
+
+    def __init__(self, name: str, files: Mapping[str, str], moving: Sequence[int] = ()):
+        super().__init__(FMU3Slave(instanceName=name, **files), name)
+        self._log = fmi3LogMessageCallback(lambda environment, status, category, message: self.listen(status, message))
+        self._update = self._mover(moving)
+        asked = (c_uint * len(moving))(*moving)
+        self.fmu.component = self.fmu.fmi3InstantiateCoSimulation(
+            name.encode(), self.fmu.guid.encode(), f"{self.fmu.unzipDirectory}/resources/".encode(), False, True, False, False,
+            asked, len(moving), addressof(self.path) if self.path else None, self._log, self._update)  # fmt: skip
+        if not self.fmu.component:
+            raise SimulationError(f"{name}: fmi3InstantiateCoSimulation failed{': ' + self.said if self.said else ''}")
+        if self.path:
+            self.path.instance = self.fmu.component
         array, count, state = c_void_p, c_size_t, c_void_p
         set_values = self.function("fmi3SetFloat64", array, count, array, count)
         get_values = self.function("fmi3GetFloat64", array, count, array, count)
-        slopes = self.function("fmi3GetOutputDerivatives", array, count, array, array, count)
         directional = self.function("fmi3GetDirectionalDerivative", array, count, array, count, array, count, array, count)
         self.set = lambda references, n, values: set_values(references, n, values, n)
         self.get = lambda references, n, values: get_values(references, n, values, n)
-        self.get_slopes = lambda references, n, orders, values: slopes(references, n, orders, values, n)
         self.directional = lambda unknowns, n, knowns, m, seed, result: directional(unknowns, n, knowns, m, seed, m, result, n)
         self._step = self.function("fmi3DoStep", c_double, c_double, c_bool, c_void_p, c_void_p, c_void_p, c_void_p)
         self._answers = event, terminate, early, last = c_bool(), c_bool(), c_bool(), c_double()
@@ -149,6 +174,27 @@ class Calls3(Calls):
         if terminate.value or early.value:
             raise SimulationError(f"{self.name} stopped at {last.value:g} s, within the step from {time:g} s")
 
-    def _update(self, environment: Any, time: float, set_requested: bool, *_: Any) -> None:
-        if set_requested and self.moves is not None:
-            self.moves(time)
+    def _mover(self, moving: Sequence[int]) -> fmi3IntermediateUpdateCallback:
+        """What the FMU calls within a step: move_inputs of unit.c, or, without a compiler, the same in Python."""
+        if not moving:
+            return fmi3IntermediateUpdateCallback()
+        self._moving = np.array(moving, np.uint32), np.zeros((5, len(moving)))
+        references, coefficients = self._moving
+        self.path = InputPath(set=cast(self.fmu.dll.fmi3SetFloat64, c_void_p), references=references.ctypes.data, n=len(moving), coefficients=coefficients.ctypes.data)
+        try:
+            return cast(library().move_inputs, fmi3IntermediateUpdateCallback)
+        except MissingToolError:
+            return fmi3IntermediateUpdateCallback(self._move_inputs)
+
+    def move(self, coefficients: np.ndarray, time: float, step: float) -> None:
+        assert self.path is not None
+        self._moving[1][:4] = coefficients
+        self.path.begin, self.path.step = time, step
+
+    def _move_inputs(self, environment: Any, time: float, set_requested: bool, *_: Any) -> None:
+        path = self.path
+        if set_requested and path is not None and path.step:
+            references, c = self._moving
+            s = (time - path.begin) / path.step
+            c[4] = c[0] + s * (c[1] + s * (c[2] + s * c[3]))
+            self.set(references.ctypes.data, len(references), c[4].ctypes.data)

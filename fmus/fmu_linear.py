@@ -9,19 +9,14 @@ The derivatives and states are those that the model description lists; an FMU th
 known by its responses: see `fmus.realisation`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fmus.errors import InputError, SimulationError
+from fmus.fmu_instance import FmuInstance
 from fmus.linear import StateSpace
 from fmus.realisation import realise
-
-if TYPE_CHECKING:
-    from fmus.importer import FmuUnit
 
 # Exact for what is at most quadratic; at this size rounding costs 1e-13 and a cubic term 1e-6 of itself.
 DIFFERENCE = 1e-3
@@ -31,7 +26,7 @@ class RefusedError(SimulationError):
     """The FMU does not let its states be set."""
 
 
-def linearise(unit: FmuUnit) -> StateSpace:
+def linearise(unit: FmuInstance) -> StateSpace:
     """The FMU linearised at its present states, inputs and parameters; from its responses, about its start."""
     nx = len(unit.states)
     if not (unit.has_directional_derivatives or nx):
@@ -44,18 +39,12 @@ def linearise(unit: FmuUnit) -> StateSpace:
                       unit.states, unit.inputs, unit.outputs)  # fmt: skip
 
 
-def by_directional_derivatives(unit: FmuUnit) -> np.ndarray:
+def by_directional_derivatives(unit: FmuInstance) -> np.ndarray:
     """d(x', y)/d(x, u), shape (nx + ny, nx + nu), from the FMU's own derivatives."""
-    unknowns, knowns = unit.unknowns, unit.knowns
-    jacobian = np.zeros((len(unknowns), len(knowns)))
-    seed, column = np.ones(1), np.zeros(len(unknowns))
-    for k in range(len(knowns)):
-        unit.calls.directional(unknowns.ctypes.data, len(unknowns), knowns[k:].ctypes.data, 1, seed.ctypes.data, column.ctypes.data)
-        jacobian[:, k] = column
-    return jacobian
+    return np.array([unit.along(seed) for seed in np.eye(len(unit.knowns))]).reshape(len(unit.knowns), len(unit.unknowns)).T
 
 
-def by_differences(unit: FmuUnit) -> np.ndarray:
+def by_differences(unit: FmuInstance) -> np.ndarray:
     """The same from central differences. What the FMU may refuse is tried on a second instance only."""
     point = np.concatenate([unit.state_values(), unit.present_inputs])
     for function in (_over_starts, _over_saved_state):
@@ -79,7 +68,7 @@ def _differences(at: Callable[[np.ndarray], np.ndarray], point: np.ndarray) -> n
     return np.array(columns).T
 
 
-def _over_starts(unit: FmuUnit, twin: FmuUnit) -> Callable[[np.ndarray], np.ndarray]:
+def _over_starts(unit: FmuInstance, twin: FmuInstance) -> Callable[[np.ndarray], np.ndarray]:
     """Derivatives and outputs as a function of states and inputs, of an instance that is initialised anew for every point."""
 
     def at(point: np.ndarray) -> np.ndarray:
@@ -90,7 +79,7 @@ def _over_starts(unit: FmuUnit, twin: FmuUnit) -> Callable[[np.ndarray], np.ndar
     return at
 
 
-def _over_saved_state(unit: FmuUnit, twin: FmuUnit) -> Callable[[np.ndarray], np.ndarray]:
+def _over_saved_state(unit: FmuInstance, twin: FmuInstance) -> Callable[[np.ndarray], np.ndarray]:
     """The same over a saved state, for FMUs whose states can be set between steps; the FMU is afterwards as before."""
     if not unit.can_go_back:
         raise SimulationError(f"{unit.name} cannot save its state either")

@@ -45,7 +45,9 @@ class Profile:
         return cls(network.external[0].copy(), times, np.array(places, int), values)
 
     def at(self, times: np.ndarray) -> np.ndarray:
-        """All inputs (n, nu) at times (n,) as far as they come from outside; zero where an output drives one."""
+        """All inputs (n, nu) at times (n,) as far as they come from outside; zero where an output drives one. To be read only."""
+        if not len(self.moving):
+            return np.broadcast_to(self.constant_values, (len(times), len(self.constant_values)))
         inputs = np.tile(self.constant_values, (len(times), 1))
         for k, place in enumerate(self.moving):
             inputs[:, place] = np.interp(times, self.times, self.values[:, k])

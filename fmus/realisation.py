@@ -10,18 +10,12 @@ implementation). Inputs being held over a step, the continuous model follows fro
 It is the model about the FMU's start, and it has no motion that no output shows.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import control
 import numpy as np
 from scipy.linalg import logm
 
+from fmus.fmu_instance import FmuInstance
 from fmus.linear import StateSpace
-
-if TYPE_CHECKING:
-    from fmus.importer import FmuUnit
 
 STEP = 4e-3  # s: resolves motions up to some tens of Hz
 LENGTH = 60  # of the Hankel matrix in steps
@@ -29,7 +23,7 @@ PULSE = 1e-3
 RANK = 1e-8  # singular values below this share of the largest are rounding
 
 
-def realise(unit: FmuUnit, step: float = STEP) -> StateSpace:
+def realise(unit: FmuInstance, step: float = STEP) -> StateSpace:
     """The FMU linearised about its start from the responses of a second instance; states are `state_1`, ..."""
     twin = unit.twin()
     try:
@@ -49,7 +43,7 @@ def realise(unit: FmuUnit, step: float = STEP) -> StateSpace:
                       tuple(f"state_{k + 1}" for k in range(order)), unit.inputs, unit.outputs)  # fmt: skip
 
 
-def _impulse_responses(twin: FmuUnit, step: float) -> np.ndarray:
+def _impulse_responses(twin: FmuInstance, step: float) -> np.ndarray:
     """(ny, nu, n): what the outputs do after each input has been moved over the first step, per unit of the input."""
     start, nu = twin.present_inputs.copy(), len(twin.inputs)
     runs = []

@@ -73,8 +73,7 @@ def test_going_back_repeats_a_step_to_the_bit(unit, fmi):
 
 def test_abilities_are_what_the_archive_says(unit):
     compiled, python, third = unit(RIDER), unit(RIDER, backend="python"), unit(RIDER, fmi=3)
-    # FMI 3 asks for its inputs within a step, but cannot be told their rates: nor can those of torques be read.
-    assert (third.input_order, third.output_order, third.can_go_back, third.has_directional_derivatives) == (3, 0, True, True)
+    assert (third.input_order, third.output_order, third.can_go_back, third.has_directional_derivatives) == (3, 3, True, True)
     assert (compiled.input_order, compiled.output_order, compiled.can_go_back, compiled.has_directional_derivatives) == (3, 3, True, True)
     assert (python.input_order, python.output_order, python.has_directional_derivatives) == (0, 0, False)
 

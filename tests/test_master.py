@@ -1,15 +1,16 @@
 """The compiled loop does what the loop in Python does, stops where that stops, and is left out where it cannot be."""
 
+import coupled
 import numpy as np
 import pytest
 from coupled import MOTORCYCLE, RIDER
 
-from fmus import compilers
+from fmus import compilers, fmi_calls, loop_library
 from fmus.build import build
 from fmus.cosimulation import cosimulate, join
 from fmus.coupling import COUPLINGS, Network
 from fmus.errors import MissingToolError, SimulationError
-from fmus.master import CompiledMaster, InterpretedMaster, compiled, master
+from fmus.master import CompiledMaster, InterpretedMaster, master
 from fmus.profiles import Profile
 from scenarios.ridden_fmus import ridden_fmus
 from vehicle_fmu import dampers
@@ -57,12 +58,37 @@ def test_a_failed_step_names_the_fmu_and_its_reason(units):
         cosimulate(made, 5e-3, 0.1, "jacobi", wiring=wiring, profile=profile)
 
 
-def test_units_that_are_not_fmi_2_are_looped_over_in_python(tmp_path):
-    third = ridden_fmus(MOTORCYCLE, build(RIDER, tmp_path, fmi=3).path)
-    network = Network(third, join(third))
+@pytest.fixture
+def third_riders(units, tmp_path):
+    """The motorcycle with a rider of FMI 3.0, as often as asked for."""
+    archive = build(RIDER, tmp_path, fmi=3).path
+    return lambda: units(archive)
+
+
+@pytest.mark.parametrize("name", COUPLINGS)
+def test_both_loops_take_fmi_3(third_riders, units, name):
+    fast, plain = (cosimulate(third_riders(), 4e-3, 0.1, name, compiled=each).rows for each in (True, False))
+    second = cosimulate(units(), 4e-3, 0.1, name).rows
+    scale = np.maximum(np.abs(second).max(axis=0), 1e-6)
+    # Sums in another order; FMI 3.0 tells polynomials by four values each, which costs some digits.
+    assert np.all(np.abs(fast - plain) <= 1e-9 * scale)
+    assert np.all(np.abs(fast - second) <= 1e-8 * scale)
+
+
+def test_without_a_compiler_fmi_3_is_told_how_inputs_move_from_python(third_riders, monkeypatch):
+    reference = cosimulate(third_riders(), 4e-3, 0.1, "interface_jacobian").rows
+
+    def missing():
+        raise MissingToolError("no C compiler")
+
+    monkeypatch.setattr(fmi_calls, "library", missing)
+    found = cosimulate(third_riders(), 4e-3, 0.1, "interface_jacobian", compiled=False).rows
+    np.testing.assert_allclose(found, reference, rtol=0, atol=1e-9 * np.abs(reference).max())  # sums in another order
+
+
+def test_a_unit_that_is_no_fmu_is_looped_over_in_python():
+    network = coupled.network()
     assert isinstance(master(network, COUPLINGS["jacobi"].prepare(network, 1e-3)), InterpretedMaster)
-    for unit in third.values():
-        unit.close()
 
 
 def test_without_a_compiler_the_loop_is_in_python(units, monkeypatch):
@@ -74,7 +100,7 @@ def test_without_a_compiler_the_loop_is_in_python(units, monkeypatch):
     def missing(*_, **__):
         raise MissingToolError("no C compiler")
 
-    compiled.library.cache_clear()
+    loop_library.library.cache_clear()
     monkeypatch.setattr(compilers, "commands", missing)
     assert isinstance(master(network, running), InterpretedMaster)
-    compiled.library.cache_clear()
+    loop_library.library.cache_clear()

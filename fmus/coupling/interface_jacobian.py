@@ -26,6 +26,7 @@ from fmus.coupling.network import Network
 from fmus.coupling.polynomials import COEFFICIENTS, ORDER, from_moments
 
 MISSED = 1e-2  # of the change over the step
+LOOK = 8  # steps from one look at what was expected to the next: a look costs a sixth of a small FMU's step
 
 # Legendre's polynomials P_i(s), shifted to [0, 1], in powers of 1 - s.
 LEGENDRE = np.array([(-1) ** i * np.pad(Legendre.basis(i, [0, 1]).convert(kind=Polynomial).coef, (0, ORDER - i)) for i in range(COEFFICIENTS)])
@@ -53,13 +54,14 @@ class Prediction:
     """The coupling on one network with one step. told as in `fmus.coupling.scheme.Run`.
 
     The data of a step are the signals, the states' rates and the slopes of the inputs from outside; `expected`
-    (signals, data) is how the signals should have changed at its end.
+    (drives, data) is how what drives the inputs (`Network.drives`) should have changed at its end.
     """
 
     def __init__(self, network: Network, step: float):
         self.network, self.step = network, step
         self.told = np.zeros(len(network.inputs))
         self.memory = np.zeros((0, len(network.signals)))
+        self.count = 0
         self.renew()
 
     def start(self, outputs: np.ndarray) -> None:
@@ -69,19 +71,20 @@ class Prediction:
         """Linearise the units where they are and make the matrices of the step."""
         network, H = self.network, self.step
         space = network.linearised()
-        phi = phi_functions(space.A * H, COEFFICIENTS + 2)
-        through, direct = space.C[network.where], space.D[network.where]
+        drives, signals = network.drives, len(network.signals)
+        direct = drives @ space.D[network.where]
+        phi = phi_functions(drives @ space.C[network.where], space.A * H, COEFFICIENTS + 2)
 
         def change(j: int) -> np.ndarray:
-            """(signals, nx + ne): the integral of (1-s)^j / j! times the change of the signals, per unit of x'_0 and e'."""
-            return np.hstack([H * through @ phi[j + 2], H**2 * through @ phi[j + 3] @ space.B + H * direct / factorial(j + 2)])
+            """(drives, nx + ne): the integral of (1-s)^j / j! times the change of the drives, per unit of x'_0 and e'."""
+            return np.hstack([H * phi[j + 1], H**2 * phi[j + 2] @ space.B + H * direct / factorial(j + 2)])
 
         moments = np.tensordot(LEGENDRE, np.stack([factorial(j) * change(j) for j in range(COEFFICIENTS)]), 1)
-        present = np.stack([np.eye(COEFFICIENTS)[0][:, None] * row for row in np.eye(len(network.where))], axis=1)
+        present = np.stack([drives, *np.zeros((COEFFICIENTS - 1, *drives.shape))])
         moments = np.concatenate([present, moments], axis=2)
-        self.expected = np.hstack([np.zeros((len(network.where), len(network.where))), change(-1)])
+        self.expected = np.hstack([np.zeros((len(drives), signals)), change(-1)])
         self.free = [network.inputs.index(name) for name in space.inputs]
-        self.matrices = [np.einsum("ki,uj,ijx->kux", from_moments(unit.input_order), network.wires[u], moments).reshape(COEFFICIENTS * len(unit.inputs), -1)
+        self.matrices = [np.tensordot(from_moments(unit.input_order), moments[:, network.drive_of[u]], 1).reshape(COEFFICIENTS * len(unit.inputs), -1)
                          for unit, u, _ in network.part]  # fmt: skip
 
     def advance(self, outputs: np.ndarray) -> np.ndarray:
@@ -100,19 +103,28 @@ class Prediction:
             self.told[u] = coefficients.sum(axis=0)
             unit.step(coefficients, self.step)
         outputs = network.read(outputs, end=1)
-        expected = self.expected @ data
-        if np.abs(outputs[network.where] - now - expected).max(initial=0.0) > MISSED * np.abs(expected).max(initial=0.0):
+        self.count += 1
+        if self.count % LOOK == 1 and self._has_missed(data, outputs[network.where] - now):
             self.renew()
         return outputs
 
+    def _has_missed(self, data: np.ndarray, change: np.ndarray) -> bool:
+        """Whether what drives the inputs has changed otherwise than expected; change (signals, ...) is that of the signals."""
+        expected = self.expected @ data
+        return bool(np.abs(self.network.drives @ change - expected).max(initial=0.0) > MISSED * np.abs(expected).max(initial=0.0))
 
-def phi_functions(matrix: np.ndarray, highest: int) -> np.ndarray:
-    """phi_0 .. phi_highest of a matrix (n, n), stacked; all are blocks of one exponential (Sidje 1998, theorem 1)."""
-    n = len(matrix)
-    blocks = np.zeros(((highest + 1) * n, (highest + 1) * n))
-    blocks[:n, :n] = matrix
-    blocks[:-n, n:] += np.eye(highest * n)
-    return expm(blocks)[:n].reshape(n, highest + 1, n).swapaxes(0, 1) if n else np.zeros((highest + 1, 0, 0))
+
+def phi_functions(rows: np.ndarray, matrix: np.ndarray, highest: int) -> np.ndarray:
+    """rows phi_1, ..., rows phi_highest (highest, m, n) of a matrix (n, n) and rows (m, n).
+
+    All are blocks of one exponential (Sidje 1998, theorem 1, transposed), the last block row first.
+    """
+    (m, n), scale = rows.shape, max(np.abs(rows).max(initial=0.0), 1e-300)
+    blocks = np.zeros((highest * m + n,) * 2)
+    blocks[: (highest - 1) * m, m : highest * m] = np.eye((highest - 1) * m)
+    blocks[(highest - 1) * m : highest * m, highest * m :] = rows / scale
+    blocks[highest * m :, highest * m :] = matrix
+    return scale * expm(blocks)[: highest * m, highest * m :].reshape(highest, m, n)[::-1] if n else np.zeros((highest, m, 0))
 
 
 INTERFACE_JACOBIAN = InterfaceJacobian()

@@ -47,7 +47,8 @@ class Network:
         self.external = np.tile(np.where(free, np.concatenate([np.zeros(0), *present]), 0.0), (2, 1))
         self.part = self._parts()
         self.owner = np.array([list(self.units).index(s.partition(".")[0]) for s in self.signals], int)
-        self.rounds, self.late = self._rounds()
+        self.rounds, self.sets, self.late = self._rounds()
+        self.drives, self.drive_of = self._drives()
 
     def _same_units(self, source: str, target: str) -> None:
         """Raises InputError where the two have different units."""
@@ -63,27 +64,36 @@ class Network:
             iu, iy = iu + len(unit.inputs), iy + len(unit.outputs)
         return parts
 
-    def _rounds(self) -> tuple[list[int], list[int]]:
-        """Units in the order in which to set inputs and read outputs until every output is right.
+    def _rounds(self) -> tuple[list[int], list[bool], list[int]]:
+        """Units in the order in which to read outputs until every output is right, and whether to set inputs before.
 
-        And those whose inputs were not all known when it was their turn for the last time.
+        And those whose inputs have not all been set to what they are when everything has been read.
         """
         driven = self.wires != 0
         known = np.zeros(len(self.outputs), bool)
         order: list[int] = []
-        settled: dict[int, bool] = {}
+        sets: list[bool] = []
+        settled: set[int] = set()
         while not known.all():
             inputs_known = ~(driven & ~known[self.where]).any(axis=1)
             for index, (unit, u, y) in enumerate(self.part):
-                ready = ~(unit.feedthrough & ~inputs_known[u]).any(axis=1)
-                if (ready & ~known[y]).any():
+                new = ~(unit.feedthrough & ~inputs_known[u]).any(axis=1) & ~known[y]
+                if new.any():
                     order.append(index)
-                    settled[index] = bool(inputs_known[u].all())
-                    known[y] |= ready
+                    sets.append(bool(unit.feedthrough[new].any()))
+                    settled |= {index} if sets[-1] and inputs_known[u].all() else set()
+                    known[y] |= new
                     break
             else:
                 raise InputError(f"algebraic loop: {self._loop(known)}; break it with a delay, or join the parts into one FMU")
-        return order, [i for i in range(len(self.part)) if not settled.get(i, False)]
+        return order, sets, [i for i in range(len(self.part)) if i not in settled]
+
+    def _drives(self) -> tuple[np.ndarray, np.ndarray]:
+        """The different sums of signals that drive inputs, as rows (drives, signals), and for each input which one does."""
+        if not len(self.inputs):
+            return np.zeros((0, len(self.signals))), np.zeros(0, int)
+        rows, of = np.unique(self.wires, axis=0, return_inverse=True)
+        return rows, of.ravel()
 
     def _loop(self, known: np.ndarray) -> str:
         path = [self.outputs[int(np.flatnonzero(~known)[0])]]

@@ -1,4 +1,4 @@
-"""The loop over the steps: compiled where the units are FMI 2.0 and a C compiler is there, else in Python."""
+"""The loop over the steps: compiled where the units are FMUs and a C compiler is there, else in Python."""
 
 from fmus.coupling import Network
 from fmus.coupling.interface_jacobian import Prediction
