@@ -77,21 +77,28 @@ int held_input_moves(const Instance *s)
     return 0;
 }
 
+static Status check_slope(Instance *s, unsigned reference, int order, double value)
+{
+    if (reference >= model.n_variables || model.variables[reference].role != INPUT)
+        return report(s, ERROR, "value reference %u is no input: only inputs have derivatives that can be set", reference);
+    const char *name = model.variables[reference].name;
+    if (order < 1 || order > MAX_ORDER) return report(s, ERROR, "derivative of order %d of %s: orders 1 to %d can be set", order, name, MAX_ORDER);
+    if (!isfinite(value)) return report(s, ERROR, "derivative of order %d of %s = %g is not a finite number", order, name, value);
+    return OK;
+}
+
 Status set_slopes(Instance *s, const unsigned *references, size_t n, const int *orders, const double *values)
 {
+    const unsigned nu = model.n_inputs, first = model.first_input;
     for (size_t i = 0; i < n; i++) {
-        if (references[i] >= model.n_variables || model.variables[references[i]].role != INPUT)
-            return report(s, ERROR, "value reference %u is no input: only inputs have derivatives that can be set", references[i]);
-        const char *name = model.variables[references[i]].name;
-        if (orders[i] < 1 || orders[i] > MAX_ORDER)
-            return report(s, ERROR, "derivative of order %d of %s: orders 1 to %d can be set", orders[i], name, MAX_ORDER);
-        if (!isfinite(values[i])) return report(s, ERROR, "derivative of order %d of %s = %g is not a finite number", orders[i], name, values[i]);
+        /* What is right is let through here; the rest is looked at in detail. */
+        if (references[i] - first < nu && (unsigned)orders[i] - 1 < MAX_ORDER && isfinite(values[i])) continue;
+        if (check_slope(s, references[i], orders[i], values[i]) != OK) return ERROR;
     }
-    if (n > 0 && s->kept[SLOPES] == SLOPES_OF_LAST_STEP) memset(s->slopes, 0, MAX_ORDER * model.n_inputs * sizeof *s->slopes);
-    for (size_t i = 0; i < n; i++) {
-        s->slopes[(unsigned)(orders[i] - 1) * model.n_inputs + references[i] - model.first_input] = values[i];
-        s->kept[SLOPES] = SLOPES_FOR_NEXT_STEP;
-    }
+    if (n == 0) return OK;
+    if (s->kept[SLOPES] == SLOPES_OF_LAST_STEP) memset(s->slopes, 0, MAX_ORDER * nu * sizeof *s->slopes);
+    for (size_t i = 0; i < n; i++) s->slopes[((unsigned)orders[i] - 1) * nu + references[i] - first] = values[i];
+    s->kept[SLOPES] = SLOPES_FOR_NEXT_STEP;
     return OK;
 }
 
