@@ -1,15 +1,15 @@
 """The effects of a library against each other on top of a fit: screened, the leaders fitted, the best first."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from fmus.effects import Effect
 from fmus.errors import InputError
-from fmus.progress import track
 from identification.gap.fitting import Fit, fit
 from identification.gap.model import AnyModel
+from identification.gap.parallel import spread
 from identification.gap.screening import Signature, screen
 
 SIGNIFICANT = 12.0  # dBIC of a first effect
@@ -20,13 +20,13 @@ RIVAL = 0.4  # of an adequate effect's gain: what a rival must promise to be fit
 FAR = 30.0  # reduced chi-square of a base from which no effect is a small step
 PROMISED = 0.5  # of a signature's gain: with less, a fit is tried from elsewhere
 SMALLER = 0.2  # of the size of an effect, from where it is tried again
-STARTS = 3  # signatures of a family that are fitted
+STARTS = 2  # signatures of a family that are fitted
 LEADERS = 6  # families that are fitted
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """An effect on top of the effects found so far, fitted."""
+    """An effect on top of the effects found so far: fitted, or with what the screening promises, and then `fit` lacks it."""
 
     effect: type[Effect]
     fit: Fit
@@ -37,6 +37,10 @@ class Candidate:
     def family(self) -> str:
         return self.effect.family
 
+    @property
+    def fitted(self) -> bool:
+        return self.effect in self.fit.model.effects
+
 
 def adequate(found: Fit) -> bool:
     """Whether noise alone explains what is left."""
@@ -44,28 +48,29 @@ def adequate(found: Fit) -> bool:
 
 
 def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS) -> list[Candidate]:
-    """The candidates on top of a fit, the best first: all screened by a form or more, the leading families fitted in all forms."""
+    """The candidates on top of a fit, the best first and fitted ones before others.
+
+    All are screened, the leading families are fitted, and those that come out best in all their forms.
+    """
     present = {e.family for e in found.model.effects}
     by_family: dict[str, list[type[Effect]]] = {}
     for effect in library:
         if effect.family not in present:
             by_family.setdefault(effect.family, []).append(effect)
     families = {name: sorted(forms, key=lambda e: (e.flexible, len(e.parameters()))) for name, forms in by_family.items()}
-    seen = [s for name, forms in track(list(families.items()), "screening effects") for s in screen(found, _to_screen(found, forms))]
+    seen = screen(found, [form for forms in families.values() for form in _plain(forms)])
     order = sorted(families, key=lambda name: -max((s.gain for s in seen if s.effect.family == name), default=0.0))
     top = max((s.gain for s in seen), default=0.0)
     if top < SIGNIFICANT / 2:
-        return [_unfitted(found, s) for s in seen]
+        return _ranked(_unfitted(found, s) for s in seen)
     candidates: list[Candidate] = []
-    for name in track(order[:leaders], "fitting effects"):
-        mine = sorted((s for s in seen if s.effect.family == name), key=lambda s: -s.gain)[:STARTS]
-        enough = max((c.delta_chi2 for c in candidates if adequate(c.fit)), default=0.0)
-        if max(s.gain for s in mine) < max(SIGNIFICANT / 2, 0.02 * top, RIVAL * enough):
-            candidates += [_unfitted(found, s) for s in mine[:1]]
-            continue
-        candidates += [c for s in mine if (c := _fitted(found, s)) is not None]
-    candidates += [_unfitted(found, s) for s in seen if s.effect.family in order[leaders:]]
-    candidates.sort(key=lambda c: -c.delta_bic)
+    for wave in (order[:1], order[1:3], order[3:leaders]):  # what the first ones gain decides which others are worth a fit
+        enough = max((c.delta_chi2 for c in candidates if c.fitted and adequate(c.fit)), default=0.0)
+        mine = [sorted((s for s in seen if s.effect.family == name), key=lambda s: -s.gain)[:STARTS] for name in wave]
+        worth = [signatures[0].gain >= max(SIGNIFICANT / 2, 0.02 * top, RIVAL * enough) for signatures in mine]
+        candidates += _fitted(found, [s for signatures, fits in zip(mine, worth, strict=True) if fits for s in signatures], candidates)
+        candidates += [_unfitted(found, signatures[0]) for signatures, fits in zip(mine, worth, strict=True) if not fits]
+    candidates = _ranked([*candidates, *(_unfitted(found, s) for s in seen if s.effect.family in order[leaders:])])
     near = {c.family for c in candidates[:1] if c.delta_bic > SIGNIFICANT}
     near |= {c.family for c in candidates[:4] if candidates[0].delta_bic - c.delta_bic < CLEAR and c.delta_bic > SIGNIFICANT}
     if not adequate(candidates[0].fit):
@@ -73,21 +78,36 @@ def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS)
     for flexible in (False, True):  # a curve of its own only where no plain form fits
         known = {c.effect for c in candidates if c.effect in c.fit.model.effects}
         more = [form for name in near for form in families[name] if form.flexible == flexible and form not in known]
-        candidates += [c for s in screen(found, track(more, "fitting other forms"), keep=1) if (c := _fitted(found, s)) is not None]
-        candidates.sort(key=lambda c: -c.delta_bic)
+        candidates = _ranked([*candidates, *_fitted(found, screen(found, more, keep=1), candidates)])
         if adequate(candidates[0].fit):
             break
     return candidates
 
 
-def _to_screen(found: Fit, forms: Sequence[type[Effect]]) -> list[type[Effect]]:
-    """The forms of a family that stand for it: the first at each element; all plain ones where the base is far off."""
-    if found.reduced > FAR:
-        return [form for form in forms if not form.flexible] or list(forms[:1])
-    return list({form.element: form for form in reversed(forms)}.values())
+def _plain(forms: Sequence[type[Effect]]) -> list[type[Effect]]:
+    """The forms of a family that stand for it: all that are not flexible, since a spring that drifts is not a damper that does."""
+    return [form for form in forms if not form.flexible] or list(forms[:1])
 
 
-def _fitted(found: Fit, signature: Signature) -> Candidate | None:
+def _ranked(candidates: Iterable[Candidate]) -> list[Candidate]:
+    return sorted(candidates, key=lambda c: (not c.fitted, -c.delta_bic))
+
+
+def _fitted(found: Fit, signatures: Sequence[Signature], known: Sequence[Candidate]) -> list[Candidate]:
+    """The candidates of these signatures, as far as they have a chance beside what is known."""
+    beat = min((c.fit.chi2 for c in known if c.fitted and adequate(c.fit)), default=np.inf) + CLEAR
+    answers = spread(lambda signature: _best_fit(found, signature, beat), signatures, "fitting effects")
+    candidates = []
+    for signature, answer in zip(signatures, answers, strict=True):
+        if answer is None or answer[1] > found.chi2:  # nothing near its start can be simulated, or it leads nowhere
+            candidates.append(_unfitted(found, signature))
+        else:
+            candidates.append(_candidate(found, signature.effect, Fit(found.model.joined_by(signature.effect), found.runs, *answer, found.count)))
+    return candidates
+
+
+def _best_fit(found: Fit, signature: Signature, beat: float) -> tuple[np.ndarray, float, np.ndarray, np.ndarray] | None:
+    """x, chi-square, residuals and their slopes of the best fit; None where nothing can be simulated."""
     model = found.model.joined_by(signature.effect)
     shared = len(found.model.names)
     starts = [np.concatenate([found.x[:shared], own, found.x[shared:]]) for own in (signature.start, _smaller(model, signature))]
@@ -96,13 +116,13 @@ def _fitted(found: Fit, signature: Signature) -> Candidate | None:
     best = None
     for start in starts:
         try:
-            fitted = fit(model, found.runs, start)
+            fitted = fit(model, found.runs, start, beat=beat)
         except InputError:  # nothing near this start can be simulated
             continue
         best = fitted if best is None or fitted.chi2 < best.chi2 else best
         if adequate(best) or (found.reduced <= FAR and found.chi2 - best.chi2 > PROMISED * signature.gain):
             break
-    return None if best is None else _candidate(found, signature.effect, best)
+    return None if best is None else (best.x, best.chi2, best.residuals, best.jacobian)
 
 
 def _smaller(model: AnyModel, signature: Signature) -> np.ndarray:
@@ -124,12 +144,13 @@ def _candidate(found: Fit, effect: type[Effect], fitted: Fit) -> Candidate:
 
 
 def best_of(candidates: Sequence[Candidate]) -> Candidate | None:
-    """The best; among forms of its family that are as good, the simplest that is adequate."""
-    if not candidates:
+    """The best that was fitted; among plain forms of its family that are as good, the one with the fewest parameters."""
+    fitted = [c for c in candidates if c.fitted]
+    if not fitted:
         return None
-    best = candidates[0]
-    plain = [c for c in candidates if c.family == best.family and not c.effect.flexible and best.delta_bic - c.delta_bic < TIE]
-    return plain[0] if plain else best
+    best = fitted[0]
+    plain = [c for c in fitted if c.family == best.family and not c.effect.flexible and best.delta_bic - c.delta_bic < TIE]
+    return min(plain, key=lambda c: len(c.effect.parameters()), default=best)
 
 
 def one_each(candidates: Sequence[Candidate]) -> list[Candidate]:
