@@ -12,7 +12,7 @@ import vehicle_fmu
 from fmus.build import build
 from fmus.errors import InputError
 from rider_fmu import riders
-from scenarios.hosts import cofmpy_bar, exudyn_bicycle, fmpy_bar, libcosim_bar, mujoco_bar, plain_c_bar, table
+from scenarios.hosts import cofmpy_bar, container_bar, exudyn_bicycle, fmpy_bar, libcosim_bar, mujoco_bar, plain_c_bar, table
 from scenarios.hosts.device import Device
 from scenarios.hosts.rider_on_a_bar import (
     STEER_INERTIA,
@@ -165,6 +165,12 @@ class TestLibcosim:
         assert ecco["smallest_step"] < STEP < ecco["largest_step"]
         # The torque is as stale as with fixed steps: the error is of the first order in the largest steps, at the end.
         assert ecco["trajectory_error"] > found["fixed_step"]["trajectory_error"]
+
+
+def test_fmucontainer_hands_over_stale_torques():
+    pytest.importorskip("fmu_manipulation_toolbox", reason="fmu-manipulation-toolbox is not installed: pip install '.[hosts]'")
+    # It writes numbers of the description with nine digits.
+    assert agree(container_bar.run(STEP)["container"], "stale jacobi", within=2e-6)
 
 
 class TestCofmpy:
