@@ -49,7 +49,7 @@ def rebuilt(time: np.ndarray, angle: np.ndarray, phase: Phase, orders: Sequence[
     """The motion behind a measured angle (n,) at times (n,) [s], with these orders of its phase."""
     knots = _knots(time, phase.frequency)
     basis = BSpline.design_matrix(np.clip(time, knots[0], knots[-1]), knots, 3)
-    trusted = np.full(len(time), 1e-2)  # where the phase jumps, the splines need not follow
+    trusted = np.full(len(time), 1e-4)  # where the phase jumps, the splines need not follow
     for first, last in phase.stretches:
         trusted[max(first - int(2.5 / (time[1] - time[0])), 0) : last] = 1.0
     blocks = [basis]
