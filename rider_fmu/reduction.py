@@ -8,7 +8,10 @@ an arm. With two axes and wide handlebars it does, so k_s and c_s belong to the 
 
 The way back spreads a fitted rider (k_s = 0, k_a, k_t) over four joints: shoulders, elbows, wrists and waist. With
 A_j the stiffness matrix of joint j at unit stiffness, sum k_j A_j + K_gravity = K is three equations in four
-unknowns, k_j >= 0: one free direction. Where no such k_j exist the nearest are given, with their residual.
+unknowns, k_j >= 0: one free direction. What four springs can make is the cone of their A_j. A rider is outside it
+whose waist is soft beside his arms: bent arms that hold bar and torso together with k_a stiffen the torso by more than
+his k_t (and the bar by less than nothing, k_s < 0) before a waist is added. Then the nearest k_j are given, with their
+residual and the k_a, k_t, k_s that they make.
 
 Source: Cossalter, Doria, Fabris, Maso (2008), eqs 3, 4.
 """
@@ -17,7 +20,7 @@ from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
-from scipy.optimize import lsq_linear
+from scipy.optimize import nnls
 
 from fmus.component import Component
 from fmus.mathematics import NUMERIC
@@ -27,6 +30,7 @@ from rider_fmu.limbs import motion
 from rider_fmu.passive_rider import PassiveRider
 
 JOINTS = ("waist", "shoulder", "elbow", "wrist")
+EXACT = 1e-9  # relative, of what is asked for
 
 
 @dataclass(frozen=True)
@@ -71,12 +75,19 @@ def matrices(rider: Component, steer_angle: float = 0.0, torso_angle: float = 0.
 class Spread:
     """Joint values by name, the free direction in which they may move (unit length), and what no joint could meet.
 
-    residual is |sum k_j A_j - K| / |K| over the three entries.
+    wanted and reached hold (k_a, k_t, k_s) or (c_a, c_t, c_s); residual is |sum k_j A_j - K| / |K| over the three entries.
     """
 
     joints: dict[str, float]
     free_direction: dict[str, float]
+    wanted: tuple[float, float, float]
+    reached: tuple[float, float, float]
     residual: float
+
+    @property
+    def at_zero(self) -> list[str]:
+        """The joints that would have to be less than nothing."""
+        return [joint for joint, value in self.joints.items() if value <= 0] if self.residual > EXACT else []
 
 
 def spread(rider: Component, linear: Component) -> dict[str, Spread]:
@@ -92,8 +103,10 @@ def spread(rider: Component, linear: Component) -> dict[str, Spread]:
         columns = np.array([entries(A) for A in unit]).T
         solution = _middle(columns, entries(wanted))
         direction = np.linalg.svd(columns)[2][-1]
-        miss = np.linalg.norm(columns @ solution - entries(wanted)) / np.linalg.norm(entries(wanted))
-        found[kind] = Spread(dict(zip(JOINTS, solution, strict=True)), dict(zip(JOINTS, direction, strict=True)), float(miss))
+        missed = columns @ solution - entries(wanted)
+        reached = (k_a - missed[1], k_t + missed[2] + missed[1], missed[0] + missed[1])
+        found[kind] = Spread(dict(zip(JOINTS, solution, strict=True)), dict(zip(JOINTS, direction, strict=True)), (k_a, k_t, 0.0), reached,
+                             float(np.linalg.norm(missed) / np.linalg.norm(entries(wanted))))  # fmt: skip
     return found
 
 
@@ -104,8 +117,8 @@ def entries(matrix: np.ndarray) -> np.ndarray:
 
 def _middle(columns: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     """The middle of the stretch of the free direction that keeps all joints at zero or above; else the nearest point."""
-    nearest = np.maximum(lsq_linear(columns, wanted, (0, np.inf), tol=1e-14).x, 0.0)
-    if np.linalg.norm(columns @ nearest - wanted) > 1e-9 * np.linalg.norm(wanted):
+    nearest = nnls(columns, wanted)[0]
+    if np.linalg.norm(columns @ nearest - wanted) > EXACT * np.linalg.norm(wanted):
         return nearest
     direction = np.linalg.svd(columns)[2][-1]
     with np.errstate(divide="ignore"):

@@ -20,10 +20,11 @@ from scenarios.virtual_rig import Noise, remnant_torque
 RATE = 128  # Hz, of the recording
 FINER = 4  # steps of the bar's motion in a sample
 MOMENT = 1e-5  # s: over which the bar's acceleration is taken
+USUAL = Noise()
 ANSWERED = ("handlebar_torque", "inertia_change", "inertia_torque")
 
 
-def steer_test(rider: Component, bar_inertia: float, excitation: Excitation, noise: Noise = Noise(), seed: int = 0) -> Recording:
+def steer_test(rider: Component, bar_inertia: float, excitation: Excitation, noise: Noise = USUAL, seed: int = 0) -> Recording:
     """The recording of one run: steer_angle_command, steer_angle, steer_torque; bar_inertia in kg.m2.
 
     Raises SimulationError where the arms cannot follow.

@@ -5,7 +5,10 @@ import pytest
 
 from fmus import InputError
 from identification.excitation import stepped_sine
-from rider_fmu import riders
+from fmus.units import convert
+from rider_fmu import FullRider, riders
+from rider_fmu.anthropometry import full_rider_values
+from rider_fmu.reduction import entries, matrices, reduce, spread_over_joints
 from scenarios import (
     does_anthropometry_give_the_inertias,
     does_kinematics_explain_amplitude_dependence,
@@ -53,6 +56,29 @@ def test_anthropometry_disagrees_with_what_was_identified():
     # 2011, Sect. 3.2: "the presence of the rider does not significantly increase the inertia about the steer axis".
     assert all(r["steer_inertia"] > r["identified_steer_inertia"] for r in rows)
     assert is_complete(does_anthropometry_give_the_inertias.section(rows))
+
+
+def test_joints_are_spread_exactly_or_as_near_as_springs_come():
+    """The nearest point of the cone of the joints' matrices, by the conditions of Kuhn and Tucker."""
+    for row in does_anthropometry_give_the_inertias.run():
+        linear, about = riders.load(row["rider"]), riders.contents(row["rider"])["about"]
+        height, mass, lean = (convert(about[k]["value"], about[k]["unit"], unit) for k, unit in (("height", "m"), ("mass", "kg"), ("torso_inclination", "rad")))
+        full = FullRider("full", "", (), **full_rider_values(height, mass, lean))
+        reduced = reduce(spread_over_joints(full, linear))
+        for kind, spread in row["spread"].items():
+            made = tuple(getattr(reduced, f"{part}_{kind}") for part in ("arm", "waist", "steer"))
+            assert made == pytest.approx(spread.reached, rel=1e-8, abs=1e-7)
+            if not spread.at_zero:
+                assert made == pytest.approx((linear.values[f"arm_{kind}"], linear.values[f"waist_{kind}"], 0), rel=1e-8, abs=1e-6)
+                continue
+            free = dict.fromkeys((f"{joint}_{k}" for joint in spread.joints for k in ("stiffness", "damping")), 0.0)
+            missed = np.array(made) - spread.wanted
+            miss = np.array([missed[0] + missed[2], -missed[0], missed[0] + missed[1]])  # K11, K12, K22
+            for joint, value in spread.joints.items():
+                rest = full.with_values(**free, gravity=0.0)
+                column = entries(matrices(rest.with_values(**{f"{joint}_{kind}": 1.0}))[("stiffness", "damping").index(kind)])
+                slope = column @ miss / (np.linalg.norm(column) * np.linalg.norm(miss))
+                assert slope > -1e-6 if value == 0 else abs(slope) < 1e-6, (row["rider"], kind, joint)
 
 
 def test_lean_takes_the_turning_riders_weave_instability_away():
