@@ -273,3 +273,22 @@ def test_instances_share_nothing_not_even_between_threads(tmp_path):
     with ThreadPoolExecutor(6) as pool:
         assert list(pool.map(one, range(6))) == alone
     assert len(set(alone)) == 6
+
+
+def test_beyond_the_reach_of_the_arms_the_step_says_where(opened):
+    """A state that leaves its bounds and equations that have no value name what is to blame, and nothing has changed."""
+    rider = riders.load("full_mean_2011")
+    fmu = opened(rider).start()
+    before = fmu.fmu.serializeFMUstate(fmu.fmu.getFMUstate())
+    fmu.set(frame_rate=100.0)
+    with pytest.raises(FMICallException) as raised:
+        fmu.fmu.doStep(0.0, 0.05)
+    assert raised.value.status == fmpy.fmi2.fmi2Discard
+    assert "torso_angle = -0." in fmu.log[-1][1] and "is outside its bounds [-0.35, 0.35]" in fmu.log[-1][1]
+    short = opened(rider.with_values(upper_arm_length=0.26, forearm_length=0.26, upper_arm_centre=0.1, forearm_centre=0.1)).start(steer_angle=0.6)
+    with pytest.raises(FMICallException):
+        short.fmu.doStep(0.0, 0.01)
+    assert "der(torso_angle) has no value at time = " in short.log[-1][1] and ", steer_angle = 0.6 rad, " in short.log[-1][1]
+    fmu.set(frame_rate=0.0)
+    assert fmu.fmu.serializeFMUstate(fmu.fmu.getFMUstate()) == before
+    fmu.fmu.doStep(0.0, 0.02)

@@ -8,6 +8,7 @@
    the step. */
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "linear_algebra.h"
@@ -105,6 +106,22 @@ static Scratch scratch_in(double *work)
     return w;
 }
 
+/* Why the step ends here: a state out of its bounds, or what the equations were given where they have no value. */
+static Status give_up(Instance *s, Scratch *w, double tau, double used, int count)
+{
+    char values[256] = "";
+    size_t length = 0;
+    unsigned wrong = 0;
+    if (states_in_bounds(s, w->z[0], w->z + model.first_state) != OK) return DISCARD;
+    if (rates_at(s, w->z, w->rates))
+        while (wrong < model.n_states && isfinite(w->rates[wrong])) wrong++;
+    if (wrong == model.n_states)
+        return report(s, DISCARD, "the relative tolerance %g cannot be met at %g s: inner step %g s after %d steps", s->z[model.tolerance], s->z[0] + tau, used, count);
+    for (unsigned r = model.first_input; r < model.first_state + model.n_states && length < sizeof values; r++)
+        length += (size_t)snprintf(values + length, sizeof values - length, ", %s = %g %s", model.variables[r].name, w->z[r], model.variables[r].unit);
+    return report(s, DISCARD, "%s has no value at time = %g s%s", model.variables[model.first_derivative + wrong].name, w->z[0], values);
+}
+
 Status rosenbrock_step(Instance *s, double step, double *states)
 {
     const unsigned n = model.n_states;
@@ -119,7 +136,7 @@ Status rosenbrock_step(Instance *s, double step, double *states)
         const int last = h >= (step - tau) * (1 - 1e-12);
         const double used = last ? step - tau : h;
         if (count == MAX_STEPS || !(used > 1e-14 * step))
-            return report(s, DISCARD, "the relative tolerance %g cannot be met at %g s: inner step %g s after %d steps", tolerance, s->z[0] + tau, used, count);
+            return give_up(s, &w, tau, used, count);
         memcpy(w.z + model.first_state, x, n * sizeof *x);
         w.z[0] = s->z[0] + tau;
         inputs_after(s, tau, w.z);

@@ -57,6 +57,17 @@ Status check_step(Instance *s, double time, double h)
     return OK;
 }
 
+Status states_in_bounds(Instance *s, double time, const double *states)
+{
+    for (unsigned i = 0; i < model.n_states; i++) {
+        const Variable *v = &model.variables[model.first_state + i];
+        if (states[i] >= v->min && states[i] <= v->max) continue; /* not when it is infinite or no number */
+        if (!isfinite(states[i])) return report(s, DISCARD, "%s is no longer finite at %g s", v->name, time);
+        return report(s, DISCARD, "%s = %g %s at %g s is outside its bounds [%g, %g]", v->name, states[i], v->unit, time, v->min, v->max);
+    }
+    return OK;
+}
+
 Status step_from(Instance *s, double time, double h)
 {
     if (check_step(s, time, h) != OK) return ERROR;
@@ -73,9 +84,7 @@ Status step_from(Instance *s, double time, double h)
         const int exact = model.exact && !(order > 0 && held_input_moves(s));
         const Status status = exact ? exact_step(s, h, order, states) : rosenbrock_step(s, h, states);
         if (status != OK) return status;
-        for (unsigned i = 0; i < n; i++)
-            if (!isfinite(states[i]))
-                return report(s, DISCARD, "%s is no longer finite after a step of %g s from %g s", model.variables[model.first_state + i].name, h, s->z[0]);
+        if (states_in_bounds(s, time + h, states) != OK) return DISCARD;
         for (unsigned i = 0; i < n; i++) s->z[model.first_state + i] = states[i];
     }
     if (order > 0) {

@@ -12,6 +12,9 @@ Status step_from(Instance *s, double time, double step);
 /* Whether such a step may be asked for; reports why not. */
 Status check_step(Instance *s, double time, double step);
 
+/* Whether the states at a time are finite and where the model holds; reports which is not. */
+Status states_in_bounds(Instance *s, double time, const double *states);
+
 /* The two methods: new states (n_states) from the present values, which they leave alone. */
 Status exact_step(Instance *s, double step, unsigned order, double *states);
 Status rosenbrock_step(Instance *s, double step, double *states);
