@@ -21,6 +21,7 @@ FAR = 30.0  # reduced chi-square of a base from which no effect is a small step
 PROMISED = 0.5  # of a signature's gain: with less, a fit is tried from elsewhere
 SMALLER = 0.2  # of the size of an effect, from where it is tried again
 STARTS = 2  # signatures of a family that are fitted
+FORMS = 0.3  # of the best one's dBIC: what a family must have for its other forms to be fitted
 LEADERS = 6  # families that are fitted
 
 
@@ -73,8 +74,7 @@ def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS)
     candidates = _ranked([*candidates, *(_unfitted(found, s) for s in seen if s.effect.family in order[leaders:])])
     near = {c.family for c in candidates[:1] if c.delta_bic > SIGNIFICANT}
     near |= {c.family for c in candidates[:4] if candidates[0].delta_bic - c.delta_bic < CLEAR and c.delta_bic > SIGNIFICANT}
-    if not adequate(candidates[0].fit):
-        near |= {c.family for c in one_each(candidates)[:3] if c.delta_bic > 0.5 * candidates[0].delta_bic}
+    near |= {c.family for c in one_each(candidates)[:4] if c.delta_bic > max(SIGNIFICANT, FORMS * candidates[0].delta_bic)}
     for flexible in (False, True):  # a curve of its own only where no plain form fits
         known = {c.effect for c in candidates if c.effect in c.fit.model.effects}
         more = [form for name in near for form in families[name] if form.flexible == flexible and form not in known]
@@ -85,8 +85,12 @@ def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS)
 
 
 def _plain(forms: Sequence[type[Effect]]) -> list[type[Effect]]:
-    """The forms of a family that stand for it: all that are not flexible, since a spring that drifts is not a damper that does."""
-    return [form for form in forms if not form.flexible] or list(forms[:1])
+    """The forms of a family that stand for it: all that are not flexible, since a spring that drifts is not a damper that does.
+
+    Those with a memory differ in the shape of their loop alone, and take long: the first one is enough.
+    """
+    plain = [form for form in forms if not form.flexible] or list(forms[:1])
+    return [form for form in plain if form is plain[0] or not any(row.role == "state" for row in form.declared.values())]
 
 
 def _ranked(candidates: Iterable[Candidate]) -> list[Candidate]:

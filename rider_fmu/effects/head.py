@@ -2,7 +2,7 @@
 
 from typing import ClassVar
 
-from fmus import Effect, adds_to, parameter
+from fmus import Effect, adds_to, parameter, state
 from fmus.effects import damping, memory, stiffness
 
 
@@ -55,3 +55,20 @@ class Reflex(Effect):
     @adds_to("force")
     def answer(self, v, m):
         return v.gain * v.late_angle
+
+
+class MuscleReflex(Reflex):
+    """The rider answers the steer angle with a delayed torque that his muscles build up gradually."""
+
+    form = "muscle"
+    muscle_time = parameter("s", "Time constant of the muscles", symbol="t_m", min=1e-3, max=0.5, start=0.04)
+    activation = state("rad", "Delayed angle as the muscles follow it", symbol="a")
+    starts: ClassVar = {"delay": (0.03, 0.06, 0.1, 0.15), "muscle_time": (0.03, 0.1)}
+
+    @adds_to("der(activation)")
+    def follow(self, v, m):
+        return (v.late_angle - v.activation) / v.muscle_time
+
+    @adds_to("force")
+    def answer(self, v, m):
+        return v.gain * v.activation
