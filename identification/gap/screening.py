@@ -17,6 +17,7 @@ from fmus.effects import Effect
 from fmus.errors import InputError
 from identification.gap.fitting import Fit
 from identification.gap.model import AnyModel
+from identification.gap.parallel import spread
 
 
 @dataclass(frozen=True)
@@ -32,15 +33,18 @@ def screen(found: Fit, effects: Iterable[type[Effect]], keep: int = 2) -> list[S
     """For every effect its best shapes, at most `keep`, on top of what is in the fit already."""
     basis, _ = np.linalg.qr(found.jacobian / (np.linalg.norm(found.jacobian, axis=0) + 1e-12))
     left = found.residuals - basis @ (basis.T @ found.residuals)
-    signatures = []
-    for effect in effects:
+
+    def tried(effect: type[Effect]) -> list[tuple[float, np.ndarray]]:
         try:
             model = found.model.joined_by(effect, slopes_of_base=False)
-            tried = [_signature(found, model, effect, shape, basis, left) for shape in shapes_of(found, effect)]
+            return [_signature(found, model, effect, shape, basis, left) for shape in shapes_of(found, effect)]
         except InputError:  # it diverges, or it cannot join what is there already
-            continue
-        signatures += sorted(tried, key=lambda s: -s.gain)[:keep]
-    return signatures
+            return []
+
+    effects = list(effects)
+    answers = spread(tried, effects, "screening effects")
+    best = [sorted(shapes, key=lambda answer: -answer[0])[:keep] for shapes in answers]
+    return [Signature(effect, *answer) for effect, shapes in zip(effects, best, strict=True) for answer in shapes]
 
 
 def shapes_of(found: Fit, effect: type[Effect]) -> list[dict[str, float]]:
@@ -51,7 +55,9 @@ def shapes_of(found: Fit, effect: type[Effect]) -> list[dict[str, float]]:
     return [dict(zip(grids, point, strict=True)) for point in product(*grids.values())]
 
 
-def _signature(found: Fit, model: AnyModel, effect: type[Effect], shape: dict[str, float], basis: np.ndarray, left: np.ndarray) -> Signature:
+def _signature(found: Fit, model: AnyModel, effect: type[Effect], shape: dict[str, float], basis: np.ndarray,
+               left: np.ndarray) -> tuple[float, np.ndarray]:  # fmt: skip
+    """Gain and start of an effect with a shape."""
     own = list(effect.parameters())
     own = [n for n in own if n not in effect.given]
     rows = [model.component.table[model.stand.parameter(effect, n)] for n in own]
@@ -70,4 +76,4 @@ def _signature(found: Fit, model: AnyModel, effect: type[Effect], shape: dict[st
     high = np.array([rows[i].max - start[i] for i in sizes]) * scale
     solved = lsq_linear(slopes / scale, -left, (np.minimum(low, -1e-12), np.maximum(high, 1e-12)))
     start[sizes] += solved.x / scale
-    return Signature(effect, float(left @ left - 2 * solved.cost), start)
+    return float(left @ left - 2 * solved.cost), start

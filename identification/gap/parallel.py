@@ -1,0 +1,52 @@
+"""Independent pieces of work on all processors, forked, so that each finds there what it needs; one by one elsewhere.
+
+The answers are the same either way. As many processes work as OMP_NUM_THREADS allows, or as there are processors.
+"""
+
+import multiprocessing
+import os
+import signal
+import sys
+import warnings
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from typing import Any, TypeVar
+
+from fmus.progress import track
+
+T = TypeVar("T")
+_WORK: list[tuple[Callable[[Any], Any], Sequence[Any]]] = []  # what a forked process inherits
+
+
+def spread(function: Callable[[Any], T], items: Sequence[Any], description: str) -> list[T]:
+    """function(item) of every item, in order. Only answers travel between processes: they must be plain data."""
+    count = min(processes(), len(items))
+    if count < 2:
+        return [function(item) for item in track(items, description)]
+    _WORK.append((function, items))
+    try:
+        context = multiprocessing.get_context("fork")
+        with warnings.catch_warnings(), ProcessPoolExecutor(count, context, initializer=_leave_interrupts_to_the_parent) as pool:
+            # The threads that Python warns of are those of the linear algebra, which survives a fork.
+            warnings.simplefilter("ignore", DeprecationWarning)
+            answers = [pool.submit(_answer, i) for i in range(len(items))]
+            return [a.result() for a in track(answers, description)]
+    finally:
+        _WORK.pop()
+
+
+def processes() -> int:
+    """How many processes may work at the same time."""
+    if not sys.platform.startswith("linux") or multiprocessing.current_process().name != "MainProcess":
+        return 1
+    allowed = os.environ.get("OMP_NUM_THREADS", "")
+    return min(len(os.sched_getaffinity(0)), int(allowed) if allowed.isdigit() else sys.maxsize)
+
+
+def _answer(index: int) -> Any:
+    function, items = _WORK[-1]
+    return function(items[index])
+
+
+def _leave_interrupts_to_the_parent() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
