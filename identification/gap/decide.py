@@ -36,6 +36,7 @@ class Verdict:
     tied: list[Candidate] = field(default_factory=list)
     candidates: list[Candidate] = field(default_factory=list)
     open_form: bool = False
+    refuted: str = ""  # what was named before held-out runs took it back
 
 
 def decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effect]], holdout: Sequence[AnyRun] = ()) -> Verdict:
@@ -51,7 +52,8 @@ def decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effec
     else:
         verdict.base, verdict.best = (fit(f.model, quiet, f.x) for f in (verdict.base, best))
     if verdict.verdict == "named" and holdout and _refuted(verdict, holdout):
-        return replace(verdict, verdict="unknown", effects=[], tied=[], open_form=False)
+        name = " and ".join(c.family for c in verdict.effects)
+        return replace(verdict, verdict="unknown", effects=[], tied=[], open_form=False, refuted=name)
     return verdict
 
 

@@ -11,6 +11,7 @@ from identification.gap.fitting import parameters_of
 from identification.gap.locating import Cells, locate
 from identification.gap.model import AnyRun
 from identification.gap.showing import closeness, floor, on_holdout
+from identification.gap.ties import equivalent
 
 
 def as_result(verdict: Verdict, holdout: Sequence[AnyRun], unit: str, noise_source: str = "orders", cells: Cells | None = None) -> dict[str, Any]:
@@ -33,11 +34,26 @@ def as_result(verdict: Verdict, holdout: Sequence[AnyRun], unit: str, noise_sour
         "base": {n: {"value": v, "standard_error": e, "unit": u} for n, (v, e, u) in parameters_of(best).items() if n in best.model.base},
         "noise_source": noise_source,
         "next_experiment": None,
-        "limitations": [],
+        "limitations": _limitations(verdict),
         "model": None,
         "fmu": None,
         "report": None,
     }  # fmt: skip
+
+
+def _limitations(verdict: Verdict) -> list[str]:
+    """What the verdict rests on besides the data, and what it leaves open."""
+    sentences = []
+    if verdict.verdict == "named" and len(verdict.effects) == 1:
+        name = verdict.effects[0].family
+        if same := equivalent(verdict.best, verdict.effects[0].effect, verdict.candidates) if verdict.effects[0].effect in verdict.best.model.effects else []:
+            sentences.append(f"By torque and angle alone {' or '.join(same)} would answer as {name} does: only the sign that "
+                             "each must have, and what is known of the base beside these runs, tell them apart.")  # fmt: skip
+        if verdict.tied:
+            sentences.append(f"Something else is missing besides {name}: one of {', '.join(dict.fromkeys(c.family for c in verdict.tied))}.")
+    if verdict.refuted:
+        sentences.append(f"{verdict.refuted} fits best, but the held-out run refutes it.")
+    return sentences
 
 
 def gap(verdict: Verdict, holdout: Sequence[AnyRun], unit: str) -> dict[str, Any]:

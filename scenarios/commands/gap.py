@@ -77,7 +77,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         stand = with_bare_bar(stand, _runs(arguments.bare, stand, arguments.map))
     verdict = decide(Model(stand), runs, library, held)
     result = as_result(verdict, held, "N.m")
-    result["limitations"] = _limitations(rig, runs, held, bool(arguments.bare))
+    result["limitations"] += _limitations(rig, runs, held, bool(arguments.bare))
     result["next_experiment"] = next_experiment(verdict, rig_proposals)
     write_text(folder / "verdict.json", to_json(result) + "\n")  # an interrupted run leaves the verdict
     _add(verdict, result, arguments, folder)
