@@ -8,7 +8,9 @@ from matplotlib.figure import Figure
 
 from identification.gap.decide import Verdict
 from identification.gap.fitting import Fit
+from identification.gap.locating import FALSE_DISCOVERIES, locate
 from identification.gap.runs import Run
+from scenarios.gap_map import gap_map
 from scenarios.report import COLOURS, Report, Section, Table, new_figure
 
 FILE = "report.html"
@@ -23,11 +25,13 @@ def write_report(verdict: Verdict, result: dict[str, Any], held: list[Run], fold
     candidates = [(c["name"], c["form"], f"{c['delta_chi2']:.1f}", f"{c['delta_bic']:.1f}", f"{c['probability']:.3f}") for c in result["candidates"]
                   if c["delta_chi2"] > 0]
     where = [(p["run"], p["axis"], f"{p['from']:.3g}", f"{p['to']:.3g}", p["unit"], f"{p['excess']:.3g}", f"{p['p_value']:.2g}") for p in result["where"][:40]]
+    places = locate(verdict.base)
     sections = [
         Section("Verdict", [result["verdict"], *result["limitations"]], [], [
             Table(("effect", "form", "parameter", "value", "standard error", "unit"), effects),
             Table(("candidate", "form", "delta chi-square", "delta BIC", "probability"), candidates)]),
-        Section("Where the base model misses", ["Cells that pass a false-discovery rate of 1 %."], [(_map(verdict.base), "Residuals of the base over time and order, in units of the noise.")],
+        Section("Where the base model misses", [f"Places that pass a false-discovery rate of {FALSE_DISCOVERIES:.0%} (Benjamini and Hochberg), in red."],
+                [(gap_map(verdict.base, places, i), f"{r.name}: recording, response and residuals of the base.") for i, r in enumerate(verdict.base.runs)],
                 [Table(("run", "axis", "from", "to", "unit", "excess", "p"), where)]),
         Section("Before and after", [f"Held out: {', '.join(r.name for r in held) or 'none'}."], [(_harmonics(verdict), "First harmonic of the torque over frequency: measured, base, with what was found."),
                                          (_nyquist(verdict), "The same as impedance in the Nyquist plane."),
@@ -91,14 +95,3 @@ def whiteness(verdict: Verdict) -> Figure:
     axes.legend()
     return figure
 
-
-def _map(fit: Fit):
-    figure, axes = new_figure()
-    run = fit.runs[0]
-    columns = run.reduction.columns
-    z = np.abs(fit.residuals[: len(run.data)])
-    points = axes.scatter([c.time for c in columns], [c.order for c in columns], c=np.clip(z, 0, 6), s=24, marker="s", cmap="viridis")
-    figure.colorbar(points, label="|residual| over noise")
-    axes.set_xlabel(f"time in {run.name} [s]")
-    axes.set_ylabel("order")
-    return figure

@@ -133,10 +133,22 @@ def show(result: dict[str, Any], console: Console) -> None:
     for name in ("before", "after", "holdout_before", "holdout_after"):
         if gap[name] is not None:
             console.print(f"{name.replace('_', ' '):>15}: reduced chi-square {gap[name]:.3f} (floor 1), rms {gap['rms'][name]:.4f} {gap['rms']['unit']}")
+    if result["where"]:
+        console.print(_where(result["where"][:6]))
     if result["next_experiment"]:
-        console.print(f"next experiment: {result['next_experiment']['sentence']}")
+        proposed = result["next_experiment"]
+        console.print(f"next experiment: {proposed['sentence']} Expected delta chi-square: {proposed['expected_delta_chi2']:.0f}.")
     for sentence in result["limitations"]:
         console.print(f"limitation: {sentence}", style="yellow")
+
+
+def _where(places: Sequence[dict[str, Any]]) -> Table:
+    table = Table(box=None, title="where the base misses the data", title_justify="left")
+    for heading in ("run", "axis", "from", "to", "unit", "excess", "p"):
+        table.add_column(heading, justify="left" if heading in ("run", "axis", "unit") else "right")
+    for p in places:
+        table.add_row(p["run"], p["axis"], f"{p['from']:.4g}", f"{p['to']:.4g}", p["unit"], f"{p['excess']:.3g}", f"{p['p_value']:.1g}")
+    return table
 
 
 def _headline(result: dict[str, Any]) -> str:
