@@ -27,9 +27,9 @@ from scenarios.hosts.rider_on_a_bar import CONNECTIONS, SAMPLED, STRIKE, archive
 
 SOURCES = Path(__file__).parent / "c"
 STEPS = (1e-3, 1e-2)
-WINDOW = 20_000  # steps of one measurement of a rate: short, so that some windows are undisturbed
+WINDOW = 4000  # steps of one measurement of a rate: about a millisecond, so that some windows are undisturbed
 DEVICES = (2, 20, 200)
-ROUNDS = 40
+ROUNDS = 100
 Rows = Callable[[Mapping[str, Path], float, int], np.ndarray]
 
 
@@ -189,7 +189,7 @@ def run(progress: Callable, count: int = WINDOW, samples: int = 500, rounds: int
             found["ours"][name] = {f"{step:g}": _our_errors(fmus, name, step, samples) for step in STEPS}
             found["ours"][name]["steps_per_second"] = rate[name]
         for name, rows in progress(PEERS.items(), "other tools"):
-            found["peers"][name] = {f"{step:g}": peer(rows, fmus, step, samples, count // 5) for step in STEPS}
+            found["peers"][name] = {f"{step:g}": peer(rows, fmus, step, samples, count) for step in STEPS}
         found["microseconds_per_rider_and_step"] = scaling(fmus, count, devices)
         found["most_accurate_over_bare"] = rate["interface_jacobian"] / rate["bare_c_loop"]
         fastest = max((p[short]["steps_per_second"] or 0.0 for p in found["peers"].values() if p[short]), default=None)

@@ -25,7 +25,7 @@ class Bond:
     torque: int  # among the inputs
     sources: list[int]  # of the torque, among the outputs
     rates: np.ndarray  # (ny, 2): which outputs sum to the rate, and which to the torque
-    told_rates: np.ndarray  # (nu, sources): which inputs sum to the rate that each source was told
+    told_rates: np.ndarray  # (k, sources): the inputs that sum to the rate that each source was told
     power: float = 0.0
     energy: float = 0.0
     exchanged: float = 0.0
@@ -39,7 +39,7 @@ class Bond:
         """dP and T f [W] (n,) from the outputs (n, ny) after n steps and what the inputs (n, nu) were told for then."""
         rate, torque = (outputs @ self.rates).T
         given = told[:, self.torque] * rate
-        excess = told @ self.told_rates - rate[:, None]
+        excess = told[:, self.told_rates].sum(axis=1) - rate[:, None]
         return given - torque * rate - np.einsum("ns,ns->n", outputs[:, self.sources], excess), given
 
     def add(self, outputs: np.ndarray, told: np.ndarray, step: float) -> None:
@@ -59,6 +59,6 @@ def bonds(network: Network, works_on: Mapping[str, Sequence[str]]) -> list[Bond]
         told = [[f"{source.partition('.')[0]}.{rate}" for rate in works_on.get(torque, ())] for source in sources]
         if rates and set(rates) <= set(network.outputs) and all(set(t) <= set(network.inputs) for t in told):
             summed = np.column_stack([np.isin(network.outputs, names) for names in (rates, sources)]).astype(float)
-            told_rates = np.column_stack([np.isin(network.inputs, names) for names in told]).astype(float)
+            told_rates = np.array([[network.inputs.index(name) for name in names] for names in told]).T
             found.append(Bond(target, network.inputs.index(target), [network.outputs.index(s) for s in sources], summed, told_rates))
     return found

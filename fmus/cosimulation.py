@@ -21,10 +21,12 @@ from fmus.coupling import coupling as named_coupling
 from fmus.errors import InputError, SimulationError
 from fmus.master import InterpretedMaster, Master, master
 from fmus.ports import WORKS_ON
-from fmus.prediction import Prediction, linear_network, predict
+from fmus.prediction import Prediction, linear_network, longest_step, predict
 from fmus.profiles import Profile
 from fmus.progress import track
 from fmus.results import Rows
+from fmus.step_control import SEGMENT, StepControl
+from fmus.wiring import join as by_names
 
 LARGEST = 1e9  # a signal that exceeds this many times the largest start value, or 1, has diverged
 TOLERANCE = 1e-5  # of a mode's frequency; ten times that of its damping ratio
@@ -34,7 +36,7 @@ TOLERANCE = 1e-5  # of a mode's frequency; ten times that of its damping ratio
 class Run:
     """What a run did.
 
-    rows (n, columns) is empty when they went to `path`. predicted is None when nothing can be told of a unit.
+    step [s] is the first one, steps how many there were, shortest and longest [s] the extremes. rows (n, columns) is empty when they went to `path`. predicted is None when nothing can be told of a unit.
     """
 
     step: float
@@ -45,6 +47,9 @@ class Run:
     steps_per_second: float
     predicted: Prediction | None
     bonds: list[Bond]
+    steps: int
+    shortest: float
+    longest: float
 
     @property
     def power_residual(self) -> float:
@@ -56,19 +61,23 @@ class Run:
         return self.rows[:, [c.partition(" [")[0] for c in self.columns].index(column)]
 
 
-def cosimulate(units: Mapping[str, Unit], step: float, duration: float, coupling: str | None = None, *,
+def cosimulate(units: Mapping[str, Unit], step: float | str, duration: float, coupling: str | None = None, *,
                wiring: Mapping[str, Sequence[str]] | None = None, profile: Profile | None = None, out: str | Path | None = None,
                tolerance: float = TOLERANCE, compiled: bool = True) -> Run:  # fmt: skip
     """Run units together from time 0 to `duration` [s]; equal names meet where no wiring is given.
 
     coupling names one of `fmus.coupling.COUPLINGS`; without it the cheapest is taken whose modes are within
-    `tolerance`. step [s] is made a little smaller where it does not divide the duration. profile gives inputs over
-    time. compiled=False keeps the loop in Python. Raises InputError for what cannot be run, SimulationError when the coupling diverges.
+    `tolerance`. step [s] is made a little smaller where it does not divide the duration; "auto" is the longest that is
+    within the tolerance, and follows the run (`fmus.step_control`). profile gives inputs over time. compiled=False
+    keeps the loop in Python. Raises InputError for what cannot be run, SimulationError when the coupling diverges.
     """
-    step, count = steps(step, duration)
     wiring = join(units) if wiring is None else wiring
     network = Network(units, wiring)
     linear = _linear(units, wiring)
+    follows = step == "auto"
+    if isinstance(step, str):
+        step = _automatic(step, linear, coupling, tolerance)
+    step, count = steps(min(step, duration) if follows else step, duration)
     chosen, predicted = choose(network, linear, step, coupling, tolerance)
     profile = profile or Profile.constant(network)
     columns = ["time [s]", *(f"{name} [{_unit(network, name)}]" for name in network.outputs)]
@@ -76,27 +85,65 @@ def cosimulate(units: Mapping[str, Unit], step: float, duration: float, coupling
     network.external[:] = profile.at(np.zeros(2))
     outputs = network.read(np.zeros(len(network.outputs)))
     rows.write(np.concatenate([[0.0], outputs])[None])
+    control = StepControl(chosen, units, wiring, watched, step, tolerance)
+    began = perf_counter()
+    try:
+        if follows:
+            count = _segments(network, control, duration, profile, outputs, rows, watched, compiled)
+        else:
+            _loop(_prepared(network, chosen, step, outputs, compiled), profile, 0.0, step, count, rows, watched)
+    finally:
+        rows.close()
+    rate = count / (perf_counter() - began)
+    return Run(step, chosen.name, rows.columns, rows.kept, rows.path, rate, predicted, watched, count, control.smallest, control.largest)
+
+
+def _automatic(word: str, linear: Network | None, coupling: str | None, tolerance: float) -> float:
+    """The step [s] with which an automatic one begins."""
+    if word != "auto":
+        raise InputError(f"step {word!r} is neither a number of seconds nor auto")
+    if linear is None:
+        raise InputError("step auto needs units that can be linearised; give the step in seconds")
+    return longest_step(linear, coupling, tolerance)
+
+
+def _prepared(network: Network, chosen: Coupling, step: float, outputs: np.ndarray, compiled: bool) -> Master:
+    """The loop with a step [s], from where `outputs` (ny,) were read."""
     running = chosen.prepare(network, step)
     running.start(outputs)
     loop = master(network, running) if compiled else InterpretedMaster(network, running)
     loop.begin(outputs)
-    began = perf_counter()
-    try:
-        _loop(loop, profile, step, count, rows, watched)
-    finally:
-        rows.close()
-    rate = count / (perf_counter() - began)
-    return Run(step, chosen.name, rows.columns, rows.kept, rows.path, rate, predicted, watched)
+    return loop
 
 
-def _loop(loop: Master, profile: Profile, step: float, count: int, rows: Rows, watched: list[Bond]) -> None:
-    """All steps, in chunks: rows written and flushed, power counted, divergence looked for."""
-    chunk = loop.chunk
+def _segments(network: Network, control: StepControl, duration: float, profile: Profile, outputs: np.ndarray,
+              rows: Rows, watched: list[Bond], compiled: bool) -> int:  # fmt: skip
+    """Steps whose length is decided anew after every segment; how many they were."""
+    time, made = 0.0, 0
+    loop = _prepared(network, control.chosen, control.step, outputs, compiled)
+    while duration - time > 1e-9 * duration:
+        step, left = steps(min(control.step, duration - time), duration - time)
+        if step != loop.running.step:  # at the end, a little shorter so as to divide what is left
+            if left > SEGMENT:
+                step = control.step
+            network.external[:] = profile.at(np.full(2, time))
+            loop = _prepared(network, control.chosen, step, network.read(loop.outputs.copy()), compiled)
+        count = min(left, SEGMENT)
+        _loop(loop, profile, time, step, count, rows, watched)
+        time, made = time + count * step, made + count
+        control.decide()
+    return made
+
+
+def _loop(loop: Master, profile: Profile, begin: float, step: float, count: int, rows: Rows, watched: list[Bond]) -> None:
+    """Steps from a time [s], in chunks: rows written and flushed, power counted, divergence looked for."""
+    chunk = min(loop.chunk, count)
     block, told = np.zeros((chunk, len(rows.columns))), np.zeros((chunk, len(profile.constant_values)))
-    limit = LARGEST * max(1.0, step * count, float(np.abs(loop.outputs).max(initial=0.0)))
-    for first in track(range(0, count, chunk), "co-simulation", -(-count // chunk)):
+    limit = LARGEST * max(1.0, step * count, begin, float(np.abs(loop.outputs).max(initial=0.0)))
+    chunks = range(0, count, chunk)
+    for first in track(chunks, "co-simulation", len(chunks)) if len(chunks) > 1 else chunks:
         size, failure = min(chunk, count - first), ""
-        times = (first + np.arange(size + 1)) * step
+        times = begin + (first + np.arange(size + 1)) * step
         try:
             loop.steps(profile.at(times), block[:size, 1:], told[:size])
         except SimulationError as error:
@@ -110,7 +157,7 @@ def _loop(loop: Master, profile: Profile, step: float, count: int, rows: Rows, w
         for bond in watched:
             bond.add(block[:done, 1:], told[:done], step)
         if failure:
-            raise SimulationError(_diagnosis(failure, watched, (first + done) * step, step))
+            raise SimulationError(_diagnosis(failure, watched, begin + (first + done) * step, step))
 
 
 def _diagnosis(failure: str, watched: list[Bond], time: float, step: float) -> str:
@@ -134,17 +181,9 @@ def steps(step: float, duration: float) -> tuple[float, int]:
 def join(units: Mapping[str, Unit]) -> dict[str, list[str]]:
     """The wiring in which equal names meet; several torques on one input add up.
 
-    Raises InputError for an input with two writers that is no torque.
+    Raises InputError for an input with two writers that is neither torque nor force.
     """
-    wiring: dict[str, list[str]] = {}
-    for name, unit in units.items():
-        for variable in unit.inputs:
-            sources = [f"{other}.{variable}" for other, u in units.items() if other != name and variable in u.outputs]
-            if len(sources) > 1 and variable not in WORKS_ON:
-                raise InputError(f"{name}.{variable} has {len(sources)} writers: {', '.join(sources)}; only torques and forces add up")
-            if sources:
-                wiring[f"{name}.{variable}"] = sources
-    return wiring
+    return by_names(units, lambda _, name: name in WORKS_ON)
 
 
 def _unit(network: Network, name: str) -> str:

@@ -21,13 +21,14 @@ from fmus.errors import InputError, SimulationError
 VANISHED = 1e-14  # a discrete eigenvalue this small is forgotten within one step
 GROWS = 1e-6  # 1/s
 LONGEST = 1e-2  # s: an automatic step still shows motions of 15 Hz
+SHORTEST = 1e-6  # s
 
 
 @dataclass(frozen=True)
 class Prediction:
     """The exact eigenvalues (n,), those of the coupled simulation that belong to them (n,), and all of the latter [1/s].
 
-    stable: nothing grows that does not grow in the exact system.
+    stable: nothing grows but what belongs to an eigenvalue of the exact system that grows.
     """
 
     exact: np.ndarray
@@ -79,9 +80,25 @@ def _ratio(found: np.ndarray, exact: np.ndarray, where: np.ndarray) -> np.ndarra
 
 
 def linear_network(units: Mapping[str, Unit], wiring: Mapping[str, Sequence[str]]) -> Network:
-    """The units' linear models, where the units are, with the same abilities and the same wiring."""
+    """The units' linear models, where the units are, with the same abilities and the same wiring.
+
+    Units that are alike and wired alike are one, whose outputs are those of all: what they do against each other meets
+    no other unit, so that no coupling has an error there.
+    """
     models = {n: LinearUnit(u.linearised(), u.input_order, u.output_order, u.can_go_back) for n, u in units.items()}
-    return Network(models, wiring)
+    drives: dict[str, list[str]] = {}
+    for target, sources in wiring.items():
+        for source in sources:
+            drives.setdefault(source, []).append(target)
+    alike: dict[tuple, list[str]] = {}
+    for name, m in models.items():
+        told = tuple(tuple(wiring.get(f"{name}.{i}", ())) for i in m.inputs)
+        tells = tuple(tuple(drives.get(f"{name}.{o}", ())) for o in m.outputs)
+        matrices = tuple(getattr(m.space, matrix).tobytes() for matrix in "ABCD")
+        alike.setdefault((m.inputs, m.outputs, m.input_order, m.output_order, m.can_go_back, told, tells, matrices), []).append(name)
+    merged = {names[0]: models[names[0]].multiplied(len(names)) for names in alike.values()}
+    kept = {target: [s for s in sources if s.partition(".")[0] in merged] for target, sources in wiring.items() if target.partition(".")[0] in merged}
+    return Network(merged, kept)
 
 
 def transition(chosen: Coupling, network: Network, step: float) -> np.ndarray:
@@ -112,11 +129,13 @@ def predict(chosen: Coupling, network: Network, step: float) -> Prediction:
         lost = np.full(len(exact), np.nan + 0j)
         return Prediction(exact, lost, lost, False)
     everything = np.log(multipliers[np.abs(multipliers) > VANISHED]) / step
-    pairs = linear_sum_assignment(np.abs(exact[:, None] - everything[None, :]))
+    upper = everything[everything.imag > -1e-9 * np.abs(everything)]
+    rows, columns = linear_sum_assignment(np.abs(exact[:, None] - upper[None, :]))
     coupled = np.full(len(exact), np.nan + 0j)
-    coupled[pairs[0]] = everything[pairs[1]]
-    growing = np.count_nonzero(np.linalg.eigvals(network.linearised().A).real > GROWS)
-    return Prediction(exact, coupled, everything, bool(np.count_nonzero(everything.real > GROWS) <= growing))
+    coupled[rows] = upper[columns]
+    may_grow = np.zeros(len(upper), bool)
+    may_grow[columns] = exact[rows].real > -GROWS
+    return Prediction(exact, coupled, everything, not np.any((upper.real > GROWS) & ~may_grow))
 
 
 def largest_stable_step(chosen: Coupling, network: Network, smallest: float = 1e-5, largest: float = 1.0) -> float:
@@ -147,4 +166,4 @@ def longest_step(network: Network, name: str | None, tolerance: float) -> float:
         if any(predict(c, network, float(step)).worst <= tolerance for c in candidates):
             return float(step)
     names = ", ".join(c.name for c in candidates)
-    raise InputError(f"no step above {LONGEST * 1e-4:g} s is within a tolerance of {tolerance:g} with {names}; give --step or another coupling")
+    raise InputError(f"no step above {SHORTEST:g} s is within a tolerance of {tolerance:g} with {names}; give --step or another coupling")

@@ -12,6 +12,7 @@ from fmus.component import Component, Scope, prefixed
 from fmus.errors import InputError, unknown
 from fmus.traced import depends_on, traced
 from fmus.units import unit
+from fmus.wiring import join as by_names
 
 Wiring = Mapping[str, Sequence[str]]
 
@@ -21,15 +22,7 @@ def join(parts: Mapping[str, Component]) -> dict[str, list[str]]:
 
     Raises InputError when two parts write the same signal.
     """
-    wiring: dict[str, list[str]] = {}
-    for part, component in parts.items():
-        for name, row in component.rows("input").items():
-            sources = [f"{other}.{name}" for other, c in parts.items() if other != part and name in c.outputs]
-            if len(sources) > 1 and not row.flow:
-                raise InputError(f"{part}.{name} has {len(sources)} writers: {', '.join(sources)}; only torques and forces add up")
-            if sources:
-                wiring[f"{part}.{name}"] = sources
-    return wiring
+    return by_names(parts, lambda part, name: parts[part].table[name].flow)
 
 
 class System(Component):

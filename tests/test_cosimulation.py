@@ -159,6 +159,28 @@ def test_devices_add_up_and_a_nonlinear_one_is_within_its_order(run):
     assert abs(ends[1] - ends[2]) < 0.5 * abs(ends[0] - ends[1])
 
 
+@pytest.mark.parametrize(("coupling", "tolerance"), [(None, 1e-4), ("hermite", 1e-4), ("jacobi", 1e-2)])
+def test_an_automatic_step_follows_the_run(coupling, tolerance):
+    units = ridden_fmus(MOTORCYCLE, RIDER, {"steer_rate": 3.0}, 30.0)
+    wiring = join(units)
+    profile = Profile.over_time(Network(units, wiring), np.array([0.0, 1.0]), {"speed": np.array([30.0, 10.0])})
+    found = cosimulate(units, "auto", 1.0, coupling, wiring=wiring, profile=profile, tolerance=tolerance)
+    lengths = np.diff(found["time"])
+    assert found["time"][-1] == pytest.approx(1.0, rel=1e-12) and len(lengths) == found.steps
+    assert found.longest > 1.3 * found.shortest
+    # The last ones are a little shorter, so that they end with the run.
+    assert lengths.max() <= found.longest * (1 + 1e-9) and np.median(lengths) >= found.shortest * (1 - 1e-9)
+    # An energy error is one of damping, ten times the tolerance; the estimate comes a segment late, hence a factor.
+    assert max(abs(bond.energy_error) for bond in found.bonds if bond.name == "vehicle.handlebar_torque") < 5 * 10 * tolerance
+    for unit in units.values():
+        unit.close()
+
+
+def test_an_automatic_step_is_refused_in_words_that_are_no_step(run):
+    with pytest.raises(InputError, match="'long' is neither a number of seconds nor auto"):
+        run("long", 1.0)
+
+
 def test_a_run_without_a_device_is_the_vehicle_alone(run):
     found = run(1e-2, 0.2, device=None)
     space = linearise(MOTORCYCLE, speed=SPEED)

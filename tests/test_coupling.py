@@ -8,13 +8,14 @@ from coupled import exact_eigenvalues, network, spaces
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fmus.cosimulation import join
 from fmus.coupling import COUPLINGS, LinearUnit, Network, coupling
 from fmus.coupling.iterated import ITERATED
 from fmus.coupling.polynomials import END, HELD, HERMITE, LINE, LINEAR, PARABOLA, QUADRATIC, TAYLOR, nearest, through
 from fmus.coupling.scheme import Continuation
 from fmus.errors import InputError
 from fmus.linear import StateSpace
-from fmus.prediction import largest_stable_step, predict
+from fmus.prediction import largest_stable_step, linear_network, predict
 
 # Measured with another implementation (discrete-time eigenvalues of hand-written updates), in % of the mode of the
 # mean rider on a bar of 0.6 kg.m2: (slow frequency, slow damping, fast frequency, fast damping) at 1 and at 10 ms.
@@ -88,6 +89,26 @@ def test_couplings_without_saved_states_meet_their_target_at_a_millisecond(speed
     assert prediction.stable
     assert np.all(np.abs(prediction.frequency_error[swings]) <= 1e-4)
     assert np.all(np.abs(prediction.damping_error[swings]) <= 1e-3)
+
+
+def test_units_that_are_alike_are_predicted_as_one():
+    models = {"vehicle": LinearUnit(spaces(None)["vehicle"]), **{f"device_{k}": LinearUnit(spaces(None)["device"]) for k in range(3)}}
+    wiring = join(models)
+    whole, one = predict(coupling("hermite"), Network(models, wiring), 4e-3), predict(coupling("hermite"), linear_network(models, wiring), 4e-3)
+    assert len(one.exact) < len(whole.exact)
+    for exact, coupled in zip(one.exact, one.coupled, strict=True):
+        k = np.abs(whole.exact - exact).argmin()
+        # Equal to rounding, which a discrete eigenvalue shows as 1e-14 / H.
+        assert abs(whole.exact[k] - exact) < 1e-9 and abs(whole.coupled[k] - coupled) < 1e-8
+
+
+def test_an_unstable_vehicle_does_not_hide_an_unstable_coupling():
+    # Without a rider capsize grows above 11 m/s. With one at 30 m/s and held torques, at 30 ms what grows is another.
+    units = network(30.0)
+    exact = np.linalg.eigvals(units.linearised().A)
+    found = predict(coupling("jacobi"), units, 0.03)
+    assert exact.real.max() > 1e-3 and not found.stable
+    assert predict(coupling("jacobi"), units, 1e-3).stable
 
 
 @pytest.mark.parametrize("scheme", COUPLINGS.values(), ids=COUPLINGS)

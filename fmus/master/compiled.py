@@ -57,11 +57,12 @@ class CompiledMaster:
     Raises MissingToolError when there is no C compiler.
     """
 
-    chunk = 4000  # steps between two looks from outside: few enough for their rows to stay in the cache
 
     def __init__(self, network: Network, running: Run | Prediction):
         self.network, self.running, self.done = network, running, 0
         self.units = [unit for unit, _, _ in network.part if isinstance(unit, FmuUnit)]
+        # Steps between two looks from outside: few enough for their rows to stay in the cache.
+        self.chunk = min(4000, max(50, 60_000 // (len(network.outputs) + len(network.inputs) + 1)))
         self._run = library().master_run
         self._alive: list[Any] = []  # what the structures point to
         n_data = running.data.size if isinstance(running, Run) else running.expected.shape[1]
@@ -115,7 +116,8 @@ class CompiledMaster:
     def _matrix(self, rows: np.ndarray, order: int = 0) -> _Matrix:
         """Columns that are not zero only: with many units a unit's inputs depend on few of the data."""
         columns = np.flatnonzero(rows.any(axis=0))
-        blocks = np.pad(rows[:, columns], ((0, -len(rows) % BLOCK), (0, 0))).reshape(-1, BLOCK, len(columns)).swapaxes(1, 2)
+        padded = np.pad(rows[:, columns], ((0, -len(rows) % BLOCK), (0, 0)))
+        blocks = padded.reshape(len(padded) // BLOCK, BLOCK, len(columns)).swapaxes(1, 2)
         return _Matrix(order, len(columns), self._sizes(columns), self._doubles(blocks))
 
     def _polynomials(self, unit: FmuUnit, matrix: np.ndarray) -> _Matrix:

@@ -11,7 +11,7 @@ from fmus.component import Component, in_bounds
 from fmus.cosimulation import TOLERANCE, cosimulate, join
 from fmus.coupling import COUPLINGS, Network, coupling
 from fmus.errors import InputError
-from fmus.prediction import largest_stable_step, linear_network, longest_step
+from fmus.prediction import largest_stable_step, linear_network
 from fmus.profiles import Profile, read_profile
 from scenarios import names
 from scenarios.ridden_fmus import errors_by_mode, mode_names, parts, ridden_fmus
@@ -58,29 +58,27 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     wiring = join(units)
     profile = Profile.over_time(Network(units, wiring), times, columns)
     linear = linear_network(units, wiring)
-    step = _step(arguments, linear)
     named = mode_names(units)
-    run = cosimulate(units, step, arguments.duration, arguments.coupling, wiring=wiring, profile=profile,
+    run = cosimulate(units, _step(arguments.step), arguments.duration, arguments.coupling, wiring=wiring, profile=profile,
                      out=arguments.out, tolerance=arguments.tolerance)  # fmt: skip
     predicted = errors_by_mode(named, run.predicted) if run.predicted else {}
     for unit in units.values():
         unit.close()
     return {
         "vehicle": vehicle.name, "device": ", ".join(d.name for d in devices) or "none", "assumed": assumed, "file": str(run.path), "duration": arguments.duration,
-        "step": run.step, "coupling": run.coupling, "steps_per_second": run.steps_per_second, "predicted": predicted,
+        "step": run.step, "steps": run.steps, "shortest_step": run.shortest, "longest_step": run.longest, "coupling": run.coupling, "steps_per_second": run.steps_per_second, "predicted": predicted,
         "stable": run.predicted.stable if run.predicted else None, "largest_stable_step": largest_stable_step(coupling(run.coupling), linear),
         "power_residual": run.power_residual,
         "bonds": {bond.name: {"power": bond.power, "energy": bond.energy, "exchanged": bond.exchanged, "energy_error": bond.energy_error} for bond in run.bonds},
     }  # fmt: skip
 
 
-def _step(arguments: argparse.Namespace, linear: Network) -> float:
-    if arguments.step == "auto":
-        return longest_step(linear, arguments.coupling, arguments.tolerance)
+def _step(given: str) -> float | str:
+    """Seconds, or what else was written."""
     try:
-        return float(arguments.step)
+        return float(given)
     except ValueError:
-        raise InputError(f"step {arguments.step!r} is neither a number of seconds nor auto") from None
+        return given
 
 
 def show(result: dict[str, Any], console: Console) -> None:
