@@ -65,7 +65,7 @@ def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequ
 
 def _between_samples(model: FreeStart, run: Sampled) -> Sampled:
     """The run with what is not known of its inputs between their samples as noise."""
-    if run.kind != KINDS[0] or run.test.imposed:
+    if run.kind != KINDS[0]:
         return run
     one, other = (model.reduced(r, model.start())[0] for r in (run, run.with_told(SMOOTHER)))
     return run.with_unsure((one - other) * run.deviation)

@@ -190,7 +190,7 @@ def _told(recording: Recording, test: ComponentTest, kind: str) -> Told:
     functions: dict[str, Any] = {n: input_function(time, recording[n], kind) for n in test.inputs if n != test.imposed}
     if test.imposed:
         seen = test.with_effects(())
-        motion = motion_functions(time, recording[test.imposed], seen.rate)  # type: ignore[attr-defined]
+        motion = motion_functions(time, recording[test.imposed], seen.rate, kind)  # type: ignore[attr-defined]
         functions |= {name or test.imposed: function for name, function in motion.items()}
     return Told(functions, (float(time[0]), float(time[-1])))
 

@@ -18,6 +18,7 @@ SMOOTHER = "smoother"
 ROUGH = 0.02  # share of an input's power in the upper half of its spectrum, from which the kinds differ
 DEGREE = 5
 LEAST_POWER = 1e-6  # of a signal's power: what lies above is of no interest
+PER_PERIOD = 6.0  # knots per period of the highest frequency: with fewer a spline's acceleration is too small
 CLOSEST = 3  # samples between the knots of an imposed motion
 
 
@@ -59,17 +60,17 @@ def is_rough(values: np.ndarray) -> bool:
     return float(power[len(power) // 2 :].sum()) > ROUGH * float(power.sum())
 
 
-def motion_functions(time: np.ndarray, values: np.ndarray, rate: str) -> dict[str, Callable]:
+def motion_functions(time: np.ndarray, values: np.ndarray, rate: str, kind: str = KINDS[0]) -> dict[str, Callable]:
     """An imposed motion's rate and acceleration beside it: names "", rate and der(rate)."""
-    spline = make_lsq_spline(time, values, _knots(time, values), DEGREE)
+    spline = make_lsq_spline(time, values, _knots(time, values, PER_PERIOD * (1.5 if kind == SMOOTHER else 1.0)), DEGREE)
     return {"": spline, rate: spline.derivative(1), f"der({rate})": spline.derivative(2)}
 
 
-def _knots(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+def _knots(time: np.ndarray, values: np.ndarray, per_period: float) -> np.ndarray:
     """Knots close enough for the highest frequency that the motion has beyond its noise."""
     step = time[1] - time[0]
     highest = highest_frequency(values, 1 / step)
-    apart = max(int(1 / (3 * highest * step)), CLOSEST)
+    apart = max(int(1 / (per_period * highest * step)), CLOSEST)
     inner = time[apart : -max(apart, DEGREE + 1) : apart]
     return np.concatenate([[time[0]] * (DEGREE + 1), inner, [time[-1]] * (DEGREE + 1)])
 
