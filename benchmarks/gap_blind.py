@@ -170,7 +170,7 @@ def wilson(outcomes: Sequence[bool], z: float = 1.96) -> dict[str, float] | None
     rate = sum(outcomes) / trials
     middle = (rate + z**2 / (2 * trials)) / (1 + z**2 / trials)
     half = z / (1 + z**2 / trials) * np.sqrt(rate * (1 - rate) / trials + z**2 / (4 * trials**2))
-    return {"rate": rate, "from": float(middle - half), "to": float(middle + half), "trials": trials}
+    return {"rate": rate, "from": max(float(middle - half), 0.0), "to": min(float(middle + half), 1.0), "trials": trials}
 
 
 def main() -> None:

@@ -29,8 +29,12 @@ def gap_map(found: Fit, places: list[Place], index: int = 0) -> Figure:
     over_frequency.set(xlabel="frequency [Hz]", ylabel="first harmonic, output over motion")
     _shade(over_frequency, mine, "frequency")
     columns = run.reduction.columns
-    points = orders.scatter([c.time for c in columns], [c.order for c in columns], c=np.clip(np.abs(z), 0, 6), s=24, marker="s", cmap="viridis")
-    picture.colorbar(points, ax=orders, label="|residual| over noise")
+    cells: dict[tuple[float, int], list[float]] = {}
+    for column, miss in zip(columns, z, strict=True):
+        cells.setdefault((column.time, column.order), []).append(miss**2)
+    misses = np.clip([np.sqrt(np.mean(squares)) for squares in cells.values()], 0, 6)
+    points = orders.scatter(*zip(*cells, strict=True), c=misses, s=24, marker="s", cmap="viridis")
+    picture.colorbar(points, ax=orders, label="residual over noise (rms)")
     orders.set(xlabel=f"time in {run.name} [s]", ylabel="order")
     for place in mine:
         if place.axis == "order":
