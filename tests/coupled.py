@@ -17,22 +17,23 @@ BAR = Handlebar("bar", steer_inertia=0.6)
 MOTORCYCLE = motorcycles.load("sharp_1971")
 
 
-def carrying(vehicle: Component) -> Component:
+def carrying(vehicle: Component, rider: Component = RIDER) -> Component:
     """The vehicle with the rider's inertia at the bar, as `ridden` binds it."""
-    ratio = RIDER.values["cross_inertia"] / RIDER.values["torso_inertia"]
-    return vehicle.with_values(added_steer_inertia=RIDER.values["added_steer_inertia"] - ratio * RIDER.values["cross_inertia"])
+    ratio = rider.values["cross_inertia"] / rider.values["torso_inertia"]
+    return vehicle.with_values(added_steer_inertia=rider.values["added_steer_inertia"] - ratio * rider.values["cross_inertia"])
 
 
 @cache
-def spaces(speed: float | None) -> dict[str, StateSpace]:
-    """Vehicle (the bar without a speed) and device, linearised."""
-    vehicle = linearise(BAR) if speed is None else linearise(carrying(MOTORCYCLE), speed=speed)
-    return {"vehicle": vehicle, "device": linearise(RIDER)}
+def spaces(speed: float | None, name: str = "mean_2011") -> dict[str, StateSpace]:
+    """Vehicle (the bar without a speed) and a rider by name as device, linearised."""
+    rider = riders.load(name)
+    vehicle = linearise(BAR) if speed is None else linearise(carrying(MOTORCYCLE, rider), speed=speed)
+    return {"vehicle": vehicle, "device": linearise(rider)}
 
 
-def network(speed: float | None = None, **ability) -> Network:
+def network(speed: float | None = None, rider: str = "mean_2011", **ability) -> Network:
     """The two as linear units."""
-    units = {name: LinearUnit(space, **ability) for name, space in spaces(speed).items()}
+    units = {name: LinearUnit(space, **ability) for name, space in spaces(speed, rider).items()}
     return Network(units, join(units))
 
 

@@ -8,7 +8,7 @@ from coupled import exact_eigenvalues, network, spaces
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fmus.cosimulation import join
+from fmus.cosimulation import TOLERANCE, choose, join
 from fmus.coupling import COUPLINGS, LinearUnit, Network, coupling
 from fmus.coupling.iterated import ITERATED
 from fmus.coupling.polynomials import END, HELD, HERMITE, LINE, LINEAR, PARABOLA, QUADRATIC, TAYLOR, nearest, through
@@ -89,6 +89,19 @@ def test_couplings_without_saved_states_meet_their_target_at_a_millisecond(speed
     assert prediction.stable
     assert np.all(np.abs(prediction.frequency_error[swings]) <= 1e-4)
     assert np.all(np.abs(prediction.damping_error[swings]) <= 1e-3)
+
+
+@pytest.mark.parametrize("rider", ["mean_2011", "3_2011", "10_2011", "2_2008"])
+@pytest.mark.parametrize("can_go_back", [True, False])
+def test_the_default_meets_the_targets_with_every_rider_and_speed(rider, can_go_back):
+    for speed in (None, 5.0, 10.0, 20.0, 30.0, 50.0, 60.0):
+        units = network(speed, rider, can_go_back=can_go_back)
+        for step, (frequency, damping) in TARGETS.items():
+            chosen, found = choose(units, units, step, None, TOLERANCE)
+            swings = found.oscillatory & (found.exact.imag < 2 * np.pi * 15)
+            assert found.stable, (chosen.name, speed, step)
+            assert np.abs(found.frequency_error[swings]).max() <= frequency, (chosen.name, speed, step)
+            assert np.abs(found.damping_error[swings]).max() <= damping, (chosen.name, speed, step)
 
 
 def test_units_that_are_alike_are_predicted_as_one():
