@@ -24,12 +24,14 @@ LEAD = ("The six-body rider of 2008 and the rider in roll: where their inertias 
 
 
 def main(words: Sequence[str] | None = None) -> Path:
-    """Write the report of all questions; its path."""
+    """Write the report of all questions, and each question's picture beside it as a PNG of its name; the report's path."""
     parser = argparse.ArgumentParser(prog="python -m scenarios.the_full_rider", description=__doc__.splitlines()[0])
     parser.add_argument("--out", default="full_rider", type=Path, metavar="DIR", help="where to (default: full_rider)")
     path = parser.parse_args(words).out / "report.html"
     sections = [question.section(question.run()) for question in track(QUESTIONS, "full rider")]
     Report("motofmi: the full rider", LEAD, sections).write(path)
+    for question, section in zip(QUESTIONS, sections, strict=True):
+        section.figures[0][0].savefig(path.parent / f"{question.__name__.rpartition('.')[2]}.png", dpi=80, metadata={"Software": None})
     return path
 
 

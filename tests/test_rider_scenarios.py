@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from fmus import InputError
-from identification.excitation import stepped_sine
 from fmus.units import convert
+from identification.excitation import stepped_sine
 from rider_fmu import FullRider, riders
 from rider_fmu.anthropometry import full_rider_values
 from rider_fmu.reduction import entries, matrices, reduce, spread_over_joints

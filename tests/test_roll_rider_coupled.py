@@ -1,4 +1,7 @@
-"""The rider in roll as a device: named on the command line, and as FMU in every coupling, alone and with the rider who turns."""
+"""The rider in roll as a device: named on the command line, and as FMU in every coupling, alone and with the rider who turns.
+
+The full rider, whose inertia at the bar changes with his posture, is coupled here, too.
+"""
 
 import json
 from functools import cache
@@ -20,7 +23,7 @@ from vehicle_fmu import modes, motorcycles, over_speed, ridden
 
 SPEED, DURATION = 40.0, 0.25  # m/s, s
 START = {"roll_angle": 0.02, "steer_rate": 0.1}
-HELD = {"leaning": ("roll_1971",), "turning and leaning": ("mean_2011", "roll_1971")}
+HELD = {"leaning": ("roll_1971",), "turning and leaning": ("mean_2011", "roll_1971"), "full rider": ("full_mean_2011",)}
 ACCURATE = {"interface_jacobian", "implicit_hermite"}
 SECOND = {"jacobi_quadratic", "hermite", "taylor"}
 
@@ -31,7 +34,7 @@ def system(held):
 
 @cache
 def units(held):
-    return ridden_fmus(motorcycles.load("sharp_1971"), [riders.load(n) for n in HELD[held]], START, SPEED)
+    return ridden_fmus(motorcycles.load("sharp_1971"), [riders.load(n) for n in HELD[held]], speed=SPEED)
 
 
 @cache
