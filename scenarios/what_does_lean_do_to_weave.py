@@ -58,7 +58,7 @@ def section(found: dict[str, Modes]) -> Section:
     at = [v for v in (5, 10, 15, 20, 30, 40, 50, 60) if first <= v <= last]
     tables = [Table(["rider", *(f"{v} m/s" for v in at)], [[NAMES[name], *(_cell(one, mode, v) for v in at)] for name, one in found.items()],
                     f"{mode.capitalize()}: real part [1/s], frequency [Hz]") for mode in ("weave", "wobble")]  # fmt: skip
-    return Section("What does lean do to weave?", text, [(figure(found), f"Root loci from {first:g} to {last:g} m/s, and the real part of weave")], tables)
+    return Section("What does lean do to weave?", text, [(figure(found), f"Root loci from {first:g} to {last:g} m/s, and the real part of weave (the step near 9 m/s: weave and the lean exchange character)")], tables)
 
 
 def _cell(one: Modes, mode: str, speed: float) -> str:
