@@ -1,0 +1,234 @@
+"""The gap workflow on components that are no rig of ours, with data from scipy's solvers and equations of their own."""
+
+import json
+
+import numpy as np
+import pytest
+from simulators.hidden_mechanisms import excitation, resistance, simulate
+
+from fmus.effects.places import laws_at
+from fmus.mechanisms import DrivenJoint, MassSpringDamper, Pendulum, TwoMass, mechanisms
+from fmus.resisted import Resisted
+from identification.gap.any_component import investigate
+from identification.gap.blocks import blocks_of
+from identification.gap.component_test import component_test
+from identification.gap.flexible import noise_density
+from identification.gap.free_start import FreeStart
+from identification.gap.noise_sources import known_noise
+from identification.gap.sampled import prepare_sampled, white_noise
+from identification.gap.told import motion_functions
+from identification.recordings import Recording, write_recording
+from scenarios import names
+from scenarios.command_line import main
+
+JOINT = {"J": 0.08, "k": 14.0, "c": 0.12, "sliding": 1e-3}
+KEYS = {"verdict", "effects", "tied", "closest", "candidates", "where", "gap", "next_experiment", "model", "fmu", "limitations", "noise_source"}
+
+
+def joint_run(hidden, kind="multisine", seed=0, duration=10.0, rate=100.0, noise=2e-3, name="run", start=(0.0, 0.0)):
+    """A recording of a joint that hides something: about 30 periods of 2.1 Hz."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(0, duration, 1 / rate)
+    drive = excitation(kind, rng, duration, 4.0, 2.0)
+    motion, torque = simulate(JOINT, hidden, drive, time, start)
+    columns = {"torque": torque, "angle": motion[:, 0] + noise * rng.standard_normal(len(time))}
+    return Recording(name, time, columns, {"torque": "N.m", "angle": "rad"})
+
+
+def asked(component, recordings, **more):
+    test = component_test(component, list(recordings[0].columns), **more)
+    return investigate(test, [prepare_sampled(r, test) for r in recordings]).verdict
+
+
+# Parts --------------------------------------------------------------------------------------------
+
+
+def test_cosines_of_blocks_are_orthonormal():
+    blocks = blocks_of([(0, 700), (700, 1000)], 2, 100.0, 50.0)
+    y = np.random.default_rng(0).standard_normal((1000, 2))
+    assert np.linalg.norm(blocks.reduce(y)) == pytest.approx(np.linalg.norm(y), rel=1e-12)
+    assert len(blocks.columns) == len(blocks.reduce(y))
+    assert blocks.reduce(y[700:], 1, 700) == pytest.approx(blocks.reduce(y)[-600:])
+
+
+def test_noise_is_found_beside_what_features_explain():
+    rng = np.random.default_rng(1)
+    u = rng.standard_normal(4000)
+    filtered = np.convolve(u, [0.2, 0.5, -0.3, 0.1], "same") + 0.5 * np.convolve(u**3, [0.3, 0.7], "same")
+    noise = 0.1 * rng.standard_normal(4000)
+    density = noise_density(filtered + noise, [u, u**3], 100.0)
+    # 2000 frequencies less a third for the terms: the density scatters by 3 %, and a filter is no polynomial in a band
+    assert density(np.array([2.0, 20.0, 45.0])) == pytest.approx(0.01, rel=0.15)
+
+
+def test_white_noise_in_a_smooth_signal_with_kinks():
+    time = np.arange(0, 20, 0.01)
+    y = np.abs(np.sin(2 * np.pi * time)) + 0.01 * np.random.default_rng(2).standard_normal(len(time))
+    assert white_noise(y) == pytest.approx(0.01, rel=0.1)  # 2000 differences: 3 %
+
+
+def test_an_imposed_motion_is_differentiated_twice():
+    time = np.arange(0, 20, 0.005)
+    angle = 0.1 * np.sin(2 * np.pi * 2 * time) + 0.05 * np.sin(2 * np.pi * 3.3 * time)
+    exact = -0.1 * (4 * np.pi) ** 2 * np.sin(4 * np.pi * time) - 0.05 * (6.6 * np.pi) ** 2 * np.sin(6.6 * np.pi * time)
+    noisy = angle + 1e-5 * np.random.default_rng(3).standard_normal(len(time))
+    found = motion_functions(time, noisy, "rate")["der(rate)"](time)
+    inside = slice(200, -200)
+    # Differences of the samples themselves would be off by 1e-5 * sqrt(6) / 0.005^2 = 1 rad/s2
+    assert np.std(found[inside] - exact[inside]) < 0.01 * np.std(exact)
+
+
+def test_repeated_periods_give_the_noise():
+    rng = np.random.default_rng(4)
+    time = np.arange(0, 24, 0.01)
+    drive = np.cos(2 * np.pi * 0.5 * time) + np.cos(2 * np.pi * 1.5 * time + 1)
+    angle = 0.1 * np.cos(2 * np.pi * 0.5 * time - 0.3) + 0.01 * rng.standard_normal(len(time))
+    recording = Recording("periodic", time, {"torque": drive, "angle": angle}, {"torque": "N.m", "angle": "rad"})
+    test = component_test(DrivenJoint(), list(recording.columns))
+    (run,) = known_noise([prepare_sampled(recording, test)], {})
+    assert run.noise_source == "repeats"
+    assert run.densities[0](np.array([1.0])) == pytest.approx(1e-4, rel=0.2)  # 1000 frequencies, in bands
+    (run,) = known_noise([run], {"angle": 0.02})
+    assert run.noise_source == "given"
+    assert run.deviation == pytest.approx(0.02)
+
+
+def test_slopes_of_the_reduced_output_with_the_initial_states_taken_out():
+    run_ = joint_run({}, duration=6.0)
+    test = component_test(DrivenJoint(inertia=0.09, stiffness=13.0, damping=0.15), list(run_.columns))
+    run, model = prepare_sampled(run_, test), FreeStart(test)
+    q = model.start()
+    z, slopes = model.reduced(run, q)
+    residual = z - run.data / run.deviation
+    for i in range(len(q)):
+        step = np.eye(len(q))[i] * 1e-5
+        up, down = (model.reduced(run, q + s)[0] - run.data / run.deviation for s in (step, -step))
+        # Variable projection gives the slope of chi-square exactly, that of single residuals but for second-order terms
+        assert 2 * residual @ slopes[:, i] == pytest.approx((up @ up - down @ down) / 2e-5, rel=1e-3, abs=1.0)
+
+
+@pytest.mark.parametrize("name", ["mass_spring_damper", "driven_joint", "pendulum", "two_mass"])
+def test_every_mechanism_is_found_by_its_name_with_laws_that_act(name):
+    component = names.component(name)
+    families = {e.family for e in laws_at(component)}
+    assert {"coulomb_friction", "hardening_stiffness", "backlash", "hysteresis", "drift", "extra_mode", "channel_delay", "saturation"} <= families
+    assert ("geometric_nonlinearity" in families) == (name in ("driven_joint", "pendulum"))
+    assert name in mechanisms.names()
+    keys = [(e.family, e.form) for e in laws_at(component)]
+    assert len(set(keys)) == len(keys)
+
+
+def test_friction_may_act_at_drive_and_load():
+    forms = {e.form for e in laws_at(TwoMass()) if e.family == "coulomb_friction"}
+    assert {"coulomb", "coulomb_drive", "coulomb_load"} <= forms
+
+
+def test_a_component_without_elements_gets_a_place_for_laws():
+    resisted = Resisted(MassSpringDamper(), "force", "displacement", "velocity")
+    hardening = next(e for e in laws_at(resisted) if (e.family, e.form) == ("hardening_stiffness", "cubic"))
+    joined = resisted.with_effects(hardening()).with_values(**{"hardening_stiffness.cubic_stiffness": 7.0})
+    rates, _ = joined.derivatives(np.array([0.5, 2.0]), np.array([3.0]))
+    # m v' = F - k x - c v - k3 x^3 with the defaults m = 1, k = 400, c = 2
+    assert rates == pytest.approx([2.0, 3.0 - 200.0 - 4.0 - 7.0 * 0.125])
+
+
+# Verdicts -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("hidden", "kind", "component", "family"), [
+    ({"friction": 0.3}, "multisine", DrivenJoint(), "coulomb_friction"),
+    ({"hardening": 40.0}, "random", DrivenJoint(), "hardening_stiffness"),
+    ({"sine": 1.0}, "decay", Pendulum(), "geometric_nonlinearity"),
+])  # fmt: skip
+def test_a_hidden_effect_is_named(hidden, kind, component, family):
+    start = (1.2, 0.0) if kind == "decay" else (0.0, 0.0)
+    verdict = asked(component, [joint_run(hidden, kind, seed=5, start=start)])
+    assert verdict.verdict == "named"
+    assert [c.family for c in verdict.effects] == [family]
+
+
+@pytest.mark.parametrize("kind", ["random", "multisine"])
+def test_nothing_is_found_where_nothing_is_hidden(kind):
+    verdict = asked(DrivenJoint(), [joint_run({}, kind, seed=6)])
+    assert verdict.verdict == "none"
+    # 270 cosines and more: the reduced chi-square scatters by 0.09, the noise that it rests on by as much
+    assert verdict.best.reduced == pytest.approx(1.0, abs=0.4)
+
+
+def test_an_unstable_component_in_a_closed_loop():
+    rng = np.random.default_rng(7)
+    time = np.arange(0, 12, 0.01)
+    wanted = excitation("random", rng, 12, 2, 0.15)
+    motion, torque = simulate({"J": 0.1, "k": -4.0, "c": 0.05}, {}, None, time, feedback=lambda t, q, s: 12 * (wanted(t) - q) - 0.8 * s)
+    columns = {"torque": torque, "angle": motion[:, 0] + 5e-4 * rng.standard_normal(len(time))}
+    verdict = asked(Pendulum(gravity_stiffness=-3.0), [Recording("loop", time, columns, {"torque": "N.m", "angle": "rad"})])
+    assert verdict.verdict == "none"
+    found = verdict.best.model.values(verdict.best.shared)
+    assert found["gravity_stiffness"] == pytest.approx(-4.0, rel=0.02)
+    assert found["inertia"] == pytest.approx(0.1, rel=0.02)
+
+
+def test_an_imposed_angle_whose_torque_is_measured():
+    rng = np.random.default_rng(8)
+    time = np.arange(0, 12, 0.005)
+    drive = excitation("random", rng, 12, 4, 0.05)
+    angle, rate, acceleration = (drive(time, n) for n in range(3))
+    torque = JOINT["J"] * acceleration + [resistance(JOINT, {}, q, s, 0.0, t, 12)[0] for q, s, t in zip(angle, rate, time, strict=True)]
+    columns = {"torque": torque + 0.02 * rng.standard_normal(len(time)), "angle": angle + 1e-5 * rng.standard_normal(len(time))}
+    verdict = asked(DrivenJoint(), [Recording("imposed", time, columns, {"torque": "N.m", "angle": "rad"})], imposed="angle")
+    assert verdict.verdict == "none"
+    assert verdict.best.model.values(verdict.best.shared)["stiffness"] == pytest.approx(14.0, rel=0.02)
+
+
+# Command line -------------------------------------------------------------------------------------
+
+
+def files(folder, hidden, kind="random"):
+    for i, name in enumerate(("fit", "held")):
+        write_recording(joint_run(hidden, kind, seed=9 + i, duration=8.0, name=name), folder / f"{name}.csv")
+    return str(folder / "fit.csv"), str(folder / "held.csv")
+
+
+def test_the_command_writes_verdict_model_fmu_and_report(tmp_path, capsys):
+    fit, held = files(tmp_path, {})
+    out = tmp_path / "out"
+    assert main(["gap", fit, "--component", "driven_joint", "--holdout", held, "--out", str(out)]) == 0
+    result = json.loads((out / "verdict.json").read_text("utf-8"))
+    assert set(result) >= KEYS
+    assert (result["verdict"], result["effects"], result["noise_source"]) == ("none", [], "flexible_model")
+    assert any("flexible model" in sentence for sentence in result["limitations"])
+    assert result["gap"]["holdout_after"] == pytest.approx(1.0, abs=0.5)
+    assert all((out / result[key]).is_file() for key in ("model", "fmu", "report"))
+    assert result["modes"]["after"][0]["frequency"][0] == pytest.approx(np.sqrt(14 / 0.08) / (2 * np.pi), rel=0.01)
+    again = names.component(str(out / result["model"]))
+    assert again.values["stiffness"] == pytest.approx(14.0, rel=0.02)
+
+
+def test_recordings_that_cannot_be_used_are_refused(tmp_path, capsys):
+    fit, _ = files(tmp_path, {})
+    recording = joint_run({}, duration=8.0)
+
+    def refused(*words, expected):
+        assert main(["gap", *words, "--out", str(tmp_path / "out")]) == 2
+        error = capsys.readouterr().err
+        assert expected in error and "Traceback" not in error
+
+    def changed(name, **columns):
+        path = tmp_path / f"{name}.csv"
+        units = {n: recording.units.get(n, "1") for n in columns}
+        write_recording(Recording(name, recording.time, columns, units), path)
+        return str(path)
+
+    angle, torque = recording["angle"], recording["torque"]
+    refused(fit, "--component", "driven_join", expected="unknown component")
+    refused(fit, "--component", "driven_joint", "--impose", "torque", expected="--impose")
+    refused(fit, "--component", "driven_joint", "--free", "mass", expected="--free")
+    refused(changed("constant", torque=torque, angle=0 * angle), "--component", "driven_joint", expected="constant")
+    refused(changed("still", torque=torque, angle=1e-3 * np.random.default_rng(0).standard_normal(len(angle))), "--component", "driven_joint", expected="no excitation")
+    refused(changed("clipped", torque=torque, angle=np.clip(angle, -0.5 * angle.max(), 0.5 * angle.max())), "--component", "driven_joint", expected="clipped")
+    refused(changed("nothing", torque=torque), "--component", "driven_joint", expected="no column is an output")
+    refused(changed("gap", torque=torque, angle=np.where(angle > angle.max() * 0.9, np.nan, angle)), "--component", "driven_joint", expected="no value")
+    short = Recording("short", recording.time[:80], {n: y[:80] for n, y in recording.columns.items()}, recording.units)
+    write_recording(short, tmp_path / "short.csv")
+    refused(str(tmp_path / "short.csv"), "--component", "driven_joint", expected="too few")
+    refused(fit, "--component", str(tmp_path / "mine.py:Thing"), expected="no such file")
