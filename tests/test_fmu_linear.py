@@ -5,7 +5,7 @@ import zipfile
 
 import numpy as np
 import pytest
-from coupled import MOTORCYCLE, RIDER
+from coupled import BAR, MOTORCYCLE, RIDER
 
 from fmus import fmu_linear
 from fmus.build import build
@@ -78,10 +78,9 @@ def test_over_speed_gives_stacked_matrices_with_named_signals():
         unit.close()
 
 
-@pytest.fixture
-def closed_rider(tmp_path):
-    """The rider's FMU as somebody would ship it who shows nothing: no states, no derivatives, no saved states."""
-    whole, bare = build(RIDER, tmp_path).path, tmp_path / "closed.fmu"
+def closed(component, tmp_path):
+    """The FMU of a component as somebody would ship it who shows nothing: no states, no derivatives, no saved states."""
+    whole, bare = build(component, tmp_path).path, tmp_path / "closed.fmu"
     with zipfile.ZipFile(whole) as source, zipfile.ZipFile(bare, "w") as made:
         for name in source.namelist():
             data = source.read(name)
@@ -91,6 +90,22 @@ def closed_rider(tmp_path):
                 data = re.sub(r"<Derivatives>.*</Derivatives>", "", text, flags=re.DOTALL).encode()
             made.writestr(name, data)
     return bare
+
+
+@pytest.fixture
+def closed_rider(tmp_path):
+    return closed(RIDER, tmp_path)
+
+
+@pytest.mark.parametrize(("component", "values"), [(BAR, {}), (MOTORCYCLE, {"speed": 5.0}), (MOTORCYCLE, {"speed": 30.0}), (MOTORCYCLE, {"speed": 55.0})],
+                         ids=["double integrator", "unstable weave", "unstable capsize", "nearly undamped wobble"])  # fmt: skip
+def test_what_integrates_or_grows_is_known_by_its_responses_too(component, values, tmp_path):
+    unit = FmuUnit(closed(component, tmp_path), "closed", values)
+    found, exact = unit.linearised(), np.linalg.eigvals(linearise(component, **values).A)
+    assert len(found.states) == len(exact)
+    # The Hankel matrix is cut at 1e-8; a double eigenvalue moves by the root of a perturbation.
+    assert all(np.abs(np.linalg.eigvals(found.A) - e).min() <= 1e-4 * max(abs(e), 1.0) for e in exact)
+    unit.close()
 
 
 def test_an_fmu_that_shows_nothing_is_known_by_its_responses(closed_rider):

@@ -12,7 +12,16 @@ import vehicle_fmu
 from fmus.build import build
 from fmus.errors import InputError
 from rider_fmu import riders
-from scenarios.hosts import cofmpy_bar, container_bar, exudyn_bicycle, fmpy_bar, libcosim_bar, mujoco_bar, plain_c_bar, table
+from scenarios.hosts import (
+    cofmpy_bar,
+    container_bar,
+    exudyn_bicycle,
+    fmpy_bar,
+    libcosim_bar,
+    mujoco_bar,
+    plain_c_bar,
+    table,
+)
 from scenarios.hosts.device import Device
 from scenarios.hosts.rider_on_a_bar import (
     STEER_INERTIA,
@@ -213,6 +222,7 @@ class TestExudyn:
         found = exudyn_bicycle.run(speed=5.0, step=STEP)
         # Second order in the step: (H |lambda|)^2 / 12 for the fastest mode, 83 1/s.
         assert max(relative_errors(found["ridden"])) < (83 * STEP) ** 2 / 12
+        assert max(relative_errors(found["with_damper"])) < (83 * STEP) ** 2 / 12
         # A held torque is on average half a step late in a solver of its own: H |lambda| / 2 = 4 %.
         assert max(relative_errors(found["ridden_with_held_torque"])) > 0.04
 

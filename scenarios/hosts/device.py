@@ -53,6 +53,10 @@ class Device:
             self._slopes = np.array(self._fmu.getRealOutputDerivatives(self._outputs, [1, 1]))
             self._jacobian = np.column_stack([self._fmu.getDirectionalDerivative(self._outputs, [n], [1.0]) for n in self._inputs])
 
+    def has(self, name: str) -> bool:
+        """Whether the FMU has a variable of that name."""
+        return name in self._references
+
     def torques(self, time: float, motion: np.ndarray) -> np.ndarray:
         """Torques (2,) on handlebar and frame [N.m] at a time [s] since the last meeting, with the motion (3,) of that time."""
         if not self._follows:

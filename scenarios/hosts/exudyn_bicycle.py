@@ -1,4 +1,4 @@
-"""Exudyn: a multibody bicycle on rolling knife-edge wheels, alone and with a rider's FMU at its steer.
+"""Exudyn: a multibody bicycle on rolling knife-edge wheels, alone and with the FMU of a rider or of a damper at its steer.
 
 Rear frame, front frame and two wheels are rigid bodies in space, joined by three hinges; the wheels roll without slip
 (ObjectJointRollingDisc). Nothing is linearised: the bicycle is struck so lightly that the squares of its angles do not
@@ -26,15 +26,17 @@ from scenarios.hosts.device import Device
 from scenarios.hosts.rider_on_a_bar import measured_eigenvalues
 from scenarios.hosts.table import main
 from vehicle_fmu import motorcycles, ridden
+from vehicle_fmu.dampers import LinearDamper
 
 STRIKE = 1e-4  # rad/s, roll rate and steer rate at the start; what is not linear is this squared
 SAMPLING = 0.01  # s
+DAMPING = 0.5  # N.m.s/rad, of the damper
 TURNED = np.diag([1.0, -1.0, -1.0])  # from x forward, y right, z down to Exudyn's axes
 LEFT = np.array([0.0, 1.0, 0.0])
 
 
 def run(speed: float = 5.0, step: float = 1e-3, duration: float = 1.0, rider: str = "mean_2011") -> dict:
-    """Eigenvalues [1/s] of the multibody bicycle, alone and ridden, beside the exact ones, at a speed [m/s] and step [s].
+    """Eigenvalues [1/s] of the multibody bicycle, alone, ridden, and with a damper, beside the exact ones, at a speed [m/s] and step [s].
 
     Raises ModuleNotFoundError without Exudyn.
     """
@@ -48,6 +50,11 @@ def run(speed: float = 5.0, step: float = 1e-3, duration: float = 1.0, rider: st
             holding = Device(path, Path(folder, name), follows=name == "ridden")
             found[name] = compared(free_motion(heavier, speed, step, duration, holding), exact)
             holding.close()
+        damper = LinearDamper("damper", damping=DAMPING)
+        holding = Device(build(damper, folder).path, Path(folder, "damper"))
+        damped = linearise(ridden(bicycle, damper), **{"vehicle.speed": speed}).A
+        found["with_damper"] = compared(free_motion(bicycle, speed, step, duration, holding), damped)
+        holding.close()
     return found
 
 
@@ -77,7 +84,7 @@ def free_motion(vehicle: Component, speed: float, step: float, duration: float, 
         if device is not None:
             device.meet(now, motion)
         if count[0] % every == 0:
-            torso = [] if device is None else device.get("torso_angle", "torso_rate")
+            torso = device.get("torso_angle", "torso_rate") if device is not None and device.has("torso_angle") else []
             rows.append([*bicycle.roll(), *motion[:2], *torso])
         count[0] += 1
         return True
