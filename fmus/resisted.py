@@ -8,6 +8,7 @@ from typing import Any
 from fmus.component import Component, Scope
 from fmus.elements import Element
 from fmus.errors import unknown
+from fmus.symbolic import symbolic
 from fmus.variables import Variable
 
 FORCE = "resisting_force"
@@ -51,3 +52,13 @@ class Resisted(Component):
 
     def mass(self, v: Scope, m: Any) -> dict[tuple[str, str], Any]:
         return self.inner.mass_entries({n: v[n] for n in ("time", *self.inner.table) if n in v.__dict__}, m)
+
+
+def with_a_place(component: Component) -> Component:
+    """The component; one that names no elements gets a place for force laws where its first input drives it."""
+    if component.elements or not component.inputs:
+        return component
+    form, effort = symbolic(component), component.inputs[0]
+    deflection_of = {str(rate): n for n, rate in zip(component.states, form.rates, strict=True) if str(rate) in component.states}
+    driven = [n for n, rate in zip(component.states, form.rates, strict=True) if n in deflection_of and rate.has(form.symbols[effort])]
+    return Resisted(component, effort, deflection_of[driven[0]], driven[0]) if driven else component

@@ -1,6 +1,6 @@
 """From what a user writes (`rider:mean_2011`, `damper:7.5`, `mine.toml`, `arm_damping=20`) to components and values."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from fmus.library import Library, component_from, read_values
 from fmus.mechanisms import COMPONENTS as MECHANISMS
 from fmus.mechanisms import mechanisms
 from fmus.ports import TORQUES
+from fmus.resisted import with_a_place
 from fmus.roll_port import FLOWS
 from rider_fmu import COMPONENTS as RIDER_COMPONENTS
 from rider_fmu import riders
@@ -45,7 +46,7 @@ def component(spec: str) -> Component:
             return from_matrices(Path(spec))
         contents = read_values(Path(spec))
         title, file = str(contents.get("component", "")), contents.get("component_file")
-        known = {**COMPONENTS, title: component_class(f"{Path(spec).parent / file}:{title}")} if file else COMPONENTS
+        known: dict[str, Any] = {**COMPONENTS, title: _of_a_user(f"{Path(spec).parent / file}:{title}")} if file else COMPONENTS
         effects = laws_at(known[title]()) if file or title in MECHANISMS else EFFECTS.get(title, ())
         return component_from(contents, known, Path(spec).stem, spec, effects)
     if colon:
@@ -56,6 +57,16 @@ def component(spec: str) -> Component:
     if not holders:
         raise unknown("component", spec, every_name())
     return holders[0].load(spec)
+
+
+def _of_a_user(spec: str) -> Callable[..., Component]:
+    """What makes a component of a user's class, with a place for effects where it names none."""
+    kind = component_class(spec)
+
+    def make(name: str = "", source: str = "", effects: Iterable[Any] = (), **values: float) -> Component:
+        return with_a_place(kind(name, source)).with_effects(*effects).with_values(**values)
+
+    return make
 
 
 def component_class(spec: str) -> type[Component]:

@@ -7,6 +7,7 @@ import pytest
 from simulators.hidden_mechanisms import excitation, resistance, simulate
 
 from fmus.effects.places import laws_at
+from fmus.errors import InputError
 from fmus.mechanisms import DrivenJoint, MassSpringDamper, Pendulum, TwoMass, mechanisms
 from fmus.resisted import Resisted
 from identification.gap.any_component import investigate
@@ -202,6 +203,37 @@ def test_the_command_writes_verdict_model_fmu_and_report(tmp_path, capsys):
     assert result["modes"]["after"][0]["frequency"][0] == pytest.approx(np.sqrt(14 / 0.08) / (2 * np.pi), rel=0.01)
     again = names.component(str(out / result["model"]))
     assert again.values["stiffness"] == pytest.approx(14.0, rel=0.02)
+
+
+OWN = '''from fmus import Component, input, output, parameter, state
+
+
+class Gearbox(Component):
+    """A gearbox on a spring that names no elements."""
+
+    inertia = parameter("kg.m2", "Inertia", symbol="J", min=1e-6, max=100, start=0.05)
+    stiffness = parameter("N.m/rad", "Stiffness", symbol="k", min=0, max=1e5, start=10.0)
+    torque = input("N.m", "Torque", symbol="T")
+    angle = state("rad", "Angle", symbol="q")
+    rate = state("rad/s", "Rate", symbol="s")
+    shaft_angle = output("rad", "Angle of the shaft", symbol="y")
+
+    def equations(self, v, m):
+        return {"der(angle)": v.rate, "der(rate)": (v.torque - v.stiffness * v.angle) / v.inertia, "shaft_angle": v.angle}
+'''
+
+
+def test_a_value_file_of_a_users_own_component_holds_its_effects(tmp_path):
+    (tmp_path / "bench.py").write_text(OWN)
+    (tmp_path / "fitted.toml").write_text(
+        'component = "Gearbox"\ncomponent_file = "bench.py"\neffects = ["coulomb_friction.coulomb"]\n[parameters]\nstiffness = 12.0\n'
+        '"coulomb_friction.friction_torque" = 0.5\n"coulomb_friction.sliding_rate" = 0.001\n')  # fmt: skip
+    component = names.component(str(tmp_path / "fitted.toml"))
+    rates, outputs = component.derivatives(np.array([0.1, 2.0]), np.array([3.0]))
+    assert rates == pytest.approx([2.0, (3.0 - 1.2 - 0.5) / 0.05])
+    assert outputs == pytest.approx([0.1])
+    with pytest.raises(InputError, match=r"unknown component in .*bench\.py 'Gear'"):
+        names.component_class(f"{tmp_path / 'bench.py'}:Gear")
 
 
 def test_recordings_that_cannot_be_used_are_refused(tmp_path, capsys):

@@ -11,8 +11,7 @@ from fmus.component import Component
 from fmus.effects import Effect
 from fmus.errors import InputError, unknown
 from fmus.imposed import Imposed
-from fmus.resisted import Resisted
-from fmus.symbolic import symbolic
+from fmus.resisted import with_a_place
 from identification.gap.test_stand import Free
 
 SLIDING = 0.01  # of the largest rate: friction is fully there above it
@@ -67,13 +66,13 @@ def component_test(component: Component, columns: Sequence[str], imposed: str = 
         if imposed not in columns or not efforts:
             raise InputError(f"imposed {imposed} needs the columns {imposed} and one of {', '.join(component.inputs)}; found {', '.join(columns)}; "
                              "name them with --map COLUMN=VARIABLE")  # fmt: skip
-        return ComponentTest(_with_a_place(component, efforts[0]), (imposed, *efforts[1:]), efforts[:1] and (efforts[0],), fitted, imposed)
+        return ComponentTest(with_a_place(component), (imposed, *efforts[1:]), (efforts[0],), fitted, imposed)
     inputs = tuple(n for n in component.inputs if n in columns)
     outputs = tuple(n for n in component.outputs if n in columns)
     if not outputs:
         raise InputError(f"no column is an output of {component.title} (its outputs: {', '.join(component.outputs)}; columns: {', '.join(columns)}); "
                          "name them with --map COLUMN=VARIABLE")  # fmt: skip
-    return ComponentTest(_with_a_place(component, component.inputs[0]) if component.inputs else component, inputs, outputs, fitted)
+    return ComponentTest(with_a_place(component), inputs, outputs, fitted)
 
 
 def _free(component: Component, wanted: Sequence[str]) -> list[str]:
@@ -84,13 +83,3 @@ def _free(component: Component, wanted: Sequence[str]) -> list[str]:
         if component.values[name] == 0:
             raise InputError(f"--free {name}: it is 0 in {component.title}, and a fit starts from a value that is not 0")
     return list(wanted) or [n for n, row in parameters.items() if row.tunable and (component.values[n] > 0 or (component.values[n] < 0 and row.min < 0))]
-
-
-def _with_a_place(component: Component, effort: str) -> Component:
-    """The component; one that names no elements gets a place for force laws where it is driven."""
-    if component.elements:
-        return component
-    form = symbolic(component)
-    rates = {str(rate): n for n, rate in zip(component.states, form.rates, strict=True) if str(rate) in component.states}
-    driven = [r for r, rate in zip(component.states, form.rates, strict=True) if r in rates and rate.has(form.symbols[effort])]
-    return Resisted(component, effort, rates[driven[0]], driven[0]) if driven else component
