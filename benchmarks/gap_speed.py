@@ -1,0 +1,83 @@
+"""What a verdict of the gap workflow costs: seconds, processor seconds and peak memory, over samples and size of the library.
+
+Each case is a process of its own: recordings of two fitted runs and a held-out one are made by the simulator of the
+tests, then prepared and decided on with the whole library. Times do not include that simulator. Preparing and screening
+are the same work in every case, and show how the cost grows; how many fits follow depends on what there is to be found.
+"""
+
+import multiprocessing
+import resource
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from identification.gap.decide import decide
+from identification.gap.fitting import fit
+from identification.gap.model import Model
+from identification.gap.runs import prepare
+from identification.gap.screening import screen
+from identification.gap.verdict import as_result
+from scenarios.rig_test import rig_effects, rig_test
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+from simulators.as_recordings import as_recording
+from simulators.hidden_rig import RIDER, RUNS, record, sweep
+
+RIG = {"handlebar_inertia": {"value": 0.125, "standard_error": 0.00125}}
+CASES: dict[str, dict[str, float]] = {"none": {}, "friction": {"Tc": 0.5}, "reflex": {"kr": 18.0, "tau": 0.09}, "two": {"Tc": 0.7, "g": 0.0023}}
+DURATIONS = (200.0, 400.0, 800.0)
+HOUR = 1200.0  # s of each of three runs
+SHARES = (0.25, 0.5, 1.0)  # of the library
+
+
+def run(progress, cases=tuple(CASES), durations=DURATIONS, shares=SHARES, hour: float = HOUR) -> dict:
+    """Costs by case, by duration of the runs, by size of the library, and of an hour of data."""
+    jobs = {
+        **{f"case {name}": (name, 0.0, 1.0) for name in cases},
+        **{f"{d:g} s": ("none", d, 1.0) for d in durations},
+        **{f"{share:.0%} of the library": ("none", 0.0, share) for share in shares},
+        f"{3 * hour:g} s in all": ("none", hour, 1.0),
+    }
+    results = {}
+    for name, job in progress(list(jobs.items()), "verdicts"):
+        with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
+            results[name] = pool.submit(measured, *job).result()
+    return results
+
+
+def measured(case: str, duration: float, share: float) -> dict[str, Any]:
+    """Cost of one verdict: on the usual runs, or on sweeps of a duration [s], with a share of the library."""
+    excitations = list(RUNS.values())
+    if duration:
+        excitations = [sweep(0.5, 12, 2, duration), sweep(0.5, 12, 4, duration), sweep(12, 0.5, 3, duration)]
+    rng = np.random.default_rng(1)
+    recordings = [as_recording(f"run_{i}", record(e, CASES[case], RIDER, rng)) for i, e in enumerate(excitations)]
+    library = rig_effects()
+    library = library[: max(round(share * len(library)), 1)]
+    wall, start = time.perf_counter(), _processor_time()
+    runs = [prepare(r, "steer_angle", "steer_torque", "steer_angle_command") for r in recordings]
+    model = Model(rig_test(RIG))
+    prepared = _processor_time()
+    result = as_result(decide(model, runs[:2], library), runs[2:], "N.m")
+    wall, decided = time.perf_counter() - wall, _processor_time()
+    base = fit(model, runs[:2], model.start())
+    fitted = _processor_time()
+    screen(base, library)
+    return {"verdict": result["verdict"], "effects": [e["name"] for e in result["effects"]], "samples": sum(len(r.time) for r in recordings),
+            "library": len(library), "wall_s": wall, "cpu_s": decided - start, "preparing_cpu_s": prepared - start,
+            "screening_cpu_s": _processor_time() - fitted, "peak_mb": _peak()}  # fmt: skip
+
+
+def _processor_time() -> float:
+    """Of this process and those that it has forked and awaited [s]."""
+    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(u.ru_utime + u.ru_stime for u in used)
+
+
+def _peak() -> float:
+    """Of the largest process [MB]."""
+    return max(resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)) / 1024
