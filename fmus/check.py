@@ -5,6 +5,7 @@ The archive is looked at before it is unpacked, its binaries run in a process of
 
 import tempfile
 import zipfile
+import zlib
 from pathlib import Path
 from xml.etree import ElementTree as Xml
 
@@ -26,21 +27,21 @@ def check(path: str | Path, time_limit: float = behaviour.TIME_LIMIT) -> list[Pr
     found = archive.problems(path)
     if not found:
         with tempfile.TemporaryDirectory(prefix="check-") as folder:
-            with zipfile.ZipFile(path) as members:
-                members.extractall(folder)
+            try:
+                with zipfile.ZipFile(path) as members:
+                    members.extractall(folder)
+            except (OSError, zipfile.BadZipFile, zlib.error) as error:
+                return [Problem("archive", "error", f"cannot be unpacked: {error}", path.name)]
             found = _unpacked(path, Path(folder), time_limit)
     return sorted(found, key=lambda problem: problem.severity != "error")
 
 
 def _unpacked(path: Path, folder: Path, time_limit: float) -> list[Problem]:
     found = description.problems(path, folder)
-    try:
-        root = Xml.parse(folder / "modelDescription.xml").getroot()
-    except Xml.ParseError:
+    if any(p.check == "description" for p in found):
         return found
-    version = (root.get("fmiVersion") or "")[:1]
-    if version not in description.VARIABLES:
-        return found
+    root = Xml.parse(folder / "modelDescription.xml").getroot()
+    version = root.get("fmiVersion", "")[:1]
     found += binary.problems(folder)
     here = binary.host_folder(version)
     if not (folder / "binaries" / here).is_dir():

@@ -2,6 +2,7 @@
 
 import os
 import struct
+import time
 import zipfile
 
 import pytest
@@ -168,3 +169,80 @@ def test_a_library_for_another_processor_is_no_fault(sound, tmp_path):
     library[18:20] = struct.pack("<H", 0xF3)  # RISC-V
     found = check(written(tmp_path, {**contents, name: bytes(library)}))
     assert [(p.check, p.severity) for p in found] == [("run", "warning")]
+
+
+def messages(found, severity="error"):
+    return [p.message for p in found if p.severity == severity]
+
+
+@pytest.mark.parametrize(("member", "message"), [
+    ("resources/" + "a" * 300, "the path is too long for a file"),
+    ("resources/" + "a/" * 600 + "b", "the path is too long for a file"),
+    ("binaries", "is a file and a folder"),
+    ("ModelDescription.xml", "differs from ModelDescription.xml by upper and lower case alone"),
+])  # fmt: skip
+def test_paths_that_cannot_be_unpacked_everywhere_are_refused(member, message, sound, tmp_path):
+    found = check(written(tmp_path, {**sound, member: b"<a/>"}))
+    assert [m for m in messages(found) if m.startswith(message)]
+
+
+def test_an_archive_without_members_and_damaged_ones(sound, tmp_path):
+    assert messages(check(written(tmp_path, {}))) == ["has no modelDescription.xml at its top"]
+    path = written(tmp_path, sound)
+    data = bytearray(path.read_bytes())
+    place = data.find(b"modelDescription.xml") + 200
+    data[place : place + 50] = bytes(50)
+    path.write_bytes(data)
+    assert "is no readable zip archive" in messages(check(path))[0]
+
+
+@pytest.mark.parametrize(("change", "message"), [
+    (lambda xml: xml.replace(b'fmiVersion="2.0"', b'fmiVersion="1.0"'), "fmiVersion '1.0' is not checked (valid: 2.0, 3.0)"),
+    (lambda xml: xml.replace(b'fmiVersion="2.0"', b""), "fmiVersion None is not checked (valid: 2.0, 3.0)"),
+    (lambda xml: xml.replace(b"Passive", b"\xff\xfe"), "is no XML: not well-formed"),
+    (lambda xml: xml.replace(b"UTF-8", b"klingon"), "is no XML: "),
+    (lambda xml: b"", "is no XML: no element found"),
+])  # fmt: skip
+def test_a_description_that_cannot_be_read_is_one_error(change, message, sound, tmp_path):
+    (found,) = messages(check(written(tmp_path, {**sound, "modelDescription.xml": change(sound["modelDescription.xml"])})))
+    assert found.startswith(message)
+
+
+@pytest.mark.parametrize("depth", [300, 100_000])
+def test_deeply_nested_xml_is_survived(depth, sound, tmp_path):
+    xml = b'<fmiModelDescription fmiVersion="2.0">' + b"<a>" * depth + b"</a>" * depth + b"</fmiModelDescription>"
+    assert messages(check(written(tmp_path, {**sound, "modelDescription.xml": xml})))
+
+
+@pytest.mark.parametrize("library", [b"", b"text", "cut", "folder"])
+def test_a_library_that_is_none_is_reported(library, sound, tmp_path):
+    contents = dict(sound)
+    (name,) = [n for n in contents if n.startswith("binaries/")]
+    whole = contents.pop(name)
+    if library == "folder":
+        contents[f"{name}/file"] = b""
+    else:
+        contents[name] = whole[:3000] if library == "cut" else library
+    found = check(written(tmp_path, contents))
+    assert {p.check for p in found if p.severity == "error"} <= {"load", "identifier"} and messages(found)
+
+
+IN_OUTPUTS = b"(void)sign, (void)heaviside;\n"
+
+
+def with_outputs(code, tmp_path):
+    return changed_code(IN_OUTPUTS, IN_OUTPUTS.strip() + code + b"\n", tmp_path)
+
+
+def test_what_an_fmu_prints_is_not_taken_for_a_report(tmp_path):
+    lie = rb'{ extern int printf(const char *, ...); extern void exit(int); printf("\n{\"trial\": \"end\"}\n"); exit(0); }'
+    assert "ended its process with status 0" in messages(check(with_outputs(lie, tmp_path)))
+
+
+@pytest.mark.skipif(not hasattr(os, "killpg"), reason="processes that start others")
+def test_what_an_fmu_has_started_ends_with_the_check(tmp_path):
+    mark = tmp_path / "alive"
+    code = f'{{ extern int fork(void); extern unsigned sleep(unsigned); extern int creat(const char *, int); if (fork() == 0) {{ sleep(6); creat("{mark}", 0600); }} sleep(100); }}'
+    assert "did not finish within 3 s" in messages(check(with_outputs(code.encode(), tmp_path), time_limit=3))
+    time.sleep(5)
+    assert not mark.exists()

@@ -2,6 +2,7 @@
 
 import stat
 import zipfile
+import zlib
 from pathlib import Path, PurePosixPath
 
 from fmus.checks.problem import Problem
@@ -10,6 +11,8 @@ LARGEST_MEMBER = 512 * 2**20
 LARGEST_ARCHIVE = 2 * 2**30
 LARGEST_RATIO = 1000  # of a member of some size; deflate reaches 1032 with nothing but zeros
 XML_LIMIT = 64 * 2**20
+LONGEST_NAME = 255  # of a file in most file systems
+LONGEST_PATH = 1000
 
 
 def problems(path: Path) -> list[Problem]:
@@ -17,7 +20,7 @@ def problems(path: Path) -> list[Problem]:
     try:
         with zipfile.ZipFile(path) as archive:
             return _members(archive) or _xml(archive)
-    except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError, OSError) as error:
+    except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError, OSError) as error:
         return [Problem("archive", "error", f"is no readable zip archive: {error}", path.name)]
 
 
@@ -28,6 +31,8 @@ def _members(archive: zipfile.ZipFile) -> list[Problem]:
         total += member.file_size
         if _leaves_folder(name):
             found.append(Problem("archive", "error", "the path leaves the folder of the archive", where))
+        if len(name.encode()) > LONGEST_PATH or any(len(part.encode()) > LONGEST_NAME for part in name.split("/")):
+            found.append(Problem("archive", "error", f"the path is too long for a file ({len(name)} characters)", f"{where[:60]}..."))
         if stat.S_ISLNK(member.external_attr >> 16):
             found.append(Problem("archive", "error", "is a symbolic link", where))
         if member.flag_bits & 1:
@@ -39,10 +44,23 @@ def _members(archive: zipfile.ZipFile) -> list[Problem]:
         if name in seen:
             found.append(Problem("archive", "error", "is there twice", where))
         seen.add(name)
+    found += _not_together(seen)
     if total > LARGEST_ARCHIVE:
         found.append(Problem("archive", "error", f"unpacks to {total} bytes, more than {LARGEST_ARCHIVE}", ""))
     if "modelDescription.xml" not in seen:
         found.append(Problem("archive", "error", "has no modelDescription.xml at its top", ""))
+    return found
+
+
+def _not_together(names: set[str]) -> list[Problem]:
+    """Paths that are file and folder in one, and paths that some file systems take for each other."""
+    files = {n for n in names if not n.endswith("/")}
+    found = [Problem("archive", "error", "is a file and a folder", str(p)) for p in sorted({str(p) for n in names for p in PurePosixPath(n).parents} & files)]
+    spellings: dict[str, str] = {}
+    for name in sorted(names):
+        other = spellings.setdefault(name.casefold(), name)
+        if other != name:
+            found.append(Problem("archive", "error", f"differs from {other} by upper and lower case alone", name))
     return found
 
 

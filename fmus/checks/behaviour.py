@@ -8,6 +8,8 @@ problem, so that the caller knows which trial a crash belongs to.
 
 import contextlib
 import json
+import os
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -21,32 +23,45 @@ from fmpy.model_description import ModelDescription
 from fmus.checks.problem import Problem
 from fmus.checks.subject import Subject
 
+try:
+    import resource
+except ImportError:  # on Windows
+    resource = None  # type: ignore[assignment]
+
 TIME_LIMIT = 60.0
+MEMORY = 8 * 2**30
 STEPS = 20
 
 
 def problems(folder: Path, kind: str, time_limit: float = TIME_LIMIT) -> list[Problem]:
     """Problems of the FMU unpacked in a folder when it runs as one kind, whatever it does to its process."""
-    command = [sys.executable, "-m", "fmus.checks.behaviour", str(folder), kind]
-    try:
-        done = subprocess.run(command, capture_output=True, timeout=time_limit, check=False, cwd=folder)
-        output, status = done.stdout, done.returncode
-    except subprocess.TimeoutExpired as error:
-        output, status = error.stdout or b"", None
+    output, status = _run_apart([sys.executable, "-m", "fmus.checks.behaviour", str(folder), kind], folder, time_limit)
     found, trial = [], "load"
     for line in output.decode("utf-8", "replace").splitlines():
-        with contextlib.suppress(ValueError, TypeError):  # the FMU may print, too
-            said = json.loads(line)
-            if "trial" in said:
-                trial = said["trial"]
-            else:
-                found.append(Problem(**said))
+        said = json.loads(line)
+        if "trial" in said:
+            trial = said["trial"]
+        else:
+            found.append(Problem(**said))
     if status is None:
         found.append(Problem(trial, "error", f"did not finish within {time_limit:g} s", kind))
     elif trial != "end":
         how = f"crashed with signal {-status}" if status < 0 else f"ended its process with status {status}"
         found.append(Problem(trial, "error", how, kind))
     return found
+
+
+def _run_apart(command: list[str], folder: Path, time_limit: float) -> tuple[bytes, int | None]:
+    """What the command writes, and its status: None when it had to be ended. Whatever it has started ends with it."""
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, cwd=folder, start_new_session=True) as child:
+        try:
+            output, status = child.communicate(timeout=time_limit)[0], child.returncode
+        except subprocess.TimeoutExpired as error:
+            output, status = error.stdout or b"", None
+        finally:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(child.pid, signal.SIGKILL) if hasattr(os, "killpg") else child.kill()
+    return output[: output.rfind(b"\n") + 1], status
 
 
 def trials(description: ModelDescription, folder: str, kind: str) -> Iterator[Problem | str]:
@@ -122,9 +137,14 @@ def _misuse(subject: Subject, step: float, lenient: bool) -> Iterator[Problem]:
 
 
 def main(folder: str, kind: str) -> None:
-    description = fmpy.read_model_description(folder, validate=False)
-    for said in trials(description, folder, kind):
-        print(json.dumps(asdict(said) if isinstance(said, Problem) else {"trial": said}), flush=True)
+    """Reports through a copy of the standard output; the FMU itself prints to nowhere and has its share of memory."""
+    if resource is not None:
+        resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    with os.fdopen(os.dup(1), "w") as reports, open(os.devnull, "w") as nowhere:
+        os.dup2(nowhere.fileno(), 1)
+        description = fmpy.read_model_description(folder, validate=False)
+        for said in trials(description, folder, kind):
+            print(json.dumps(asdict(said) if isinstance(said, Problem) else {"trial": said}), file=reports, flush=True)
 
 
 if __name__ == "__main__":

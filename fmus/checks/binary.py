@@ -25,7 +25,7 @@ def other_processor(folder: Path) -> str:
 
     FMI 2 has one folder for 64-bit Linux, whatever the processor.
     """
-    for library in folder.glob("*.so"):
+    for library in filter(Path.is_file, folder.glob("*.so")):
         header = library.read_bytes()[:20]
         if header[:4] == b"\x7fELF":
             processor = PROCESSORS.get(int.from_bytes(header[18:20], "little" if header[5] == 1 else "big"), "another processor")
@@ -46,7 +46,7 @@ def problems(folder: Path) -> list[Problem]:
         return [Problem("binary", "error", "no binary for any platform, and no source code", "binaries")]
     found = []
     for place in folders:
-        libraries = {p.stem: p for p in place.iterdir() if p.suffix in (".so", ".dll", ".dylib")}
+        libraries = {p.stem: p for p in place.iterdir() if p.is_file() and p.suffix in (".so", ".dll", ".dylib")}
         for identifier in sorted({e.get("modelIdentifier") or "" for e in kinds}):
             if identifier not in libraries:
                 have = ", ".join(sorted(libraries)) or "nothing"

@@ -1,5 +1,6 @@
 """The model description: fmpy's validation with its schemas, fmutool where it is installed, and what neither looks at."""
 
+import json
 import re
 import subprocess
 import sys
@@ -8,39 +9,54 @@ from math import inf, nan
 from pathlib import Path
 from xml.etree import ElementTree as Xml
 
-from fmpy.validation import validate_fmu
-
 from fmus.checks.problem import Problem
 
 FILE = "modelDescription.xml"
+TIME_LIMIT = 60.0
 UTC = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ")
 VARIABLES = {"2": "ModelVariables/ScalarVariable", "3": "ModelVariables/*"}
 
 
 def problems(path: Path, folder: Path) -> list[Problem]:
     """Problems of the model description in the unpacked folder of an archive that may be read."""
-    found = [Problem("fmpy", "error", " ".join(str(p).split()), FILE) for p in validate_fmu(str(path))] + _fmutool(path)
     try:
         root = Xml.parse(folder / FILE).getroot()
-    except Xml.ParseError as error:
-        return [*found, Problem("description", "error", f"is no XML: {error}", FILE)]
+    except (Xml.ParseError, ValueError, LookupError) as error:  # the last two for encodings
+        return [Problem("description", "error", f"is no XML: {error}", FILE)]
     version = (root.get("fmiVersion") or "")[:1]
     if version not in VARIABLES:
-        return [*found, Problem("description", "error", f"FMI {root.get('fmiVersion')} is not checked (valid: 2.0, 3.0)", FILE)]
-    return found + _date(root) + _bounds(root, version) + _references(root, version) + _units(root, version)
+        return [Problem("description", "error", f"fmiVersion {root.get('fmiVersion')!r} is not checked (valid: 2.0, 3.0)", FILE)]
+    return _fmpy(path) + _fmutool(path) + _date(root) + _bounds(root, version) + _references(root, version) + _units(root, version)
+
+
+def _fmpy(path: Path) -> list[Problem]:
+    """What fmpy's validation reports."""
+    said = _from_python("import json, sys; from fmpy.validation import validate_fmu; print(json.dumps([str(p) for p in validate_fmu(sys.argv[1])]))", path)
+    if said is None:
+        return [Problem("fmpy", "warning", f"did not finish within {TIME_LIMIT:g} s", FILE)]
+    try:
+        return [Problem("fmpy", "error", " ".join(p.split()), FILE) for p in json.loads(said[0])]
+    except ValueError:
+        return [Problem("fmpy", "error", said[1].strip().rpartition("\n")[2] or "ended without a report", FILE)]
 
 
 def _fmutool(path: Path) -> list[Problem]:
     """What `fmutool -check` reports, where it is installed."""
     if find_spec("fmu_manipulation_toolbox") is None:
         return []
-    command = [sys.executable, "-c", "import sys; from fmu_manipulation_toolbox.cli.fmutool import fmutool; sys.exit(fmutool())", "-input", str(path), "-check"]
+    said = _from_python("import sys; from fmu_manipulation_toolbox.cli.fmutool import fmutool; sys.exit(fmutool())", "-input", path, "-check")
+    if said is None:
+        return [Problem("fmutool", "warning", f"did not finish within {TIME_LIMIT:g} s", path.name)]
+    return [Problem("fmutool", "error", line, FILE) for line in re.findall(r"^ERROR\s*\|\s*(.*)$", "".join(said), re.MULTILINE)]
+
+
+def _from_python(code: str, *arguments: str | Path) -> tuple[str, str] | None:
+    """What a line of Python writes in a process of its own; None when it takes too long."""
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+        done = subprocess.run([sys.executable, "-c", code, *map(str, arguments)], capture_output=True, text=True, timeout=TIME_LIMIT, check=False)
     except subprocess.TimeoutExpired:
-        return [Problem("fmutool", "warning", "did not finish within 60 s", path.name)]
-    lines = re.findall(r"^ERROR\s*\|\s*(.*)$", done.stdout + done.stderr, re.MULTILINE)
-    return [Problem("fmutool", "error", line, FILE) for line in lines]
+        return None
+    return done.stdout, done.stderr
 
 
 def _date(root: Xml.Element) -> list[Problem]:
