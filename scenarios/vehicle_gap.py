@@ -12,7 +12,7 @@ from fmus.component import Component
 from fmus.errors import MissingToolError
 from identification.gap.decide import Verdict
 from identification.gap.eigenvalue_verdict import cells, decide_on_eigenvalues
-from identification.gap.eigenvalues import Spectrum, read_eigenvalues
+from identification.gap.eigenvalues import Spectrum, is_spectrum, read_eigenvalues
 from identification.gap.fitting import Fit
 from identification.gap.linear_stand import LinearStand
 from identification.gap.verdict import as_result
@@ -20,6 +20,7 @@ from scenarios import names
 from scenarios.augmented_vehicle import FILE, effect_on_modes, vehicle_of, write_vehicle
 from scenarios.command_line import to_json, write_text
 from scenarios.report import COLOURS, Report, Section, Table, new_figure
+from scenarios.vehicle_runs import run_on_recordings
 from scenarios.vehicle_test import NOT_LINEAR, vehicle_effects, vehicle_stand, with_names
 
 GRID = 60  # speeds at which rivals are compared
@@ -27,6 +28,11 @@ WEAK = 40.0  # dBIC of a name that rests on little
 
 
 def run_on_vehicle(arguments: argparse.Namespace) -> dict[str, Any]:
+    """The result of `motofmi gap FILE ... --vehicle NAME`: eigenvalues or recorded runs, by the header of the first file."""
+    return run_on_eigenvalues(arguments) if is_spectrum(arguments.files[0]) else run_on_recordings(arguments)
+
+
+def run_on_eigenvalues(arguments: argparse.Namespace) -> dict[str, Any]:
     """The result of `motofmi gap eigenvalues.csv --vehicle NAME`, with everything that it names written into --out."""
     folder = Path(arguments.out)
     vehicle, device = names.vehicle(arguments.vehicle), names.device(arguments.device)

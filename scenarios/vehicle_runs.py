@@ -1,0 +1,159 @@
+"""The gap workflow on recorded runs of a whole vehicle whose states are measured: roll and steer angle and their rates."""
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from fmus.component import Component
+from fmus.effects import Effect
+from fmus.errors import InputError, MissingToolError
+from fmus.progress import track
+from identification.gap.decide import Verdict, decide
+from identification.gap.fitting import Fit, fit, parameters_of
+from identification.gap.linear_stand import LinearStand
+from identification.gap.verdict import as_result
+from identification.gap.weak_form import BAND, BLOCK, WeakRun, prepare_weak
+from identification.gap.weak_model import WeakModel, accelerated
+from identification.gap.weak_verdict import cells
+from identification.recordings import read_recording
+from scenarios import names
+from scenarios.augmented_vehicle import FILE, write_vehicle
+from scenarios.command_line import to_json, write_text
+from scenarios.report import COLOURS, Report, Section, Table, new_figure
+from scenarios.vehicle_test import NOT_LINEAR, uncertain, vehicle_effects
+from vehicle_fmu import GivenMatrices
+
+FEIGNED = 0.2  # of the disturbance's power, gained by a linear effect
+KNOWN_TO = 0.1  # of the entries of given matrices, which compound many masses, lengths and inertias
+ALL = "all"  # --free all: nothing is known of the base
+
+
+def run_on_recordings(arguments: argparse.Namespace) -> dict[str, Any]:
+    """The result of `motofmi gap runs.csv --vehicle NAME`, with everything that it names written into --out."""
+    folder, vehicle = Path(arguments.out), names.vehicle(arguments.vehicle)
+    stand = runs_stand(vehicle, arguments.free)
+    runs, held = (read_runs(files, stand, arguments.map) for files in (arguments.files, arguments.holdout))
+    verdict, held = verdict_on_runs(stand, runs, held, runs_effects(vehicle, arguments.effects))
+    result = as_result(verdict, held, "rad/s2", "flexible_model", cells)
+    open_ = parameters_of(verdict.best)
+    result["base"] |= {n: dict(zip(("value", "standard_error", "unit"), open_[n], strict=True)) for n in stand.open}
+    result["limitations"] = _limitations([*runs, *held], held)
+    write_text(folder / "verdict.json", to_json(result) + "\n")  # an interrupted run leaves the verdict
+    try:
+        result["model"], result["fmu"] = write_vehicle(vehicle, verdict.best, folder, f"Fitted to {', '.join(r.name for r in runs)}", arguments.effects)
+    except MissingToolError as error:
+        result["model"] = FILE
+        result["limitations"].append(f"No FMU was built: {error}")
+    result["report"] = write_report(verdict, result, folder)
+    write_text(folder / "verdict.json", to_json(result) + "\n")
+    return result
+
+
+def runs_stand(vehicle: Component, free: Sequence[str] = ()) -> LinearStand:
+    """The vehicle with what is free in it: entries of given matrices may be any number, known to 10 % unless they are in `free`.
+
+    What a roll torque does stays as given: nobody applies one.
+    """
+    if not isinstance(vehicle, GivenMatrices):
+        return LinearStand(vehicle, "", "speed", uncertain(vehicle, free, prefix=""), exact_delays=True)
+    open_ = tuple(n for n, value in vehicle.values.items() if (value != 0 and not n.endswith("roll_torque")) or n in free)
+    known = {n: (vehicle.values[n], KNOWN_TO * abs(vehicle.values[n])) for n in open_ if n not in free and ALL not in free}
+    return LinearStand(vehicle, "", "speed", open=open_, measured_effects=known, exact_delays=True)
+
+
+def read_runs(files: Sequence[str], stand: LinearStand, mapping: Sequence[str] = ()) -> list[WeakRun]:
+    """The recordings in weak form. Raises InputError where a state of the vehicle is not among the columns."""
+    mapped = dict(text.partition("=")[::2] for text in mapping)
+    runs = []
+    for path in track(files, "reading"):
+        recording = read_recording(path, mapped or None)
+        missing = [n for n in (stand.over, *stand.component.states) if n not in recording.columns]
+        if missing:
+            raise InputError(f"{recording.name}: no {', '.join(missing)}; a vehicle's run needs its speed and all its states "
+                             f"({', '.join(stand.component.states)}); name columns with --map COLUMN=VARIABLE, or give the vehicle as matrices")  # fmt: skip
+        told = [n for n in stand.component.inputs if n in recording.columns]
+        runs.append(prepare_weak(recording, stand.over, accelerated(stand), (*stand.component.states, *told)))
+    return runs
+
+
+def runs_effects(vehicle: Component, folder: str | None = None) -> list[type[Effect]]:
+    """The effects that need no states besides those that are measured."""
+    return [e for e in vehicle_effects(vehicle, folder) if vehicle.with_effects(e(exact_delays=True)).states == vehicle.states]
+
+
+def verdict_on_runs(stand: LinearStand, runs: Sequence[WeakRun], held: Sequence[WeakRun], library: Sequence[type[Effect]]) -> tuple[Verdict, list[WeakRun]]:
+    """The verdict on runs, and the held-out ones, with the disturbances that are in each.
+
+    Feedback makes the motion depend on the disturbance, which the equations in a band of frequencies feel as a small linear
+    effect: one that makes up for less than FEIGNED of the disturbance is not named. Whether inputs are held between samples, or are what they are at each, is decided by what leaves less disturbance.
+    """
+    model = WeakModel(stand)
+    ways = [[[model.with_noise_beside(replace(r, held=way), model.start()) for r in each] for each in (runs, held)] for way in (False, True)]
+    ready, checked = min(ways, key=lambda way: sum(np.log(d(r.frequency)).sum() for r in way[0] for d in r.densities))
+    verdict = decide(model, ready, library)
+    while doubtful := {c.family for c in (*verdict.effects, *verdict.tied) if c.family not in NOT_LINEAR and c.delta_chi2 < FEIGNED * verdict.base.count}:
+        library = [e for e in library if e.family not in doubtful]
+        verdict = decide(model, ready, library)
+    return verdict, checked
+
+
+def as_given(stand: LinearStand, runs: Sequence[WeakRun]) -> Fit:
+    """The vehicle as it was given, nothing fitted."""
+    model = WeakModel(stand)
+    return fit(model, runs, model.start(), frozen=range(len(model.names)))
+
+
+def _limitations(runs: Sequence[WeakRun], held: Sequence[WeakRun]) -> list[str]:
+    sentences = [note for r in runs for note in (*r.notes, *r.recording.warnings)]
+    sentences += [f"Equations are compared from {BAND[0]:g} to {BAND[1]:g} Hz in blocks of {BLOCK:g} s, without offset and drift.",
+                  "The noise is what a rich linear and nonlinear regression of the same runs leaves: 1 means as good as that, not as good as the sensors.",
+                  "Errors of the measured states bias what is fitted, and so does feedback, the more of the motion the disturbances cause instead of a "
+                  f"recorded excitation: linear effects that gain less than {FEIGNED:g} of the disturbance are therefore not named, and fitted entries are no physical "
+                  "constants where nothing shakes the vehicle."]  # fmt: skip
+    if not held:
+        sentences.append("No held-out run: the verdict is not checked on data that were not used.")
+    return sentences
+
+
+def write_report(verdict: Verdict, result: dict[str, Any], folder: Path) -> str:
+    """Write the HTML report into the folder; its name there."""
+    gap = result["gap"]
+    rows = [(n.replace("_", " "), "" if gap[n] is None else f"{gap[n]:.3f}", "" if gap["rms"][n] is None else f"{gap['rms'][n]:.4f}")
+            for n in ("before", "after", "holdout_before", "holdout_after", "noise_floor")]  # fmt: skip
+    candidates = [(c["name"], c["form"], f"{c['delta_chi2']:.1f}", f"{c['delta_bic']:.1f}", f"{c['probability']:.3f}") for c in result["candidates"]]
+    found = [(n, f"{v:.5g}", f"{e:.2g}", u) for n, (v, e, u) in parameters_of(verdict.best).items()]
+    where = [(p["run"], p["axis"], f"{p['from']:.3g}", f"{p['to']:.3g}", p["unit"], f"{p['excess']:.3g}", f"{p['p_value']:.2g}") for p in result["where"]]
+    sections = [
+        Section("Verdict", [result["verdict"], *result["limitations"]], [], [
+            Table(("candidate", "form", "delta chi-square", "delta BIC", "probability"), candidates),
+            Table(("parameter", "value", "standard error", "unit"), found)]),
+        Section("Before and after", [], [(spectra(verdict), "What the equations of motion leave over frequency: base, with what was found, and the disturbance.")],
+                [Table(("", "reduced chi-square", f"rms [{gap['rms']['unit']}]"), rows)]),
+        Section("Where the base model misses", ["Cells that pass a false-discovery rate of 1 %."], [],
+                [Table(("run", "equation", "from", "to", "unit", "excess", "p"), where)]),
+    ]  # fmt: skip
+    Report("The gap between vehicle and recorded runs", f"Verdict: {result['verdict']}", sections).write(folder / "report.html")
+    return "report.html"
+
+
+def spectra(verdict: Verdict, given: Fit | None = None) -> Figure:
+    """Measured accelerations over frequency, and what each fit leaves of them, one panel per equation; first run."""
+    run: WeakRun = verdict.best.runs[0]
+    figure, axes = new_figure(columns=len(run.rates), width=11.0, sharex=True)
+    fits = [(verdict.base, COLOURS["damper"], "base, refitted"), (verdict.best, COLOURS["rider"], "with what was found")]
+    for i, (name, ax) in enumerate(zip(run.rates, axes, strict=True)):
+        ax.semilogy(run.frequency, np.sqrt(np.mean(run.measured[i] ** 2, axis=0)), color=COLOURS["reference"], label="measured")
+        for each, colour, label in [(given, COLOURS["changed"], "as given"), *fits] if given else fits:
+            model: Any = each.model
+            left = run.measured[i] - run.tested(model.accelerations(run, each.shared))[i]
+            left = left - (left @ run.nuisance) @ np.linalg.pinv(run.nuisance.T @ run.nuisance) @ run.nuisance.T
+            ax.semilogy(run.frequency, np.sqrt(np.mean(left**2, axis=0)), color=colour, label=label)
+        ax.semilogy(run.frequency, np.sqrt(run.densities[i](run.frequency)), "k--", linewidth=0.8, label="disturbance")
+        ax.set(xlabel="frequency [Hz]", ylabel=f"{name.replace('_', ' ')}: derivative [rad/s2]")
+    axes[0].legend()
+    return figure
