@@ -6,6 +6,7 @@ it is installed (`pip install pysindy`). AIC chooses among the library's effects
 """
 
 import tempfile
+import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -98,7 +99,7 @@ def _torso(base: Fit, index: int, time: np.ndarray, angle: np.ndarray) -> np.nda
     """The torso's angle (n,) as the base has it: I_t theta'' = k_a d + c_a d' - k_t theta - c_t theta',  d = angle - theta."""
     names = ("torso_inertia", "arm_stiffness", "waist_stiffness", "arm_damping", "waist_damping")
     It, ka, kt, ca, ct = (float(np.exp(base.of_run(index)[base.model.base.index(f"device.{n}")])) for n in names)
-    return lsim(([ca, ka], [It, ca + ct, ka + kt]), angle, time - time[0])[1]
+    return lsim(([ca, ka], [It, ca + ct, ka + kt]), angle, np.arange(len(time)) * (time[-1] - time[0]) / (len(time) - 1))[1]
 
 
 def _sparsest(terms: np.ndarray, left: np.ndarray) -> np.ndarray:
@@ -106,7 +107,9 @@ def _sparsest(terms: np.ndarray, left: np.ndarray) -> np.ndarray:
     best, found = np.inf, np.zeros(terms.shape[1])
     for threshold in np.geomspace(0.003, 1.0, 12):
         optimizer = STLSQ(threshold=threshold, alpha=1e-6)
-        optimizer.fit(terms, left[:, None])
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # it warns where a threshold leaves no term
+            optimizer.fit(terms, left[:, None])
         coefficients = np.ravel(optimizer.coef_)
         bic = _bic(left - terms @ coefficients, np.count_nonzero(coefficients))
         if bic < best:

@@ -62,10 +62,12 @@ def _signature(found: Fit, model: AnyModel, effect: type[Effect], shape: dict[st
     own = [n for n in own if n not in effect.given]
     rows = [model.component.table[model.stand.parameter(effect, n)] for n in own]
     start = np.array([shape.get(n, r.start if n in effect.shapes() else max(r.min, 0.0)) for n, r in zip(own, rows, strict=True)], float)
+    # A size that cannot be zero is singular there (a shaft without compliance): its slope is taken where it is usual.
+    seen = np.array([r.start if n not in effect.shapes() and r.min > 0 else x for n, r, x in zip(own, rows, start, strict=True)], float)
     shared = len(found.model.names)
     columns = []
     for index, run in enumerate(found.runs):
-        q = np.concatenate([found.of_run(index)[:shared], start])
+        q = np.concatenate([found.of_run(index)[:shared], seen])
         columns.append(model.reduced(run, q)[1][:, shared:])
     sizes = [i for i, n in enumerate(own) if n not in effect.shapes()]
     slopes = np.zeros((len(left), len(sizes)))
