@@ -132,7 +132,7 @@ def write_report(verdict: Verdict, result: dict[str, Any], folder: Path) -> str:
         Section("Verdict", [result["verdict"], *result["limitations"]], [], [
             Table(("candidate", "form", "delta chi-square", "delta BIC", "probability"), candidates),
             Table(("parameter", "value", "standard error", "unit"), found)]),
-        Section("Before and after", [], [(spectra(verdict), "What the equations of motion leave over frequency: base, with what was found, and the disturbance.")],
+        Section("Before and after", [], [(spectra(verdict), "What the equations of motion leave over frequency: as given, base, with what was found, and the disturbance.")],
                 [Table(("", "reduced chi-square", f"rms [{gap['rms']['unit']}]"), rows)]),
         Section("Where the base model misses", ["Cells that pass a false-discovery rate of 1 %."], [],
                 [Table(("run", "equation", "from", "to", "unit", "excess", "p"), where)]),
@@ -141,14 +141,15 @@ def write_report(verdict: Verdict, result: dict[str, Any], folder: Path) -> str:
     return "report.html"
 
 
-def spectra(verdict: Verdict, given: Fit | None = None) -> Figure:
+def spectra(verdict: Verdict) -> Figure:
     """Measured accelerations over frequency, and what each fit leaves of them, one panel per equation; first run."""
     run: WeakRun = verdict.best.runs[0]
+    given = as_given(verdict.base.model.stand, [run])
     figure, axes = new_figure(columns=len(run.rates), width=11.0, sharex=True)
-    fits = [(verdict.base, COLOURS["damper"], "base, refitted"), (verdict.best, COLOURS["rider"], "with what was found")]
+    fits = [(given, COLOURS["changed"], "as given"), (verdict.base, COLOURS["damper"], "base, refitted"), (verdict.best, COLOURS["rider"], "with what was found")]
     for i, (name, ax) in enumerate(zip(run.rates, axes, strict=True)):
         ax.semilogy(run.frequency, np.sqrt(np.mean(run.measured[i] ** 2, axis=0)), color=COLOURS["reference"], label="measured")
-        for each, colour, label in [(given, COLOURS["changed"], "as given"), *fits] if given else fits:
+        for each, colour, label in fits:
             model: Any = each.model
             left = run.measured[i] - run.tested(model.accelerations(run, each.shared))[i]
             left = left - (left @ run.nuisance) @ np.linalg.pinv(run.nuisance.T @ run.nuisance) @ run.nuisance.T
