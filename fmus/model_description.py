@@ -58,16 +58,19 @@ def model_description(interface: Interface, identifier: str, guid: str, can: Cap
         shared = {k: v for k, v in can.cosimulation if k.startswith(("canNot", "canGet", "canSerialize", "provides", "canBe"))}
         _interface_type(root, "ModelExchange", identifier, shared, can.sources)
     _interface_type(root, "CoSimulation", identifier, dict(can.cosimulation), can.sources)
-    root.append(unit_definitions(interface, "BaseUnit"))
+    complete(root, interface, (_scalar_variable(interface, v) for v in interface.variables), _structure(interface))
+    return to_bytes(root)
+
+
+def complete(root: Xml.Element, interface: Interface, variables: Iterable[Xml.Element], structure: Xml.Element) -> None:
+    """Adds what comes behind the kinds of FMU, of which variables and structure differ between FMI 2 and 3."""
+    root.append(unit_definitions(interface))
     categories = Xml.SubElement(root, "LogCategories")
     for name, meaning in LOG_CATEGORIES.items():
         Xml.SubElement(categories, "Category", name=name, description=meaning)
     Xml.SubElement(root, "DefaultExperiment", startTime="0", stopTime="1", tolerance=repr(TOLERANCE.start), stepSize="0.001")
-    variables = Xml.SubElement(root, "ModelVariables")
-    for variable in interface.variables:
-        variables.append(_scalar_variable(interface, variable))
-    root.append(_structure(interface))
-    return to_bytes(root)
+    Xml.SubElement(root, "ModelVariables").extend(variables)
+    root.append(structure)
 
 
 def described(component) -> dict[str, str]:
@@ -84,13 +87,13 @@ def to_bytes(root: Xml.Element) -> bytes:
     return b'<?xml version="1.0" encoding="UTF-8"?>\n' + Xml.tostring(root, "utf-8") + b"\n"
 
 
-def unit_definitions(interface: Interface, base: str) -> Xml.Element:
-    """Every unit in use, with its exponents of the base units in an element `base` and what it is displayed in."""
+def unit_definitions(interface: Interface) -> Xml.Element:
+    """Every unit in use, with its exponents of the base units and what it is displayed in."""
     definitions = Xml.Element("UnitDefinitions")
     for name in sorted({v.row.unit for v in interface.variables}):
         element = Xml.SubElement(definitions, "Unit", name=name)
         exponents = {b: str(e) for b, e in zip(BASE, unit(name).exponents, strict=True) if e}
-        Xml.SubElement(element, base, exponents)
+        Xml.SubElement(element, "BaseUnit", exponents)
         if name in DISPLAY:
             Xml.SubElement(element, "DisplayUnit", name=DISPLAY[name], factor=repr(unit(name).to(unit(DISPLAY[name]))))
     return definitions

@@ -8,17 +8,16 @@ from collections.abc import Iterable
 from xml.etree import ElementTree as Xml
 
 from fmus import dependencies
-from fmus.interface import TOLERANCE, FmuVariable, Interface
+from fmus.interface import FmuVariable, Interface
 from fmus.model_description import (
     DATE,
-    LOG_CATEGORIES,
     TOOL,
     bounds,
     causality,
+    complete,
     described,
     has_start,
     to_bytes,
-    unit_definitions,
 )
 from fmus.units import DISPLAY
 
@@ -38,15 +37,7 @@ def model_description(interface: Interface, identifier: str, token: str) -> byte
         "maxOutputDerivativeOrder": str(interface.output_order), "providesIntermediateUpdate": "true",
         "canReturnEarlyAfterIntermediateUpdate": "true",
     })  # fmt: skip
-    root.append(unit_definitions(interface, "BaseUnit"))
-    categories = Xml.SubElement(root, "LogCategories")
-    for name, meaning in LOG_CATEGORIES.items():
-        Xml.SubElement(categories, "Category", name=name, description=meaning)
-    Xml.SubElement(root, "DefaultExperiment", startTime="0", stopTime="1", tolerance=repr(TOLERANCE.start), stepSize="0.001")
-    variables = Xml.SubElement(root, "ModelVariables")
-    for variable in interface.variables:
-        variables.append(_float64(interface, variable))
-    root.append(_structure(interface))
+    complete(root, interface, (_float64(interface, v) for v in interface.variables), _structure(interface))
     return to_bytes(root)
 
 

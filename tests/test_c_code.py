@@ -3,6 +3,7 @@
 import ctypes
 import shutil
 import subprocess
+from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ import pytest
 from fmus import Component, input, output, parameter, state
 from fmus.build import guid_of, source_contents
 from fmus.c_code import literal
-from fmus.compilers import host_compiler
+from fmus.compilers import host_compiler, zig
 from fmus.interface import Interface
 from fmus.linear import linearise
 from rider_fmu import riders
@@ -125,11 +126,21 @@ def test_the_runtime_of_fmi_3_has_no_warnings(tmp_path):
 
 
 @pytest.mark.skipif(shutil.which("clang") is None, reason="clang is not installed")
-def test_a_second_compiler_has_no_warnings_either(tmp_path):
-    interface = Interface(Words("words"))
-    for name, data in source_contents(interface, 2).items():
-        (tmp_path / name.rpartition("/")[2]).write_bytes(data)
-    subprocess.run(["clang", *STRICT, "-fsyntax-only", "fmi2_fmu.c"], cwd=tmp_path, check=True)
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_a_second_compiler_has_no_warnings_either(fmi, tmp_path):
+    without_warnings(["clang"], fmi, tmp_path)
+
+
+@pytest.mark.skipif(find_spec("ziglang") is None, reason="ziglang is not installed (pip install motofmi[platforms])")
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_nor_has_the_compiler_for_all_platforms(fmi, tmp_path):
+    without_warnings(zig(), fmi, tmp_path)
+
+
+def without_warnings(compiler, fmi, folder):
+    for name, data in source_contents(Interface(riders.load("mean_2011")), fmi).items():
+        (folder / name.rpartition("/")[2]).write_bytes(data)
+    subprocess.run([*compiler, *STRICT, "-c", "-o", "fmu.o", f"fmi{fmi}_fmu.c"], cwd=folder, check=True)
 
 
 def test_only_the_c_runtime_and_its_mathematics_are_needed(tmp_path):
@@ -139,7 +150,7 @@ def test_only_the_c_runtime_and_its_mathematics_are_needed(tmp_path):
     listed = subprocess.run(["nm", "-D", "--undefined-only", "model.so"], cwd=tmp_path, capture_output=True, text=True, check=True).stdout
     needed = {line.split()[-1].split("@")[0] for line in listed.splitlines()}
     weak = {"_ITM_deregisterTMCloneTable", "_ITM_registerTMCloneTable", "__cxa_finalize", "__gmon_start__", "__stack_chk_fail"}
-    c = {"calloc", "free", "malloc", "memcmp", "memcpy", "memset", "strcmp", "strcpy", "strlen", "vsnprintf"}
+    c = {"calloc", "free", "malloc", "memcmp", "memcpy", "memset", "snprintf", "strcmp", "strcpy", "strlen", "vsnprintf"}
     assert needed - weak <= c | {"exp2", "fmax", "fmin", "ldexp", "log2", "pow", "sqrt", "sin", "cos", "floor"}
 
 

@@ -16,6 +16,7 @@ from importer import COMPONENTS, Opened
 from fmus.build import build, build_all
 from fmus.compilers import PLATFORMS, host, universal, zig
 from fmus.errors import InputError
+from rider_fmu import riders
 
 HOST_PROGRAM = Path(__file__).parent / "c" / "run_fmu.c"
 needs_zig = pytest.mark.skipif(find_spec("ziglang") is None, reason="ziglang is not installed (pip install motofmi[platforms])")
@@ -42,6 +43,13 @@ def test_archives_and_their_names(archives):
     assert set(libraries(archives[2][0])) == {"linux64", "darwin64"} and set(libraries(archives[2][1])) == {"linux64"}
     assert set(libraries(archives[3][0])) == {"x86_64-linux", "aarch64-linux", "x86_64-darwin", "aarch64-darwin"}
     for built in [*archives[2], *archives[3]]:
+        assert built.path.stat().st_size < 300_000
+
+
+@needs_zig
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_the_largest_component_for_all_platforms_is_no_large_archive(fmi, tmp_path):
+    for built in build_all(riders.load("full_mean_2011"), tmp_path, fmi=fmi, platforms="all"):
         assert built.path.stat().st_size < 300_000
 
 

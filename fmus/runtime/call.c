@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "call.h"
+#include "snapshot.h"
 
 static const struct {
     const char *name;
@@ -92,4 +93,54 @@ Status get_nominals(Instance *s, size_t n, double *nominals)
     if (n != model.n_states) return report(s, ERROR, "the nominals of %u states were asked for, the model has %u", (unsigned)n, model.n_states);
     for (size_t i = 0; i < n; i++) nominals[i] = model.variables[model.first_state + i].nominal;
     return OK;
+}
+
+Status take_state(void *instance, const char *function, void **state)
+{
+    Instance *s = called(instance, function, ANY, state != NULL);
+    if (!s) return ERROR;
+    Snapshot *snapshot = *state;
+    const Status status = snapshot_take(s, &snapshot);
+    *state = snapshot;
+    return status;
+}
+
+Status restore_state(void *instance, const char *function, void *state)
+{
+    Instance *s = called(instance, function, ANY, state != NULL);
+    return s ? snapshot_restore(s, state) : ERROR;
+}
+
+Status free_state(void *instance, const char *function, void **state)
+{
+    Instance *s = called(instance, function, ANY, 1);
+    if (!s) return ERROR;
+    if (!state || !*state) return OK;
+    const Status status = snapshot_free(s, *state);
+    if (status == OK) *state = NULL;
+    return status;
+}
+
+Status size_of_state(void *instance, const char *function, void *state, size_t *size)
+{
+    Instance *s = called(instance, function, ANY, state && size);
+    if (!s) return ERROR;
+    *size = serialised_size(s);
+    return OK;
+}
+
+Status write_state(void *instance, const char *function, void *state, unsigned char *bytes, size_t size)
+{
+    Instance *s = called(instance, function, ANY, state && bytes);
+    return s ? serialise(s, state, bytes, size) : ERROR;
+}
+
+Status read_state(void *instance, const char *function, const unsigned char *bytes, size_t size, void **state)
+{
+    Instance *s = called(instance, function, ANY, bytes && state);
+    if (!s) return ERROR;
+    Snapshot *snapshot = *state;
+    const Status status = deserialise(s, bytes, size, &snapshot);
+    *state = snapshot;
+    return status;
 }

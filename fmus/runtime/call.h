@@ -32,4 +32,12 @@ int is_logged(const Instance *s, Status status);
 
 Status get_nominals(Instance *s, size_t n, double *nominals);
 
+/* The states of the FMU; `function` is the name that each of these has in the version. */
+Status take_state(void *instance, const char *function, void **state);
+Status restore_state(void *instance, const char *function, void *state);
+Status free_state(void *instance, const char *function, void **state);
+Status size_of_state(void *instance, const char *function, void *state, size_t *size);
+Status write_state(void *instance, const char *function, void *state, unsigned char *bytes, size_t size);
+Status read_state(void *instance, const char *function, const unsigned char *bytes, size_t size, void **state);
+
 #endif

@@ -6,7 +6,6 @@
 
 #include "call.h"
 #include "fmi2Functions.h"
-#include "snapshot.h"
 #include "step.h"
 
 /* What the importer gave. */
@@ -167,54 +166,25 @@ fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t 
 
 /* State of the FMU ----------------------------------------------------------------------------------------- */
 
-fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
-{
-    Instance *s = called(c, "fmi2GetFMUstate", ANY, FMUstate != NULL);
-    if (!s) return fmi2Error;
-    Snapshot *snapshot = *FMUstate;
-    const Status status = snapshot_take(s, &snapshot);
-    *FMUstate = snapshot;
-    return as_fmi2(status);
-}
+fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *FMUstate) { return as_fmi2(take_state(c, "fmi2GetFMUstate", FMUstate)); }
 
-fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate FMUstate)
-{
-    Instance *s = called(c, "fmi2SetFMUstate", ANY, FMUstate != NULL);
-    return s ? as_fmi2(snapshot_restore(s, FMUstate)) : fmi2Error;
-}
+fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate FMUstate) { return as_fmi2(restore_state(c, "fmi2SetFMUstate", FMUstate)); }
 
-fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
-{
-    Instance *s = called(c, "fmi2FreeFMUstate", ANY, 1);
-    if (!s) return fmi2Error;
-    if (!FMUstate || !*FMUstate) return fmi2OK;
-    const Status status = snapshot_free(s, *FMUstate);
-    if (status == OK) *FMUstate = NULL;
-    return as_fmi2(status);
-}
+fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *FMUstate) { return as_fmi2(free_state(c, "fmi2FreeFMUstate", FMUstate)); }
 
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate FMUstate, size_t *size)
 {
-    Instance *s = called(c, "fmi2SerializedFMUstateSize", ANY, FMUstate && size);
-    if (!s) return fmi2Error;
-    *size = serialised_size(s);
-    return fmi2OK;
+    return as_fmi2(size_of_state(c, "fmi2SerializedFMUstateSize", FMUstate, size));
 }
 
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate FMUstate, fmi2Byte bytes[], size_t size)
 {
-    Instance *s = called(c, "fmi2SerializeFMUstate", ANY, FMUstate && bytes);
-    return s ? as_fmi2(serialise(s, FMUstate, (unsigned char *)bytes, size)) : fmi2Error;
+    return as_fmi2(write_state(c, "fmi2SerializeFMUstate", FMUstate, (unsigned char *)bytes, size));
 }
 
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *FMUstate)
 {
-    Instance *s = called(c, "fmi2DeSerializeFMUstate", ANY, bytes && FMUstate);
-    if (!s) return fmi2Error;
-    Snapshot *snapshot = *FMUstate;
-    const Status status = deserialise(s, (const unsigned char *)bytes, size, &snapshot);
-    *FMUstate = snapshot;
-    return as_fmi2(status);
+    return as_fmi2(read_state(c, "fmi2DeSerializeFMUstate", (const unsigned char *)bytes, size, FMUstate));
 }
 
 /* Derivatives ---------------------------------------------------------------------------------------------- */

@@ -5,7 +5,6 @@
 #include <stdlib.h>
 
 #include "fmi3_host.h"
-#include "snapshot.h"
 
 fmi3Status as_fmi3(Status status)
 {
@@ -143,54 +142,25 @@ fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference vr[], 
 
 /* State of the FMU ----------------------------------------------------------------------------------------- */
 
-fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *FMUState)
-{
-    Instance *s = called(instance, "fmi3GetFMUState", ANY, FMUState != NULL);
-    if (!s) return fmi3Error;
-    Snapshot *snapshot = *FMUState;
-    const Status status = snapshot_take(s, &snapshot);
-    *FMUState = snapshot;
-    return as_fmi3(status);
-}
+fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *FMUState) { return as_fmi3(take_state(instance, "fmi3GetFMUState", FMUState)); }
 
-fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState FMUState)
-{
-    Instance *s = called(instance, "fmi3SetFMUState", ANY, FMUState != NULL);
-    return s ? as_fmi3(snapshot_restore(s, FMUState)) : fmi3Error;
-}
+fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState FMUState) { return as_fmi3(restore_state(instance, "fmi3SetFMUState", FMUState)); }
 
-fmi3Status fmi3FreeFMUState(fmi3Instance instance, fmi3FMUState *FMUState)
-{
-    Instance *s = called(instance, "fmi3FreeFMUState", ANY, 1);
-    if (!s) return fmi3Error;
-    if (!FMUState || !*FMUState) return fmi3OK;
-    const Status status = snapshot_free(s, *FMUState);
-    if (status == OK) *FMUState = NULL;
-    return as_fmi3(status);
-}
+fmi3Status fmi3FreeFMUState(fmi3Instance instance, fmi3FMUState *FMUState) { return as_fmi3(free_state(instance, "fmi3FreeFMUState", FMUState)); }
 
 fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState FMUState, size_t *size)
 {
-    Instance *s = called(instance, "fmi3SerializedFMUStateSize", ANY, FMUState && size);
-    if (!s) return fmi3Error;
-    *size = serialised_size(s);
-    return fmi3OK;
+    return as_fmi3(size_of_state(instance, "fmi3SerializedFMUStateSize", FMUState, size));
 }
 
 fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState FMUState, fmi3Byte bytes[], size_t size)
 {
-    Instance *s = called(instance, "fmi3SerializeFMUState", ANY, FMUState && bytes);
-    return s ? as_fmi3(serialise(s, FMUState, bytes, size)) : fmi3Error;
+    return as_fmi3(write_state(instance, "fmi3SerializeFMUState", FMUState, bytes, size));
 }
 
 fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte bytes[], size_t size, fmi3FMUState *FMUState)
 {
-    Instance *s = called(instance, "fmi3DeserializeFMUState", ANY, bytes && FMUState);
-    if (!s) return fmi3Error;
-    Snapshot *snapshot = *FMUState;
-    const Status status = deserialise(s, bytes, size, &snapshot);
-    *FMUState = snapshot;
-    return as_fmi3(status);
+    return as_fmi3(read_state(instance, "fmi3DeserializeFMUState", bytes, size, FMUState));
 }
 
 /* Derivatives ---------------------------------------------------------------------------------------------- */
