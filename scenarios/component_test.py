@@ -57,14 +57,13 @@ def run_on_component(arguments: argparse.Namespace) -> dict[str, Any]:
         result |= {"verdict": "unknown", "effects": [], "tied": [], "limitations": [INTERRUPTED]}
         write_text(folder / "verdict.json", to_json(result) + "\n")
 
-    found = investigate(test, runs, more, given, so_far)
-    held_runs = _held(found, held)
-    result = _result(found.verdict, held_runs, notes)
+    found = investigate(test, runs, more, given, so_far, held)
+    result = _result(found.verdict, found.held, notes)
     result["limitations"] += _limitations(found, result, component, bool(held))
     result["next_experiment"] = next_experiment(found.verdict, scaled_runs)
     write_text(folder / "verdict.json", to_json(result) + "\n")
     _add(found, result, arguments, folder)
-    result["report"] = write_report(found.verdict, result, held_runs, folder)
+    result["report"] = write_report(found.verdict, result, found.held, folder)
     write_text(folder / "verdict.json", to_json(result) + "\n")
     return result
 
@@ -91,13 +90,6 @@ def _usable(recordings: Sequence[Recording], test: ComponentTest) -> None:
         for warning in recording.warnings:
             if "clipped" in warning and warning.split()[0] in (*test.outputs, test.imposed):
                 raise InputError(f"{recording.name}: {warning}; a clipped channel looks like a physical effect, so nothing can be named")
-
-
-def _held(found: Investigation, recordings: Sequence[Recording]) -> list[Sampled]:
-    """The held-out runs, with the noise of the fitted ones and inputs joined as there."""
-    first: Sampled = found.verdict.best.runs[0]
-    held = [prepare_sampled(r, found.test).with_told(first.kind) for r in recordings]
-    return [run.with_densities(first.densities, first.noise_source) for run in held]
 
 
 def _result(verdict: Verdict, held: Sequence[Sampled], notes: Sequence[str]) -> dict[str, Any]:

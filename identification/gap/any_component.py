@@ -19,8 +19,9 @@ from identification.gap.decide import Verdict, decide
 from identification.gap.fitting import Fit, fit
 from identification.gap.free_start import FreeStart
 from identification.gap.noise_sources import known_noise
-from identification.gap.sampled import Sampled
+from identification.gap.sampled import Sampled, prepare_sampled
 from identification.gap.told import KINDS, SMOOTHER
+from identification.recordings import Recording
 
 ROUNDS = 3
 STEADY = 0.1  # change of the noise, relative, below which a verdict stands
@@ -28,17 +29,19 @@ STEADY = 0.1  # change of the noise, relative, below which a verdict stands
 
 @dataclass(frozen=True)
 class Investigation:
-    """The verdict, with the test as it was scaled."""
+    """The verdict, with the test as it was scaled, and the held-out runs with the noise of the fitted ones."""
 
     verdict: Verdict
     test: ComponentTest
+    held: list[Sampled]
 
 
 def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequence[type[Effect]] = (), given: Mapping[str, float] | None = None,
-                so_far: Callable[[Verdict], None] = lambda verdict: None) -> Investigation:  # fmt: skip
+                so_far: Callable[[Verdict], None] = lambda verdict: None, holdout: Sequence[Recording] = ()) -> Investigation:  # fmt: skip
     """The verdict on runs of a component, with the laws of mechanics at its elements and a user's own effects.
 
-    given holds known deviations of outputs by name; so_far is told what is known already at every stage. Raises InputError where the base cannot be fitted.
+    given holds known deviations of outputs by name; so_far is told what is known already at every stage;
+    held-out recordings can only take a name back. Raises InputError where the base cannot be fitted.
     """
     model = FreeStart(test)
     found = begin(model, runs)
@@ -50,17 +53,22 @@ def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequ
     base = fit(model, [_between_samples(model, run) for run in known_noise(found.runs, given or {})], model.start())
     so_far(Verdict("unknown", base, base))
     ready = _beside_the_best(base, library)
-    verdict = Verdict("unknown", base, base)
+    verdict, held = Verdict("unknown", base, base), [prepare_sampled(r, test) for r in holdout]
     for _ in range(ROUNDS):
         try:
-            verdict = decide(model, ready, library)
+            verdict = decide(model, ready, library, _like(held, ready[0]))
         except InputError:  # with less noise the best of the last round cannot be simulated well enough: its verdict stands
             break
         so_far(verdict)
         before, ready = ready, list(verdict.best.runs)
         if _change(before, ready) < STEADY:
             break
-    return Investigation(verdict, test)
+    return Investigation(verdict, test, _like(held, verdict.best.runs[0]))
+
+
+def _like(held: Sequence[Sampled], fitted: Sampled) -> list[Sampled]:
+    """Held-out runs with the noise of a fitted one, and inputs joined as there."""
+    return [run.with_told(fitted.kind).with_densities(fitted.densities, fitted.noise_source) for run in held]
 
 
 def _between_samples(model: FreeStart, run: Sampled) -> Sampled:

@@ -12,6 +12,8 @@ were held out refute is taken back: it stays `unknown` what is missing.
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from fmus.effects import Effect
 from identification.gap.competing import CLEAR, SIGNIFICANT, TIE, Candidate, adequate, best_of, compete, one_each
 from identification.gap.fitting import Fit, fit
@@ -23,6 +25,7 @@ from identification.gap.starting import fit_base
 CLOSED = 0.5  # share of the excess that a family with an open form closes, on fitted runs and on held-out ones
 MISSED = 0.2  # reduced chi-square above 1 by which a held-out run refutes a name, beyond a share of what the base misses
 SHARE_MISSED = 0.05  # that share
+SCATTER = 4.5  # standard deviations of a reduced chi-square, as for fitted runs
 
 
 @dataclass
@@ -91,6 +94,7 @@ def _of_pairs(base: Fit, pairs: Sequence[Pair], first: list[Candidate], library:
 
 def _refuted(verdict: Verdict, holdout: Sequence[AnyRun]) -> bool:
     """Whether held-out runs are missed by more than noise, and by more than a name may leave of what the base misses."""
-    before, after = (on_holdout(f, holdout).chi2 - 1 for f in (verdict.base, verdict.best))
-    allowed = (1 - CLOSED) * before if verdict.open_form else max(MISSED, SHARE_MISSED * before)
-    return after > max(allowed, MISSED)
+    before, after = (on_holdout(f, holdout) for f in (verdict.base, verdict.best))
+    missed = max(MISSED, SCATTER * np.sqrt(2 / after.fit.count))  # few data scatter by more
+    allowed = (1 - CLOSED if verdict.open_form else SHARE_MISSED) * (before.chi2 - 1)
+    return after.chi2 - 1 > max(allowed, missed)

@@ -23,7 +23,7 @@ def cells(run: Sampled, z: np.ndarray) -> Iterator[Place]:
     yield from _along(run, z, "time", "s", time, PARTS)
     spans = run.reduction.bases
     size = np.array([np.ptp(run.measured[first:last, i % len(run.test.outputs)]) / 2 for i, (first, last, _) in enumerate(spans)])
-    yield from _along(run, z, "amplitude", run.unit, size[[c.window for c in columns]], SIZES)
+    yield from _along(run, z, "amplitude", run.recording.units[run.test.outputs[0]], size[[c.window for c in columns]], SIZES)
 
 
 def _along(run: Sampled, z: np.ndarray, axis: str, unit: str, at: np.ndarray, parts: int) -> Iterator[Place]:
