@@ -10,6 +10,7 @@ import numpy as np
 
 from fmus.component import Component
 from fmus.errors import unknown
+from fmus.mathematics import NUMERIC
 from fmus.symbolic import symbolic
 
 
@@ -56,10 +57,19 @@ def linearise(component: Component, **at: Any) -> StateSpace:
                       component.states, component.inputs, component.outputs)  # fmt: skip
 
 
-def _rates_at(component: Component, values: dict[str, Any]) -> dict[str, float]:
-    state = np.array([values[n] for n in component.states])
-    rates, _ = component.derivatives(state, np.array([values[n] for n in component.inputs]), values["time"])
-    return {f"der({n})": rate for n, rate in zip(component.states, rates, strict=True)}
+def _rates_at(component: Component, values: dict[str, Any]) -> dict[str, Any]:
+    """The state derivatives by name, each a number, or an array where values are arrays."""
+    if not any(np.ndim(value) for value in values.values()):
+        state, told = (np.array([values[n] for n in names]) for names in (component.states, component.inputs))
+        rates, _ = component.derivatives(state, told, values["time"])
+    else:
+        results, entries = component.run(values, NUMERIC), component.mass_entries(values, NUMERIC)
+        rates = np.stack(np.broadcast_arrays(*(results[f"der({n})"] for n in component.states)), axis=-1)
+        mass = np.zeros((*np.broadcast_shapes(*map(np.shape, entries.values())), *2 * (len(component.states),))) + np.eye(len(component.states))
+        for (row, column), entry in entries.items():
+            mass[..., component.states.index(row), component.states.index(column)] = entry
+        rates = np.linalg.solve(mass, rates[..., None])[..., 0]
+    return {f"der({n})": rates[..., i] for i, n in enumerate(component.states)}
 
 
 def _solve(mass: np.ndarray, right: np.ndarray) -> np.ndarray:

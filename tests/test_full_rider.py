@@ -290,3 +290,15 @@ def test_on_a_moving_frame_momentum_and_energy_are_kept_where_the_posture_is_car
         assert max(errors) < 1e-7  # of the integration
     else:
         assert 1e-4 < max(errors) < 0.1  # what a vehicle with a constant inertia loses at 6 deg
+
+
+def test_many_postures_linearise_at_once_as_one_by_one():
+    """Away from rest the slopes of the mass matrix count, times accelerations that differ from posture to posture."""
+    rig, steer = on_rig(RIDER), np.array([-0.1, 0.0, 0.07])
+    together = linearise(rig, steer_angle=steer, servo_torque=20.0, steer_rate=1.0)
+    for k, angle in enumerate(steer):
+        alone = linearise(rig, steer_angle=float(angle), servo_torque=20.0, steer_rate=1.0)
+        for name in "ABCD":
+            matrix = getattr(together, name)
+            one = matrix[k] if matrix.ndim == 3 else matrix
+            assert np.allclose(one, getattr(alone, name), rtol=1e-11, atol=1e-8), name  # of entries of 1e3 and more
