@@ -19,7 +19,7 @@ from fmus.bonds import Bond, bonds
 from fmus.coupling import COUPLINGS, Coupling, Network, Unit
 from fmus.coupling import coupling as named_coupling
 from fmus.errors import InputError, SimulationError
-from fmus.master import InterpretedMaster, Master, master
+from fmus.master import CompiledMaster, InterpretedMaster, Master, master
 from fmus.ports import WORKS_ON
 from fmus.prediction import Prediction, linear_network, longest_step, predict
 from fmus.profiles import Profile
@@ -86,12 +86,13 @@ def cosimulate(units: Mapping[str, Unit], step: float | str, duration: float, co
     outputs = network.read(np.zeros(len(network.outputs)))
     rows.write(np.concatenate([[0.0], outputs])[None])
     control = StepControl(chosen, units, wiring, watched, step, tolerance)
+    loop = _prepared(network, chosen, step, outputs, compiled)
     began = perf_counter()
     try:
         if follows:
-            count = _segments(network, control, duration, profile, outputs, rows, watched, compiled)
+            count = _segments(network, control, loop, duration, profile, rows, watched)
         else:
-            _loop(_prepared(network, chosen, step, outputs, compiled), profile, 0.0, step, count, rows, watched)
+            _loop(loop, profile, 0.0, step, count, rows, watched)
     finally:
         rows.close()
     rate = count / (perf_counter() - began)
@@ -116,11 +117,9 @@ def _prepared(network: Network, chosen: Coupling, step: float, outputs: np.ndarr
     return loop
 
 
-def _segments(network: Network, control: StepControl, duration: float, profile: Profile, outputs: np.ndarray,
-              rows: Rows, watched: list[Bond], compiled: bool) -> int:  # fmt: skip
+def _segments(network: Network, control: StepControl, loop: Master, duration: float, profile: Profile, rows: Rows, watched: list[Bond]) -> int:
     """Steps whose length is decided anew after every segment; how many they were."""
-    time, made = 0.0, 0
-    loop = _prepared(network, control.chosen, control.step, outputs, compiled)
+    time, made, compiled = 0.0, 0, isinstance(loop, CompiledMaster)
     while duration - time > 1e-9 * duration:
         step, left = steps(min(control.step, duration - time), duration - time)
         if step != loop.running.step:  # at the end, a little shorter so as to divide what is left

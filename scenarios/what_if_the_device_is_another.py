@@ -68,7 +68,7 @@ def section(found: dict[str, Answer]) -> Section:
     rows = []
     for name, answer in found.items():
         for k, value in enumerate(answer.eigenvalues):
-            held = 1.0 - answer.shares["vehicle"][k]
+            held = abs(1.0 - answer.shares["vehicle"][k])
             rows.append([name, f"{value.imag / (2 * np.pi):.2f}", f"{-value.real / abs(value):.3f}", f"{100 * held:.0f}"])
     text = f"The motorcycle at {SPEED:g} m/s after a jump of the steer rate of {START['steer_rate']:g} rad/s, with what is held at its handlebar exchanged."
     table = Table(["device", "frequency [Hz]", "damping ratio", "share of the device in the mode [%]"], rows, "Oscillatory modes")

@@ -1,5 +1,7 @@
 """The compiled loop does what the loop in Python does, stops where that stops, and is left out where it cannot be."""
 
+import time
+
 import coupled
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from fmus.build import build
 from fmus.cosimulation import cosimulate, join
 from fmus.coupling import COUPLINGS, Network
 from fmus.errors import MissingToolError, SimulationError
+from fmus.importer import FmuUnit
 from fmus.master import CompiledMaster, InterpretedMaster, master
 from fmus.profiles import Profile
 from scenarios.ridden_fmus import ridden_fmus
@@ -104,3 +107,34 @@ def test_without_a_compiler_the_loop_is_in_python(units, monkeypatch):
     monkeypatch.setattr(compilers, "commands", missing)
     assert isinstance(master(network, running), InterpretedMaster)
     loop_library.library.cache_clear()
+
+
+@pytest.fixture
+def seconds(tmp_path):
+    """seconds(devices, steps): processor time of a run of as many riders on one bar, set-up included, the least of two."""
+    rider, bar = build(RIDER, tmp_path).path, build(coupled.BAR, tmp_path).path
+
+    def taken(devices, steps):
+        times = []
+        for _ in range(2):
+            made = {"vehicle": FmuUnit(bar, "vehicle", {"steer_rate": 0.1}), **{f"device_{k}": FmuUnit(rider, f"device_{k}") for k in range(devices)}}
+            began = time.process_time()
+            cosimulate(made, 1e-4, steps * 1e-4, "jacobi")
+            times.append(time.process_time() - began)
+            for unit in made.values():
+                unit.close()
+        return min(times)
+
+    return taken
+
+
+def test_a_step_of_ten_times_the_devices_costs_ten_times_as_much(seconds):
+    # As many steps of a device in both; were the cost quadratic, the ratio would be ten.
+    many, few = seconds(60, 5_000) - seconds(60, 1), seconds(6, 50_000) - seconds(6, 1)
+    assert many < 3 * few
+
+
+def test_the_cost_of_a_run_grows_with_its_duration(seconds):
+    # 1, 2: were the cost quadratic, it would be 1, 8.
+    nothing, short, long = (seconds(2, steps) for steps in (1, 100_000, 300_000))
+    assert long - short < 4 * (short - nothing)

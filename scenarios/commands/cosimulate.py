@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--device", default="rider:mean_2011", help="rider:NAME, damper:NAME, damper:VALUE [N.m.s/rad], a .toml, a comma list of these, or none (default: rider:mean_2011)")
     parser.add_argument("--fmu", action="append", default=[], metavar="PATH", help="an FMU with the handlebar or the roll port instead of the vehicle or of the devices")
     parser.add_argument("--speed", type=float, help="forward speed [m/s] (default: 30)")
-    parser.add_argument("--step", default="0.001", help="communication step [s], or auto (default: 0.001)")
+    parser.add_argument("--step", default="0.001", help="communication step [s], or auto: it follows power and modes during the run (default: 0.001)")
     parser.add_argument("--duration", type=float, default=5.0, help="[s] (default: 5)")
     parser.add_argument("--coupling", help="one of the couplings above")
     parser.add_argument("--tolerance", type=float, default=TOLERANCE, help=f"error of a mode's frequency as a fraction, ten times that of its damping ratio (default: {TOLERANCE:g})")
@@ -81,18 +81,24 @@ def _step(given: str) -> float | str:
         return given
 
 
+def _lengths(result: dict[str, Any]) -> str:
+    """The length of the steps [s], or the shortest and the longest."""
+    shortest, longest = result["shortest_step"], result["longest_step"]
+    return f"{shortest:g}" if shortest == longest else f"{shortest:.3g} to {longest:.3g}"
+
+
 def show(result: dict[str, Any], console: Console) -> None:
     limit = result["largest_stable_step"]
-    console.print(f"{result['vehicle']} with {result['device']}: {result['duration']:g} s in steps of {result['step']:g} s, "
+    console.print(f"{result['vehicle']} with {result['device']}: {result['duration']:g} s in {result['steps']} steps of {_lengths(result)} s, "
                   f"coupling {result['coupling']}, {result['steps_per_second']:,.0f} steps/s")  # fmt: skip
     table = Table(title="What the coupling does to the modes, predicted", box=None)
     for heading in ("mode", "frequency [Hz]", "damping ratio", "error of frequency [%]", "of damping [%]", "of real part [1/s]"):
-        table.add_column(heading, justify="right")
+        table.add_column(heading, justify="right", no_wrap=heading == "mode")
     for mode, e in result["predicted"].items():
         table.add_row(mode.replace("_", "-"), f"{e['frequency']:.3f}", f"{e['damping_ratio']:.4f}", *(f"{100 * e[k]:+.3g}" for k in ("frequency_error", "damping_error")), f"{e['real_error']:+.2g}")
     console.print(table)
     if limit is not None:
-        console.print(f"largest stable step {limit:.3g} s" + ("" if result["stable"] else ": the coupling is UNSTABLE at this step"))
+        console.print(f"largest stable step {limit:.3g} s" + (" or more" if limit >= 1 else "") + ("" if result["stable"] else ": the coupling is UNSTABLE at this step"))
     for name, bond in result["bonds"].items():
         console.print(f"{name}: residual power up to {bond['power']:.3g} W, energy made {100 * bond['energy_error']:+.2g} % of {bond['exchanged']:.3g} J exchanged")
     console.print(f"written: {result['file']}")
