@@ -16,7 +16,8 @@ from fmus.errors import InputError
 from identification.gap.competing import Candidate, one_each
 from identification.gap.fitting import Fit
 
-SAME = 1e-5  # of the squared length
+SAME = 1e-2  # of what of an effect's slopes lies outside of the base's
+ROUNDING = 1e-9  # of the squared length: what is less is in the base itself
 
 
 def equivalent(found: Fit, named: type[Effect], candidates: Sequence[Candidate]) -> list[str]:
@@ -25,7 +26,8 @@ def equivalent(found: Fit, named: type[Effect], candidates: Sequence[Candidate])
     slopes = found.jacobian[: found.count]
     whole, without = _basis(slopes), _basis(np.delete(slopes, own, axis=1))
     rivals = [c for c in one_each(candidates) if c.family != named.family and not c.effect.shapes()]
-    return [c.family for c in rivals if _left(found, c.effect, whole) < SAME < _left(found, c.effect, without)]
+    outside = {c.family: (_left(found, c.effect, whole), _left(found, c.effect, without)) for c in rivals}
+    return [family for family, (beside, alone) in outside.items() if alone > ROUNDING and beside < SAME * alone]
 
 
 def _basis(slopes: np.ndarray) -> np.ndarray:
