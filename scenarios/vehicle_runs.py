@@ -75,7 +75,7 @@ def read_runs(files: Sequence[str], stand: LinearStand, mapping: Sequence[str] =
         missing = [n for n in (stand.over, *stand.component.states) if n not in recording.columns]
         if missing:
             raise InputError(f"{recording.name}: no {', '.join(missing)}; a vehicle's run needs its speed and all its states "
-                             f"({', '.join(stand.component.states)}); name columns with --map COLUMN=VARIABLE, or give the vehicle as matrices")  # fmt: skip
+                             f"({', '.join(stand.component.states)}); name columns with --map COLUMN=VARIABLE, give the vehicle as matrices, or compare fewer channels with --component")  # fmt: skip
         told = [n for n in stand.component.inputs if n in recording.columns]
         runs.append(prepare_weak(recording, stand.over, accelerated(stand), (*stand.component.states, *told)))
     return runs
