@@ -19,7 +19,8 @@ FILE = "augmented_component.toml"
 def component_of(test: ComponentTest, found: Fit) -> Component:
     """The component of a fit, driven by its own input again, its effects in it; what lies in the channel stays there."""
     joined = test.component.with_effects(*(e() for e in found.model.effects if e.part == "device"))
-    values = found.model.values(found.shared) | {n: found.runs[0].duration for n in joined.values if n.endswith(".duration")}
+    model: Any = found.model
+    values = model.values(found.shared) | {n: found.runs[0].duration for n in joined.values if n.endswith(".duration")}
     return joined.with_values(**{n: values.get(n, v) for n, v in joined.values.items()})
 
 

@@ -6,6 +6,7 @@ the noise that is left beside it.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -87,15 +88,17 @@ def _beside_the_best(base: Fit, library: Sequence[type[Effect]]) -> list[Sampled
 
 
 def _values(found: Fit) -> dict[str, float]:
-    values = found.model.values(found.x[: len(found.model.names)])
+    model: Any = found.model
+    values = model.values(found.shared)
     return {n: float(np.clip(values[n], found.model.component.table[n].min, found.model.component.table[n].max)) for n in found.model.base}
 
 
 def largest_motion(found: Fit) -> tuple[float, float]:
     """The largest deflection and rate of the component's first element in the runs."""
     sizes = []
+    model: Any = found.model
     for index, run in enumerate(found.runs):
-        _, deflections, rates, _ = found.model.traced(run, found.of_run(index))
+        _, deflections, rates, _ = model.traced(run, found.of_run(index))
         if deflections:
             sizes.append((np.quantile(np.abs(deflections[0]), 0.999), np.quantile(np.abs(rates[0]), 0.999)))
     return tuple(float(max(s)) for s in zip(*sizes, strict=True)) if sizes else (1.0, 1.0)  # type: ignore[return-value]

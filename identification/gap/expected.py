@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from identification.gap.fitting import Fit, deviating
-from identification.gap.runs import Run
+from identification.gap.model import AnyRun
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Foresight:
     slopes: np.ndarray
 
 
-def through(found: Fit, run: Run) -> Foresight:
+def through(found: Fit, run: AnyRun) -> Foresight:
     """What a fit foresees of a planned run: the base deviates there as it does from run to run."""
     moved = deviating(found.model.stand)
     predicted, own = found.model.reduced(run, found.shared)

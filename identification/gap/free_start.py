@@ -35,7 +35,8 @@ PIECE, SMALLEST_PIECE = 128, 1  # steps of a piece, where a trajectory is found 
 class FreeStart(Model):
     """Base and effects on sampled runs. A free parameter keeps its sign; vectors hold the logarithms of its size."""
 
-    predicted = None  # slopes come with the output
+    stand: Any
+    predicted = None  # type: ignore[assignment]  # slopes come with the output
 
     def __init__(self, stand: Any, effects: Sequence[type[Effect]] = (), slopes_of_base: bool = True):
         super().__init__(stand, effects, slopes_of_base)
@@ -56,18 +57,18 @@ class FreeStart(Model):
         found = {**self.component.values, **dict(zip(self.base, self.signs * np.exp(q[:nb]), strict=True))}
         return found | dict(zip(self.own, q[nb:], strict=True))
 
-    def largest(self, runs: Sequence[Sampled]) -> float:
+    def largest(self, runs: Sequence[Any]) -> float:
         """The largest deflection of the component's spring in the runs."""
         return self.stand.largest
 
-    def reduced(self, run: Sampled, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def reduced(self, run: Any, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Reduced output (m,) and its slopes (m, np) in units of the noise, the unknowns of the run taken out."""
         values = self.values(q) | dict.fromkeys(self.durations, run.duration)
         parts = [self._segment(run, index, values) for index in range(len(run.segments))]
         run.guess["unknowns"] = sum(rank for _, _, rank in parts)
         return np.concatenate([z for z, _, _ in parts]), np.concatenate([s for _, s, _ in parts])
 
-    def with_noise_beside(self, run: Sampled, q: np.ndarray) -> Sampled:
+    def with_noise_beside(self, run: Any, q: np.ndarray) -> Any:
         """The run with the noise that a flexible model leaves of this one's residuals; never more than beside another model."""
         if run.noise_source != "flexible_model":
             return run
@@ -90,9 +91,10 @@ class FreeStart(Model):
             time = run.recording.time[first:last]
             known = {**values, "time": time, **self._inputs(run, time, values), **dict(zip(self.equations.states, made.states[:: run.finer].T, strict=True))}
             signals.append((self._elements(known), [np.broadcast_to(known[n], len(time)) for n in self.component.inputs] + list(made.outputs.T)))
-        elements = [[np.concatenate([np.broadcast_to(x, len(s[1][0])) for x, s in zip(each, signals, strict=True)]) for each in
-                     zip(*(s[0][side] for s in signals), strict=True)] for side in (0, 1)]  # fmt: skip
-        return np.concatenate(residuals), *elements, [np.concatenate(each) for each in zip(*(s[1] for s in signals), strict=True)]
+        deflections, rates = [[np.concatenate([np.broadcast_to(x, len(s[1][0])) for x, s in zip(each, signals, strict=True)]) for each in
+                              zip(*(s[0][side] for s in signals), strict=True)] for side in (0, 1)]  # fmt: skip
+        linear = [np.concatenate(each) for each in zip(*(s[1] for s in signals), strict=True)]
+        return np.concatenate(residuals), deflections, rates, linear
 
     def _elements(self, known: Mapping[str, Any]) -> tuple[list, list]:
         """Deflections and rates of the component's elements, once each."""
@@ -183,7 +185,7 @@ class FreeStart(Model):
                 length //= 2
         return states
 
-    def _inputs(self, run: Sampled, time: np.ndarray, values: Mapping[str, float]) -> dict[str, Any]:
+    def _inputs(self, run: Any, time: np.ndarray, values: Mapping[str, float]) -> dict[str, Any]:
         return dict.fromkeys(self.component.inputs, 0.0) | run.told(time)
 
     def _first_states(self, run: Sampled, first: int) -> dict[str, float]:

@@ -54,7 +54,7 @@ class Sampled:
     noise_rests_on_a_model: bool = False
     kind: str = KINDS[0]  # how the inputs are joined between their samples
     unsure: np.ndarray | None = None  # (m,) variance that comes with what the inputs do between their samples
-    guess: dict[str, Any] = field(default_factory=dict)
+    guess: dict[Any, Any] = field(default_factory=dict)
 
     @property
     def name(self) -> str:

@@ -32,7 +32,7 @@ class Told:
 
     def scaled(self, factor: float) -> "Told":
         """Everything times a factor."""
-        return Told({name: (lambda time, f=function: factor * f(time)) for name, function in self.functions.items()}, self.ends)
+        return Told({name: _times(factor, function) for name, function in self.functions.items()}, self.ends)
 
     def __call__(self, time: np.ndarray) -> dict[str, np.ndarray]:
         key = (len(time), float(time[0]), float(time[-1]))
@@ -42,6 +42,10 @@ class Told:
             inside = np.clip(time, *self.ends)
             self.known[key] = {name: function(inside) for name, function in self.functions.items()}
         return self.known[key]
+
+
+def _times(factor: float, function: Callable[[np.ndarray], np.ndarray]) -> Callable[[np.ndarray], np.ndarray]:
+    return lambda time: factor * function(time)
 
 
 def input_function(time: np.ndarray, values: np.ndarray, kind: str) -> Callable[[np.ndarray], np.ndarray]:
