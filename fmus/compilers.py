@@ -23,6 +23,7 @@ from fmus.errors import InputError, MissingToolError, unknown
 # -s: symbol tables name temporary files, which would make every build another one
 FLAGS = ("-std=c99", "-O3", "-g0", "-s", "-Wall", "-Wextra", "-Wpedantic", "-ffp-contract=off", "-fvisibility=hidden", "-shared",
          "-ffunction-sections")  # fmt: skip
+LINKING = ("-shared", "-s")  # those of them that are the linker's
 
 
 @dataclass(frozen=True)
@@ -112,17 +113,21 @@ def compile_library(wanted: Platform, native: bool, folder: Path, files: Sequenc
 
 
 def _compile(command: Sequence[str], wanted: Platform, folder: Path, files: Sequence[str], library: str) -> bytes:
-    options = [*FLAGS]
+    compiling, linking = [f for f in FLAGS if f not in LINKING], [*LINKING]
     if wanted.suffix != ".dll":
-        options += ["-fPIC", "-fno-unwind-tables", "-fno-asynchronous-unwind-tables"]  # no exception passes through C
+        compiling += ["-fPIC", "-fno-unwind-tables", "-fno-asynchronous-unwind-tables"]  # no exception passes through C
     if wanted.suffix == ".dylib":
-        options += [f"-Wl,-install_name,@rpath/{library}", "-Wl,-dead_strip"]
+        linking += [f"-Wl,-install_name,@rpath/{library}", "-Wl,-dead_strip"]
     else:
-        options += ["-Wl,--gc-sections"]  # what has been inlined everywhere
-    done = subprocess.run([*command, *options, "-o", library, *files, "-lm"], cwd=folder, capture_output=True, text=True, check=False)
-    if done.returncode:
-        error = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr.strip() or "no message")
-        raise MissingToolError(f"{' '.join(command)} cannot compile for {wanted.name}: {error}")
+        linking += ["-Wl,--gc-sections"]  # what has been inlined everywhere
+    objects = [f"{Path(file).stem}.o" for file in files]
+    steps = [[*compiling, "-c", "-o", made, file] for made, file in zip(objects, files, strict=True)]
+    # Of what zig adds to a library by itself, the small form
+    for options in (*steps, [*linking, "-Os", "-o", library, *objects, "-lm"]):
+        done = subprocess.run([*command, *options], cwd=folder, capture_output=True, text=True, check=False)
+        if done.returncode:
+            error = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr.strip() or "no message")
+            raise MissingToolError(f"{' '.join(command)} cannot compile for {wanted.name}: {error}")
     return (folder / library).read_bytes()
 
 
