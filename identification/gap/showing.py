@@ -37,6 +37,12 @@ def on_holdout(found: Fit, runs: Sequence[AnyRun]) -> Closeness:
     return Closeness(float(left @ left) / again.count, _rms(again), again)
 
 
+def quiet(found: Fit, runs: Sequence[AnyRun]) -> list[AnyRun]:
+    """Held-out runs with the noise that a model leaves of them: a sharp effect's highest orders are then not in it."""
+    again = on_holdout(found, runs).fit
+    return [found.model.with_noise_beside(run, again.of_run(i)) for i, run in enumerate(runs)]
+
+
 def floor(runs: Sequence[AnyRun]) -> float:
     """The rms that noise alone leaves on the harmonics, in the output's unit."""
     power = sum(float(np.sum(r.deviation**2)) for r in runs)

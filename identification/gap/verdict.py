@@ -10,7 +10,7 @@ from identification.gap.decide import Verdict
 from identification.gap.fitting import parameters_of
 from identification.gap.locating import Cells, locate
 from identification.gap.model import AnyRun
-from identification.gap.showing import closeness, floor, on_holdout
+from identification.gap.showing import closeness, floor, on_holdout, quiet
 from identification.gap.ties import equivalent
 
 
@@ -59,6 +59,7 @@ def _limitations(verdict: Verdict) -> list[str]:
 def gap(verdict: Verdict, holdout: Sequence[AnyRun], unit: str) -> dict[str, Any]:
     """Before, after and on the held-out runs, as reduced chi-square and as rms."""
     before, after = closeness(verdict.base), closeness(verdict.best)
+    holdout = quiet(verdict.best, holdout) if holdout else []
     held = [on_holdout(f, holdout) if holdout else None for f in (verdict.base, verdict.best)]
     return {
         "before": before.chi2, "after": after.chi2,
