@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from simulators.hidden_mechanisms import excitation, resistance, simulate
 
+from benchmarks import gap_generic
 from fmus.effects.places import laws_at
 from fmus.errors import InputError
 from fmus.mechanisms import DrivenJoint, MassSpringDamper, Pendulum, TwoMass, mechanisms
 from fmus.resisted import Resisted
+from identification.gap import any_component
 from identification.gap.any_component import investigate
 from identification.gap.blocks import blocks_of
 from identification.gap.component_test import component_test
@@ -203,6 +205,27 @@ def test_the_command_writes_verdict_model_fmu_and_report(tmp_path, capsys):
     assert result["modes"]["after"][0]["frequency"][0] == pytest.approx(np.sqrt(14 / 0.08) / (2 * np.pi), rel=0.01)
     again = names.component(str(out / result["model"]))
     assert again.values["stiffness"] == pytest.approx(14.0, rel=0.02)
+
+
+def test_an_interrupted_run_leaves_what_it_had(tmp_path, monkeypatch, capsys):
+    fit, _ = files(tmp_path, {})
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(any_component, "decide", interrupted)
+    assert main(["gap", fit, "--component", "driven_joint", "--out", str(tmp_path / "out")]) == 1
+    left = json.loads((tmp_path / "out" / "verdict.json").read_text("utf-8"))
+    assert set(left) >= KEYS
+    assert (left["verdict"], left["effects"]) == ("unknown", [])
+    assert "Interrupted" in left["limitations"][0]
+    assert left["base"]["stiffness"]["value"] == pytest.approx(14.0, rel=0.02)
+
+
+def test_the_study_of_blind_cases_counts_them():
+    result = gap_generic.run(lambda seeds: seeds, cases=1)
+    assert (result["cases"], result["nothing_hidden"], result["false_alarms"], result["hidden"]) == (1, 1, 0, 0)
+    assert result["counts"] == {"none": {"none": 1}}
 
 
 OWN = '''from fmus import Component, input, output, parameter, state
