@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.gap_cases import wilson
+from benchmarks.gap_blind import wilson
 from identification.gap.eigenvalue_verdict import decide_on_eigenvalues
 from identification.gap.eigenvalues import read_eigenvalues
 from identification.gap.fitting import parameters_of
@@ -27,7 +27,7 @@ CLEAR = 40.0  # delta chi-square from which naming is reliable
 HIDDEN = {
     "frame_compliance": lambda r: ({"compliance": 10 ** r.uniform(-5.3, -4.2), "axis": r.uniform(0.2, 0.6)}, "compliance"),
     "rider_lean": lambda r: ({"lean": (r.uniform(10, 50), r.uniform(1, 4), r.uniform(0.1, 0.5))}, "mass"),
-    "tyre_relaxation": lambda r: ({n: x for n, x in zip(("sigma_f", "sigma_r"), np.full(2, r.uniform(0.05, 0.3)), strict=True)}, "length"),
+    "tyre_relaxation": lambda r: (dict.fromkeys(("sigma_f", "sigma_r"), r.uniform(0.05, 0.3)), "length"),
     "roll_inertia": lambda r: ({"roll_inertia": r.uniform(10, 40)}, "inertia"),
     "aerodynamics": lambda r: ({"air_load": r.uniform(0.05, 0.2)}, "load"),
     "steer_damping": lambda r: ({"damper": r.uniform(2, 8)}, "damping"),
@@ -92,9 +92,9 @@ def summary(results: list[dict]) -> dict:
     sized = [r for r in results if "size_ok" in r]
     return {
         "cases": len(results), "confusion": {f"{a} -> {b}": n for (a, b), n in sorted(counts.items())},
-        "false_alarms": wilson(sum(r["verdict"] != "none" for r in quiet), len(quiet)),
-        "right_or_in_the_tie": wilson(sum(r["truth"] in r["names"] for r in clear), len(clear)),
-        "wrong_names": wilson(sum(r["truth"] not in r["names"] for r in named), len(named)),
-        "outside_named": wilson(sum(r["verdict"] == "named" for r in outside), len(outside)),
-        "sizes_within_5_percent_or_2_errors": wilson(sum(r["size_ok"] for r in sized), len(sized)),
+        "false_alarms": wilson([r["verdict"] != "none" for r in quiet]),
+        "right_or_in_the_tie": wilson([r["truth"] in r["names"] for r in clear]),
+        "wrong_names": wilson([r["truth"] not in r["names"] for r in named]),
+        "outside_named": wilson([r["verdict"] == "named" for r in outside]),
+        "sizes_within_5_percent_or_2_errors": wilson([r["size_ok"] for r in sized]),
     }  # fmt: skip
