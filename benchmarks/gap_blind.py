@@ -92,17 +92,17 @@ def summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
     ties = [r for r in rows if r["verdict"] == "tied"]
     pairs = [r for r in hidden["pair"] if min(_gains(r)) >= CLEAR]
     rates = {
-        "false alarms": wilson([r["verdict"] != "none" for r in hidden["none"]]),
-        "right name or a set with it, from delta chi-square 40": wilson([_holds(r) for r in alone if _gain(r) >= NAMEABLE]),
-        "right name alone, from delta chi-square 40": wilson([_named(r) == r["truth"]["families"] for r in alone if _gain(r) >= NAMEABLE]),
-        "wrong name, from delta chi-square 100": wilson([_wrong(r) for r in alone if _gain(r) >= CLEAR]),
-        "unlike form: family right": wilson([_holds(r) for r in hidden["unlike"] if _gain(r) >= CLEAR]),
-        "unlike form: wrong name": wilson([_wrong(r) for r in hidden["unlike"] if _gain(r) >= CLEAR]),
-        "outside the library: unknown": wilson([r["verdict"] == "unknown" for r in hidden["outside"]]),
-        "ties hold the truth": wilson([bool(set(r["truth"]["families"]) & set(r["tied"])) for r in ties if r["truth"]["kind"] in ("single", "trio")]),
-        "proposed run settles": wilson([_named(r["settled"]) == r["truth"]["families"] for r in ties if "settled" in r and r["truth"]["kind"] in ("single", "trio")]),
-        "pairs: both": wilson([set(_named(r)) == set(r["truth"]["families"]) for r in pairs]),
-        "pairs: at least one, none wrong": wilson([bool(_named(r)) and set(_named(r)) <= set(r["truth"]["families"]) for r in pairs]),
+        "false alarms": share_of([r["verdict"] != "none" for r in hidden["none"]]),
+        "right name or a set with it, from delta chi-square 40": share_of([_holds(r) for r in alone if _gain(r) >= NAMEABLE]),
+        "right name alone, from delta chi-square 40": share_of([_named(r) == r["truth"]["families"] for r in alone if _gain(r) >= NAMEABLE]),
+        "wrong name, from delta chi-square 100": share_of([_wrong(r) for r in alone if _gain(r) >= CLEAR]),
+        "unlike form: family right": share_of([_holds(r) for r in hidden["unlike"] if _gain(r) >= CLEAR]),
+        "unlike form: wrong name": share_of([_wrong(r) for r in hidden["unlike"] if _gain(r) >= CLEAR]),
+        "outside the library: unknown": share_of([r["verdict"] == "unknown" for r in hidden["outside"]]),
+        "ties hold the truth": share_of([bool(set(r["truth"]["families"]) & set(r["tied"])) for r in ties if r["truth"]["kind"] in ("single", "trio")]),
+        "proposed run settles": share_of([_named(r["settled"]) == r["truth"]["families"] for r in ties if "settled" in r and r["truth"]["kind"] in ("single", "trio")]),
+        "pairs: both": share_of([set(_named(r)) == set(r["truth"]["families"]) for r in pairs]),
+        "pairs: at least one, none wrong": share_of([bool(_named(r)) and set(_named(r)) <= set(r["truth"]["families"]) for r in pairs]),
     }  # fmt: skip
     confusion = Counter((" + ".join(r["truth"]["families"]) or "none", " + ".join(_named(r)) or r["verdict"]) for r in rows)
     held = [r["gap"]["holdout_after"] for r in rows if r["verdict"] in ("named", "none") and r["truth"]["kind"] in ("none", "single", "pair", "trio")]
@@ -137,7 +137,7 @@ def _sizes(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
         error = abs(abs(found["value"]) - true)
         near.append(error < max(0.05 * true, 2 * found["standard_error"]))
         covered.append(error < 1.96 * found["standard_error"])
-    return {"within_5_percent_or_2_errors": wilson(near), "covered_by_95_percent_interval": wilson(covered)}
+    return {"within_5_percent_or_2_errors": share_of(near), "covered_by_95_percent_interval": share_of(covered)}
 
 
 def _named(row: dict[str, Any]) -> list[str]:
@@ -162,12 +162,15 @@ def _gain(row: dict[str, Any]) -> float:
     return max(_gains(row), default=0.0)
 
 
-def wilson(outcomes: Sequence[bool], z: float = 1.96) -> dict[str, float] | None:
-    """The rate with Wilson's interval (J. Am. Stat. Assoc. 22 (1927) 209-212); None of nothing."""
-    trials = len(outcomes)
-    if not trials:
-        return None
-    rate = sum(outcomes) / trials
+def share_of(outcomes: Sequence[bool]) -> dict[str, float] | None:
+    """The share of outcomes that are true, with Wilson's interval; None of nothing."""
+    return wilson(sum(outcomes), len(outcomes)) if len(outcomes) else None
+
+
+def wilson(successes: int, trials: int, z: float = 1.96) -> dict[str, float]:
+    """The rate with Wilson's interval (J. Am. Stat. Assoc. 22 (1927) 209-212)."""
+    trials = max(trials, 1)
+    rate = successes / trials
     middle = (rate + z**2 / (2 * trials)) / (1 + z**2 / trials)
     half = z / (1 + z**2 / trials) * np.sqrt(rate * (1 - rate) / trials + z**2 / (4 * trials**2))
     return {"rate": rate, "from": max(float(middle - half), 0.0), "to": min(float(middle + half), 1.0), "trials": trials}

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from scipy.signal import lsim
 
-from benchmarks.gap_blind import wilson
+from benchmarks.gap_blind import share_of
 from identification.gap.competing import compete, one_each
 from identification.gap.decide import decide
 from identification.gap.fitting import Fit, fit
@@ -147,7 +147,7 @@ def _rates(rows: list[tuple[str, str]]) -> dict[str, Any]:
     quiet = [answer for truth, answer in rows if truth == "none"]
     hidden = [(truth, answer) for truth, answer in rows if truth != "none"]
     return {
-        "false_alarms": wilson([answer != "none" for answer in quiet]),
-        "right": wilson([truth == answer for truth, answer in hidden]),
-        "wrong": wilson([answer not in (truth, "none", "tied", "unknown") for truth, answer in hidden]),
+        "false_alarms": share_of([answer != "none" for answer in quiet]),
+        "right": share_of([truth == answer for truth, answer in hidden]),
+        "wrong": share_of([answer not in (truth, "none", "tied", "unknown") for truth, answer in hidden]),
     }  # fmt: skip
