@@ -22,6 +22,8 @@ PROMISED = 0.5  # of a signature's gain: with less, a fit is tried from elsewher
 SMALLER = 0.2  # of the size of an effect, from where it is tried again
 STARTS = 2  # signatures of a family that are fitted
 FORMS = 0.3  # of the best one's dBIC: what a family must have for its other forms to be fitted
+BEHIND = 300.0  # dBIC behind an adequate effect that another form of a family may make up for
+FAR_LESS = 0.25  # of a gain: what a signature, which sees only small effects in full, must promise
 LEADERS = 6  # families that are fitted
 
 
@@ -48,10 +50,11 @@ def adequate(found: Fit) -> bool:
     return found.reduced < max(ADEQUATE, 1 + 4.5 * np.sqrt(2 / found.freedom))
 
 
-def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS) -> list[Candidate]:
+def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS, least: float = SIGNIFICANT) -> list[Candidate]:
     """The candidates on top of a fit, the best first and fitted ones before others.
 
-    All are screened, the leading families are fitted, and those that come out best in all their forms.
+    All are screened, the leading families are fitted, and those that come out best in all their forms. Nothing is fitted
+    where the screening promises far less chi-square than `least`.
     """
     present = {e.family for e in found.model.effects}
     by_family: dict[str, list[type[Effect]]] = {}
@@ -62,22 +65,23 @@ def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS)
     seen = screen(found, [form for forms in families.values() for form in _plain(forms)])
     order = sorted(families, key=lambda name: -max((s.gain for s in seen if s.effect.family == name), default=0.0))
     top = max((s.gain for s in seen), default=0.0)
-    if top < SIGNIFICANT / 2:
+    if top < max(SIGNIFICANT / 2, FAR_LESS * least):
         return _ranked(_unfitted(found, s) for s in seen)
     candidates: list[Candidate] = []
     for wave in (order[:1], order[1:3], order[3:leaders]):  # what the first ones gain decides which others are worth a fit
         enough = max((c.delta_chi2 for c in candidates if c.fitted and adequate(c.fit)), default=0.0)
         mine = [sorted((s for s in seen if s.effect.family == name), key=lambda s: -s.gain)[:STARTS] for name in wave]
-        worth = [signatures[0].gain >= max(SIGNIFICANT / 2, 0.02 * top, RIVAL * enough) for signatures in mine]
-        candidates += _fitted(found, [s for signatures, fits in zip(mine, worth, strict=True) if fits for s in signatures], candidates)
-        candidates += [_unfitted(found, signatures[0]) for signatures, fits in zip(mine, worth, strict=True) if not fits]
+        threshold = max(SIGNIFICANT / 2, 0.02 * top, RIVAL * enough)
+        candidates += _fitted(found, [s for signatures in mine for s in signatures if s.gain >= threshold], candidates)
+        candidates += [_unfitted(found, signatures[0]) for signatures in mine if signatures[0].gain < threshold]
     candidates = _ranked([*candidates, *(_unfitted(found, s) for s in seen if s.effect.family in order[leaders:])])
     near = {c.family for c in candidates[:1] if c.delta_bic > SIGNIFICANT}
     near |= {c.family for c in candidates[:4] if candidates[0].delta_bic - c.delta_bic < CLEAR and c.delta_bic > SIGNIFICANT}
-    near |= {c.family for c in one_each(candidates)[:4] if c.delta_bic > max(SIGNIFICANT, FORMS * candidates[0].delta_bic)}
+    best, reach = candidates[0], BEHIND if adequate(candidates[0].fit) else np.inf
+    near |= {c.family for c in one_each(candidates)[:4] if c.delta_bic > max(SIGNIFICANT, FORMS * best.delta_bic, best.delta_bic - reach)}
     for flexible in (False, True):  # a curve of its own only where no plain form fits
         known = {c.effect for c in candidates if c.effect in c.fit.model.effects}
-        more = [form for name in near for form in families[name] if form.flexible == flexible and form not in known]
+        more = [form for name in families if name in near for form in families[name] if form.flexible == flexible and form not in known]
         candidates = _ranked([*candidates, *_fitted(found, screen(found, more, keep=1), candidates)])
         if adequate(candidates[0].fit):
             break
@@ -120,7 +124,7 @@ def _best_fit(found: Fit, signature: Signature, beat: float) -> tuple[np.ndarray
     best = None
     for start in starts:
         try:
-            fitted = fit(model, found.runs, start, beat=beat)
+            fitted = fit(model, found.runs, start, beat=beat if best is None else min(beat, best.chi2))
         except InputError:  # nothing near this start can be simulated
             continue
         best = fitted if best is None or fitted.chi2 < best.chi2 else best

@@ -46,7 +46,7 @@ def pairs_of(best: Candidate, first: Sequence[Candidate], library: Sequence[type
     worth = best.delta_bic + max(SECOND, SHARE * best.delta_chi2) if adequate(best.fit) else 0.0
     found: dict[frozenset[str], Pair] = {}
     for one in leading[:FIRSTS]:
-        for two in one_each(compete(one.fit, library, leaders=4)):
+        for two in one_each(compete(one.fit, library, leaders=4, least=max(SECOND, SHARE * one.delta_chi2))):
             pair = Pair(one, two)
             significant = two.effect in two.fit.model.effects and two.delta_bic > max(SECOND, SHARE * one.delta_chi2)
             if significant and pair.delta_bic > worth and adequate(two.fit):

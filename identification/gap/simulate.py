@@ -22,7 +22,7 @@ from fmus.errors import InputError
 from identification.gap.equations import Equations
 from identification.gap.over_time import inverse, is_zero, part, product
 
-CONVERGED = 1e-5  # of a state's largest value; what is left after such a step is its square
+CONVERGED = 1e-5  # of a state's size (root mean square); what is left after such a step is its square
 STEPS = 30
 np.empty(4_000_000)  # once freed, the C library keeps what smaller arrays free: handing it back to the system took half of the time
 
@@ -72,8 +72,7 @@ def simulate(equations: Equations, values: Mapping[str, float], motion: Motion, 
             break
         steps.factor()
         change = steps.solve(-steps.defect)
-        largest = _largest(change)
-        before, update = update, float(np.max(largest / (_largest(x) + largest + 1e-12)))
+        before, update = update, float(np.max(_size(change) / (_size(x) + _size(change) + 1e-12)))
         if not np.isfinite(update):
             raise InputError(f"{equations.component.name}: the simulation diverges")
         settled = update < CONVERGED
@@ -85,6 +84,8 @@ def simulate(equations: Equations, values: Mapping[str, float], motion: Motion, 
         if kink or equations.linear:
             steps.look(x)
             break
+    else:
+        steps.look(x)
     return Trajectory(x.T, steps, with_initial)
 
 
@@ -178,6 +179,6 @@ class _Collocation:
         return solution.reshape(self.n - 1, self.nx).T
 
 
-def _largest(x: np.ndarray) -> np.ndarray:
-    """The largest size (nx,) of each row."""
-    return np.maximum(x.max(axis=1), -x.min(axis=1))
+def _size(x: np.ndarray) -> np.ndarray:
+    """The root mean square (nx,) of each row."""
+    return np.sqrt(np.einsum("ij,ij->i", x, x) / x.shape[1])
