@@ -81,7 +81,7 @@ def cosimulate(units: Mapping[str, Unit], step: float | str, duration: float, co
     chosen, predicted = choose(network, linear, step, coupling, tolerance)
     profile = profile or Profile.constant(network)
     columns = ["time [s]", *(f"{name} [{_unit(network, name)}]" for name in network.outputs)]
-    rows, watched = Rows(columns, out), bonds(network, WORKS_ON)
+    rows, watched = Rows(columns, out, count + 1), bonds(network, WORKS_ON)
     network.external[:] = profile.at(np.zeros(2))
     outputs = network.read(np.zeros(len(network.outputs)))
     rows.write(np.concatenate([[0.0], outputs])[None])

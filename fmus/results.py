@@ -14,12 +14,15 @@ from fmus.errors import InputError
 
 
 class Rows:
-    """Where the rows of a run go: to `path`, or without one into memory. Raises InputError when it cannot be written."""
+    """Where the rows of a run go: to `path`, or without one into memory, with room for those expected.
 
-    def __init__(self, columns: Sequence[str], path: str | Path | None = None):
+    Raises InputError when it cannot be written.
+    """
+
+    def __init__(self, columns: Sequence[str], path: str | Path | None = None, expected: int = 1000):
         self.columns = tuple(columns)
         self.path = Path(path) if path is not None else None
-        self._kept: list[np.ndarray] = []
+        self._kept, self._count = np.empty((0 if path is not None else expected, len(self.columns))), 0
         self._file: TextIO | None = None
         if self.path is not None:
             try:
@@ -33,7 +36,11 @@ class Rows:
     def write(self, rows: np.ndarray) -> None:
         """Add rows (n, columns)."""
         if self._file is None:
-            self._kept.append(rows.copy())
+            count = self._count + len(rows)
+            if count > len(self._kept):
+                self._kept = np.concatenate([self._kept[: self._count], np.empty((count, len(self.columns)))])
+            self._kept[self._count : count] = rows
+            self._count = count
             return
         self._file.writelines(",".join(map(repr, row)) + "\n" for row in rows.tolist())
         self._file.flush()
@@ -45,4 +52,4 @@ class Rows:
     @property
     def kept(self) -> np.ndarray:
         """The rows (n, columns) that were kept in memory."""
-        return np.concatenate(self._kept) if self._kept else np.zeros((0, len(self.columns)))
+        return self._kept[: self._count]
