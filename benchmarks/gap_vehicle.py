@@ -92,9 +92,9 @@ def summary(results: list[dict]) -> dict:
     sized = [r for r in results if "size_ok" in r]
     return {
         "cases": len(results), "confusion": {f"{a} -> {b}": n for (a, b), n in sorted(counts.items())},
-        "false_alarms": wilson([r["verdict"] != "none" for r in quiet]),
-        "right_or_in_the_tie": wilson([r["truth"] in r["names"] for r in clear]),
-        "wrong_names": wilson([r["truth"] not in r["names"] for r in named]),
-        "outside_named": wilson([r["verdict"] == "named" for r in outside]),
-        "sizes_within_5_percent_or_2_errors": wilson([r["size_ok"] for r in sized]),
+        "false_alarms": wilson(sum(r["verdict"] != "none" for r in quiet), len(quiet)),
+        "right_or_in_the_tie": wilson(sum(r["truth"] in r["names"] for r in clear), len(clear)),
+        "wrong_names": wilson(sum(r["truth"] not in r["names"] for r in named), len(named)),
+        "outside_named": wilson(sum(r["verdict"] == "named" for r in outside), len(outside)),
+        "sizes_within_5_percent_or_2_errors": wilson(sum(r["size_ok"] for r in sized), len(sized)),
     }  # fmt: skip
