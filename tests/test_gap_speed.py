@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from benchmarks import gap_speed
 from fmus import Component, input, output, parameter, state
 from fmus.errors import InputError
 from identification.gap import parallel
@@ -151,3 +152,10 @@ def test_work_is_spread_in_order_and_its_errors_come_back(monkeypatch):
 def test_as_many_processes_as_are_allowed(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "1")
     assert parallel.processes() == 1
+
+
+def test_the_benchmark_measures_a_verdict():
+    cost = gap_speed.measured("none", 40.0, 0.1)
+    assert cost["verdict"] == "none"
+    assert 0 < cost["screening_cpu_s"] < 20 and 0 < cost["preparing_cpu_s"] < 20  # hundredths of a second, on a machine with nothing else to do
+    assert cost["peak_mb"] < 1000
