@@ -22,12 +22,12 @@ from typing import Any
 import numpy as np
 
 from fmus.progress import track
-from identification.gap.decide import decide
-from identification.gap.model import Model
-from identification.gap.next_test import next_experiment
-from identification.gap.runs import Run, prepare
-from identification.gap.test_stand import TestStand
-from identification.gap.verdict import as_result
+from identification.gap.data.runs import Run, prepare
+from identification.gap.models.model import Model
+from identification.gap.naming.decide import decide
+from identification.gap.proposing.next_test import next_experiment
+from identification.gap.reporting.verdict import as_result
+from identification.gap.stands.test_stand import TestStand
 from identification.recordings import read_recording, read_rig
 from scenarios.rig_proposals import rig_proposals
 from scenarios.rig_test import rig_effects, rig_test, with_bare_bar

@@ -12,9 +12,9 @@ import numpy as np
 
 from fmus.errors import InputError
 from fmus.mechanisms import DrivenJoint, Pendulum
-from identification.gap.any_component import investigate
-from identification.gap.component_test import component_test
-from identification.gap.sampled import prepare_sampled
+from identification.gap.data.sampled import prepare_sampled
+from identification.gap.naming.any_component import investigate
+from identification.gap.stands.component_test import component_test
 from identification.recordings import Recording
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))

@@ -16,12 +16,12 @@ import numpy as np
 from scipy.signal import lsim
 
 from benchmarks.gap_blind import share_of
-from identification.gap.competing import compete, one_each
-from identification.gap.decide import decide
-from identification.gap.fitting import Fit, fit
-from identification.gap.model import Model
-from identification.gap.runs import Run, prepare
-from identification.gap.starting import fit_base
+from identification.gap.data.runs import Run, prepare
+from identification.gap.models.model import Model
+from identification.gap.naming.competing import compete, one_each
+from identification.gap.naming.decide import decide
+from identification.gap.naming.fitting import Fit, fit
+from identification.gap.naming.starting import fit_base
 from identification.recordings import read_recording, read_rig
 from scenarios.rig_test import rig_effects, rig_test
 from tests.simulators.blind_cases import Laboratory, draw

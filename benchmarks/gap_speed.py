@@ -15,12 +15,12 @@ from typing import Any
 
 import numpy as np
 
-from identification.gap.decide import decide
-from identification.gap.fitting import fit
-from identification.gap.model import Model
-from identification.gap.runs import prepare
-from identification.gap.screening import screen
-from identification.gap.verdict import as_result
+from identification.gap.data.runs import prepare
+from identification.gap.models.model import Model
+from identification.gap.naming.decide import decide
+from identification.gap.naming.fitting import fit
+from identification.gap.naming.screening import screen
+from identification.gap.reporting.verdict import as_result
 from scenarios.rig_test import rig_effects, rig_test
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))

@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.gap_blind import wilson
-from identification.gap.eigenvalue_verdict import decide_on_eigenvalues
-from identification.gap.eigenvalues import read_eigenvalues
-from identification.gap.fitting import parameters_of
+from identification.gap.data.eigenvalues import read_eigenvalues
+from identification.gap.naming.fitting import parameters_of
+from identification.gap.reporting.eigenvalue_verdict import decide_on_eigenvalues
 from scenarios.vehicle_test import vehicle_effects, vehicle_stand, with_names
 from vehicle_fmu import Motorcycle
 

@@ -9,8 +9,8 @@ import numpy as np
 from fmus.build import build
 from fmus.component import Component
 from fmus.linear import linearise
-from identification.gap.component_test import ComponentTest
-from identification.gap.fitting import Fit
+from identification.gap.naming.fitting import Fit
+from identification.gap.stands.component_test import ComponentTest
 from scenarios.command_line import write_text
 
 FILE = "augmented_component.toml"

@@ -9,8 +9,8 @@ import numpy as np
 from fmus.build import build
 from fmus.component import Component
 from fmus.effects import Effect
-from identification.gap.decide import Verdict
-from identification.gap.fitting import Fit, parameters_of
+from identification.gap.naming.decide import Verdict
+from identification.gap.naming.fitting import Fit, parameters_of
 from rider_fmu import riders
 from scenarios import names
 from scenarios.command_line import write_text

@@ -8,7 +8,7 @@ import numpy as np
 
 from fmus.build import build
 from fmus.component import Component
-from identification.gap.fitting import Fit, parameters_of
+from identification.gap.naming.fitting import Fit, parameters_of
 from scenarios import names
 from scenarios.command_line import write_text
 from vehicle_fmu import MODES, modes, over_speed, ridden

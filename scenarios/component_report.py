@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 from scipy.fft import idct
 from scipy.signal import csd, welch
 
-from identification.gap.decide import Verdict
-from identification.gap.fitting import Fit
-from identification.gap.sampled import Sampled
+from identification.gap.data.sampled import Sampled
+from identification.gap.naming.decide import Verdict
+from identification.gap.naming.fitting import Fit
 from scenarios.gap_report import FILE, whiteness
 from scenarios.report import COLOURS, Report, Section, Table, new_figure
 

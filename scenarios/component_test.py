@@ -12,15 +12,15 @@ from fmus.component import Component
 from fmus.effects import load_folder
 from fmus.errors import InputError, MissingToolError
 from fmus.progress import track
-from identification.gap.any_component import Investigation, investigate
-from identification.gap.component_test import ComponentTest, component_test
-from identification.gap.decide import Verdict
-from identification.gap.fitting import parameters_of
-from identification.gap.next_test import next_experiment
-from identification.gap.sampled import Sampled, excited, prepare_sampled
-from identification.gap.sampled_places import cells
-from identification.gap.scaled_runs import scaled_runs
-from identification.gap.verdict import as_result
+from identification.gap.data.sampled import Sampled, excited, prepare_sampled
+from identification.gap.naming.any_component import Investigation, investigate
+from identification.gap.naming.decide import Verdict
+from identification.gap.naming.fitting import parameters_of
+from identification.gap.proposing.next_test import next_experiment
+from identification.gap.proposing.scaled_runs import scaled_runs
+from identification.gap.reporting.sampled_places import cells
+from identification.gap.reporting.verdict import as_result
+from identification.gap.stands.component_test import ComponentTest, component_test
 from identification.recordings import Recording, read_recording, read_rig
 from scenarios import names
 from scenarios.augmented_component import FILE, component_of, own_modes, write_component

@@ -3,9 +3,9 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from identification.gap.fitting import Fit
-from identification.gap.locating import Place
-from identification.gap.runs import Run
+from identification.gap.data.runs import Run
+from identification.gap.naming.fitting import Fit
+from identification.gap.reporting.locating import Place
 from scenarios.report import COLOURS, new_figure
 
 MISS = "#c00000"

@@ -14,10 +14,10 @@ from rich.table import Table
 
 from fmus.errors import InputError
 from identification.excitation import sweep
-from identification.gap.fitting import fit
-from identification.gap.model import Model
-from identification.gap.nameable import Nameable, nameable
-from identification.gap.planned import Channels, planned
+from identification.gap.models.model import Model
+from identification.gap.naming.fitting import fit
+from identification.gap.proposing.nameable import Nameable, nameable
+from identification.gap.proposing.planned import Channels, planned
 from identification.recordings import read_rig
 from scenarios.command_line import to_json, write_text
 from scenarios.names import assignments

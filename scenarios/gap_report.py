@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from identification.gap.decide import Verdict
-from identification.gap.fitting import Fit
-from identification.gap.locating import FALSE_DISCOVERIES, locate
-from identification.gap.runs import Run
+from identification.gap.data.runs import Run
+from identification.gap.naming.decide import Verdict
+from identification.gap.naming.fitting import Fit
+from identification.gap.reporting.locating import FALSE_DISCOVERIES, locate
 from scenarios.gap_map import gap_map
 from scenarios.report import COLOURS, Report, Section, Table, new_figure
 

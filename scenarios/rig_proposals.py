@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from identification.excitation import sweep
-from identification.gap.expected import Foresight
-from identification.gap.fitting import Fit
-from identification.gap.next_test import Proposal, further_sweeps
-from identification.gap.planned import Channels, planned
-from identification.gap.runs import Run
+from identification.gap.data.runs import Run
+from identification.gap.naming.fitting import Fit
+from identification.gap.proposing.expected import Foresight
+from identification.gap.proposing.next_test import Proposal, further_sweeps
+from identification.gap.proposing.planned import Channels, planned
 from scenarios.rig_test import DAMPING, STIFFNESS, bare_bar
 
 

@@ -12,8 +12,8 @@ import rider_fmu.effects
 from fmus import Effect, System
 from fmus.effects import effects_in, load_folder
 from fmus.effects.library import declared_by
-from identification.gap.runs import Run
-from identification.gap.test_stand import Free, TestStand
+from identification.gap.data.runs import Run
+from identification.gap.stands.test_stand import Free, TestStand
 from rider_fmu import Handlebar, riders
 
 RIDER = ("torso_inertia", "arm_stiffness", "waist_stiffness", "arm_damping", "waist_damping")

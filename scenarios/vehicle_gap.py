@@ -10,12 +10,12 @@ from matplotlib.figure import Figure
 
 from fmus.component import Component
 from fmus.errors import MissingToolError
-from identification.gap.decide import Verdict
-from identification.gap.eigenvalue_verdict import cells, decide_on_eigenvalues
-from identification.gap.eigenvalues import Spectrum, is_spectrum, read_eigenvalues
-from identification.gap.fitting import Fit
-from identification.gap.linear_stand import LinearStand
-from identification.gap.verdict import as_result
+from identification.gap.data.eigenvalues import Spectrum, is_spectrum, read_eigenvalues
+from identification.gap.naming.decide import Verdict
+from identification.gap.naming.fitting import Fit
+from identification.gap.reporting.eigenvalue_verdict import cells, decide_on_eigenvalues
+from identification.gap.reporting.verdict import as_result
+from identification.gap.stands.linear_stand import LinearStand
 from scenarios import names
 from scenarios.augmented_vehicle import FILE, effect_on_modes, vehicle_of, write_vehicle
 from scenarios.command_line import to_json, write_text

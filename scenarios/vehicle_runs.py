@@ -13,13 +13,13 @@ from fmus.component import Component
 from fmus.effects import Effect
 from fmus.errors import InputError, MissingToolError
 from fmus.progress import track
-from identification.gap.decide import Verdict, decide
-from identification.gap.fitting import Fit, fit, parameters_of
-from identification.gap.linear_stand import LinearStand
-from identification.gap.verdict import as_result
-from identification.gap.weak_form import BAND, BLOCK, WeakRun, prepare_weak
-from identification.gap.weak_model import WeakModel, accelerated
-from identification.gap.weak_verdict import cells
+from identification.gap.data.weak_form import BAND, BLOCK, WeakRun, prepare_weak
+from identification.gap.models.weak_model import WeakModel, accelerated
+from identification.gap.naming.decide import Verdict, decide
+from identification.gap.naming.fitting import Fit, fit, parameters_of
+from identification.gap.reporting.verdict import as_result
+from identification.gap.reporting.weak_verdict import cells
+from identification.gap.stands.linear_stand import LinearStand
 from identification.recordings import read_recording
 from scenarios import names
 from scenarios.augmented_vehicle import FILE, write_vehicle

@@ -9,10 +9,10 @@ from fmus.component import Component
 from fmus.effects import Effect, load_folder
 from fmus.effects.library import joining
 from fmus.errors import unknown
-from identification.gap.eigenvalue_model import shaped
-from identification.gap.eigenvalues import Spectrum
-from identification.gap.linear_stand import LinearStand
-from identification.gap.test_stand import Free
+from identification.gap.data.eigenvalues import Spectrum
+from identification.gap.models.eigenvalue_model import shaped
+from identification.gap.stands.linear_stand import LinearStand
+from identification.gap.stands.test_stand import Free
 from scenarios.names import VEHICLE_EFFECTS
 from vehicle_fmu import MODES, modes, over_speed, ridden
 

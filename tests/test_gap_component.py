@@ -11,15 +11,15 @@ from fmus.effects.places import laws_at
 from fmus.errors import InputError
 from fmus.mechanisms import DrivenJoint, MassSpringDamper, Pendulum, TwoMass, mechanisms
 from fmus.resisted import Resisted
-from identification.gap import any_component
-from identification.gap.any_component import investigate
-from identification.gap.blocks import blocks_of
-from identification.gap.component_test import component_test
-from identification.gap.flexible import noise_density
-from identification.gap.free_start import FreeStart
-from identification.gap.noise_sources import known_noise
-from identification.gap.sampled import prepare_sampled, white_noise
-from identification.gap.told import motion_functions
+from identification.gap.data.blocks import blocks_of
+from identification.gap.data.flexible import noise_density
+from identification.gap.data.noise_sources import known_noise
+from identification.gap.data.sampled import prepare_sampled, white_noise
+from identification.gap.data.told import motion_functions
+from identification.gap.models.free_start import FreeStart
+from identification.gap.naming import any_component
+from identification.gap.naming.any_component import investigate
+from identification.gap.stands.component_test import component_test
 from identification.recordings import Recording, write_recording
 from scenarios import names
 from scenarios.command_line import main

@@ -2,10 +2,10 @@
 
 import pytest
 
-from identification.gap.decide import decide
-from identification.gap.fitting import parameters_of
-from identification.gap.model import Model
-from identification.gap.runs import prepare
+from identification.gap.data.runs import prepare
+from identification.gap.models.model import Model
+from identification.gap.naming.decide import decide
+from identification.gap.naming.fitting import parameters_of
 from scenarios.rig_test import rig_effects, rig_test
 
 pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")

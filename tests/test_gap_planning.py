@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from identification.excitation import sweep as planned_sweep
-from identification.gap.decide import decide
-from identification.gap.fitting import fit
-from identification.gap.locating import locate
-from identification.gap.model import Model
-from identification.gap.nameable import nameable
-from identification.gap.next_test import next_experiment
-from identification.gap.planned import Channels, planned
-from identification.gap.runs import prepare
-from identification.gap.ties import equivalent
+from identification.gap.data.runs import prepare
+from identification.gap.models.model import Model
+from identification.gap.naming.decide import decide
+from identification.gap.naming.fitting import fit
+from identification.gap.naming.ties import equivalent
+from identification.gap.proposing.nameable import nameable
+from identification.gap.proposing.next_test import next_experiment
+from identification.gap.proposing.planned import Channels, planned
+from identification.gap.reporting.locating import locate
 from scenarios.rig_proposals import rig_proposals
 from scenarios.rig_test import rig_effects, rig_test, with_bare_bar
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from fmus.errors import InputError
-from identification.gap.decide import decide
-from identification.gap.model import Model
-from identification.gap.runs import prepare, usable
-from identification.gap.verdict import as_result
+from identification.gap.data.runs import prepare, usable
+from identification.gap.models.model import Model
+from identification.gap.naming.decide import decide
+from identification.gap.reporting.verdict import as_result
 from identification.recordings import read_recording
 from scenarios.rig_test import rig_effects, rig_test, with_bare_bar
 

@@ -8,8 +8,8 @@ import pytest
 from simulators.hidden_bicycle import bicycle, ride, write_matrices, write_ride
 
 from fmus import InputError
-from identification.gap.fitting import parameters_of
-from identification.gap.weak_form import prepare_weak
+from identification.gap.data.weak_form import prepare_weak
+from identification.gap.naming.fitting import parameters_of
 from identification.recordings import Recording
 from scenarios import names
 from scenarios.command_line import main

@@ -10,14 +10,14 @@ from scipy.integrate import solve_ivp
 from benchmarks import gap_speed
 from fmus import Component, input, output, parameter, state
 from fmus.errors import InputError
-from identification.gap import parallel
-from identification.gap.competing import compete
-from identification.gap.equations import Equations
-from identification.gap.fitting import fit
-from identification.gap.model import Model
-from identification.gap.over_time import inverse, product
-from identification.gap.runs import prepare
-from identification.gap.simulate import Motion, simulate
+from identification.gap.data.runs import prepare
+from identification.gap.models.equations import Equations
+from identification.gap.models.model import Model
+from identification.gap.models.over_time import inverse, product
+from identification.gap.models.simulate import Motion, simulate
+from identification.gap.naming import parallel
+from identification.gap.naming.competing import compete
+from identification.gap.naming.fitting import fit
 from scenarios.rig_test import rig_effects, rig_test
 
 pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")

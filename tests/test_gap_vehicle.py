@@ -9,8 +9,8 @@ from simulators.hidden_vehicle import SHARP, known_to, matrix, spectrum, write
 
 from benchmarks.gap_vehicle import case
 from fmus import InputError, linearise
-from identification.gap.eigenvalue_model import EigenvalueModel
-from identification.gap.eigenvalues import EXAMPLE, read_eigenvalues
+from identification.gap.data.eigenvalues import EXAMPLE, read_eigenvalues
+from identification.gap.models.eigenvalue_model import EigenvalueModel
 from scenarios.command_line import main
 from scenarios.vehicle_test import vehicle_stand, with_names
 from vehicle_fmu import motorcycles

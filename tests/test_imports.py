@@ -15,6 +15,8 @@ MAY_IMPORT = {
     "identification": {"fmus", "identification"},
     "scenarios": {"fmus", "rider_fmu", "vehicle_fmu", "identification", "scenarios"},
 }
+# In the gap workflow data flow one way too: each of these may import those before it.
+GAP = ("stands", "data", "models", "naming", "proposing", "reporting")
 OURS = set(MAY_IMPORT) | {"tests", "benchmarks"}
 MODULES = [path for package in MAY_IMPORT for path in sorted((ROOT / package).rglob("*.py"))]
 # The import names of the packages that are optional, by the names under which they are installed.
@@ -49,6 +51,13 @@ def test_a_module_imports_only_what_lies_below_it(path):
     used = {name for node in ast.walk(tree(path)) for name in imported(node)}
     assert used & OURS <= MAY_IMPORT[package]
     assert not any(node.level for node in ast.walk(tree(path)) if isinstance(node, ast.ImportFrom)), "absolute imports only"
+
+
+@pytest.mark.parametrize("path", [p for p in MODULES if p.parent.name in GAP], ids=lambda p: str(p.relative_to(ROOT)))
+def test_a_stage_of_the_gap_workflow_imports_only_earlier_ones(path):
+    names = [node.module.split(".") for node in ast.walk(tree(path)) if isinstance(node, ast.ImportFrom) and node.module]
+    used = {name[2] for name in names if name[:2] == ["identification", "gap"]}
+    assert used <= set(GAP[: GAP.index(path.parent.name) + 1])
 
 
 @pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(ROOT)))

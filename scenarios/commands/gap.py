@@ -10,12 +10,12 @@ from rich.table import Table
 
 from fmus.errors import InputError, MissingToolError
 from fmus.progress import track
-from identification.gap.decide import Verdict, decide
-from identification.gap.model import Model
-from identification.gap.next_test import next_experiment
-from identification.gap.runs import Run, prepare, usable
-from identification.gap.test_stand import TestStand
-from identification.gap.verdict import as_result
+from identification.gap.data.runs import Run, prepare, usable
+from identification.gap.models.model import Model
+from identification.gap.naming.decide import Verdict, decide
+from identification.gap.proposing.next_test import next_experiment
+from identification.gap.reporting.verdict import as_result
+from identification.gap.stands.test_stand import TestStand
 from identification.recordings import read_recording, read_rig
 from scenarios import gap_plan, names
 from scenarios.augmented_rider import FILE, effect_on_modes, rider_of, write_model

@@ -1,0 +1,1 @@
+"""Measured data made ready: reduced to what can be compared, with the noise of it."""

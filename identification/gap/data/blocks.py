@@ -1,0 +1,71 @@
+"""Samples on the cosines of short blocks: data that are nearly independent for any noise with a smooth spectrum.
+
+    c_k = sum_j y_j cos(pi k (j + 1/2) / n),   f_k = k rate / (2 n),   var(c_k) = S(f_k)
+
+An orthonormal transform of each block, cut off above the band in which the outputs hold anything but noise. A block
+begins and ends where it likes: nothing needs to be periodic.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.fft import dct
+
+from identification.gap.data.reduction import Column
+
+BLOCKS = 8  # of a long segment
+SHORTEST = 256  # samples of a block, where there are several
+
+
+@dataclass
+class Blocks:
+    """The blocks of a run: [first, last) and how many cosines of each are kept; one column per cosine and output."""
+
+    rate: float
+    outputs: int
+    spans: list[tuple[int, int, int]]
+    segment_of: list[int]
+    columns: list[Column]
+
+    @property
+    def bases(self) -> list[tuple[int, int, None]]:
+        """First and last sample of every block, once for every output."""
+        return [(first, last, None) for first, last, _ in self.spans for _ in range(self.outputs)]
+
+    def reduce(self, y: np.ndarray, segment: int | None = None, offset: int = 0) -> np.ndarray:
+        """The cosines (m, ...) of signals (n, outputs, ...) that begin at sample `offset`; of one segment if given."""
+        parts = []
+        for (first, last, kept), owner in zip(self.spans, self.segment_of, strict=True):
+            if segment is None or owner == segment:
+                block = dct(y[first - offset : last - offset], axis=0, norm="ortho")[:kept]
+                parts.append(np.moveaxis(block, 1, 0).reshape(self.outputs * kept, *y.shape[2:]))
+        return np.concatenate(parts)
+
+    def deviations(self, densities: Sequence) -> np.ndarray:
+        """The deviation (m,) of every cosine, from each output's density as a function of frequency."""
+        parts = []
+        for first, last, kept in self.spans:
+            f = np.arange(kept) * self.rate / (2 * (last - first))
+            parts += [np.sqrt(density(f)) for density in densities]
+        return np.concatenate(parts)
+
+
+def blocks_of(segments: Sequence[tuple[int, int]], outputs: int, rate: float, highest: float) -> Blocks:
+    """The blocks of segments [first, last), with cosines up to a frequency [Hz]."""
+    spans: list[tuple[int, int, int]] = []
+    owners: list[int] = []
+    columns: list[Column] = []
+    for index, (start, end) in enumerate(segments):
+        count = min(max((end - start) // SHORTEST, 1), BLOCKS)
+        edges = np.linspace(start, end, count + 1).astype(int)
+        for first, last in pairwise(edges):
+            n = int(last - first)
+            kept = min(int(2 * n * highest / rate) + 1, n)
+            spans.append((int(first), int(last), kept))
+            owners.append(index)
+            for output in range(outputs):
+                window = (len(spans) - 1) * outputs + output
+                columns += [Column(window, 1, output, k * rate / (2 * n), (first + last) / 2 / rate) for k in range(kept)]
+    return Blocks(rate, outputs, spans, owners, columns)

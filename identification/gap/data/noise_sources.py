@@ -1,0 +1,76 @@
+"""Where the noise of a run is known from: given numbers, periods that repeat, runs that repeat; else a flexible model.
+
+    one period after another of the same excitation:   var(n) = sum over periods |y_p - mean|^2 / (P - 1)
+    two runs of the same excitation:                   var(n) = |y_1 - y_2|^2 / 2
+"""
+
+from collections.abc import Mapping, Sequence
+from itertools import combinations
+
+import numpy as np
+
+from identification.gap.data.flexible import Density, noise_density
+from identification.gap.data.sampled import Sampled
+
+ALIKE = 0.01  # rms by which an excitation may differ from one period, or one run, to the next, relative
+PERIODS = 3  # whole ones that a run must hold, besides the first, in which it settles
+
+
+def known_noise(runs: Sequence[Sampled], given: Mapping[str, float]) -> list[Sampled]:
+    """The runs with their noise, where it is known; `flexible_model` as its source where it is not."""
+    found = []
+    for run in runs:
+        if all(name in given for name in run.test.outputs):
+            flat = [Density(np.array([0.0, run.recording.rate / 2]), np.full(2, given[n] ** 2)) for n in run.test.outputs]
+            found.append(run.with_densities(flat, "given"))
+            continue
+        repeated = _over_periods(run) or _over_runs(run, runs)
+        found.append(run.with_densities(repeated, "repeats") if repeated else run.with_densities(run.densities, "flexible_model"))
+    return found
+
+
+def _excitation(run: Sampled) -> np.ndarray:
+    names = [n for n in run.test.inputs if np.ptp(run.recording[n]) > 0]
+    return np.column_stack([run.recording[n] for n in names]) if names else np.zeros((len(run.measured), 0))
+
+
+def _over_periods(run: Sampled) -> list[Density] | None:
+    drive = _excitation(run)
+    period = _period(drive[:, 0]) if drive.shape[1] else 0
+    if not period:
+        return None
+    settled = run.measured[len(run.measured) % period + period :]
+    periods = settled.reshape(-1, period, settled.shape[1])
+    count = len(periods)
+    left = (periods - periods.mean(axis=0)).reshape(settled.shape) * np.sqrt(count / (count - 1))
+    return [noise_density(y, [], run.recording.rate) for y in left.T]
+
+
+def _period(drive: np.ndarray) -> int:
+    """The period of a drive (n,) in whole samples; 0 where it has none, or too few of them."""
+    n = len(drive)
+    centred = drive - drive.mean()
+    spectrum = np.abs(np.fft.rfft(centred, 2 * n)) ** 2
+    alike = np.fft.irfft(spectrum)[:n] / np.maximum(np.arange(n, 0, -1), 1) * n
+    last = n // (PERIODS + 1)
+    if last < 8 or alike[0] <= 0:
+        return 0
+    fallen = np.flatnonzero(alike[:last] < 0.5 * alike[0])
+    if not len(fallen):
+        return 0
+    period = int(fallen[0] + np.argmax(alike[fallen[0] : last]))
+    repeats = centred[period:] - centred[:-period]
+    return period if np.std(repeats) < ALIKE * np.std(centred) else 0
+
+
+def _over_runs(run: Sampled, runs: Sequence[Sampled]) -> list[Density] | None:
+    drive = _excitation(run)
+    for first, second in combinations(runs, 2):
+        other = second if first is run else first if second is run else None
+        if other is None or len(other.measured) != len(run.measured) or not drive.shape[1]:
+            continue
+        same = _excitation(other)
+        if same.shape == drive.shape and np.all(np.std(same - drive, axis=0) < ALIKE * np.std(drive, axis=0)):
+            left = (run.measured - other.measured) / np.sqrt(2)
+            return [noise_density(y, [], run.recording.rate) for y in left.T]
+    return None

@@ -1,0 +1,140 @@
+"""A run on its harmonics: what a periodic excitation can cause, apart from what only noise can.
+
+    y(t) = Re sum_k A_k(t) e^(i k phi(t)) + n(t)
+
+In each window the amplitudes A_k are polynomials in time. Orthonormal columns q_j of these make the reduced data
+q_j' y: orders 1 to 7, the first with its slope. Order 0 is left out: offsets and slow muscles are in it. What lies outside of all columns is noise, and gives its spectrum
+S(f) from one run, without repeats or a model; then var(q_j' n) = sum S(f) |Q_j(f)|^2.
+A model's output passes through the same columns, so that they bias nothing.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from identification.gap.data.phase import Phase
+
+ORDERS = 7  # of the reduced data
+MORE_ORDERS = 20  # kept out of the noise: what strong backlash excites
+BANDS = 24  # of the noise spectrum
+SLOW = 3.0  # Hz: bursts of muscles below, of electronics above
+
+
+@dataclass(frozen=True)
+class Column:
+    """What a reduced number is: its window, order, degree in time, and mean frequency of the excitation [Hz]."""
+
+    window: int
+    order: int
+    degree: int
+    frequency: float
+    time: float
+
+
+@dataclass
+class Reduction:
+    """The columns of a run. `bases` are (first, last, (samples, m)) per window."""
+
+    rate: float
+    columns: list[Column]
+    bases: list[tuple[int, int, np.ndarray]]
+    outside: list[tuple[int, int, np.ndarray]]
+
+    def reduce(self, y: np.ndarray) -> np.ndarray:
+        """The reduced data (m, ...) of signals (n, ...)."""
+        return np.concatenate([basis.T @ y[first:last] for first, last, basis in self.bases])
+
+    def residuals(self, y: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Per window, what of y (n,) lies outside of all columns, and these columns."""
+        for first, last, basis in self.outside:
+            part = y[first:last]
+            yield part - basis @ (basis.T @ part), basis
+
+
+def reduction_of(phase: Phase, rate: float) -> Reduction:
+    """The reduction of a run by its phase."""
+    columns: list[Column] = []
+    bases, outside = [], []
+    for index, (first, last) in enumerate(phase.windows):
+        n, top = last - first, phase.frequency[first:last].max()
+        tau = np.linspace(-1, 1, n)
+        angle, mean = phase.angle[first:last], float(phase.frequency[first:last].mean())
+        raw: list[np.ndarray] = []
+        labels: list[tuple[int, int]] = []
+        for order in [1, 0, *range(2, MORE_ORDERS + 1)]:
+            if order * top > 0.47 * rate or len(raw) > n / 3:
+                continue
+            degrees = 3 if order <= 1 else 2 if order <= 3 else 1
+            for degree in range(degrees):
+                waves = [tau**degree * np.cos(order * angle)] + ([tau**degree * np.sin(order * angle)] if order else [])
+                raw += waves
+                labels += [(order, degree)] * len(waves)
+        q, r = np.linalg.qr(np.column_stack(raw))
+        q *= np.where(np.diag(r) < 0, -1.0, 1.0)  # so that a cosine's column points along the cosine in every window
+        sound = np.abs(np.diag(r)) > 1e-6 * np.abs(r).max()
+        kept = [j for j, (order, degree) in enumerate(labels) if sound[j] and order <= ORDERS and degree <= (order == 1) and order]
+        columns += [Column(index, *labels[j], mean, (first + last) / 2 / rate) for j in kept]
+        bases.append((first, last, q[:, kept]))
+        outside.append((first, last, q[:, sound]))
+    return Reduction(rate, columns, bases, outside)
+
+
+@dataclass(frozen=True)
+class Noise:
+    """One-sided spectrum: density (m,) at frequency (m,) [Hz], and per window the factor by which bursts raise it."""
+
+    frequency: np.ndarray
+    density: np.ndarray
+    bursts: np.ndarray  # (windows, 2): below and above SLOW
+
+    def __call__(self, f: np.ndarray) -> np.ndarray:
+        """The density at f [Hz], as a variance per sample: white noise of deviation s has density s^2."""
+        return np.exp(np.interp(np.log(np.maximum(f, 1e-3)), np.log(self.frequency), np.log(self.density)))
+
+
+def noise_of(reduction: Reduction, y: np.ndarray) -> Noise:
+    """The noise spectrum of y (n,), from what lies outside of the harmonics."""
+    edges = np.concatenate([[0.0], np.geomspace(0.6, reduction.rate / 2, BANDS)])
+    powers, freedoms = [], []
+    for left, basis in reduction.residuals(y):
+        f = np.fft.rfftfreq(len(left), 1 / reduction.rate)
+        band = np.clip(np.searchsorted(edges, f, side="right") - 1, 0, BANDS - 1)
+        taken = (np.abs(np.fft.rfft(basis, axis=0)) ** 2).sum(axis=1) / len(left)
+        free = np.clip(1 - taken, 0, 1)
+        powers.append(np.bincount(band, np.abs(np.fft.rfft(left)) ** 2 / len(left), BANDS))
+        freedoms.append(np.bincount(band, free, BANDS))
+    power, freedom = np.array(powers), np.array(freedoms)
+    enough = freedom.sum(axis=0) > 2.0
+    centre = np.sqrt(np.maximum(edges[:-1], 0.3) * edges[1:])[enough]
+    power, freedom = power[:, enough], freedom[:, enough]
+    density, bursts = np.full(len(centre), 1e-30), np.ones((len(power), 2))
+    for side, part in enumerate((centre < SLOW, centre >= SLOW)):
+        if part.any():
+            density[part], bursts[:, side] = _usual(power[:, part], freedom[:, part])
+    return Noise(centre, density, bursts)
+
+
+def _usual(power: np.ndarray, freedom: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The density (bands,) of the windows without bursts, and by what each window (windows,) is above it, 1 for those."""
+    scatter = 4 * np.sqrt(2 / np.maximum(freedom.sum(axis=1), 0.5))
+    quiet = np.ones(len(power), bool)
+    for _ in range(3):  # each time without what stood out
+        density = np.maximum(power[quiet].sum(axis=0) / np.maximum(freedom[quiet].sum(axis=0), 1e-12), 1e-30)
+        ratio = power.sum(axis=1) / np.maximum((freedom * density).sum(axis=1), 1e-30)
+        quiet = ratio <= (1 + scatter) * min(np.median(ratio), 1.0)
+    return density, np.where(quiet, 1.0, np.maximum(ratio, 1.0))
+
+
+def variance_of(reduction: Reduction, noise: Noise) -> np.ndarray:
+    """The variance (m,) that the noise gives each reduced number."""
+    variances = []
+    for index, (_, _, basis) in enumerate(reduction.bases):
+        f = np.fft.rfftfreq(len(basis), 1 / reduction.rate)
+        weight = np.abs(np.fft.rfft(basis, axis=0)) ** 2 / len(basis)
+        weight[1:] *= 2
+        if len(basis) % 2 == 0:
+            weight[-1] /= 2
+        burst = np.where(f < SLOW, *noise.bursts[index])
+        variances.append((noise(f) * burst) @ weight)
+    return np.concatenate(variances)

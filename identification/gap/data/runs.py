@@ -1,0 +1,131 @@
+"""One run, made ready: its motion known between the samples, its measured output reduced, its noise known."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from fmus.errors import InputError
+from identification.gap.data.motion import ORDERS as MOTION_ORDERS
+from identification.gap.data.motion import Rebuilt, rebuilt
+from identification.gap.data.phase import Phase, phase_of
+from identification.gap.data.reduction import Noise, Reduction, noise_of, reduction_of, variance_of
+from identification.recordings import Recording
+from identification.sampling import uniform
+
+SHORTEST = 20.0  # s: below it a run holds too few windows to tell noise from a gap
+LEAST_SIGNAL = 5.0  # the excited motion over its noise
+
+
+@dataclass
+class Run:
+    """A recording of an imposed motion on its harmonics: data (m,) and their deviation (m,)."""
+
+    recording: Recording
+    measured: np.ndarray
+    motion: Rebuilt
+    reduction: Reduction
+    noise: Noise
+    data: np.ndarray
+    deviation: np.ndarray
+    from_motion: np.ndarray  # the part of the variance that the rebuilt motion brings
+    unit: str  # of the imposed motion
+    notes: tuple[str, ...] = ()
+    known: dict = field(default_factory=dict)
+
+    def with_noise_beside(self, modelled: np.ndarray) -> "Run":
+        """The run with the noise of what a model (n,) leaves: a sharp effect's highest orders are then not in it."""
+        noise = noise_of(self.reduction, self.measured - modelled)
+        return replace(self, noise=noise, deviation=np.sqrt(variance_of(self.reduction, noise) + self.from_motion))
+
+    @property
+    def name(self) -> str:
+        return self.recording.name
+
+    def moved(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Imposed angle, rate and acceleration (n,) at times (n,); the last few times are kept, a fit asks again."""
+        key = (len(time), float(time[0]), float(time[-1]))
+        if key not in self.known:
+            if len(self.known) > 4:
+                self.known.pop(next(iter(self.known)))
+            self.known[key] = self.motion(np.clip(time, *self.recording.time[[0, -1]]))
+        return self.known[key]
+
+    @property
+    def duration(self) -> float:
+        """From time zero to the end of the run [s]."""
+        return float(self.recording.time[-1] + 1 / self.recording.rate)
+
+
+def prepare(recording: Recording, imposed: str, measured: str, command: str) -> Run:
+    """The run of a servo-driven test. The phase is the command's, or the imposed motion's own where none is logged.
+
+    Raises InputError for a run that is too short, that has no excitation, or no slowly changing frequency.
+    """
+    recording, notes = uniform(recording)
+    time, rate = recording.time, recording.rate
+    if time[-1] - time[0] < SHORTEST:
+        raise InputError(f"{recording.name}: {time[-1] - time[0]:.3g} s are too short to tell noise from a gap; expected at least {SHORTEST:g} s")
+    angle, y = recording[imposed], recording[measured]
+    reference = recording.columns.get(command)
+    if reference is None or np.ptp(reference) == 0:
+        reference = angle
+        notes = (*notes, f"no {command} in {recording.name}: the phase is taken from {imposed}")
+    phase = phase_of(reference, rate)
+    if phase is None:
+        raise InputError(f"{recording.name}: {imposed} follows no swept or stepped sine, so there are no harmonics to compare on")
+    reduction = reduction_of(phase, rate)
+    angle_noise, noise = noise_of(reduction, angle), noise_of(reduction, y)
+    signal = np.concatenate([angle[first:last] for first, last in phase.windows])
+    if np.std(signal) < LEAST_SIGNAL * np.sqrt(np.median(angle_noise.density)):
+        raise InputError(f"{recording.name}: no excitation: {imposed} moves by {np.std(signal):.2g} {recording.units[imposed]} (rms), "
+                         f"its noise is {np.sqrt(np.median(angle_noise.density)):.2g}")  # fmt: skip
+    data = reduction.reduce(y)
+    moved, moved_variance = reduction.reduce(angle), variance_of(reduction, angle_noise)
+    orders = _orders(reduction, moved, moved_variance)
+    moved_variance = moved_variance * _let_through(reduction, time, phase, orders)
+    from_motion = _through_the_motion(reduction, moved, data, moved_variance, orders)
+    deviation = np.sqrt(variance_of(reduction, noise) + from_motion)
+    return Run(recording, y, rebuilt(time, angle, phase, orders), reduction, noise, data, deviation, from_motion, recording.units[imposed], notes)
+
+
+def _orders(reduction: Reduction, moved: np.ndarray, variance: np.ndarray) -> tuple[int, ...]:
+    """The orders that the imposed motion has beyond its noise, the first always among them."""
+    order = np.array([c.order for c in reduction.columns])
+    excess = {k: np.mean(moved[order == k] ** 2 / variance[order == k]) for k in MOTION_ORDERS if np.any(order == k)}
+    return (1, *(k for k, e in excess.items() if e > 1 + 4 * np.sqrt(2 / np.count_nonzero(order == k))))
+
+
+def _let_through(reduction: Reduction, time: np.ndarray, phase: Phase, orders: tuple[int, ...]) -> np.ndarray:
+    """The share (m,) of white noise in the measured motion that is in the rebuilt one, by order."""
+    white = np.random.default_rng(0).standard_normal(len(time))
+    power = reduction.reduce(rebuilt(time, white, phase, orders)(time)[0]) ** 2
+    columns = reduction.columns
+    # The slope of the amplitude reaches the output through the impedance's slope too, so it counts in full.
+    means = {k: np.mean([p for p, c in zip(power, columns, strict=True) if c.order == k and not c.degree]) for k in {c.order for c in columns}}
+    return np.array([means[c.order] for c in columns])
+
+
+def _through_the_motion(reduction: Reduction, angle: np.ndarray, data: np.ndarray, variance: np.ndarray,
+                        orders: tuple[int, ...]) -> np.ndarray:  # fmt: skip
+    """What the noise of the rebuilt motion adds to the variance (m,): |Z|^2 times its own, Z as measured."""
+    columns = reduction.columns
+    first = np.array([c.order == 1 and c.degree == 0 for c in columns])
+    window = np.array([c.window for c in columns])
+    size = [np.bincount(window[first], d[first] ** 2) for d in (data, angle)]
+    frequency = np.bincount(window[first], [c.frequency for c in columns if c.order == 1 and c.degree == 0]) / np.maximum(np.bincount(window[first]), 1)
+    order = np.argsort(frequency)
+    impedance = np.sqrt(size[0] / size[1])[order]
+    frequency = frequency[order]
+    at = np.array([c.order * c.frequency for c in columns])
+    beyond = np.maximum(at / frequency[-1], 1.0) ** 2  # the bar's inertia takes over
+    moved = np.array([c.order in orders for c in columns])
+    return np.where(moved, (np.interp(at, frequency, impedance) * beyond) ** 2 * variance, 0.0)
+
+
+def usable(recordings: Sequence[Recording]) -> None:
+    """Raises InputError for a run whose measured channels were clipped: no verdict can rest on it."""
+    for recording in recordings:
+        for warning in recording.warnings:
+            if "clipped" in warning:
+                raise InputError(f"{recording.name}: {warning}; a clipped channel looks like a physical effect, so nothing can be named")

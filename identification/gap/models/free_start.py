@@ -1,0 +1,218 @@
+"""Base and effects simulated from initial states that nobody recorded, and that are taken out of what is compared.
+
+    z(q) = min over x_0, o of |m(q, x_0) + o - y| / sigma
+
+x_0 are the states at the start of each segment, o an offset of each sensor. They enter nearly linearly: a few
+Gauss-Newton steps find them, and their tangent is projected out of the residuals and of every slope (variable projection).
+
+Source: Golub, Pereyra, Inverse Problems 19 (2003) R1-R26; Bock's multiple shooting for the segments.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from fmus.effects import Effect
+from fmus.errors import InputError
+from fmus.imposed import Imposed
+from fmus.mathematics import NUMERIC
+from identification.gap.data.flexible import features_of, noise_density
+from identification.gap.data.sampled import Sampled
+from identification.gap.models.model import Model
+from identification.gap.models.simulate import Motion, Trajectory, simulate
+
+STEPS = 6
+SETTLED = 0.02  # of chi-square that a further step of the initial states would gain
+SHARE = 1e-5  # of what is left, at which they are known well enough
+RANK = 1e-7
+OFFSET = 64  # samples of a segment, from which a sensor's offset is taken out as well
+MICRO = 1e-4  # s: the step by which a lag is varied for its slope
+PIECE, SMALLEST_PIECE = 128, 1  # steps of a piece, where a trajectory is found piece by piece
+
+
+class FreeStart(Model):
+    """Base and effects on sampled runs. A free parameter keeps its sign; vectors hold the logarithms of its size."""
+
+    stand: Any
+    predicted = None  # type: ignore[assignment]  # slopes come with the output
+
+    def __init__(self, stand: Any, effects: Sequence[type[Effect]] = (), slopes_of_base: bool = True):
+        super().__init__(stand, effects, slopes_of_base)
+        self.signs = np.array([np.sign(self.component.values[n]) for n in self.base])
+
+    def joined_by(self, *effects: type[Effect], slopes_of_base: bool = True) -> "FreeStart":
+        """The model with further effects."""
+        return FreeStart(self.stand, [*self.effects, *effects], slopes_of_base)
+
+    def start(self, shapes: Mapping[str, float] | None = None) -> np.ndarray:
+        """The component's own values, some of the effects' replaced."""
+        values = {**self.component.values, **(shapes or {})}
+        return np.array([np.log(abs(values[n])) for n in self.base] + [values[n] for n in self.own])
+
+    def values(self, q: np.ndarray) -> dict[str, float]:
+        """Parameter values by name for a vector."""
+        nb = len(self.base)
+        found = {**self.component.values, **dict(zip(self.base, self.signs * np.exp(q[:nb]), strict=True))}
+        return found | dict(zip(self.own, q[nb:], strict=True))
+
+    def largest(self, runs: Sequence[Any]) -> float:
+        """The largest deflection of the component's spring in the runs."""
+        return self.stand.largest
+
+    def reduced(self, run: Any, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Reduced output (m,) and its slopes (m, np) in units of the noise, the unknowns of the run taken out."""
+        values = self.values(q) | dict.fromkeys(self.durations, run.duration)
+        parts = [self._segment(run, index, values) for index in range(len(run.segments))]
+        run.guess["unknowns"] = sum(rank for _, _, rank in parts)
+        return np.concatenate([z for z, _, _ in parts]), np.concatenate([s for _, s, _ in parts])
+
+    def with_noise_beside(self, run: Any, q: np.ndarray) -> Any:
+        """The run with the noise that a flexible model leaves of this one's residuals; never more than beside another model."""
+        if run.noise_source != "flexible_model":
+            return run
+        residuals, deflections, rates, linear = self.traced(run, q)
+        features = features_of(deflections, rates, linear)
+        found = [noise_density(r, features, run.recording.rate) for r in residuals.T]
+        if run.noise_rests_on_a_model:
+            found = [new.or_less(old) for new, old in zip(found, run.densities, strict=True)]
+        return replace(run.with_densities(found, run.noise_source), noise_rests_on_a_model=True)
+
+    def traced(self, run: Sampled, q: np.ndarray) -> tuple[np.ndarray, list[np.ndarray], list[np.ndarray], list[np.ndarray]]:
+        """Residuals (n, outputs), deflections and rates of the elements, and what is told and modelled, over the segments (n,)."""
+        self.reduced(run, q)  # finds the initial states
+        values = self.values(q) | dict.fromkeys(self.durations, run.duration)
+        residuals, signals = [], []
+        for index, (first, last) in enumerate(run.segments):
+            made = self._simulated(run, index, values, run.guess[index]["initial"])
+            left = run.measured[first:last] - made.outputs
+            residuals.append(left - left.mean(axis=0))
+            time = run.recording.time[first:last]
+            known = {**values, "time": time, **self._inputs(run, time, values), **dict(zip(self.equations.states, made.states[:: run.finer].T, strict=True))}
+            signals.append((self._elements(known), [np.broadcast_to(known[n], len(time)) for n in self.component.inputs] + list(made.outputs.T)))
+        deflections, rates = [[np.concatenate([np.broadcast_to(x, len(s[1][0])) for x, s in zip(each, signals, strict=True)]) for each in
+                              zip(*(s[0][side] for s in signals), strict=True)] for side in (0, 1)]  # fmt: skip
+        linear = [np.concatenate(each) for each in zip(*(s[1] for s in signals), strict=True)]
+        return np.concatenate(residuals), deflections, rates, linear
+
+    def _elements(self, known: Mapping[str, Any]) -> tuple[list, list]:
+        """Deflections and rates of the component's elements, once each."""
+        component = self.component.inner if isinstance(self.component, Imposed) else self.component
+        scope = component.run({**dict.fromkeys(component.inputs, 0.0), **known}, NUMERIC)
+        seen = {(e.deflection, e.rate): None for e in component.elements.values()}
+        both = [({**known, **scope}[d], {**known, **scope}[r]) for d, r in seen if d and r]
+        return [d for d, _ in both], [r for _, r in both]
+
+    def _segment(self, run: Sampled, index: int, values: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray, int]:
+        """Reduced output, slopes and number of unknowns of one segment."""
+        first, last = run.segments[index]
+        here = self._rows(run, index)
+        deviation, data = run.deviation[here, None], run.data[here] / run.deviation[here]
+        known = run.guess.setdefault(index, {"initial": self._first_states(run, first), "states": None})
+        x = np.array([known["initial"].get(n, 0.0) for n in self.equations.states])
+        offset = np.broadcast_to(np.eye(run.measured.shape[1]), (last - first, *np.eye(run.measured.shape[1]).shape))
+        if last - first < OFFSET:
+            offset = offset[:, :, :0]
+        for _ in range(STEPS):
+            made = self._simulated(run, index, values, dict(zip(self.equations.states, x, strict=True)))
+            stack = np.concatenate([made.outputs[:, :, None], made.initial_slopes, offset, made.slopes], axis=2)
+            z = run.reduction.reduce(stack, index, first) / deviation
+            left, tangent = z[:, 0] - data, z[:, 1 : 1 + len(x) + offset.shape[2]]
+            u, size, vt = np.linalg.svd(tangent, full_matrices=False)
+            kept = size > RANK * size.max(initial=1e-300)
+            u = u[:, kept]
+            pull = u.T @ left
+            rest = float(left @ left - pull @ pull)
+            if not len(x):
+                break
+            step = -(vt[kept].T @ (pull / size[kept]))[: len(x)]
+            gain = float(np.sum((tangent[:, : len(x)] @ step) ** 2))
+            if gain < SETTLED + SHARE * rest:
+                break
+            x = x + step
+        known["initial"] = dict(zip(self.equations.states, x, strict=True))
+        slopes = z[:, 1 + tangent.shape[1] :]
+        full = np.zeros((len(data), len(self.names)))
+        full[:, [self.names.index(n) for n in self.equations.parameters]] = slopes
+        for name in self.lags:
+            later = self._simulated(run, index, {**values, name: values[name] + MICRO}, known["initial"])
+            change = (later.outputs - made.outputs)[:, :, None] / MICRO
+            full[:, self.names.index(name)] = (run.reduction.reduce(change, index, first) / deviation)[:, 0]
+        full[:, : len(self.base)] *= [values[n] for n in self.base]
+        return data + left - u @ pull, full - u @ (u.T @ full), int(np.count_nonzero(kept))
+
+    def _simulated(self, run: Sampled, index: int, values: Mapping[str, float], initial: Mapping[str, float]) -> Trajectory:
+        """One segment from initial states by name; outputs and slopes at the samples, states at every step."""
+        first, last = run.segments[index]
+        time = run.recording.time[first] + np.arange((last - 1 - first) * run.finer + 1) / (run.recording.rate * run.finer)
+        middle = (time[1:] + time[:-1]) / 2
+        lag = values[self.shift] if self.shift else 0.0
+        motion = Motion(time, self._inputs(run, time - lag, values), self._inputs(run, middle - lag, values))
+        names = self.equations.states
+        states = run.guess.get(index, {}).get("states")
+        guess = None
+        if states is not None:
+            guess = np.column_stack([states.get(n, np.zeros(len(time))) for n in names]) if names else None
+        begin = np.array([initial.get(n, 0.0) for n in names])
+        with np.errstate(all="ignore"):  # what leaves finite numbers on the way is an InputError
+            try:
+                made = simulate(self.equations, values, motion, guess, begin, with_initial=bool(names))
+            except InputError:
+                made = simulate(self.equations, values, motion, self._piecewise(values, motion, begin), begin, with_initial=bool(names))
+        if not np.isfinite(made.outputs).all():
+            raise InputError(f"{self.component.name}: the simulation of {run.name} leaves finite numbers")
+        run.guess.setdefault(index, {})["states"] = dict(zip(names, made.states.T, strict=True))
+        made.outputs, made.slopes = made.outputs[:: run.finer], made.slopes[:: run.finer]
+        made.initial_slopes = np.zeros((*made.outputs.shape, 0)) if made.initial_slopes is None else made.initial_slopes[:: run.finer]
+        return made
+
+    def _piecewise(self, values: Mapping[str, float], motion: Motion, begin: np.ndarray) -> np.ndarray:
+        """The states (n, nx) piece after piece, each from the end of the last: where the whole at once does not converge."""
+        n, first, length = len(motion.time), 0, PIECE
+        states = np.empty((n, len(begin)))
+        states[0] = begin
+        while first < n - 1:
+            last = min(first + length, n - 1)
+            piece = Motion(motion.time[first : last + 1], *({name: x if np.ndim(x) == 0 else x[first : last + more] for name, x in told.items()}
+                           for told, more in ((motion.at, 1), (motion.between, 0))))  # fmt: skip
+            try:
+                states[first : last + 1] = simulate(self.equations, values, piece, np.tile(states[first], (last - first + 1, 1)), states[first]).states
+                first, length = last, min(2 * length, PIECE)
+            except InputError:
+                if length <= SMALLEST_PIECE:
+                    raise
+                length //= 2
+        return states
+
+    def _inputs(self, run: Any, time: np.ndarray, values: Mapping[str, float]) -> dict[str, Any]:
+        return dict.fromkeys(self.component.inputs, 0.0) | run.told(time)
+
+    def _first_states(self, run: Sampled, first: int) -> dict[str, float]:
+        """Where the states that are measured begin, and the slopes of those."""
+        found: dict[str, float] = {}
+        step = 1 / run.recording.rate
+        some = slice(first, min(first + 12, len(run.measured)))
+        for name, y in zip(run.test.outputs, run.measured.T, strict=True):
+            slope, value = np.polyfit(np.arange(len(y[some])) * step, y[some], 1)
+            found[name] = float(value)
+            found |= {r: float(slope) for r in self._rate_of(name) if r not in run.test.outputs}
+        return found
+
+    def _rate_of(self, name: str) -> list[str]:
+        """The state that is the rate of a state, if there is one."""
+        if name not in self.component.states:
+            return []
+        start = self.component.start_values()
+        probe = {n: start | {n: start[n] + 1.0} for n in self.component.states}
+        rate = f"der({name})"
+        rest = self.component.run(start, NUMERIC)[rate]
+        return [n for n in self.component.states if abs(self.component.run(probe[n], NUMERIC)[rate] - rest - 1.0) < 1e-12]
+
+    @staticmethod
+    def _rows(run: Sampled, index: int) -> np.ndarray:
+        """The places of a segment's cosines among the run's."""
+        reduction = run.reduction
+        sizes = [kept * reduction.outputs for _, _, kept in reduction.spans]
+        edges = np.concatenate([[0], np.cumsum(sizes)])
+        return np.concatenate([np.arange(edges[i], edges[i + 1]) for i, owner in enumerate(reduction.segment_of) if owner == index])

@@ -1,0 +1,183 @@
+"""The base with some effects, as a function that a fit can call: reduced output and its slopes for one run.
+
+Fit, screening and verdict ask nothing of a run and a model but what `AnyRun` and `AnyModel` say. `Model` is that of a
+recorded motion which is simulated; eigenvalues over speed, or samples with unknown initial states, bring their own.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from fmus.component import Component
+from fmus.effects import Effect
+from fmus.imposed import Imposed, ThroughSpring
+from fmus.variables import Variable
+from identification.gap.data.runs import Run
+from identification.gap.models.equations import Equations, rate_of
+from identification.gap.models.simulate import Motion, Trajectory, simulate
+from identification.gap.stands.test_stand import Free, TestStand
+
+MICRO = 1e-4  # s: the step by which a lag is varied for its slope
+
+
+class AnyRun(Protocol):
+    """One run as a fit sees it: data (m,) with independent errors of known deviation (m,), in any units."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def data(self) -> np.ndarray: ...
+    @property
+    def deviation(self) -> np.ndarray: ...
+
+
+class AnyStand(Protocol):
+    """What is free in the base and what other tests say of it."""
+
+    @property
+    def free(self) -> tuple[Free, ...]: ...
+    @property
+    def measured_effects(self) -> Mapping[str, tuple[float, float]]: ...
+    def parameter(self, effect: type[Effect], name: str) -> str:
+        """The name of an effect's parameter in the component under test."""
+
+
+class AnyModel(Protocol):
+    """Base and effects as a fit sees them.
+
+    A parameter vector (np,) is [log of the free base parameters, the effects' parameters as they are]; `base`, `own`
+    and `names` are the names of these parts and of the whole, `rows` the table's rows of `own`, `sizes` the places
+    in `own` of those in which what an effect adds is linear. `component` has the table of everything.
+    Where slopes cost much, there may be `predicted(run, q)`, which gives the first half of `reduced` alone.
+    """
+
+    stand: Any  # AnyStand
+    effects: tuple[type[Effect], ...]
+    component: Component
+    base: list[str]
+    own: list[str]
+    names: list[str]
+    rows: list[Variable]
+    sizes: list[int]
+
+    def joined_by(self, *effects: type[Effect], slopes_of_base: bool = True) -> "AnyModel":
+        """The model with further effects; without slopes of the base, those columns of `reduced` may be zero.
+
+        Raises InputError where an effect cannot join.
+        """
+
+    def start(self, shapes: Mapping[str, float] | None = None) -> np.ndarray:
+        """The vector of the component's own values, some of the effects' replaced."""
+
+    def reduced(self, run: Any, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """What the model says of a run's data (m,), and its slopes (m, np), both over the run's deviation.
+
+        Unknowns of the run alone (initial states) are taken out here. Raises InputError where it cannot be simulated.
+        """
+
+    def largest(self, runs: Sequence[Any]) -> float:
+        """The largest motion in the runs, of which the `relative` starts of effects are shares."""
+
+    def with_noise_beside(self, run: Any, q: np.ndarray) -> Any:
+        """The run with the noise that is left beside this model; the run itself where its noise is known otherwise."""
+
+
+class Model:
+    """Base and effects. Parameter vectors are [log of the free base parameters, effects' parameters as they are]."""
+
+    def __init__(self, stand: TestStand, effects: Sequence[type[Effect]] = (), slopes_of_base: bool = True):
+        self.stand, self.effects = stand, tuple(effects)
+        self.component = stand.with_effects(effects)
+        self.base = [f.name for f in stand.free]
+        given = {stand.parameter(e, n) for e in effects for n in e.given}
+        self.own = [stand.parameter(e, n) for e in effects for n in e.parameters() if n not in e.given]
+        self.durations = [n for n in given if n.endswith(".duration")]
+        self.names = self.base + self.own
+        shapes = {stand.parameter(e, n) for e in effects for n in e.shapes()}
+        self.sizes = [i for i, n in enumerate(self.own) if n not in shapes]
+        self.rows = [self.component.table[n] for n in self.own]
+        self.lags = {stand.parameter(e, n) for e in effects for n in e.lags}
+        self.shift = next((stand.parameter(e, e.lags[0]) for e in effects if e.lags and not e.delayed), "")
+        exact = {delay for _, delay in self.component.delays.values()}
+        wanted = self.names if slopes_of_base else self.own
+        self.equations = Equations(self.component, stand.outputs, [n for n in wanted if n in exact or n not in self.lags])
+        self.found: dict[int, tuple[Run, dict[str, np.ndarray]]] = {}  # the last states by name, from which the next simulation starts
+        self.fresh: dict[int, tuple[dict[str, float], Trajectory]] = {}  # whose slopes were not asked for yet
+
+    def joined_by(self, *effects: type[Effect], slopes_of_base: bool = True) -> "Model":
+        """The model with further effects."""
+        joined = Model(self.stand, [*self.effects, *effects], slopes_of_base)
+        joined.found = dict(self.found)
+        return joined
+
+    def start(self, shapes: Mapping[str, float] | None = None) -> np.ndarray:
+        """The component's own values, some of the effects' replaced."""
+        values = {**self.component.values, **(shapes or {})}
+        return np.array([np.log(values[n]) for n in self.base] + [values[n] for n in self.own])
+
+    def values(self, q: np.ndarray) -> dict[str, float]:
+        """Parameter values by name for a vector."""
+        nb = len(self.base)
+        return {**self.component.values, **dict(zip(self.base, np.exp(q[:nb]), strict=True)), **dict(zip(self.own, q[nb:], strict=True))}
+
+    def output(self, run: Run, q: np.ndarray, slopes: bool = True) -> tuple[np.ndarray, np.ndarray]:
+        """Simulated output (n,) over the whole run, and its slopes (n, np)."""
+        values = self.values(q) | dict.fromkeys(self.durations, run.duration)
+        told, made = self.fresh.pop(id(run), ({}, None))
+        if made is None or told != values:
+            made = simulate(self.equations, values, self._motion(run, values), self._guess(run))
+            self.found[id(run)] = (run, dict(zip(self.equations.states, made.states.T, strict=True)))
+        if not slopes:
+            self.fresh[id(run)] = values, made
+        y = made.outputs[:, 0]
+        jacobian = np.zeros((len(self.names), len(y)))
+        if slopes:
+            jacobian[[self.names.index(n) for n in self.equations.parameters]] = made.slopes[:, 0].T
+            jacobian[: len(self.base)] *= np.array([values[n] for n in self.base])[:, None]
+            if self.shift:  # all that is told arrives later, so the output does; drift over a lag is nothing
+                jacobian[self.names.index(self.shift)] = -CubicSpline(run.recording.time, y)(run.recording.time, 1)
+        return y, jacobian.T
+
+    def reduced(self, run: Run, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Reduced output (m,) and its slopes (m, np), both in units of the noise."""
+        y, jacobian = self.output(run, q)
+        both = run.reduction.reduce(np.concatenate([y[None], jacobian.T]).T) / run.deviation[:, None]
+        return both[:, 0], both[:, 1:]
+
+    def predicted(self, run: Run, q: np.ndarray) -> np.ndarray:
+        """Reduced output (m,) in units of the noise."""
+        return run.reduction.reduce(self.output(run, q, slopes=False)[0]) / run.deviation
+
+    def largest(self, runs: Sequence[Run]) -> float:
+        """The largest imposed motion in the runs."""
+        return max(float(np.abs(run.moved(run.recording.time)[0]).max()) for run in runs)
+
+    def with_noise_beside(self, run: Run, q: np.ndarray) -> Run:
+        """The run with the noise of what this model leaves."""
+        return run.with_noise_beside(self.output(run, q, slopes=False)[0])
+
+    def _guess(self, run: Run) -> np.ndarray | None:
+        if id(run) not in self.found or not self.equations.states:
+            return None
+        known = self.found[id(run)][1]
+        return np.array([known.get(s, np.zeros(len(run.recording.time))) for s in self.equations.states]).T
+
+    def _motion(self, run: Run, values: Mapping[str, float]) -> Motion:
+        time = run.recording.time
+        middle = (time[1:] + time[:-1]) / 2
+        lag = values[self.shift] if self.shift else 0.0
+        return Motion(time, self._inputs(run, time - lag, values), self._inputs(run, middle - lag, values))
+
+    def _inputs(self, run: Run, time: np.ndarray, values: Mapping[str, float]) -> dict[str, np.ndarray]:
+        angle, rate, acceleration = run.moved(time)
+        component = self.component
+        told: dict[str, Any] = dict.fromkeys(component.inputs, 0.0)
+        if isinstance(component, Imposed):
+            told |= {component.imposed: angle, component.rate: rate, component.acceleration: acceleration}
+        elif isinstance(component, ThroughSpring):
+            told[component.drive] = angle
+        for name, (_, delay) in component.delays.items():
+            told[name], told[rate_of(name)], _ = run.moved(time - values[delay])
+        return told

@@ -1,0 +1,184 @@
+"""A nonlinear component simulated over a whole recording at once, with its sensitivities to parameters.
+
+Between two samples the states follow the Hermite-Simpson rule (fourth order, A-stable):
+
+    x_m     = (x_k + x_k+1) / 2 + h / 8 (f_k - f_k+1)
+    x_k+1   = x_k + h / 6 (f_k + 4 f_m + f_k+1)
+
+All samples are unknown together: Newton's method on the trajectory. Its matrix is block-bidiagonal, so one step is
+one banded triangular solve, and the same matrix gives dx/dp of every parameter: cost is linear in samples.
+
+Source: Betts, Practical Methods for Optimal Control, 2nd ed. (2010), ch. 4.6; Ascher, Mattheij, Russell (1995).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import lapack
+
+from fmus.errors import InputError
+from identification.gap.models.equations import Equations
+from identification.gap.models.over_time import inverse, is_zero, part, product
+
+CONVERGED = 1e-5  # of a state's size (root mean square); what is left after such a step is its square
+STEPS = 30
+np.empty(4_000_000)  # once freed, the C library keeps what smaller arrays free: handing it back to the system took half of the time
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What is told to the component: time (n,) [s] and inputs (n,) by name at the samples, and (n-1,) between them."""
+
+    time: np.ndarray
+    at: Mapping[str, np.ndarray]
+    between: Mapping[str, np.ndarray]
+
+    @property
+    def step(self) -> float:
+        return float(self.time[1] - self.time[0])
+
+
+class Trajectory:
+    """States (n, nx) and outputs (n, ny); their slopes are computed when they are asked for."""
+
+    def __init__(self, states: np.ndarray, steps: "_Collocation", with_initial: bool):
+        self.states, self.outputs, self._steps = states, steps.outputs(), steps
+        self.initial_slopes = steps.initial_sensitivities() if with_initial and steps.nx else None  # (n, ny, nx), by the initial states
+
+    @cached_property
+    def slopes(self) -> np.ndarray:
+        """Of the outputs by the parameters (n, ny, np)."""
+        return self._steps.sensitivities(self._steps.parameter_push(), self._steps.slopes[self._steps.nx :, self._steps.nx :])
+
+
+def simulate(equations: Equations, values: Mapping[str, float], motion: Motion, start: np.ndarray | None = None,
+             initial: np.ndarray | None = None, with_initial: bool = False) -> Trajectory:  # fmt: skip
+    """The trajectory for parameter values by name, from a guess of the states (n, nx), starting at `initial` (nx,).
+
+    Raises InputError where it does not converge, or leaves finite numbers.
+    """
+    n, nx = len(motion.time), len(equations.states)
+    x = np.zeros((nx, n)) if start is None else np.array(start.T, order="C")
+    if initial is not None:
+        x[:, 0] = initial
+    nodes = {**values, "time": motion.time, **motion.at}
+    middles = {**values, "time": (motion.time[1:] + motion.time[:-1]) / 2, **motion.between}
+    steps, update = _Collocation(equations, nodes, middles, motion.step), np.inf
+    for _ in range(STEPS):
+        steps.look(x)
+        if not nx:
+            break
+        steps.factor()
+        change = steps.solve(-steps.defect)
+        before, update = update, float(np.max(_size(change) / (_size(x) + _size(change) + 1e-12)))
+        if not np.isfinite(update):
+            raise InputError(f"{equations.component.name}: the simulation diverges")
+        settled = update < CONVERGED
+        x[:, 1:] += change if settled or update < 0.5 * before or update < 0.1 else 0.5 * change
+        if settled:
+            steps.follow(change)
+            break
+        kink = update < 1e-3 and before < 1e-2 and update > 0.2 * before  # between samples: as near as it gets
+        if kink or equations.linear:
+            steps.look(x)
+            break
+    else:
+        steps.look(x)
+    return Trajectory(x.T, steps, with_initial)
+
+
+class _Collocation:
+    """The defects of a trajectory guess (n, nx), and the block-bidiagonal matrix of their slopes.
+
+    before_k dx_k + push_k = after_k dx_k+1
+    """
+
+    def __init__(self, equations: Equations, nodes: dict, middles: dict, h: float):
+        self.equations, self.nodes, self.middles, self.h = equations, nodes, middles, h
+        self.n, self.nx = len(nodes["time"]), len(equations.states)
+
+    def look(self, x: np.ndarray) -> None:
+        """Rates, outputs and slopes along a trajectory (nx, n), and its defects."""
+        states, h = self.equations.states, self.h
+        self.rows, self.slopes = self.equations(self.nodes | dict(zip(states, x, strict=True)), self.n)
+        first = [f[:-1] if np.ndim(f) else f for f in self.rows[: self.nx]]
+        second = [f[1:] if np.ndim(f) else f for f in self.rows[: self.nx]]
+        between = {name: (x[i, :-1] + x[i, 1:]) / 2 + h / 8 * (first[i] - second[i]) for i, name in enumerate(states)}
+        middle, self.between = self.equations(self.middles | between, self.n - 1)
+        self.defect = np.zeros(self.nx).astype(object)
+        for i in range(self.nx):
+            self.defect[i] = x[i, 1:] - x[i, :-1] - h / 6 * (first[i] + 4 * middle[i] + second[i])
+
+    def factor(self) -> None:
+        """The blocks of the matrix along the trajectory."""
+        nx, steps, h, unit = self.nx, self.n - 1, self.h, np.eye(self.nx).astype(object)
+        A, M = self.slopes[:nx, :nx], self.between[:nx, :nx]
+        first, second = part(A, slice(None, -1)), part(A, slice(1, None))
+        self.inverse = inverse(unit - h / 6 * (second + 4 * product(M, unit / 2 - h / 8 * second)))
+        self.before = unit + h / 6 * (first + 4 * product(M, unit / 2 + h / 8 * first))
+        # The identity below which stand the blocks -after^-1 before, as LAPACK stores it
+        self.band = np.zeros((2 * nx, steps * nx), order="F")
+        self.band[0] = 1.0
+        for (i, j), value in np.ndenumerate(part(product(self.inverse, self.before), slice(1, None))):
+            self.band[nx + i - j, j : (steps - 1) * nx : nx] = -value
+
+    def outputs(self) -> np.ndarray:
+        """(n, ny)"""
+        return np.column_stack([np.broadcast_to(y, self.n) for y in self.rows[self.nx :]])
+
+    def follow(self, change: np.ndarray) -> None:
+        """The outputs after a small change (nx, n-1) of the states."""
+        for i in range(self.nx, len(self.rows)):
+            for j, c in enumerate(self.slopes[i, : self.nx]):
+                if not is_zero(c):
+                    self.rows[i] = self.rows[i] + np.zeros(self.n)
+                    self.rows[i][1:] += (c[1:] if np.ndim(c) else c) * change[j]
+
+    def parameter_push(self) -> np.ndarray:
+        """What a change of each parameter does to each step, before it is carried on: (nx, np)."""
+        P = self.slopes[: self.nx, self.nx :]
+        Q = self.between[: self.nx, self.nx :]
+        first, second = part(P, slice(None, -1)), part(P, slice(1, None))
+        return self.h / 6 * (first + second + 4 * (Q + self.h / 8 * product(self.between[: self.nx, : self.nx], first - second)))
+
+    def sensitivities(self, push: np.ndarray, direct: np.ndarray) -> np.ndarray:
+        """Slopes of the outputs (n, ny, m) by what pushes the states (nx, m) and the outputs themselves (ny, m)."""
+        ny, m = direct.shape
+        result = np.empty((ny, m, self.n))
+        for place, slope in np.ndenumerate(direct):
+            result[place] = slope
+        by_state = part(self.slopes[self.nx :, : self.nx], slice(1, None))
+        for k in range(m):
+            if all(is_zero(p) for p in push[:, k]):
+                continue
+            change = self.solve(push[:, k])
+            for (i, j), slope in np.ndenumerate(by_state):
+                if not is_zero(slope):
+                    result[i, k, 1:] += slope * change[j]
+        return np.moveaxis(result, 2, 0)
+
+    def initial_sensitivities(self) -> np.ndarray:
+        """Slopes of the outputs (n, ny, nx) by the initial states."""
+        push = np.zeros((self.nx, self.nx)).astype(object)
+        for place, slope in np.ndenumerate(self.before):
+            push[place] = np.zeros(self.n - 1)
+            push[place][0] = slope[0] if np.ndim(slope) else slope
+        result = self.sensitivities(push, np.zeros((len(self.rows) - self.nx, self.nx)))
+        for (i, j), slope in np.ndenumerate(self.slopes[self.nx :, : self.nx]):
+            result[0, i, j] = slope[0] if np.ndim(slope) else slope
+        return result
+
+    def solve(self, push: np.ndarray) -> np.ndarray:
+        """dx (nx, n-1) with after_k dx_k+1 = before_k dx_k + push_k (nx,) and dx_0 = 0: a banded triangular system."""
+        right = np.empty((self.n - 1, self.nx))
+        for i, value in enumerate(product(self.inverse, push[:, None])[:, 0]):
+            right[:, i] = value
+        solution, _ = lapack.dtbtrs(self.band, right.reshape(-1, 1), uplo="L", overwrite_b=1)
+        return solution.reshape(self.n - 1, self.nx).T
+
+
+def _size(x: np.ndarray) -> np.ndarray:
+    """The root mean square (nx,) of each row."""
+    return np.sqrt(np.einsum("ij,ij->i", x, x) / x.shape[1])

@@ -1,0 +1,1 @@
+"""Effects against each other: screened, fitted, judged; and the verdict."""

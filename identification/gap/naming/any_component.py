@@ -1,0 +1,109 @@
+"""The gap workflow on any component: base fitted from afar, noise found, effects of its own elements against each other.
+
+The noise rests on the best model so far (see `flexible`), so a verdict that changes the model is reached again with
+the noise that is left beside it.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from fmus.effects import Effect
+from fmus.effects.places import laws_at
+from fmus.errors import InputError
+from identification.gap.data.noise_sources import known_noise
+from identification.gap.data.sampled import Sampled, prepare_sampled
+from identification.gap.data.told import KINDS, SMOOTHER
+from identification.gap.models.free_start import FreeStart
+from identification.gap.naming.begin import begin, equal_noise
+from identification.gap.naming.competing import compete
+from identification.gap.naming.decide import Verdict, decide
+from identification.gap.naming.fitting import Fit, fit
+from identification.gap.stands.component_test import ComponentTest
+from identification.recordings import Recording
+
+ROUNDS = 3
+STEADY = 0.1  # change of the noise, relative, below which a verdict stands
+
+
+@dataclass(frozen=True)
+class Investigation:
+    """The verdict, with the test as it was scaled, and the held-out runs with the noise of the fitted ones."""
+
+    verdict: Verdict
+    test: ComponentTest
+    held: list[Sampled]
+
+
+def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequence[type[Effect]] = (), given: Mapping[str, float] | None = None,
+                so_far: Callable[[Verdict], None] = lambda verdict: None, holdout: Sequence[Recording] = ()) -> Investigation:  # fmt: skip
+    """The verdict on runs of a component, with the laws of mechanics at its elements and a user's own effects.
+
+    given holds known deviations of outputs by name; so_far is told what is known already at every stage;
+    held-out recordings can only take a name back. Raises InputError where the base cannot be fitted.
+    """
+    model = FreeStart(test)
+    found = begin(model, runs)
+    found = fit(model, equal_noise(found.runs, found), found.x)
+    deflection, rate = largest_motion(found)
+    test = replace(test, component=test.component.with_values(**_values(found))).scaled(deflection, rate)
+    library = [*laws_at(test.component, rate), *more_effects]
+    model = FreeStart(test)
+    base = fit(model, [_between_samples(model, run) for run in known_noise(found.runs, given or {})], model.start())
+    so_far(Verdict("unknown", base, base))
+    ready = _beside_the_best(base, library)
+    verdict, held = Verdict("unknown", base, base), [prepare_sampled(r, test) for r in holdout]
+    for _ in range(ROUNDS):
+        try:
+            verdict = decide(model, ready, library, _like(held, ready[0]))
+        except InputError:  # with less noise the best of the last round cannot be simulated well enough: its verdict stands
+            break
+        so_far(verdict)
+        before, ready = ready, list(verdict.best.runs)
+        if _change(before, ready) < STEADY:
+            break
+    return Investigation(verdict, test, _like(held, verdict.best.runs[0]))
+
+
+def _like(held: Sequence[Sampled], fitted: Sampled) -> list[Sampled]:
+    """Held-out runs with the noise of a fitted one, and inputs joined as there."""
+    return [run.with_told(fitted.kind).with_densities(fitted.densities, fitted.noise_source) for run in held]
+
+
+def _between_samples(model: FreeStart, run: Sampled) -> Sampled:
+    """The run with what is not known of its inputs between their samples as noise."""
+    if run.kind != KINDS[0]:
+        return run
+    one, other = (model.reduced(r, model.start())[0] for r in (run, run.with_told(SMOOTHER)))
+    return run.with_unsure((one - other) * run.deviation)
+
+
+def _beside_the_best(base: Fit, library: Sequence[type[Effect]]) -> list[Sampled]:
+    """The runs with the noise beside the best single effect: a base that is far off has residuals that no filter explains."""
+    best = next(iter(compete(base, library)), None)
+    found = base if best is None else best.fit
+    return [found.model.with_noise_beside(run, found.of_run(i)) for i, run in enumerate(base.runs)]
+
+
+def _values(found: Fit) -> dict[str, float]:
+    model: Any = found.model
+    values = model.values(found.shared)
+    return {n: float(np.clip(values[n], found.model.component.table[n].min, found.model.component.table[n].max)) for n in found.model.base}
+
+
+def largest_motion(found: Fit) -> tuple[float, float]:
+    """The largest deflection and rate of the component's first element in the runs."""
+    sizes = []
+    model: Any = found.model
+    for index, run in enumerate(found.runs):
+        _, deflections, rates, _ = model.traced(run, found.of_run(index))
+        if deflections:
+            sizes.append((np.quantile(np.abs(deflections[0]), 0.999), np.quantile(np.abs(rates[0]), 0.999)))
+    return tuple(float(max(s)) for s in zip(*sizes, strict=True)) if sizes else (1.0, 1.0)  # type: ignore[return-value]
+
+
+def _change(before: Sequence[Sampled], after: Sequence[Sampled]) -> float:
+    """By how much the deviations changed, relative, in the mean over the cosines."""
+    return max(float(np.mean(np.abs(np.log(b.deviation / a.deviation)))) for a, b in zip(before, after, strict=True))

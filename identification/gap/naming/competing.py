@@ -1,0 +1,169 @@
+"""The effects of a library against each other on top of a fit: screened, the leaders fitted, the best first."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fmus.effects import Effect
+from fmus.errors import InputError
+from identification.gap.models.model import AnyModel
+from identification.gap.naming.fitting import Fit, fit
+from identification.gap.naming.parallel import spread
+from identification.gap.naming.screening import Signature, screen
+
+SIGNIFICANT = 12.0  # dBIC of a first effect
+TIE = 10.0  # dBIC within which effects cannot be told apart
+CLEAR = 40.0  # dBIC by which a family without an adequate form must lead
+ADEQUATE = 1.12  # reduced chi-square, at 1400 degrees of freedom and more
+RIVAL = 0.4  # of an adequate effect's gain: what a rival must promise to be fitted
+FAR = 30.0  # reduced chi-square of a base from which no effect is a small step
+PROMISED = 0.5  # of a signature's gain: with less, a fit is tried from elsewhere
+SMALLER = 0.2  # of the size of an effect, from where it is tried again
+STARTS = 2  # signatures of a family that are fitted
+FORMS = 0.3  # of the best one's dBIC: what a family must have for its other forms to be fitted
+BEHIND = 300.0  # dBIC behind an adequate effect that another form of a family may make up for
+FAR_LESS = 0.25  # of a gain: what a signature, which sees only small effects in full, must promise
+LEADERS = 6  # families that are fitted
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An effect on top of the effects found so far: fitted, or with what the screening promises, and then `fit` lacks it."""
+
+    effect: type[Effect]
+    fit: Fit
+    delta_chi2: float
+    delta_bic: float
+
+    @property
+    def family(self) -> str:
+        return self.effect.family
+
+    @property
+    def fitted(self) -> bool:
+        return self.effect in self.fit.model.effects
+
+
+def adequate(found: Fit) -> bool:
+    """Whether noise alone explains what is left."""
+    return found.reduced < max(ADEQUATE, 1 + 4.5 * np.sqrt(2 / found.freedom))
+
+
+def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS, least: float = SIGNIFICANT) -> list[Candidate]:
+    """The candidates on top of a fit, the best first and fitted ones before others.
+
+    All are screened, the leading families are fitted, and those that come out best in all their forms. Nothing is fitted
+    where the screening promises far less chi-square than `least`.
+    """
+    present = {e.family for e in found.model.effects}
+    by_family: dict[str, list[type[Effect]]] = {}
+    for effect in library:
+        if effect.family not in present:
+            by_family.setdefault(effect.family, []).append(effect)
+    families = {name: sorted(forms, key=lambda e: (e.flexible, len(e.parameters()))) for name, forms in by_family.items()}
+    seen = screen(found, [form for forms in families.values() for form in _plain(forms)])
+    order = sorted(families, key=lambda name: -max((s.gain for s in seen if s.effect.family == name), default=0.0))
+    top = max((s.gain for s in seen), default=0.0)
+    if top < max(SIGNIFICANT / 2, FAR_LESS * least):
+        return _ranked(_unfitted(found, s) for s in seen)
+    candidates: list[Candidate] = []
+    for wave in (order[:1], order[1:3], order[3:leaders]):  # what the first ones gain decides which others are worth a fit
+        enough = max((c.delta_chi2 for c in candidates if c.fitted and adequate(c.fit)), default=0.0)
+        mine = [sorted((s for s in seen if s.effect.family == name), key=lambda s: -s.gain)[:STARTS] for name in wave]
+        threshold = max(SIGNIFICANT / 2, 0.02 * top, RIVAL * enough)
+        candidates += _fitted(found, [s for signatures in mine for s in signatures if s.gain >= threshold], candidates)
+        candidates += [_unfitted(found, signatures[0]) for signatures in mine if signatures[0].gain < threshold]
+    candidates = _ranked([*candidates, *(_unfitted(found, s) for s in seen if s.effect.family in order[leaders:])])
+    near = {c.family for c in candidates[:1] if c.delta_bic > SIGNIFICANT}
+    near |= {c.family for c in candidates[:4] if candidates[0].delta_bic - c.delta_bic < CLEAR and c.delta_bic > SIGNIFICANT}
+    best, reach = candidates[0], BEHIND if adequate(candidates[0].fit) else np.inf
+    near |= {c.family for c in one_each(candidates)[:4] if c.delta_bic > max(SIGNIFICANT, FORMS * best.delta_bic, best.delta_bic - reach)}
+    for flexible in (False, True):  # a curve of its own only where no plain form fits
+        known = {c.effect for c in candidates if c.effect in c.fit.model.effects}
+        more = [form for name in families if name in near for form in families[name] if form.flexible == flexible and form not in known]
+        candidates = _ranked([*candidates, *_fitted(found, screen(found, more, keep=1), candidates)])
+        if adequate(candidates[0].fit):
+            break
+    return candidates
+
+
+def _plain(forms: Sequence[type[Effect]]) -> list[type[Effect]]:
+    """The forms of a family that stand for it: all that are not flexible, since a spring that drifts is not a damper that does.
+
+    Those with a memory differ in the shape of their loop alone, and take long: the first one is enough.
+    """
+    plain = [form for form in forms if not form.flexible] or list(forms[:1])
+    return [form for form in plain if form is plain[0] or not any(row.role == "state" for row in form.declared.values())]
+
+
+def _ranked(candidates: Iterable[Candidate]) -> list[Candidate]:
+    return sorted(candidates, key=lambda c: (not c.fitted, -c.delta_bic))
+
+
+def _fitted(found: Fit, signatures: Sequence[Signature], known: Sequence[Candidate]) -> list[Candidate]:
+    """The candidates of these signatures, as far as they have a chance beside what is known."""
+    beat = min((c.fit.chi2 for c in known if c.fitted and adequate(c.fit)), default=np.inf) + CLEAR
+    answers = spread(lambda signature: _best_fit(found, signature, beat), signatures, "fitting effects")
+    candidates = []
+    for signature, answer in zip(signatures, answers, strict=True):
+        if answer is None or answer[1] > found.chi2:  # nothing near its start can be simulated, or it leads nowhere
+            candidates.append(_unfitted(found, signature))
+        else:
+            candidates.append(_candidate(found, signature.effect, Fit(found.model.joined_by(signature.effect), found.runs, *answer, found.count)))
+    return candidates
+
+
+def _best_fit(found: Fit, signature: Signature, beat: float) -> tuple[np.ndarray, float, np.ndarray, np.ndarray] | None:
+    """x, chi-square, residuals and their slopes of the best fit; None where nothing can be simulated."""
+    model = found.model.joined_by(signature.effect)
+    shared = len(found.model.names)
+    starts = [np.concatenate([found.x[:shared], own, found.x[shared:]]) for own in (signature.start, _smaller(model, signature))]
+    if found.reduced > FAR:  # a base that had to make up for so much may be no place to start from
+        starts.append(model.start())
+    best = None
+    for start in starts:
+        try:
+            fitted = fit(model, found.runs, start, beat=beat if best is None else min(beat, best.chi2))
+        except InputError:  # nothing near this start can be simulated
+            continue
+        best = fitted if best is None or fitted.chi2 < best.chi2 else best
+        if adequate(best) or (found.reduced <= FAR and found.chi2 - best.chi2 > PROMISED * signature.gain):
+            break
+    return None if best is None else (best.x, best.chi2, best.residuals, best.jacobian)
+
+
+def _smaller(model: AnyModel, signature: Signature) -> np.ndarray:
+    """The signature's start with smaller sizes: far from where it is linear, a large one may lead nowhere."""
+    start, first = signature.start.copy(), len(model.own) - len(signature.start)
+    start[[i - first for i in model.sizes if i >= first]] *= SMALLER
+    return start
+
+
+def _unfitted(found: Fit, signature: Signature) -> Candidate:
+    """What the screening says, for an effect that is not worth a fit."""
+    return Candidate(signature.effect, found, max(signature.gain, 0.0), signature.gain - len(signature.start) * np.log(found.count))
+
+
+def _candidate(found: Fit, effect: type[Effect], fitted: Fit) -> Candidate:
+    gain = found.chi2 - fitted.chi2
+    more = len(fitted.model.names) - len(found.model.names)
+    return Candidate(effect, fitted, gain, gain - more * float(np.log(found.count)))
+
+
+def best_of(candidates: Sequence[Candidate]) -> Candidate | None:
+    """The best that was fitted; among plain forms of its family that are as good, the one with the fewest parameters."""
+    fitted = [c for c in candidates if c.fitted]
+    if not fitted:
+        return None
+    best = fitted[0]
+    plain = [c for c in fitted if c.family == best.family and not c.effect.flexible and best.delta_bic - c.delta_bic < TIE]
+    return min(plain, key=lambda c: len(c.effect.parameters()), default=best)
+
+
+def one_each(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """The best of every family, in order."""
+    seen: dict[str, Candidate] = {}
+    for c in candidates:
+        seen.setdefault(c.family, c)
+    return list(seen.values())

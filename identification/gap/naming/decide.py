@@ -1,0 +1,100 @@
+"""Which effect is missing: none, named, tied or unknown.
+
+    dchi2 = chi2(base) - chi2(base + effect)        dBIC = dchi2 - k ln n
+
+Every candidate is fitted with the base refitted. An effect must gain dBIC 12; those within dBIC 10 of the best, and
+as adequate, are tied. Adequate is a reduced chi-square that noise alone gives. Where no single effect is adequate, pairs
+compete, and the families that all near-best pairs share are named. Where no form of a family is adequate, but the family
+closes over half of the excess and beats every other by dBIC 40, it is named with its form open. A name that runs which
+were held out refute is taken back: it stays `unknown` what is missing.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from fmus.effects import Effect
+from identification.gap.models.model import AnyModel, AnyRun
+from identification.gap.naming.competing import CLEAR, SIGNIFICANT, TIE, Candidate, adequate, best_of, compete, one_each
+from identification.gap.naming.fitting import Fit, fit
+from identification.gap.naming.pairs import Pair, pairs_of, plainest, sure
+from identification.gap.naming.showing import on_holdout
+from identification.gap.naming.starting import fit_base
+
+CLOSED = 0.5  # share of the excess that a family with an open form closes, on fitted runs and on held-out ones
+MISSED = 0.2  # reduced chi-square above 1 by which a held-out run refutes a name, beyond a share of what the base misses
+SHARE_MISSED = 0.05  # that share
+SCATTER = 4.5  # standard deviations of a reduced chi-square, as for fitted runs
+
+
+@dataclass
+class Verdict:
+    """What was found. `best` is the fit that it rests on; candidates are those of every round, the best first."""
+
+    verdict: str
+    base: Fit
+    best: Fit
+    effects: list[Candidate] = field(default_factory=list)
+    tied: list[Candidate] = field(default_factory=list)
+    candidates: list[Candidate] = field(default_factory=list)
+    open_form: bool = False
+    refuted: str = ""  # what was named before held-out runs took it back
+
+
+def decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effect]], holdout: Sequence[AnyRun] = ()) -> Verdict:
+    """The verdict on runs, with a model of the base and the effects of a library; held-out runs can only take a name back.
+
+    Its fits rest on the noise that the best of them leaves. Raises InputError where the base cannot be fitted.
+    """
+    verdict = _decide(model, runs, library)
+    best = verdict.best
+    quiet = [best.model.with_noise_beside(run, best.of_run(i)) for i, run in enumerate(runs)]
+    if best is verdict.base:
+        verdict.base = verdict.best = fit(best.model, quiet, best.x)
+    else:
+        verdict.base, verdict.best = (fit(f.model, quiet, f.x) for f in (verdict.base, best))
+    if verdict.verdict == "named" and holdout and _refuted(verdict, holdout):
+        name = " and ".join(c.family for c in verdict.effects)
+        return replace(verdict, verdict="unknown", effects=[], tied=[], open_form=False, refuted=name)
+    return verdict
+
+
+def _decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effect]]) -> Verdict:
+    base = fit_base(model, runs)
+    first = compete(base, library)
+    best = best_of(first)
+    if best is None or best.delta_bic < SIGNIFICANT:
+        return Verdict("none" if adequate(base) else "unknown", base, base, candidates=first)
+    pairs = pairs_of(best, first, library)
+    if pairs and sure(pairs):
+        return _of_pairs(base, pairs, first, library)
+    if adequate(best.fit):
+        tied = [c for c in one_each(first) if best.delta_bic - c.delta_bic < TIE and adequate(c.fit)]
+        if len(tied) > 1:
+            return Verdict("tied", base, best.fit, [], tied, first)
+        return Verdict("named", base, best.fit, [best], [], first, best.effect.flexible)
+    others = [c for c in one_each(first) if c.family != best.family]
+    closed = best.fit.reduced - 1 < (1 - CLOSED) * (base.reduced - 1)
+    if closed and all(best.delta_bic - c.delta_bic > CLEAR for c in others):
+        return Verdict("named", base, best.fit, [best], [], first, open_form=True)
+    return Verdict("unknown", base, best.fit, candidates=first)
+
+
+def _of_pairs(base: Fit, pairs: Sequence[Pair], first: list[Candidate], library: Sequence[type[Effect]]) -> Verdict:
+    """Both effects where the best pair stands alone; else the one that all share, with the possible seconds as tied."""
+    found, families = pairs[0], sure(pairs)
+    if len(families) == 2:
+        found = plainest(base, found, library)
+        return Verdict("named", base, found.second.fit, [found.first, found.second], [], first)
+    members = [c for pair in pairs for c in (pair.first, pair.second)]
+    certain = next(c for c in members if c.family in families)
+    return Verdict("named", base, found.second.fit, [certain], [c for c in members if c.family not in families], first)
+
+
+def _refuted(verdict: Verdict, holdout: Sequence[AnyRun]) -> bool:
+    """Whether held-out runs are missed by more than noise, and by more than a name may leave of what the base misses."""
+    before, after = (on_holdout(f, holdout) for f in (verdict.base, verdict.best))
+    missed = max(MISSED, SCATTER * np.sqrt(2 / after.fit.count))  # few data scatter by more
+    allowed = (1 - CLOSED if verdict.open_form else SHARE_MISSED) * (before.chi2 - 1)
+    return after.chi2 - 1 > max(allowed, missed)

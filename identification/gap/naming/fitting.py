@@ -1,0 +1,209 @@
+"""Base and effects fitted to all runs together, where the base may change a little from run to run.
+
+    chi2 = sum_r |z_r - m_r(theta + d_r, e)|^2 + sum_r |d_r / spread|^2 + |(theta - known) / error|^2
+
+theta are logarithms of the base's parameters, d_r their deviations in run r, e the effects' parameters. Tied across
+runs, a rider who changes by 3 % looks like an effect; so d_r is free under its prior. Levenberg-Marquardt with exact
+slopes; effects stay within their bounds, which hold the physical sign.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fmus.errors import InputError
+from identification.gap.models.model import AnyModel, AnyRun, AnyStand
+
+ITERATIONS = 15
+ENOUGH = 0.05  # of chi-square that a further step would gain
+COARSE = 1e-3  # of it, as long as the fit is far from the data
+HOPE = 20.0  # steps like the next one that a fit may need to reach what it should beat
+
+
+@dataclass
+class Fit:
+    """A fitted model. x holds [theta, e, d_1, d_2, ...]; residuals and their jacobian the priors at the end."""
+
+    model: AnyModel
+    runs: list[Any]  # AnyRun; whoever draws them knows more of them
+    x: np.ndarray
+    chi2: float
+    residuals: np.ndarray
+    jacobian: np.ndarray
+    count: int  # reduced data
+
+    @property
+    def shared(self) -> np.ndarray:
+        """The parameters that all runs have in common: the model's vector."""
+        return self.x[: len(self.model.names)]
+
+    @property
+    def freedom(self) -> int:
+        """Data and priors, less what was fitted; unknowns of a run alone (initial states) are fitted within the model."""
+        return len(self.residuals) - len(self.x) - sum(getattr(run, "unknowns", 0) for run in self.runs)
+
+    @property
+    def reduced(self) -> float:
+        """Chi-square per degree of freedom: 1 at the noise floor."""
+        return self.chi2 / self.freedom
+
+    def covariance(self) -> np.ndarray:
+        """Of x; what the data do not determine has a large one."""
+        scale = np.linalg.norm(self.jacobian, axis=0) + 1e-12
+        u = np.linalg.pinv(self.jacobian / scale, rcond=1e-9)
+        return (u @ u.T) / np.outer(scale, scale)
+
+    def of_run(self, index: int) -> np.ndarray:
+        """The model's vector for one run."""
+        return _vector(self.x, self.model, index)
+
+
+def deviating(stand: AnyStand) -> list[int]:
+    """The free parameters that change from run to run."""
+    return [i for i, f in enumerate(stand.free) if f.spread > 0]
+
+
+def _vector(x: np.ndarray, model: AnyModel, index: int) -> np.ndarray:
+    moved = deviating(model.stand)
+    shared = len(model.names)
+    q = x[:shared].copy()
+    q[moved] += x[shared + index * len(moved) : shared + (index + 1) * len(moved)]
+    return q
+
+
+def fit(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray, frozen: Sequence[int] = (), anchor: np.ndarray | None = None,
+        iterations: int = ITERATIONS, gain: float = ENOUGH, beat: float = np.inf) -> Fit:  # fmt: skip
+    """The fit from a start: the model's vector, or a whole x. Parameters in `frozen` (indices) stay.
+
+    anchor gives common values of theta that are known from other runs, instead of fitting them. A fit that creeps far
+    above the chi-square `beat` ends where it is.
+    """
+    runs = list(runs)
+    shared, total = len(model.names), len(model.names) + len(runs) * len(deviating(model.stand))
+    x = np.concatenate([start, np.zeros(total - len(start))])
+    if anchor is not None:
+        frozen = range(shared)
+    low, high = _bounds(model, total)
+    x = np.clip(x, low, high)
+    free = np.setdiff1d(np.arange(total), np.asarray(list(frozen), int))
+    problem = _Problem(model, runs, total)
+    residuals, jacobian = problem.residuals(x), problem.slopes(x)
+    chi2, damping = float(residuals @ residuals), 1e-3
+    for _ in range(iterations):
+        gradient = jacobian.T @ residuals
+        open_ = [i for i in free if not (x[i] <= low[i] and gradient[i] > 0) and not (x[i] >= high[i] and gradient[i] < 0)]
+        part = jacobian[:, open_]
+        normal = part.T @ part
+        scale = np.sqrt(np.diag(normal)) + 1e-9
+        reach, accepted = _reach(model, x), False
+        worth = max(gain, COARSE * chi2) if chi2 > 2 * len(residuals) else gain
+        for tries in range(8):
+            move = np.linalg.solve(normal / np.outer(scale, scale) + damping * np.eye(len(open_)), -gradient[open_] / scale) / scale
+            trial = x.copy()
+            trial[open_] = np.clip(x[open_] + np.clip(move, -reach[open_], reach[open_]), low[open_], high[open_])
+            step = trial[open_] - x[open_]
+            expected = -float(2 * gradient[open_] @ step + step @ normal @ step)
+            if expected < worth or (not tries and chi2 - HOPE * expected > beat):
+                break
+            try:
+                new_residuals = problem.residuals(trial)
+                new = float(new_residuals @ new_residuals)
+            except InputError:  # the trial diverges: a shorter step
+                new = np.inf
+            if new < chi2:
+                accepted = True
+                break
+            damping *= 6
+        if not accepted:
+            break
+        x, residuals, won, chi2 = trial, new_residuals, chi2 - new, new
+        if won > gain:  # else the slopes have not moved either
+            jacobian = problem.slopes(x)
+        if won > 0.75 * expected and not tries:
+            damping = max(damping / 10, 1e-9)
+        if won < worth:
+            break
+    return Fit(model, runs, x, chi2, residuals, jacobian, sum(len(r.data) for r in runs))
+
+
+def _bounds(model: AnyModel, total: int) -> tuple[np.ndarray, np.ndarray]:
+    table = model.component.table
+    low = [np.log(max(table[n].min, 1e-6)) for n in model.base] + [r.min for r in model.rows]
+    high = [np.log(table[n].max) for n in model.base] + [r.max for r in model.rows]
+    rest = total - len(low)
+    return np.concatenate([low, np.full(rest, -1.0)]), np.concatenate([high, np.full(rest, 1.0)])
+
+
+def _reach(model: AnyModel, x: np.ndarray) -> np.ndarray:
+    """How far one step may go: by a factor of two, besides the sizes of effects, in which the output is nearly linear."""
+    reach = np.full(len(x), 0.7)
+    nb = len(model.base)
+    for i in range(len(model.own)):
+        reach[nb + i] = np.inf if i in model.sizes else 0.7 * abs(x[nb + i])
+    return reach
+
+
+class _Problem:
+    """Residuals in units of the noise, those of the priors last, and their slopes by x."""
+
+    def __init__(self, model: AnyModel, runs: list[AnyRun], total: int):
+        self.model, self.runs, self.moved = model, runs, deviating(model.stand)
+        self.predicted = getattr(model, "predicted", None)
+        self.priors, self.known = _priors(model, len(runs), total)
+        self.kept: dict[int, np.ndarray] = {}  # slopes that came with the output
+
+    def residuals(self, x: np.ndarray) -> np.ndarray:
+        """(m,). Raises InputError where the model cannot be simulated."""
+        left = []
+        for index, run in enumerate(self.runs):
+            q = _vector(x, self.model, index)
+            if self.predicted is None:
+                predicted, self.kept[index] = self.model.reduced(run, q)
+            else:
+                predicted = self.predicted(run, q)
+            left.append(predicted - run.data / run.deviation)
+        return np.concatenate([*left, self.priors @ x - self.known])
+
+    def slopes(self, x: np.ndarray) -> np.ndarray:
+        """(m, len(x)), where the residuals were asked for last."""
+        shared, moved, rows = len(self.model.names), self.moved, []
+        for index, run in enumerate(self.runs):
+            slopes = self.kept[index] if index in self.kept else self.model.reduced(run, _vector(x, self.model, index))[1]
+            block = np.zeros((len(slopes), len(x)))
+            block[:, :shared] = slopes
+            block[:, shared + index * len(moved) : shared + (index + 1) * len(moved)] = slopes[:, moved]
+            rows.append(block)
+        return np.concatenate([*rows, self.priors])
+
+
+def _priors(model: AnyModel, runs: int, total: int) -> tuple[np.ndarray, np.ndarray]:
+    """What is known beside the data, as rows (k, total) times x = known (k,), in units of the errors."""
+    moved, shared = deviating(model.stand), len(model.names)
+    rows, known = [np.zeros(total) for _ in range(runs * len(moved))], [0.0] * (runs * len(moved))
+    for at, row in enumerate(rows):
+        row[shared + at] = 1 / model.stand.free[moved[at % len(moved)]].spread
+    for i, free in enumerate(model.stand.free):
+        if free.known is not None:
+            weight = free.known / free.standard_error
+            rows.append(np.zeros(total))
+            rows[-1][i] = weight
+            known.append(float(np.log(free.known)) * weight)
+    for name, (value, error) in model.stand.measured_effects.items():
+        # Another test measured this effect's size; a model without the effect says zero.
+        rows.append(np.zeros(total))
+        if name in model.names:
+            rows[-1][model.names.index(name)] = 1 / error
+        known.append(value / error)
+    return np.array(rows).reshape(-1, total), np.array(known)
+
+
+def parameters_of(found: Fit) -> Mapping[str, tuple[float, float, str]]:
+    """Value, standard error and unit by name: the base's common values, then the effects'."""
+    model, errors = found.model, np.sqrt(np.maximum(np.diag(found.covariance()), 0.0))
+    result = {}
+    for i, name in enumerate(model.names):
+        value = float(np.exp(found.x[i])) if i < len(model.base) else float(found.x[i])
+        result[name] = (value, float(errors[i] * value) if i < len(model.base) else float(errors[i]), model.component.table[name].unit)
+    return result

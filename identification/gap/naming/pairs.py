@@ -1,0 +1,106 @@
+"""Two effects together: every leading first effect with every second one on top of it, and the pairs that fit as well as the best.
+
+The first effect of a pair need not be the one that fits best alone: alone, an effect makes up for the other as far as
+it can. So the pairs compete, and only the families that all of the near-best pairs share are sure.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fmus.effects import Effect
+from fmus.errors import InputError
+from identification.gap.naming.competing import TIE, Candidate, adequate, compete, one_each
+from identification.gap.naming.fitting import Fit, fit
+from identification.gap.naming.screening import screen
+
+SECOND = 15.0  # dBIC of a second effect
+SHARE = 0.005  # of the first one's gain: below it, small errors of the model of a large effect look like another
+FIRSTS = 3  # leading families that may be the first of a pair
+NEAR = 0.5  # of the best one's dBIC, which another first must have
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two effects fitted together: the second's candidate rests on the first's."""
+
+    first: Candidate
+    second: Candidate
+
+    @property
+    def delta_bic(self) -> float:
+        return self.first.delta_bic + self.second.delta_bic
+
+    @property
+    def families(self) -> frozenset[str]:
+        return frozenset((self.first.family, self.second.family))
+
+
+def pairs_of(best: Candidate, first: Sequence[Candidate], library: Sequence[type[Effect]]) -> list[Pair]:
+    """The adequate pairs within TIE of the best one, which comes first; none where no pair is worth its second effect.
+
+    `best` is the best of the single effects. Where it is adequate, a pair must contain it or beat it.
+    """
+    leading = [best, *(c for c in one_each(first) if c.family != best.family and c.effect in c.fit.model.effects and c.delta_bic > NEAR * best.delta_bic)]
+    worth = best.delta_bic + max(SECOND, SHARE * best.delta_chi2) if adequate(best.fit) else 0.0
+    found: dict[frozenset[str], Pair] = {}
+    for one in leading[:FIRSTS]:
+        for two in one_each(compete(one.fit, library, leaders=4, least=max(SECOND, SHARE * one.delta_chi2))):
+            pair = Pair(one, two)
+            significant = two.effect in two.fit.model.effects and two.delta_bic > max(SECOND, SHARE * one.delta_chi2)
+            if significant and pair.delta_bic > worth and adequate(two.fit):
+                found[pair.families] = max(found.get(pair.families, pair), pair, key=lambda p: p.delta_bic)
+        if worth and not found:
+            return []
+    ranked = sorted(found.values(), key=lambda pair: -pair.delta_bic)
+    return [pair for pair in ranked if ranked[0].delta_bic - pair.delta_bic < TIE]
+
+
+def sure(pairs: Sequence[Pair]) -> frozenset[str]:
+    """The families that all pairs have."""
+    return frozenset.intersection(*(pair.families for pair in pairs))
+
+
+def plainest(base: Fit, pair: Pair, library: Sequence[type[Effect]]) -> Pair:
+    """The two effects in the forms that fit best together: alone, the first one's form makes up for the second."""
+    for place in (0, 1):
+        family = (pair.first, pair.second)[place].family
+        for form in library:
+            if form.family == family and not form.flexible and form not in pair.second.fit.model.effects:
+                other = _with_form(base, pair, place, form)
+                if other is not None and _bic(other.second.fit) < _bic(pair.second.fit):
+                    pair = other
+    return pair
+
+
+def _with_form(base: Fit, pair: Pair, place: int, form: type[Effect]) -> Pair | None:
+    """The pair with another form of one of its families, None where that cannot be fitted."""
+    together = pair.second.fit
+    effects = [pair.first.effect, pair.second.effect]
+    effects[place] = form
+    signatures = screen(base, [form], keep=1)
+    if not signatures:
+        return None
+    model = base.model.joined_by(*effects)
+    start = model.start()
+    start[: len(model.base)] = together.x[: len(model.base)]
+    for effect in effects:
+        own = [model.stand.parameter(effect, n) for n in effect.parameters() if n not in effect.given]
+        values = signatures[0].start if effect is form else [together.x[together.model.names.index(n)] for n in own]
+        start[[model.names.index(n) for n in own]] = values
+    try:
+        found = fit(model, base.runs, start)
+    except InputError:
+        return None
+    count = [len([n for n in e.parameters() if n not in e.given]) for e in effects]
+    gain = together.chi2 - found.chi2
+    one, two = pair.first, pair.second
+    changed = [one.delta_chi2 + gain * (place == 0), two.delta_chi2 + gain * (place == 1)]
+    made = [Candidate(e, found, g, g - k * float(np.log(base.count))) for e, g, k in zip(effects, changed, count, strict=True)]
+    return Pair(*made)
+
+
+def _bic(found: Fit) -> float:
+    return found.chi2 + len(found.model.names) * float(np.log(found.count))
+

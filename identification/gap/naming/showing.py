@@ -1,0 +1,63 @@
+"""The gap before and after: reduced chi-square on the fitted runs and on one that was not used, and the same in N.m.
+
+On a held-out run the effects stay as fitted; only the base's deviations of that run are estimated again, under the
+same tight prior, since a rider is never twice the same.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from identification.gap.models.model import AnyRun
+from identification.gap.naming.fitting import Fit, deviating, fit
+
+
+@dataclass(frozen=True)
+class Closeness:
+    """How near a model is to runs: reduced chi-square, and the rms that is left on the harmonics, in the output's unit."""
+
+    chi2: float
+    rms: float
+    fit: Fit
+
+
+def closeness(found: Fit) -> Closeness:
+    """Of the runs that were fitted. The reduced chi-square is that of the data, with the priors' share."""
+    return Closeness(found.reduced, _rms(found), found)
+
+
+def on_holdout(found: Fit, runs: Sequence[AnyRun]) -> Closeness:
+    """Of runs that were not used: effects and common values frozen, the runs' own deviations estimated."""
+    shared = len(found.model.names)
+    again = fit(found.model, runs, found.x[:shared], frozen=range(shared))
+    # Each deviation is one number fitted and one prior: they cancel in the degrees of freedom.
+    left = again.residuals[: again.count + len(deviating(found.model.stand)) * len(runs)]
+    return Closeness(float(left @ left) / again.count, _rms(again), again)
+
+
+def quiet(found: Fit, runs: Sequence[AnyRun]) -> list[AnyRun]:
+    """Held-out runs with the noise that a model leaves of them: a sharp effect's highest orders are then not in it."""
+    again = on_holdout(found, runs).fit
+    return [found.model.with_noise_beside(run, again.of_run(i)) for i, run in enumerate(runs)]
+
+
+def floor(runs: Sequence[AnyRun]) -> float:
+    """The rms that noise alone leaves on the harmonics, in the output's unit."""
+    power = sum(float(np.sum(r.deviation**2)) for r in runs)
+    return float(np.sqrt(power / sum(_samples(r) for r in runs)))
+
+
+def _rms(found: Fit) -> float:
+    power, first = 0.0, 0
+    for run in found.runs:
+        last = first + len(run.data)
+        power += float(np.sum((found.residuals[first:last] * run.deviation) ** 2))
+        first = last
+    return float(np.sqrt(power / sum(_samples(r) for r in found.runs)))
+
+
+def _samples(run: Any) -> int:
+    """The samples behind the data; without a recording the data themselves."""
+    return sum(last - first for first, last, _ in run.reduction.bases) if hasattr(run, "reduction") else len(run.data)

@@ -1,0 +1,41 @@
+"""The base fitted from several starts: a resonance that is far from the first guess makes minima that are not the lowest.
+
+Starts are spread by a Sobol sequence over a factor of two to each side of the component's own values. The search ends
+with the first fit that is as good as the noise, or once the best has been reached twice after FEW starts.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.stats import qmc
+
+from fmus.errors import InputError
+from identification.gap.models.model import AnyModel, AnyRun
+from identification.gap.naming.competing import adequate
+from identification.gap.naming.fitting import Fit, fit
+
+FEW, MOST = 8, 32
+SPREAD = float(np.log(2.0))
+SAME = 0.01  # of chi-square: two fits that ended at the same place
+
+
+def fit_base(model: AnyModel, runs: Sequence[AnyRun]) -> Fit:
+    """The best fit of a model without effects. Raises InputError where not even the first start can be simulated."""
+    first = model.start()
+    best, reached = fit(model, runs, first), 1
+    if not model.base:
+        return best
+    moves = np.zeros((MOST - 1, len(first)))
+    moves[:, : len(model.base)] = qmc.scale(qmc.Sobol(len(model.base), scramble=False).random(2 * MOST)[2 : MOST + 1], -SPREAD, SPREAD)
+    for count, move in enumerate(moves, 2):
+        if adequate(best) or (count > FEW and reached > 1):
+            break
+        try:
+            found = fit(model, runs, first + move)
+        except InputError:  # nothing can be simulated from there
+            continue
+        if found.chi2 < (1 - SAME) * best.chi2:
+            best, reached = found, 1
+        elif found.chi2 < (1 + SAME) * best.chi2:
+            reached += 1
+    return best

@@ -1,0 +1,57 @@
+"""A run that has not been made: the motion that would be commanded, what a model would answer, and the rig's own noises.
+
+It passes through the same preparation as a recording, so that its deviations are those that the run would have.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from identification.excitation import Excitation
+from identification.gap.data.reduction import noise_of
+from identification.gap.data.runs import Run, prepare
+from identification.recordings import Recording
+
+
+@dataclass(frozen=True)
+class Channels:
+    """How a rig measures: samples per second, the deviation of the motion's noise, the spectrum of the output's.
+
+    The density is a variance per sample at a frequency [Hz]: white noise of deviation s has density s^2.
+    """
+
+    rate: float
+    motion_noise: float
+    density: Callable[[np.ndarray], np.ndarray]
+
+    @classmethod
+    def of(cls, run: Run, imposed: str) -> "Channels":
+        """The channels as a run that was made shows them."""
+        white = np.median(noise_of(run.reduction, run.recording[imposed]).density)
+        return cls(run.recording.rate, float(np.sqrt(white)), run.noise)
+
+
+def planned(excitation: Excitation, channels: Channels, columns: Mapping[str, str], answer: Callable[[Run], np.ndarray], seed: int = 0) -> Run:
+    """The run with this excitation, where `answer` gives the output (n,) for its motion.
+
+    columns maps imposed, measured and command to columns of recordings. Raises InputError as `prepare` does.
+    """
+    imposed, measured, command = columns["imposed"], columns["measured"], columns["command"]
+    rng = np.random.default_rng(seed)
+    time = np.arange(round(excitation.duration * channels.rate)) / channels.rate
+    angle, _ = excitation.motion(time)
+    noise = _coloured(channels, len(time), rng)
+    shown = angle + channels.motion_noise * rng.standard_normal(len(time))
+
+    def run(output: np.ndarray) -> Run:
+        units = {imposed: "rad", measured: "N.m", command: "rad"}
+        return prepare(Recording(excitation.name, time, {imposed: shown, measured: output, command: angle}, units), imposed, measured, command)
+
+    return run(answer(run(noise)) + noise)
+
+
+def _coloured(channels: Channels, n: int, rng: np.random.Generator) -> np.ndarray:
+    """Noise (n,) with the density of the output's channel."""
+    shape = np.sqrt(channels.density(np.fft.rfftfreq(n, 1 / channels.rate)))
+    return np.fft.irfft(np.fft.rfft(rng.standard_normal(n)) * shape, n)

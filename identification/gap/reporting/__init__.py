@@ -1,0 +1,1 @@
+"""Where a model misses the data, and the verdict as its file says it."""

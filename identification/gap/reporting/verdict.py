@@ -1,0 +1,114 @@
+"""The verdict as `verdict.json` says it: every key always there, every parameter with value, error and unit."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from identification.gap.models.model import AnyRun
+from identification.gap.naming.competing import Candidate
+from identification.gap.naming.decide import Verdict
+from identification.gap.naming.fitting import parameters_of
+from identification.gap.naming.showing import closeness, floor, on_holdout, quiet
+from identification.gap.naming.ties import equivalent
+from identification.gap.reporting.locating import Cells, locate
+
+
+def as_result(verdict: Verdict, holdout: Sequence[AnyRun], unit: str, noise_source: str = "orders", cells: Cells | None = None) -> dict[str, Any]:
+    """The verdict under the keys of the file; what is written beside it (model, FMU, report) is null yet.
+
+    cells says what the places of misfit are, where they are not those of harmonics.
+    """
+    best = verdict.best
+    chances = _probabilities(verdict)
+    return {
+        "verdict": verdict.verdict,
+        "effects": [_effect(verdict, c, chances) for c in verdict.effects] if verdict.verdict == "named" else [],
+        "tied": [c.family for c in verdict.tied] if verdict.verdict == "tied" else [],
+        "closest": _closest(verdict) if verdict.verdict == "unknown" else None,
+        "candidates": [{"name": c.family, "form": c.effect.form, "sentence": c.effect.sentence(), "delta_chi2": c.delta_chi2,
+                        "delta_bic": c.delta_bic, "probability": chances.get(id(c), 0.0)} for c in _distinct(verdict.candidates)],
+        "where": [{"run": p.run, "axis": p.axis, "from": p.start, "to": p.end, "unit": p.unit, "excess": p.excess, "p_value": p.p_value}
+                  for p in locate(verdict.base, cells=cells)],
+        "gap": gap(verdict, holdout, unit),
+        "base": {n: {"value": v, "standard_error": e, "unit": u} for n, (v, e, u) in parameters_of(best).items() if n in best.model.base},
+        "noise_source": noise_source,
+        "next_experiment": None,
+        "limitations": _limitations(verdict),
+        "model": None,
+        "fmu": None,
+        "report": None,
+    }  # fmt: skip
+
+
+def _limitations(verdict: Verdict) -> list[str]:
+    """What the verdict rests on besides the data, and what it leaves open."""
+    sentences = []
+    if verdict.verdict == "named" and len(verdict.effects) == 1:
+        name = verdict.effects[0].family
+        if same := equivalent(verdict.best, verdict.effects[0].effect, verdict.candidates) if verdict.effects[0].effect in verdict.best.model.effects else []:
+            sentences.append(f"By torque and angle alone {' or '.join(same)} would answer as {name} does: only the sign that "
+                             "each must have, and what is known of the base beside these runs, tell them apart.")  # fmt: skip
+        if verdict.tied:
+            sentences.append(f"Something else is missing besides {name}: one of {', '.join(dict.fromkeys(c.family for c in verdict.tied))}.")
+    if verdict.refuted:
+        sentences.append(f"{verdict.refuted} fits best, but the held-out run refutes it.")
+    return sentences
+
+
+def gap(verdict: Verdict, holdout: Sequence[AnyRun], unit: str) -> dict[str, Any]:
+    """Before, after and on the held-out runs, as reduced chi-square and as rms."""
+    before, after = closeness(verdict.base), closeness(verdict.best)
+    holdout = quiet(verdict.best, holdout) if holdout else []
+    held = [on_holdout(f, holdout) if holdout else None for f in (verdict.base, verdict.best)]
+    return {
+        "before": before.chi2, "after": after.chi2,
+        "holdout_before": held[0].chi2 if held[0] else None, "holdout_after": held[1].chi2 if held[1] else None, "noise_floor": 1.0,
+        "rms": {"before": before.rms, "after": after.rms, "holdout_before": held[0].rms if held[0] else None,
+                "holdout_after": held[1].rms if held[1] else None, "noise_floor": floor(holdout or verdict.base.runs), "unit": unit},
+    }  # fmt: skip
+
+
+def _probabilities(verdict: Verdict) -> dict[int, float]:
+    """Of each candidate against the others and against none, from the BIC, one form per family, equal odds before."""
+    first: dict[str, Candidate] = {}
+    for c in verdict.candidates:
+        first.setdefault(c.family, c)
+    for c in verdict.effects:
+        if c.family in first:
+            first[c.family] = c
+    members = list(first.values())
+    exponents = np.array([0.0, *(c.delta_bic for c in members)]) / 2
+    weights = np.exp(exponents - exponents.max())
+    chances = weights[1:] / weights.sum()
+    result = {id(c): float(p) for c, p in zip(members, chances, strict=True)}
+    for c in verdict.effects[1:]:
+        result[id(c)] = float(1 / (1 + np.exp(-min(c.delta_bic, 600) / 2)))
+    return result
+
+
+def _distinct(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """The best of every form, in order."""
+    seen: dict[tuple[str, str], Candidate] = {}
+    for c in candidates:
+        seen.setdefault((c.family, c.effect.form), c)
+    return list(seen.values())
+
+
+def _effect(verdict: Verdict, candidate: Candidate, chances: dict[int, float]) -> dict[str, Any]:
+    """The effect with its parameters as the last fit has them."""
+    known = parameters_of(verdict.best)
+    stand = verdict.best.model.stand
+    effect = candidate.effect
+    open_ = verdict.open_form and candidate is verdict.effects[0]
+    own = {n: known[stand.parameter(effect, n)] for n in effect.parameters() if n not in effect.given}
+    return {"name": effect.family, "form": "open" if open_ else effect.form, "sentence": effect.sentence(), "probability": chances.get(id(candidate), 1.0),
+            "delta_chi2": candidate.delta_chi2, "delta_bic": candidate.delta_bic,
+            "parameters": {n: {"value": v, "standard_error": e, "unit": u} for n, (v, e, u) in own.items()}}  # fmt: skip
+
+
+def _closest(verdict: Verdict) -> dict[str, Any] | None:
+    if not verdict.candidates:
+        return None
+    best = verdict.candidates[0]
+    return {"name": best.family, "delta_bic": best.delta_bic}
