@@ -70,7 +70,7 @@ def _decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effe
     if pairs and sure(pairs):
         return _of_pairs(base, pairs, first, library)
     if adequate(best.fit):
-        tied = [c for c in one_each(first) if best.delta_bic - c.delta_bic < TIE and adequate(c.fit)]
+        tied = [c for c in one_each(first) if c.fitted and best.delta_bic - c.delta_bic < TIE and adequate(c.fit)]
         if len(tied) > 1:
             return Verdict("tied", base, best.fit, [], tied, first)
         return Verdict("named", base, best.fit, [best], [], first, best.effect.flexible)

@@ -27,7 +27,7 @@ def as_result(verdict: Verdict, holdout: Sequence[AnyRun], unit: str, noise_sour
         "tied": [c.family for c in verdict.tied] if verdict.verdict == "tied" else [],
         "closest": _closest(verdict) if verdict.verdict == "unknown" else None,
         "candidates": [{"name": c.family, "form": c.effect.form, "sentence": c.effect.sentence(), "delta_chi2": c.delta_chi2,
-                        "delta_bic": c.delta_bic, "probability": chances.get(id(c), 0.0)} for c in _distinct(verdict.candidates)],
+                        "delta_bic": c.delta_bic, "probability": chances.get(id(c), 0.0), "fitted": c.fitted} for c in _distinct(verdict.candidates)],
         "where": [{"run": p.run, "axis": p.axis, "from": p.start, "to": p.end, "unit": p.unit, "excess": p.excess, "p_value": p.p_value}
                   for p in locate(verdict.base, cells=cells)],
         "gap": gap(verdict, holdout, unit),
