@@ -86,7 +86,7 @@ def _short(result: dict[str, Any]) -> dict[str, Any]:
 
 
 def summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Confusion matrix and rates against what issue and literature ask for."""
+    """Confusion matrix, rates, sizes and what is left on held-out runs."""
     hidden = {kind: [r for r in rows if r["truth"]["kind"] == kind] for kind in ("none", "single", "unlike", "outside", "trio", "pair")}
     alone = hidden["single"] + hidden["trio"]
     ties = [r for r in rows if r["verdict"] == "tied"]

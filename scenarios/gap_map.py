@@ -11,10 +11,10 @@ from scenarios.report import COLOURS, new_figure
 MISS = "#c00000"
 
 
-def gap_map(found: Fit, places: list[Place], index: int = 0) -> Figure:
+def gap_map(found: Fit, places: list[Place], unit: str, index: int = 0) -> Figure:
     """A run's measured output over time, its response over frequency, and all residuals over time and order.
 
-    What is red is a place where the misfit is no chance; the redder, the larger its excess.
+    unit is the output's. What is red is a place where the misfit is no chance; the redder, the larger its excess.
     """
     run: Run = found.runs[index]
     start = sum(len(r.data) for r in found.runs[:index])
@@ -22,11 +22,11 @@ def gap_map(found: Fit, places: list[Place], index: int = 0) -> Figure:
     mine = [p for p in places if p.run == run.name]
     picture, (over_time, over_frequency, orders) = new_figure(rows=3, height=8.5)
     over_time.plot(run.recording.time, run.measured, color=COLOURS["reference"], linewidth=0.4)
-    over_time.set(xlabel=f"time in {run.name} [s]", ylabel="measured output")
+    over_time.set(xlabel=f"time in {run.name} [s]", ylabel=f"measured output [{unit}]")
     _shade(over_time, mine, "time")
     frequency, size = _response(run)
     over_frequency.semilogy(frequency, size, ".-", color=COLOURS["rider"])
-    over_frequency.set(xlabel="frequency [Hz]", ylabel="first harmonic, output over motion")
+    over_frequency.set(xlabel="frequency [Hz]", ylabel=f"first harmonic, output\nover motion [{unit}/{run.unit}]")
     _shade(over_frequency, mine, "frequency")
     columns = run.reduction.columns
     cells: dict[tuple[float, int], list[float]] = {}

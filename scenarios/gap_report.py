@@ -31,7 +31,7 @@ def write_report(verdict: Verdict, result: dict[str, Any], held: list[Run], fold
             Table(("effect", "form", "parameter", "value", "standard error", "unit"), effects),
             Table(("candidate", "form", "delta chi-square", "delta BIC", "probability"), candidates)]),
         Section("Where the base model misses", [f"Places that pass a false-discovery rate of {FALSE_DISCOVERIES:.0%} (Benjamini and Hochberg), in red."],
-                [(gap_map(verdict.base, places, i), f"{r.name}: recording, response and residuals of the base.") for i, r in enumerate(verdict.base.runs)],
+                [(gap_map(verdict.base, places, "N.m", i), f"{r.name}: recording, response and residuals of the base.") for i, r in enumerate(verdict.base.runs)],
                 [Table(("run", "axis", "from", "to", "unit", "excess", "p"), where)]),
         Section("Before and after", [f"Held out: {', '.join(r.name for r in held) or 'none'}."], [(_harmonics(verdict), "First harmonic of the torque over frequency: measured, base, with what was found."),
                                          (_nyquist(verdict), "The same as impedance in the Nyquist plane."),

@@ -83,7 +83,14 @@ def test_a_name_says_what_only_its_sign_parts_from_it():
     run = made({"cs": 1.5})
     verdict = decide(Model(rig_test(RIG)), [run], LINEAR)
     assert [c.family for c in verdict.effects] == ["steer_damping"]
-    assert set(equivalent(verdict.best, verdict.effects[0].effect, verdict.candidates)) == {"cross_inertia", "steer_stiffness"}
+    assert set(equivalent(verdict.best, verdict.effects[0], verdict.candidates)) == {"cross_inertia", "steer_stiffness"}
+
+
+def test_harmonics_tell_a_progressive_damper_from_linear_effects():
+    run = made({"c2": 1.0})
+    verdict = decide(Model(rig_test(RIG)), [run], [*LINEAR, *(e for e in rig_effects() if e.family == "progressive_damping")])
+    assert [c.family for c in verdict.effects] == ["progressive_damping"]
+    assert equivalent(verdict.best, verdict.effects[0], verdict.candidates) == []
 
 
 def test_no_place_is_found_where_nothing_is_hidden():

@@ -1,8 +1,9 @@
 """Effects that answer as a named one does, if only their bounds and what is known of the base would let them.
 
-    |(1 - B B^+) r| << |r|,   B = slopes of the fit by everything that it has, on the data alone
+    dchi2 |(1 - W W^+) r|^2 / |(1 - B B^+) r|^2 < dBIC of a tie
 
-r are the slopes by the other effect's size. At one port, with torque and angle, a linear rider has seven coefficients and
+r are the slopes by the other effect's size, B those of the base on the data alone, W these and the named effect's: the ratio is
+the share of what the named effect gains that the other could not. At one port, with torque and angle, a linear rider has seven coefficients and
 the base six parameters: whatever one linear effect adds, another makes up for with other values of the base. What parts
 them is not in the data: the physical sign of a parameter, or an inertia that is known from elsewhere.
 """
@@ -13,25 +14,30 @@ import numpy as np
 
 from fmus.effects import Effect
 from fmus.errors import InputError
-from identification.gap.naming.competing import Candidate, one_each
+from identification.gap.naming.competing import TIE, Candidate, one_each
 from identification.gap.naming.fitting import Fit
 
-SAME = 1e-2  # of what of an effect's slopes lies outside of the base's
+INDEPENDENT = 1e-9  # of the largest singular value
 ROUNDING = 1e-9  # of the squared length: what is less is in the base itself
 
 
-def equivalent(found: Fit, named: type[Effect], candidates: Sequence[Candidate]) -> list[str]:
-    """The families among the candidates that only bounds and priors part from the named effect of a fit."""
-    own = [found.model.names.index(found.model.stand.parameter(named, n)) for n in named.parameters() if n not in named.given]
+def equivalent(found: Fit, named: Candidate, candidates: Sequence[Candidate]) -> list[str]:
+    """The families among the candidates that only bounds and priors part from the named effect of a fit; none where it is not in it."""
+    effect = named.effect
+    if effect not in found.model.effects:
+        return []
+    own = [found.model.names.index(found.model.stand.parameter(effect, n)) for n in effect.parameters() if n not in effect.given]
     slopes = found.jacobian[: found.count]
     whole, without = _basis(slopes), _basis(np.delete(slopes, own, axis=1))
     rivals = [c for c in one_each(candidates) if c.family != named.family and not c.effect.shapes()]
     outside = {c.family: (_left(found, c.effect, whole), _left(found, c.effect, without)) for c in rivals}
-    return [family for family, (beside, alone) in outside.items() if alone > ROUNDING and beside < SAME * alone]
+    return [family for family, (beside, alone) in outside.items() if alone > ROUNDING and named.delta_chi2 * beside < TIE * alone]
 
 
 def _basis(slopes: np.ndarray) -> np.ndarray:
-    return np.linalg.qr(slopes / (np.linalg.norm(slopes, axis=0) + 1e-12))[0]
+    """Orthonormal columns: without priors, what runs have in common and their deviations are not independent."""
+    left, sizes, _ = np.linalg.svd(slopes / (np.linalg.norm(slopes, axis=0) + 1e-12), full_matrices=False)
+    return left[:, sizes > INDEPENDENT * sizes[0]]
 
 
 def _left(found: Fit, effect: type[Effect], basis: np.ndarray) -> float:

@@ -46,7 +46,7 @@ def _limitations(verdict: Verdict) -> list[str]:
     sentences = []
     if verdict.verdict == "named" and len(verdict.effects) == 1:
         name = verdict.effects[0].family
-        if same := equivalent(verdict.best, verdict.effects[0].effect, verdict.candidates) if verdict.effects[0].effect in verdict.best.model.effects else []:
+        if same := equivalent(verdict.best, verdict.effects[0], verdict.candidates):
             sentences.append(f"By torque and angle alone {' or '.join(same)} would answer as {name} does: only the sign that "
                              "each must have, and what is known of the base beside these runs, tell them apart.")  # fmt: skip
         if verdict.tied:
