@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.stats import binomtest
 
 from fmus.progress import track
 from identification.gap.data.runs import Run, prepare
@@ -164,16 +165,15 @@ def _gain(row: dict[str, Any]) -> float:
 
 def share_of(outcomes: Sequence[bool]) -> dict[str, float] | None:
     """The share of outcomes that are true, with Wilson's interval; None of nothing."""
-    return wilson(sum(outcomes), len(outcomes)) if len(outcomes) else None
+    return wilson(sum(outcomes), len(outcomes))
 
 
-def wilson(successes: int, trials: int, z: float = 1.96) -> dict[str, float]:
-    """The rate with Wilson's interval (J. Am. Stat. Assoc. 22 (1927) 209-212)."""
-    trials = max(trials, 1)
-    rate = successes / trials
-    middle = (rate + z**2 / (2 * trials)) / (1 + z**2 / trials)
-    half = z / (1 + z**2 / trials) * np.sqrt(rate * (1 - rate) / trials + z**2 / (4 * trials**2))
-    return {"rate": rate, "from": max(float(middle - half), 0.0), "to": min(float(middle + half), 1.0), "trials": trials}
+def wilson(successes: int, trials: int) -> dict[str, float] | None:
+    """The rate with Wilson's 95 % interval; None without trials."""
+    if not trials:
+        return None
+    interval = binomtest(successes, trials).proportion_ci(method="wilson")
+    return {"rate": successes / trials, "from": float(interval.low), "to": float(interval.high), "trials": trials}
 
 
 def main() -> None:

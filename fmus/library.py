@@ -16,6 +16,8 @@
     [about]      anything else that is known
 """
 
+import json
+import math
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -81,6 +83,25 @@ def read_values(path: Path) -> dict[str, Any]:
         return _parsed(path, path.stat().st_mtime)
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror}") from None
+
+
+def value_file(component: str, parameters: Mapping[str, tuple[float, float | None, str]], description: str, source: str,
+               effects: Sequence[type[Effect]] = (), component_file: str | None = None, effects_folder: str | None = None) -> str:  # fmt: skip
+    """The text of a value file. parameters hold (value, standard error if known, unit); folders are written as absolute paths."""
+    words = {"component": component, "component_file": _absolute(component_file), "effects_folder": _absolute(effects_folder),
+             "description": description, "source": source}  # fmt: skip
+    lines = [f"{key} = {json.dumps(text, ensure_ascii=False)}" for key, text in words.items() if text is not None]
+    if effects:
+        lines.append(f"effects = {json.dumps([f'{e.family}.{e.form}' for e in effects])}")
+    lines += ["", "[parameters]"]
+    for name, (value, error, unit) in parameters.items():
+        known = f", standard_error = {float(error)!r}" if error is not None and math.isfinite(error) else ""
+        lines.append(f'"{name}" = {{ value = {float(value)!r}, unit = "{unit}"{known} }}')
+    return "\n".join(lines) + "\n"
+
+
+def _absolute(path: str | None) -> str | None:
+    return None if path is None else Path(path).resolve().as_posix()
 
 
 def component_from(contents: Mapping[str, Any], components: Mapping[str, type[Component]], name: str, file: str,

@@ -8,6 +8,7 @@ import numpy as np
 
 from fmus.build import build
 from fmus.component import Component
+from fmus.library import value_file
 from fmus.linear import linearise
 from identification.gap.naming.fitting import Fit
 from identification.gap.stands.component_test import ComponentTest
@@ -28,16 +29,11 @@ def write_component(test: ComponentTest, found: Fit, folder: Path, source: str, 
     """Write the fitted component and its FMU into the folder; their names there. specification is what --component named."""
     made = component_of(test, found)
     file, _, title = specification.rpartition(":")
-    lines = [f'component = "{title if file.endswith(".py") else made.title}"']
-    if file.endswith(".py"):
-        lines.append(f'component_file = "{Path(file).resolve().as_posix()}"')
-    if made.effects:
-        lines.append("effects = [" + ", ".join(f'"{e.family}.{e.form}"' for e in made.effects) + "]")
-    lines += ['description = "Component as fitted to recordings, with what it lacked"', f'source = "{source}"', "", "[parameters]"]
-    for name, value in made.values.items():
-        error = f", standard_error = {errors[name]:.3g}" if np.isfinite(errors.get(name, np.nan)) else ""
-        lines.append(f'"{name}" = {{ value = {value:.10g}, unit = "{made.table[name].unit}"{error} }}')
-    write_text(folder / FILE, "\n".join(lines) + "\n")
+    own = file.endswith(".py")
+    parameters = {n: (value, errors.get(n), made.table[n].unit) for n, value in made.values.items()}
+    text = value_file(title if own else made.title, parameters, "Component as fitted to recordings, with what it lacked", source,
+                      [type(e) for e in made.effects], component_file=file if own else None)  # fmt: skip
+    write_text(folder / FILE, text)
     made.name = FILE.removesuffix(".toml")
     return FILE, Path(build(made, folder).path).name
 

@@ -9,6 +9,7 @@ import numpy as np
 from fmus.build import build
 from fmus.component import Component
 from fmus.effects import Effect
+from fmus.library import value_file
 from identification.gap.naming.decide import Verdict
 from identification.gap.naming.fitting import Fit, parameters_of
 from rider_fmu import riders
@@ -17,6 +18,7 @@ from scenarios.command_line import write_text
 from vehicle_fmu import modes, motorcycles, over_speed, ridden
 
 FILE = "augmented_rider.toml"
+PREFIX = "device."
 SPEEDS = np.arange(10.0, 60.1, 10.0)
 
 
@@ -27,25 +29,17 @@ def device_effects(found: Fit) -> list[type[Effect]]:
 
 def write_model(verdict: Verdict, folder: Path, source: str, effects_folder: str | None = None) -> tuple[str, str]:
     """Write the augmented rider and its FMU into the folder; their names there."""
-    joined = device_effects(verdict.best)
-    lines = ['component = "PassiveRider"']
-    if joined:
-        listed = ", ".join(f'"{e.family}.{e.form}"' for e in joined)
-        lines.append(f"effects = [{listed}]")
-    if effects_folder:
-        lines.append(f'effects_folder = "{Path(effects_folder).resolve().as_posix()}"')
-    lines += ['description = "Rider as fitted to recordings, with what his model lacked"', f'source = "{source}"', "", "[parameters]"]
-    for name, (value, error, unit) in parameters_of(verdict.best).items():
-        if name.startswith("device."):
-            lines.append(f'"{name[7:]}" = {{ value = {value:.10g}, unit = "{unit}", standard_error = {error:.3g} }}')
-    write_text(folder / FILE, "\n".join(lines) + "\n")
+    fitted = {n.removeprefix(PREFIX): entry for n, entry in parameters_of(verdict.best).items() if n.startswith(PREFIX)}
+    text = value_file("PassiveRider", fitted, "Rider as fitted to recordings, with what his model lacked", source,
+                      device_effects(verdict.best), effects_folder=effects_folder)  # fmt: skip
+    write_text(folder / FILE, text)
     fmu = build(names.component(str(folder / FILE)), folder)
     return FILE, Path(fmu.path).name
 
 
 def rider_of(found: Fit) -> Component:
     """The rider of a fit without effects."""
-    values = {name[7:]: value for name, (value, _, _) in parameters_of(found).items() if name.startswith("device.")}
+    values = {n.removeprefix(PREFIX): value for n, (value, _, _) in parameters_of(found).items() if n.startswith(PREFIX)}
     return riders.load("mean_2011").with_values(**values)
 
 

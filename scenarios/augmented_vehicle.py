@@ -8,6 +8,7 @@ import numpy as np
 
 from fmus.build import build
 from fmus.component import Component
+from fmus.library import value_file
 from identification.gap.naming.fitting import Fit, parameters_of
 from scenarios import names
 from scenarios.command_line import write_text
@@ -25,16 +26,10 @@ def values_of(found: Fit) -> Mapping[str, tuple[float, float, str]]:
 def write_vehicle(vehicle: Component, found: Fit, folder: Path, source: str, effects_folder: str | None = None) -> tuple[str, str]:
     """Write the vehicle of a fit and its FMU into the folder; their names there."""
     fitted = values_of(found)
-    lines = [f'component = "{vehicle.title}"']
-    if found.model.effects:
-        listed = ", ".join(f'"{e.family}.{e.form}"' for e in found.model.effects)
-        lines.append(f"effects = [{listed}]")
-    if effects_folder:
-        lines.append(f'effects_folder = "{Path(effects_folder).resolve().as_posix()}"')
-    lines += [f'description = "{vehicle.name} as fitted to measurements, with what it lacked"', f'source = "{source}"', "", "[parameters]"]
-    lines += [f'{n} = {{ value = {value:.10g}, unit = "{vehicle.table[n].unit}" }}' for n, value in vehicle.values.items() if n not in fitted]
-    lines += [f'"{n}" = {{ value = {value:.10g}, unit = "{unit}", standard_error = {error:.3g} }}' for n, (value, error, unit) in fitted.items()]
-    write_text(folder / FILE, "\n".join(lines) + "\n")
+    given: dict[str, tuple[float, float | None, str]] = {n: (value, None, vehicle.table[n].unit) for n, value in vehicle.values.items() if n not in fitted}
+    text = value_file(vehicle.title, given | dict(fitted), f"{vehicle.name} as fitted to measurements, with what it lacked", source,
+                      found.model.effects, effects_folder=effects_folder)  # fmt: skip
+    write_text(folder / FILE, text)
     fmu = build(names.component(str(folder / FILE)), folder)
     return FILE, Path(fmu.path).name
 

@@ -13,31 +13,23 @@ from identification.gap.data.sampled import Sampled
 from identification.gap.naming.decide import Verdict
 from identification.gap.naming.fitting import Fit
 from scenarios.gap_report import FILE, whiteness
+from scenarios.gap_tables import before_and_after, places, verdict_section
 from scenarios.report import COLOURS, Report, Section, Table, new_figure
 
 
 def write_report(verdict: Verdict, result: dict[str, Any], held: Sequence[Sampled], folder: Path) -> str:
     """Write the report into the folder; its name there."""
-    gap = result["gap"]
-    rows = [(n.replace("_", " "), "" if gap[n] is None else f"{gap[n]:.3f}", "" if gap["rms"][n] is None else f"{gap['rms'][n]:.4g}")
-            for n in ("before", "after", "holdout_before", "holdout_after", "noise_floor")]  # fmt: skip
-    effects = [(e["name"], e["form"], n, f"{p['value']:.5g}", f"{p['standard_error']:.2g}", p["unit"]) for e in result["effects"] for n, p in e["parameters"].items()]
-    candidates = [(c["name"], c["form"], f"{c['delta_chi2']:.1f}", f"{c['delta_bic']:.1f}", f"{c['probability']:.3f}") for c in result["candidates"]
-                  if c["delta_chi2"] > 0]
-    where = [(p["run"], p["axis"], f"{p['from']:.3g}", f"{p['to']:.3g}", p["unit"], f"{p['excess']:.3g}", f"{p['p_value']:.2g}") for p in result["where"][:40]]
     modes = [(label, f"{m['frequency'][0]:.4g}", "" if m["damping_ratio"][0] is None else f"{m['damping_ratio'][0]:.4g}")
              for label in ("before", "after") for m in result["modes"][label]]  # fmt: skip
     sections = [
-        Section("Verdict", [result["verdict"], *result["limitations"]], [], [
-            Table(("effect", "form", "parameter", "value", "standard error", "unit"), effects),
-            Table(("candidate", "form", "delta chi-square", "delta BIC", "probability"), candidates)]),
+        verdict_section(result),
         Section("Where the base model misses", ["Cells that pass a false-discovery rate of 1 %."],
                 [(_map(verdict.base), "Residuals of the base over time and frequency, in units of the noise.")],
-                [Table(("run", "axis", "from", "to", "unit", "excess", "p"), where)]),
+                [places(result)]),
         Section("Before and after", [f"Held out: {', '.join(r.name for r in held) or 'none'}."],
                 [(_recording(verdict), "The recording and what is left of it, before and after."), *_responses(verdict),
                  (whiteness(verdict), "Residuals in units of the noise: before and after, against the normal distribution.")],
-                [Table(("", "reduced chi-square", f"rms [{gap['rms']['unit']}]"), rows)]),
+                [before_and_after(result)]),
         Section("Modes of the component at rest", [], [], [Table(("", "frequency [Hz]", "damping ratio"), modes)]),
     ]  # fmt: skip
     Report("The gap between component and recordings", f"Verdict: {result['verdict']}", sections).write(folder / FILE)

@@ -112,7 +112,7 @@ def _limitations(found: Investigation, result: dict[str, Any], component: Compon
         row, start = rows[name], abs(component.values.get(name, 0.0))
         if name in best.model.own and name in [best.model.own[i] for i in best.model.sizes] and np.isfinite(row.max) and value >= row.max:
             sentences.append(f"{name} ran to its bound {row.max:g} {row.unit}: the effect does not fit well, or a column's unit is wrong.")
-        if name in best.model.base and start and not 1 / FAR < abs(np.exp(best.x[best.model.names.index(name)])) / start < FAR:
+        if name in best.model.base and start and not 1 / FAR < abs(value) / start < FAR:
             sentences.append(f"{name} came out at {value:.3g} {row.unit}, far from its start {start:.3g}: is a column's unit wrong?")
     gap = result["gap"]
     if held and result["verdict"] == "named" and gap["holdout_after"] - 1 > CLOSED * (gap["holdout_before"] - 1):
@@ -133,5 +133,3 @@ def _add(found: Investigation, result: dict[str, Any], arguments: argparse.Names
         result["model"] = FILE
         result["limitations"].append(f"No FMU was built: {error}")
     result["modes"] = {label: own_modes(component_of(found.test, f)) for label, f in (("before", verdict.base), ("after", verdict.best))}
-
-

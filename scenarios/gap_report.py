@@ -11,32 +11,25 @@ from identification.gap.naming.decide import Verdict
 from identification.gap.naming.fitting import Fit
 from identification.gap.reporting.locating import FALSE_DISCOVERIES, locate
 from scenarios.gap_map import gap_map
-from scenarios.report import COLOURS, Report, Section, Table, new_figure
+from scenarios.gap_tables import before_and_after, modes_over_speed, places, verdict_section
+from scenarios.report import COLOURS, Report, Section, new_figure
 
 FILE = "report.html"
 
 
 def write_report(verdict: Verdict, result: dict[str, Any], held: list[Run], folder: Path) -> str:
     """Write the report into the folder; its name there."""
-    gap = result["gap"]
-    rows = [(n.replace("_", " "), "" if gap[n] is None else f"{gap[n]:.3f}", "" if gap["rms"][n] is None else f"{gap['rms'][n]:.4f}")
-            for n in ("before", "after", "holdout_before", "holdout_after", "noise_floor")]  # fmt: skip
-    effects = [(e["name"], e["form"], n, f"{p['value']:.5g}", f"{p['standard_error']:.2g}", p["unit"]) for e in result["effects"] for n, p in e["parameters"].items()]
-    candidates = [(c["name"], c["form"], f"{c['delta_chi2']:.1f}", f"{c['delta_bic']:.1f}", f"{c['probability']:.3f}") for c in result["candidates"]
-                  if c["delta_chi2"] > 0]
-    where = [(p["run"], p["axis"], f"{p['from']:.3g}", f"{p['to']:.3g}", p["unit"], f"{p['excess']:.3g}", f"{p['p_value']:.2g}") for p in result["where"][:40]]
-    places = locate(verdict.base)
+    missed = locate(verdict.base)
     sections = [
-        Section("Verdict", [result["verdict"], *result["limitations"]], [], [
-            Table(("effect", "form", "parameter", "value", "standard error", "unit"), effects),
-            Table(("candidate", "form", "delta chi-square", "delta BIC", "probability"), candidates)]),
+        verdict_section(result),
         Section("Where the base model misses", [f"Places that pass a false-discovery rate of {FALSE_DISCOVERIES:.0%} (Benjamini and Hochberg), in red."],
-                [(gap_map(verdict.base, places, "N.m", i), f"{r.name}: recording, response and residuals of the base.") for i, r in enumerate(verdict.base.runs)],
-                [Table(("run", "axis", "from", "to", "unit", "excess", "p"), where)]),
+                [(gap_map(verdict.base, missed, "N.m", i), f"{r.name}: recording, response and residuals of the base.") for i, r in enumerate(verdict.base.runs)],
+                [places(result)]),
         Section("Before and after", [f"Held out: {', '.join(r.name for r in held) or 'none'}."], [(_harmonics(verdict), "First harmonic of the torque over frequency: measured, base, with what was found."),
                                          (_nyquist(verdict), "The same as impedance in the Nyquist plane."),
                                          (whiteness(verdict), "Residuals in units of the noise: before and after, against the normal distribution.")],
-                [Table(("", "reduced chi-square", f"rms [{gap['rms']['unit']}]"), rows)]),
+                [before_and_after(result)]),
+        modes_over_speed(result),
     ]  # fmt: skip
     Report("The gap between model and recordings", f"Verdict: {result['verdict']}", sections).write(folder / FILE)
     return FILE

@@ -1,11 +1,11 @@
 """From a test on the rig to a rider: the model that is fitted, and the rider and the file that come of it."""
 
-import json
 from pathlib import Path
 
 import numpy as np
 
 from fmus import Component, System
+from fmus.library import value_file
 from identification.fit import Identification
 from identification.response import Response
 from rider_fmu import Handlebar, PassiveRider, riders
@@ -60,7 +60,7 @@ def derived_with_errors(found: Identification, handlebar_inertia: float) -> dict
 
 def rider_toml(found: Identification, handlebar_inertia: float, description: str, source: str) -> str:
     """A rider's value file with standard errors and correlations, as `riders.load` and every command take it."""
-    lines = _value_lines(found.values, handlebar_inertia, description, source, found.standard_error)
+    lines = [_values_text(found.values, handlebar_inertia, description, source, found.standard_error).rstrip()]
     for i, name in enumerate(VALUES[1:], 1):
         lines += ["", f"[correlation.{name}]", *(f"{other} = {float(found.correlation[i, j]):.4f}" for j, other in enumerate(VALUES[:i]))]
     lines += ["", "[about]", f'handlebar_inertia = {{ value = {handlebar_inertia!r}, unit = "kg.m2" }}', f'method = "{found.method}"',
@@ -69,14 +69,12 @@ def rider_toml(found: Identification, handlebar_inertia: float, description: str
     return "\n".join(lines) + "\n"
 
 
-def _value_lines(values: np.ndarray, handlebar_inertia: float, description: str, source: str,
-                 errors: np.ndarray | None = None) -> list[str]:  # fmt: skip
+def _values_text(values: np.ndarray, handlebar_inertia: float, description: str, source: str,
+                 errors: np.ndarray | None = None) -> str:  # fmt: skip
     rider = rider_from(values, handlebar_inertia)
-    lines = ['component = "PassiveRider"', f"description = {json.dumps(description)}", f"source = {json.dumps(source)}", "", "[parameters]"]
-    for i, name in enumerate(VALUES):
-        error = f", standard_error = {float(errors[i])!r}" if errors is not None else ""
-        lines.append(f'{name} = {{ value = {rider.values[name]!r}, unit = "{rider.table[name].unit}"{error} }}')
-    return lines
+    known = [None] * len(VALUES) if errors is None else errors
+    parameters = {n: (rider.values[n], error, rider.table[n].unit) for n, error in zip(VALUES, known, strict=True)}
+    return value_file("PassiveRider", parameters, description, source)
 
 
 def table_spread(count: int, seed: int = 0) -> np.ndarray:
@@ -93,5 +91,5 @@ def write_population(draws: np.ndarray, handlebar_inertia: float, folder: Path, 
     """One value file for each row of draws (n, 6): rider_001.toml and on. The paths."""
     paths = [folder / f"rider_{number:03d}.toml" for number in range(1, len(draws) + 1)]
     for path, row in zip(paths, draws, strict=True):
-        write_text(path, "\n".join(_value_lines(row, handlebar_inertia, "Drawn, not measured", source)) + "\n")
+        write_text(path, _values_text(row, handlebar_inertia, "Drawn, not measured", source))
     return paths

@@ -19,7 +19,8 @@ from identification.gap.stands.linear_stand import LinearStand
 from scenarios import names
 from scenarios.augmented_vehicle import FILE, effect_on_modes, vehicle_of, write_vehicle
 from scenarios.command_line import to_json, write_text
-from scenarios.report import COLOURS, Report, Section, Table, new_figure
+from scenarios.gap_tables import before_and_after, modes_over_speed, places, verdict_section
+from scenarios.report import COLOURS, Report, Section, new_figure
 from scenarios.vehicle_runs import run_on_recordings
 from scenarios.vehicle_test import NOT_LINEAR, vehicle_effects, vehicle_stand, with_names
 
@@ -38,7 +39,7 @@ def run_on_eigenvalues(arguments: argparse.Namespace) -> dict[str, Any]:
     vehicle, device = names.vehicle(arguments.vehicle), names.device(arguments.device)
     stand = vehicle_stand(vehicle, device, arguments.free)
     measured, held = ([with_names(read_eigenvalues(path), stand) for path in files] for files in (arguments.files, arguments.holdout))
-    verdict = decide_on_eigenvalues(stand, measured, vehicle_effects(vehicle, arguments.effects, linear=True))
+    verdict = decide_on_eigenvalues(stand, measured, vehicle_effects(vehicle, arguments.effects, linear=True), held)
     result = as_result(verdict, held, "1/s", "given", cells)
     result["limitations"] = _limitations(vehicle, measured, held)
     result["next_experiment"] = next_measurement(verdict, stand)
@@ -110,21 +111,14 @@ def _spectra(found: Fit, speeds: np.ndarray) -> np.ndarray:
 
 def write_report(verdict: Verdict, result: dict[str, Any], held: Sequence[Spectrum], folder: Path) -> str:
     """Write the HTML report into the folder; its name there."""
-    gap = result["gap"]
-    rows = [(n.replace("_", " "), "" if gap[n] is None else f"{gap[n]:.3f}", "" if gap["rms"][n] is None else f"{gap['rms'][n]:.4f}")
-            for n in ("before", "after", "holdout_before", "holdout_after", "noise_floor")]  # fmt: skip
-    effects = [(e["name"], e["form"], n, f"{p['value']:.5g}", f"{p['standard_error']:.2g}", p["unit"]) for e in result["effects"] for n, p in e["parameters"].items()]
-    candidates = [(c["name"], c["form"], f"{c['delta_chi2']:.1f}", f"{c['delta_bic']:.1f}", f"{c['probability']:.3f}") for c in result["candidates"]]
-    where = [(p["run"], p["axis"], f"{p['from']:.3g}", f"{p['to']:.3g}", p["unit"], f"{p['excess']:.3g}", f"{p['p_value']:.2g}") for p in result["where"]]
     sections = [
-        Section("Verdict", [result["verdict"], *result["limitations"]], [], [
-            Table(("effect", "form", "parameter", "value", "standard error", "unit"), effects),
-            Table(("candidate", "form", "delta chi-square", "delta BIC", "probability"), candidates)]),
+        verdict_section(result),
         Section("Eigenvalues over speed", [f"Held out: {', '.join(r.name for r in held) or 'none'}."],
                 [(_over_speed(verdict), "Measured eigenvalues with their errors, the base, and the base with what was found.")],
-                [Table(("", "reduced chi-square", f"rms [{gap['rms']['unit']}]"), rows)]),
+                [before_and_after(result)]),
         Section("Where the base model misses", ["Cells that pass a false-discovery rate of 1 %."], [],
-                [Table(("file", "mode and part", "from", "to", "unit", "excess", "p"), where)]),
+                [places(result, "mode and part")]),
+        modes_over_speed(result),
     ]  # fmt: skip
     Report("The gap between vehicle and measured eigenvalues", f"Verdict: {result['verdict']}", sections).write(folder / "report.html")
     return "report.html"

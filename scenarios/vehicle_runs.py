@@ -24,6 +24,7 @@ from identification.recordings import read_recording
 from scenarios import names
 from scenarios.augmented_vehicle import FILE, write_vehicle
 from scenarios.command_line import to_json, write_text
+from scenarios.gap_tables import before_and_after, places, verdict_section
 from scenarios.report import COLOURS, Report, Section, Table, new_figure
 from scenarios.vehicle_test import NOT_LINEAR, uncertain, vehicle_effects
 from vehicle_fmu import GivenMatrices
@@ -95,10 +96,10 @@ def verdict_on_runs(stand: LinearStand, runs: Sequence[WeakRun], held: Sequence[
     model = WeakModel(stand)
     ways = [[[model.with_noise_beside(replace(r, held=way), model.start()) for r in each] for each in (runs, held)] for way in (False, True)]
     ready, checked = min(ways, key=lambda way: sum(np.log(d(r.frequency)).sum() for r in way[0] for d in r.densities))
-    verdict = decide(model, ready, library)
+    verdict = decide(model, ready, library, checked)
     while doubtful := {c.family for c in (*verdict.effects, *verdict.tied) if c.family not in NOT_LINEAR and c.delta_chi2 < FEIGNED * verdict.base.count}:
         library = [e for e in library if e.family not in doubtful]
-        verdict = decide(model, ready, library)
+        verdict = decide(model, ready, library, checked)
     return verdict, checked
 
 
@@ -122,20 +123,13 @@ def _limitations(runs: Sequence[WeakRun], held: Sequence[WeakRun]) -> list[str]:
 
 def write_report(verdict: Verdict, result: dict[str, Any], folder: Path) -> str:
     """Write the HTML report into the folder; its name there."""
-    gap = result["gap"]
-    rows = [(n.replace("_", " "), "" if gap[n] is None else f"{gap[n]:.3f}", "" if gap["rms"][n] is None else f"{gap['rms'][n]:.4f}")
-            for n in ("before", "after", "holdout_before", "holdout_after", "noise_floor")]  # fmt: skip
-    candidates = [(c["name"], c["form"], f"{c['delta_chi2']:.1f}", f"{c['delta_bic']:.1f}", f"{c['probability']:.3f}") for c in result["candidates"]]
     found = [(n, f"{v:.5g}", f"{e:.2g}", u) for n, (v, e, u) in parameters_of(verdict.best).items()]
-    where = [(p["run"], p["axis"], f"{p['from']:.3g}", f"{p['to']:.3g}", p["unit"], f"{p['excess']:.3g}", f"{p['p_value']:.2g}") for p in result["where"]]
     sections = [
-        Section("Verdict", [result["verdict"], *result["limitations"]], [], [
-            Table(("candidate", "form", "delta chi-square", "delta BIC", "probability"), candidates),
-            Table(("parameter", "value", "standard error", "unit"), found)]),
+        verdict_section(result, Table(("parameter", "value", "standard error", "unit"), found)),
         Section("Before and after", [], [(spectra(verdict), "What the equations of motion leave over frequency: as given, base, with what was found, and the disturbance.")],
-                [Table(("", "reduced chi-square", f"rms [{gap['rms']['unit']}]"), rows)]),
+                [before_and_after(result)]),
         Section("Where the base model misses", ["Cells that pass a false-discovery rate of 1 %."], [],
-                [Table(("run", "equation", "from", "to", "unit", "excess", "p"), where)]),
+                [places(result, "equation")]),
     ]  # fmt: skip
     Report("The gap between vehicle and recorded runs", f"Verdict: {result['verdict']}", sections).write(folder / "report.html")
     return "report.html"

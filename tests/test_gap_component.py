@@ -19,6 +19,7 @@ from identification.gap.data.told import motion_functions
 from identification.gap.models.free_start import FreeStart
 from identification.gap.naming import any_component
 from identification.gap.naming.any_component import investigate
+from identification.gap.naming.fitting import parameters_of
 from identification.gap.stands.component_test import component_test
 from identification.recordings import Recording, write_recording
 from scenarios import names
@@ -168,6 +169,7 @@ def test_an_unstable_component_in_a_closed_loop():
     assert verdict.verdict == "none"
     found = verdict.best.model.values(verdict.best.shared)
     assert found["gravity_stiffness"] == pytest.approx(-4.0, rel=0.02)
+    assert parameters_of(verdict.best)["gravity_stiffness"][0] == pytest.approx(-4.0, rel=0.02)  # as verdict.json says it
     assert found["inertia"] == pytest.approx(0.1, rel=0.02)
 
 

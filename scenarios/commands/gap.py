@@ -36,6 +36,7 @@ HELP = """Find where a model misses recordings, name the missing effect, add it,
   motofmi gap run.csv --component mass_spring_damper --impose displacement --out gap
   motofmi gap --plan --sweep 0.5:12 --sweep 12:0.5 --amplitude 2     (before any test: what it could name)
   motofmi gap eigenvalues.csv --vehicle sharp_1971 --holdout others.csv --out gap
+  motofmi gap run_1.csv run_2.csv --vehicle bicycle_at_4.toml --holdout run_3.csv --out gap
 
 The verdict is named, none (the model is as good as the noise), unknown (nothing in the library is it) or tied
 (these data cannot tell the members apart). verdict.json in the --out folder holds everything.

@@ -17,7 +17,8 @@ from scipy.optimize import linear_sum_assignment
 from fmus.errors import InputError
 from fmus.linear import linearise
 from identification.gap.data.eigenvalues import Spectrum
-from identification.gap.stands.linear_stand import LinearModel, LinearStand
+from identification.gap.models.linear_model import LinearModel
+from identification.gap.stands.linear_stand import LinearStand
 
 TRUST = 0.3  # in a name, against a relative distance: whoever named a mode may have taken one for the other
 FORBIDDEN = 10.0  # as costs go, which are at most 2: the conjugate of an eigenvalue

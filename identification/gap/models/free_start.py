@@ -33,29 +33,14 @@ PIECE, SMALLEST_PIECE = 128, 1  # steps of a piece, where a trajectory is found 
 
 
 class FreeStart(Model):
-    """Base and effects on sampled runs. A free parameter keeps its sign; vectors hold the logarithms of its size."""
+    """Base and effects on sampled runs."""
 
     stand: Any
     predicted = None  # type: ignore[assignment]  # slopes come with the output
 
-    def __init__(self, stand: Any, effects: Sequence[type[Effect]] = (), slopes_of_base: bool = True):
-        super().__init__(stand, effects, slopes_of_base)
-        self.signs = np.array([np.sign(self.component.values[n]) for n in self.base])
-
     def joined_by(self, *effects: type[Effect], slopes_of_base: bool = True) -> "FreeStart":
         """The model with further effects."""
         return FreeStart(self.stand, [*self.effects, *effects], slopes_of_base)
-
-    def start(self, shapes: Mapping[str, float] | None = None) -> np.ndarray:
-        """The component's own values, some of the effects' replaced."""
-        values = {**self.component.values, **(shapes or {})}
-        return np.array([np.log(abs(values[n])) for n in self.base] + [values[n] for n in self.own])
-
-    def values(self, q: np.ndarray) -> dict[str, float]:
-        """Parameter values by name for a vector."""
-        nb = len(self.base)
-        found = {**self.component.values, **dict(zip(self.base, self.signs * np.exp(q[:nb]), strict=True))}
-        return found | dict(zip(self.own, q[nb:], strict=True))
 
     def largest(self, runs: Sequence[Any]) -> float:
         """The largest deflection of the component's spring in the runs."""

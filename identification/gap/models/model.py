@@ -15,11 +15,11 @@ from fmus.effects import Effect
 from fmus.imposed import Imposed, ThroughSpring
 from fmus.variables import Variable
 from identification.gap.data.runs import Run
+from identification.gap.models.base_and_effects import BaseAndEffects
 from identification.gap.models.equations import Equations, rate_of
 from identification.gap.models.simulate import Motion, Trajectory, simulate
+from identification.gap.stands.component_test import ComponentTest
 from identification.gap.stands.test_stand import Free, TestStand
-
-MICRO = 1e-4  # s: the step by which a lag is varied for its slope
 
 
 class AnyRun(Protocol):
@@ -71,6 +71,9 @@ class AnyModel(Protocol):
     def start(self, shapes: Mapping[str, float] | None = None) -> np.ndarray:
         """The vector of the component's own values, some of the effects' replaced."""
 
+    def values(self, q: np.ndarray) -> dict[str, float]:
+        """All parameter values by name for a vector."""
+
     def reduced(self, run: Any, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """What the model says of a run's data (m,), and its slopes (m, np), both over the run's deviation.
 
@@ -84,20 +87,13 @@ class AnyModel(Protocol):
         """The run with the noise that is left beside this model; the run itself where its noise is known otherwise."""
 
 
-class Model:
-    """Base and effects. Parameter vectors are [log of the free base parameters, effects' parameters as they are]."""
+class Model(BaseAndEffects):
+    """Base and effects on runs whose motion is known."""
 
-    def __init__(self, stand: TestStand, effects: Sequence[type[Effect]] = (), slopes_of_base: bool = True):
-        self.stand, self.effects = stand, tuple(effects)
-        self.component = stand.with_effects(effects)
-        self.base = [f.name for f in stand.free]
+    def __init__(self, stand: TestStand | ComponentTest, effects: Sequence[type[Effect]] = (), slopes_of_base: bool = True):
+        super().__init__(stand, effects)
         given = {stand.parameter(e, n) for e in effects for n in e.given}
-        self.own = [stand.parameter(e, n) for e in effects for n in e.parameters() if n not in e.given]
         self.durations = [n for n in given if n.endswith(".duration")]
-        self.names = self.base + self.own
-        shapes = {stand.parameter(e, n) for e in effects for n in e.shapes()}
-        self.sizes = [i for i, n in enumerate(self.own) if n not in shapes]
-        self.rows = [self.component.table[n] for n in self.own]
         self.lags = {stand.parameter(e, n) for e in effects for n in e.lags}
         self.shift = next((stand.parameter(e, e.lags[0]) for e in effects if e.lags and not e.delayed), "")
         exact = {delay for _, delay in self.component.delays.values()}
@@ -111,16 +107,6 @@ class Model:
         joined = Model(self.stand, [*self.effects, *effects], slopes_of_base)
         joined.found = dict(self.found)
         return joined
-
-    def start(self, shapes: Mapping[str, float] | None = None) -> np.ndarray:
-        """The component's own values, some of the effects' replaced."""
-        values = {**self.component.values, **(shapes or {})}
-        return np.array([np.log(values[n]) for n in self.base] + [values[n] for n in self.own])
-
-    def values(self, q: np.ndarray) -> dict[str, float]:
-        """Parameter values by name for a vector."""
-        nb = len(self.base)
-        return {**self.component.values, **dict(zip(self.base, np.exp(q[:nb]), strict=True)), **dict(zip(self.own, q[nb:], strict=True))}
 
     def output(self, run: Run, q: np.ndarray, slopes: bool = True) -> tuple[np.ndarray, np.ndarray]:
         """Simulated output (n,) over the whole run, and its slopes (n, np)."""

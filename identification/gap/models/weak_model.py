@@ -13,7 +13,8 @@ from fmus.mathematics import NUMERIC
 from fmus.symbolic import symbolic
 from identification.gap.data.weak_form import WeakRun, with_noise
 from identification.gap.data.weak_noise import disturbance
-from identification.gap.stands.linear_stand import LinearModel, LinearStand
+from identification.gap.models.linear_model import LinearModel
+from identification.gap.stands.linear_stand import LinearStand
 
 
 def accelerated(stand: LinearStand) -> tuple[str, ...]:

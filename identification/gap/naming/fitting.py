@@ -202,8 +202,6 @@ def _priors(model: AnyModel, runs: int, total: int) -> tuple[np.ndarray, np.ndar
 def parameters_of(found: Fit) -> Mapping[str, tuple[float, float, str]]:
     """Value, standard error and unit by name: the base's common values, then the effects'."""
     model, errors = found.model, np.sqrt(np.maximum(np.diag(found.covariance()), 0.0))
-    result = {}
-    for i, name in enumerate(model.names):
-        value = float(np.exp(found.x[i])) if i < len(model.base) else float(found.x[i])
-        result[name] = (value, float(errors[i] * value) if i < len(model.base) else float(errors[i]), model.component.table[name].unit)
-    return result
+    values = model.values(found.shared)
+    scale = [abs(values[n]) for n in model.base] + [1.0] * len(model.own)  # errors of the base are those of logarithms
+    return {n: (float(values[n]), float(errors[i] * scale[i]), model.component.table[n].unit) for i, n in enumerate(model.names)}

@@ -20,9 +20,9 @@ BANDS = 5  # of the input, in which misfit is looked for
 FEWEST = 2  # data in a cell
 
 
-def decide_on_eigenvalues(stand: LinearStand, runs: Sequence[Spectrum], library: Sequence[type[Effect]]) -> Verdict:
-    """The verdict on measured eigenvalues, with the effects of a library."""
-    verdict = decide(EigenvalueModel(stand), runs, library)
+def decide_on_eigenvalues(stand: LinearStand, runs: Sequence[Spectrum], library: Sequence[type[Effect]], holdout: Sequence[Spectrum] = ()) -> Verdict:
+    """The verdict on measured eigenvalues, with the effects of a library; held-out ones can only take a name back."""
+    verdict = decide(EigenvalueModel(stand), runs, library, holdout)
     return replace(verdict, verdict="unknown", effects=[], open_form=False) if verdict.open_form else verdict
 
 

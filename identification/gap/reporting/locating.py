@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.stats import chi2, false_discovery_control
 
 from identification.gap.data.reduction import Column
 from identification.gap.data.runs import Run
@@ -47,8 +47,8 @@ def locate(found: Fit, rate: float = FALSE_DISCOVERIES, cells: Cells | None = No
         places += list((cells or _places)(run, found.residuals[first:last]))
         first = last
     places.sort(key=lambda p: (p.p_value, -p.excess))
-    passed = [i for i, p in enumerate(places) if p.p_value <= rate * (i + 1) / len(places)]
-    return places[: max(passed, default=-1) + 1]
+    adjusted = false_discovery_control([p.p_value for p in places]) if places else []
+    return [p for p, least_rate in zip(places, adjusted, strict=True) if least_rate <= rate]
 
 
 def _places(run: Run, z: np.ndarray) -> Iterator[Place]:

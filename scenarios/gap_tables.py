@@ -1,0 +1,60 @@
+"""What every report of the gap workflow says in words and tables, from the contents of `verdict.json`."""
+
+from typing import Any
+
+from scenarios.report import Section, Table
+
+
+def verdict_section(result: dict[str, Any], *more: Table) -> Section:
+    """The verdict, what was found in a sentence each, the next experiment, limitations; parameters and candidates."""
+    said = [result["verdict"], *(e["sentence"] for e in result["effects"])]
+    if result["tied"]:
+        said.append("These data cannot tell apart " + ", ".join(result["tied"]) + ".")
+    if result["closest"]:
+        said.append(f"Nearest in the library: {result['closest']['name']}.")
+    if result["next_experiment"]:
+        proposed = result["next_experiment"]
+        said.append(f"Next experiment: {proposed['sentence']} Expected delta chi-square: {proposed['expected_delta_chi2']:.0f}.")
+    return Section("Verdict", [*said, *result["limitations"]], [], [*_effects_and_candidates(result), *more])
+
+
+def modes_over_speed(result: dict[str, Any]) -> Section:
+    """What the effect does to the vehicle's modes, where the verdict has them."""
+    modes = result.get("modes")
+    if not modes:
+        return Section("What it does to the modes", ["Nothing was named, so nothing changes."])
+    rows = [(mode.replace("_", "-"), f"{speed:g}", *(_mode(modes[label][mode], i) for label in ("before", "after")))
+            for mode in modes["before"] for i, speed in enumerate(modes["speed"])]  # fmt: skip
+    return Section("What it does to the modes", ["Frequency and damping ratio of small motion about rest, without and with what was found. Friction, play and whatever else "
+                    "depends on the amplitude counts with its slope at rest: larger motion feels dry friction less."], [],
+                   [Table(("mode", "speed [m/s]", "without", "with"), rows)])  # fmt: skip
+
+
+def _mode(mode: dict[str, Any], i: int) -> str:
+    frequency, ratio = (mode[word][i] for word in ("frequency", "damping_ratio"))
+    if frequency is None or frequency != frequency:
+        return "absent"
+    return f"{frequency:.3f} Hz" + ("" if ratio is None or ratio != ratio else f", {ratio:.4f}")
+
+
+def _effects_and_candidates(result: dict[str, Any]) -> list[Table]:
+    """What was found with its parameters, and all candidates that gain."""
+    effects = [(e["name"], e["form"], n, f"{p['value']:.5g}", f"{p['standard_error']:.2g}", p["unit"]) for e in result["effects"] for n, p in e["parameters"].items()]
+    candidates = [(c["name"], c["form"], f"{c['delta_chi2']:.1f}", f"{c['delta_bic']:.1f}", f"{c['probability']:.3f}")
+                  for c in result["candidates"] if c["delta_chi2"] > 0]  # fmt: skip
+    return [Table(("effect", "form", "parameter", "value", "standard error", "unit"), effects),
+            Table(("candidate", "form", "delta chi-square", "delta BIC", "probability"), candidates)]  # fmt: skip
+
+
+def places(result: dict[str, Any], axis: str = "axis", most: int = 40) -> Table:
+    """Where the base misses the data, the clearest first; axis is what is said of a place beside its ends."""
+    rows = [(p["run"], p["axis"], f"{p['from']:.3g}", f"{p['to']:.3g}", p["unit"], f"{p['excess']:.3g}", f"{p['p_value']:.2g}") for p in result["where"][:most]]
+    return Table(("run", axis, "from", "to", "unit", "excess", "p"), rows)
+
+
+def before_and_after(result: dict[str, Any]) -> Table:
+    """Reduced chi-square and rms of the fitted and of the held-out runs."""
+    gap = result["gap"]
+    rows = [(n.replace("_", " "), "" if gap[n] is None else f"{gap[n]:.3f}", "" if gap["rms"][n] is None else f"{gap['rms'][n]:.4g}")
+            for n in ("before", "after", "holdout_before", "holdout_after", "noise_floor")]  # fmt: skip
+    return Table(("", "reduced chi-square", f"rms [{gap['rms']['unit']}]"), rows)

@@ -1,0 +1,40 @@
+"""The words and tables of the gap's reports hold what verdict.json holds."""
+
+from scenarios.gap_tables import before_and_after, modes_over_speed, places, verdict_section
+
+TIED = {
+    "verdict": "tied", "effects": [], "tied": ["drift", "reflex"], "closest": None, "candidates": [
+        {"name": "drift", "form": "both", "delta_chi2": 60.0, "delta_bic": 52.7, "probability": 0.6},
+        {"name": "backlash", "form": "gap", "delta_chi2": 0.0, "delta_bic": -7.3, "probability": 0.0}],
+    "next_experiment": {"sentence": "Sweep down.", "expected_delta_chi2": 81.4}, "limitations": ["No held-out run."],
+    "where": [{"run": "up", "axis": "order", "from": 3, "to": 3, "unit": "1", "excess": 12.0, "p_value": 1e-9}] * 50,
+    "gap": {"before": 2.0, "after": 1.0, "holdout_before": None, "holdout_after": None, "noise_floor": 1.0,
+            "rms": {"before": 0.2, "after": 0.1, "holdout_before": None, "holdout_after": None, "noise_floor": 0.1, "unit": "N.m"}},
+}  # fmt: skip
+
+
+def test_a_tie_names_its_members_the_next_experiment_and_the_limits():
+    section = verdict_section(TIED)
+    text = " ".join(section.paragraphs)
+    for word in ("drift, reflex", "Sweep down.", "81", "No held-out run."):
+        assert word in text
+    assert [row[0] for row in section.tables[1].rows] == ["drift"]  # what gains nothing is left out
+
+
+def test_what_is_unknown_says_what_is_nearest():
+    said = verdict_section({**TIED, "verdict": "unknown", "tied": [], "closest": {"name": "backlash", "delta_bic": 9.0}}).paragraphs
+    assert any("backlash" in sentence for sentence in said)
+
+
+def test_missing_held_out_values_are_empty_cells():
+    rows = {row[0]: row[1:] for row in before_and_after(TIED).rows}
+    assert rows["holdout after"] == ("", "") and rows["before"] == ("2.000", "0.2")
+    assert len(places(TIED, most=7).rows) == 7
+
+
+def test_modes_stand_side_by_side():
+    modes = {"speed": [10.0, 20.0], "before": {"weave": {"frequency": [0.0, 2.5], "damping_ratio": [None, 0.1]}},
+             "after": {"weave": {"frequency": [None, 2.4], "damping_ratio": [None, -0.2]}}}  # fmt: skip
+    rows = modes_over_speed({**TIED, "modes": modes}).tables[0].rows
+    assert rows == [("weave", "10", "0.000 Hz", "absent"), ("weave", "20", "2.500 Hz, 0.1000", "2.400 Hz, -0.2000")]
+    assert "nothing changes" in modes_over_speed(TIED).paragraphs[0]
