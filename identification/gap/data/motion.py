@@ -6,13 +6,13 @@ The splines are fitted to the measured angle; the phase is the command's. Differ
 would turn its noise and its converter's steps into torque.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import BSpline, CubicSpline
-from scipy.sparse import diags, hstack
-from scipy.sparse.linalg import splu
+from scipy.sparse import csc_array, csr_array, diags_array, hstack
+from scipy.sparse.linalg import SuperLU, splu
 
 from identification.gap.data.phase import Phase
 
@@ -45,29 +45,64 @@ class Rebuilt:
         return angle, rate, acceleration
 
 
-def rebuilt(time: np.ndarray, angle: np.ndarray, phase: Phase, orders: Sequence[int] = (1,)) -> Rebuilt:
-    """The motion behind a measured angle (n,) at times (n,) [s], with these orders of its phase."""
+@dataclass(frozen=True)
+class Rebuilding:
+    """The least squares from which a motion is rebuilt: its columns (n, m), and their weighted normal equations, factored."""
+
+    time: np.ndarray
+    phase: Phase
+    orders: tuple[int, ...]
+    knots: np.ndarray
+    basis: csr_array  # the splines (n, m / blocks)
+    columns: csc_array
+    trusted: np.ndarray
+    factored: SuperLU
+
+    def motion(self, angle: np.ndarray) -> Rebuilt:
+        """The motion behind a measured angle (n,)."""
+        solution = self.factored.solve(self.columns.T @ (self.trusted * angle))
+        return Rebuilt(CubicSpline(self.time, self.phase.angle), self.orders, BSpline(self.knots, solution.reshape(1 + 2 * len(self.orders), -1).T, 3))
+
+    def error_seen(self, bases: Iterable[tuple[int, int, np.ndarray]], answer: Callable[[int], np.ndarray]) -> np.ndarray:
+        """The variance of what orthonormal columns see of the answer to a rebuilt motion whose samples have white noise of variance 1.
+
+            var = diag(S A N^-1 A' S'),   A the columns, each order times the answer to it, N the normal equations
+
+        bases are (first, last, (samples, k)) as of a Reduction, answer the complex answer (n,) to an order at every time.
+        """
+        answered = _columns(self.basis, self.phase.angle, self.orders, answer).tocsr()
+        told = [np.ascontiguousarray(answered[first:last].T @ seen) for first, last, seen in bases]
+        return np.concatenate([np.sum(each * self.factored.solve(each), axis=0) for each in told])
+
+
+def rebuilding(time: np.ndarray, phase: Phase, orders: Sequence[int] = (1,)) -> Rebuilding:
+    """The rebuilding of motions measured at times (n,) [s], with these orders of a phase."""
     knots = _knots(time, phase.frequency)
     basis = BSpline.design_matrix(np.clip(time, knots[0], knots[-1]), knots, 3)
     trusted = np.full(len(time), 1e-4)  # where the phase jumps, the splines need not follow
     for first, last in phase.stretches:
         trusted[max(first - int(2.5 / (time[1] - time[0])), 0) : last] = 1.0
-    blocks = [basis]
-    for k in orders:
-        blocks += [diags(np.cos(k * phase.angle)) @ basis, diags(np.sin(k * phase.angle)) @ basis]
-    matrix = hstack(blocks).tocsc()
+    matrix = _columns(basis, phase.angle, orders)
     # A little smoothness decides what the data leave open.
-    normal = matrix.T @ diags(trusted) @ matrix
-    normal = normal + 1e-9 * diags(normal.diagonal() + 1.0)
-    solution = splu(normal.tocsc()).solve(matrix.T @ (trusted * angle))
-    return Rebuilt(CubicSpline(time, phase.angle), tuple(orders), BSpline(knots, solution.reshape(len(blocks), -1).T, 3))
+    normal = matrix.T @ diags_array(trusted) @ matrix
+    normal = normal + 1e-9 * diags_array(normal.diagonal() + 1.0)
+    return Rebuilding(time, phase, tuple(orders), knots, basis, matrix, trusted, splu(normal.tocsc()))
+
+
+def _columns(basis: csr_array, phase: np.ndarray, orders: Sequence[int], answer: Callable[[int], np.ndarray] | None = None) -> csc_array:
+    """Splines alone, then splines times cosine and sine of each order; answered to, if an answer to each order is given."""
+    blocks = [basis if answer is None else 0 * basis]
+    for k in orders:
+        wave = np.exp(1j * k * phase) * (1.0 if answer is None else answer(k))
+        blocks += [diags_array(wave.real) @ basis, diags_array(wave.imag) @ basis]
+    return hstack(blocks, format="csc")
 
 
 def _knots(time: np.ndarray, frequency: np.ndarray) -> np.ndarray:
     """Knots KNOT seconds apart, or CYCLES cycles where those take longer, with the ends fourfold."""
     inner, at = [], time[0]
     while True:
-        f = max(float(np.interp(at, time, frequency)), 0.1)
+        f = max(frequency[min(np.searchsorted(time, at), len(time) - 1)], 0.1)
         at += max(KNOT, CYCLES / f)
         if at > time[-1] - KNOT:
             break

@@ -2,13 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 
 from fmus.errors import InputError
 from identification.gap.data.motion import ORDERS as MOTION_ORDERS
-from identification.gap.data.motion import Rebuilt, rebuilt
-from identification.gap.data.phase import Phase, phase_of
+from identification.gap.data.motion import Rebuilding, Rebuilt, rebuilding
+from identification.gap.data.phase import phase_of
 from identification.gap.data.reduction import Noise, Reduction, noise_of, reduction_of, variance_of
 from identification.recordings import Recording
 from identification.sampling import uniform
@@ -83,10 +84,10 @@ def prepare(recording: Recording, imposed: str, measured: str, command: str) -> 
     data = reduction.reduce(y)
     moved, moved_variance = reduction.reduce(angle), variance_of(reduction, angle_noise)
     orders = _orders(reduction, moved, moved_variance)
-    moved_variance = moved_variance * _let_through(reduction, time, phase, orders)
-    from_motion = _through_the_motion(reduction, moved, data, moved_variance, orders)
+    rebuilder = rebuilding(time, phase, orders)
+    from_motion = _through_the_motion(reduction, moved, data, moved_variance, rebuilder)
     deviation = np.sqrt(variance_of(reduction, noise) + from_motion)
-    return Run(recording, y, rebuilt(time, angle, phase, orders), reduction, noise, data, deviation, from_motion, recording.units[imposed], notes)
+    return Run(recording, y, rebuilder.motion(angle), reduction, noise, data, deviation, from_motion, recording.units[imposed], notes)
 
 
 def _orders(reduction: Reduction, moved: np.ndarray, variance: np.ndarray) -> tuple[int, ...]:
@@ -96,31 +97,28 @@ def _orders(reduction: Reduction, moved: np.ndarray, variance: np.ndarray) -> tu
     return (1, *(k for k, e in excess.items() if e > 1 + 4 * np.sqrt(2 / np.count_nonzero(order == k))))
 
 
-def _let_through(reduction: Reduction, time: np.ndarray, phase: Phase, orders: tuple[int, ...]) -> np.ndarray:
-    """The share (m,) of white noise in the measured motion that is in the rebuilt one, by order."""
-    white = np.random.default_rng(0).standard_normal(len(time))
-    power = reduction.reduce(rebuilt(time, white, phase, orders)(time)[0]) ** 2
+def _through_the_motion(reduction: Reduction, angle: np.ndarray, data: np.ndarray, variance: np.ndarray, rebuilder: Rebuilding) -> np.ndarray:
+    """What the noise of the rebuilt motion adds to the variance (m,): through the impedance, as measured at the first order."""
     columns = reduction.columns
-    # The slope of the amplitude reaches the output through the impedance's slope too, so it counts in full.
-    means = {k: np.mean([p for p, c in zip(power, columns, strict=True) if c.order == k and not c.degree]) for k in {c.order for c in columns}}
-    return np.array([means[c.order] for c in columns])
-
-
-def _through_the_motion(reduction: Reduction, angle: np.ndarray, data: np.ndarray, variance: np.ndarray,
-                        orders: tuple[int, ...]) -> np.ndarray:  # fmt: skip
-    """What the noise of the rebuilt motion adds to the variance (m,): |Z|^2 times its own, Z as measured."""
-    columns = reduction.columns
-    first = np.array([c.order == 1 and c.degree == 0 for c in columns])
-    window = np.array([c.window for c in columns])
-    size = [np.bincount(window[first], d[first] ** 2) for d in (data, angle)]
-    frequency = np.bincount(window[first], [c.frequency for c in columns if c.order == 1 and c.degree == 0]) / np.maximum(np.bincount(window[first]), 1)
+    first = [i for i, c in enumerate(columns) if c.order == 1 and c.degree == 0]
+    seen = np.array([(i, j) for i, j in pairwise(first) if columns[i].window == columns[j].window])  # cosine and sine
+    (u, v), (p, q) = angle[seen].T, data[seen].T
+    frequency = np.array([columns[i].frequency for i, _ in seen])
     order = np.argsort(frequency)
-    impedance = np.sqrt(size[0] / size[1])[order]
+    impedance = ((p - 1j * q) / (u - 1j * v))[order]  # of a motion Re (u - i v) e^(i phi)
     frequency = frequency[order]
-    at = np.array([c.order * c.frequency for c in columns])
-    beyond = np.maximum(at / frequency[-1], 1.0) ** 2  # the bar's inertia takes over
-    moved = np.array([c.order in orders for c in columns])
-    return np.where(moved, (np.interp(at, frequency, impedance) * beyond) ** 2 * variance, 0.0)
+
+    def answer(k: int) -> np.ndarray:
+        at = k * rebuilder.phase.frequency
+        beyond = np.maximum(at / frequency[-1], 1.0) ** 2  # the bar's inertia takes over
+        return np.interp(at, frequency, impedance) * beyond
+
+    moved = np.array([c.order in rebuilder.orders for c in columns])
+    ends = np.cumsum([basis.shape[1] for _, _, basis in reduction.bases])
+    bases = [(a, b, basis[:, m]) for (a, b, basis), m in zip(reduction.bases, np.split(moved, ends[:-1]), strict=True)]
+    added = np.zeros(len(columns))
+    added[moved] = rebuilder.error_seen(bases, answer) * variance[moved]
+    return added
 
 
 def usable(recordings: Sequence[Recording]) -> None:

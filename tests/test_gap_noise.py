@@ -1,0 +1,58 @@
+"""The noise that a verdict rests on: what a rebuilt motion brings of it, and whether the truth leaves a reduced chi-square of 1."""
+
+import numpy as np
+import pytest
+
+from identification.gap.data.motion import rebuilding
+from identification.gap.data.phase import phase_of
+from identification.gap.data.reduction import reduction_of
+from identification.gap.data.runs import prepare
+from identification.recordings import Recording
+
+INERTIA, DAMPING, STIFFNESS = 0.2, 1.5, 60.0
+RATE, DURATION = 128.0, 120.0
+UNITS = {"steer_angle_command": "rad", "steer_angle": "rad", "steer_torque": "N.m"}
+
+
+def swept():
+    """Time, angle and the torque of an oscillator moved by it, whose rates are exact."""
+    time = np.arange(0, DURATION, 1 / RATE)
+    w, a = 2 * np.pi * (0.5 + 9.5 * time / DURATION), 2 * np.pi * 9.5 / DURATION
+    phi = 2 * np.pi * (0.5 * time + 4.75 * time**2 / DURATION)
+    angle, rate, acceleration = np.sin(phi), w * np.cos(phi), a * np.cos(phi) - w**2 * np.sin(phi)
+    return time, 0.04 * angle, 0.04 * (INERTIA * acceleration + DAMPING * rate + STIFFNESS * angle)
+
+
+def test_the_error_of_a_rebuilt_motion_is_that_of_many_rebuilt_ones():
+    time, angle, _ = swept()
+    phase = phase_of(angle, RATE)
+    reduction, rebuilder = reduction_of(phase, RATE), rebuilding(time, phase)
+    first = np.array([c.order == 1 for c in reduction.columns])
+    said = rebuilder.error_seen(reduction.bases, lambda order: np.full(len(time), 2j))[first]
+    rng = np.random.default_rng(1)
+    draws = [rebuilder.motion(rng.standard_normal(len(time))) for _ in range(60)]
+    answers = [2 * reduction.reduce(m(time)[0])[first] for m in draws]  # the phase of the answer changes no variance
+    seen = np.mean(np.square(answers), axis=0)
+    degree = np.array([c.degree for c in reduction.columns])[first]
+    for each in (0, 1):
+        # 60 draws of some 100 columns, whose errors are shared by half as many splines: 2 to 3 % of scatter.
+        assert seen[degree == each].mean() / said[degree == each].mean() == pytest.approx(1.0, abs=0.08)
+
+
+@pytest.mark.parametrize("angle_noise", [0.0, 1e-3])
+def test_the_truth_leaves_a_chi_square_of_one_in_every_kind_of_column(angle_noise):
+    time, angle, torque = swept()
+    rng = np.random.default_rng(2)
+    squares: dict[tuple[int, int], list[float]] = {}
+    for _ in range(12):
+        columns = {"steer_angle_command": angle, "steer_angle": angle + (angle_noise + 1e-7) * rng.standard_normal(len(time)),
+                   "steer_torque": torque + 0.2 * rng.standard_normal(len(time))}  # fmt: skip
+        run = prepare(Recording("truth", time, columns, UNITS), "steer_angle", "steer_torque", "steer_angle_command")
+        x, v, a = run.motion(time)
+        left = (run.data - run.reduction.reduce(INERTIA * a + DAMPING * v + STIFFNESS * x)) / run.deviation
+        for column, z in zip(run.reduction.columns, left, strict=True):
+            squares.setdefault((min(column.order, 2), column.degree), []).append(z**2)
+    for kind, values in squares.items():
+        # 12 runs of about 100 columns scatter by 0.04; those of order 1 share the noise of splines.
+        assert np.mean(values) == pytest.approx(1.0, abs=0.16), kind
+    assert set(squares) == {(1, 0), (1, 1), (2, 0)}
