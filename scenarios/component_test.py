@@ -24,10 +24,9 @@ from identification.gap.stands.component_test import ComponentTest, component_te
 from identification.recordings import Recording, read_recording, read_rig
 from scenarios import names
 from scenarios.augmented_component import FILE, component_of, own_modes, write_component
-from scenarios.command_line import to_json, write_text
 from scenarios.component_report import write_report
+from scenarios.verdict_file import write_verdict, writing_so_far
 
-INTERRUPTED = "Interrupted: this is what was found until then, and no verdict."
 FLEXIBLE = ("The noise is not known (no repeats, no noise in rig.json): it is what a flexible model leaves of the residuals, "
             "so a reduced chi-square of 1 means as good as that model.")  # fmt: skip
 NONE_IS_WEAK = "none means that nothing of the library improves the model; what even a flexible model cannot explain counts as noise."
@@ -51,20 +50,14 @@ def run_on_component(arguments: argparse.Namespace) -> dict[str, Any]:
         runs = [replace(run, test=test) for run in runs]
         notes.append(f"No input is recorded or it is zero: only ratios of the parameters show, and {anchor} keeps its value.")
     given = read_rig(arguments.rig or Path(arguments.files[0]).parent).get("noise", {})
-
-    def so_far(verdict: Verdict) -> None:
-        result = _result(verdict, [], [])
-        result |= {"verdict": "unknown", "effects": [], "tied": [], "limitations": [INTERRUPTED]}
-        write_text(folder / "verdict.json", to_json(result) + "\n")
-
-    found = investigate(test, runs, more, given, so_far, held)
+    found = investigate(test, runs, more, given, writing_so_far(folder, lambda verdict: _result(verdict, [], [])), held)
     result = _result(found.verdict, found.held, notes)
     result["limitations"] += _limitations(found, result, component, bool(held))
+    write_verdict(result, folder)
     result["next_experiment"] = next_experiment(found.verdict, scaled_runs)
-    write_text(folder / "verdict.json", to_json(result) + "\n")
     _add(found, result, arguments, folder)
     result["report"] = write_report(found.verdict, result, found.held, folder)
-    write_text(folder / "verdict.json", to_json(result) + "\n")
+    write_verdict(result, folder)
     return result
 
 

@@ -19,12 +19,12 @@ from identification.gap.stands.test_stand import TestStand
 from identification.recordings import read_recording, read_rig
 from scenarios import gap_plan, names
 from scenarios.augmented_rider import FILE, effect_on_modes, rider_of, write_model
-from scenarios.command_line import to_json, write_text
 from scenarios.component_test import run_on_component
 from scenarios.gap_report import write_report
 from scenarios.rig_proposals import rig_proposals
 from scenarios.rig_test import rig_effects, rig_test, with_bare_bar
 from scenarios.vehicle_gap import run_on_vehicle
+from scenarios.verdict_file import write_verdict, writing_so_far
 
 NAME = "gap"
 HELP = """Find where a model misses recordings, name the missing effect, add it, and show the gap shrink.
@@ -76,14 +76,14 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     runs, held = _runs(arguments.files, stand, arguments.map), _runs(arguments.holdout, stand, arguments.map)
     if arguments.bare:
         stand = with_bare_bar(stand, _runs(arguments.bare, stand, arguments.map))
-    verdict = decide(Model(stand), runs, library, held)
+    verdict = decide(Model(stand), runs, library, held, writing_so_far(folder, lambda verdict: as_result(verdict, [], "N.m")))
     result = as_result(verdict, held, "N.m")
     result["limitations"] += _limitations(rig, runs, held, bool(arguments.bare))
+    write_verdict(result, folder)
     result["next_experiment"] = next_experiment(verdict, rig_proposals)
-    write_text(folder / "verdict.json", to_json(result) + "\n")  # an interrupted run leaves the verdict
     _add(verdict, result, arguments, folder)
     result["report"] = write_report(verdict, result, held, folder)
-    write_text(folder / "verdict.json", to_json(result) + "\n")
+    write_verdict(result, folder)
     return result
 
 

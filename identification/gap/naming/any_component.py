@@ -49,15 +49,15 @@ def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequ
     found = fit(model, equal_noise(found.runs, found), found.x)
     deflection, rate = largest_motion(found)
     test = replace(test, component=test.component.with_values(**_values(found))).scaled(deflection, rate)
-    library = [*laws_at(test.component, rate), *more_effects]
+    library = [*laws_at(test.component, rate, _largest(runs, test.driven), _largest(runs, test.outputs)), *more_effects]
     model = FreeStart(test)
     base = fit(model, [_between_samples(model, run) for run in known_noise(found.runs, given or {})], model.start())
     so_far(Verdict("unknown", base, base))
     ready = _beside_the_best(base, library)
     verdict, held = Verdict("unknown", base, base), [prepare_sampled(r, test) for r in holdout]
-    for _ in range(ROUNDS):
+    for first in (True, *(False,) * (ROUNDS - 1)):
         try:
-            verdict = decide(model, ready, library, _like(held, ready[0]))
+            verdict = decide(model, ready, library, _like(held, ready[0]), so_far if first else _untold)  # a later round knows less while it lasts
         except InputError:  # with less noise the best of the last round cannot be simulated well enough: its verdict stands
             break
         so_far(verdict)
@@ -65,6 +65,10 @@ def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequ
         if _change(before, ready) < STEADY:
             break
     return Investigation(verdict, test, _like(held, verdict.best.runs[0]))
+
+
+def _untold(verdict: Verdict) -> None:
+    """Tells nobody."""
 
 
 def _like(held: Sequence[Sampled], fitted: Sampled) -> list[Sampled]:
@@ -102,6 +106,12 @@ def largest_motion(found: Fit) -> tuple[float, float]:
         if deflections:
             sizes.append((np.quantile(np.abs(deflections[0]), 0.999), np.quantile(np.abs(rates[0]), 0.999)))
     return tuple(float(max(s)) for s in zip(*sizes, strict=True)) if sizes else (1.0, 1.0)  # type: ignore[return-value]
+
+
+def _largest(runs: Sequence[Sampled], names: Sequence[str]) -> dict[str, float]:
+    """The largest values of what was recorded, without what is always zero."""
+    levels = {n: max(float(np.quantile(np.abs(run.recording[n]), 0.999)) for run in runs) for n in names}
+    return {n: level for n, level in levels.items() if level > 0}
 
 
 def _change(before: Sequence[Sampled], after: Sequence[Sampled]) -> float:

@@ -9,7 +9,7 @@ closes over half of the excess and beats every other by dBIC 40, it is named wit
 were held out refute is taken back: it stays `unknown` what is missing.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -42,12 +42,14 @@ class Verdict:
     refuted: str = ""  # what was named before held-out runs took it back
 
 
-def decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effect]], holdout: Sequence[AnyRun] = ()) -> Verdict:
+def decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effect]], holdout: Sequence[AnyRun] = (),
+           so_far: Callable[[Verdict], None] = lambda verdict: None) -> Verdict:  # fmt: skip
     """The verdict on runs, with a model of the base and the effects of a library; held-out runs can only take a name back.
 
-    Its fits rest on the noise that the best of them leaves. Raises InputError where the base cannot be fitted.
+    Its fits rest on the noise that the best of them leaves. so_far is told, as unknown, what is known after the base, after
+    the effects, and after each effect that was tried with a second one. Raises InputError where the base cannot be fitted.
     """
-    verdict = _decide(model, runs, library)
+    verdict = _decide(model, runs, library, so_far)
     best = verdict.best
     quiet = [best.model.with_noise_beside(run, best.of_run(i)) for i, run in enumerate(runs)]
     if best is verdict.base:
@@ -60,13 +62,15 @@ def decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effec
     return verdict
 
 
-def _decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effect]]) -> Verdict:
+def _decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effect]], so_far: Callable[[Verdict], None]) -> Verdict:
     base = fit_base(model, runs)
+    so_far(Verdict("unknown", base, base))
     first = compete(base, library)
     best = best_of(first)
     if best is None or best.delta_bic < SIGNIFICANT:
         return Verdict("none" if adequate(base) else "unknown", base, base, candidates=first)
-    pairs = pairs_of(best, first, library)
+    so_far(Verdict("unknown", base, best.fit, candidates=first))
+    pairs = pairs_of(best, first, library, lambda leading: so_far(Verdict("unknown", base, leading.second.fit, candidates=first)))
     if pairs and sure(pairs):
         return _of_pairs(base, pairs, first, library)
     if adequate(best.fit):

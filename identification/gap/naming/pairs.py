@@ -4,7 +4,7 @@ The first effect of a pair need not be the one that fits best alone: alone, an e
 it can. So the pairs compete, and only the families that all of the near-best pairs share are sure.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,10 +37,12 @@ class Pair:
         return frozenset((self.first.family, self.second.family))
 
 
-def pairs_of(best: Candidate, first: Sequence[Candidate], library: Sequence[type[Effect]]) -> list[Pair]:
+def pairs_of(best: Candidate, first: Sequence[Candidate], library: Sequence[type[Effect]],
+             so_far: Callable[[Pair], None] = lambda pair: None) -> list[Pair]:  # fmt: skip
     """The adequate pairs within TIE of the best one, which comes first; none where no pair is worth its second effect.
 
-    `best` is the best of the single effects. Where it is adequate, a pair must contain it or beat it.
+    `best` is the best of the single effects. Where it is adequate, a pair must contain it or beat it. so_far is told
+    the best pair after each effect whose seconds were tried.
     """
     leading = [best, *(c for c in one_each(first) if c.family != best.family and c.effect in c.fit.model.effects and c.delta_bic > NEAR * best.delta_bic)]
     worth = best.delta_bic + max(SECOND, SHARE * best.delta_chi2) if adequate(best.fit) else 0.0
@@ -53,6 +55,8 @@ def pairs_of(best: Candidate, first: Sequence[Candidate], library: Sequence[type
                 found[pair.families] = max(found.get(pair.families, pair), pair, key=lambda p: p.delta_bic)
         if worth and not found:
             return []
+        if found:
+            so_far(max(found.values(), key=lambda pair: pair.delta_bic))
     ranked = sorted(found.values(), key=lambda pair: -pair.delta_bic)
     return [pair for pair in ranked if ranked[0].delta_bic - pair.delta_bic < TIE]
 

@@ -7,9 +7,10 @@ import multiprocessing
 import os
 import signal
 import sys
+import threading
 import warnings
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor
 from typing import Any, TypeVar
 
 from fmus.progress import track
@@ -24,14 +25,16 @@ def spread(function: Callable[[Any], T], items: Sequence[Any], description: str)
     if count < 2:
         return [function(item) for item in track(items, description)]
     _WORK.append((function, items))
+    context = multiprocessing.get_context("fork")
+    pool = ProcessPoolExecutor(count, context, initializer=_follow_the_parent)
     try:
-        context = multiprocessing.get_context("fork")
-        with warnings.catch_warnings(), ProcessPoolExecutor(count, context, initializer=_leave_interrupts_to_the_parent) as pool:
+        with warnings.catch_warnings():
             # The threads that Python warns of are those of the linear algebra, which survives a fork.
             warnings.simplefilter("ignore", DeprecationWarning)
-            answers = [pool.submit(_answer, i) for i in range(len(items))]
+            answers = _submitted(pool, len(items))
             return [a.result() for a in track(answers, description)]
     finally:
+        pool.shutdown(cancel_futures=True)  # after an interrupt, what was not begun is not waited for
         _WORK.pop()
 
 
@@ -43,10 +46,26 @@ def processes() -> int:
     return min(len(os.sched_getaffinity(0)), int(allowed) if allowed.isdigit() else sys.maxsize)
 
 
+def _submitted(pool: ProcessPoolExecutor, count: int) -> list[Future]:
+    """What will be answered, in order. An interrupt waits until the workers run: a pool that is half started cannot be closed."""
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        return [pool.submit(_answer, i) for i in range(count)]
+    finally:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+
+
 def _answer(index: int) -> Any:
     function, items = _WORK[-1]
     return function(items[index])
 
 
-def _leave_interrupts_to_the_parent() -> None:
+def _follow_the_parent() -> None:
+    """Interrupts are the parent's to answer; where it is killed, its workers end too."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with, args=(multiprocessing.parent_process(),), daemon=True).start()
+
+
+def _end_with(parent: Any) -> None:
+    parent.join()
+    os._exit(1)
