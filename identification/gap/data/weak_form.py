@@ -19,15 +19,13 @@ from scipy.fft import dct, dst
 
 from fmus.errors import InputError
 from identification.gap.data.flexible import Density
+from identification.gap.data.stretches import MARGIN, undisturbed
 from identification.recordings import Recording
 from identification.sampling import uniform
 
 BLOCK = 10.0  # s
 BAND = (0.3, 5.0)  # Hz in which the equations are compared
 FEWEST = 2  # blocks of a run
-MARGIN = 1.0  # s left out at both sides of what is cut
-MOVING = 0.8  # of the usual input over which the component is seen: below, it starts or stops
-WILD = 3.0  # times the 99.5 % quantile of a channel: no motion of the vehicle
 
 
 @dataclass(frozen=True)
@@ -120,20 +118,13 @@ def prepare_weak(recording: Recording, over: str, rates: Sequence[str], needed: 
     rates are the states whose equations are compared, needed all channels. Raises InputError where too little is left.
     """
     recording, notes = uniform(recording)
-    channels = {n: recording[n] for n in needed}
-    usual = np.median(channels[over][channels[over] > 0.1 * channels[over].max()])
-    good = channels[over] > MOVING * usual
-    stopped = np.count_nonzero(~good)
-    for values in channels.values():
-        centred = np.abs(values - np.median(values[good]))
-        good &= centred <= WILD * max(np.quantile(centred[good], 0.995), 1e-9)
-    wild = np.count_nonzero(~good) - stopped
+    stretches, cut = undisturbed(recording, over, needed)
     length = int(BLOCK * recording.rate)
-    blocks = np.array([b for first, last in _stretches(good, int(MARGIN * recording.rate)) for b in range(first, last - length + 1, length)], int)
+    blocks = np.array([b for first, last in stretches for b in range(first, last - length + 1, length)], int)
     if len(blocks) < FEWEST:
         raise InputError(f"{recording.name}: {len(blocks)} undisturbed stretches of {BLOCK:g} s; expected at least {FEWEST}")
-    said = (f"{recording.name}: {len(blocks) * BLOCK:g} of {len(good) / recording.rate:.0f} s are compared: {stopped} samples below {MOVING:.0%} of the usual "
-            f"{over} and {wild} wild ones (beyond {WILD:g} times the 99.5 % quantile of a channel) are cut with {MARGIN:g} s at both sides, the rest in whole blocks",)  # fmt: skip
+    said = (f"{recording.name}: {len(blocks) * BLOCK:g} of {len(recording.time) / recording.rate:.0f} s are compared: {cut} are cut with {MARGIN:g} s "
+            "at both sides, the rest in whole blocks",)  # fmt: skip
     flat = tuple(Density(np.array([0.0, recording.rate / 2]), np.ones(2)) for _ in rates)
     return WeakRun(recording, blocks, length, tuple(rates), flat, notes=(*notes, *said))
 
@@ -147,8 +138,3 @@ def whitener(density: np.ndarray, nuisance: np.ndarray) -> np.ndarray:
 def with_noise(run: WeakRun, densities: Sequence[Density]) -> WeakRun:
     """The run with the densities of its equations' disturbances."""
     return replace(run, densities=tuple(densities))
-
-
-def _stretches(good: np.ndarray, margin: int) -> list[tuple[int, int]]:
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], good.astype(int), [0]])))
-    return [(int(a) + margin, int(b) - margin) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a > 2 * margin]
