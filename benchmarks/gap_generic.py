@@ -1,92 +1,129 @@
-"""Blind cases of the gap workflow on a driven joint: which effect is named, under excitations that no rig chose.
+"""Blind cases of the gap workflow on mechanisms that are no rig of ours: which effect is named, under excitations that nobody chose.
 
-The simulator is that of the tests, which shares no code with the library. Every case draws a joint, an excitation, a
-sampling rate and the size of what is hidden; a third of them hide nothing. counts[truth][answer] is the confusion matrix.
+    python -m benchmarks.gap_generic --cases 150 --out generic
+
+The simulator is that of the tests, which shares no code with the library. Every case draws a mechanism, how it is driven
+(by a torque, with its angle imposed, in a closed loop, as two masses with two outputs, as a heavy mass on a stiff spring),
+an excitation, a sampling rate, a noise of 0.2 to 3 % and the size of what is hidden; a third hide nothing, others forms that
+the library lacks, or what is in no library. One line per case goes to cases.jsonl in the --out folder, so that a run can be
+taken up again. confusion counts truth -> answer.
 """
 
+import argparse
+import json
 import sys
+import tempfile
+import time
 from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from benchmarks.gap_blind import share_of
+from fmus.component import Component
 from fmus.errors import InputError
-from fmus.mechanisms import DrivenJoint, Pendulum
+from fmus.mechanisms import DrivenJoint, MassSpringDamper, Pendulum, TwoMass
+from fmus.progress import track
 from identification.gap.data.sampled import prepare_sampled
 from identification.gap.naming.any_component import investigate
 from identification.gap.stands.component_test import component_test
 from identification.recordings import Recording
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
-from simulators.hidden_mechanisms import excitation, simulate
+from simulators.mechanism_cases import FAMILY, OUTSIDE, UNLIKE, Case, draw
 
-CASES = 60
-PERIODS = 30  # of the joint's own frequency in a recording
-KINDS = ("random", "multisine", "chirp", "decay", "steps", "road")
-FAMILY = {"friction": "coulomb_friction", "hardening": "hardening_stiffness", "backlash": "backlash", "drag": "progressive_damping",
-          "hysteresis": "hysteresis", "asymmetry": "asymmetry", "drift": "drift", "sine": "geometric_nonlinearity", "saturation": "saturation",
-          "delay": "channel_delay", "extra": "extra_mode"}  # fmt: skip
+CASES = 150
+UNITS = {"torque": "N.m", "angle": "rad", "load_angle": "rad", "force": "N", "displacement": "m"}
+FAMILIES = FAMILY | UNLIKE
 
 
-def sizes(rng: np.random.Generator, joint: dict[str, float], angle: float, torque: float) -> dict:
-    """The size of every effect, so that it is seen but does not rule: angle and torque are the joint's without it."""
-    frequency = np.sqrt(joint["k"] / joint["J"]) / (2 * np.pi)
-    rate = angle * 2 * np.pi * frequency
-    u = rng.uniform(0.5, 1.5)
-    return {"friction": 0.2 * u * torque, "hardening": 0.4 * u * joint["k"] / angle**2, "backlash": 0.08 * u * angle,
-            "drag": u * (0.5 * joint["c"] / rate + 0.05 * joint["k"] * angle / rate**2), "hysteresis": (0.25 * u * torque, 0.1 * angle), "asymmetry": 0.1 * u,
-            "drift": 0.15 * u, "sine": 1.0, "saturation": 0.5 * u * angle, "delay": 0.03 * u / frequency,
-            "extra": (0.1 * u * joint["J"], frequency * rng.uniform(0.6, 2.5), 0.1)}  # fmt: skip
+def mechanism(case: Case) -> Component:
+    """The mechanism that was recorded, with values that are near."""
+    near = case.near
+    if case.setting == "mass_spring_damper":
+        return MassSpringDamper(mass=near["J"], spring_stiffness=near["k"], spring_damping=near["c"])
+    if case.setting == "two_mass":
+        return TwoMass(drive_inertia=near["J"], load_inertia=near["J2"], stiffness=near["k"], damping=near["c"], drive_damping=near["c1"], load_damping=near["c2"])
+    if case.hidden == "sine":
+        return Pendulum(inertia=near["J"], gravity_stiffness=near["k"], damping=near["c"])
+    return DrivenJoint(inertia=near["J"], stiffness=near["k"], damping=near["c"])
 
 
-def case(seed: int) -> tuple[str, Recording]:
-    """What is hidden ("none" in every third case), and the recording."""
-    rng = np.random.default_rng(seed)
-    name = "none" if seed % 3 == 0 else list(FAMILY)[(seed - seed // 3 - 1) % len(FAMILY)]
-    kind = KINDS[int(rng.integers(len(KINDS)))]
-    joint = {"J": 0.1 * np.exp(rng.normal()), "k": 10 * np.exp(rng.normal())}
-    joint["c"] = 2 * np.sqrt(joint["J"] * joint["k"]) * rng.uniform(0.03, 0.2)
-    frequency = np.sqrt(joint["k"] / joint["J"]) / (2 * np.pi)
-    time = np.arange(0, PERIODS / frequency * (0.4 if kind == "decay" else 1.0), 1 / (frequency * rng.uniform(40, 90)))
-    angle = 1.2 if name == "sine" else float(np.exp(rng.uniform(-3, 0)))
-    start, drive, torque = (angle, 0.0), excitation("decay", rng, time[-1], 1.0, 0.0), 0.1 * joint["k"] * angle
-    if kind != "decay":
-        unit = excitation(kind, rng, time[-1], 2.5 * frequency, 1.0)
-        factor = angle / np.abs(simulate(joint, {}, unit, time)[0][:, 0]).max()
-        start, drive, torque = (0.0, 0.0), lambda t: factor * unit(t), factor
-    hidden = {} if name == "none" else {name: sizes(rng, joint, angle, torque)[name]}
-    joint["sliding"] = 1e-3 * angle * 2 * np.pi * frequency
-    motion, told = simulate(joint, hidden, drive, time, start)
-    columns = {"angle": motion[:, 0] + 0.005 * motion[:, 0].std() * rng.standard_normal(len(time))}
-    if kind != "decay":
-        columns["torque"] = told
-    return name, Recording(f"{name}_{kind}_{seed}", time, columns, {"torque": "N.m", "angle": "rad"})
-
-
-def answer(name: str, recording: Recording) -> str:
-    """The families that are named, or the verdict."""
-    test = component_test(Pendulum() if name == "sine" else DrivenJoint(), list(recording.columns))
+def find(case: Case) -> dict[str, Any]:
+    """What the workflow says of a case."""
+    recording = Recording(f"{case.hidden}_{case.number}", case.time, case.columns, {n: UNITS[n] for n in case.columns})
     try:
+        test = component_test(mechanism(case), list(recording.columns), "angle" if case.setting == "imposed" else "")
         verdict = investigate(test, [prepare_sampled(recording, test)]).verdict
-    except InputError:
-        return "refused"
-    return "+".join(sorted(c.family for c in verdict.effects)) if verdict.verdict == "named" else verdict.verdict
+    except InputError as error:
+        return {"verdict": "refused", "names": [], "why": str(error)}
+    gain = verdict.base.chi2 - verdict.best.chi2
+    return {"verdict": verdict.verdict, "names": sorted(c.family for c in verdict.effects), "forms": [c.effect.form for c in verdict.effects],
+            "open_form": verdict.open_form, "tied": [c.family for c in verdict.tied], "closest": [c.family for c in verdict.candidates[:1]],
+            "reduced": verdict.best.reduced, "delta_chi2": gain}  # fmt: skip
 
 
-def run(progress, cases: int = CASES) -> dict:
-    """Counts of right and wrong names and of false alarms, with the confusion matrix."""
-    counts: Counter[tuple[str, str]] = Counter()
-    for seed in progress(range(cases)):
-        name, recording = case(seed)
-        counts[name, answer(name, recording)] += 1
-    named = ("none", "unknown", "tied", "refused")
-    hidden = {k: n for k, n in counts.items() if k[0] != "none"}
-    return {
-        "cases": cases,
-        "hidden": sum(hidden.values()),
-        "right": sum(n for (truth, said), n in hidden.items() if said == FAMILY[truth]),
-        "wrong": sum(n for (truth, said), n in hidden.items() if said not in (*named, FAMILY[truth])),
-        "false_alarms": sum(n for (truth, said), n in counts.items() if truth == "none" and said not in named),
-        "nothing_hidden": sum(n for (truth, _), n in counts.items() if truth == "none"),
-        "counts": {truth: {said: n for (t, said), n in sorted(counts.items()) if t == truth} for truth, _ in sorted(counts)},
+def run(progress: Callable[..., Iterable], cases: int = CASES, out: str | Path | None = None) -> dict[str, Any]:
+    """Rates and the confusion matrix; cases that `out`/cases.jsonl holds already are not run again."""
+    folder = Path(out or tempfile.mkdtemp())
+    folder.mkdir(parents=True, exist_ok=True)
+    lines = folder / "cases.jsonl"
+    done = {row["case"]: row for row in map(json.loads, lines.read_text().splitlines())} if lines.exists() else {}
+    for number in progress(range(cases), "blind cases"):
+        if number in done:
+            continue
+        case, begun = draw(number), time.perf_counter()
+        done[number] = {"case": number, "hidden": case.hidden, "setting": case.setting, "kind": case.kind, "noise": case.noise, **find(case)}
+        done[number]["seconds"] = time.perf_counter() - begun
+        with lines.open("a") as file:
+            file.write(json.dumps(done[number]) + "\n")
+    return summary([done[n] for n in sorted(done) if n < cases])
+
+
+def summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Rates with Wilson's intervals, and the confusion matrix."""
+    nothing = [r for r in rows if r["hidden"] == "none"]
+    known, unlike, outside = ([r for r in rows if r["hidden"] in group] for group in (FAMILY, UNLIKE, OUTSIDE))
+    rates = {
+        "nothing hidden: false alarms": share_of([_named(r) or r["verdict"] == "tied" for r in nothing]),
+        "nothing hidden: none": share_of([r["verdict"] == "none" for r in nothing]),
+        "effect of the library: right name, or a tied set with it": share_of([_right(r) or _tied(r) for r in known]),
+        "effect of the library: right name alone": share_of([_right(r) for r in known]),
+        "effect of the library: wrong name": share_of([_wrong(r) for r in known]),
+        "unlike form: right family, or a tied set with it": share_of([_right(r) or _tied(r) for r in unlike]),
+        "unlike form: wrong name": share_of([_wrong(r) for r in unlike]),
+        "outside of the library: a name": share_of([_named(r) for r in outside]),
     }
+    confusion = Counter((r["hidden"], " + ".join(r["names"]) or r["verdict"]) for r in rows)
+    return {"cases": len(rows), "rates": rates, "confusion": {f"{truth} -> {answer}": n for (truth, answer), n in sorted(confusion.items())},
+            "settings": dict(Counter(r["setting"] for r in rows)), "median_seconds": float(np.median([r["seconds"] for r in rows]))}  # fmt: skip
+
+
+def _named(row: dict[str, Any]) -> bool:
+    return row["verdict"] == "named"
+
+
+def _right(row: dict[str, Any]) -> bool:
+    return row["names"] == [FAMILIES[row["hidden"]]]
+
+
+def _tied(row: dict[str, Any]) -> bool:
+    return row["verdict"] == "tied" and FAMILIES[row["hidden"]] in row["tied"]
+
+
+def _wrong(row: dict[str, Any]) -> bool:
+    return _named(row) and any(name != FAMILIES[row["hidden"]] for name in row["names"])
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.gap_generic", description=__doc__)
+    parser.add_argument("--cases", type=int, default=CASES)
+    parser.add_argument("--out", help="folder for cases.jsonl, from which a run is taken up again")
+    arguments = parser.parse_args()
+    print(json.dumps(run(track, arguments.cases, arguments.out), indent=1))
+
+
+if __name__ == "__main__":
+    main()

@@ -155,7 +155,7 @@ class Component:
         for target, value in results.items():
             results[target] = scope._with_additions(target, value)
         results.update({n: scope[n] for n in self.rows("local") if n in scope.__dict__})
-        results.update({n: scope[n] for n, row in self.table.items() if row.exposed})
+        results.update({n: scope._with_additions(n, scope[n]) for n, row in self.table.items() if row.exposed})
         return results
 
     def complete(self, results: dict[str, Any]) -> dict[str, Any]:

@@ -1,5 +1,7 @@
 """What lies between the component and the numbers: sensors, delays, the shaft. Joins the test, not the component."""
 
+from typing import ClassVar
+
 from fmus.effects.effect import Effect, adds_to
 from fmus.variables import parameter
 
@@ -23,19 +25,23 @@ class SensorNonlinearity(Effect):
     """The force sensor's gain changes with the square of the load."""
 
     family, form, part, element = "sensor_nonlinearity", "cubic", "channel", "channel"
-    cubic_gain = parameter("1", "Relative change of the gain at a load of 100, per unit", symbol="g_3", min=-10, max=10, start=0.05)
+    cubic_gain = parameter("1", "Relative change of the gain at the reference load", symbol="g_3", min=-10, max=10, start=0.05)
+    reference = parameter("N.m", "Reference load", symbol="T_r", min=1e-12, start=100.0, tunable=False)
+    given: ClassVar = ("reference",)
 
     @adds_to("force")
     def reading(self, v, m):
-        return v.cubic_gain * (v.force / 100) ** 2 * v.force
+        return v.cubic_gain * (v.force / v.reference) ** 2 * v.force
 
 
 class UnevenSensor(Effect):
     """The force sensor's gain differs with the direction of the load."""
 
     family, form, part, element = "sensor_nonlinearity", "quadratic", "channel", "channel"
-    quadratic_gain = parameter("1", "Relative change of the gain at a load of 100, odd in the load", symbol="g_2", min=-10, max=10, start=0.05)
+    quadratic_gain = parameter("1", "Relative change of the gain at the reference load, odd in the load", symbol="g_2", min=-10, max=10, start=0.05)
+    reference = parameter("N.m", "Reference load", symbol="T_r", min=1e-12, start=100.0, tunable=False)
+    given: ClassVar = ("reference",)
 
     @adds_to("force")
     def reading(self, v, m):
-        return v.quadratic_gain * (v.force / 100) * v.force
+        return v.quadratic_gain * (v.force / v.reference) * v.force

@@ -7,12 +7,13 @@
         def cubic(self, v, m):
             return v.cubic_stiffness * v.arm_deflection**3
 
-A target is a local variable, an input or a parameter as the component sees it, an output, `der(state)` (before the mass
-matrix) or `mass(row, column)`. What is added may read everything that the equations have set by then.
+A target is a local variable, an input or a parameter as the component sees it, an output (an exposed state: what is shown
+of it), `der(state)` (before the mass matrix) or `mass(row, column)`. What is added may read everything that the equations have set by then.
 
 An effect of a library has a `family` and a `form`; its variables then are `family.name` in the component's table,
 so that several effects may use the same word. At an `element` (see `fmus.elements`) it may say `force`,
-`deflection`, `rate`, `stiffness` and `damping`. Where the element is translational, N.m and rad become N and m.
+`deflection`, `rate`, `stiffness` and `damping`; the name of an input or an output is an element too, whose force and
+deflection it is. Where the element is translational, N.m and rad become N and m.
 
 Its first parameter is its size: at zero the effect is absent. `starts` gives further values from which to search.
 The bounds of its parameters hold the physical sign.
@@ -55,6 +56,7 @@ class Effect:
     starts: ClassVar[Mapping[str, tuple[float, ...]]] = {}
     relative: ClassVar[tuple[str, ...]] = ()  # parameters whose starts are shares of the largest motion
     relative_to_rate: ClassVar[tuple[str, ...]] = ()  # the same of the largest rate, on a component that is no rig of ours
+    relative_to_level: ClassVar[tuple[str, ...]] = ()  # the same of the largest value of the input or output that it acts at
     given: ClassVar[tuple[str, ...]] = ()  # parameters that the experiment sets (its duration)
     lags: ClassVar[tuple[str, ...]] = ()  # parameters that are delays
     delayed: ClassVar[Mapping[str, tuple[str, str]]] = {}
@@ -111,9 +113,11 @@ class Effect:
                 yield target, getattr(self, name)
 
     def _element_of(self, component: Component) -> Element | None:
-        if self.element and self.element not in component.elements:
-            raise unknown(f"element of {component.title}", self.element, component.elements)
-        return component.elements[self.element] if self.element else None
+        ports = {n: Element(n, n, "") for n in (*component.inputs, *component.outputs)} if self.element else {}
+        elements = {**ports, **component.elements}
+        if self.element and self.element not in elements:
+            raise unknown(f"element of {component.title}", self.element, elements)
+        return elements.get(self.element)
 
     @staticmethod
     def _add(component: Component, target: str, method: Callable, view: "_Words") -> None:

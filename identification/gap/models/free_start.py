@@ -103,6 +103,8 @@ class FreeStart(Model):
             made = self._simulated(run, index, values, dict(zip(self.equations.states, x, strict=True)))
             stack = np.concatenate([made.outputs[:, :, None], made.initial_slopes, offset, made.slopes], axis=2)
             z = run.reduction.reduce(stack, index, first) / deviation
+            if not np.isfinite(z).all():  # the outputs are finite, but slopes of what grows may not be
+                raise InputError(f"{self.component.name}: the sensitivities of {run.name} leave finite numbers")
             left, tangent = z[:, 0] - data, z[:, 1 : 1 + len(x) + offset.shape[2]]
             u, size, vt = np.linalg.svd(tangent, full_matrices=False)
             kept = size > RANK * size.max(initial=1e-300)

@@ -34,6 +34,11 @@ class ComponentTest:
     largest: float = 1.0
     measured_effects: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
+    @property
+    def driven(self) -> tuple[str, ...]:
+        """The inputs that an actuator gives; where a state is imposed, whatever that takes is given."""
+        return () if self.imposed else self.inputs
+
     def with_effects(self, effects: Sequence[type[Effect]]) -> Component:
         """The component as the test sees it, with effects."""
         if self.imposed:

@@ -1,0 +1,38 @@
+"""Actuators that give less than they are told: what arrives at the component is not what was recorded as its input.
+
+    clip   T = u - s (u - clip(u, -L, L))
+    soft   T = u - s (u - L tanh(u / L))
+
+u is the recorded input, L the limit, s the share of what is beyond that is lost: 1 where nothing gets through.
+"""
+
+from typing import ClassVar
+
+from fmus.effects.effect import Effect, adds_to
+from fmus.variables import parameter
+
+
+class ClippedActuator(Effect):
+    """The actuator stops at a limit: less arrives than was recorded as its command."""
+
+    family, form, element = "saturation", "clip", "input"
+    share = parameter("1", "Share of the command beyond the limit that is lost", symbol="s_u", min=0, max=1, start=0.5)
+    limit = parameter("N.m", "Command at which the actuator stops", symbol="L", min=1e-9, start=1.0)
+    starts: ClassVar = {"limit": (0.3, 0.5, 0.7, 0.85)}
+    relative_to_level: ClassVar = ("limit",)
+
+    @adds_to("force")
+    def lost(self, v, m):
+        u, limit = v.force, v.limit
+        return -v.share * m.where(u > limit, u - limit, m.where(u < -limit, u + limit, 0.0 * u))
+
+
+class SoftActuator(ClippedActuator):
+    """The actuator tires towards a limit: less and less arrives of what was recorded as its command."""
+
+    form = "soft"
+    starts: ClassVar = {"limit": (0.5, 1.0, 2.0)}
+
+    @adds_to("force")
+    def lost(self, v, m):
+        return -v.share * (v.force - v.limit * m.tanh(v.force / v.limit))
