@@ -70,11 +70,6 @@ class Sampled:
         """From time zero to the end of the run [s]."""
         return float(self.recording.time[-1] + 1 / self.recording.rate)
 
-    @property
-    def unknowns(self) -> int:
-        """Numbers of this run that are fitted besides the parameters."""
-        return self.guess.get("unknowns", 0)
-
     def moved(self, time: np.ndarray) -> tuple[np.ndarray]:
         """The motion (n,) at times (n,)."""
         return (np.interp(time, self.recording.time, self.recording[self.test.imposed or self.test.outputs[0]]),)

@@ -29,6 +29,10 @@ class BaseAndEffects:
         self.rows: list[Variable] = [self.component.table[n] for n in self.own]
         self.signs = np.array([np.sign(self.component.values[n]) for n in self.base])
 
+    def unknowns(self, run: Any) -> int:
+        """How many numbers of a run alone are taken out of it beside the parameters."""
+        return 0
+
     def start(self, shapes: Mapping[str, float] | None = None) -> np.ndarray:
         """The vector of the component's own values, some of the effects' replaced."""
         values = {**self.component.values, **(shapes or {})}

@@ -50,8 +50,12 @@ class FreeStart(Model):
         """Reduced output (m,) and its slopes (m, np) in units of the noise, the unknowns of the run taken out."""
         values = self.values(q) | dict.fromkeys(self.durations, run.duration)
         parts = [self._segment(run, index, values) for index in range(len(run.segments))]
-        run.guess["unknowns"] = sum(rank for _, _, rank in parts)
-        return np.concatenate([z for z, _, _ in parts]), np.concatenate([s for _, s, _ in parts])
+        return np.concatenate([z for z, _ in parts]), np.concatenate([s for _, s in parts])
+
+    def unknowns(self, run: Any) -> int:
+        """The initial states of every segment, and the offsets of the sensors in it."""
+        offsets = sum(last - first >= OFFSET for first, last in run.segments)
+        return len(run.segments) * len(self.equations.states) + offsets * run.measured.shape[1]
 
     def with_noise_beside(self, run: Any, q: np.ndarray) -> Any:
         """The run with the noise that a flexible model leaves of this one's residuals; never more than beside another model."""
@@ -89,8 +93,8 @@ class FreeStart(Model):
         both = [({**known, **scope}[d], {**known, **scope}[r]) for d, r in seen if d and r]
         return [d for d, _ in both], [r for _, r in both]
 
-    def _segment(self, run: Sampled, index: int, values: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray, int]:
-        """Reduced output, slopes and number of unknowns of one segment."""
+    def _segment(self, run: Sampled, index: int, values: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
+        """Reduced output and slopes of one segment."""
         first, last = run.segments[index]
         here = self._rows(run, index)
         deviation, data = run.deviation[here, None], run.data[here] / run.deviation[here]
@@ -127,7 +131,7 @@ class FreeStart(Model):
             change = (later.outputs - made.outputs)[:, :, None] / MICRO
             full[:, self.names.index(name)] = (run.reduction.reduce(change, index, first) / deviation)[:, 0]
         full[:, : len(self.base)] *= [values[n] for n in self.base]
-        return data + left - u @ pull, full - u @ (u.T @ full), int(np.count_nonzero(kept))
+        return data + left - u @ pull, full - u @ (u.T @ full)
 
     def _simulated(self, run: Sampled, index: int, values: Mapping[str, float], initial: Mapping[str, float]) -> Trajectory:
         """One segment from initial states by name; outputs and slopes at the samples, states at every step."""

@@ -50,11 +50,11 @@ def adequate(found: Fit) -> bool:
     return found.reduced < max(ADEQUATE, 1 + 4.5 * np.sqrt(2 / found.freedom))
 
 
-def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS, least: float = SIGNIFICANT) -> list[Candidate]:
+def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS, least: float = SIGNIFICANT, others: bool = True) -> list[Candidate]:
     """The candidates on top of a fit, the best first and fitted ones before others.
 
-    All are screened, the leading families are fitted, and those that come out best in all their forms. Nothing is fitted
-    where the screening promises far less chi-square than `least`.
+    All are screened, the leading families are fitted (the others too, unless told not to, where none of those is adequate),
+    and those that come out best in all their forms. Nothing is fitted where the screening promises far less chi-square than `least`.
     """
     present = {e.family for e in found.model.effects}
     by_family: dict[str, list[type[Effect]]] = {}
@@ -68,13 +68,16 @@ def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS,
     if top < max(SIGNIFICANT / 2, FAR_LESS * least):
         return _ranked(_unfitted(found, s) for s in seen)
     candidates: list[Candidate] = []
-    for wave in (order[:1], order[1:3], order[3:leaders]):  # what the first ones gain decides which others are worth a fit
+    for wave in (order[:1], order[1:3], order[3:leaders], order[leaders:]):  # what the first ones gain decides which others are worth a fit
         enough = max((c.delta_chi2 for c in candidates if c.fitted and adequate(c.fit)), default=0.0)
+        if wave == order[leaders:] and (enough or not others):
+            break
         mine = [sorted((s for s in seen if s.effect.family == name), key=lambda s: -s.gain)[:STARTS] for name in wave]
         threshold = max(SIGNIFICANT / 2, 0.02 * top, RIVAL * enough)
         candidates += _fitted(found, [s for signatures in mine for s in signatures if s.gain >= threshold], candidates)
         candidates += [_unfitted(found, signatures[0]) for signatures in mine if signatures[0].gain < threshold]
-    candidates = _ranked([*candidates, *(_unfitted(found, s) for s in seen if s.effect.family in order[leaders:])])
+    known = {c.family for c in candidates}
+    candidates = _ranked([*candidates, *(_unfitted(found, s) for s in seen if s.effect.family not in known)])
     near = {c.family for c in candidates[:1] if c.delta_bic > SIGNIFICANT}
     near |= {c.family for c in candidates[:4] if candidates[0].delta_bic - c.delta_bic < CLEAR and c.delta_bic > SIGNIFICANT}
     best, reach = candidates[0], BEHIND if adequate(candidates[0].fit) else np.inf
@@ -147,8 +150,7 @@ def _unfitted(found: Fit, signature: Signature) -> Candidate:
 
 def _candidate(found: Fit, effect: type[Effect], fitted: Fit) -> Candidate:
     gain = found.chi2 - fitted.chi2
-    more = len(fitted.model.names) - len(found.model.names)
-    return Candidate(effect, fitted, gain, gain - more * float(np.log(found.count)))
+    return Candidate(effect, fitted, gain, gain - (fitted.price - found.price))
 
 
 def best_of(candidates: Sequence[Candidate]) -> Candidate | None:

@@ -1,12 +1,12 @@
 """Which effect is missing: none, named, tied or unknown.
 
-    dchi2 = chi2(base) - chi2(base + effect)        dBIC = dchi2 - k ln n
+    dchi2 = chi2(base) - chi2(base + effect)        dBIC = dchi2 - k ln n - 2 u     (u unknowns of single runs: initial states)
 
 Every candidate is fitted with the base refitted. An effect must gain dBIC 12; those within dBIC 10 of the best, and
 as adequate, are tied. Adequate is a reduced chi-square that noise alone gives. Where no single effect is adequate, pairs
 compete, and the families that all near-best pairs share are named. Where no form of a family is adequate, but the family
-closes over half of the excess and beats every other by dBIC 40, it is named with its form open. A name that runs which
-were held out refute is taken back: it stays `unknown` what is missing.
+closes most of the excess and beats every other by dBIC 40, it is named with its form open. What runs that were held out
+refute is taken back, and the rest of the library competes again: what those runs bear then is the answer, else `unknown`.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,10 +19,10 @@ from identification.gap.models.model import AnyModel, AnyRun
 from identification.gap.naming.competing import CLEAR, SIGNIFICANT, TIE, Candidate, adequate, best_of, compete, one_each
 from identification.gap.naming.fitting import Fit, fit
 from identification.gap.naming.pairs import Pair, pairs_of, plainest, sure
-from identification.gap.naming.showing import on_holdout
+from identification.gap.naming.showing import Closeness, on_holdout
 from identification.gap.naming.starting import fit_base
 
-CLOSED = 0.5  # share of the excess that a family with an open form closes, on fitted runs and on held-out ones
+CLOSED = 0.85  # share of the excess that a family with an open form closes, on fitted runs and on held-out ones
 MISSED = 0.2  # reduced chi-square above 1 by which a held-out run refutes a name, beyond a share of what the base misses
 SHARE_MISSED = 0.05  # that share
 SCATTER = 4.5  # standard deviations of a reduced chi-square, as for fitted runs
@@ -39,26 +39,29 @@ class Verdict:
     tied: list[Candidate] = field(default_factory=list)
     candidates: list[Candidate] = field(default_factory=list)
     open_form: bool = False
-    refuted: str = ""  # what was named before held-out runs took it back
+    refuted: list[str] = field(default_factory=list)  # what fits best, but not the held-out runs
 
 
 def decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effect]], holdout: Sequence[AnyRun] = (),
            so_far: Callable[[Verdict], None] = lambda verdict: None) -> Verdict:  # fmt: skip
-    """The verdict on runs, with a model of the base and the effects of a library; held-out runs can only take a name back.
+    """The verdict on runs, with a model of the base and the effects of a library; held-out runs can only take names back.
 
     Its fits rest on the noise that the best of them leaves. so_far is told, as unknown, what is known after the base, after
     the effects, and after each effect that was tried with a second one. Raises InputError where the base cannot be fitted.
     """
-    verdict = _decide(model, runs, library, so_far)
+    verdict = _borne_out(_decide(model, runs, library, so_far), holdout)
+    first, refuted = verdict, list(verdict.refuted)
+    while verdict.verdict == "unknown" and len(verdict.refuted) == 1:  # of two effects it is not known which one is wrong
+        library = [e for e in library if e.family not in refuted]
+        verdict = _borne_out(_decide(model, runs, library, so_far), holdout)
+        refuted += verdict.refuted
+    verdict = replace(verdict if verdict.verdict in ("named", "tied") else first, refuted=refuted)
     best = verdict.best
     quiet = [best.model.with_noise_beside(run, best.of_run(i)) for i, run in enumerate(runs)]
     if best is verdict.base:
         verdict.base = verdict.best = fit(best.model, quiet, best.x)
     else:
         verdict.base, verdict.best = (fit(f.model, quiet, f.x) for f in (verdict.base, best))
-    if verdict.verdict == "named" and holdout and _refuted(verdict, holdout):
-        name = " and ".join(c.family for c in verdict.effects)
-        return replace(verdict, verdict="unknown", effects=[], tied=[], open_form=False, refuted=name)
     return verdict
 
 
@@ -96,9 +99,27 @@ def _of_pairs(base: Fit, pairs: Sequence[Pair], first: list[Candidate], library:
     return Verdict("named", base, found.second.fit, [certain], [c for c in members if c.family not in families], first)
 
 
-def _refuted(verdict: Verdict, holdout: Sequence[AnyRun]) -> bool:
+def _borne_out(verdict: Verdict, holdout: Sequence[AnyRun]) -> Verdict:
+    """The verdict without what held-out runs refute: members of a tie drop out, a name becomes `unknown`."""
+    if not holdout or verdict.verdict not in ("named", "tied"):
+        return verdict
+    before = on_holdout(verdict.base, holdout)
+    if verdict.verdict == "named":
+        if not _refuted(before, verdict.best, holdout, verdict.open_form):
+            return verdict
+        return replace(verdict, verdict="unknown", effects=[], tied=[], open_form=False, refuted=[c.family for c in verdict.effects])
+    wrong = [c.family for c in verdict.tied if _refuted(before, c.fit, holdout)]
+    left = [c for c in verdict.tied if c.family not in wrong]
+    if len(left) > 1:
+        return replace(verdict, tied=left, best=left[0].fit, refuted=wrong)
+    if left:
+        return replace(verdict, verdict="named", effects=left, tied=[], best=left[0].fit, open_form=left[0].effect.flexible, refuted=wrong)
+    return replace(verdict, verdict="unknown", tied=[], refuted=wrong)
+
+
+def _refuted(before: Closeness, found: Fit, holdout: Sequence[AnyRun], open_form: bool = False) -> bool:
     """Whether held-out runs are missed by more than noise, and by more than a name may leave of what the base misses."""
-    before, after = (on_holdout(f, holdout) for f in (verdict.base, verdict.best))
+    after = on_holdout(found, holdout)
     missed = max(MISSED, SCATTER * np.sqrt(2 / after.fit.count))  # few data scatter by more
-    allowed = (1 - CLOSED if verdict.open_form else SHARE_MISSED) * (before.chi2 - 1)
+    allowed = (1 - CLOSED if open_form else SHARE_MISSED) * (before.chi2 - 1)
     return after.chi2 - 1 > max(allowed, missed)

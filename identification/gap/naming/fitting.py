@@ -19,6 +19,7 @@ from identification.gap.models.model import AnyModel, AnyRun, AnyStand
 ITERATIONS = 15
 ENOUGH = 0.05  # of chi-square that a further step would gain
 COARSE = 1e-3  # of it, as long as the fit is far from the data
+OF_UNKNOWN = 2.0  # AIC's price: each sees only a part of one run, of which there are always as many
 HOPE = 20.0  # steps like the next one that a fit may need to reach what it should beat
 
 
@@ -42,12 +43,17 @@ class Fit:
     @property
     def freedom(self) -> int:
         """Data and priors, less what was fitted; unknowns of a run alone (initial states) are fitted within the model."""
-        return len(self.residuals) - len(self.x) - sum(getattr(run, "unknowns", 0) for run in self.runs)
+        return len(self.residuals) - len(self.x) - sum(self.model.unknowns(run) for run in self.runs)
 
     @property
     def reduced(self) -> float:
         """Chi-square per degree of freedom: 1 at the noise floor."""
         return self.chi2 / self.freedom
+
+    @property
+    def price(self) -> float:
+        """What noise alone may gain: BIC's for parameters, twice what each gains on average for the unknowns of a run alone."""
+        return price(self.model, self.runs)
 
     def covariance(self) -> np.ndarray:
         """Of x; what the data do not determine has a large one."""
@@ -58,6 +64,12 @@ class Fit:
     def of_run(self, index: int) -> np.ndarray:
         """The model's vector for one run."""
         return _vector(self.x, self.model, index)
+
+
+def price(model: AnyModel, runs: Sequence[AnyRun]) -> float:
+    """What a model of these runs costs in chi-square, by its parameters and by the unknowns of single runs."""
+    count = sum(len(run.data) for run in runs)
+    return len(model.names) * float(np.log(count)) + OF_UNKNOWN * sum(model.unknowns(run) for run in runs)
 
 
 def deviating(stand: AnyStand) -> list[int]:

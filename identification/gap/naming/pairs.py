@@ -12,7 +12,7 @@ import numpy as np
 from fmus.effects import Effect
 from fmus.errors import InputError
 from identification.gap.naming.competing import TIE, Candidate, adequate, compete, one_each
-from identification.gap.naming.fitting import Fit, fit
+from identification.gap.naming.fitting import Fit, fit, price
 from identification.gap.naming.screening import screen
 
 SECOND = 15.0  # dBIC of a second effect
@@ -48,7 +48,7 @@ def pairs_of(best: Candidate, first: Sequence[Candidate], library: Sequence[type
     worth = best.delta_bic + max(SECOND, SHARE * best.delta_chi2) if adequate(best.fit) else 0.0
     found: dict[frozenset[str], Pair] = {}
     for one in leading[:FIRSTS]:
-        for two in one_each(compete(one.fit, library, leaders=4, least=max(SECOND, SHARE * one.delta_chi2))):
+        for two in one_each(compete(one.fit, library, leaders=4, least=max(SECOND, SHARE * one.delta_chi2), others=False)):
             pair = Pair(one, two)
             significant = two.effect in two.fit.model.effects and two.delta_bic > max(SECOND, SHARE * one.delta_chi2)
             if significant and pair.delta_bic > worth and adequate(two.fit):
@@ -97,14 +97,14 @@ def _with_form(base: Fit, pair: Pair, place: int, form: type[Effect]) -> Pair | 
         found = fit(model, base.runs, start)
     except InputError:
         return None
-    count = [len([n for n in e.parameters() if n not in e.given]) for e in effects]
+    prices = [price(base.model.joined_by(e), base.runs) - base.price for e in effects]
     gain = together.chi2 - found.chi2
     one, two = pair.first, pair.second
     changed = [one.delta_chi2 + gain * (place == 0), two.delta_chi2 + gain * (place == 1)]
-    made = [Candidate(e, found, g, g - k * float(np.log(base.count))) for e, g, k in zip(effects, changed, count, strict=True)]
+    made = [Candidate(e, found, g, g - cost) for e, g, cost in zip(effects, changed, prices, strict=True)]
     return Pair(*made)
 
 
 def _bic(found: Fit) -> float:
-    return found.chi2 + len(found.model.names) * float(np.log(found.count))
+    return found.chi2 + found.price
 
