@@ -1,26 +1,32 @@
-"""Where the base misses the data: places that pass the false-discovery rate, over recording, response and orders."""
+"""Where the base misses the data: what passes the false-discovery rate, over recording, response, orders and directions."""
+
+from collections.abc import Collection, Mapping
 
 import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from identification.gap.data.runs import Run
 from identification.gap.naming.fitting import Fit
+from identification.gap.reporting.harmonic_places import cells
 from identification.gap.reporting.locating import Place
+from scenarios.gap_tables import axis_of
 from scenarios.report import COLOURS, new_figure
 
 MISS = "#c00000"
 
 
-def gap_map(found: Fit, places: list[Place], unit: str, index: int = 0) -> Figure:
-    """A run's measured output over time, its response over frequency, and all residuals over time and order.
+def gap_map(found: Fit, places: Collection[Place], unit: str, index: int = 0) -> Figure:
+    """A run's measured output over time, its response over frequency, its orders by band, its directions and amplitudes.
 
     unit is the output's. What is red is a place where the misfit is no chance; the redder, the larger its excess.
     """
     run: Run = found.runs[index]
     start = sum(len(r.data) for r in found.runs[:index])
-    z = found.residuals[start : start + len(run.data)]
+    every = list(cells(run, found.residuals[start : start + len(run.data)]))
     mine = [p for p in places if p.run == run.name]
-    picture, (over_time, over_frequency, orders) = new_figure(rows=3, height=8.5)
+    picture, (over_time, over_frequency, orders, directions) = new_figure(rows=4, height=11.5)
     over_time.plot(run.recording.time, run.measured, color=COLOURS["reference"], linewidth=0.4)
     over_time.set(xlabel=f"time in {run.name} [s]", ylabel=f"measured output [{unit}]")
     _shade(over_time, mine, "time")
@@ -28,24 +34,41 @@ def gap_map(found: Fit, places: list[Place], unit: str, index: int = 0) -> Figur
     over_frequency.semilogy(frequency, size, ".-", color=COLOURS["rider"])
     over_frequency.set(xlabel="frequency [Hz]", ylabel=f"first harmonic, output\nover motion [{unit}/{run.unit}]")
     _shade(over_frequency, mine, "frequency")
-    columns = run.reduction.columns
-    cells: dict[tuple[float, int], list[float]] = {}
-    for column, miss in zip(columns, z, strict=True):
-        cells.setdefault((column.time, column.order), []).append(miss**2)
-    misses = np.clip([np.sqrt(np.mean(squares)) for squares in cells.values()], 0, 6)
-    points = orders.scatter(*zip(*cells, strict=True), c=misses, s=24, marker="s", cmap="viridis")
-    picture.colorbar(points, ax=orders, label="residual over noise (rms)")
-    orders.set(xlabel=f"time in {run.name} [s]", ylabel="order")
-    for place in mine:
-        if place.axis == "order":
-            orders.axhspan(place.start - 0.4, place.end + 0.4, color=MISS, alpha=0.15)
+    _draw_orders(picture, orders, {p: p.order for p in every if p.axis == "frequency" and p.order}, mine)
+    orders.set_xlim(over_frequency.get_xlim())
+    _draw_directions(directions, [p for p in every if p.axis in ("direction", "amplitude")], mine)
     return picture
 
 
 def _shade(axes, places: list[Place], axis: str) -> None:
     for place in places:
-        if place.axis == axis:
-            axes.axvspan(place.start, place.end, color=MISS, alpha=float(np.clip(0.1 + 0.15 * np.log10(1 + max(place.excess, 0.0)), 0.1, 0.5)))
+        if place.axis == axis and not place.order:
+            axes.axvspan(place.start, place.end, color=MISS, linewidth=0, alpha=float(np.clip(0.1 + 0.15 * np.log10(1 + max(place.excess, 0.0)), 0.1, 0.5)))
+
+
+def _draw_orders(picture: Figure, axes, order_of: Mapping[Place, int], missed: list[Place]) -> None:
+    """Each order over the bands of the excitation, coloured by what is left there, framed where it is no chance."""
+    colours = ScalarMappable(LogNorm(0.5, 100.0), "Greys")
+    for clear in (False, True):  # frames above all else
+        shown = [p for p in order_of if (p in missed) == clear]
+        axes.bar([p.start for p in shown], 0.84, [p.end - p.start for p in shown], [order_of[p] - 0.42 for p in shown], align="edge",
+                 color=colours.to_rgba(np.array([p.excess + 1 for p in shown])), edgecolor=MISS if clear else "#bbbbbb", linewidth=1.6 if clear else 0.5)  # fmt: skip
+    picture.colorbar(colours, ax=axes, label="reduced chi-square")
+    axes.set(xlabel="frequency of the excitation [Hz]; framed red: no chance", ylabel="order")
+
+
+def _draw_directions(axes, cells_of_directions: list[Place], missed: list[Place]) -> None:
+    """Reduced chi-square by amplitude and direction."""
+    labels = [_label(p) for p in cells_of_directions]
+    colours = [MISS if p in missed else COLOURS["reference"] for p in cells_of_directions]
+    axes.barh(labels[::-1], [p.excess + 1 for p in cells_of_directions][::-1], color=colours[::-1])
+    axes.axvline(1.0, color="black", linewidth=0.8)
+    axes.set(xlabel="reduced chi-square; 1: noise alone")
+
+
+def _label(place: Place) -> str:
+    word = axis_of(place.axis, place.order, place.unit).removeprefix("direction, ")
+    return word if place.unit == "1" else f"{word} {place.start:.2g} to {place.end:.2g} {place.unit}"
 
 
 def _response(run: Run) -> tuple[np.ndarray, np.ndarray]:

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from identification.gap.data.runs import Run
 from identification.gap.naming.decide import Verdict
 from identification.gap.naming.fitting import Fit
+from identification.gap.reporting.harmonic_places import cells
 from identification.gap.reporting.locating import FALSE_DISCOVERIES, locate
 from scenarios.gap_map import gap_map
 from scenarios.gap_tables import before_and_after, modes_over_speed, places, verdict_section
@@ -19,11 +20,11 @@ FILE = "report.html"
 
 def write_report(verdict: Verdict, result: dict[str, Any], held: list[Run], folder: Path) -> str:
     """Write the report into the folder; its name there."""
-    missed = locate(verdict.base)
+    missed = locate(verdict.base, cells)
     sections = [
         verdict_section(result),
         Section("Where the base model misses", [f"Places that pass a false-discovery rate of {FALSE_DISCOVERIES:.0%} (Benjamini and Hochberg), in red."],
-                [(gap_map(verdict.base, missed, "N.m", i), f"{r.name}: recording, response and residuals of the base.") for i, r in enumerate(verdict.base.runs)],
+                [(gap_map(verdict.base, missed, "N.m", i), f"{r.name}: recording, response, and what the base leaves by order, band, amplitude and direction.") for i, r in enumerate(verdict.base.runs)],
                 [places(result)]),
         Section("Before and after", [f"Held out: {', '.join(r.name for r in held) or 'none'}."], [(_harmonics(verdict), "First harmonic of the torque over frequency: measured, base, with what was found."),
                                          (_nyquist(verdict), "The same as impedance in the Nyquist plane."),

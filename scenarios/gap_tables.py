@@ -46,9 +46,20 @@ def _effects_and_candidates(result: dict[str, Any]) -> list[Table]:
             Table(("candidate", "form", "delta chi-square", "delta BIC", "probability"), candidates)]  # fmt: skip
 
 
+# What an imposed motion's directions are, by the unit of the range that says which.
+DIRECTIONS = {"rad": "side", "m": "side", "rad/s": "turning", "m/s": "moving", "Hz/s": "sweep", "1": "one side unlike the other"}
+
+
+def axis_of(axis: str, order: int | None, unit: str) -> str:
+    """The axis of a place in words."""
+    if axis == "direction":
+        return f"direction, {DIRECTIONS.get(unit, unit)}"
+    return axis if order is None or axis == "order" else f"{axis}, order {order}"
+
+
 def places(result: dict[str, Any], axis: str = "axis", most: int = 40) -> Table:
     """Where the base misses the data, the clearest first; axis is what is said of a place beside its ends."""
-    rows = [(p["run"], p["axis"], f"{p['from']:.3g}", f"{p['to']:.3g}", p["unit"], f"{p['excess']:.3g}", f"{p['p_value']:.2g}") for p in result["where"][:most]]
+    rows = [(p["run"], axis_of(p["axis"], p["order"], p["unit"]), f"{p['from']:.3g}", f"{p['to']:.3g}", p["unit"], f"{p['excess']:.3g}", f"{p['p_value']:.2g}") for p in result["where"][:most]]
     return Table(("run", axis, "from", "to", "unit", "excess", "p"), rows)
 
 

@@ -12,6 +12,7 @@ from identification.gap.naming.ties import equivalent
 from identification.gap.proposing.nameable import nameable
 from identification.gap.proposing.next_test import next_experiment
 from identification.gap.proposing.planned import Channels, planned
+from identification.gap.reporting.harmonic_places import cells
 from identification.gap.reporting.locating import locate
 from scenarios.rig_proposals import rig_proposals
 from scenarios.rig_test import rig_effects, rig_test, with_bare_bar
@@ -97,7 +98,7 @@ def test_no_place_is_found_where_nothing_is_hidden():
     """400 places of ten riders; at a false-discovery rate of 1 % one of them in ten such tests would be false."""
     model = Model(rig_test(RIG))
     fits = [fit(model, [made({}, seed)], model.start()) for seed in range(10)]
-    assert [p for found in fits for p in locate(found)] == []
-    p_values = np.array([p.p_value for found in fits for p in locate(found, rate=1.0)])
+    assert [p for found in fits for p in locate(found, cells)] == []
+    p_values = np.array([p.p_value for found in fits for p in locate(found, cells, rate=1.0)])
     # of 300 and more, 5 % and four of their deviations, (0.05 0.95 / 300)^0.5 = 0.0126
     assert np.mean(p_values < 0.05) < 0.05 + 4 * 0.0126

@@ -21,6 +21,7 @@ from scenarios import gap_plan, names
 from scenarios.augmented_rider import FILE, effect_on_modes, rider_of, write_model
 from scenarios.component_test import run_on_component
 from scenarios.gap_report import write_report
+from scenarios.gap_tables import axis_of
 from scenarios.rig_proposals import rig_proposals
 from scenarios.rig_test import rig_effects, rig_test, with_bare_bar
 from scenarios.vehicle_gap import run_on_vehicle
@@ -148,7 +149,7 @@ def _where(places: Sequence[dict[str, Any]]) -> Table:
     for heading in ("run", "axis", "from", "to", "unit", "excess", "p"):
         table.add_column(heading, justify="left" if heading in ("run", "axis", "unit") else "right")
     for p in places:
-        table.add_row(p["run"], p["axis"], f"{p['from']:.4g}", f"{p['to']:.4g}", p["unit"], f"{p['excess']:.3g}", f"{p['p_value']:.1g}")
+        table.add_row(p["run"], axis_of(p["axis"], p["order"], p["unit"]), f"{p['from']:.4g}", f"{p['to']:.4g}", p["unit"], f"{p['excess']:.3g}", f"{p['p_value']:.1g}")
     return table
 
 

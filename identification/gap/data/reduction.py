@@ -82,11 +82,15 @@ def reduction_of(phase: Phase, rate: float) -> Reduction:
 
 @dataclass(frozen=True)
 class Noise:
-    """One-sided spectrum: density (m,) at frequency (m,) [Hz], and per window the factor by which bursts raise it."""
+    """One-sided spectrum: density (m,) at frequency (m,) [Hz], and per window the factor by which bursts raise it.
+
+    freedom (m,) is on how many independent numbers each density rests.
+    """
 
     frequency: np.ndarray
     density: np.ndarray
     bursts: np.ndarray  # (windows, 2): below and above SLOW
+    freedom: np.ndarray
 
     def __call__(self, f: np.ndarray) -> np.ndarray:
         """The density at f [Hz], as a variance per sample: white noise of deviation s has density s^2."""
@@ -112,7 +116,7 @@ def noise_of(reduction: Reduction, y: np.ndarray) -> Noise:
     for side, part in enumerate((centre < SLOW, centre >= SLOW)):
         if part.any():
             density[part], bursts[:, side] = _usual(power[:, part], freedom[:, part])
-    return Noise(centre, density, bursts)
+    return Noise(centre, density, bursts, 2 * freedom.sum(axis=0))  # a line of the spectrum is two numbers
 
 
 def _usual(power: np.ndarray, freedom: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

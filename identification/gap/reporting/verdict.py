@@ -11,13 +11,14 @@ from identification.gap.naming.decide import Verdict
 from identification.gap.naming.fitting import parameters_of
 from identification.gap.naming.showing import closeness, floor, on_holdout, quiet
 from identification.gap.naming.ties import equivalent
+from identification.gap.reporting.harmonic_places import cells as of_harmonics
 from identification.gap.reporting.locating import Cells, locate
 
 
-def as_result(verdict: Verdict, holdout: Sequence[AnyRun], unit: str, noise_source: str = "orders", cells: Cells | None = None) -> dict[str, Any]:
+def as_result(verdict: Verdict, holdout: Sequence[AnyRun], unit: str, noise_source: str = "orders", cells: Cells = of_harmonics) -> dict[str, Any]:
     """The verdict under the keys of the file; what is written beside it (model, FMU, report) is null yet.
 
-    cells says what the places of misfit are, where they are not those of harmonics.
+    cells says what the places of misfit are.
     """
     best = verdict.best
     chances = _probabilities(verdict)
@@ -28,8 +29,8 @@ def as_result(verdict: Verdict, holdout: Sequence[AnyRun], unit: str, noise_sour
         "closest": _closest(verdict) if verdict.verdict == "unknown" else None,
         "candidates": [{"name": c.family, "form": c.effect.form, "sentence": c.effect.sentence(), "delta_chi2": c.delta_chi2,
                         "delta_bic": c.delta_bic, "probability": chances.get(id(c), 0.0), "fitted": c.fitted} for c in _distinct(verdict.candidates)],
-        "where": [{"run": p.run, "axis": p.axis, "from": p.start, "to": p.end, "unit": p.unit, "excess": p.excess, "p_value": p.p_value}
-                  for p in locate(verdict.base, cells=cells)],
+        "where": [{"run": p.run, "axis": p.axis, "order": p.order, "from": p.start, "to": p.end, "unit": p.unit, "excess": p.excess, "p_value": p.p_value}
+                  for p in locate(verdict.base, cells)],
         "gap": gap(verdict, holdout, unit),
         "base": {n: {"value": v, "standard_error": e, "unit": u} for n, (v, e, u) in parameters_of(best).items() if n in best.model.base},
         "noise_source": noise_source,
@@ -52,7 +53,7 @@ def _limitations(verdict: Verdict) -> list[str]:
         if verdict.tied:
             sentences.append(f"Something else is missing besides {name}: one of {', '.join(dict.fromkeys(c.family for c in verdict.tied))}.")
     if verdict.refuted:
-        sentences.append(f"{verdict.refuted} fits best, but the held-out run refutes it.")
+        sentences.append(f"{' and '.join(verdict.refuted)} fits as well or better, but the held-out run refutes it.")
     return sentences
 
 

@@ -1,0 +1,124 @@
+"""Where a model misses: no false places in noise, and the places of what is hidden, by two ways of seeing."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from identification.gap.data.reduction import noise_of, variance_of
+from identification.gap.data.runs import prepare
+from identification.gap.models.model import Model
+from identification.gap.naming.fitting import fit
+from identification.gap.reporting.harmonic_places import cells
+from identification.gap.reporting.locating import FALSE_DISCOVERIES, discovered, locate
+from scenarios.gap_map import gap_map
+from scenarios.rig_test import rig_test
+
+pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")
+from simulators.as_recordings import as_recording
+from simulators.hidden_rig import RIDER, Rig, record, stepped, sweep
+
+RIG = {"handlebar_inertia": {"value": 0.125, "standard_error": 0.00125}}
+EVEN, ODD = (2, 4, 6), (3, 5, 7)
+
+
+def made(hidden=None, excitation=None, seed=0):
+    arrays = record(excitation or sweep(0.5, 12, 2, 100.0), hidden or {}, RIDER, np.random.default_rng(seed), Rig())
+    return prepare(as_recording("run", arrays), "steer_angle", "steer_torque", "steer_angle_command")
+
+
+def base_of(*runs):
+    model = Model(rig_test(RIG))
+    return fit(model, runs, model.start())
+
+
+def noisy(run, rng, added=0.0):
+    """The run with nothing in it but noise and what is added (n,): data over a noise that is estimated from it."""
+    n, rate = len(run.recording.time), run.recording.rate
+    slow = np.fft.irfft(np.fft.rfft(rng.standard_normal(n)) / (1 + (np.fft.rfftfreq(n, 1 / rate) / 2) ** 2), n)
+    y = 0.4 * slow / slow.std() + 0.2 * rng.standard_normal(n)
+    noise = noise_of(run.reduction, y)
+    return replace(run, noise=noise, deviation=np.sqrt(variance_of(run.reduction, noise)), data=run.reduction.reduce(y + added))
+
+
+@pytest.mark.parametrize("excitation", [sweep(0.5, 12, 2, 100.0), stepped(0.5, 8.5, 0.5, 4, 10.0)])
+def test_noise_has_no_places(excitation):
+    run, rng = made(excitation=excitation), np.random.default_rng(1)
+    found = [list(cells(each, each.data / each.deviation)) for each in (noisy(run, rng) for _ in range(120))]
+    assert len(found[0]) > 60
+    # At 1 % of 120 runs, four and more with a false place are seen once in 30 such tests.
+    assert sum(bool(discovered(places, FALSE_DISCOVERIES)) for places in found) <= 3
+    p_values = np.array([p.p_value for places in found for p in places])
+    # Cells of a run overlap: 120 x 25 of them are independent at most; at 1 % their share scatters by 0.002.
+    assert np.mean(p_values < 0.01) < 0.01 + 4 * 0.002
+
+
+@pytest.mark.parametrize(("hidden", "lit", "dark"), [
+    ({"ra": 0.01}, EVEN[:1], ODD),  # |d| has even harmonics, beside those that the base makes of itself
+    ({"Tc": 0.15}, ODD[:2], EVEN),  # friction has odd ones
+    ({"rd": 0.15}, (1,), EVEN + ODD),  # what drifts slowly has none
+])  # fmt: skip
+def test_orders_of_what_is_hidden(hidden, lit, dark):
+    places = locate(base_of(made(hidden)), cells)
+    orders = {p.order for p in places if p.order}
+    assert set(lit) <= orders and not orders & set(dark)
+    assert any(p.axis == "direction" and p.unit == "1" for p in places) == bool(set(lit) & set(EVEN))
+
+
+def test_a_drift_is_where_the_rider_changed_most():
+    """The base takes the mean of a linear drift, whose ends then are ten times as far from it as the parts beside the middle."""
+    found = base_of(made({"rd": 0.6}, sweep(5, 4.5, 2, 100.0)))
+    times = {p.start: p.excess for p in locate(found, cells, rate=1.0) if p.axis == "time"}
+    excess = [times[t] for t in sorted(times)]
+    assert min(excess[0], excess[-1]) > 3 * max(excess[3:5])  # noise alone scatters by 0.3 in an eighth of the run
+
+
+@pytest.mark.parametrize(("unit", "signal"), [("rad", 0), ("rad/s", 1)])
+@pytest.mark.parametrize("side", [1, -1])
+def test_what_happens_to_one_side_is_seen_there(unit, signal, side):
+    """Bumps that last a fifth of a cycle, at the largest angle or rate of one sign."""
+    run = made()
+    moved = run.moved(run.recording.time)[signal]
+    share = side * moved / np.sqrt(np.convolve(moved**2, np.ones(640) / 640, "same") * 2)
+    bumps = noisy(run, np.random.default_rng(2), 2.0 * np.maximum(share - 0.8, 0))
+    places = [p for p in cells(bumps, bumps.data / bumps.deviation) if p.axis == "direction" and p.unit == unit]
+    there, elsewhere = sorted(places, key=lambda p: -side * (p.start + p.end))
+    assert there.p_value < 1e-20 and there.excess > 4 * max(elsewhere.excess, 0)
+
+
+def test_directions_share_the_residuals():
+    """Both halves together hold as many numbers, and as much power, as the whole: they are parts of one rotation."""
+    run = made()
+    z = np.random.default_rng(3).standard_normal(len(run.data))
+    every = list(cells(run, z))
+    whole = next(p for p in every if p.axis == "run")
+    for unit in ("rad", "rad/s"):
+        halves = [p.excess + 1 for p in every if p.axis == "direction" and p.unit == unit]
+        # the mean of two chi-squares of about n / 2 each, over their numbers: n / 2 to within 2 % of n
+        assert np.mean(halves) == pytest.approx(whole.excess + 1, rel=0.02)
+
+
+def test_up_is_told_from_down_and_large_from_small():
+    both = sweep(1, 9, 2, 60.0)[0]
+
+    def there_and_back(t):
+        return np.where(t < 60, both(np.minimum(t, 60)), 2 * both(np.maximum(120 - t, 0)))
+
+    run = made(excitation=(there_and_back, 120.0))
+    late = np.concatenate([np.full(basis.shape[1], first > 60 * run.recording.rate) for first, _, basis in run.reduction.bases])
+    z = np.random.default_rng(4).standard_normal(len(run.data)) + 2 * late
+    clear = {(p.axis, p.unit, np.sign(p.start + p.end)) for p in discovered(list(cells(run, z)), FALSE_DISCOVERIES)}
+    assert ("direction", "Hz/s", -1.0) in clear and ("direction", "Hz/s", 1.0) not in clear
+    amplitudes = [p for p in cells(run, z) if p.axis == "amplitude"]
+    assert amplitudes[0].p_value > 1e-3 and amplitudes[-1].p_value < 1e-20
+
+
+def test_the_map_marks_what_was_found():
+    found = base_of(made({"Tc": 0.3}))
+    missed = locate(found, cells)
+    axes = gap_map(found, missed, "N.m").axes
+    marked = [p for p in missed if p.axis == "time"]
+    assert len(axes[0].patches) == len(marked) > 0
+    assert {round(p.get_x(), 6) for p in axes[0].patches} == {round(p.start, 6) for p in marked}
+    framed = [bar for bar in axes[2].patches if bar.get_linewidth() > 1]
+    assert len(framed) == len([p for p in missed if p.axis == "frequency" and p.order])
