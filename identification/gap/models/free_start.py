@@ -49,7 +49,7 @@ class FreeStart(Model):
     def reduced(self, run: Any, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Reduced output (m,) and its slopes (m, np) in units of the noise, the unknowns of the run taken out."""
         values = self.values(q) | dict.fromkeys(self.durations, run.duration)
-        parts = [self._segment(run, index, values) for index in range(len(run.segments))]
+        parts = [self._from_anywhere(run, index, values) for index in range(len(run.segments))]
         return np.concatenate([z for z, _ in parts]), np.concatenate([s for _, s in parts])
 
     def unknowns(self, run: Any) -> int:
@@ -93,12 +93,22 @@ class FreeStart(Model):
         both = [({**known, **scope}[d], {**known, **scope}[r]) for d, r in seen if d and r]
         return [d for d, _ in both], [r for _, r in both]
 
+    def _from_anywhere(self, run: Sampled, index: int, values: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
+        """One segment from the last initial states; where another model has left some that diverge, from those that are seen."""
+        if index in run.guess:
+            try:
+                return self._segment(run, index, values)
+            except InputError:
+                pass
+        run.guess[index] = {"initial": self._first_states(run, run.segments[index][0]), "states": None}
+        return self._segment(run, index, values)
+
     def _segment(self, run: Sampled, index: int, values: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
         """Reduced output and slopes of one segment."""
         first, last = run.segments[index]
         here = self._rows(run, index)
         deviation, data = run.deviation[here, None], run.data[here] / run.deviation[here]
-        known = run.guess.setdefault(index, {"initial": self._first_states(run, first), "states": None})
+        known = run.guess[index]
         x = np.array([known["initial"].get(n, 0.0) for n in self.equations.states])
         offset = np.broadcast_to(np.eye(run.measured.shape[1]), (last - first, *np.eye(run.measured.shape[1]).shape))
         if last - first < OFFSET:
