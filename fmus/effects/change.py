@@ -1,7 +1,11 @@
 """Springs and dampers that change while a test lasts."""
 
+from typing import ClassVar
+
 from fmus.effects.effect import Effect, adds_to
 from fmus.variables import parameter
+
+SUDDEN = 5e-3  # of the duration, within which a step is done
 
 
 class Drift(Effect):
@@ -35,6 +39,29 @@ class DampingDrift(Drift):
     @adds_to("force")
     def grip(self, v, m):
         return v.ratio * (v.time / v.duration - 0.5) * v.damping * v.rate
+
+
+class StepDrift(Drift):
+    """Stiffness and damping change at once, at some moment of the test."""
+
+    form = "step"
+    moment = parameter("1", "When, as a share of the duration", symbol="t_1/T", min=0.02, max=0.98, start=0.5)
+    starts: ClassVar = {"moment": (0.2, 0.35, 0.5, 0.65, 0.8)}
+
+    @adds_to("force")
+    def grip(self, v, m):
+        after = m.tanh((v.time / v.duration - v.moment) / SUDDEN) / 2
+        return v.ratio * after * (v.stiffness * v.deflection + v.damping * v.rate)
+
+
+class StiffnessStep(StepDrift):
+    """The stiffness changes at once, at some moment of the test."""
+
+    form = "stiffness_step"
+
+    @adds_to("force")
+    def grip(self, v, m):
+        return v.ratio * m.tanh((v.time / v.duration - v.moment) / SUDDEN) / 2 * v.stiffness * v.deflection
 
 
 class AnyDrift(Drift):

@@ -34,6 +34,19 @@ class SensorNonlinearity(Effect):
         return v.cubic_gain * (v.force / v.reference) ** 2 * v.force
 
 
+class OddSensor(Effect):
+    """The force sensor's gain changes with the size of the load."""
+
+    family, form, part, element = "sensor_nonlinearity", "square", "channel", "channel"
+    square_gain = parameter("1", "Relative change of the gain at the reference load, the same to both sides", symbol="g_1", min=-10, max=10, start=0.05)
+    reference = parameter("N.m", "Reference load", symbol="T_r", min=1e-12, start=100.0, tunable=False)
+    given: ClassVar = ("reference",)
+
+    @adds_to("force")
+    def reading(self, v, m):
+        return v.square_gain * m.absolute(v.force / v.reference) * v.force
+
+
 class UnevenSensor(Effect):
     """The force sensor's gain differs with the direction of the load."""
 

@@ -121,6 +121,18 @@ class GripDampingDrift(change.DampingDrift):
     element = "arms"
 
 
+class GripShift(change.StepDrift):
+    """The rider takes another grip at some moment of the test."""
+
+    element = "arms"
+
+
+class GripStiffnessShift(change.StiffnessStep):
+    """The grip's stiffness changes at once, at some moment of the test."""
+
+    element = "arms"
+
+
 class AnyGripDrift(change.AnyDrift):
     """The grip changes during the test in a way of its own."""
 

@@ -18,22 +18,22 @@ RIDERS = ((0.6441, 1053.4, 75.8, 19.28, 4.79), (0.7626, 1050.8, 85.2, 16.02, 5.9
 NOMINAL = {
     "Tc": (0.1, 1000), "Tl": (0.1, 716), "k2": (100, 213), "k3": (3000, 1000), "k5": (5e6, 4.98e4), "kx": (100, 5.7e4), "g": (5e-4, 3.3e4),
     "gs": (5e-4, 2.6e4), "c2": (0.3, 1.5e4), "c3": (0.1, 2.6e4), "cp": (0.3, 2350), "Fh": (0.3, 2260), "Fd": (0.3, 1340), "ra": (0.01, 8550),
-    "qa": (100, 1700), "sa": (0.01, 6320), "rd": (0.05, 81), "rk": (0.05, 43), "rc": (0.05, 65), "rj": (0.05, 448), "kr": (5, 249),
+    "qa": (100, 1700), "sa": (0.01, 6320), "rd": (0.05, 81), "rk": (0.05, 43), "rc": (0.05, 65), "rj": (0.05, 448), "re": (0.05, 60), "kr": (5, 249),
     "td": (0.002, 605), "te": (0.002, 1250), "Ih": (0.02, 3340), "J": (0.01, 41), "Icc": (0.03, 48), "ks": (5, 43), "cs": (0.5, 73),
     "Tw": (0.3, 2980), "km": (50, 38), "C": (2e-5, 116), "g3": (0.02, 9900), "g2": (0.02, 6350), "bx": (20, 1.97e5), "eb": (0.05, 1.03e4),
     "Ar": (0.1, 2460), "ce": (0.2, 6.4e4), "hs": (0.3, 4900),
 }  # fmt: skip
-LARGEST = {"rd": 0.4, "rk": 0.5, "rc": 0.5, "rj": 0.5, "kr": 40.0, "td": 0.012, "te": 0.012, "Ih": 0.1, "J": 0.1, "Icc": 0.15, "ks": 60.0, "cs": 4.0,
+LARGEST = {"rd": 0.4, "rk": 0.5, "rc": 0.5, "rj": 0.5, "re": 0.5, "kr": 40.0, "td": 0.012, "te": 0.012, "Ih": 0.1, "J": 0.1, "Icc": 0.15, "ks": 60.0, "cs": 4.0,
            "km": 600.0, "C": 3e-4, "k2": 4e3, "Tc": 1.5, "Tl": 1.5, "Tw": 2.0, "g": 4e-3, "gs": 4e-3}  # fmt: skip
 # Family: the parameter that is its size, in forms that the library has; and in forms that it lacks.
 LIKE = {
     "coulomb_friction": ["Tc"], "hardening_stiffness": ["k3", "k2"], "backlash": ["g"], "progressive_damping": ["c2", "c3"],
-    "hysteresis": ["Fh", "Fd"], "asymmetry": ["ra", "qa"], "drift": ["rd", "rk", "rc"], "reflex": ["kr"], "channel_delay": ["td"],
+    "hysteresis": ["Fh", "Fd"], "asymmetry": ["ra", "qa"], "drift": ["rd", "rk", "rc", "rj"], "reflex": ["kr"], "channel_delay": ["td"],
     "shaft_compliance": ["C"], "extra_mode": ["Ih"], "viscoelastic_arm": ["km"], "waist_friction": ["Tw"], "sensor_nonlinearity": ["g3", "g2"],
 }  # fmt: skip
 UNLIKE = {
     "coulomb_friction": ["Tl"], "hardening_stiffness": ["kx"], "backlash": ["gs"], "progressive_damping": ["cp"], "hysteresis": ["Fd"],
-    "asymmetry": ["sa"], "drift": ["rj"], "reflex": ["kr"], "extra_mode": ["Ih"], "channel_delay": ["te"],
+    "asymmetry": ["sa"], "drift": ["re"], "reflex": ["kr"], "extra_mode": ["Ih"], "channel_delay": ["te"],
 }  # fmt: skip
 OUTSIDE = {
     "product": "bx",  # torque with deflection times rate

@@ -24,7 +24,7 @@ ABSENT = {
     "c2": 0.0, "c3": 0.0, "cp": 0.0,  # arms: damping with rate^2, rate^3, rate^1.5
     "Fh": 0.0, "wh": 0.01, "Fd": 0.0, "wd": 0.01, "nd": 1.0,  # slider; Dahl (1) or Bouc-Wen (exponent above 1)
     "ra": 0.0, "qa": 0.0, "sa": 0.0,  # arms: lopsided with |d|, d^2, smooth |d|
-    "rd": 0.0, "rk": 0.0, "rc": 0.0, "rj": 0.0,  # drift: both, stiffness, damping; a jump of the stiffness midway
+    "rd": 0.0, "rk": 0.0, "rc": 0.0, "rj": 0.0, "re": 0.0,  # drift: both, stiffness, damping; a jump of the stiffness midway; it settles
     "kr": 0.0, "tau": 0.1, "tm_r": 0.0,  # reflex, its delay, the muscle's time constant
     "td": 0.0, "te": 0.0,  # delay of the torque channel, and how much it grows over the run
     "Ih": 0.0, "fh": 4.0, "zh": 0.3, "ph": 0.0,  # head; its spring softens as that of a pendulum
@@ -46,7 +46,7 @@ def _torque(delta, s, a, late, duration, h, r, p):
     z, before = 0.0, delta[0]
     for i in range(n):
         tau = i * h / duration - 0.5
-        stiff = 1 + (p.rd + p.rk) * tau + p.rj * (tau > 0) + p.eb * np.sin(2 * np.pi * p.fb * i * h)
+        stiff = 1 + (p.rd + p.rk) * tau + p.rj * (tau > 0) + p.re * (1 - np.exp(-4 * (tau + 0.5))) + p.eb * np.sin(2 * np.pi * p.fb * i * h)
         loss = 1 + (p.rd + p.rc) * tau
         for stage in range(4):
             j = 2 * i + (0 if stage == 0 else 1 if stage < 3 else 2)

@@ -160,10 +160,8 @@ class Model(BaseAndEffects):
         angle, rate, acceleration = run.moved(time)
         component = self.component
         told: dict[str, Any] = dict.fromkeys(component.inputs, 0.0)
-        if isinstance(component, Imposed):
+        if isinstance(component, Imposed | ThroughSpring):
             told |= {component.imposed: angle, component.rate: rate, component.acceleration: acceleration}
-        elif isinstance(component, ThroughSpring):
-            told[component.drive] = angle
         for name, (_, delay) in component.delays.items():
             told[name], told[rate_of(name)], _ = run.moved(time - values[delay])
         return told

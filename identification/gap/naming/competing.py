@@ -16,7 +16,7 @@ SIGNIFICANT = 12.0  # dBIC of a first effect
 TIE = 10.0  # dBIC within which effects cannot be told apart
 CLEAR = 40.0  # dBIC by which a family without an adequate form must lead
 ADEQUATE = 1.12  # reduced chi-square, at 1400 degrees of freedom and more
-RIVAL = 0.4  # of an adequate effect's gain: what a rival must promise to be fitted
+RIVAL = 0.3  # of an adequate effect's gain: what a rival must promise to be fitted
 FAR = 30.0  # reduced chi-square of a base from which no effect is a small step
 PROMISED = 0.5  # of a signature's gain: with less, a fit is tried from elsewhere
 SMALLER = 0.2  # of the size of an effect, from where it is tried again
@@ -24,7 +24,7 @@ STARTS = 2  # signatures of a family that are fitted
 FORMS = 0.3  # of the best one's dBIC: what a family must have for its other forms to be fitted
 BEHIND = 300.0  # dBIC behind an adequate effect that another form of a family may make up for
 FAR_LESS = 0.25  # of a gain: what a signature, which sees only small effects in full, must promise
-LEADERS = 6  # families that are fitted
+LEADERS = 6  # families that are fitted first
 
 
 @dataclass(frozen=True)
@@ -53,8 +53,8 @@ def adequate(found: Fit) -> bool:
 def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS, least: float = SIGNIFICANT, others: bool = True) -> list[Candidate]:
     """The candidates on top of a fit, the best first and fitted ones before others.
 
-    All are screened, the leading families are fitted (the others too, unless told not to, where none of those is adequate),
-    and those that come out best in all their forms. Nothing is fitted where the screening promises far less chi-square than `least`.
+    All are screened, the leading families are fitted (the others too, unless told not to) as far as they promise to be rivals, and
+    those that come out best in all their forms. Nothing is fitted where the screening promises far less chi-square than `least`.
     """
     present = {e.family for e in found.model.effects}
     by_family: dict[str, list[type[Effect]]] = {}
@@ -68,16 +68,16 @@ def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS,
     if top < max(SIGNIFICANT / 2, FAR_LESS * least):
         return _ranked(_unfitted(found, s) for s in seen)
     candidates: list[Candidate] = []
-    for wave in (order[:1], order[1:3], order[3:leaders], order[leaders:]):  # what the first ones gain decides which others are worth a fit
+    waves = (order[:1], order[1:3], order[3:leaders], order[leaders:] if others else [])
+    for wave in waves:  # what the first ones gain decides which others are worth a fit
         enough = max((c.delta_chi2 for c in candidates if c.fitted and adequate(c.fit)), default=0.0)
-        if wave == order[leaders:] and (enough or not others):
-            break
-        mine = [sorted((s for s in seen if s.effect.family == name), key=lambda s: -s.gain)[:STARTS] for name in wave]
+        of_each = (sorted((s for s in seen if s.effect.family == name), key=lambda s: -s.gain)[:STARTS] for name in wave)
+        mine = [signatures for signatures in of_each if signatures]  # none where the effect cannot join
         threshold = max(SIGNIFICANT / 2, 0.02 * top, RIVAL * enough)
         candidates += _fitted(found, [s for signatures in mine for s in signatures if s.gain >= threshold], candidates)
         candidates += [_unfitted(found, signatures[0]) for signatures in mine if signatures[0].gain < threshold]
-    known = {c.family for c in candidates}
-    candidates = _ranked([*candidates, *(_unfitted(found, s) for s in seen if s.effect.family not in known)])
+    rest = set(order).difference(*waves)
+    candidates = _ranked([*candidates, *(_unfitted(found, s) for s in seen if s.effect.family in rest)])
     near = {c.family for c in candidates[:1] if c.delta_bic > SIGNIFICANT}
     near |= {c.family for c in candidates[:4] if candidates[0].delta_bic - c.delta_bic < CLEAR and c.delta_bic > SIGNIFICANT}
     best, reach = candidates[0], BEHIND if adequate(candidates[0].fit) else np.inf

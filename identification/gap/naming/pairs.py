@@ -7,8 +7,6 @@ it can. So the pairs compete, and only the families that all of the near-best pa
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from fmus.effects import Effect
 from fmus.errors import InputError
 from identification.gap.naming.competing import TIE, Candidate, adequate, compete, one_each
