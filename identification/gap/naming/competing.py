@@ -8,7 +8,7 @@ import numpy as np
 from fmus.effects import Effect
 from fmus.errors import InputError
 from identification.gap.models.model import AnyModel
-from identification.gap.naming.fitting import Fit, fit
+from identification.gap.naming.fitting import Fit, fit, with_all_felt
 from identification.gap.naming.parallel import spread
 from identification.gap.naming.screening import Signature, screen
 
@@ -73,7 +73,7 @@ def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS,
         enough = max((c.delta_chi2 for c in candidates if c.fitted and adequate(c.fit)), default=0.0)
         of_each = (sorted((s for s in seen if s.effect.family == name), key=lambda s: -s.gain)[:STARTS] for name in wave)
         mine = [signatures for signatures in of_each if signatures]  # none where the effect cannot join
-        threshold = max(SIGNIFICANT / 2, 0.02 * top, RIVAL * enough)
+        threshold = max(SIGNIFICANT / 2, (RIVAL if wave is waves[-1] else 0.02) * top, RIVAL * enough)
         candidates += _fitted(found, [s for signatures in mine for s in signatures if s.gain >= threshold], candidates)
         candidates += [_unfitted(found, signatures[0]) for signatures in mine if signatures[0].gain < threshold]
     rest = set(order).difference(*waves)
@@ -120,8 +120,8 @@ def _fitted(found: Fit, signatures: Sequence[Signature], known: Sequence[Candida
 def _best_fit(found: Fit, signature: Signature, beat: float) -> tuple[np.ndarray, float, np.ndarray, np.ndarray] | None:
     """x, chi-square, residuals and their slopes of the best fit; None where nothing can be simulated."""
     model = found.model.joined_by(signature.effect)
-    shared = len(found.model.names)
-    starts = [np.concatenate([found.x[:shared], own, found.x[shared:]]) for own in (signature.start, _smaller(model, signature))]
+    shared, base = len(found.model.names), with_all_felt(found)  # the base may have done away with what the effect needs
+    starts = [np.concatenate([base[:shared], own, base[shared:]]) for own in (signature.start, _smaller(model, signature))]
     if found.reduced > FAR:  # a base that had to make up for so much may be no place to start from
         starts.append(model.start())
     best = None

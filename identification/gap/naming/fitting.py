@@ -20,6 +20,7 @@ ITERATIONS = 15
 ENOUGH = 0.05  # of chi-square that a further step would gain
 COARSE = 1e-3  # of it, as long as the fit is far from the data
 OF_UNKNOWN = 2.0  # AIC's price: each sees only a part of one run, of which there are always as many
+UNFELT, FELT, LEAST_FELT = 1.0, 10.0, 1e-3  # change of the residuals by a factor e in a parameter
 HOPE = 20.0  # steps like the next one that a fit may need to reach what it should beat
 
 
@@ -64,6 +65,14 @@ class Fit:
     def of_run(self, index: int) -> np.ndarray:
         """The model's vector for one run."""
         return _vector(self.x, self.model, index)
+
+
+def with_all_felt(found: Fit) -> np.ndarray:
+    """x with the base's parameters that have all but vanished as large as the data begin to feel: logarithms would hold them."""
+    x, base = found.x.copy(), len(found.model.base)
+    felt = np.linalg.norm(found.jacobian[:, :base], axis=0)  # of a factor e; in proportion to the parameter where it is small
+    x[:base] += np.where(felt < UNFELT, np.log(FELT / np.maximum(felt, LEAST_FELT)), 0.0)
+    return x
 
 
 def price(model: AnyModel, runs: Sequence[AnyRun]) -> float:
