@@ -78,7 +78,7 @@ def find(folder: Path, laboratory: Callable[[Path, dict[str, Any]], Path]) -> di
 
 def _prepared(paths: Sequence[Path], stand: TestStand) -> list[Run]:
     columns = stand.columns
-    return [prepare(read_recording(path), columns["imposed"], columns["measured"], columns["command"]) for path in paths]
+    return [prepare(read_recording(path), columns["imposed"], columns["measured"], columns["command"], tuple(stand.further)) for path in paths]
 
 
 def _short(result: dict[str, Any]) -> dict[str, Any]:

@@ -90,7 +90,7 @@ def regression(base: Fit) -> tuple[np.ndarray, np.ndarray]:
         inside = np.concatenate([np.arange(first, last) for first, last, _ in run.reduction.bases])
         share = time / run.duration
         matrices.append(np.column_stack([term(x, s, d, v, share) for term in TERMS.values()])[inside])
-        targets.append((run.measured - base.model.output(run, base.of_run(index), slopes=False)[0])[inside])
+        targets.append((run.effort.measured - base.model.outputs(run, base.of_run(index), slopes=False)[0][:, 0])[inside])
     matrix, target = np.concatenate(matrices), np.concatenate(targets)
     return matrix / np.sqrt(np.mean(matrix**2, axis=0)), target - target.mean()
 
@@ -137,7 +137,8 @@ def _largest(terms: np.ndarray, coefficients: np.ndarray) -> str:
 def by_aic(base: Fit) -> str:
     """The effect with the least AIC where only first harmonics are fitted."""
     blind = 1e6  # times the deviation: what is not seen
-    seen = [replace(r, deviation=np.where([c.order == 1 and c.degree == 0 for c in r.reduction.columns], 1.0, blind) * r.deviation) for r in base.runs]
+    seen = [replace(r, outputs=(replace(r.effort, deviation=np.where([c.order == 1 and c.degree == 0 for c in r.reduction.columns], 1.0, blind) * r.effort.deviation),))
+            for r in base.runs]  # fmt: skip
     found = fit(base.model, seen, base.x)
     best = max(one_each(compete(found, rig_effects())), key=lambda c: c.delta_chi2 - 2 * len(c.effect.parameters()))
     return best.family if best.delta_chi2 > 2 * len(best.effect.parameters()) else "none"

@@ -20,14 +20,14 @@ MISS = "#c00000"
 def gap_map(found: Fit, places: Collection[Place], unit: str, index: int = 0) -> Figure:
     """A run's measured output over time, its response over frequency, its orders by band, its directions and amplitudes.
 
-    unit is the output's. What is red is a place where the misfit is no chance; the redder, the larger its excess.
+    unit is the effort's. What is red is a place where the misfit is no chance; the redder, the larger its excess.
     """
     run: Run = found.runs[index]
     start = sum(len(r.data) for r in found.runs[:index])
     every = list(cells(run, found.residuals[start : start + len(run.data)]))
     mine = [p for p in places if p.run == run.name]
     picture, (over_time, over_frequency, orders, directions) = new_figure(rows=4, height=11.5)
-    over_time.plot(run.recording.time, run.measured, color=COLOURS["reference"], linewidth=0.4)
+    over_time.plot(run.recording.time, run.effort.measured, color=COLOURS["reference"], linewidth=0.4)
     over_time.set(xlabel=f"time in {run.name} [s]", ylabel=f"measured output [{unit}]")
     _shade(over_time, mine, "time")
     frequency, size = _response(run)
@@ -76,7 +76,7 @@ def _response(run: Run) -> tuple[np.ndarray, np.ndarray]:
     columns = run.reduction.columns
     pairs = np.array([i for i, c in enumerate(columns) if c.order == 1 and c.degree == 0]).reshape(-1, 2)
     motion = run.reduction.reduce(run.moved(run.recording.time)[0])
-    size = np.hypot(*run.data[pairs.T]) / np.hypot(*motion[pairs.T])
+    size = np.hypot(*run.effort.data[pairs.T]) / np.hypot(*motion[pairs.T])
     frequency = np.array([columns[i].frequency for i in pairs[:, 0]])
     order = np.argsort(frequency)
     return frequency[order], size[order]

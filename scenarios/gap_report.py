@@ -37,16 +37,17 @@ def write_report(verdict: Verdict, result: dict[str, Any], held: list[Run], fold
 
 
 def _first(fit: Fit, index: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Frequency (w,), measured and modelled complex first harmonics (w,) of a run's windows."""
+    """Frequency (w,), measured and modelled complex first harmonics (w,) of the effort in a run's windows."""
     run = fit.runs[index]
     start = sum(len(r.data) for r in fit.runs[:index])
-    modelled = run.data + fit.residuals[start : start + len(run.data)] * run.deviation
+    data = run.effort.data
+    modelled = data + fit.residuals[start : start + len(data)] * run.effort.deviation
     angle = run.reduction.reduce(run.moved(run.recording.time)[0])
     places = [i for i, c in enumerate(run.reduction.columns) if c.order == 1 and c.degree == 0]
     pairs = np.array(places).reshape(-1, 2)
     moved = angle[pairs[:, 0]] - 1j * angle[pairs[:, 1]]
     frequency = np.array([run.reduction.columns[i].frequency for i in pairs[:, 0]])
-    return frequency, *((y[pairs[:, 0]] - 1j * y[pairs[:, 1]]) / moved for y in (run.data, modelled))
+    return frequency, *((y[pairs[:, 0]] - 1j * y[pairs[:, 1]]) / moved for y in (data, modelled))
 
 
 def _harmonics(verdict: Verdict):

@@ -52,9 +52,9 @@ DIRECTIONS = {"rad": "side", "m": "side", "rad/s": "turning", "m/s": "moving", "
 
 def axis_of(axis: str, order: int | None, unit: str) -> str:
     """The axis of a place in words."""
-    if axis == "direction":
-        return f"direction, {DIRECTIONS.get(unit, unit)}"
-    return axis if order is None or axis == "order" else f"{axis}, order {order}"
+    if axis.endswith("direction"):
+        return f"{axis}, {DIRECTIONS.get(unit, unit)}"
+    return axis if order is None or axis.endswith("order") else f"{axis}, order {order}"
 
 
 def places(result: dict[str, Any], axis: str = "axis", most: int = 40) -> Table:

@@ -1,6 +1,6 @@
-"""The runs that the steer test could make next, and what each would tell: sweeps of rider and bar, and of the bar alone."""
+"""The runs that the steer test could make next, and what each would tell: sweeps of rider and bar, with a gyro, and of the bar alone."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -8,9 +8,9 @@ from identification.excitation import sweep
 from identification.gap.data.runs import Run
 from identification.gap.naming.fitting import Fit
 from identification.gap.proposing.expected import Foresight
-from identification.gap.proposing.next_test import Proposal, further_sweeps
+from identification.gap.proposing.next_test import Proposal, Sweep, further_sweeps
 from identification.gap.proposing.planned import Channels, planned
-from scenarios.rig_test import DAMPING, STIFFNESS, bare_bar
+from scenarios.rig_test import DAMPING, GYRO, STIFFNESS, bare_bar
 
 
 @dataclass
@@ -32,7 +32,7 @@ class BareBar:
         inertia = float(np.exp(found.x[0]))
         columns = found.model.stand.columns
         motion = sweep(settings["from"], settings["to"], duration, settings["amplitude"])
-        run = planned(motion, Channels.of(made, columns["imposed"]), columns, lambda run: inertia * run.moved(run.recording.time)[2])
+        run = planned(motion, replace(Channels.of(made, columns["imposed"]), further={}), columns, lambda run: inertia * run.moved(run.recording.time)[2][:, None])
         return cls(settings, bare_bar([run])[1])
 
     def foresee(self, rival: Fit) -> Foresight:
@@ -50,4 +50,12 @@ class BareBar:
 
 def rig_proposals(found: Fit) -> list[Proposal]:
     """What the rig could be asked next, after what a fit rests on."""
-    return [BareBar.after(found), *further_sweeps(found)]
+    return [BareBar.after(found), *_with_a_gyro(found), *further_sweeps(found)]
+
+
+def _with_a_gyro(found: Fit) -> list[Proposal]:
+    sensor = found.model.stand.further[GYRO]
+    if any(output.column == GYRO for run in found.runs for output in run.outputs):
+        return []
+    sentence = "Repeat the sweep with a rate gyro on the torso: what the torso does parts its coupling with the bar from springs and dampers of the bar."
+    return [Sweep.like(found, "torso_gyro", sentence, further={GYRO: sensor.noise})]

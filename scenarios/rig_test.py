@@ -13,12 +13,14 @@ from fmus import Effect, System
 from fmus.effects import effects_in, load_folder
 from fmus.effects.library import declared_by
 from identification.gap.data.runs import Run
-from identification.gap.stands.test_stand import Free, TestStand
+from identification.gap.stands.test_stand import Free, Sensor, TestStand
 from rider_fmu import Handlebar, riders
 
 RIDER = ("torso_inertia", "arm_stiffness", "waist_stiffness", "arm_damping", "waist_damping")
 RUN_TO_RUN = 0.04  # by which a rider changes from one run to the next, relative
 DAMPING, STIFFNESS = "device.steer_damping.damping", "device.steer_stiffness.stiffness"  # of the bar itself
+GYRO = "torso_rate"  # of a gyro on the rider's back
+GYRO_NOISE = 0.01  # rad/s, where rig.json says nothing
 COLUMNS = {"imposed": "steer_angle", "measured": "steer_torque", "command": "steer_angle_command"}
 
 
@@ -31,7 +33,8 @@ def rig_test(rig: Mapping[str, Any], rider: str = "mean_2011") -> TestStand:
     bar = Handlebar("bar", steer_inertia=known or 0.125)
     system = System("rig", {"bar": bar, "device": device}, bindings={"bar.added_steer_inertia": "device.port_inertia"})
     free = (Free("bar.steer_inertia", 0.0, known, error), *(Free(f"device.{name}", RUN_TO_RUN) for name in RIDER))
-    return TestStand(system, "bar.steer_angle", "bar.servo_torque", free, COLUMNS)
+    gyro = Sensor("device.torso_rate", rig.get("noise", {}).get(GYRO, GYRO_NOISE))
+    return TestStand(system, "bar.steer_angle", "bar.servo_torque", free, COLUMNS, further={GYRO: gyro})
 
 
 def bare_bar(runs: Sequence[Run]) -> tuple[np.ndarray, np.ndarray]:
@@ -44,8 +47,8 @@ def bare_bar(runs: Sequence[Run]) -> tuple[np.ndarray, np.ndarray]:
     columns, data = [], []
     for run in runs:
         angle, rate, acceleration = run.moved(run.recording.time)
-        columns.append(run.reduction.reduce(np.column_stack([acceleration, rate, angle])) / run.deviation[:, None])
-        data.append(run.data / run.deviation)
+        columns.append(run.reduction.reduce(np.column_stack([acceleration, rate, angle])) / run.effort.deviation[:, None])
+        data.append(run.effort.data / run.effort.deviation)
     matrix, target = np.concatenate(columns), np.concatenate(data)
     found, left = np.linalg.lstsq(matrix, target, rcond=None)[:2]
     worse = max(float(left[0]) / (len(target) - 3), 1.0)

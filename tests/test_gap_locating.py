@@ -37,8 +37,8 @@ def noisy(run, rng, added=0.0):
     n, rate = len(run.recording.time), run.recording.rate
     slow = np.fft.irfft(np.fft.rfft(rng.standard_normal(n)) / (1 + (np.fft.rfftfreq(n, 1 / rate) / 2) ** 2), n)
     y = 0.4 * slow / slow.std() + 0.2 * rng.standard_normal(n)
-    noise = noise_of(run.reduction, y)
-    return replace(run, noise=noise, deviation=np.sqrt(variance_of(run.reduction, noise)), data=run.reduction.reduce(y + added))
+    noise, data = noise_of(run.reduction, y), run.reduction.reduce(y + added)
+    return replace(run, outputs=(replace(run.effort, noise=noise, deviation=np.sqrt(variance_of(run.reduction, noise)), data=data),))
 
 
 @pytest.mark.parametrize("excitation", [sweep(0.5, 12, 2, 100.0), stepped(0.5, 8.5, 0.5, 4, 10.0)])

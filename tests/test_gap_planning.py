@@ -37,7 +37,7 @@ def test_the_strength_that_is_foreseen_is_what_the_other_simulator_needs():
     model = Model(stand)
     noise = 0.2**2 + (400 / 4096) ** 2 / 12
     channels = Channels(128.0, float(np.radians(0.03)), lambda f: noise + 0 * f)
-    run = planned(planned_sweep(0.5, 12.0, 100.0, np.radians(2)), channels, stand.columns, lambda r: model.output(r, model.start(), slopes=False)[0])
+    run = planned(planned_sweep(0.5, 12.0, 100.0, np.radians(2)), channels, stand.columns, lambda r: model.outputs(r, model.start(), slopes=False)[0])
     library = [e for e in rig_effects() if e.family in ("coulomb_friction", "asymmetry") and e.form in ("coulomb", "bilinear")]
     foreseen = {n.effect.family: n for n in nameable(fit(model, [run], model.start()), library)}
     without = made({})
@@ -55,7 +55,7 @@ def test_three_linear_effects_at_one_port_are_tied_and_hands_are_the_bars_own():
     stand = rig_test({})
     model = Model(stand)
     channels = Channels(128.0, float(np.radians(0.03)), lambda f: 0.04 + 0 * f)
-    run = planned(planned_sweep(0.5, 12.0, 60.0, np.radians(2)), channels, stand.columns, lambda r: model.output(r, model.start(), slopes=False)[0])
+    run = planned(planned_sweep(0.5, 12.0, 60.0, np.radians(2)), channels, stand.columns, lambda r: model.outputs(r, model.start(), slopes=False)[0])
     found = {n.effect.family: n for n in nameable(fit(model, [run], model.start()), [*LINEAR, *(e for e in rig_effects() if e.family == "added_inertia")])}
     # seven coefficients, six parameters of the base; a damper's opposite sign is no rival to a spring
     assert "cross_inertia" in found["steer_stiffness"].tied

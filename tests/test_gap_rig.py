@@ -66,11 +66,11 @@ def test_the_model_meets_the_other_simulator():
     names = {"Is": "bar.steer_inertia", "It": "device.torso_inertia", "ka": "device.arm_stiffness", "kt": "device.waist_stiffness",
              "ca": "device.arm_damping", "ct": "device.waist_damping"}  # fmt: skip
     start = model.start({names[n]: v for n, v in rider.items()} | {"device.hardening_stiffness.cubic_stiffness": 2e4})
-    simulated, _ = model.output(run, start, slopes=False)
+    simulated = model.outputs(run, start, slopes=False)[0][:, 0]
     inside = np.concatenate([np.arange(first, last) for first, last, _ in run.reduction.bases])
-    error = simulated[inside] - run.measured[inside]
+    error = simulated[inside] - run.effort.measured[inside]
     # The converters' steps (0.098 N.m: 0.03 rms; 0.17 mrad in the angle) are what is left of a torque of tens of N.m
-    assert np.sqrt(np.mean(error**2)) < 0.01 * np.sqrt(np.mean(run.measured[inside] ** 2))
+    assert np.sqrt(np.mean(error**2)) < 0.01 * np.sqrt(np.mean(run.effort.measured[inside] ** 2))
 
 
 def test_a_bare_bar_gives_its_own_inertia_and_damping():

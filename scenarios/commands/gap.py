@@ -105,7 +105,7 @@ def _runs(files: Sequence[str], stand: TestStand, mapping: Sequence[str]) -> lis
     recordings = [read_recording(path, mapped or None) for path in track(files, "reading")]
     usable(recordings)
     columns = stand.columns
-    return [prepare(r, columns["imposed"], columns["measured"], columns["command"]) for r in recordings]
+    return [prepare(r, columns["imposed"], columns["measured"], columns["command"], tuple(stand.further)) for r in recordings]
 
 
 def _limitations(rig: dict[str, Any], runs: Sequence[Run], held: Sequence[Run], bare: bool) -> list[str]:

@@ -1,7 +1,8 @@
-"""One run, made ready: its motion known between the samples, its measured output reduced, its noise known."""
+"""One run, made ready: its motion known between the samples, its measured outputs reduced, their noise known."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -18,26 +19,60 @@ SHORTEST = 20.0  # s: below it a run holds too few windows to tell noise from a 
 LEAST_SIGNAL = 5.0  # the excited motion over its noise
 
 
-@dataclass
-class Run:
-    """A recording of an imposed motion on its harmonics: data (m,) and their deviation (m,)."""
+@dataclass(frozen=True)
+class Output:
+    """A measured output (n,) of a run on its harmonics: data (m,), and the variance that the rebuilt motion brings to them."""
 
-    recording: Recording
+    column: str
     measured: np.ndarray
-    motion: Rebuilt
-    reduction: Reduction
     noise: Noise
     data: np.ndarray
     deviation: np.ndarray
-    from_motion: np.ndarray  # the part of the variance that the rebuilt motion brings
+    from_motion: np.ndarray
+
+    def with_noise_beside(self, modelled: np.ndarray, reduction: Reduction) -> "Output":
+        """The output with the noise of what a model (n,) leaves: a sharp effect's highest orders are then not in it."""
+        noise = noise_of(reduction, self.measured - modelled)
+        return replace(self, noise=noise, deviation=np.sqrt(variance_of(reduction, noise) + self.from_motion))
+
+
+@dataclass
+class Run:
+    """A recording of an imposed motion on its harmonics: one output after the other, the effort first."""
+
+    recording: Recording
+    motion: Rebuilt
+    reduction: Reduction
+    outputs: tuple[Output, ...]
     unit: str  # of the imposed motion
     notes: tuple[str, ...] = ()
     known: dict = field(default_factory=dict)
 
+    @cached_property
+    def data(self) -> np.ndarray:
+        """The reduced data (m,) of all outputs."""
+        return np.concatenate([output.data for output in self.outputs])
+
+    @cached_property
+    def deviation(self) -> np.ndarray:
+        """The deviation (m,) of the data."""
+        return np.concatenate([output.deviation for output in self.outputs])
+
+    @property
+    def effort(self) -> Output:
+        """The output that takes what is imposed."""
+        return self.outputs[0]
+
     def with_noise_beside(self, modelled: np.ndarray) -> "Run":
-        """The run with the noise of what a model (n,) leaves: a sharp effect's highest orders are then not in it."""
-        noise = noise_of(self.reduction, self.measured - modelled)
-        return replace(self, noise=noise, deviation=np.sqrt(variance_of(self.reduction, noise) + self.from_motion))
+        """The run with the noise of what a model leaves of the outputs (n, ny)."""
+        beside = [output.with_noise_beside(y, self.reduction) for output, y in zip(self.outputs, modelled.T, strict=True)]
+        return replace(self, outputs=tuple(beside))
+
+    def reduced(self, y: np.ndarray) -> np.ndarray:
+        """Signals of the outputs (n, ny, ...) as their data are: (m, ...) in units of the noise."""
+        each = self.reduction.reduce(y.reshape(len(y), -1)).reshape(-1, *y.shape[1:])
+        stacked = np.moveaxis(each, 1, 0).reshape(-1, *each.shape[2:])
+        return stacked / self.deviation.reshape(-1, *(1 for _ in stacked.shape[1:]))
 
     @property
     def name(self) -> str:
@@ -58,16 +93,17 @@ class Run:
         return float(self.recording.time[-1] + 1 / self.recording.rate)
 
 
-def prepare(recording: Recording, imposed: str, measured: str, command: str) -> Run:
+def prepare(recording: Recording, imposed: str, measured: str, command: str, further: Sequence[str] = ()) -> Run:
     """The run of a servo-driven test. The phase is the command's, or the imposed motion's own where none is logged.
 
-    Raises InputError for a run that is too short, that has no excitation, or no slowly changing frequency.
+    further names outputs that are measured too, where the recording has them. Raises InputError for a run that is too
+    short, that has no excitation, or no slowly changing frequency.
     """
     recording, notes = uniform(recording)
     time, rate = recording.time, recording.rate
     if time[-1] - time[0] < SHORTEST:
         raise InputError(f"{recording.name}: {time[-1] - time[0]:.3g} s are too short to tell noise from a gap; expected at least {SHORTEST:g} s")
-    angle, y = recording[imposed], recording[measured]
+    angle = recording[imposed]
     reference = recording.columns.get(command)
     if reference is None or np.ptp(reference) == 0:
         reference = angle
@@ -76,18 +112,20 @@ def prepare(recording: Recording, imposed: str, measured: str, command: str) -> 
     if phase is None:
         raise InputError(f"{recording.name}: {imposed} follows no swept or stepped sine, so there are no harmonics to compare on")
     reduction = reduction_of(phase, rate)
-    angle_noise, noise = noise_of(reduction, angle), noise_of(reduction, y)
+    angle_noise = noise_of(reduction, angle)
     signal = np.concatenate([angle[first:last] for first, last in phase.windows])
     if np.std(signal) < LEAST_SIGNAL * np.sqrt(np.median(angle_noise.density)):
         raise InputError(f"{recording.name}: no excitation: {imposed} moves by {np.std(signal):.2g} {recording.units[imposed]} (rms), "
                          f"its noise is {np.sqrt(np.median(angle_noise.density)):.2g}")  # fmt: skip
-    data = reduction.reduce(y)
     moved, moved_variance = reduction.reduce(angle), variance_of(reduction, angle_noise)
-    orders = _orders(reduction, moved, moved_variance)
-    rebuilder = rebuilding(time, phase, orders)
-    from_motion = _through_the_motion(reduction, moved, data, moved_variance, rebuilder)
-    deviation = np.sqrt(variance_of(reduction, noise) + from_motion)
-    return Run(recording, y, rebuilder.motion(angle), reduction, noise, data, deviation, from_motion, recording.units[imposed], notes)
+    rebuilder = rebuilding(time, phase, _orders(reduction, moved, moved_variance))
+    outputs = []
+    for column in (measured, *(name for name in further if name in recording.columns)):
+        y = recording[column]
+        noise, data = noise_of(reduction, y), reduction.reduce(y)
+        from_motion = _through_the_motion(reduction, moved, data, moved_variance, rebuilder)
+        outputs.append(Output(column, y, noise, data, np.sqrt(variance_of(reduction, noise) + from_motion), from_motion))
+    return Run(recording, rebuilder.motion(angle), reduction, tuple(outputs), recording.units[imposed], notes)
 
 
 def _orders(reduction: Reduction, moved: np.ndarray, variance: np.ndarray) -> tuple[int, ...]:

@@ -80,6 +80,9 @@ class AnyModel(Protocol):
         Unknowns of the run alone (initial states) are taken out here. Raises InputError where it cannot be simulated.
         """
 
+    def unknowns(self, run: Any) -> int:
+        """How many numbers of a run alone are taken out of it."""
+
     def largest(self, runs: Sequence[Any]) -> float:
         """The largest motion in the runs, of which the `relative` starts of effects are shares."""
 
@@ -98,7 +101,9 @@ class Model(BaseAndEffects):
         self.shift = next((stand.parameter(e, e.lags[0]) for e in effects if e.lags and not e.delayed), "")
         exact = {delay for _, delay in self.component.delays.values()}
         wanted = self.names if slopes_of_base else self.own
-        self.equations = Equations(self.component, stand.outputs, [n for n in wanted if n in exact or n not in self.lags])
+        self.sensitive = [n for n in wanted if n in exact or n not in self.lags]
+        self.equations = Equations(self.component, stand.outputs, self.sensitive)
+        self.by_outputs: dict[tuple[str, ...], Equations] = {self.equations.outputs: self.equations}
         self.found: dict[int, tuple[Run, dict[str, np.ndarray]]] = {}  # the last states by name, from which the next simulation starts
         self.fresh: dict[int, tuple[dict[str, float], Trajectory]] = {}  # whose slopes were not asked for yet
 
@@ -108,33 +113,37 @@ class Model(BaseAndEffects):
         joined.found = dict(self.found)
         return joined
 
-    def output(self, run: Run, q: np.ndarray, slopes: bool = True) -> tuple[np.ndarray, np.ndarray]:
-        """Simulated output (n,) over the whole run, and its slopes (n, np)."""
+    def outputs(self, run: Run, q: np.ndarray, slopes: bool = True) -> tuple[np.ndarray, np.ndarray]:
+        """Simulated outputs (n, ny) over the whole run, as it measures them, and their slopes (n, ny, np)."""
         values = self.values(q) | dict.fromkeys(self.durations, run.duration)
         told, made = self.fresh.pop(id(run), ({}, None))
         if made is None or told != values:
-            made = simulate(self.equations, values, self._motion(run, values), self._guess(run))
+            made = simulate(self._measuring(run), values, self._motion(run, values), self._guess(run))
             self.found[id(run)] = (run, dict(zip(self.equations.states, made.states.T, strict=True)))
         if not slopes:
             self.fresh[id(run)] = values, made
-        y = made.outputs[:, 0]
-        jacobian = np.zeros((len(self.names), len(y)))
+        time, y = run.recording.time, made.outputs
+        jacobian = np.zeros((len(self.names), *y.T.shape))
         if slopes:
-            jacobian[[self.names.index(n) for n in self.equations.parameters]] = made.slopes[:, 0].T
-            jacobian[: len(self.base)] *= np.array([values[n] for n in self.base])[:, None]
-            if self.shift:  # all that is told arrives later, so the output does; drift over a lag is nothing
-                jacobian[self.names.index(self.shift)] = -CubicSpline(run.recording.time, y)(run.recording.time, 1)
+            jacobian[[self.names.index(n) for n in self.sensitive]] = made.slopes.T
+            jacobian[: len(self.base)] *= np.array([values[n] for n in self.base])[:, None, None]
+        if self.shift:  # all that is told arrives later, so the effort does; drift over a lag is nothing
+            jacobian[self.names.index(self.shift), 0] = -CubicSpline(time, y[:, 0])(time, 1) if slopes else 0.0
+            for i in range(1, y.shape[1]):  # what else is measured is on time
+                early = time + values[self.shift]
+                y = np.column_stack([y[:, :i], CubicSpline(time, y[:, i])(early), y[:, i + 1 :]])
+                jacobian[:, i] = CubicSpline(time, jacobian[:, i], axis=1)(early)
         return y, jacobian.T
 
     def reduced(self, run: Run, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Reduced output (m,) and its slopes (m, np), both in units of the noise."""
-        y, jacobian = self.output(run, q)
-        both = run.reduction.reduce(np.concatenate([y[None], jacobian.T]).T) / run.deviation[:, None]
+        """Reduced outputs (m,) and their slopes (m, np), both in units of the noise."""
+        y, jacobian = self.outputs(run, q)
+        both = run.reduced(np.concatenate([y[:, :, None], jacobian], axis=2))
         return both[:, 0], both[:, 1:]
 
     def predicted(self, run: Run, q: np.ndarray) -> np.ndarray:
-        """Reduced output (m,) in units of the noise."""
-        return run.reduction.reduce(self.output(run, q, slopes=False)[0]) / run.deviation
+        """Reduced outputs (m,) in units of the noise."""
+        return run.reduced(self.outputs(run, q, slopes=False)[0])
 
     def largest(self, runs: Sequence[Run]) -> float:
         """The largest imposed motion in the runs."""
@@ -142,7 +151,14 @@ class Model(BaseAndEffects):
 
     def with_noise_beside(self, run: Run, q: np.ndarray) -> Run:
         """The run with the noise of what this model leaves."""
-        return run.with_noise_beside(self.output(run, q, slopes=False)[0])
+        return run.with_noise_beside(self.outputs(run, q, slopes=False)[0])
+
+    def _measuring(self, run: Run) -> Equations:
+        """The equations with the outputs that a run measures."""
+        names = (*self.stand.outputs, *(self.stand.further[output.column].output for output in run.outputs[1:]))
+        if names not in self.by_outputs:
+            self.by_outputs[names] = Equations(self.component, names, self.sensitive)
+        return self.by_outputs[names]
 
     def _guess(self, run: Run) -> np.ndarray | None:
         if id(run) not in self.found or not self.equations.states:

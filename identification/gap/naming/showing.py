@@ -45,7 +45,7 @@ def quiet(found: Fit, runs: Sequence[AnyRun]) -> list[AnyRun]:
 
 def floor(runs: Sequence[AnyRun]) -> float:
     """The rms that noise alone leaves on the harmonics, in the output's unit."""
-    power = sum(float(np.sum(r.deviation**2)) for r in runs)
+    power = sum(float(np.sum(r.deviation[: _shown(r)] ** 2)) for r in runs)
     return float(np.sqrt(power / sum(_samples(r) for r in runs)))
 
 
@@ -53,9 +53,14 @@ def _rms(found: Fit) -> float:
     power, first = 0.0, 0
     for run in found.runs:
         last = first + len(run.data)
-        power += float(np.sum((found.residuals[first:last] * run.deviation) ** 2))
+        power += float(np.sum((found.residuals[first:last] * run.deviation)[: _shown(run)] ** 2))
         first = last
     return float(np.sqrt(power / sum(_samples(r) for r in found.runs)))
+
+
+def _shown(run: Any) -> int:
+    """The data of the first output, where a run says which these are: others have units of their own."""
+    return len(run.effort.data) if hasattr(run, "effort") else len(run.data)
 
 
 def _samples(run: Any) -> int:

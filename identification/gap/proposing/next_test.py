@@ -4,8 +4,8 @@ Every proposal is simulated with every rival as fitted; see `expected`. What the
 so runs are joined, the most useful first, until each rival would stand out by a delta chi-square of ENOUGH.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -48,8 +48,9 @@ class Sweep:
     run: Run
 
     @classmethod
-    def like(cls, found: Fit, experiment: str, sentence: str, larger: float = 1.0, downwards: bool = False) -> "Sweep":
-        """A sweep over the frequencies of the first run, at `larger` times its amplitude, either way."""
+    def like(cls, found: Fit, experiment: str, sentence: str, larger: float = 1.0, downwards: bool = False,
+             further: Mapping[str, float] | None = None) -> "Sweep":  # fmt: skip
+        """A sweep over the frequencies of the first run, at `larger` times its amplitude, either way, with further sensors."""
         made: Run = found.runs[0]
         frequencies = [c.frequency for c in made.reduction.columns if c.order == 1]
         low, high = float(min(frequencies)), float(max(frequencies))
@@ -58,8 +59,9 @@ class Sweep:
         settings = {"from": start, "to": end, "amplitude": amplitude, "duration": max(made.duration, DURATION)}
         model: Any = found.model
         channels = Channels.of(made, model.stand.columns["imposed"])
+        channels = replace(channels, further={**channels.further, **(further or {})})
         run = planned(sweep(start, end, settings["duration"], amplitude), channels, model.stand.columns,
-                      lambda run: model.output(run, found.shared, slopes=False)[0])  # fmt: skip
+                      lambda run: model.outputs(run, found.shared, slopes=False)[0])  # fmt: skip
         return cls(experiment, sentence, settings, run)
 
     def foresee(self, rival: Fit) -> Foresight:

@@ -16,7 +16,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from identification.gap.data.runs import Run
+from identification.gap.data.runs import Output, Run
 from identification.gap.reporting.locating import Place, place
 
 BANDS = np.array([0.0, 1, 1.5, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 16, 24, 64])  # Hz
@@ -28,9 +28,10 @@ STEADY = 0.01  # Hz from a window to the next, below which the frequency stays
 
 @dataclass(frozen=True)
 class _Residuals:
-    """Those of a run (m,) over the noise, and what each of them is (m,)."""
+    """Those of an output of a run (m,) over the noise, and what each of them is (m,)."""
 
     run: Run
+    output: Output
     z: np.ndarray
     order: np.ndarray
     frequency: np.ndarray
@@ -39,26 +40,35 @@ class _Residuals:
     band: np.ndarray  # of the noise spectrum
 
     @classmethod
-    def of(cls, run: Run, z: np.ndarray) -> "_Residuals":
+    def of(cls, run: Run, output: Output, z: np.ndarray) -> "_Residuals":
         order, frequency, time, window = (np.array([getattr(c, name) for c in run.reduction.columns]) for name in ("order", "frequency", "time", "window"))
-        edges = np.sqrt(run.noise.frequency[1:] * run.noise.frequency[:-1])
-        return cls(run, z, order, frequency, time, window, np.searchsorted(edges, order * frequency))
+        edges = np.sqrt(output.noise.frequency[1:] * output.noise.frequency[:-1])
+        return cls(run, output, z, order, frequency, time, window, np.searchsorted(edges, order * frequency))
 
     def cell(self, inside: np.ndarray, axis: str, low: float, high: float, unit: str, order: int | None = None) -> Iterator[Place]:
         """The place of the residuals that are inside (m,), if they are enough."""
         if np.count_nonzero(inside) >= FEWEST:
-            yield place(self.run, self.z[inside], axis, float(low), float(high), unit, order, self.freedom(inside))
+            yield self.place(self.z[inside], axis, low, high, unit, order, self.freedom(inside))
+
+    def place(self, z: np.ndarray, axis: str, low: float, high: float, unit: str, order: int | None, freedom: float) -> Place:
+        """The place of residuals z (n,); outputs besides the effort are named."""
+        named = axis if self.output is self.run.effort else f"{self.output.column} over {axis}"
+        return place(self.run, z, named, float(low), float(high), unit, order, freedom)
 
     def freedom(self, inside: np.ndarray) -> float:
         """On how many numbers the noise in a cell rests: bands of its spectrum err independently, numbers of a band alike."""
-        share = np.bincount(self.band[inside], minlength=len(self.run.noise.freedom)) / np.count_nonzero(inside)
-        return float(1 / np.sum(share**2 / np.maximum(self.run.noise.freedom, 1.0)))
+        share = np.bincount(self.band[inside], minlength=len(self.output.noise.freedom)) / np.count_nonzero(inside)
+        return float(1 / np.sum(share**2 / np.maximum(self.output.noise.freedom, 1.0)))
 
 
 def cells(run: Run, z: np.ndarray) -> Iterator[Place]:
-    """The cells of a run with residuals z (m,) over the noise."""
-    residuals = _Residuals.of(run, z)
-    time = run.recording.time
+    """The cells of a run with residuals z (m,) over the noise, of one output after the other."""
+    for output, part in zip(run.outputs, z.reshape(len(run.outputs), -1), strict=True):
+        yield from _of_output(_Residuals.of(run, output, part))
+
+
+def _of_output(residuals: _Residuals) -> Iterator[Place]:
+    z, time = residuals.z, residuals.run.recording.time
     yield from residuals.cell(np.ones(len(z), bool), "run", time[0], time[-1], "s")
     yield from _orders_and_bands(residuals)
     for low, high in pairwise(np.linspace(time[0], time[-1], TIMES + 1)):
@@ -97,7 +107,7 @@ def _directions(residuals: _Residuals) -> Iterator[Place]:
         seen = np.concatenate([moved[first:last] for first, last, _ in run.reduction.bases])
         for low, high in ((float(seen.min()), 0.0), (0.0, float(seen.max()))):
             lived = np.concatenate(list(_living(residuals, (moved > 0) == (high > 0))))
-            yield place(run, lived, "direction", low, high, unit, freedom=everywhere)
+            yield residuals.place(lived, "direction", low, high, unit, None, everywhere)
     yield from residuals.cell(residuals.order % 2 == 0, "direction", -1.0, 1.0, "1")  # what differs between the half cycles
     first = np.flatnonzero(np.diff(residuals.window, prepend=-1))
     change = np.gradient(residuals.frequency[first]) if len(first) > 1 else np.zeros(1)

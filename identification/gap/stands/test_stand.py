@@ -25,11 +25,20 @@ class Free:
 
 
 @dataclass(frozen=True)
+class Sensor:
+    """An output of the component that a column may show, and the deviation of its white noise in runs that are planned."""
+
+    output: str
+    noise: float
+
+
+@dataclass(frozen=True)
 class TestStand:
     """A component, imposed at one of its states, with its measured effort.
 
     parts maps the part of an effect (`device`) to that of the system; "" is the component itself.
-    columns maps the roles imposed, measured and command to columns of the recordings.
+    columns maps the roles imposed, measured and command to columns of the recordings; further are sensors by column that
+    not every run has.
     """
 
     __test__ = False  # not a test of pytest's
@@ -40,6 +49,7 @@ class TestStand:
     free: tuple[Free, ...]
     columns: Mapping[str, str]
     measured_effects: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # size and its error, from another test
+    further: Mapping[str, Sensor] = field(default_factory=dict)
 
     def with_effects(self, effects: Sequence[type[Effect]]) -> Component:
         """The component seen from the test: its motion told, its effort answered, with effects."""
@@ -52,7 +62,7 @@ class TestStand:
             inner = inner.with_effects(*joined)
         channel = tuple(e() for e in effects if e.part == "channel" and e.family != SERIES)
         wrapper = ThroughSpring if any(e.family == SERIES for e in effects) else Imposed
-        return wrapper(inner, self.imposed, self.measured, channel)
+        return wrapper(inner, self.imposed, self.measured, channel, tuple(sensor.output for sensor in self.further.values()))
 
     @property
     def outputs(self) -> tuple[str, ...]:

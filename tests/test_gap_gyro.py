@@ -1,0 +1,128 @@
+"""A rate gyro on the rider's torso: what it measures, what it parts, and that it says nothing where it is not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from identification.excitation import sweep as planned_sweep
+from identification.gap.data.runs import prepare
+from identification.gap.models.model import Model
+from identification.gap.naming.decide import decide
+from identification.gap.naming.fitting import fit, parameters_of
+from identification.gap.naming.showing import closeness, floor
+from identification.gap.proposing.nameable import nameable
+from identification.gap.proposing.next_test import next_experiment
+from identification.gap.proposing.planned import Channels, planned
+from identification.gap.reporting.harmonic_places import cells
+from identification.gap.reporting.locating import locate
+from identification.recordings import QUANTITIES, Recording, read_recording, write_recording
+from scenarios.rig_proposals import rig_proposals
+from scenarios.rig_test import GYRO, rig_effects, rig_test
+
+pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")
+from simulators.hidden_rig import RIDER, Rig, record, sweep
+
+RIG = {"handlebar_inertia": {"value": 0.125, "standard_error": 0.00125}}
+USUAL = Rig()
+COLUMNS = ("steer_angle_command", "steer_angle", "steer_torque", "torso_rate")
+TRIO = ("cross_inertia", "steer_stiffness", "steer_damping")
+LINEAR = [e for e in rig_effects() if e.family in TRIO]
+UP, DOWN = sweep(0.5, 12, 2, 60.0), sweep(12, 0.5, 3.5, 60.0)
+
+
+def recorded(hidden, excitation, seed, gyro=True, rig=USUAL):
+    time, *columns = record(excitation, hidden, RIDER, np.random.default_rng(seed), rig)
+    kept = COLUMNS if gyro else COLUMNS[:3]
+    return Recording("run", time, dict(zip(kept, columns, strict=False)), {n: QUANTITIES[n] for n in kept})
+
+
+def made(*arguments, **options):
+    return prepare(recorded(*arguments, **options), "steer_angle", "steer_torque", "steer_angle_command", (GYRO,))
+
+
+def test_the_model_meets_the_other_simulator():
+    """Noise-free: the torso's rate by collocation at 128 Hz against RK4 at 1536 Hz, with coupled inertia and without."""
+    for hidden, value in (({}, 0.0), ({"Icc": 0.05}, 0.05)):
+        run = made(hidden, UP, 0, rig=Rig(angle_noise=1e-9, torque_noise=1e-9, remnant=1e-9, gyro_noise=1e-9, bits=20))
+        effects = [e for e in LINEAR if e.family == "cross_inertia"] if value else []
+        model = Model(rig_test(RIG), effects)
+        simulated = model.outputs(run, model.start({"device.cross_inertia.inertia": value}), slopes=False)[0]
+        inside = np.concatenate([np.arange(first, last) for first, last, _ in run.reduction.bases])
+        for i, output in enumerate(run.outputs):
+            error = (simulated[:, i] - output.measured)[inside]
+            # the steps of a converter of 20 bits and of the motion's splines are what is left
+            assert np.sqrt(np.mean(error**2)) < 2e-3 * np.std(output.measured[inside])
+
+
+@pytest.mark.parametrize("family", ["", "cross_inertia", "channel_delay", "shaft_compliance", "hardening_stiffness"])
+def test_slopes_are_those_of_differences(family):
+    run = made({}, sweep(0.5, 12, 2, 40.0), 1)
+    model = Model(rig_test(RIG), [e for e in rig_effects() if e.family == family][:1])
+    q = model.start()
+    _, slopes = model.reduced(run, q)
+    for i in range(len(q)):
+        step = np.zeros(len(q))
+        step[i] = 1e-3 * max(abs(q[i]), 1e-3)
+        difference = (model.predicted(run, q + step) - model.predicted(run, q - step)) / (2 * step[i])
+        # central differences with a step of 0.1 %: their own error is of the second order
+        assert np.linalg.norm(difference - slopes[:, i]) < 1e-3 * np.linalg.norm(slopes[:, i]) + 1e-6
+
+
+def test_the_delay_of_the_torque_is_none_of_the_gyros():
+    run = made({"td": 0.008}, UP, 2)
+    model = Model(rig_test(RIG), [e for e in rig_effects() if e.family == "channel_delay"])
+    base = fit(Model(rig_test(RIG)), [run], Model(rig_test(RIG)).start())
+    found = fit(model, [run], np.append(base.x[: len(model.base)], 0.003))
+    assert parameters_of(found)["channel_delay.delay"][0] == pytest.approx(0.008, abs=2e-4)  # a fortieth of a sample
+    assert found.reduced == pytest.approx(1.0, abs=0.15)  # 1084 numbers: 0.043 for one deviation, the noise estimated
+
+
+def test_a_tie_is_settled_by_the_gyro_that_was_proposed():
+    hidden, stand = {"Icc": 0.08}, rig_test({})
+    runs = [made(hidden, excitation, seed, gyro=False) for seed, excitation in ((3, UP), (4, DOWN))]
+    verdict = decide(Model(stand), runs, LINEAR)
+    assert verdict.verdict == "tied" and "cross_inertia" in {c.family for c in verdict.tied}
+    proposed = next_experiment(verdict, rig_proposals)
+    gyro = next(a for a in proposed["alternatives"] if a["experiment"] == "torso_gyro")
+    assert gyro["expected_delta_chi2"] > 40
+    settings = gyro["settings"]
+    more = made(hidden, sweep(settings["from"], settings["to"], np.degrees(settings["amplitude"]), settings["duration"]), 5)
+    settled = decide(Model(stand), [*runs, more], LINEAR)
+    assert [c.family for c in settled.effects] == ["cross_inertia"]
+    value, error, _ = parameters_of(settled.best)["device.cross_inertia.inertia"]
+    assert abs(value - 0.08) < max(0.05 * 0.08, 2 * error)  # 5 % or two standard errors
+    # what is left is shown in N.m: the gyro's share is not in it
+    assert closeness(settled.best).rms == pytest.approx(floor(settled.best.runs), rel=0.1)
+    assert "torso_gyro" not in {p.experiment for p in rig_proposals(settled.best)}
+
+
+def test_the_plan_knows_what_a_gyro_parts():
+    stand = rig_test({**RIG, "noise": {GYRO: 0.02}})
+    model, found = Model(stand), {}
+    for further in ({}, {GYRO: stand.further[GYRO].noise}):
+        channels = Channels(128.0, float(np.radians(0.03)), lambda f: 0.04 + 0 * f, further)
+        run = planned(planned_sweep(0.5, 12.0, 60.0, np.radians(2)), channels, stand.columns, lambda r: model.outputs(r, model.start(), slopes=False)[0])
+        found[bool(further)] = {n.effect.family: n for n in nameable(fit(model, [run], model.start()), LINEAR)}
+    assert found[False]["steer_stiffness"].tied
+    assert all(n.named is not None and not n.tied for n in found[True].values())
+    assert run.outputs[1].noise(10.0) == pytest.approx(0.02**2, rel=0.1)  # of 400 numbers or more about 10 Hz: 0.07
+
+
+def test_without_the_column_nothing_changes():
+    with_, without = (made({"Tc": 0.3}, UP, 6, gyro=gyro) for gyro in (True, False))
+    assert np.array_equal(with_.effort.data, without.data) and np.array_equal(with_.effort.deviation, without.deviation)
+    model = Model(rig_test(RIG))
+    alone = [fit(model, [run], model.start()) for run in (without, replace(with_, outputs=with_.outputs[:1]))]
+    assert alone[0].chi2 == alone[1].chi2
+    assert {p.axis for p in locate(alone[0], cells)} <= {"run", "order", "frequency", "time", "amplitude", "direction"}
+    both = locate(fit(model, [made({"Icc": 0.05}, UP, 6)], model.start()), cells)
+    assert any(p.axis.startswith("torso_rate over ") for p in both)
+
+
+def test_the_rigs_noise_is_read(tmp_path):
+    (tmp_path / "rig.json").write_text('{"noise": {"torso_rate": {"value": 2.0, "unit": "deg/s"}}}')
+    write_recording(recorded({}, sweep(0.5, 12, 2, 30.0), 7), tmp_path / "run.csv")
+    recording = read_recording(tmp_path / "run.csv")
+    assert rig_test(recording.rig).further[GYRO].noise == pytest.approx(np.radians(2.0))
+    assert recording.units[GYRO] == "rad/s"
