@@ -30,6 +30,8 @@ from scenarios.verdict_file import write_verdict, writing_so_far
 FLEXIBLE = ("The noise is not known (no repeats, no noise in rig.json): it is what a flexible model leaves of the residuals, "
             "so a reduced chi-square of 1 means as good as that model.")  # fmt: skip
 NONE_IS_WEAK = "none means that nothing of the library improves the model; what even a flexible model cannot explain counts as noise."
+OTHER_UNIT = ("All that has force or mass in its unit came out {:.3g} times as large as it started: is a column's unit wrong (deg for rad, kN for N, "
+              "mm for m)? Nothing is named. If all units are right, start from values nearer to the component: --component FILE.toml.")  # fmt: skip
 FAR = 1e3  # factor by which a fitted value may differ from where it started
 CLOSED = 0.5  # share of the held-out gap that must close
 
@@ -99,6 +101,8 @@ def _limitations(found: Investigation, result: dict[str, Any], component: Compon
         sentences.append(FLEXIBLE)
         if result["verdict"] == "none":
             sentences.append(NONE_IS_WEAK)
+    if found.factor != 1.0:
+        sentences.append(OTHER_UNIT.format(found.factor))
     best = found.verdict.best
     rows = best.model.component.table
     for name, (value, _, _) in parameters_of(best).items():

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from simulators.hidden_mechanisms import excitation, resistance, simulate
+from simulators.hidden_mechanisms import excitation, resistance, sensed, simulate
 
 from benchmarks import gap_generic
 from fmus.effects.places import laws_at
@@ -19,6 +19,7 @@ from identification.gap.data.told import motion_functions
 from identification.gap.models.free_start import FreeStart
 from identification.gap.naming import any_component
 from identification.gap.naming.any_component import investigate
+from identification.gap.naming.common_factor import common_factor
 from identification.gap.naming.fitting import parameters_of
 from identification.gap.stands.component_test import component_test
 from identification.recordings import Recording, write_recording
@@ -35,7 +36,7 @@ def joint_run(hidden, kind="multisine", seed=0, duration=10.0, rate=100.0, noise
     time = np.arange(0, duration, 1 / rate)
     drive = excitation(kind, rng, duration, 4.0, 2.0)
     motion, torque = simulate(JOINT, hidden, drive, time, start)
-    columns = {"torque": torque, "angle": motion[:, 0] + noise * rng.standard_normal(len(time))}
+    columns = {"torque": torque, "angle": sensed(hidden, motion[:, 0]) + noise * rng.standard_normal(len(time))}
     return Recording(name, time, columns, {"torque": "N.m", "angle": "rad"})
 
 
@@ -160,6 +161,8 @@ def test_a_component_without_elements_gets_a_place_for_laws():
     ({"friction": 0.3}, "multisine", DrivenJoint(), "coulomb_friction"),
     ({"hardening": 40.0}, "random", DrivenJoint(), "hardening_stiffness"),
     ({"sine": 1.0}, "decay", Pendulum(), "geometric_nonlinearity"),
+    ({"clip": 2.5}, "random", DrivenJoint(), "saturation"),
+    ({"sensor": 0.2}, "multisine", DrivenJoint(), "sensor_nonlinearity"),
 ])  # fmt: skip
 def test_a_hidden_effect_is_named(hidden, kind, component, family):
     start = (1.2, 0.0) if kind == "decay" else (0.0, 0.0)
@@ -200,6 +203,24 @@ def test_an_imposed_angle_whose_torque_is_measured():
     verdict = asked(DrivenJoint(), [Recording("imposed", time, columns, {"torque": "N.m", "angle": "rad"})], imposed="angle")
     assert verdict.verdict == "none"
     assert verdict.best.model.values(verdict.best.shared)["stiffness"] == pytest.approx(14.0, rel=0.02)
+
+
+@pytest.mark.parametrize(("column", "factor"), [("angle", 180 / np.pi), ("torque", 1e-3)])
+def test_nothing_is_named_where_a_columns_unit_is_wrong(column, factor):
+    recording = joint_run({"hardening": 40.0}, seed=5, duration=6.0)
+    recording.columns[column] = factor * recording[column]  # degrees called radians, kN.m called N.m
+    test = component_test(DrivenJoint(), list(recording.columns))
+    found = investigate(test, [prepare_sampled(recording, test)])
+    assert found.verdict.verdict == "unknown" and not found.verdict.effects
+    expected = factor if column == "torque" else 1 / factor
+    assert found.factor == pytest.approx(expected, rel=1.0)  # the joint itself is within a factor of two of where the fit starts
+
+
+def test_a_component_that_is_far_but_not_by_one_factor_has_its_units_right():
+    joint = DrivenJoint()  # inertia 0.1, damping 0.2, stiffness 10
+    assert common_factor(joint, {"inertia": 100.0, "damping": 200.0, "stiffness": 1e4}) == pytest.approx(1e3)
+    assert common_factor(joint, {"inertia": 100.0, "damping": 1.0, "stiffness": 500.0}) == 1.0
+    assert common_factor(joint, {"inertia": 0.7, "damping": 2.0, "stiffness": 90.0}) == 1.0
 
 
 # Command line -------------------------------------------------------------------------------------

@@ -14,10 +14,11 @@ from fmus.effects import Effect
 from fmus.effects.places import laws_at
 from fmus.errors import InputError
 from identification.gap.data.noise_sources import known_noise
-from identification.gap.data.sampled import Sampled, prepare_sampled
+from identification.gap.data.sampled import Sampled, excited, prepare_sampled
 from identification.gap.data.told import KINDS, SMOOTHER
 from identification.gap.models.free_start import FreeStart
 from identification.gap.naming.begin import begin, equal_noise
+from identification.gap.naming.common_factor import common_factor
 from identification.gap.naming.competing import compete
 from identification.gap.naming.decide import Verdict, decide
 from identification.gap.naming.fitting import Fit, fit
@@ -30,11 +31,15 @@ STEADY = 0.1  # change of the noise, relative, below which a verdict stands
 
 @dataclass(frozen=True)
 class Investigation:
-    """The verdict, with the test as it was scaled, and the held-out runs with the noise of the fitted ones."""
+    """The verdict, with the test as it was scaled, and the held-out runs with the noise of the fitted ones.
+
+    factor is that by which the base came out from where it started (see `common_factor`); with another than 1 nothing is named.
+    """
 
     verdict: Verdict
     test: ComponentTest
     held: list[Sampled]
+    factor: float = 1.0
 
 
 def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequence[type[Effect]] = (), given: Mapping[str, float] | None = None,
@@ -44,7 +49,7 @@ def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequ
     given holds known deviations of outputs by name; so_far is told what is known already at every stage;
     held-out recordings can only take a name back. Raises InputError where the base cannot be fitted.
     """
-    model = FreeStart(test)
+    component, model = test.component, FreeStart(test)
     found = begin(model, runs)
     found = fit(model, equal_noise(found.runs, found), found.x)
     deflection, rate = largest_motion(found)
@@ -64,7 +69,10 @@ def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequ
         before, ready = ready, list(verdict.best.runs)
         if _change(before, ready) < STEADY:
             break
-    return Investigation(verdict, test, _like(held, verdict.best.runs[0]))
+    factor = common_factor(component, _values(verdict.best)) if excited(runs) else 1.0
+    if factor != 1.0 and verdict.verdict != "none":
+        verdict = replace(verdict, verdict="unknown", effects=[], tied=[], open_form=False)
+    return Investigation(verdict, test, _like(held, verdict.best.runs[0]), factor)
 
 
 def _untold(verdict: Verdict) -> None:
