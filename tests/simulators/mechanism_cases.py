@@ -59,7 +59,7 @@ def draw(number: int) -> Case:
     if setting not in ELSEWHERE.get(name, SETTINGS):
         setting = ELSEWHERE[name][int(rng.integers(len(ELSEWHERE[name])))]
     kinds = [k for k in KINDS if k != "decay" or (setting == "driven" and name not in ("clip", "delay"))]
-    kinds = [k for k in kinds if k != "steps" or setting != "imposed"]  # no servo imposes what jumps in its acceleration
+    kinds = [k for k in kinds if k not in ("steps", "road") or setting != "imposed"]  # no servo imposes a jump of the acceleration
     kind, noise = kinds[int(rng.integers(len(kinds)))], 0.002 * 15 ** rng.uniform()
     large = setting == "mass_spring_damper"  # hundreds of kilogrammes moved by kilonewtons, some millimetres
     joint = {"J": (300.0 if large else 0.1) * np.exp(rng.normal()), "k": (1e6 if large else 10.0) * np.exp(rng.normal())}
