@@ -33,6 +33,12 @@ def kane():
 
 def matrix(p: dict, speed: float, hidden: dict) -> np.ndarray:
     """A (n, n) of the motorcycle p at a speed, with what is hidden, states that are held left out."""
+    mass, slopes, _ = equations(p, speed, hidden)
+    return np.linalg.solve(mass, slopes)
+
+
+def equations(p: dict, speed: float, hidden: dict) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    """M and df/dx (n, n) of the motorcycle p at a speed with what is hidden, and the names of the n states that are not held."""
     q = dict(p, V=speed)
     if "air_load" in hidden:
         # Load in proportion to the square of the speed goes from the front to the rear, tyre forces with it.
@@ -70,7 +76,7 @@ def matrix(p: dict, speed: float, hidden: dict) -> np.ndarray:
         slopes[place["s"], place["p"]] += hidden["controller"]
     held = ({"b", "beta"} if "compliance" not in hidden else set()) | ({"q", "theta"} if "lean" not in hidden else set())
     kept = [i for n, i in place.items() if n not in held]
-    return np.linalg.solve(mass[np.ix_(kept, kept)], slopes[np.ix_(kept, kept)])
+    return mass[np.ix_(kept, kept)], slopes[np.ix_(kept, kept)], [STATES[i] for i in kept]
 
 
 def spectrum(p: dict, speeds: np.ndarray, hidden: dict) -> dict[str, np.ndarray]:

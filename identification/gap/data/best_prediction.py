@@ -1,0 +1,70 @@
+"""What no prediction can be better than: the errors of a long regression on everything that was known before.
+
+    y_k = sum_l (Y_l y_k-l + U_l u_k-l) + U_0 u_k + nonlinear features of k and k-1 + e_k
+
+With enough lags its errors are those of the true system for any linear system and any disturbance with a smooth spectrum,
+under feedback too; gains that change with the speed and friction at an element are among the features. A model
+whose errors are as small has a reduced chi-square of 1.
+
+Source: Ljung, Wahlberg, Adv. Appl. Probab. 24 (1992) 412-440, on long regressions.
+"""
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from identification.gap.data.flexible import Density
+from identification.gap.data.predicted import PredictedRun
+
+LAGS = (10, 20, 40)  # samples, of which the best by Akaike's criterion is taken
+BANDS = 12  # of the errors' spectrum
+OLD = (1, 2)  # samples of nonlinear features
+VARIES = 0.02  # of the speed, relative, from which gains may change with it
+
+
+def with_best_prediction(run: PredictedRun, inputs: np.ndarray, features: Sequence[np.ndarray]) -> PredictedRun:
+    """The run with the errors of the best prediction from inputs (n, nu) and nonlinear features (n,) each."""
+    best, chosen = np.inf, (np.zeros(0), 0)
+    for lags in LAGS:
+        errors, count, used = _left(run, inputs, features, lags)
+        if used <= 2 * count:
+            continue
+        criterion = used * float(np.linalg.slogdet(np.cov(errors[~np.isnan(errors[:, 0])].T).reshape(run.measured.shape[1], -1))[1]) + 2 * count * errors.shape[1]
+        if criterion < best:
+            best, chosen = criterion, (errors, used / (used - count))
+    errors, scale = chosen
+    taken = np.nan_to_num(errors)
+    within = taken[run.compared]
+    mixing = np.linalg.inv(np.linalg.cholesky(within.T @ within / len(within)))
+    flat = run.with_floor(mixing, [Density(np.array([0.0, 1.0]), np.ones(2))] * len(mixing))
+    edges = np.unique(np.linspace(0, len(run.frequency), BANDS + 1).astype(int))
+    middle = np.array([run.frequency[a:b].mean() for a, b in pairwise(edges)])
+    power = flat.cosines(taken) ** 2 * scale
+    return run.with_floor(mixing, [Density(middle, np.array([p[:, a:b].mean() for a, b in pairwise(edges)])) for p in power])
+
+
+def _left(run: PredictedRun, inputs: np.ndarray, features: Sequence[np.ndarray], lags: int) -> tuple[np.ndarray, int, int]:
+    """Errors (n, ny), NaN outside of stretches; the numbers of features and of samples."""
+    y = run.measured
+    speeds, place, share = run.speeds
+    errors = np.full_like(y, np.nan)
+    rows, targets, spans = [], [], []
+    curved = np.column_stack(features) if len(features) else np.zeros((len(y), 0))
+    for first, last in run.stretches:
+        centre = [each[first:last] - each[first:last].mean(axis=0) for each in (y, inputs, curved)]
+        past = [each[lags - back : last - first - back] for each, ages in zip(centre, (range(1, lags + 1), range(lags + 1), OLD), strict=True) for back in ages]
+        row = np.hstack(past)
+        if len(speeds) > 1 and np.ptp(speeds) > VARIES * speeds.mean():
+            faster = ((place + share) / (len(speeds) - 1) - 0.5)[first + lags : last, None]
+            row = np.hstack([row, faster * row, faster**2 * np.hstack(past[:2])])
+        rows.append(np.hstack([row, np.ones((len(row), 1))]))
+        targets.append(centre[0][lags:])
+        spans.append((first + lags, last))
+    matrix, target = np.concatenate(rows), np.concatenate(targets)
+    scale = np.linalg.norm(matrix, axis=0) + 1e-300
+    gains, _, rank, _ = np.linalg.lstsq(matrix / scale, target, rcond=1e-10)
+    left = target - matrix / scale @ gains
+    for (first, last), part in zip(spans, np.split(left, np.cumsum([len(t) for t in targets])[:-1]), strict=True):
+        errors[first:last] = part
+    return errors, int(rank), len(target)

@@ -1,0 +1,117 @@
+r"""What drives a vehicle besides its recorded inputs, and how noisy its sensors are, by maximum likelihood.
+
+    w_j = white + slow,   slow' = -2 pi f_j slow + 2 pi f_j sqrt(1 / (pi f_j)) sigma_j xi,     y_i = ... + r_i white
+    -2 ln L = sum_k e_k' S^-1 e_k + n ln det S + |(psi - psi_0) / spread|^2
+
+w_j are forces at inputs that the vehicle has: a roll torque, a side force, a torque about the steer axis. psi holds the
+logarithms of the spectral intensity of the white part of each, of the deviation sigma and the corner f of its slow part (wind, road,
+a rider's own motion), and of the deviation of each sensor. A wide prior keeps finite what does not show.
+
+Source: Ljung, System Identification, 2nd ed. (1999), ch. 7.4; Jategaonkar, Flight Vehicle System Identification (2006), ch. 5.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize
+
+from identification.gap.data.predicted import PredictedRun
+from identification.gap.models.kalman import Discrete, errors, sampled, sampled_noise, stationary
+
+CORNER = 0.5  # Hz: of what is slow
+SPREAD = 3.0  # of logarithms, around a first guess; of a corner's CORNER_SPREAD
+CORNER_SPREAD = 1.0
+SCAN = np.arange(-6.0, 3.0)  # logarithms of a common factor from which the search starts
+NUDGE = 1e-4
+UNLIKELY = 1e12
+
+
+@dataclass(frozen=True)
+class Driven:
+    """A vehicle on a grid of speeds (g, ...): A, B, C, D, and what its disturbances do, W (g, nx, j)."""
+
+    A: np.ndarray
+    B: np.ndarray
+    C: np.ndarray
+    D: np.ndarray
+    W: np.ndarray
+
+    @property
+    def forces(self) -> int:
+        return self.W.shape[-1]
+
+    def with_slow(self, corner: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """A, B and C with the states of the slow disturbances (j,) of corners [Hz]."""
+        grid, nx, j = self.W.shape
+        A = np.zeros((grid, nx + j, nx + j))
+        A[:, :nx, :nx], A[:, :nx, nx:], A[:, range(nx, nx + j), range(nx, nx + j)] = self.A, self.W, -2 * np.pi * corner
+        return A, np.pad(self.B, ((0, 0), (0, j), (0, 0))), np.pad(self.C, ((0, 0), (0, 0), (0, j)))
+
+    def discrete(self, noise: np.ndarray, step: float, held: bool) -> Discrete:
+        """The matrices per step, states of slow disturbances last."""
+        A, B, C = self.with_slow(np.exp(noise[2 * self.forces : 3 * self.forces]))
+        return sampled(A, B, C, self.D, step, held)
+
+    def gains(self, noise: np.ndarray, step: float, made: Discrete) -> tuple[np.ndarray, np.ndarray]:
+        """K (g, nx + j, ny) and S (g, ny, ny)."""
+        j = self.forces
+        white, slow, corner, sensor = np.split(np.exp(noise), [j, 2 * j, 3 * j])
+        A, _, _ = self.with_slow(corner)
+        R = np.diag(sensor**2)
+        intensity = np.zeros_like(A)
+        nx = self.A.shape[-1]
+        intensity[:, :nx, :nx] = (self.W * white) @ np.swapaxes(self.W, 1, 2)
+        intensity[:, nx:, nx:] = np.diag(4 * np.pi * corner * slow**2)
+        return stationary(made.F, made.C, sampled_noise(A, intensity, step), R)
+
+
+def first_guess(run: PredictedRun, driven: Driven) -> np.ndarray:
+    """psi where each force alone would change the outputs as fast as they were seen to change."""
+    y = np.concatenate([run.measured[a:b] for a, b in run.stretches])
+    sensor = np.array([1.4826 * np.median(np.abs(np.diff(c, 4))) / np.sqrt(70) for c in y.T]) + 1e-6 * y.std(axis=0)
+    fastest = np.max(np.abs(driven.A[0]))
+    size = np.array([1.0 / max(np.max(np.abs(driven.C[0] @ w) + np.max(np.abs(driven.C[0] @ driven.A[0] @ w)) / fastest), 1e-12) for w in driven.W[0].T])
+    size = size * y.std()
+    return np.concatenate([np.log(size**2), np.log(size), np.full(len(size), np.log(CORNER)), np.log(sensor)])
+
+
+def estimated(run: PredictedRun, driven: Driven, inputs: np.ndarray) -> np.ndarray:
+    """psi of a run with inputs (n, nu) beside a vehicle: from where the run has it, or from a first guess."""
+    middle = first_guess(run, driven)
+    j = driven.forces
+    spread = np.concatenate([np.full(2 * j, SPREAD), np.full(j, CORNER_SPREAD), np.full(len(middle) - 3 * j, SPREAD)])
+
+    def unlikely(noise: np.ndarray) -> float:
+        made = driven.discrete(noise, run.step, run.exactly_held)
+        try:
+            K, S = driven.gains(noise, run.step, made)
+        except np.linalg.LinAlgError:
+            return UNLIKELY
+        left = predicted(run, made, K, inputs)[0][run.compared]
+        mean = S.mean(axis=0)
+        whole = float(np.einsum("ki,ij,kj->", left, np.linalg.inv(mean), left)) + len(left) * float(np.linalg.slogdet(mean)[1])
+        return whole + float(np.sum(((noise - middle) / spread) ** 2)) if np.isfinite(whole) else UNLIKELY
+
+    start = run.noise
+    if start is None:
+        shift = np.concatenate([np.full(j, 2.0), np.ones(j), np.zeros(len(middle) - 2 * j)])
+        middle = min((middle + s * shift for s in SCAN), key=unlikely)
+        start = middle
+    return minimize(unlikely, start, method="L-BFGS-B", options={"maxiter": 60, "ftol": 2e-6, "eps": NUDGE}).x
+
+
+def predicted(run: PredictedRun, made: Discrete, K: np.ndarray, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The prediction errors (n, ny) and predicted states (n, nx) of a run; zero outside of its stretches."""
+    _, place, share = run.speeds
+    left, states = np.zeros_like(run.measured), np.zeros((len(run.measured), K.shape[1]))
+    for first, last in run.stretches:
+        y, u = centred(run, inputs, first, last)
+        left[first:last], states[first:last] = errors(*made.parts, K, place[first:last], share[first:last], y, u)
+    return left, states
+
+
+def centred(run: PredictedRun, inputs: np.ndarray, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
+    """Outputs (n, ny) and inputs (n + 1, nu) of a stretch without their means: offsets are not compared."""
+    y, u = run.measured[first:last], inputs[first:last]
+    u = np.concatenate([u, u[-1:]])
+    return y - y.mean(axis=0), np.ascontiguousarray(u - u.mean(axis=0))
