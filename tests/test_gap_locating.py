@@ -7,10 +7,15 @@ import pytest
 
 from identification.gap.data.reduction import noise_of, variance_of
 from identification.gap.data.runs import prepare
+from identification.gap.data.sampled import prepare_sampled
 from identification.gap.models.model import Model
 from identification.gap.naming.fitting import fit
 from identification.gap.reporting.harmonic_places import cells
 from identification.gap.reporting.locating import FALSE_DISCOVERIES, discovered, locate
+from identification.gap.reporting.sampled_places import cells as of_samples
+from identification.gap.stands.component_test import component_test
+from identification.recordings import Recording
+from scenarios import names
 from scenarios.gap_map import gap_map
 from scenarios.rig_test import rig_test
 
@@ -122,3 +127,25 @@ def test_the_map_marks_what_was_found():
     assert {round(p.get_x(), 6) for p in axes[0].patches} == {round(p.start, 6) for p in marked}
     framed = [bar for bar in axes[2].patches if bar.get_linewidth() > 1]
     assert len(framed) == len([p for p in missed if p.axis == "frequency" and p.order])
+
+
+def test_directions_of_sampled_runs():
+    """A free choice of excitation: chances are those of noise, and bumps on one side are seen there."""
+    time = np.arange(3000) / 100.0
+    rng = np.random.default_rng(5)
+    force = np.sin(2 * np.pi * 0.7 * time) + 0.6 * np.sin(2 * np.pi * 1.9 * time + 1)
+    position = 0.01 * np.convolve(force, np.exp(-np.arange(60) / 15), "same") + 1e-5 * rng.standard_normal(len(time))
+    recording = Recording("run", time, {"force": force, "displacement": position}, {"force": "N", "displacement": "m"})
+    run = prepare_sampled(recording, component_test(names.component("mass_spring_damper"), ["force", "displacement"]))
+    chances = []
+    for _ in range(60):
+        z = rng.standard_normal(len(run.data))
+        chances += [p.p_value for p in of_samples(run, z) if p.axis == "direction"]
+    # 240 chances, halves of each other apart: 0.1 to within four times (0.1 0.9 / 120)^0.5
+    assert len(chances) == 240 and abs(np.mean(np.array(chances) < 0.1) - 0.1) < 4 * 0.027
+    middle = np.median(position)
+    for sign, unit in ((1, "m"), (-1, "m")):
+        bumps = 5.0 * (sign * (position - middle) > 0.8 * np.max(sign * (position - middle)))
+        places = [p for p in of_samples(run, z + run.reduction.reduce(bumps[:, None])) if p.axis == "direction" and p.unit == unit]
+        there, elsewhere = sorted(places, key=lambda p: -sign * (p.start + p.end))
+        assert there.p_value < 1e-10 and there.excess > 4 * max(elsewhere.excess, 0)
