@@ -18,11 +18,11 @@ from identification.gap.reporting.verdict import as_result
 from identification.gap.stands.linear_stand import LinearStand
 from scenarios import names
 from scenarios.augmented_vehicle import FILE, effect_on_modes, vehicle_of, write_vehicle
-from scenarios.command_line import to_json, write_text
 from scenarios.gap_tables import before_and_after, modes_over_speed, places, verdict_section
 from scenarios.report import COLOURS, Report, Section, new_figure
 from scenarios.vehicle_runs import run_on_recordings
 from scenarios.vehicle_test import NOT_LINEAR, vehicle_effects, vehicle_stand, with_names
+from scenarios.verdict_file import write_verdict, writing_so_far
 
 GRID = 60  # speeds at which rivals are compared
 WEAK = 40.0  # dBIC of a name that rests on little
@@ -39,11 +39,12 @@ def run_on_eigenvalues(arguments: argparse.Namespace) -> dict[str, Any]:
     vehicle, device = names.vehicle(arguments.vehicle), names.device(arguments.device)
     stand = vehicle_stand(vehicle, device, arguments.free)
     measured, held = ([with_names(read_eigenvalues(path), stand) for path in files] for files in (arguments.files, arguments.holdout))
-    verdict = decide_on_eigenvalues(stand, measured, vehicle_effects(vehicle, arguments.effects, linear=True), held)
+    so_far = writing_so_far(folder, lambda verdict: as_result(verdict, [], "1/s", "given", cells))
+    verdict = decide_on_eigenvalues(stand, measured, vehicle_effects(vehicle, arguments.effects, linear=True), held, so_far)
     result = as_result(verdict, held, "1/s", "given", cells)
     result["limitations"] = _limitations(vehicle, measured, held)
+    write_verdict(result, folder)
     result["next_experiment"] = next_measurement(verdict, stand)
-    write_text(folder / "verdict.json", to_json(result) + "\n")  # an interrupted run leaves the verdict
     try:
         result["model"], result["fmu"] = write_vehicle(vehicle, verdict.best, folder, f"Fitted to {', '.join(r.name for r in measured)}", arguments.effects)
     except MissingToolError as error:
@@ -53,7 +54,7 @@ def run_on_eigenvalues(arguments: argparse.Namespace) -> dict[str, Any]:
         speeds = np.unique(np.concatenate([r.over for r in measured]))
         result["modes"] = effect_on_modes(vehicle_of(vehicle, verdict.base), names.component(str(folder / FILE)), device, speeds)
     result["report"] = write_report(verdict, result, held, folder)
-    write_text(folder / "verdict.json", to_json(result) + "\n")
+    write_verdict(result, folder)
     return result
 
 

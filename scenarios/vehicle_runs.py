@@ -1,7 +1,7 @@
 """The gap workflow on recorded runs of a whole vehicle whose states are measured: roll and steer angle and their rates."""
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -23,10 +23,10 @@ from identification.gap.stands.linear_stand import LinearStand
 from identification.recordings import read_recording
 from scenarios import names
 from scenarios.augmented_vehicle import FILE, write_vehicle
-from scenarios.command_line import to_json, write_text
 from scenarios.gap_tables import before_and_after, places, verdict_section
 from scenarios.report import COLOURS, Report, Section, Table, new_figure
 from scenarios.vehicle_test import NOT_LINEAR, uncertain, vehicle_effects
+from scenarios.verdict_file import write_verdict, writing_so_far
 from vehicle_fmu import GivenMatrices
 
 FEIGNED = 0.2  # of the disturbance's power, gained by a linear effect
@@ -39,19 +39,20 @@ def run_on_recordings(arguments: argparse.Namespace) -> dict[str, Any]:
     folder, vehicle = Path(arguments.out), names.vehicle(arguments.vehicle)
     stand = runs_stand(vehicle, arguments.free)
     runs, held = (read_runs(files, stand, arguments.map) for files in (arguments.files, arguments.holdout))
-    verdict, held = verdict_on_runs(stand, runs, held, runs_effects(vehicle, arguments.effects))
+    so_far = writing_so_far(folder, lambda verdict: as_result(verdict, [], "rad/s2", "flexible_model", cells))
+    verdict, held = verdict_on_runs(stand, runs, held, runs_effects(vehicle, arguments.effects), so_far)
     result = as_result(verdict, held, "rad/s2", "flexible_model", cells)
     open_ = parameters_of(verdict.best)
     result["base"] |= {n: dict(zip(("value", "standard_error", "unit"), open_[n], strict=True)) for n in stand.open}
     result["limitations"] = _limitations([*runs, *held], held)
-    write_text(folder / "verdict.json", to_json(result) + "\n")  # an interrupted run leaves the verdict
+    write_verdict(result, folder)
     try:
         result["model"], result["fmu"] = write_vehicle(vehicle, verdict.best, folder, f"Fitted to {', '.join(r.name for r in runs)}", arguments.effects)
     except MissingToolError as error:
         result["model"] = FILE
         result["limitations"].append(f"No FMU was built: {error}")
     result["report"] = write_report(verdict, result, folder)
-    write_text(folder / "verdict.json", to_json(result) + "\n")
+    write_verdict(result, folder)
     return result
 
 
@@ -87,7 +88,8 @@ def runs_effects(vehicle: Component, folder: str | None = None) -> list[type[Eff
     return [e for e in vehicle_effects(vehicle, folder) if vehicle.with_effects(e(exact_delays=True)).states == vehicle.states]
 
 
-def verdict_on_runs(stand: LinearStand, runs: Sequence[WeakRun], held: Sequence[WeakRun], library: Sequence[type[Effect]]) -> tuple[Verdict, list[WeakRun]]:
+def verdict_on_runs(stand: LinearStand, runs: Sequence[WeakRun], held: Sequence[WeakRun], library: Sequence[type[Effect]],
+                    so_far: Callable[[Verdict], None] = lambda verdict: None) -> tuple[Verdict, list[WeakRun]]:  # fmt: skip
     """The verdict on runs, and the held-out ones, with the disturbances that are in each.
 
     Feedback makes the motion depend on the disturbance, which the equations in a band of frequencies feel as a small linear
@@ -96,10 +98,10 @@ def verdict_on_runs(stand: LinearStand, runs: Sequence[WeakRun], held: Sequence[
     model = WeakModel(stand)
     ways = [[[model.with_noise_beside(replace(r, held=way), model.start()) for r in each] for each in (runs, held)] for way in (False, True)]
     ready, checked = min(ways, key=lambda way: sum(np.log(d(r.frequency)).sum() for r in way[0] for d in r.densities))
-    verdict = decide(model, ready, library, checked)
+    verdict = decide(model, ready, library, checked, so_far)
     while doubtful := {c.family for c in (*verdict.effects, *verdict.tied) if c.family not in NOT_LINEAR and c.delta_chi2 < FEIGNED * verdict.base.count}:
         library = [e for e in library if e.family not in doubtful]
-        verdict = decide(model, ready, library, checked)
+        verdict = decide(model, ready, library, checked, so_far)
     return verdict, checked
 
 

@@ -4,7 +4,7 @@ The effects of a linearised component have no forms but those of the library: a 
 named with its form open, as it would be where forces may have curves of their own, but `unknown`.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,9 +20,13 @@ BANDS = 5  # of the input, in which misfit is looked for
 FEWEST = 2  # data in a cell
 
 
-def decide_on_eigenvalues(stand: LinearStand, runs: Sequence[Spectrum], library: Sequence[type[Effect]], holdout: Sequence[Spectrum] = ()) -> Verdict:
-    """The verdict on measured eigenvalues, with the effects of a library; held-out ones can only take a name back."""
-    verdict = decide(EigenvalueModel(stand), runs, library, holdout)
+def decide_on_eigenvalues(stand: LinearStand, runs: Sequence[Spectrum], library: Sequence[type[Effect]], holdout: Sequence[Spectrum] = (),
+                          so_far: Callable[[Verdict], None] = lambda verdict: None) -> Verdict:  # fmt: skip
+    """The verdict on measured eigenvalues, with the effects of a library; held-out ones can only take a name back.
+
+    so_far is told what is known at every stage.
+    """
+    verdict = decide(EigenvalueModel(stand), runs, library, holdout, so_far)
     return replace(verdict, verdict="unknown", effects=[], open_form=False) if verdict.open_form else verdict
 
 
