@@ -1,4 +1,4 @@
-"""A gap run that is ended from outside before its verdict leaves what it had, and no process."""
+"""A gap run that is ended before its verdict leaves what it had, and no process."""
 
 import json
 import os
@@ -9,12 +9,16 @@ import time
 
 import pytest
 
+from identification.gap.naming import decide as deciding
 from identification.recordings import write_recording
+from scenarios.command_line import main
 
 pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")
 import numpy as np
 from simulators.as_recordings import as_recording
+from simulators.hidden_bicycle import bicycle, ride, write_matrices, write_ride
 from simulators.hidden_rig import RIDER, record, sweep
+from simulators.hidden_vehicle import SHARP, spectrum, write
 
 PATIENCE = 60.0  # s
 # A shell that runs tests in the background has them ignore interrupts, and their children with them.
@@ -62,3 +66,26 @@ def test_it_leaves_what_it_had(tmp_path, ended_by):
         return False
 
     until(gone)
+
+
+def eigenvalues(folder):
+    speeds = np.arange(8.0, 57.0, 8.0)
+    write(folder / "eigenvalues.csv", spectrum(SHARP, speeds, {}), speeds, np.random.default_rng(1), 0.01)
+    return [str(folder / "eigenvalues.csv"), "--vehicle", "sharp_1971"]
+
+
+def rides(folder):
+    rng = np.random.default_rng(3)
+    return [write_ride(folder / "run.csv", ride(rng, bicycle(rng, 0.03), friction=0.3)), "--vehicle", write_matrices(folder / "bicycle.toml")]
+
+
+@pytest.mark.parametrize("recorded", [eigenvalues, rides])
+def test_vehicles_leave_what_is_known_of_their_base(tmp_path, monkeypatch, recorded):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(deciding, "compete", interrupted)
+    assert main(["gap", *recorded(tmp_path), "--out", str(tmp_path / "out")]) == 1
+    left = left_by(tmp_path / "out" / "verdict.json")
+    assert (left["verdict"], left["effects"], left["candidates"]) == ("unknown", [], [])
+    assert left["limitations"][0].startswith("Interrupted") and left["gap"]["before"] > 0
