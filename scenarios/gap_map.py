@@ -7,9 +7,9 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
-from identification.gap.data.runs import Run
+from identification.gap.data.runs import Output, Run
 from identification.gap.naming.fitting import Fit
-from identification.gap.reporting.harmonic_places import cells
+from identification.gap.reporting.harmonic_places import of_output
 from identification.gap.reporting.locating import Place
 from scenarios.gap_tables import axis_of
 from scenarios.report import COLOURS, new_figure
@@ -17,32 +17,34 @@ from scenarios.report import COLOURS, new_figure
 MISS = "#c00000"
 
 
-def gap_map(found: Fit, places: Collection[Place], unit: str, index: int = 0) -> Figure:
-    """A run's measured output over time, its response over frequency, its orders by band, its directions and amplitudes.
+def gap_map(found: Fit, places: Collection[Place], index: int = 0, of: int = 0) -> Figure:
+    """An output of a run over time, its response over frequency, its orders by band, its directions and amplitudes.
 
-    unit is the effort's. What is red is a place where the misfit is no chance; the redder, the larger its excess.
+    What is red is a place where the misfit is no chance; the redder, the larger its excess.
     """
     run: Run = found.runs[index]
-    start = sum(len(r.data) for r in found.runs[:index])
-    every = list(cells(run, found.residuals[start : start + len(run.data)]))
-    mine = [p for p in places if p.run == run.name]
+    output = run.outputs[of]
+    unit = run.recording.units[output.column]
+    start = sum(len(r.data) for r in found.runs[:index]) + of * len(output.data)
+    every = list(of_output(run, output, found.residuals[start : start + len(output.data)]))
+    missed = [p for p in every if p in places]
     picture, (over_time, over_frequency, orders, directions) = new_figure(rows=4, height=11.5)
-    over_time.plot(run.recording.time, run.effort.measured, color=COLOURS["reference"], linewidth=0.4)
-    over_time.set(xlabel=f"time in {run.name} [s]", ylabel=f"measured output [{unit}]")
-    _shade(over_time, mine, "time")
-    frequency, size = _response(run)
+    over_time.plot(run.recording.time, output.measured, color=COLOURS["reference"], linewidth=0.4)
+    over_time.set(xlabel=f"time in {run.name} [s]", ylabel=f"{output.column} [{unit}]")
+    _shade(over_time, missed, "time")
+    frequency, size = _response(run, output)
     over_frequency.semilogy(frequency, size, ".-", color=COLOURS["rider"])
     over_frequency.set(xlabel="frequency [Hz]", ylabel=f"first harmonic, output\nover motion [{unit}/{run.unit}]")
-    _shade(over_frequency, mine, "frequency")
-    _draw_orders(picture, orders, {p: p.order for p in every if p.axis == "frequency" and p.order}, mine)
+    _shade(over_frequency, missed, "frequency")
+    _draw_orders(picture, orders, {p: p.order for p in every if p.axis.endswith("frequency") and p.order}, missed)
     orders.set_xlim(over_frequency.get_xlim())
-    _draw_directions(directions, [p for p in every if p.axis in ("direction", "amplitude")], mine)
+    _draw_directions(directions, [p for p in every if p.axis.endswith(("direction", "amplitude"))], missed)
     return picture
 
 
 def _shade(axes, places: list[Place], axis: str) -> None:
     for place in places:
-        if place.axis == axis and not place.order:
+        if place.axis.endswith(axis) and not place.order:
             axes.axvspan(place.start, place.end, color=MISS, linewidth=0, alpha=float(np.clip(0.1 + 0.15 * np.log10(1 + max(place.excess, 0.0)), 0.1, 0.5)))
 
 
@@ -67,16 +69,16 @@ def _draw_directions(axes, cells_of_directions: list[Place], missed: list[Place]
 
 
 def _label(place: Place) -> str:
-    word = axis_of(place.axis, place.order, place.unit).removeprefix("direction, ")
+    word = axis_of(place.axis, place.order, place.unit).split(" over ")[-1].removeprefix("direction, ")
     return word if place.unit == "1" else f"{word} {place.start:.2g} to {place.end:.2g} {place.unit}"
 
 
-def _response(run: Run) -> tuple[np.ndarray, np.ndarray]:
+def _response(run: Run, output: Output) -> tuple[np.ndarray, np.ndarray]:
     """Frequency (w,) and the first harmonic of the output over that of the motion (w,), by window."""
     columns = run.reduction.columns
     pairs = np.array([i for i, c in enumerate(columns) if c.order == 1 and c.degree == 0]).reshape(-1, 2)
     motion = run.reduction.reduce(run.moved(run.recording.time)[0])
-    size = np.hypot(*run.effort.data[pairs.T]) / np.hypot(*motion[pairs.T])
+    size = np.hypot(*output.data[pairs.T]) / np.hypot(*motion[pairs.T])
     frequency = np.array([columns[i].frequency for i in pairs[:, 0]])
     order = np.argsort(frequency)
     return frequency[order], size[order]

@@ -24,7 +24,8 @@ def write_report(verdict: Verdict, result: dict[str, Any], held: list[Run], fold
     sections = [
         verdict_section(result),
         Section("Where the base model misses", [f"Places that pass a false-discovery rate of {FALSE_DISCOVERIES:.0%} (Benjamini and Hochberg), in red."],
-                [(gap_map(verdict.base, missed, "N.m", i), f"{r.name}: recording, response, and what the base leaves by order, band, amplitude and direction.") for i, r in enumerate(verdict.base.runs)],
+                [(gap_map(verdict.base, missed, i, k), f"{r.name}, {output.column}: recording, response, and what the base leaves by order, band, amplitude and direction.")
+                 for i, r in enumerate(verdict.base.runs) for k, output in enumerate(r.outputs)],
                 [places(result)]),
         Section("Before and after", [f"Held out: {', '.join(r.name for r in held) or 'none'}."], [(_harmonics(verdict), "First harmonic of the torque over frequency: measured, base, with what was found."),
                                          (_nyquist(verdict), "The same as impedance in the Nyquist plane."),

@@ -121,7 +121,7 @@ def test_up_is_told_from_down_and_large_from_small():
 def test_the_map_marks_what_was_found():
     found = base_of(made({"Tc": 0.3}))
     missed = locate(found, cells)
-    axes = gap_map(found, missed, "N.m").axes
+    axes = gap_map(found, missed).axes
     marked = [p for p in missed if p.axis == "time"]
     assert len(axes[0].patches) == len(marked) > 0
     assert {round(p.get_x(), 6) for p in axes[0].patches} == {round(p.start, 6) for p in marked}

@@ -64,11 +64,12 @@ class _Residuals:
 def cells(run: Run, z: np.ndarray) -> Iterator[Place]:
     """The cells of a run with residuals z (m,) over the noise, of one output after the other."""
     for output, part in zip(run.outputs, z.reshape(len(run.outputs), -1), strict=True):
-        yield from _of_output(_Residuals.of(run, output, part))
+        yield from of_output(run, output, part)
 
 
-def _of_output(residuals: _Residuals) -> Iterator[Place]:
-    z, time = residuals.z, residuals.run.recording.time
+def of_output(run: Run, output: Output, z: np.ndarray) -> Iterator[Place]:
+    """The cells of one output with residuals z (m,) over the noise."""
+    residuals, time = _Residuals.of(run, output, z), run.recording.time
     yield from residuals.cell(np.ones(len(z), bool), "run", time[0], time[-1], "s")
     yield from _orders_and_bands(residuals)
     for low, high in pairwise(np.linspace(time[0], time[-1], TIMES + 1)):
