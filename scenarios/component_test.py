@@ -13,7 +13,7 @@ from fmus.effects import load_folder
 from fmus.errors import InputError, MissingToolError
 from fmus.progress import track
 from identification.gap.data.sampled import Sampled, excited, prepare_sampled
-from identification.gap.naming.any_component import Investigation, investigate
+from identification.gap.naming.any_component import MOST_MISSED, Investigation, investigate
 from identification.gap.naming.decide import Verdict
 from identification.gap.naming.fitting import parameters_of
 from identification.gap.proposing.next_test import next_experiment
@@ -103,6 +103,8 @@ def _limitations(found: Investigation, result: dict[str, Any], component: Compon
             sentences.append(NONE_IS_WEAK)
     if found.factor != 1.0:
         sentences.append(OTHER_UNIT.format(found.factor))
+    if found.missed > MOST_MISSED:
+        sentences.append(f"{100 * found.missed:.0f} % of the measured motion is missed by the best model: too much to be called noise.")
     best = found.verdict.best
     rows = best.model.component.table
     for name, (value, _, _) in parameters_of(best).items():

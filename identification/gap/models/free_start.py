@@ -9,6 +9,7 @@ Source: Golub, Pereyra, Inverse Problems 19 (2003) R1-R26; Bock's multiple shoot
 """
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -29,6 +30,8 @@ SHARE = 1e-5  # of what is left, at which they are known well enough
 RANK = 1e-7
 OFFSET = 64  # samples of a segment, from which a sensor's offset is taken out as well
 MICRO = 1e-4  # s: the step by which a lag is varied for its slope
+LOST = 10.0  # times the noise, or what was missed last, in power: where more is, other initial states are tried
+GROWING, SHORTEST = 3, 16  # steps of growing initial states, samples over which they begin
 PIECE, SMALLEST_PIECE = 128, 1  # steps of a piece, where a trajectory is found piece by piece
 
 
@@ -49,8 +52,13 @@ class FreeStart(Model):
     def reduced(self, run: Any, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Reduced output (m,) and its slopes (m, np) in units of the noise, the unknowns of the run taken out."""
         values = self.values(q) | dict.fromkeys(self.durations, run.duration)
-        parts = [self._from_anywhere(run, index, values) for index in range(len(run.segments))]
+        parts = [self._solved(run, index, values) for index in range(len(run.segments))]
         return np.concatenate([z for z, _ in parts]), np.concatenate([s for _, s in parts])
+
+    def from_rest(self, run: Sampled, q: np.ndarray) -> np.ndarray:
+        """What is answered (n, outputs) to the run's inputs by segments that begin at rest."""
+        values = self.values(q) | dict.fromkeys(self.durations, run.duration)
+        return np.concatenate([self._simulated(run, index, values, {}).outputs for index in range(len(run.segments))])
 
     def unknowns(self, run: Any) -> int:
         """The initial states of every segment, and the offsets of the sensors in it."""
@@ -74,7 +82,7 @@ class FreeStart(Model):
         values = self.values(q) | dict.fromkeys(self.durations, run.duration)
         residuals, signals = [], []
         for index, (first, last) in enumerate(run.segments):
-            made = self._simulated(run, index, values, run.guess[index]["initial"])
+            made = self._simulated(run, index, values, run.guess[self.effects, index]["initial"])
             left = run.measured[first:last] - made.outputs
             residuals.append(left - left.mean(axis=0))
             time = run.recording.time[first:last]
@@ -93,28 +101,53 @@ class FreeStart(Model):
         both = [({**known, **scope}[d], {**known, **scope}[r]) for d, r in seen if d and r]
         return [d for d, _ in both], [r for _, r in both]
 
-    def _from_anywhere(self, run: Sampled, index: int, values: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
-        """One segment from the last initial states; where another model has left some that diverge, from those that are seen."""
-        if index in run.guess:
+    def _solved(self, run: Sampled, index: int, values: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
+        """One segment from the initial states that this model had last, or another; where they lead astray, from grown ones."""
+        own, found = run.guess.get((self.effects, index)), None
+        known = own["initial"] if own else run.guess.get(index, {}).get("initial")
+        usual = LOST * own["missed"] if own else LOST * float(np.mean(run.deviation[self._rows(run, index)] ** 2))
+        if known is not None:
+            with suppress(InputError):
+                found = self._segment(run, index, values, known)
+        if found is None or found[2] > usual:
             try:
-                return self._segment(run, index, values)
+                grown = self._segment(run, index, values, self._grown(run, index, values))
+                found = grown if found is None or grown[2] < found[2] else found
             except InputError:
-                pass
-        run.guess[index] = {"initial": self._first_states(run, run.segments[index][0]), "states": None}
-        return self._segment(run, index, values)
+                if found is None:
+                    raise
+        z, slopes, missed, initial = found
+        if own is None or missed < usual:  # else it is a step too far, and no place to begin from
+            run.guess[self.effects, index] = {"initial": initial, "missed": missed}
+        run.guess.setdefault(index, {})["initial"] = initial
+        return z, slopes
 
-    def _segment(self, run: Sampled, index: int, values: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
-        """Reduced output and slopes of one segment."""
+    def _grown(self, run: Sampled, index: int, values: Mapping[str, float]) -> dict[str, float]:
+        """Initial states that fit ever more of a segment's beginning: from what is seen there, over one period, then over several."""
+        first, last = run.segments[index]
+        initial, length = self._first_states(run, first), max(int(run.recording.rate / run.middle_frequency), SHORTEST)
+        while length < last - first and self.equations.states:
+            for _ in range(GROWING):
+                made = self._simulated(run, index, values, initial, length)
+                tangent = made.initial_slopes.reshape(-1, made.initial_slopes.shape[2])
+                step = np.linalg.lstsq(tangent, (run.measured[first : first + length] - made.outputs).ravel(), rcond=RANK)[0]
+                initial = {n: initial.get(n, 0.0) + float(s) for n, s in zip(self.equations.states, step, strict=True)}
+            length *= 3
+        return initial
+
+    def _segment(self, run: Sampled, index: int, values: Mapping[str, float],
+                 initial: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray, float, dict[str, float]]:  # fmt: skip
+        """Reduced output and slopes of one segment, the mean square that is missed, and the initial states found from a guess."""
         first, last = run.segments[index]
         here = self._rows(run, index)
         deviation, data = run.deviation[here, None], run.data[here] / run.deviation[here]
-        known = run.guess[index]
-        x = np.array([known["initial"].get(n, 0.0) for n in self.equations.states])
+        names = self.equations.states
+        x = np.array([initial.get(n, 0.0) for n in names])
         offset = np.broadcast_to(np.eye(run.measured.shape[1]), (last - first, *np.eye(run.measured.shape[1]).shape))
         if last - first < OFFSET:
             offset = offset[:, :, :0]
         for _ in range(STEPS):
-            made = self._simulated(run, index, values, dict(zip(self.equations.states, x, strict=True)))
+            made = self._simulated(run, index, values, dict(zip(names, x, strict=True)))
             stack = np.concatenate([made.outputs[:, :, None], made.initial_slopes, offset, made.slopes], axis=2)
             z = run.reduction.reduce(stack, index, first) / deviation
             if not np.isfinite(z).all():  # the outputs are finite, but slopes of what grows may not be
@@ -132,26 +165,28 @@ class FreeStart(Model):
             if gain < SETTLED + SHARE * rest:
                 break
             x = x + step
-        known["initial"] = dict(zip(self.equations.states, x, strict=True))
         slopes = z[:, 1 + tangent.shape[1] :]
         full = np.zeros((len(data), len(self.names)))
         full[:, [self.names.index(n) for n in self.equations.parameters]] = slopes
+        found = dict(zip(names, x, strict=True))
         for name in self.lags:
-            later = self._simulated(run, index, {**values, name: values[name] + MICRO}, known["initial"])
+            later = self._simulated(run, index, {**values, name: values[name] + MICRO}, found)
             change = (later.outputs - made.outputs)[:, :, None] / MICRO
             full[:, self.names.index(name)] = (run.reduction.reduce(change, index, first) / deviation)[:, 0]
         full[:, : len(self.base)] *= [values[n] for n in self.base]
-        return data + left - u @ pull, full - u @ (u.T @ full)
+        missed = float(np.mean(((left - u @ pull) * deviation[:, 0]) ** 2))
+        return data + left - u @ pull, full - u @ (u.T @ full), missed, found
 
-    def _simulated(self, run: Sampled, index: int, values: Mapping[str, float], initial: Mapping[str, float]) -> Trajectory:
-        """One segment from initial states by name; outputs and slopes at the samples, states at every step."""
+    def _simulated(self, run: Sampled, index: int, values: Mapping[str, float], initial: Mapping[str, float], length: int = 0) -> Trajectory:
+        """One segment, or so many of its samples, from initial states by name; outputs and slopes at the samples, states at every step."""
         first, last = run.segments[index]
+        last = first + length if length else last
         time = run.recording.time[first] + np.arange((last - 1 - first) * run.finer + 1) / (run.recording.rate * run.finer)
         middle = (time[1:] + time[:-1]) / 2
         lag = values[self.shift] if self.shift else 0.0
         motion = Motion(time, self._inputs(run, time - lag, values), self._inputs(run, middle - lag, values))
         names = self.equations.states
-        states = run.guess.get(index, {}).get("states")
+        states = None if length else run.guess.get(index, {}).get("states")
         guess = None
         if states is not None:
             guess = np.column_stack([states.get(n, np.zeros(len(time))) for n in names]) if names else None
@@ -163,7 +198,8 @@ class FreeStart(Model):
                 made = simulate(self.equations, values, motion, self._piecewise(values, motion, begin), begin, with_initial=bool(names))
         if not np.isfinite(made.outputs).all():
             raise InputError(f"{self.component.name}: the simulation of {run.name} leaves finite numbers")
-        run.guess.setdefault(index, {})["states"] = dict(zip(names, made.states.T, strict=True))
+        if not length:
+            run.guess.setdefault(index, {})["states"] = dict(zip(names, made.states.T, strict=True))
         made.outputs, made.slopes = made.outputs[:: run.finer], made.slopes[:: run.finer]
         made.initial_slopes = np.zeros((*made.outputs.shape, 0)) if made.initial_slopes is None else made.initial_slopes[:: run.finer]
         return made

@@ -14,7 +14,7 @@ from fmus.effects import Effect
 from fmus.effects.places import laws_at
 from fmus.errors import InputError
 from identification.gap.data.noise_sources import known_noise
-from identification.gap.data.sampled import Sampled, excited, prepare_sampled
+from identification.gap.data.sampled import Sampled, excited, prepare_sampled, white_noise
 from identification.gap.data.told import KINDS, SMOOTHER
 from identification.gap.models.free_start import FreeStart
 from identification.gap.naming.begin import begin, equal_noise
@@ -26,6 +26,8 @@ from identification.gap.stands.component_test import ComponentTest
 from identification.recordings import Recording
 
 ROUNDS = 3
+MOST_MISSED, FAST = 0.2, 1.5  # share of the motion that slow noise may be; fast noise is this much larger than its estimate
+FAR_FROM_NOISE = 10.0  # reduced chi-square at which nothing has a name
 STEADY = 0.1  # change of the noise, relative, below which a verdict stands
 
 
@@ -34,12 +36,14 @@ class Investigation:
     """The verdict, with the test as it was scaled, and the held-out runs with the noise of the fitted ones.
 
     factor is that by which the base came out from where it started (see `common_factor`); with another than 1 nothing is named.
+    missed is the share of the measured motion that the best model misses; beyond MOST_MISSED it is no noise.
     """
 
     verdict: Verdict
     test: ComponentTest
     held: list[Sampled]
     factor: float = 1.0
+    missed: float = 0.0
 
 
 def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequence[type[Effect]] = (), given: Mapping[str, float] | None = None,
@@ -69,10 +73,15 @@ def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequ
         before, ready = ready, list(verdict.best.runs)
         if _change(before, ready) < STEADY:
             break
+    if verdict.verdict == "named" and _doubtful(verdict, library):
+        verdict = replace(verdict, verdict="unknown", effects=[], tied=[], open_form=False)
     factor = common_factor(component, _values(verdict.best)) if excited(runs) else 1.0
     if factor != 1.0 and verdict.verdict != "none":
         verdict = replace(verdict, verdict="unknown", effects=[], tied=[], open_form=False)
-    return Investigation(verdict, test, _like(held, verdict.best.runs[0]), factor)
+    missed = _missed(verdict.best)
+    if missed > MOST_MISSED and verdict.verdict == "none":
+        verdict = replace(verdict, verdict="unknown")
+    return Investigation(verdict, test, _like(held, verdict.best.runs[0]), factor, missed)
 
 
 def _untold(verdict: Verdict) -> None:
@@ -120,6 +129,23 @@ def _largest(runs: Sequence[Sampled], names: Sequence[str]) -> dict[str, float]:
     """The largest values of what was recorded, without what is always zero."""
     levels = {n: max(float(np.quantile(np.abs(run.recording[n]), 0.999)) for run in runs) for n in names}
     return {n: level for n, level in levels.items() if level > 0}
+
+
+def _doubtful(verdict: Verdict, library: Sequence[type[Effect]]) -> bool:
+    """Whether a name is far from the noise, or its form open in a family that has no other: one body more takes up much."""
+    forms = sum(effect.family == verdict.effects[0].family for effect in library)
+    return verdict.best.reduced > FAR_FROM_NOISE or (verdict.open_form and forms == 1)
+
+
+def _missed(found: Fit) -> float:
+    """The largest share of an output (rms) that the model misses, over what fast noise in it explains."""
+    model: Any = found.model
+    shares = []
+    for index, run in enumerate(found.runs):
+        left = np.std(model.traced(run, found.of_run(index))[0], axis=0)
+        noise = np.array([white_noise(y) for y in run.measured.T])
+        shares += list(np.sqrt(np.maximum(left**2 - (FAST * noise) ** 2, 0.0)) / np.std(run.measured, axis=0))
+    return float(max(shares))
 
 
 def _change(before: Sequence[Sampled], after: Sequence[Sampled]) -> float:

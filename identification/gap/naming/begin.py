@@ -35,12 +35,13 @@ def begin(model: FreeStart, runs: Sequence[Sampled]) -> Fit:
     """
     best: Fit | None = None
     for start in _starts(model, runs):
+        before = best
         for periods in (STRETCHES, STRETCHES[1:], ()):
             try:
                 found = _staged(model, runs, start, periods)
             except InputError:
                 continue
-            again = best is not None and abs(found.reduced / best.reduced - 1) < SAME
+            again = before is not None and found.reduced < (1 + SAME) * before.reduced and before.reduced < (1 + SAME) * found.reduced
             best = found if best is None or found.reduced < best.reduced else best
             if best.reduced < GOOD or again:
                 return _joined(model, best)
@@ -68,12 +69,13 @@ def _starts(model: FreeStart, runs: Sequence[Sampled]) -> list[np.ndarray]:
 
 
 def _too_large(model: FreeStart, runs: Sequence[Sampled], x: np.ndarray) -> float:
-    """The logarithm of how much more the component answers than was measured."""
+    """The logarithm of how much more the component answers from rest than was measured; 0 where nothing drives it."""
     try:
-        ratios = [np.linalg.norm(model.reduced(_excerpt(r, len(r.measured)), x)[0]) / np.linalg.norm(r.data / r.deviation) for r in runs]
+        ratios = np.concatenate([np.std(model.from_rest(run, x), axis=0) / np.std(run.measured, axis=0) for run in runs])
     except InputError:
         return 0.0
-    return float(np.log(np.clip(np.median(ratios), 1e-6, 1e6)))
+    ratio = float(np.median(ratios))
+    return float(np.log(np.clip(ratio, 1e-6, 1e6))) if ratio > 0 else 0.0
 
 
 def _excerpt(run: Sampled, length: int) -> Sampled:
