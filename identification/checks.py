@@ -10,7 +10,7 @@ from fmus.errors import InputError
 
 MEASURED = ("steer_angle", "steer_torque")
 # Beyond these a handlebar test has its channels swapped or the wrong unit.
-PLAUSIBLE = {"steer_angle": np.pi / 2, "steer_torque": 2000.0}
+PLAUSIBLE = {"steer_angle": np.pi / 2, "steer_torque": 2000.0, "torso_rate": 30.0}
 
 
 def channel_errors(path: Path, time: np.ndarray, columns: Mapping[str, np.ndarray], units: Mapping[str, str]) -> None:

@@ -120,6 +120,15 @@ def test_without_the_column_nothing_changes():
     assert any(p.axis.startswith("torso_rate over ") for p in both)
 
 
+def test_a_dead_gyro_is_not_compared(tmp_path):
+    recording = recorded({}, sweep(0.5, 12, 2, 30.0), 8)
+    recording.columns[GYRO][:] = 0.0
+    write_recording(recording, tmp_path / "run.csv")
+    read = read_recording(tmp_path / "run.csv")
+    assert len(prepare(read, "steer_angle", "steer_torque", "steer_angle_command", (GYRO,)).outputs) == 1
+    assert "torso_rate is constant at 0 rad/s" in read.warnings
+
+
 def test_the_rigs_noise_is_read(tmp_path):
     (tmp_path / "rig.json").write_text('{"noise": {"torso_rate": {"value": 2.0, "unit": "deg/s"}}}')
     write_recording(recorded({}, sweep(0.5, 12, 2, 30.0), 7), tmp_path / "run.csv")

@@ -96,7 +96,7 @@ class Run:
 def prepare(recording: Recording, imposed: str, measured: str, command: str, further: Sequence[str] = ()) -> Run:
     """The run of a servo-driven test. The phase is the command's, or the imposed motion's own where none is logged.
 
-    further names outputs that are measured too, where the recording has them. Raises InputError for a run that is too
+    further names outputs that are measured too, where the recording has them and they are not dead. Raises InputError for a run that is too
     short, that has no excitation, or no slowly changing frequency.
     """
     recording, notes = uniform(recording)
@@ -120,7 +120,7 @@ def prepare(recording: Recording, imposed: str, measured: str, command: str, fur
     moved, moved_variance = reduction.reduce(angle), variance_of(reduction, angle_noise)
     rebuilder = rebuilding(time, phase, _orders(reduction, moved, moved_variance))
     outputs = []
-    for column in (measured, *(name for name in further if name in recording.columns)):
+    for column in (measured, *(name for name in further if np.ptp(recording.columns.get(name, 0.0)) > 0)):
         y = recording[column]
         noise, data = noise_of(reduction, y), reduction.reduce(y)
         from_motion = _through_the_motion(reduction, moved, data, moved_variance, rebuilder)
