@@ -103,6 +103,7 @@ def _limitations(found: Investigation, result: dict[str, Any], component: Compon
             sentences.append(NONE_IS_WEAK)
     if found.factor != 1.0:
         sentences.append(OTHER_UNIT.format(found.factor))
+    sentences += [f"{n} keeps its value: at the frequencies of these runs it answers as a stiffness does." for n in found.kept]
     if found.missed > MOST_MISSED:
         sentences.append(f"{100 * found.missed:.0f} % of the measured motion is missed by the best model: too much to be called noise.")
     best = found.verdict.best

@@ -22,12 +22,13 @@ from identification.gap.naming.common_factor import common_factor
 from identification.gap.naming.competing import compete
 from identification.gap.naming.decide import Verdict, decide
 from identification.gap.naming.fitting import Fit, fit
+from identification.gap.naming.one_frequency import not_told_apart
 from identification.gap.stands.component_test import ComponentTest
 from identification.recordings import Recording
 
 ROUNDS = 3
 MOST_MISSED, FAST = 0.2, 1.5  # share of the motion that slow noise may be; fast noise is this much larger than its estimate
-FAR_FROM_NOISE = 10.0  # reduced chi-square at which nothing has a name
+FAR_FROM_NOISE = 10.0  # reduced chi-square at which nothing has a name that held-out runs do not confirm
 STEADY = 0.1  # change of the noise, relative, below which a verdict stands
 
 
@@ -37,6 +38,7 @@ class Investigation:
 
     factor is that by which the base came out from where it started (see `common_factor`); with another than 1 nothing is named.
     missed is the share of the measured motion that the best model misses; beyond MOST_MISSED it is no noise.
+    kept are inertias that the runs do not tell from a stiffness, and that keep their values.
     """
 
     verdict: Verdict
@@ -44,6 +46,7 @@ class Investigation:
     held: list[Sampled]
     factor: float = 1.0
     missed: float = 0.0
+    kept: tuple[str, ...] = ()
 
 
 def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequence[type[Effect]] = (), given: Mapping[str, float] | None = None,
@@ -55,6 +58,11 @@ def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequ
     """
     component, model = test.component, FreeStart(test)
     found = begin(model, runs)
+    kept = not_told_apart(found)
+    if kept and len(kept) < len(test.free):
+        test = replace(test, free=tuple(f for f in test.free if f.name not in kept))
+        model = FreeStart(test)
+        found = begin(model, [replace(run, test=test, guess={}) for run in runs])
     found = fit(model, equal_noise(found.runs, found), found.x)
     deflection, rate = largest_motion(found)
     test = replace(test, component=test.component.with_values(**_values(found))).scaled(deflection, rate)
@@ -73,7 +81,7 @@ def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequ
         before, ready = ready, list(verdict.best.runs)
         if _change(before, ready) < STEADY:
             break
-    if verdict.verdict == "named" and _doubtful(verdict, library):
+    if verdict.verdict == "named" and _doubtful(verdict, library, bool(held)):
         verdict = replace(verdict, verdict="unknown", effects=[], tied=[], open_form=False)
     factor = common_factor(component, _values(verdict.best)) if excited(runs) else 1.0
     if factor != 1.0 and verdict.verdict != "none":
@@ -81,7 +89,7 @@ def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequ
     missed = _missed(verdict.best)
     if missed > MOST_MISSED and verdict.verdict == "none":
         verdict = replace(verdict, verdict="unknown")
-    return Investigation(verdict, test, _like(held, verdict.best.runs[0]), factor, missed)
+    return Investigation(verdict, test, _like(held, verdict.best.runs[0]), factor, missed, tuple(kept))
 
 
 def _untold(verdict: Verdict) -> None:
@@ -131,10 +139,13 @@ def _largest(runs: Sequence[Sampled], names: Sequence[str]) -> dict[str, float]:
     return {n: level for n, level in levels.items() if level > 0}
 
 
-def _doubtful(verdict: Verdict, library: Sequence[type[Effect]]) -> bool:
-    """Whether a name is far from the noise, or its form open in a family that has no other: one body more takes up much."""
+def _doubtful(verdict: Verdict, library: Sequence[type[Effect]], confirmed: bool) -> bool:
+    """Whether a name is far from the noise and no held-out run confirms it, or its form is open in a family that has no other.
+
+    One body more takes up much of anything.
+    """
     forms = sum(effect.family == verdict.effects[0].family for effect in library)
-    return verdict.best.reduced > FAR_FROM_NOISE or (verdict.open_form and forms == 1)
+    return (verdict.best.reduced > FAR_FROM_NOISE and not confirmed) or (verdict.open_form and forms == 1)
 
 
 def _missed(found: Fit) -> float:

@@ -1,0 +1,22 @@
+"""At one frequency inertia and stiffness answer alike, m x'' = -m w^2 x: a fit of both would say nothing of either.
+
+    cos(dr/d ln m, dr/d ln k) = -1
+
+The inertia then keeps the value that it had, and the stiffness is that at the frequency.
+"""
+
+import numpy as np
+
+from identification.gap.naming.fitting import Fit
+
+ALIKE = 0.99  # cosine of two parameters' slopes
+INERTIA = ("kg", "kg.m2")
+
+
+def not_told_apart(found: Fit) -> list[str]:
+    """The inertias of the base that the runs do not tell from another of its parameters."""
+    base, table = found.model.base, found.model.component.table
+    slopes = found.jacobian[:, : len(base)]
+    slopes = slopes / (np.linalg.norm(slopes, axis=0) + 1e-300)
+    cosines = np.abs(slopes.T @ slopes) - np.eye(len(base))
+    return [n for i, n in enumerate(base) if table[n].unit in INERTIA and cosines[i].max() > ALIKE]
