@@ -1,4 +1,4 @@
-"""The gap workflow on recorded runs of a whole vehicle whose states are measured: roll and steer angle and their rates."""
+"""The gap workflow on recorded runs of a whole vehicle: its equations where all states are measured, predictions where they are not."""
 
 import argparse
 from collections.abc import Callable, Sequence
@@ -11,17 +11,18 @@ from matplotlib.figure import Figure
 
 from fmus.component import Component
 from fmus.effects import Effect
-from fmus.errors import InputError, MissingToolError
+from fmus.errors import MissingToolError
 from fmus.progress import track
 from identification.gap.data.weak_form import BAND, BLOCK, WeakRun, prepare_weak
 from identification.gap.models.weak_model import WeakModel, accelerated
 from identification.gap.naming.decide import Verdict, decide
 from identification.gap.naming.fitting import Fit, fit, parameters_of
+from identification.gap.reporting import predicted_verdict
 from identification.gap.reporting.verdict import as_result
 from identification.gap.reporting.weak_verdict import cells
 from identification.gap.stands.linear_stand import LinearStand
-from identification.recordings import read_recording
-from scenarios import names
+from identification.recordings import Recording, read_recording
+from scenarios import names, vehicle_predictions
 from scenarios.augmented_vehicle import FILE, write_vehicle
 from scenarios.gap_tables import before_and_after, places, verdict_section
 from scenarios.report import COLOURS, Report, Section, Table, new_figure
@@ -35,25 +36,65 @@ ALL = "all"  # --free all: nothing is known of the base
 
 
 def run_on_recordings(arguments: argparse.Namespace) -> dict[str, Any]:
-    """The result of `motofmi gap runs.csv --vehicle NAME`, with everything that it names written into --out."""
-    folder, vehicle = Path(arguments.out), names.vehicle(arguments.vehicle)
-    stand = runs_stand(vehicle, arguments.free)
-    runs, held = (read_runs(files, stand, arguments.map) for files in (arguments.files, arguments.holdout))
-    so_far = writing_so_far(folder, lambda verdict: as_result(verdict, [], "rad/s2", "flexible_model", cells))
-    verdict, held = verdict_on_runs(stand, runs, held, runs_effects(vehicle, arguments.effects), so_far)
-    result = as_result(verdict, held, "rad/s2", "flexible_model", cells)
-    open_ = parameters_of(verdict.best)
-    result["base"] |= {n: dict(zip(("value", "standard_error", "unit"), open_[n], strict=True)) for n in stand.open}
-    result["limitations"] = _limitations([*runs, *held], held)
+    """The result of `motofmi gap runs.csv --vehicle NAME`, with everything that it names written into --out.
+
+    Where all states are recorded the equations of motion are compared, else predictions from sample to sample.
+    """
+    folder, vehicle, device = Path(arguments.out), names.vehicle(arguments.vehicle), names.device(arguments.device)
+    recordings, held = (_recordings(files, vehicle, arguments.map) for files in (arguments.files, arguments.holdout))
+    whole = device is None and all({"speed", *vehicle.states} <= r.columns.keys() for r in [*recordings, *held])
+    way = _by_equations if whole else _by_prediction
+    verdict, result, figures = way(arguments, vehicle, device, recordings, held)
+    if result["gap"]["holdout_after"] is None:
+        result["limitations"].append("No held-out run, or none that could be predicted: the verdict is not checked on data that were not used.")
     write_verdict(result, folder)
     try:
-        result["model"], result["fmu"] = write_vehicle(vehicle, verdict.best, folder, f"Fitted to {', '.join(r.name for r in runs)}", arguments.effects)
+        result["model"], result["fmu"] = write_vehicle(vehicle, verdict.best, folder, f"Fitted to {', '.join(r.name for r in recordings)}", arguments.effects)
     except MissingToolError as error:
         result["model"] = FILE
         result["limitations"].append(f"No FMU was built: {error}")
-    result["report"] = write_report(verdict, result, folder)
+    result["report"] = write_report(verdict, result, figures, folder)
     write_verdict(result, folder)
     return result
+
+
+Found = tuple[Verdict, dict[str, Any], list[tuple[Figure, str]]]
+
+
+def _by_equations(arguments: argparse.Namespace, vehicle: Component, device: Component | None, recordings: Sequence[Recording],
+                  held: Sequence[Recording]) -> Found:  # fmt: skip
+    """Verdict, contents of the file and figures, from the equations of motion of a vehicle that is ridden without a device."""
+    del device
+    stand = runs_stand(vehicle, arguments.free)
+    runs, checked = (weak_runs(each, stand) for each in (recordings, held))
+    so_far = writing_so_far(Path(arguments.out), lambda verdict: as_result(verdict, [], "rad/s2", "flexible_model", cells))
+    verdict, checked = verdict_on_runs(stand, runs, checked, runs_effects(vehicle, arguments.effects), so_far)
+    result = as_result(verdict, checked, "rad/s2", "flexible_model", cells)
+    _with_open(result, verdict, stand)
+    result["limitations"] += _limitations([*runs, *checked])
+    said = "What the equations of motion leave over frequency: as given, base, with what was found, and the disturbance."
+    return verdict, result, [(spectra(verdict), said)]
+
+
+def _by_prediction(arguments: argparse.Namespace, vehicle: Component, device: Component | None, recordings: Sequence[Recording],
+                   held: Sequence[Recording]) -> Found:  # fmt: skip
+    """Verdict, contents of the file and figures, from predictions."""
+    stand = runs_stand(vehicle, arguments.free) if device is None else vehicle_predictions.ridden_stand(vehicle, device, arguments.free)
+    every = vehicle_predictions.predicted_runs([*recordings, *held], stand)
+    runs, checked = every[: len(recordings)], every[len(recordings) :]
+    library = vehicle_predictions.predictable_effects(vehicle, stand, arguments.effects)
+    so_far = writing_so_far(Path(arguments.out), lambda verdict: as_result(verdict, [], "1", "flexible_model", predicted_verdict.cells))
+    verdict, checked = vehicle_predictions.verdict_on_predictions(stand, runs, checked, library, so_far)
+    result = as_result(verdict, checked, "1", "flexible_model", predicted_verdict.cells)
+    _with_open(result, verdict, stand)
+    result["limitations"] += [*_notes(every), *vehicle_predictions.limitations(every)]
+    said = "What was measured, and what the predictions err by, over frequency: base, with what was found, and the best prediction that the recording allows."
+    return verdict, result, [(vehicle_predictions.spectra(verdict), said)]
+
+
+def _with_open(result: dict[str, Any], verdict: Verdict, stand: LinearStand) -> None:
+    fitted = parameters_of(verdict.best)
+    result["base"] |= {n: dict(zip(("value", "standard_error", "unit"), fitted[n], strict=True)) for n in stand.open}
 
 
 def runs_stand(vehicle: Component, free: Sequence[str] = ()) -> LinearStand:
@@ -68,19 +109,21 @@ def runs_stand(vehicle: Component, free: Sequence[str] = ()) -> LinearStand:
     return LinearStand(vehicle, "", "speed", open=open_, measured_effects=known, exact_delays=True)
 
 
-def read_runs(files: Sequence[str], stand: LinearStand, mapping: Sequence[str] = ()) -> list[WeakRun]:
-    """The recordings in weak form. Raises InputError where a state of the vehicle is not among the columns."""
+def _recordings(files: Sequence[str], vehicle: Component, mapping: Sequence[str] = ()) -> list[Recording]:
+    """The recordings, their columns in the units of the vehicle's variables."""
     mapped = dict(text.partition("=")[::2] for text in mapping)
-    runs = []
-    for path in track(files, "reading"):
-        recording = read_recording(path, mapped or None)
-        missing = [n for n in (stand.over, *stand.component.states) if n not in recording.columns]
-        if missing:
-            raise InputError(f"{recording.name}: no {', '.join(missing)}; a vehicle's run needs its speed and all its states "
-                             f"({', '.join(stand.component.states)}); name columns with --map COLUMN=VARIABLE, give the vehicle as matrices, or compare fewer channels with --component")  # fmt: skip
-        told = [n for n in stand.component.inputs if n in recording.columns]
-        runs.append(prepare_weak(recording, stand.over, accelerated(stand), (*stand.component.states, *told)))
-    return runs
+    quantities = {"time": "s"} | {n: row.unit for n, row in vehicle.rows("input", "state", "output").items()}
+    return [read_recording(path, mapped or None, quantities=quantities) for path in track(files, "reading")]
+
+
+def weak_runs(recordings: Sequence[Recording], stand: LinearStand) -> list[WeakRun]:
+    """Recordings with all states of the vehicle in weak form. Raises InputError where too little of one can be used."""
+    return [prepare_weak(r, stand.over, accelerated(stand), (*stand.component.states, *(n for n in stand.component.inputs if n in r.columns))) for r in recordings]
+
+
+def read_runs(files: Sequence[str], stand: LinearStand, mapping: Sequence[str] = ()) -> list[WeakRun]:
+    """The recordings of files in weak form."""
+    return weak_runs(_recordings(files, stand.component, mapping), stand)
 
 
 def runs_effects(vehicle: Component, folder: str | None = None) -> list[type[Effect]]:
@@ -111,27 +154,26 @@ def as_given(stand: LinearStand, runs: Sequence[WeakRun]) -> Fit:
     return fit(model, runs, model.start(), frozen=range(len(model.names)))
 
 
-def _limitations(runs: Sequence[WeakRun], held: Sequence[WeakRun]) -> list[str]:
-    sentences = [note for r in runs for note in (*r.notes, *r.recording.warnings)]
-    sentences += [f"Equations are compared from {BAND[0]:g} to {BAND[1]:g} Hz in blocks of {BLOCK:g} s, without offset and drift.",
-                  "The noise is what a rich linear and nonlinear regression of the same runs leaves: 1 means as good as that, not as good as the sensors.",
-                  "Errors of the measured states bias what is fitted, and so does feedback, the more of the motion the disturbances cause instead of a "
-                  f"recorded excitation: linear effects that gain less than {FEIGNED:g} of the disturbance are therefore not named, and fitted entries are no physical "
-                  "constants where nothing shakes the vehicle."]  # fmt: skip
-    if not held:
-        sentences.append("No held-out run: the verdict is not checked on data that were not used.")
-    return sentences
+def _notes(runs: Sequence[Any]) -> list[str]:
+    return [note for r in runs for note in (*r.notes, *r.recording.warnings)]
 
 
-def write_report(verdict: Verdict, result: dict[str, Any], folder: Path) -> str:
+def _limitations(runs: Sequence[WeakRun]) -> list[str]:
+    return [*_notes(runs), f"Equations are compared from {BAND[0]:g} to {BAND[1]:g} Hz in blocks of {BLOCK:g} s, without offset and drift.",
+            "The noise is what a rich linear and nonlinear regression of the same runs leaves: 1 means as good as that, not as good as the sensors.",
+            "Errors of the measured states bias what is fitted, and so does feedback, the more of the motion the disturbances cause instead of a "
+            f"recorded excitation: linear effects that gain less than {FEIGNED:g} of the disturbance are therefore not named, and fitted entries are no physical "
+            "constants where nothing shakes the vehicle."]  # fmt: skip
+
+
+def write_report(verdict: Verdict, result: dict[str, Any], figures: Sequence[tuple[Figure, str]], folder: Path) -> str:
     """Write the HTML report into the folder; its name there."""
     found = [(n, f"{v:.5g}", f"{e:.2g}", u) for n, (v, e, u) in parameters_of(verdict.best).items()]
     sections = [
         verdict_section(result, Table(("parameter", "value", "standard error", "unit"), found)),
-        Section("Before and after", [], [(spectra(verdict), "What the equations of motion leave over frequency: as given, base, with what was found, and the disturbance.")],
-                [before_and_after(result)]),
+        Section("Before and after", [], figures, [before_and_after(result)]),
         Section("Where the base model misses", ["Cells that pass a false-discovery rate of 1 %."], [],
-                [places(result, "equation")]),
+                [places(result, "equation or output")]),
     ]  # fmt: skip
     Report("The gap between vehicle and recorded runs", f"Verdict: {result['verdict']}", sections).write(folder / "report.html")
     return "report.html"

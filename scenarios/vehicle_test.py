@@ -21,6 +21,7 @@ KNOWN_TO = {"kg": 0.01, "m": 0.01, "rad": 0.01, "kg.m2": 0.05, "N/rad": 0.05, "N
 RELAXATION = 0.05  # of a relaxation length, which is no length that a ruler measures
 CERTAIN = ("gravity",)
 NOT_LINEAR = ("steering_friction",)  # has no eigenvalues; in measured ones it looks like a damper
+OF_INPUTS = ("motor_gain", "channel_delay")  # do nothing to eigenvalues
 
 
 def uncertain(vehicle: Component, free: Sequence[str] = (), prefix: str = "vehicle.") -> tuple[Free, ...]:
@@ -52,7 +53,7 @@ def vehicle_stand(vehicle: Component, device: Component | None = None, free: Seq
 def vehicle_effects(vehicle: Component, folder: str | None = None, linear: bool = False) -> list[type[Effect]]:
     """The effects that ship and that the vehicle has words for, and a user's own; without those that have no eigenvalues if `linear`."""
     every = VEHICLE_EFFECTS + (load_folder(folder) if folder else [])
-    return [e for e in joining(vehicle, every) if not (linear and e.family in NOT_LINEAR)]
+    return [e for e in joining(vehicle, every) if not (linear and e.family in (*NOT_LINEAR, *OF_INPUTS))]
 
 
 def with_names(run: Spectrum, stand: LinearStand) -> Spectrum:

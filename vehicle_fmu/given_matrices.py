@@ -56,7 +56,6 @@ class GivenMatrices(Component):
     steer_rate = carries("steer_rate")
     roll_angle = state("rad", "Roll angle, lean to the right positive", symbol=r"\phi", exposed=True)
     steer_angle = carries("steer_angle")
-    motor_torque = local("N.m", "Torque that the steer motor gives for what it is told", symbol="T_m")
     head_torque = local("N.m", "Torque of the steering head against the steer, as of a damper", symbol="T_s")
 
     elements: ClassVar = {"head": Element("head_torque", "steer_angle", "steer_rate")}
@@ -72,11 +71,10 @@ class GivenMatrices(Component):
         for row in COORDINATES:
             free[row] = sum(v[f"{row}_by_{column}_{power}"] * v.speed**power * v[column] for power in range(3) for column in STATES)
         v.head_torque = 0.0
-        v.motor_torque = v.steer_torque
         return {
             "der(roll_rate)": M["roll_rate", "roll_rate"] * free["roll"] + M["roll_rate", "steer_rate"] * free["steer"] + v.roll_torque,
             "der(steer_rate)": M["steer_rate", "roll_rate"] * free["roll"] + M["steer_rate", "steer_rate"] * free["steer"]
-                               + v.motor_torque - v.head_torque,
+                               + v.steer_torque - v.head_torque,
             "der(roll_angle)": v.roll_rate,
             "der(steer_angle)": v.steer_rate,
         }  # fmt: skip

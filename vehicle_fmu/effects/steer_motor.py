@@ -11,7 +11,7 @@ class MotorGain(Effect):
     family, form = "motor_gain", "ratio"
     ratio = parameter("1", "Torque beyond what is told, over that", symbol="r_m", min=-1, max=5, start=0.1)
 
-    @adds_to("motor_torque")
+    @adds_to("der(steer_rate)")
     def gives(self, v, m):
         return v.ratio * v.steer_torque
 
@@ -24,6 +24,6 @@ class MotorDelay(Effect):
     lags = ("delay",)
     delayed: ClassVar = {"late_torque": ("steer_torque", "delay")}
 
-    @adds_to("motor_torque")
+    @adds_to("der(steer_rate)")
     def comes_late(self, v, m):
         return v.late_torque - v.steer_torque

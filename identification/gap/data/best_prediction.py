@@ -25,15 +25,14 @@ VARIES = 0.02  # of the speed, relative, from which gains may change with it
 
 def with_best_prediction(run: PredictedRun, inputs: np.ndarray, features: Sequence[np.ndarray]) -> PredictedRun:
     """The run with the errors of the best prediction from inputs (n, nu) and nonlinear features (n,) each."""
-    best, chosen = np.inf, (np.zeros(0), 0)
+    best, errors, scale = np.inf, np.zeros_like(run.measured), 1.0
     for lags in LAGS:
-        errors, count, used = _left(run, inputs, features, lags)
+        left, count, used = _left(run, inputs, features, lags)
         if used <= 2 * count:
             continue
-        criterion = used * float(np.linalg.slogdet(np.cov(errors[~np.isnan(errors[:, 0])].T).reshape(run.measured.shape[1], -1))[1]) + 2 * count * errors.shape[1]
+        criterion = used * float(np.linalg.slogdet(np.cov(left[~np.isnan(left[:, 0])].T).reshape(run.measured.shape[1], -1))[1]) + 2 * count * left.shape[1]
         if criterion < best:
-            best, chosen = criterion, (errors, used / (used - count))
-    errors, scale = chosen
+            best, errors, scale = criterion, left, used / (used - count)
     taken = np.nan_to_num(errors)
     within = taken[run.compared]
     mixing = np.linalg.inv(np.linalg.cholesky(within.T @ within / len(within)))

@@ -17,6 +17,7 @@ from scipy.fft import dct
 
 from fmus.errors import InputError
 from identification.gap.data.flexible import Density
+from identification.gap.data.sampled import LEAST_SIGNAL, white_noise
 from identification.gap.data.stretches import MARGIN, undisturbed
 from identification.recordings import Recording
 from identification.sampling import uniform
@@ -25,7 +26,8 @@ RATE = 80.0  # Hz: what is faster is averaged down to it, or a little above
 BLOCK = 10.0  # s
 BURN = 3.0  # s at the start of a stretch, in which the prediction forgets where it began
 FEWEST = 2  # blocks of a run
-BAND = (0.3, 0.35)  # Hz, share of the rate
+BAND = (0.3, 15.0)  # Hz
+HIGHEST = 0.35  # of the rate, which the band leaves out beyond
 SPEEDS = 0.04  # by how much the speed may differ, relative, from one for which matrices are computed
 
 
@@ -123,14 +125,14 @@ class PredictedRun:
     def frequency(self) -> np.ndarray:
         """The frequencies (k,) that are compared [Hz]."""
         every = np.arange(self.length) / (2 * self.length * self.step)
-        return every[(every >= BAND[0]) & (every <= BAND[1] / self.step)]
+        return every[(every >= BAND[0]) & (every <= min(BAND[1], HIGHEST / self.step))]
 
     def cosines(self, errors: np.ndarray) -> np.ndarray:
         """Of errors (n, ny, ...) over time the cosines (ny, blocks, k, ...), the channels mixed so that they are independent."""
         assert self.mixing is not None
         taken = errors[self.blocks[:, None] + np.arange(self.length)]
         spectrum = dct(taken, axis=1, norm="ortho")[:, np.round(self.frequency * 2 * self.length * self.step).astype(int)]
-        return np.moveaxis(np.einsum("ij,bkj...->ibk...", self.mixing, spectrum), 0, 0)
+        return np.einsum("ij,bkj...->ibk...", self.mixing, spectrum)
 
     def whitened(self, errors: np.ndarray) -> np.ndarray:
         """Of errors (n, ny, ...) over time the numbers (m, ...) of deviation 1."""
@@ -166,6 +168,8 @@ def prepare_predicted(recording: Recording, over: str, outputs: Sequence[str], i
     for name in outputs:
         if np.ptp(recording[name]) == 0:
             raise InputError(f"{recording.name}: {name} is constant at {recording[name][0]:g} {recording.units[name]}; is the sensor connected?")
+    if all(np.std(recording[n]) < LEAST_SIGNAL * white_noise(recording[n]) for n in outputs):
+        raise InputError(f"{recording.name}: no excitation: {', '.join(outputs)} hold nothing but noise; shake the handlebar, or let a disturbance move the vehicle")
     stretches, said = undisturbed(recording, over, (over, *outputs, *inputs))
     factor = max(int(recording.rate / RATE), 1)
     coarse = tuple((-(-a // factor), b // factor) for a, b in stretches)

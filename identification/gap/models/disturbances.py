@@ -16,6 +16,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from identification.gap.data.predicted import PredictedRun
+from identification.gap.data.sampled import white_noise
 from identification.gap.models.kalman import Discrete, errors, sampled, sampled_noise, stationary
 
 CORNER = 0.5  # Hz: of what is slow
@@ -68,7 +69,7 @@ class Driven:
 def first_guess(run: PredictedRun, driven: Driven) -> np.ndarray:
     """psi where each force alone would change the outputs as fast as they were seen to change."""
     y = np.concatenate([run.measured[a:b] for a, b in run.stretches])
-    sensor = np.array([1.4826 * np.median(np.abs(np.diff(c, 4))) / np.sqrt(70) for c in y.T]) + 1e-6 * y.std(axis=0)
+    sensor = np.array([white_noise(c) for c in y.T]) + 1e-6 * y.std(axis=0)
     fastest = np.max(np.abs(driven.A[0]))
     size = np.array([1.0 / max(np.max(np.abs(driven.C[0] @ w) + np.max(np.abs(driven.C[0] @ driven.A[0] @ w)) / fastest), 1e-12) for w in driven.W[0].T])
     size = size * y.std()
@@ -106,7 +107,7 @@ def predicted(run: PredictedRun, made: Discrete, K: np.ndarray, inputs: np.ndarr
     left, states = np.zeros_like(run.measured), np.zeros((len(run.measured), K.shape[1]))
     for first, last in run.stretches:
         y, u = centred(run, inputs, first, last)
-        left[first:last], states[first:last] = errors(*made.parts, K, place[first:last], share[first:last], y, u)
+        left[first:last], states[first:last] = errors(*made.parts, K, place[first:last], share[first:last], y, u)  # type: ignore[call-arg]
     return left, states
 
 

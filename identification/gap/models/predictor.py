@@ -10,6 +10,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from fmus.component import Component
 from fmus.effects import Effect
@@ -26,6 +27,7 @@ from identification.gap.stands.linear_stand import LinearStand
 
 FORCES = ("roll_torque", "lateral_force", "steer_torque")  # at which disturbances act
 BEFORE = 0.03  # s from whose ends a rate is taken that knows nothing of later samples
+FAR = 1e3  # of the largest that was measured: a prediction that errs by so much diverges
 LARGE = 0.1  # deflection [rad] and rate [rad/s] at which an effect's slopes differ from those at rest if it is not linear
 
 
@@ -51,9 +53,10 @@ class PredictorModel(LinearModel):
         for first, last in run.stretches:
             y, u = centred(run, told, first, last)
             du = np.array([centred(run, each, first, last)[1] for each in by_parameter]).reshape(-1, *u.shape)
-            left[first:last], moved[first:last] = errors_and_slopes(*made.parts, *changes.parts, K, place[first:last], share[first:last], y, u, du)
-        if not np.isfinite(left).all():
-            raise InputError(f"{self.component.name}: the prediction of {run.name} leaves finite numbers")
+            left[first:last], moved[first:last] = errors_and_slopes(  # type: ignore[call-arg]
+                *made.parts, *changes.parts, K, place[first:last], share[first:last], y, u, du)
+        if not np.max(np.abs(left)) < FAR * np.max(np.abs(run.measured)):
+            raise InputError(f"{self.component.name}: the prediction of {run.name} diverges")
         jacobian = np.zeros((len(run.data), len(q)))
         jacobian[:, self.sloped_from :] = -run.whitened(moved)
         return -run.whitened(left), jacobian
@@ -69,8 +72,10 @@ class PredictorModel(LinearModel):
         told, _ = self._told(run, q)
         noise = estimated(run, driven, told)
         made = driven.discrete(noise, run.step, run.exactly_held)
-        _, states = predicted(run, made, driven.gains(noise, run.step, made)[0], told)
+        K = driven.gains(noise, run.step, made)[0]
+        _, states = predicted(run, made, K, told)
         run = run.with_noise(noise, dict(zip(self.straight.states, states.T, strict=False)))  # those of disturbances come last
+        run.known[self.effects] = K
         if run.mixing is not None:
             return run
         features = features_of(*self._known_before(run), [np.zeros(len(run.recording.time))])
@@ -146,7 +151,7 @@ class PredictorModel(LinearModel):
     def _signals(self, run: PredictedRun, q: np.ndarray) -> np.ndarray:
         values, time, recorded = self.values(q), run.recording.time, run.recording.columns
         told = [recorded[n] for n in run.inputs]
-        told += [np.interp(time - values[delay], time, recorded[source]) for source, delay in self._lagging(run)]
+        told += [CubicSpline(time, recorded[source])(np.maximum(time - values[delay], time[0])) for source, delay in self._lagging(run)]
         joined = [run.joined(x) for x in told] + (list(self._bent(run, values)) if self.curved else [])
         return np.column_stack([np.zeros((len(run.measured), 0)), *joined])
 

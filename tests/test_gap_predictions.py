@@ -1,0 +1,150 @@
+"""The gap workflow on runs of a motorcycle of which only some states are recorded: prediction from sample to sample."""
+
+import json
+
+import numpy as np
+import pytest
+import scipy.linalg
+import scipy.signal
+from simulators.hidden_ride import ride, write_ride
+from simulators.hidden_vehicle import SHARP, known_to
+from test_motorcycle import KANE_NAMES
+
+from fmus import InputError
+from fmus.library import value_file
+from identification.gap.data.best_prediction import with_best_prediction
+from identification.gap.data.predicted import PredictedRun
+from identification.gap.models.kalman import sampled, sampled_noise, stationary
+from identification.gap.models.predictor import PredictorModel
+from identification.gap.naming.fitting import parameters_of
+from identification.recordings import Recording, read_recording
+from scenarios.command_line import main
+from scenarios.vehicle_predictions import predictable_effects, predicted_runs, verdict_on_predictions
+from scenarios.vehicle_runs import runs_stand
+from vehicle_fmu import Motorcycle
+
+STEERED = (-10.0, -5.0)  # N.m/rad and N.m.s/rad: a rider who steers into the fall
+
+
+def motorcycles(seed):
+    """What is known of a motorcycle, as a component, the real one, and the generator of what follows."""
+    rng = np.random.default_rng(seed)
+    known = known_to(rng, SHARP, 2.0)
+    base = Motorcycle("known", **{KANE_NAMES[n]: x for n, x in known.items() if n in KANE_NAMES})
+    return base, known_to(rng, known), rng
+
+
+def investigated(folder, seed, hidden, speed=20.0, duration=60.0):
+    base, real, rng = motorcycles(seed)
+    file = write_ride(folder / "run.csv", ride(rng, real, speed, hidden, duration, gain=STEERED), rng)
+    stand = runs_stand(base)
+    return verdict_on_predictions(stand, predicted_runs([read_recording(file)], stand), [], predictable_effects(base, stand))[0]
+
+
+def test_the_gain_is_that_of_another_solver():
+    rng = np.random.default_rng(0)
+    A, C = rng.standard_normal((5, 5)), rng.standard_normal((2, 5))
+    F = sampled(A, np.zeros((5, 0)), C, np.zeros((2, 0)), 0.01).F
+    Q, R = sampled_noise(A, np.diag(rng.uniform(1e-4, 1e2, 5)), 0.01), np.diag([1e-6, 1e-2])
+    K, S = stationary(F, C, Q, R)
+    P = scipy.linalg.solve_discrete_are(F.T, C.T, Q, R)
+    # Both end with a relative change of 1e-9 of the covariance, whose entries are eight decades apart.
+    assert pytest.approx(C @ P @ C.T + R, rel=1e-6) == S
+    assert pytest.approx(F @ P @ C.T @ np.linalg.inv(S), rel=1e-5, abs=1e-6 * np.abs(K).max()) == K
+
+
+@pytest.mark.parametrize("held, method", [(False, "foh"), (True, "zoh")])
+def test_sampled_matrices_are_scipys(held, method):
+    rng = np.random.default_rng(1)
+    A, B, C, D = (rng.standard_normal(s) for s in ((4, 4), (4, 2), (3, 4), (3, 2)))
+    made = sampled(A, B, C, D, 0.1, held)
+    F, G, _, more, _ = scipy.signal.cont2discrete((A, B, C, D), 0.1, method)
+    # scipy absorbs the next input into its states: x = z + G_1 u.
+    assert made.F == pytest.approx(F, abs=1e-12)
+    assert made.G0 + made.F @ made.G1 == pytest.approx(G, abs=1e-12)
+    assert C @ made.G1 + D == pytest.approx(more, abs=1e-12)
+
+
+def test_sampled_noise_is_van_loans():
+    rng = np.random.default_rng(2)
+    A, W = rng.standard_normal((4, 4)), np.diag([1.0, 0.0, 3.0, 0.0])
+    whole = scipy.linalg.expm(np.block([[-A, W], [np.zeros((4, 4)), A.T]]) * 0.01)
+    # Simpson's rule over 0.01 s of motion of about 1 rad/s: h^4 / 2880 of its fourth derivative.
+    assert sampled_noise(A, W, 0.01) == pytest.approx(whole[4:, 4:].T @ whole[:4, 4:], rel=1e-6, abs=1e-11)
+
+
+def test_the_best_prediction_errs_by_the_innovations():
+    rng = np.random.default_rng(3)
+    n, deviation = 9000, 0.3
+    u = rng.standard_normal(n)
+    y = scipy.signal.lfilter([0, 0.5], [1, -1.6, 0.8], u) + scipy.signal.lfilter([1, 0.4], [1, -1.6, 0.8], deviation * rng.standard_normal(n))
+    recording = Recording("arma", np.arange(n) / 100, {"y": y, "u": u, "speed": np.ones(n)}, {"y": "rad", "u": "N.m", "speed": "m/s"})
+    run = with_best_prediction(PredictedRun(recording, ("y",), ("u",), "speed", 1, ((0, n),)), u[:, None], [])
+    # 2400 cosines: their mean square has a deviation of 0.03, the deviation half of that; here four of it.
+    assert 1 / run.mixing[0, 0] * np.sqrt(np.mean(run.densities[0](run.frequency))) == pytest.approx(deviation, rel=0.06)
+
+
+def test_slopes_are_those_of_differences(tmp_path):
+    base, real, rng = motorcycles(4)
+    stand = runs_stand(base)
+    library = {e.form: e for e in predictable_effects(base, stand)}
+    model = PredictorModel(stand, [library["coulomb"], library["motor"]])
+    run = predicted_runs([read_recording(write_ride(tmp_path / "run.csv", ride(rng, real, 20.0, {}, 40.0, gain=STEERED), rng))], stand)[0]
+    run = PredictorModel(stand).with_disturbances_beside(run, PredictorModel(stand).start())
+    q = model.start()
+    q[len(model.base) :] = 0.5, 0.02
+    z, slopes = model.reduced(run, q)
+    for i in (1, 10, len(q) - 2, len(q) - 1):
+        step = 1e-4 * np.eye(len(q))[i]
+        differences = (model.reduced(run, q + step)[0] - model.reduced(run, q - step)[0]) / 2e-4
+        # The slopes are one-sided differences of matrices and of what is told, each to 1e-5 of its size.
+        assert np.linalg.norm(slopes[:, i] - differences) < 0.01 * np.linalg.norm(differences)
+    assert z.shape == run.data.shape
+
+
+def test_where_nothing_is_hidden_nothing_is_named(tmp_path):
+    verdict = investigated(tmp_path, 1, {})
+    assert verdict.verdict == "none"
+    # 6200 numbers: a deviation of 0.02, the floor from the same run.
+    assert verdict.base.reduced == pytest.approx(1.0, abs=0.08)
+
+
+def test_a_front_frame_that_twists_is_named_and_sized(tmp_path):
+    verdict = investigated(tmp_path, 2, {"compliance": 3e-5, "axis": 0.4})
+    assert verdict.verdict == "named" and verdict.effects[0].family == "frame_compliance"
+    value, error, _ = parameters_of(verdict.best)["frame_compliance.compliance"]
+    assert abs(value - 3e-5) < max(0.1 * 3e-5, 3 * error)
+
+
+def test_the_command_takes_runs_without_all_states_and_writes_the_vehicle(tmp_path):
+    base, real, rng = motorcycles(3)
+    files = [write_ride(tmp_path / f"{n}.csv", ride(rng, real, v, {"friction": 1.5}, 50.0, gain=STEERED), rng) for n, v in (("run", 20.0), ("held", 21.0))]
+    (tmp_path / "known.toml").write_text(value_file("Motorcycle", {n: (x, None, base.table[n].unit) for n, x in base.values.items()}, "known", "test"), "utf-8")
+    out = tmp_path / "gap"
+    assert main(["gap", files[0], "--holdout", files[1], "--vehicle", str(tmp_path / "known.toml"), "--out", str(out)]) == 0
+    result = json.loads((out / "verdict.json").read_text("utf-8"))
+    assert "steering_friction" in [c["name"] for c in result["candidates"][:1]]
+    assert result["gap"]["holdout_after"] < result["gap"]["holdout_before"]
+    assert any("predicted from sample to sample" in sentence for sentence in result["limitations"])
+    assert (out / result["report"]).exists() and (out / result["fmu"]).exists()
+
+
+@pytest.mark.parametrize("header, message", [
+    ("time [s],roll_rate [rad/s],steer_torque [N.m]", "no speed"), ("time [s],speed [m/s],steer_torque [N.m]", "no column is an output"),
+])  # fmt: skip
+def test_a_run_without_speed_or_any_output_is_refused(tmp_path, header, message):
+    rng = np.random.default_rng(0)
+    count = header.count(",")
+    rows = "\n".join(",".join(map(str, (k / 100, *rng.uniform(4, 5, count)))) for k in range(3000))
+    (tmp_path / "run.csv").write_text(f"{header}\n{rows}\n")
+    stand = runs_stand(motorcycles(0)[0])
+    with pytest.raises(InputError, match=message):
+        predicted_runs([read_recording(tmp_path / "run.csv")], stand)
+
+
+def test_a_run_that_holds_nothing_but_noise_is_refused(tmp_path):
+    rng = np.random.default_rng(0)
+    rows = "\n".join(f"{k / 100},20,{x:.6f}" for k, x in enumerate(1e-3 * rng.standard_normal(4000)))
+    (tmp_path / "run.csv").write_text(f"time [s],speed [m/s],roll_rate [rad/s]\n{rows}\n")
+    with pytest.raises(InputError, match="no excitation"):
+        predicted_runs([read_recording(tmp_path / "run.csv")], runs_stand(motorcycles(0)[0]))
