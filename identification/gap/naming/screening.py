@@ -37,9 +37,15 @@ def screen(found: Fit, effects: Iterable[type[Effect]], keep: int = 2) -> list[S
     def tried(effect: type[Effect]) -> list[tuple[float, np.ndarray]]:
         try:
             model = found.model.joined_by(effect, slopes_of_base=False)
-            return [_signature(found, model, effect, shape, basis, left) for shape in shapes_of(found, effect)]
-        except InputError:  # it diverges, or it cannot join what is there already
+        except InputError:  # it cannot join what is there already
             return []
+        answers = []
+        for shape in shapes_of(found, effect):
+            try:
+                answers.append(_signature(found, model, effect, shape, basis, left))
+            except InputError:  # this shape diverges; another may not
+                continue
+        return answers
 
     effects = list(effects)
     answers = spread(tried, effects, "screening effects")
