@@ -111,13 +111,30 @@ def test_the_plan_knows_what_a_gyro_parts():
 
 def test_without_the_column_nothing_changes():
     with_, without = (made({"Tc": 0.3}, UP, 6, gyro=gyro) for gyro in (True, False))
-    assert np.array_equal(with_.effort.data, without.data) and np.array_equal(with_.effort.deviation, without.deviation)
+    assert np.array_equal(with_.effort.data, without.effort.data) and np.array_equal(with_.effort.deviation, without.deviation)
     model = Model(rig_test(RIG))
     alone = [fit(model, [run], model.start()) for run in (without, replace(with_, outputs=with_.outputs[:1]))]
     assert alone[0].chi2 == alone[1].chi2
     assert {p.axis for p in locate(alone[0], cells)} <= {"run", "order", "frequency", "time", "amplitude", "direction"}
     both = locate(fit(model, [made({"Icc": 0.05}, UP, 6)], model.start()), cells)
     assert any(p.axis.startswith("torso_rate over ") for p in both)
+
+
+def test_errors_of_the_gain_are_whitened_with_the_noise():
+    output = made({}, sweep(0.5, 12, 2, 30.0), 9).outputs[1]
+    y = output.data
+    covariance = np.diag(output.deviation**2) + output.gain_error**2 * np.outer(y, y)
+    one_side = output.over_noise(covariance)
+    assert output.over_noise(one_side.T) == pytest.approx(np.eye(len(y)), abs=1e-6)  # of entries up to 1e3
+
+
+@pytest.mark.parametrize("gain", [0.98, 1.01])
+def test_a_gyro_that_is_a_little_wrong_is_no_gap(gain):
+    recording = recorded({}, UP, 10)
+    recording.columns[GYRO][:] *= gain
+    model = Model(rig_test(RIG))
+    found = fit(model, [prepare(recording, "steer_angle", "steer_torque", "steer_angle_command", (GYRO,))], model.start())
+    assert found.reduced == pytest.approx(1.0, abs=0.2)  # 600 numbers: 0.06 for one deviation, the noise estimated
 
 
 def test_a_dead_gyro_is_not_compared(tmp_path):

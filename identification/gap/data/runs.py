@@ -17,11 +17,15 @@ from identification.sampling import uniform
 
 SHORTEST = 20.0  # s: below it a run holds too few windows to tell noise from a gap
 LEAST_SIGNAL = 5.0  # the excited motion over its noise
+GAIN_ERROR = 0.02  # relative, of a sensor besides that of the effort: its calibration, and how it is mounted
 
 
 @dataclass(frozen=True)
 class Output:
-    """A measured output (n,) of a run on its harmonics: data (m,), and the variance that the rebuilt motion brings to them."""
+    """A measured output (n,) of a run on its harmonics: data y (m,), and the variance that the rebuilt motion brings to them.
+
+    Errors of the data are independent but for that of the sensor's gain: covariance D^2 + g^2 y y', D the deviation.
+    """
 
     column: str
     measured: np.ndarray
@@ -29,6 +33,16 @@ class Output:
     data: np.ndarray
     deviation: np.ndarray
     from_motion: np.ndarray
+    gain_error: float = 0.0
+
+    def over_noise(self, reduced: np.ndarray) -> np.ndarray:
+        """Reduced signals (m, ...) in units of the noise, with unit covariance: along y, a gain counts for less."""
+        z, y = (reduced.T / self.deviation).T, self.data / self.deviation
+        if not self.gain_error:
+            return z
+        power = float(y @ y)
+        share = 1 - 1 / np.sqrt(1 + self.gain_error**2 * power)
+        return z - np.multiply.outer(y, share / power * (y @ z))
 
     def with_noise_beside(self, modelled: np.ndarray, reduction: Reduction) -> "Output":
         """The output with the noise of what a model (n,) leaves: a sharp effect's highest orders are then not in it."""
@@ -50,8 +64,8 @@ class Run:
 
     @cached_property
     def data(self) -> np.ndarray:
-        """The reduced data (m,) of all outputs."""
-        return np.concatenate([output.data for output in self.outputs])
+        """The reduced data (m,) of all outputs, with independent errors."""
+        return np.concatenate([output.over_noise(output.data) * output.deviation for output in self.outputs])
 
     @cached_property
     def deviation(self) -> np.ndarray:
@@ -71,8 +85,7 @@ class Run:
     def reduced(self, y: np.ndarray) -> np.ndarray:
         """Signals of the outputs (n, ny, ...) as their data are: (m, ...) in units of the noise."""
         each = self.reduction.reduce(y.reshape(len(y), -1)).reshape(-1, *y.shape[1:])
-        stacked = np.moveaxis(each, 1, 0).reshape(-1, *each.shape[2:])
-        return stacked / self.deviation.reshape(-1, *(1 for _ in stacked.shape[1:]))
+        return np.concatenate([output.over_noise(each[:, i]) for i, output in enumerate(self.outputs)])
 
     @property
     def name(self) -> str:
@@ -124,7 +137,7 @@ def prepare(recording: Recording, imposed: str, measured: str, command: str, fur
         y = recording[column]
         noise, data = noise_of(reduction, y), reduction.reduce(y)
         from_motion = _through_the_motion(reduction, moved, data, moved_variance, rebuilder)
-        outputs.append(Output(column, y, noise, data, np.sqrt(variance_of(reduction, noise) + from_motion), from_motion))
+        outputs.append(Output(column, y, noise, data, np.sqrt(variance_of(reduction, noise) + from_motion), from_motion, GAIN_ERROR if outputs else 0.0))
     return Run(recording, rebuilder.motion(angle), reduction, tuple(outputs), recording.units[imposed], notes)
 
 
