@@ -132,7 +132,7 @@ def prepare(recording: Recording, imposed: str, measured: str, command: str, fur
                          f"its noise is {np.sqrt(np.median(angle_noise.density)):.2g}")  # fmt: skip
     moved, moved_variance = reduction.reduce(angle), variance_of(reduction, angle_noise)
     rebuilder = rebuilding(time, phase, _orders(reduction, moved, moved_variance))
-    outputs = []
+    outputs: list[Output] = []
     for column in (measured, *(name for name in further if np.ptp(recording.columns.get(name, 0.0)) > 0)):
         y = recording[column]
         noise, data = noise_of(reduction, y), reduction.reduce(y)
