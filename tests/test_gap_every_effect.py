@@ -23,9 +23,12 @@ HIDDEN = [
     ({"Fh": 1.0, "wh": 0.01}, "hysteresis", "force", 1.0),
     ({"ra": 0.03}, "asymmetry", "ratio", 0.03),
     ({"rd": 0.3}, "drift", "ratio", 0.3),
+    ({"rj": 0.2}, "drift", "ratio", 0.2 / 1.1),  # of the mean stiffness
     ({"kr": 25.0, "tau": 0.12}, "reflex", "gain", 25.0),
     ({"td": 0.005}, "channel_delay", "delay", 0.005),
+    ({"te": 0.004}, "channel_delay", "skew", 0.004 / 70.0),  # both runs last 70 s
     ({"C": 1e-4}, "shaft_compliance", "compliance", 1e-4),
+    ({"C": 1.5e-5}, "shaft_compliance", "compliance", 1.5e-5),  # less than a hundredth of the bar's own impedance
     ({"Ih": 0.07, "fh": 4.0, "zh": 0.25}, "extra_mode", "inertia", 0.07),
     ({"km": 500.0, "tm": 0.08}, "viscoelastic_arm", "series_stiffness", 500.0),
     ({"Tw": 1.0}, "waist_friction", "friction_torque", 1.0),
@@ -41,7 +44,7 @@ HIDDEN = [
 NOT_LINEAR = {"coulomb_friction", "hardening_stiffness", "backlash", "progressive_damping", "hysteresis", "asymmetry", "waist_friction", "sensor_nonlinearity"}
 
 
-@pytest.mark.parametrize(("hidden", "family", "parameter", "value"), HIDDEN, ids=[row[1] for row in HIDDEN])
+@pytest.mark.parametrize(("hidden", "family", "parameter", "value"), HIDDEN, ids=[f"{row[1]}_{next(iter(row[0]))}_{row[3]:.2g}" for row in HIDDEN])
 def test_it_is_found_again(hidden, family, parameter, value):
     rng = np.random.default_rng(3)
     tests = {"up": sweep(0.5, 12, 2, 70.0), "down": sweep(12, 0.5, 3.5, 70.0)}

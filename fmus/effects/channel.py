@@ -14,6 +14,15 @@ class ChannelDelay(Effect):
     lags = ("delay",)
 
 
+class ClockSkew(Effect):
+    """The clocks of force and motion run at different rates: the force arrives ever later, or earlier."""
+
+    family, form, part = "channel_delay", "skew", "channel"
+    skew = parameter("1", "Growth of the delay of the force against the motion over time", symbol="s_d", min=-1e-3, max=1e-3, start=0.0)
+    lags = ("skew",)
+    lag_grows = True
+
+
 class ShaftCompliance(Effect):
     """A spring in series between servo and bar gives way."""
 

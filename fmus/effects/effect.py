@@ -59,6 +59,7 @@ class Effect:
     relative_to_level: ClassVar[tuple[str, ...]] = ()  # the same of the largest value of the input or output that it acts at
     given: ClassVar[tuple[str, ...]] = ()  # parameters that the experiment sets (its duration)
     lags: ClassVar[tuple[str, ...]] = ()  # parameters that are delays
+    lag_grows: ClassVar[bool] = False  # the delay is such a parameter times the time
     delayed: ClassVar[Mapping[str, tuple[str, str]]] = {}
 
     def __init_subclass__(cls, **options) -> None:

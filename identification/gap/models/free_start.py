@@ -183,8 +183,7 @@ class FreeStart(Model):
         last = first + length if length else last
         time = run.recording.time[first] + np.arange((last - 1 - first) * run.finer + 1) / (run.recording.rate * run.finer)
         middle = (time[1:] + time[:-1]) / 2
-        lag = values[self.shift] if self.shift else 0.0
-        motion = Motion(time, self._inputs(run, time - lag, values), self._inputs(run, middle - lag, values))
+        motion = Motion(time, *(self._inputs(run, t - self.lag(values, t), values) for t in (time, middle)))
         names = self.equations.states
         states = None if length else run.guess.get(index, {}).get("states")
         guess = None

@@ -98,7 +98,8 @@ class Model(BaseAndEffects):
         given = {stand.parameter(e, n) for e in effects for n in e.given}
         self.durations = [n for n in given if n.endswith(".duration")]
         self.lags = {stand.parameter(e, n) for e in effects for n in e.lags}
-        self.shift = next((stand.parameter(e, e.lags[0]) for e in effects if e.lags and not e.delayed), "")
+        late = next((e for e in effects if e.lags and not e.delayed), None)
+        self.shift, self.shift_grows = (stand.parameter(late, late.lags[0]), late.lag_grows) if late else ("", False)
         exact = {delay for _, delay in self.component.delays.values()}
         wanted = self.names if slopes_of_base else self.own
         self.sensitive = [n for n in wanted if n in exact or n not in self.lags]
@@ -128,9 +129,10 @@ class Model(BaseAndEffects):
             jacobian[[self.names.index(n) for n in self.sensitive]] = made.slopes.T
             jacobian[: len(self.base)] *= np.array([values[n] for n in self.base])[:, None, None]
         if self.shift:  # all that is told arrives later, so the effort does; drift over a lag is nothing
-            jacobian[self.names.index(self.shift), 0] = -CubicSpline(time, y[:, 0])(time, 1) if slopes else 0.0
+            grown = time if self.shift_grows else 1.0
+            jacobian[self.names.index(self.shift), 0] = -grown * CubicSpline(time, y[:, 0])(time, 1) if slopes else 0.0
             for i in range(1, y.shape[1]):  # what else is measured is on time
-                early = time + values[self.shift]
+                early = time + self.lag(values, time)
                 y = np.column_stack([y[:, :i], CubicSpline(time, y[:, i])(early), y[:, i + 1 :]])
                 jacobian[:, i] = CubicSpline(time, jacobian[:, i], axis=1)(early)
         return y, jacobian.T
@@ -166,11 +168,14 @@ class Model(BaseAndEffects):
         known = self.found[id(run)][1]
         return np.array([known.get(s, np.zeros(len(run.recording.time))) for s in self.equations.states]).T
 
+    def lag(self, values: Mapping[str, float], time: np.ndarray) -> np.ndarray | float:
+        """By how much all that is told arrives later, at times (n,) [s]."""
+        return values[self.shift] * (time if self.shift_grows else 1.0) if self.shift else 0.0
+
     def _motion(self, run: Run, values: Mapping[str, float]) -> Motion:
         time = run.recording.time
         middle = (time[1:] + time[:-1]) / 2
-        lag = values[self.shift] if self.shift else 0.0
-        return Motion(time, self._inputs(run, time - lag, values), self._inputs(run, middle - lag, values))
+        return Motion(time, *(self._inputs(run, t - self.lag(values, t), values) for t in (time, middle)))
 
     def _inputs(self, run: Run, time: np.ndarray, values: Mapping[str, float]) -> dict[str, np.ndarray]:
         angle, rate, acceleration = run.moved(time)

@@ -24,6 +24,7 @@ STARTS = 2  # signatures of a family that are fitted
 FORMS = 0.3  # of the best one's dBIC: what a family must have for its other forms to be fitted
 BEHIND = 300.0  # dBIC behind an adequate effect that another form of a family may make up for
 FAR_LESS = 0.25  # of a gain: what a signature, which sees only small effects in full, must promise
+HOPELESS = 10.0  # times the chi-square that is to be reached
 LEADERS = 6  # families that are fitted first
 
 
@@ -47,14 +48,21 @@ class Candidate:
 
 def adequate(found: Fit) -> bool:
     """Whether noise alone explains what is left."""
-    return found.reduced < max(ADEQUATE, 1 + 4.5 * np.sqrt(2 / found.freedom))
+    return found.reduced < reduced_by_noise(found)
 
 
-def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS, least: float = SIGNIFICANT, others: bool = True) -> list[Candidate]:
+def reduced_by_noise(found: Fit) -> float:
+    """The largest reduced chi-square that noise alone gives."""
+    return max(ADEQUATE, 1 + 4.5 * float(np.sqrt(2 / found.freedom)))
+
+
+def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS, least: float = SIGNIFICANT, others: bool = True,
+            beat: float = np.inf) -> list[Candidate]:  # fmt: skip
     """The candidates on top of a fit, the best first and fitted ones before others.
 
     All are screened, the leading families are fitted (the others too, unless told not to) as far as they promise to be rivals, and
-    those that come out best in all their forms. Nothing is fitted where the screening promises far less chi-square than `least`.
+    those that come out best in all their forms. Nothing is fitted where the screening promises far less chi-square than `least`,
+    and fits that creep far above the chi-square `beat` end where they are.
     """
     present = {e.family for e in found.model.effects}
     by_family: dict[str, list[type[Effect]]] = {}
@@ -74,10 +82,12 @@ def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS,
         of_each = (sorted((s for s in seen if s.effect.family == name), key=lambda s: -s.gain)[:STARTS] for name in wave)
         mine = [signatures for signatures in of_each if signatures]  # none where the effect cannot join
         threshold = max(SIGNIFICANT / 2, (RIVAL if wave is waves[-1] else 0.02) * top, RIVAL * enough)
-        candidates += _fitted(found, [s for signatures in mine for s in signatures if s.gain >= threshold], candidates)
+        candidates += _fitted(found, [s for signatures in mine for s in signatures if s.gain >= threshold], candidates, beat)
         candidates += [_unfitted(found, signatures[0]) for signatures in mine if signatures[0].gain < threshold]
     rest = set(order).difference(*waves)
     candidates = _ranked([*candidates, *(_unfitted(found, s) for s in seen if s.effect.family in rest)])
+    if candidates[0].fitted and candidates[0].fit.chi2 > HOPELESS * beat:  # no other form makes up for so much
+        return candidates
     near = {c.family for c in candidates[:1] if c.delta_bic > SIGNIFICANT}
     near |= {c.family for c in candidates[:4] if candidates[0].delta_bic - c.delta_bic < CLEAR and c.delta_bic > SIGNIFICANT}
     best, reach = candidates[0], BEHIND if adequate(candidates[0].fit) else np.inf
@@ -85,7 +95,7 @@ def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS,
     for flexible in (False, True):  # a curve of its own only where no plain form fits
         known = {c.effect for c in candidates if c.effect in c.fit.model.effects}
         more = [form for name in families if name in near for form in families[name] if form.flexible == flexible and form not in known]
-        candidates = _ranked([*candidates, *_fitted(found, screen(found, more, keep=1), candidates)])
+        candidates = _ranked([*candidates, *_fitted(found, screen(found, more, keep=1), candidates, beat)])
         if adequate(candidates[0].fit):
             break
     return candidates
@@ -104,9 +114,9 @@ def _ranked(candidates: Iterable[Candidate]) -> list[Candidate]:
     return sorted(candidates, key=lambda c: (not c.fitted, -c.delta_bic))
 
 
-def _fitted(found: Fit, signatures: Sequence[Signature], known: Sequence[Candidate]) -> list[Candidate]:
+def _fitted(found: Fit, signatures: Sequence[Signature], known: Sequence[Candidate], beat: float) -> list[Candidate]:
     """The candidates of these signatures, as far as they have a chance beside what is known."""
-    beat = min((c.fit.chi2 for c in known if c.fitted and adequate(c.fit)), default=np.inf) + CLEAR
+    beat = min((beat, *(c.fit.chi2 for c in known if c.fitted and adequate(c.fit)))) + CLEAR
     answers = spread(lambda signature: _best_fit(found, signature, beat), signatures, "fitting effects")
     candidates = []
     for signature, answer in zip(signatures, answers, strict=True):

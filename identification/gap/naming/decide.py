@@ -49,11 +49,11 @@ def decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effec
     Its fits rest on the noise that the best of them leaves. so_far is told, as unknown, what is known after the base, after
     the effects, and after each effect that was tried with a second one. Raises InputError where the base cannot be fitted.
     """
-    verdict = _borne_out(_decide(model, runs, library, so_far), holdout)
-    first, refuted = verdict, list(verdict.refuted)
-    while verdict.verdict == "unknown" and len(verdict.refuted) == 1:  # of two effects it is not known which one is wrong
+    first = verdict = _checked(_decide(model, runs, library, so_far), holdout)
+    refuted = list(verdict.refuted)
+    while verdict.verdict == "unknown" and any(e.family in refuted for e in library):
         library = [e for e in library if e.family not in refuted]
-        verdict = _borne_out(_decide(model, runs, library, so_far), holdout)
+        verdict = _checked(_decide(model, runs, library, so_far), holdout)
         refuted += verdict.refuted
     verdict = replace(verdict if verdict.verdict in ("named", "tied") else first, refuted=refuted)
     best = verdict.best
@@ -76,6 +76,14 @@ def _decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effe
     pairs = pairs_of(best, first, library, lambda leading: so_far(Verdict("unknown", base, leading.second.fit, candidates=first)))
     if pairs and sure(pairs):
         return _of_pairs(base, pairs, first, library)
+    return _of_one(base, first)
+
+
+def _of_one(base: Fit, first: list[Candidate]) -> Verdict:
+    """The verdict where one effect is missing."""
+    best = best_of(first)
+    if best is None:
+        return Verdict("unknown", base, base, candidates=first)
     if adequate(best.fit):
         tied = [c for c in one_each(first) if c.fitted and best.delta_bic - c.delta_bic < TIE and adequate(c.fit)]
         if len(tied) > 1:
@@ -99,6 +107,15 @@ def _of_pairs(base: Fit, pairs: Sequence[Pair], first: list[Candidate], library:
     return Verdict("named", base, found.second.fit, [certain], [c for c in members if c.family not in families], first)
 
 
+def _checked(found: Verdict, holdout: Sequence[AnyRun]) -> Verdict:
+    """What held-out runs bear of a verdict: of a pair that they refute one effect alone, if that."""
+    verdict = _borne_out(found, holdout)
+    if not verdict.refuted or len(found.effects) < 2:
+        return verdict
+    alone = _borne_out(_of_one(found.base, found.candidates), holdout)
+    return replace(alone, refuted=[*verdict.refuted, *alone.refuted])
+
+
 def _borne_out(verdict: Verdict, holdout: Sequence[AnyRun]) -> Verdict:
     """The verdict without what held-out runs refute: members of a tie drop out, a name becomes `unknown`."""
     if not holdout or verdict.verdict not in ("named", "tied"):
@@ -107,7 +124,7 @@ def _borne_out(verdict: Verdict, holdout: Sequence[AnyRun]) -> Verdict:
     if verdict.verdict == "named":
         if not _refuted(before, verdict.best, holdout, verdict.open_form):
             return verdict
-        return replace(verdict, verdict="unknown", effects=[], tied=[], open_form=False, refuted=[c.family for c in verdict.effects])
+        return replace(verdict, verdict="unknown", effects=[], tied=[], open_form=False, refuted=[" and ".join(c.family for c in verdict.effects)])
     wrong = [c.family for c in verdict.tied if _refuted(before, c.fit, holdout)]
     left = [c for c in verdict.tied if c.family not in wrong]
     if len(left) > 1:

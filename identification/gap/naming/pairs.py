@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from fmus.effects import Effect
 from fmus.errors import InputError
-from identification.gap.naming.competing import TIE, Candidate, adequate, compete, one_each
+from identification.gap.naming.competing import TIE, Candidate, adequate, compete, one_each, reduced_by_noise
 from identification.gap.naming.fitting import Fit, fit, price
 from identification.gap.naming.screening import screen
 
@@ -46,7 +46,8 @@ def pairs_of(best: Candidate, first: Sequence[Candidate], library: Sequence[type
     worth = best.delta_bic + max(SECOND, SHARE * best.delta_chi2) if adequate(best.fit) else 0.0
     found: dict[frozenset[str], Pair] = {}
     for one in leading[:FIRSTS]:
-        for two in one_each(compete(one.fit, library, leaders=4, least=max(SECOND, SHARE * one.delta_chi2), others=False)):
+        enough = reduced_by_noise(one.fit) * one.fit.freedom  # a pair that is not adequate is none
+        for two in one_each(compete(one.fit, library, leaders=4, least=max(SECOND, SHARE * one.delta_chi2), others=False, beat=enough)):
             pair = Pair(one, two)
             significant = two.effect in two.fit.model.effects and two.delta_bic > max(SECOND, SHARE * one.delta_chi2)
             if significant and pair.delta_bic > worth and adequate(two.fit):

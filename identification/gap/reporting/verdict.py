@@ -53,7 +53,7 @@ def _limitations(verdict: Verdict) -> list[str]:
         if verdict.tied:
             sentences.append(f"Something else is missing besides {name}: one of {', '.join(dict.fromkeys(c.family for c in verdict.tied))}.")
     if verdict.refuted:
-        sentences.append(f"{' and '.join(verdict.refuted)} fits as well or better, but the held-out run refutes it.")
+        sentences.append(f"The held-out run refutes what fits as well or better: {', '.join(verdict.refuted)}.")
     return sentences
 
 
