@@ -26,6 +26,7 @@ ROUNDS = 3  # of verdict and disturbances, each beside the other
 RIDER = 0.2  # to which the parameters of whoever holds the handlebar are known
 DIFFERS = 0.3  # from run to run, of what is not known of a parameter
 FEIGNED = 0.003  # of the noise's power, gained by a linear effect: small errors of the base and of the disturbances' spectra do that
+BESIDE = 0.1  # of a larger effect's gain
 
 
 def ridden_stand(vehicle: Component, device: Component, free: Sequence[str] = ()) -> LinearStand:
@@ -98,8 +99,11 @@ def _decided(model: PredictorModel, runs: Sequence[PredictedRun], library: Seque
 
 
 def _doubtful(verdict: Verdict) -> set[str]:
+    """Families of which the verdict speaks and that gain too little: beside a large effect small errors of its form look like others."""
     least = FEIGNED * verdict.base.count
-    return {c.family for c in (*verdict.effects, *verdict.tied) if c.family not in NOT_LINEAR and c.delta_chi2 < least}
+    beside = max([least, *(BESIDE * c.delta_chi2 for c in verdict.effects)])
+    linear = [c for c in (*verdict.effects, *verdict.tied) if c.family not in NOT_LINEAR]
+    return {c.family for c in linear if c.delta_chi2 < (beside if len(verdict.effects) > 1 else least)}
 
 
 def _base(model: PredictorModel, runs: Sequence[PredictedRun]) -> Fit:
@@ -117,7 +121,7 @@ def limitations(runs: Sequence[PredictedRun]) -> list[str]:
     sentences = [f"Not all states of the vehicle are recorded: it is predicted from sample to sample, and the errors are compared from {BAND[0]:g} to "
                  f"{BAND[1]:g} Hz in blocks of {BLOCK:g} s. 1 means as good as a long regression on everything recorded before.",
                  "Whatever drives the vehicle unrecorded is taken as a roll torque, a side force and a torque about the steer axis, each in part white and in part slow; "
-                 f"linear effects that gain less than {FEIGNED:g} of the noise's power are not named."]  # fmt: skip
+                 f"linear effects that gain less than {FEIGNED:g} of the noise's power, or {BESIDE:g} of a larger effect's gain, are not named."]  # fmt: skip
     if not any(r.inputs for r in runs):
         sentences.append("No input is recorded: disturbances alone move the vehicle, and only its modes show.")
     return sentences

@@ -75,7 +75,7 @@ class PredictorModel(LinearModel):
         K = driven.gains(noise, run.step, made)[0]
         _, states = predicted(run, made, K, told)
         run = run.with_noise(noise, dict(zip(self.straight.states, states.T, strict=False)))  # those of disturbances come last
-        run.known[self.effects] = K
+        run.known[self.straight.states] = K
         if run.mixing is not None:
             return run
         features = features_of(*self._known_before(run), [np.zeros(len(run.recording.time))])
@@ -118,7 +118,7 @@ class PredictorModel(LinearModel):
         return made, Discrete(*((m - here) / scale for m, here in zip(each, made.parts, strict=True)))
 
     def _gains(self, run: PredictedRun, driven: Driven, made: Discrete) -> np.ndarray:
-        key = self.effects
+        key = self.straight.states  # with the same gains, an effect of size zero changes nothing
         if key not in run.known:
             try:
                 run.known[key] = driven.gains(run.noise, run.step, made)[0]  # type: ignore[arg-type]
