@@ -129,7 +129,7 @@ class FreeStart(Model):
         while length < last - first and self.equations.states:
             for _ in range(GROWING):
                 made = self._simulated(run, index, values, initial, length)
-                tangent = made.initial_slopes.reshape(-1, made.initial_slopes.shape[2])
+                tangent = made.initial_slopes.reshape(-1, len(self.equations.states))  # type: ignore[union-attr]  # asked for by states
                 step = np.linalg.lstsq(tangent, (run.measured[first : first + length] - made.outputs).ravel(), rcond=RANK)[0]
                 initial = {n: initial.get(n, 0.0) + float(s) for n, s in zip(self.equations.states, step, strict=True)}
             length *= 3

@@ -1,12 +1,16 @@
-"""At one frequency inertia and stiffness answer alike, m x'' = -m w^2 x: a fit of both would say nothing of either.
+"""Where a motion is imposed at one frequency, inertia and stiffness answer alike: a fit of both would say nothing of either.
+
+    m x'' = -m w^2 x
 
     cos(dr/d ln m, dr/d ln k) = -1
 
-The inertia then keeps the value that it had, and the stiffness is that at the frequency.
+The inertia then keeps the value that it had, and the stiffness is that at the frequency: only the small harmonics of the
+motion tell the two apart, and any nonlinearity makes those up. Driven by a force, a resonance tells them by where it is.
 """
 
 import numpy as np
 
+from fmus.imposed import Imposed
 from identification.gap.naming.fitting import Fit
 
 ALIKE = 0.99  # cosine of two parameters' slopes
@@ -14,7 +18,9 @@ INERTIA = ("kg", "kg.m2")
 
 
 def not_told_apart(found: Fit) -> list[str]:
-    """The inertias of the base that the runs do not tell from another of its parameters."""
+    """The inertias of the base that runs of an imposed motion do not tell from another of its parameters."""
+    if not isinstance(found.model.component, Imposed):
+        return []
     base, table = found.model.base, found.model.component.table
     slopes = found.jacobian[:, : len(base)]
     slopes = slopes / (np.linalg.norm(slopes, axis=0) + 1e-300)
