@@ -100,7 +100,7 @@ def _decided(model: PredictorModel, runs: Sequence[PredictedRun], library: Seque
 
 def _doubtful(verdict: Verdict) -> set[str]:
     """Families of which the verdict speaks and that gain too little: beside a large effect small errors of its form look like others."""
-    least = FEIGNED * verdict.base.count
+    least = FEIGNED * verdict.base.count if verdict.base.reduced > 1 else np.inf  # nothing is better than the best prediction
     beside = max([least, *(BESIDE * c.delta_chi2 for c in verdict.effects)])
     linear = [c for c in (*verdict.effects, *verdict.tied) if c.family not in NOT_LINEAR]
     return {c.family for c in linear if c.delta_chi2 < (beside if len(verdict.effects) > 1 else least)}
