@@ -16,7 +16,8 @@ SIGNIFICANT = 12.0  # dBIC of a first effect
 TIE = 10.0  # dBIC within which effects cannot be told apart
 CLEAR = 40.0  # dBIC by which a family without an adequate form must lead
 ADEQUATE = 1.12  # reduced chi-square, at 1400 degrees of freedom and more
-RIVAL = 0.3  # of an adequate effect's gain: what a rival must promise to be fitted
+RIVAL = 0.15  # of an adequate effect's gain: what a rival must promise to be fitted
+PLAIN = 0.3  # of that: an effect without shapes is fitted at once, and promises little where the base must move far for it
 FAR = 30.0  # reduced chi-square of a base from which no effect is a small step
 PROMISED = 0.5  # of a signature's gain: with less, a fit is tried from elsewhere
 SMALLER = 0.2  # of the size of an effect, from where it is tried again
@@ -81,9 +82,10 @@ def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS,
         enough = max((c.delta_chi2 for c in candidates if c.fitted and adequate(c.fit)), default=0.0)
         of_each = (sorted((s for s in seen if s.effect.family == name), key=lambda s: -s.gain)[:STARTS] for name in wave)
         mine = [signatures for signatures in of_each if signatures]  # none where the effect cannot join
-        threshold = max(SIGNIFICANT / 2, (RIVAL if wave is waves[-1] else 0.02) * top, RIVAL * enough)
-        candidates += _fitted(found, [s for signatures in mine for s in signatures if s.gain >= threshold], candidates, beat)
-        candidates += [_unfitted(found, signatures[0]) for signatures in mine if signatures[0].gain < threshold]
+        floor, rival = max(SIGNIFICANT / 2, (RIVAL if wave is waves[-1] else 0.02) * top), RIVAL * enough
+        worth = [[s for s in signatures if s.gain >= max(floor, rival if s.effect.shapes() else PLAIN * rival)] for signatures in mine]
+        candidates += _fitted(found, [s for signatures in worth for s in signatures], candidates, beat)
+        candidates += [_unfitted(found, signatures[0]) for signatures, fitted in zip(mine, worth, strict=True) if not fitted]
     rest = set(order).difference(*waves)
     candidates = _ranked([*candidates, *(_unfitted(found, s) for s in seen if s.effect.family in rest)])
     if candidates[0].fitted and candidates[0].fit.chi2 > HOPELESS * beat:  # no other form makes up for so much

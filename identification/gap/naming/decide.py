@@ -23,6 +23,7 @@ from identification.gap.naming.showing import Closeness, on_holdout
 from identification.gap.naming.starting import fit_base
 
 CLOSED = 0.85  # share of the excess that a family with an open form closes, on fitted runs and on held-out ones
+CLOSED_OF_FLEXIBLE = 0.5  # the same where the noise is what a flexible model leaves, which no form of one law reaches
 MISSED = 0.2  # reduced chi-square above 1 by which a held-out run refutes a name, beyond a share of what the base misses
 SHARE_MISSED = 0.05  # that share
 SCATTER = 4.5  # standard deviations of a reduced chi-square, as for fitted runs
@@ -90,7 +91,7 @@ def _of_one(base: Fit, first: list[Candidate]) -> Verdict:
             return Verdict("tied", base, best.fit, [], tied, first)
         return Verdict("named", base, best.fit, [best], [], first, best.effect.flexible)
     others = [c for c in one_each(first) if c.family != best.family]
-    closed = best.fit.reduced - 1 < (1 - CLOSED) * (base.reduced - 1)
+    closed = best.fit.reduced - 1 < (1 - _closed(base)) * (base.reduced - 1)
     if closed and all(best.delta_bic - c.delta_bic > CLEAR for c in others):
         return Verdict("named", base, best.fit, [best], [], first, open_form=True)
     return Verdict("unknown", base, best.fit, candidates=first)
@@ -138,5 +139,11 @@ def _refuted(before: Closeness, found: Fit, holdout: Sequence[AnyRun], open_form
     """Whether held-out runs are missed by more than noise, and by more than a name may leave of what the base misses."""
     after = on_holdout(found, holdout)
     missed = max(MISSED, SCATTER * np.sqrt(2 / after.fit.count))  # few data scatter by more
-    allowed = (1 - CLOSED if open_form else SHARE_MISSED) * (before.chi2 - 1)
+    allowed = (1 - _closed(found) if open_form else SHARE_MISSED) * (before.chi2 - 1)
     return after.chi2 - 1 > max(allowed, missed)
+
+
+def _closed(found: Fit) -> float:
+    """The share of the excess that a family with an open form must close."""
+    flexible = any(getattr(run, "noise_source", "") == "flexible_model" for run in found.runs)
+    return CLOSED_OF_FLEXIBLE if flexible else CLOSED
