@@ -107,7 +107,7 @@ def predicted(run: PredictedRun, made: Discrete, K: np.ndarray, inputs: np.ndarr
     left, states = np.zeros_like(run.measured), np.zeros((len(run.measured), K.shape[1]))
     for first, last in run.stretches:
         y, u = centred(run, inputs, first, last)
-        left[first:last], states[first:last] = errors(*made.parts, K, place[first:last], share[first:last], y, u)  # type: ignore[call-arg]
+        left[first:last], states[first:last] = errors(made, K, place[first:last], share[first:last], y, u)
     return left, states
 
 

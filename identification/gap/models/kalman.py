@@ -12,8 +12,7 @@ for the sampled matrices.
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
-from scipy.linalg import expm
+from scipy.linalg import expm, lapack
 
 DOUBLINGS, WHILE = 40, 6
 SETTLED = 1e-9  # change of the covariance, relative
@@ -31,8 +30,8 @@ class Discrete:
 
     @property
     def parts(self) -> tuple[np.ndarray, ...]:
-        """All, as the compiled functions take them."""
-        return tuple(np.ascontiguousarray(m) for m in (self.F, self.G0, self.G1, self.C, self.D))
+        """All of them."""
+        return self.F, self.G0, self.G1, self.C, self.D
 
 
 def sampled(A: np.ndarray, B: np.ndarray, C: np.ndarray, D: np.ndarray, step: float, held: bool = False) -> Discrete:
@@ -92,79 +91,55 @@ def _transposed(matrix: np.ndarray) -> np.ndarray:
     return np.swapaxes(matrix, -1, -2)
 
 
-@njit(cache=True, fastmath={"contract"})
-def _add(result, matrix, vector, share):
-    """result += share matrix vector, without a temporary array."""
-    for i in range(matrix.shape[0]):
-        total = 0.0
-        for j in range(matrix.shape[1]):
-            total += matrix[i, j] * vector[j]
-        result[i] += share * total
-
-
-@njit(cache=True)
-def errors(F, G0, G1, C, D, K, place, share, y, u):
+def errors(made: Discrete, K: np.ndarray, place: np.ndarray, share: np.ndarray, y: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The prediction errors (n, ny) of outputs (n, ny) for inputs (n + 1, nu), from zero states, and the predicted states (n, nx).
 
     Sample k has its matrices at place[k] of the grid, mixed with the next ones by share[k].
     """
-    e, states = y.copy(), np.empty((len(y), F.shape[1]))
-    x, new = np.zeros(F.shape[1]), np.zeros(F.shape[1])
-    for k in range(len(y)):
-        new[:], states[k] = 0.0, x
-        for beside in range(2 if share[k] > 0 else 1):
-            i, part = place[k] + beside, share[k] if beside else 1 - share[k]
-            _add(e[k], C[i], x, -part)
-            _add(e[k], D[i], u[k], -part)
-        for beside in range(2 if share[k] > 0 else 1):
-            i, part = place[k] + beside, share[k] if beside else 1 - share[k]
-            _add(new, F[i], x, part)
-            _add(new, G0[i], u[k], part)
-            _add(new, G1[i], u[k + 1], part)
-            _add(new, K[i], e[k], part)
-        x[:] = new
-    return e, states
+    F, G0, G1, C, D, K = (_along(m, place, share) for m in (*made.parts, K))
+    seen = y - _times(D, u[:-1])
+    x = _carried(F - K @ C, (_times(G0, u[:-1]) + _times(G1, u[1:]) + _times(K, seen))[..., None])[..., 0]
+    return seen - _times(C, x), x
 
 
-@njit(cache=True)
-def errors_and_slopes(F, G0, G1, C, D, dF, dG0, dG1, dC, dD, K, place, share, y, u, du):
-    """The errors (n, ny), and their slopes (n, ny, np) for slopes (np, ...) of the matrices and (np, n + 1, nu) of the inputs."""
-    count, nx, ny = len(dF), F.shape[1], y.shape[1]
-    e = y.copy()
-    slopes = np.zeros((len(y), ny, count))
-    x, new = np.zeros(nx), np.zeros(nx)
-    dx, dnew, de = np.zeros((count, nx)), np.zeros(nx), np.zeros(ny)
-    for k in range(len(y)):
-        sides = 2 if share[k] > 0 else 1
-        new[:] = 0.0
-        for beside in range(sides):
-            i, part = place[k] + beside, share[k] if beside else 1 - share[k]
-            _add(e[k], C[i], x, -part)
-            _add(e[k], D[i], u[k], -part)
-        for beside in range(sides):
-            i, part = place[k] + beside, share[k] if beside else 1 - share[k]
-            _add(new, F[i], x, part)
-            _add(new, G0[i], u[k], part)
-            _add(new, G1[i], u[k + 1], part)
-            _add(new, K[i], e[k], part)
-        for p in range(count):
-            de[:], dnew[:] = 0.0, 0.0
-            for beside in range(sides):
-                i, part = place[k] + beside, share[k] if beside else 1 - share[k]
-                _add(de, C[i], dx[p], -part)
-                _add(de, dC[p, i], x, -part)
-                _add(de, D[i], du[p, k], -part)
-                _add(de, dD[p, i], u[k], -part)
-            for beside in range(sides):
-                i, part = place[k] + beside, share[k] if beside else 1 - share[k]
-                _add(dnew, F[i], dx[p], part)
-                _add(dnew, dF[p, i], x, part)
-                _add(dnew, G0[i], du[p, k], part)
-                _add(dnew, G1[i], du[p, k + 1], part)
-                _add(dnew, dG0[p, i], u[k], part)
-                _add(dnew, dG1[p, i], u[k + 1], part)
-                _add(dnew, K[i], de, part)
-            slopes[k, :, p] = de
-            dx[p] = dnew
-        x[:] = new
-    return e, slopes
+def errors_and_slopes(made: Discrete, changes: Discrete, K: np.ndarray, place: np.ndarray, share: np.ndarray, y: np.ndarray, u: np.ndarray,
+                      du: np.ndarray) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """The errors (n, ny), and their slopes (n, ny, np) for slopes (np, ...) of the matrices and (np, n + 1, nu) of the inputs.
+
+        dx_k+1 = (F - K C) dx_k + dF x_k + dG_0 u_k + G_0 du_k + ... + K (de_k at dx_k = 0)
+    """
+    e, x = errors(made, K, place, share, y, u)
+    F, G0, G1, C, D, K = (_along(m, place, share) for m in (*made.parts, K))
+    direct, pushed = np.zeros((*e.shape, len(du))), np.zeros((*x.shape, len(du)))
+    for p, told in enumerate(du):
+        dF, dG0, dG1, dC, dD = (_along(m[p], place, share) for m in changes.parts)
+        direct[..., p] = -(_times(dC, x) + _times(dD, u[:-1]) + _times(D, told[:-1]))
+        pushed[..., p] = (_times(dF, x) + _times(dG0, u[:-1]) + _times(dG1, u[1:]) + _times(G0, told[:-1]) + _times(G1, told[1:])
+                          + _times(K, direct[..., p]))  # fmt: skip
+    return e, direct - C @ _carried(F - K @ C, pushed)
+
+
+def _along(matrix: np.ndarray, place: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """The matrices at every sample (n, ...); one for all (...) where the grid has one."""
+    if len(matrix) == 1:
+        return matrix[0]
+    after = np.minimum(place + 1, len(matrix) - 1)
+    share = share.reshape(-1, 1, 1)
+    return (1 - share) * matrix[place] + share * matrix[after]
+
+
+def _times(matrix: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """matrix_k vector_k (n, rows) of vectors (n, columns)."""
+    return vectors @ matrix.T if matrix.ndim == 2 else (matrix @ vectors[..., None])[..., 0]
+
+
+def _carried(step: np.ndarray, push: np.ndarray) -> np.ndarray:
+    """x (n, nx, m) with x_k+1 = step_k x_k + push_k and x_0 = 0: a banded triangular system."""
+    n, nx, m = push.shape
+    steps = n - 1
+    band = np.zeros((2 * nx, steps * nx), order="F")  # the identity, below which stand the blocks -step, as LAPACK stores it
+    band[0] = 1.0
+    for i, j in np.ndindex(nx, nx):
+        band[nx + i - j, j : (steps - 1) * nx : nx] = -(step[i, j] if step.ndim == 2 else step[1:steps, i, j])
+    solution, _ = lapack.dtbtrs(band, push[:-1].reshape(steps * nx, m), uplo="L")
+    return np.concatenate([np.zeros((1, nx, m)), solution.reshape(steps, nx, m)])

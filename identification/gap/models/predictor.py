@@ -53,8 +53,7 @@ class PredictorModel(LinearModel):
         for first, last in run.stretches:
             y, u = centred(run, told, first, last)
             du = np.array([centred(run, each, first, last)[1] for each in by_parameter]).reshape(-1, *u.shape)
-            left[first:last], moved[first:last] = errors_and_slopes(  # type: ignore[call-arg]
-                *made.parts, *changes.parts, K, place[first:last], share[first:last], y, u, du)
+            left[first:last], moved[first:last] = errors_and_slopes(made, changes, K, place[first:last], share[first:last], y, u, du)
         if not np.max(np.abs(left)) < FAR * np.max(np.abs(run.measured)):
             raise InputError(f"{self.component.name}: the prediction of {run.name} diverges")
         jacobian = np.zeros((len(run.data), len(q)))
