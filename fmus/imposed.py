@@ -108,7 +108,7 @@ class ThroughSpring(_Wrapped):
         table |= {n: _row("input", inner.table[n], n) for n in (self.imposed, self.rate)}
         table[self.acceleration] = Variable("input", f"{unit}2", f"{inner.table[self.rate].description}, its rate", name=self.acceleration)
         table |= {self.held: _row("state", effort, self.held), self.held_rate: _row("state", effort, self.held_rate, f"{effort.unit}/s")}
-        table[COMPLIANCE] = Variable("parameter", f"{state.unit}/{effort.unit}", "Compliance between servo and component", start=1e-4,
+        table[COMPLIANCE] = Variable("parameter", f"{state.unit}/{effort.unit}", "Compliance between servo and component", start=1e-5,
                                      min=2e-6, max=1.0, name=COMPLIANCE)  # fmt: skip
         table[self.effort] = _row("output", effort, self.effort)
         return table

@@ -27,7 +27,7 @@ class ShaftCompliance(Effect):
     """A spring in series between servo and bar gives way."""
 
     family, form, part = "shaft_compliance", "spring", "channel"
-    compliance = parameter("rad/N.m", "Compliance between servo and bar", symbol="1/k_s", min=2e-6, max=1.0, start=1e-4)
+    compliance = parameter("rad/N.m", "Compliance between servo and bar", symbol="1/k_s", min=2e-6, max=1.0, start=1e-5)
 
 
 class SensorNonlinearity(Effect):
