@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fmus.effects import Effect
+from fmus.errors import InputError
 from identification.gap.models.model import AnyModel, AnyRun
 from identification.gap.naming.competing import CLEAR, SIGNIFICANT, TIE, Candidate, adequate, best_of, compete, one_each
 from identification.gap.naming.fitting import Fit, fit
@@ -58,7 +59,10 @@ def decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effec
         refuted += verdict.refuted
     verdict = replace(verdict if verdict.verdict in ("named", "tied") else first, refuted=refuted)
     best = verdict.best
-    quiet = [best.model.with_noise_beside(run, best.of_run(i)) for i, run in enumerate(runs)]
+    try:
+        quiet = [best.model.with_noise_beside(run, best.of_run(i)) for i, run in enumerate(runs)]
+    except InputError:  # it was simulated on the way to it only: nothing may rest on that
+        return replace(verdict, verdict="unknown", best=verdict.base, effects=[], tied=[], open_form=False)
     if best is verdict.base:
         verdict.base = verdict.best = fit(best.model, quiet, best.x)
     else:
@@ -137,7 +141,10 @@ def _borne_out(verdict: Verdict, holdout: Sequence[AnyRun]) -> Verdict:
 
 def _refuted(before: Closeness, found: Fit, holdout: Sequence[AnyRun], open_form: bool = False) -> bool:
     """Whether held-out runs are missed by more than noise, and by more than a name may leave of what the base misses."""
-    after = on_holdout(found, holdout)
+    try:
+        after = on_holdout(found, holdout)
+    except InputError:  # not even simulated
+        return True
     missed = max(MISSED, SCATTER * np.sqrt(2 / after.fit.count))  # few data scatter by more
     allowed = (1 - _closed(found) if open_form else SHARE_MISSED) * (before.chi2 - 1)
     return after.chi2 - 1 > max(allowed, missed)
