@@ -94,11 +94,15 @@ def _of_one(base: Fit, first: list[Candidate]) -> Verdict:
         if len(tied) > 1:
             return Verdict("tied", base, best.fit, [], tied, first)
         return Verdict("named", base, best.fit, [best], [], first, best.effect.flexible)
-    others = [c for c in one_each(first) if c.family != best.family]
     closed = best.fit.reduced - 1 < (1 - _closed(base)) * (base.reduced - 1)
-    if closed and all(best.delta_bic - c.delta_bic > CLEAR for c in others):
+    if closed and _leads(best, first):
         return Verdict("named", base, best.fit, [best], [], first, open_form=True)
     return Verdict("unknown", base, best.fit, candidates=first)
+
+
+def _leads(best: Candidate, first: Sequence[Candidate]) -> bool:
+    """Whether an effect is clear of every other family."""
+    return all(best.delta_bic - c.delta_bic > CLEAR for c in one_each(first) if c.family != best.family)
 
 
 def _of_pairs(base: Fit, pairs: Sequence[Pair], first: list[Candidate], library: Sequence[type[Effect]]) -> Verdict:
@@ -129,6 +133,8 @@ def _borne_out(verdict: Verdict, holdout: Sequence[AnyRun]) -> Verdict:
     if verdict.verdict == "named":
         if not _refuted(before, verdict.best, holdout, verdict.open_form):
             return verdict
+        if len(verdict.effects) == 1 and _leads(verdict.effects[0], verdict.candidates) and not _refuted(before, verdict.best, holdout, open_form=True):
+            return replace(verdict, open_form=True)  # the family is right, its form is not where the held-out run goes further
         return replace(verdict, verdict="unknown", effects=[], tied=[], open_form=False, refuted=[" and ".join(c.family for c in verdict.effects)])
     wrong = [c.family for c in verdict.tied if _refuted(before, c.fit, holdout)]
     left = [c for c in verdict.tied if c.family not in wrong]
