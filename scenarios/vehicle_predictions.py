@@ -25,7 +25,7 @@ from vehicle_fmu import ridden
 ROUNDS = 3  # of verdict and disturbances, each beside the other
 RIDER = 0.2  # to which the parameters of whoever holds the handlebar are known
 DIFFERS = 0.3  # from run to run, of what is not known of a parameter
-FEIGNED = 0.003  # of the noise's power, gained by a linear effect: small errors of the base and of the disturbances' spectra do that
+FEIGNED = 0.03  # of the noise's power, gained by a linear effect: small errors of the base and of the disturbances' spectra do that
 BESIDE = 0.1  # of a larger effect's gain
 
 

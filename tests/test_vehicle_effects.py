@@ -61,7 +61,7 @@ def test_a_stiff_head_and_a_light_body_change_nothing():
 
 def test_a_bicycle_takes_the_effects_for_which_it_has_words():
     families = {e.family for e in joining(motorcycles.load("benchmark_bicycle"), effects_in(vehicle_fmu.effects))}
-    assert families == {"steering_friction", "steer_damping", "steer_stiffness", "added_inertia", "roll_inertia"}
+    assert families == {"steering_friction", "steer_damping", "steer_stiffness", "added_inertia", "roll_inertia", "channel_delay", "motor_gain"}
 
 
 def test_a_vehicle_with_effects_is_a_file_that_every_command_takes(tmp_path):
