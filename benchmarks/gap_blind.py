@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import binomtest
 
+from benchmarks._resumed import resumed
 from fmus.progress import track
 from identification.gap.data.runs import Run, prepare
 from identification.gap.models.model import Model
@@ -39,44 +40,38 @@ NAMEABLE, CLEAR = 40.0, 100.0  # delta chi-square
 
 def run(progress: Callable[..., Iterable], cases: int = 50, seed: int = 1, out: str | Path | None = None, kinds: Sequence[str] = ()) -> dict[str, Any]:
     """The summary over the cases; those that `out`/cases.jsonl holds already are not run again."""
-    folder = Path(out or tempfile.mkdtemp())
-    folder.mkdir(parents=True, exist_ok=True)
-    lines = folder / "cases.jsonl"
-    done = {row["case"]: row for row in map(json.loads, lines.read_text().splitlines())} if lines.exists() else {}
-    for number in progress(range(cases), "blind cases"):
-        if number in done:
-            continue
+
+    def one(number: int) -> dict[str, Any]:
         truth = draw(number, seed, kinds[number % len(kinds)] if kinds else None)
         with tempfile.TemporaryDirectory() as open_folder:
             laboratory = Laboratory(truth, number, seed)
             laboratory.deliver(Path(open_folder))
             begun = time.perf_counter()
             found = find(Path(open_folder), laboratory.more)
-        row = {"case": number, "truth": laboratory.secret(), "seconds": time.perf_counter() - begun, **found}
-        done[number] = row
-        with lines.open("a") as file:
-            file.write(json.dumps(row) + "\n")
-    return summary([done[n] for n in sorted(done) if n < cases])
+        return {"truth": laboratory.secret(), "seconds": time.perf_counter() - begun, **found}
+
+    return summary(resumed(progress, cases, out, one))
 
 
 def find(folder: Path, laboratory: Callable[[Path, dict[str, Any]], Path]) -> dict[str, Any]:
     """What the workflow says of a folder with recordings; a tie is taken to the laboratory with the proposed run."""
     stand, library = rig_test(read_rig(folder)), rig_effects()
-    fitted = _prepared([p for p in (folder / "sweep_up.csv", folder / "stepped.csv") if p.exists()], stand)
-    held = _prepared([folder / "holdout.csv"], stand)
+    fitted = prepared([p for p in (folder / "sweep_up.csv", folder / "stepped.csv") if p.exists()], stand)
+    held = prepared([folder / "holdout.csv"], stand)
     verdict = decide(Model(stand), fitted, library, held)
     result = as_result(verdict, held, "N.m")
     proposed = next_experiment(verdict, rig_proposals)
     found = _short(result) | {"next_experiment": proposed}
     if result["verdict"] == "tied" and proposed is not None:
-        more = {run["experiment"]: _prepared([laboratory(folder, run)], stand) for run in proposed["runs"]}
+        more = {run["experiment"]: prepared([laboratory(folder, run)], stand) for run in proposed["runs"]}
         known = with_bare_bar(stand, more.pop("bare_bar")) if "bare_bar" in more else stand
         again = decide(Model(known), [*fitted, *chain.from_iterable(more.values())], library, held)
         found["settled"] = _short(as_result(again, [], "N.m"))
     return found
 
 
-def _prepared(paths: Sequence[Path], stand: TestStand) -> list[Run]:
+def prepared(paths: Iterable[Path], stand: TestStand) -> list[Run]:
+    """The runs in files of a rig test."""
     columns = stand.columns
     return [prepare(read_recording(path), columns["imposed"], columns["measured"], columns["command"], tuple(stand.further)) for path in paths]
 

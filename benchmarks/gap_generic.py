@@ -12,7 +12,6 @@ taken up again. confusion counts truth -> answer.
 import argparse
 import json
 import sys
-import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
@@ -21,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks._resumed import resumed
 from benchmarks.gap_blind import share_of
 from fmus.component import Component
 from fmus.errors import InputError
@@ -67,19 +67,13 @@ def find(case: Case) -> dict[str, Any]:
 
 def run(progress: Callable[..., Iterable], cases: int = CASES, out: str | Path | None = None) -> dict[str, Any]:
     """Rates and the confusion matrix; cases that `out`/cases.jsonl holds already are not run again."""
-    folder = Path(out or tempfile.mkdtemp())
-    folder.mkdir(parents=True, exist_ok=True)
-    lines = folder / "cases.jsonl"
-    done = {row["case"]: row for row in map(json.loads, lines.read_text().splitlines())} if lines.exists() else {}
-    for number in progress(range(cases), "blind cases"):
-        if number in done:
-            continue
+
+    def one(number: int) -> dict[str, Any]:
         case, begun = draw(number), time.perf_counter()
-        done[number] = {"case": number, "hidden": case.hidden, "setting": case.setting, "kind": case.kind, "noise": case.noise, **find(case)}
-        done[number]["seconds"] = time.perf_counter() - begun
-        with lines.open("a") as file:
-            file.write(json.dumps(done[number]) + "\n")
-    return summary([done[n] for n in sorted(done) if n < cases])
+        found = {"hidden": case.hidden, "setting": case.setting, "kind": case.kind, "noise": case.noise, **find(case)}
+        return found | {"seconds": time.perf_counter() - begun}
+
+    return summary(resumed(progress, cases, out, one))
 
 
 def summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:

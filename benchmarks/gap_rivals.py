@@ -15,14 +15,14 @@ from typing import Any
 import numpy as np
 from scipy.signal import lsim
 
-from benchmarks.gap_blind import share_of
-from identification.gap.data.runs import Run, prepare
+from benchmarks.gap_blind import prepared, share_of
+from identification.gap.data.runs import Run
 from identification.gap.models.model import Model
 from identification.gap.naming.competing import compete, one_each
 from identification.gap.naming.decide import decide
 from identification.gap.naming.fitting import Fit, fit
 from identification.gap.naming.starting import fit_base
-from identification.recordings import read_recording, read_rig
+from identification.recordings import read_rig
 from scenarios.rig_test import rig_effects, rig_test
 from tests.simulators.blind_cases import Laboratory, draw
 
@@ -63,9 +63,7 @@ def run(progress: Callable[..., Iterable], cases: int = 40, seed: int = 5) -> di
 def name(folder: Path) -> dict[str, str]:
     """What every way says of the recordings in a folder: a family, none, tied or unknown; ours first."""
     model = Model(rig_test(read_rig(folder)))
-    columns = model.stand.columns
-    paths = [p for p in (folder / "sweep_up.csv", folder / "stepped.csv") if p.exists()]
-    runs = [prepare(read_recording(p), columns["imposed"], columns["measured"], columns["command"]) for p in paths]
+    runs = prepared([p for p in (folder / "sweep_up.csv", folder / "stepped.csv") if p.exists()], model.stand)
     library = rig_effects()
     base = fit_base(model, runs)
     verdict = decide(model, runs, library)

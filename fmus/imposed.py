@@ -9,11 +9,13 @@ way by C u. Then u is a state: x = x_servo - C u is the difference of nearly equ
     u' = w,   m (s_servo' - C w') = f(x_servo - C u, s_servo - C w, z, u)
 """
 
+from dataclasses import replace
 from typing import Any
 
 import sympy
 
 from fmus.component import Component, Scope
+from fmus.effects.channel import ShaftCompliance
 from fmus.elements import Element
 from fmus.errors import InputError, unknown
 from fmus.mathematics import SYMBOLIC
@@ -33,7 +35,9 @@ class _Wrapped(Component):
         self.inner, self.imposed, self.effort, self.also = inner, imposed, effort, also
         Component.__init__(self, f"{inner.name}_imposed", inner.source)
         self.delays = dict(inner.delays)
-        self.table = self._table(inner) | {n: inner.table[n] for n in also}
+        self.rate = rate_among(inner, imposed)
+        self.acceleration = f"der({self.rate})"
+        self.table = self._told(inner) | self._table(inner) | {n: inner.table[n] for n in also}
         self.elements = {"channel": Element(effort, imposed, "")}  # type: ignore[misc]
         self.effects = tuple(effects)
         for effect in self.effects:
@@ -50,7 +54,17 @@ class _Wrapped(Component):
         twin._set_values({n: v for n, v in values.items() if n in twin.values})
         return twin
 
+    def _told(self, inner: Component) -> dict[str, Variable]:
+        """What is kept of the inner component's table; the imposed state, its rate and its acceleration as inputs, the effort as output."""
+        rate = inner.table[self.rate]
+        table = {n: r for n, r in inner.table.items() if r.role == "parameter" or (r.role == "state" and n not in (self.imposed, self.rate))
+                 or (r.role == "input" and n != self.effort)}  # fmt: skip
+        table |= {n: _row("input", inner.table[n], n) for n in (self.imposed, self.rate)}
+        table[self.acceleration] = Variable("input", f"{rate.unit}2", f"{rate.description}, its rate", name=self.acceleration)
+        return table | {self.effort: _row("output", inner.table[self.effort], self.effort)}
+
     def _table(self, inner: Component) -> dict[str, Variable]:
+        """What is in the table besides. Raises InputError where the state cannot be imposed."""
         raise NotImplementedError
 
     def _known(self, v: Scope) -> dict[str, Any]:
@@ -66,17 +80,9 @@ class Imposed(_Wrapped):
     """The component with a state, its rate and its acceleration as inputs, and the effort as output."""
 
     def _table(self, inner: Component) -> dict[str, Variable]:
-        self.rate = rate_among(inner, self.imposed)
         if any(self.rate in (r, c) and r != c and entry != 0.0 for (r, c), entry in traced(inner).mass.items()):
             raise InputError(f"the mass matrix of {inner.name} couples {self.rate} with other states: it cannot be imposed")
-        self.acceleration = f"der({self.rate})"
-        table = {n: r for n, r in inner.table.items() if r.role == "parameter" or (r.role == "state" and n not in (self.imposed, self.rate))
-                 or (r.role == "input" and n != self.effort)}  # fmt: skip
-        rate_row = inner.table[self.rate]
-        table |= {n: _row("input", inner.table[n], n) for n in (self.imposed, self.rate)}
-        table[self.acceleration] = Variable("input", f"{rate_row.unit}2", f"{rate_row.description}, its rate", name=self.acceleration)
-        table[self.effort] = _row("output", inner.table[self.effort], self.effort)
-        return table
+        return {}
 
     def equations(self, v: Scope, m: Any) -> dict[str, Any]:
         known = self._known(v)
@@ -99,19 +105,9 @@ class ThroughSpring(_Wrapped):
 
     def _table(self, inner: Component) -> dict[str, Variable]:
         state, effort = inner.table[self.imposed], inner.table[self.effort]
-        self.rate = rate_among(inner, self.imposed)
-        self.acceleration = f"der({self.rate})"
         self.held, self.held_rate = f"{self.effort}_of_spring", f"{self.effort}_rate_of_spring"
-        unit = inner.table[self.rate].unit
-        table = {n: r for n, r in inner.table.items() if r.role == "parameter" or (r.role == "state" and n not in (self.imposed, self.rate))
-                 or (r.role == "input" and n != self.effort)}  # fmt: skip
-        table |= {n: _row("input", inner.table[n], n) for n in (self.imposed, self.rate)}
-        table[self.acceleration] = Variable("input", f"{unit}2", f"{inner.table[self.rate].description}, its rate", name=self.acceleration)
-        table |= {self.held: _row("state", effort, self.held), self.held_rate: _row("state", effort, self.held_rate, f"{effort.unit}/s")}
-        table[COMPLIANCE] = Variable("parameter", f"{state.unit}/{effort.unit}", "Compliance between servo and component", start=1e-5,
-                                     min=2e-6, max=1.0, name=COMPLIANCE)  # fmt: skip
-        table[self.effort] = _row("output", effort, self.effort)
-        return table
+        compliance = replace(ShaftCompliance.declared["compliance"], name=COMPLIANCE, unit=f"{state.unit}/{effort.unit}")
+        return {self.held: _row("state", effort, self.held), self.held_rate: _row("state", effort, self.held_rate, f"{effort.unit}/s"), COMPLIANCE: compliance}
 
     def _behind(self, v: Scope) -> dict[str, Any]:
         """What the component sees behind the spring."""

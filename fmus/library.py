@@ -90,14 +90,19 @@ def value_file(component: str, parameters: Mapping[str, tuple[float, float | Non
     """The text of a value file. parameters hold (value, standard error if known, unit); folders are written as absolute paths."""
     words = {"component": component, "component_file": _absolute(component_file), "effects_folder": _absolute(effects_folder),
              "description": description, "source": source}  # fmt: skip
-    lines = [f"{key} = {json.dumps(text, ensure_ascii=False)}" for key, text in words.items() if text is not None]
+    lines = [f"{key} = {_quoted(text)}" for key, text in words.items() if text is not None]
     if effects:
         lines.append(f"effects = {json.dumps([f'{e.family}.{e.form}' for e in effects])}")
     lines += ["", "[parameters]"]
     for name, (value, error, unit) in parameters.items():
         known = f", standard_error = {float(error)!r}" if error is not None and math.isfinite(error) else ""
-        lines.append(f'"{name}" = {{ value = {float(value)!r}, unit = "{unit}"{known} }}')
+        lines.append(f"{_quoted(name)} = {{ value = {float(value)!r}, unit = {_quoted(unit)}{known} }}")
     return "\n".join(lines) + "\n"
+
+
+def _quoted(text: str) -> str:
+    """A string of TOML, which has JSON's escapes but bars one more character."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def _absolute(path: str | None) -> str | None:

@@ -57,17 +57,6 @@ def test_nothing_is_found_where_nothing_is_hidden():
     assert result["base"]["device.arm_stiffness"]["value"] == pytest.approx(rider["ka"], rel=0.1)  # the rider changes by 3 %, three deviations
 
 
-def test_what_held_out_runs_refute_leaves_room_for_the_rest():
-    """In one sweep a drift makes up for cross inertia; a sweep the other way around tells that it is none."""
-    made, _ = case({"Icc": 0.07}, seed=4, runs=("sweep_up", "sweep_down"))
-    runs = prepared(made)
-    library = [e for e in rig_effects() if e.family in ("drift", "cross_inertia") and not e.flexible]
-    alone = decide(Model(rig_test(RIG)), runs[:1], [e for e in library if e.family == "drift"], runs[1:])
-    assert (alone.verdict, alone.refuted) == ("unknown", ["drift"])
-    verdict = decide(Model(rig_test(RIG)), runs[:1], library, runs[1:])
-    assert (verdict.verdict, [c.family for c in verdict.effects]) == ("named", ["cross_inertia"])
-
-
 def test_the_model_meets_the_other_simulator():
     """Noise-free, the two simulators agree: fourth-order collocation at 128 Hz against RK4 at 2048 Hz."""
     made, rider = case({"k3": 2e4}, seed=13, noise=1e-9, change=0.0, runs=("sweep_up",))

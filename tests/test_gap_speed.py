@@ -82,11 +82,21 @@ def test_slopes_by_parameters_and_initial_states_are_those_of_differences():
         np.testing.assert_allclose(made.initial_slopes[:, :, i], difference, atol=1e-4 * np.abs(difference).max())
 
 
-def test_a_motion_that_runs_away_is_refused():
+@pytest.mark.parametrize("faulty", [{"damping": -400.0}, {"damping": -40.0, "hardening": 0.0}])
+def test_a_motion_that_runs_away_is_refused(faulty):
     _, motion = pushed()
     duffing = Duffing()
-    with pytest.raises(InputError, match="diverges"), np.errstate(all="ignore"):
-        simulate(Equations(duffing, ["position"], []), {**duffing.values, "damping": -400.0}, motion, initial=np.array([1.0, 0.0]))
+    with pytest.raises(InputError, match="diverges"):
+        simulate(Equations(duffing, ["position"], []), {**duffing.values, **faulty}, motion, initial=np.array([1.0, 0.0]))
+
+
+def test_slopes_that_run_away_where_the_motion_does_not_yet_are_refused(monkeypatch):
+    _, motion = pushed()
+    duffing = Duffing()
+    made = simulate(Equations(duffing, ["position"], ["damping"]), {**duffing.values, "damping": -2.0, "hardening": 0.0}, motion)
+    monkeypatch.setattr("identification.gap.models.simulate.LARGEST", 1.5 * np.abs(made.outputs).max())
+    with pytest.raises(InputError, match="diverges"):
+        made.slopes  # noqa: B018
 
 
 def test_matrices_over_time_are_those_of_numpy():

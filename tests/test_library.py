@@ -1,11 +1,15 @@
 """Value files: what they give, and what is said of one that is wrong."""
 
+import math
 import os
+import tomllib
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as some
 
 from fmus import InputError
-from fmus.library import Library
+from fmus.library import Library, value_file
 from rider_fmu import COMPONENTS, riders
 from vehicle_fmu import dampers, motorcycles
 
@@ -85,6 +89,17 @@ def test_a_changed_file_is_read_again(library):
     library(GOOD.replace("0.7", "0.8"))
     os.utime(changed.folder / "mine.toml", (0, 0))
     assert changed.load("mine").values["torso_inertia"] == 0.8
+
+
+text = some.text(some.characters(exclude_categories=["Cs"]), max_size=30)  # anything that UTF-8 can write
+
+
+@given(description=text, source=text, unit=text, value=some.floats(allow_nan=False), error=some.none() | some.floats(0, allow_nan=False))
+def test_a_written_value_file_is_read_as_it_was_given(description, source, unit, value, error):
+    contents = tomllib.loads(value_file("PassiveRider", {"arm_stiffness": (value, error, unit)}, description, source))
+    assert (contents["component"], contents["description"], contents["source"]) == ("PassiveRider", description, source)
+    known = {} if error is None or math.isinf(error) else {"standard_error": error}
+    assert contents["parameters"] == {"arm_stiffness": {"value": value, "unit": unit} | known}
 
 
 def test_what_ships():

@@ -9,6 +9,7 @@ u is the recorded input, L the limit, s the share of what is beyond that is lost
 from typing import ClassVar
 
 from fmus.effects.effect import Effect, adds_to
+from fmus.effects.stiffness import beyond
 from fmus.variables import parameter
 
 
@@ -23,8 +24,7 @@ class ClippedActuator(Effect):
 
     @adds_to("force")
     def lost(self, v, m):
-        u, limit = v.force, v.limit
-        return -v.share * m.where(u > limit, u - limit, m.where(u < -limit, u + limit, 0.0 * u))
+        return -v.share * beyond(v.force, v.limit, m)
 
 
 class SoftActuator(ClippedActuator):

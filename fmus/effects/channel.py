@@ -30,39 +30,41 @@ class ShaftCompliance(Effect):
     compliance = parameter("rad/N.m", "Compliance between servo and bar", symbol="1/k_s", min=2e-6, max=1.0, start=1e-5)
 
 
-class SensorNonlinearity(Effect):
-    """The force sensor's gain changes with the square of the load."""
+class _Sensor(Effect):
+    """The gain of the force sensor depends on the load."""
 
-    family, form, part, element = "sensor_nonlinearity", "cubic", "channel", "channel"
-    cubic_gain = parameter("1", "Relative change of the gain at the reference load", symbol="g_3", min=-10, max=10, start=0.05)
+    part, element = "channel", "channel"
     reference = parameter("N.m", "Reference load", symbol="T_r", min=1e-12, start=100.0, tunable=False)
     given: ClassVar = ("reference",)
+
+
+class SensorNonlinearity(_Sensor):
+    """The force sensor's gain changes with the square of the load."""
+
+    family, form = "sensor_nonlinearity", "cubic"
+    cubic_gain = parameter("1", "Relative change of the gain at the reference load", symbol="g_3", min=-10, max=10, start=0.05)
 
     @adds_to("force")
     def reading(self, v, m):
         return v.cubic_gain * (v.force / v.reference) ** 2 * v.force
 
 
-class OddSensor(Effect):
+class OddSensor(_Sensor):
     """The force sensor's gain changes with the size of the load."""
 
-    family, form, part, element = "sensor_nonlinearity", "square", "channel", "channel"
+    family, form = "sensor_nonlinearity", "square"
     square_gain = parameter("1", "Relative change of the gain at the reference load, the same to both sides", symbol="g_1", min=-10, max=10, start=0.05)
-    reference = parameter("N.m", "Reference load", symbol="T_r", min=1e-12, start=100.0, tunable=False)
-    given: ClassVar = ("reference",)
 
     @adds_to("force")
     def reading(self, v, m):
         return v.square_gain * m.absolute(v.force / v.reference) * v.force
 
 
-class UnevenSensor(Effect):
+class UnevenSensor(_Sensor):
     """The force sensor's gain differs with the direction of the load."""
 
-    family, form, part, element = "sensor_nonlinearity", "quadratic", "channel", "channel"
+    family, form = "sensor_nonlinearity", "quadratic"
     quadratic_gain = parameter("1", "Relative change of the gain at the reference load, odd in the load", symbol="g_2", min=-10, max=10, start=0.05)
-    reference = parameter("N.m", "Reference load", symbol="T_r", min=1e-12, start=100.0, tunable=False)
-    given: ClassVar = ("reference",)
 
     @adds_to("force")
     def reading(self, v, m):

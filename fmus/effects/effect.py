@@ -82,8 +82,9 @@ class Effect:
 
     @classmethod
     def parameters(cls) -> dict[str, Variable]:
-        """The rows of its parameters, its size first."""
-        return {n: row for n, row in cls.declared.items() if row.role == "parameter"}
+        """The rows of its parameters, its size first, those that the experiment sets last."""
+        names = sorted((n for n, row in cls.declared.items() if row.role == "parameter"), key=lambda n: n in cls.given)
+        return {n: cls.declared[n] for n in names}
 
     @classmethod
     def shapes(cls) -> tuple[str, ...]:

@@ -6,6 +6,11 @@ from fmus.effects.effect import Effect, adds_to
 from fmus.variables import parameter
 
 
+def beyond(x, limit, m):
+    """What of x lies beyond a limit to either side; zero between."""
+    return m.where(x > limit, x - limit, m.where(x < -limit, x + limit, 0.0 * x))
+
+
 class AddedSpring(Effect):
     """A linear spring acts beside what is there."""
 
@@ -122,8 +127,7 @@ class Saturation(Effect):
 
     @adds_to("force")
     def clipped(self, v, m):
-        d, limit = v.deflection, v.limit
-        return -v.share * v.stiffness * m.where(d > limit, d - limit, m.where(d < -limit, d + limit, 0.0 * d))
+        return -v.share * v.stiffness * beyond(v.deflection, v.limit, m)
 
 
 class GeometricNonlinearity(Effect):

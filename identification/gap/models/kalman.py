@@ -12,7 +12,9 @@ for the sampled matrices.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import expm, lapack
+from scipy.linalg import expm
+
+from identification.gap.models.over_time import carried, chain
 
 DOUBLINGS, WHILE = 40, 6
 SETTLED = 1e-9  # change of the covariance, relative
@@ -98,7 +100,7 @@ def errors(made: Discrete, K: np.ndarray, place: np.ndarray, share: np.ndarray, 
     """
     F, G0, G1, C, D, K = (_along(m, place, share) for m in (*made.parts, K))
     seen = y - _times(D, u[:-1])
-    x = _carried(F - K @ C, (_times(G0, u[:-1]) + _times(G1, u[1:]) + _times(K, seen))[..., None])[..., 0]
+    x = _from_rest(F - K @ C, (_times(G0, u[:-1]) + _times(G1, u[1:]) + _times(K, seen))[..., None])[..., 0]
     return seen - _times(C, x), x
 
 
@@ -116,7 +118,7 @@ def errors_and_slopes(made: Discrete, changes: Discrete, K: np.ndarray, place: n
         direct[..., p] = -(_times(dC, x) + _times(dD, u[:-1]) + _times(D, told[:-1]))
         pushed[..., p] = (_times(dF, x) + _times(dG0, u[:-1]) + _times(dG1, u[1:]) + _times(G0, told[:-1]) + _times(G1, told[1:])
                           + _times(K, direct[..., p]))  # fmt: skip
-    return e, direct - C @ _carried(F - K @ C, pushed)
+    return e, direct - C @ _from_rest(F - K @ C, pushed)
 
 
 def _along(matrix: np.ndarray, place: np.ndarray, share: np.ndarray) -> np.ndarray:
@@ -133,13 +135,10 @@ def _times(matrix: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     return vectors @ matrix.T if matrix.ndim == 2 else (matrix @ vectors[..., None])[..., 0]
 
 
-def _carried(step: np.ndarray, push: np.ndarray) -> np.ndarray:
-    """x (n, nx, m) with x_k+1 = step_k x_k + push_k and x_0 = 0: a banded triangular system."""
+def _from_rest(step: np.ndarray, push: np.ndarray) -> np.ndarray:
+    """x (n, nx, m) with x_k+1 = step_k x_k + push_k and x_0 = 0, for one step (nx, nx) or one per sample (n, nx, nx)."""
     n, nx, m = push.shape
-    steps = n - 1
-    band = np.zeros((2 * nx, steps * nx), order="F")  # the identity, below which stand the blocks -step, as LAPACK stores it
-    band[0] = 1.0
-    for i, j in np.ndindex(nx, nx):
-        band[nx + i - j, j : (steps - 1) * nx : nx] = -(step[i, j] if step.ndim == 2 else step[1:steps, i, j])
-    solution, _ = lapack.dtbtrs(band, push[:-1].reshape(steps * nx, m), uplo="L")
-    return np.concatenate([np.zeros((1, nx, m)), solution.reshape(steps, nx, m)])
+    blocks = np.empty((nx, nx), object)
+    for place in np.ndindex(nx, nx):
+        blocks[place] = step[place] if step.ndim == 2 else step[1 : n - 1, *place]
+    return np.concatenate([np.zeros((1, nx, m)), carried(chain(blocks, n - 1), push[:-1])])

@@ -6,6 +6,7 @@ Zeros and what is constant cost nothing, and the rest runs at the speed of long 
 from typing import Any
 
 import numpy as np
+from scipy.linalg import lapack
 
 
 def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -47,3 +48,22 @@ def part(a: np.ndarray, where: slice) -> np.ndarray:
 def is_zero(x: Any) -> bool:
     """Whether an entry is the number zero."""
     return not isinstance(x, np.ndarray) and x == 0.0
+
+
+def chain(steps: np.ndarray, count: int) -> np.ndarray:
+    """The band, as LAPACK stores it, of x_k+1 - steps_k x_k over `count` steps from x_0 = 0: the identity, below which stand the blocks -steps.
+
+    steps (nx, nx) holds numbers, or arrays (count - 1,) from the second step on.
+    """
+    nx = len(steps)
+    band = np.zeros((2 * nx, count * nx), order="F")
+    band[0] = 1.0
+    for (i, j), value in np.ndenumerate(steps):
+        band[nx + i - j, j : (count - 1) * nx : nx] = -value
+    return band
+
+
+def carried(band: np.ndarray, push: np.ndarray) -> np.ndarray:
+    """x_1 and on (count, nx, ...) with x_k+1 = steps_k x_k + push_k: a banded triangular system. push may be overwritten."""
+    solution, _ = lapack.dtbtrs(band, push.reshape(band.shape[1], -1), uplo="L", overwrite_b=1)
+    return solution.reshape(push.shape)

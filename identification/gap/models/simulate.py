@@ -16,14 +16,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import lapack
 
 from fmus.errors import InputError
 from identification.gap.models.equations import Equations
-from identification.gap.models.over_time import inverse, is_zero, part, product
+from identification.gap.models.over_time import carried, chain, inverse, is_zero, part, product
 
 CONVERGED = 1e-5  # of a state's size (root mean square); what is left after such a step is its square
 STEPS = 30
+LARGEST = 1e100  # of what is simulated and of its slopes: squares of more, divided by the noise, are no numbers any more
 np.empty(4_000_000)  # once freed, the C library keeps what smaller arrays free: handing it back to the system took half of the time
 
 
@@ -44,15 +44,18 @@ class Trajectory:
     """States (n, nx) and outputs (n, ny); their slopes are computed when they are asked for."""
 
     def __init__(self, states: np.ndarray, steps: "_Collocation", with_initial: bool):
-        self.states, self.outputs, self._steps = states, steps.outputs(), steps
-        self.initial_slopes = steps.initial_sensitivities() if with_initial and steps.nx else None  # (n, ny, nx), by the initial states
+        self.states, self._steps = states, steps
+        self.outputs = steps.bounded(steps.outputs())
+        self.initial_slopes = steps.bounded(steps.initial_sensitivities()) if with_initial and steps.nx else None  # (n, ny, nx), by the initial states
 
     @cached_property
+    @np.errstate(all="ignore")
     def slopes(self) -> np.ndarray:
-        """Of the outputs by the parameters (n, ny, np)."""
-        return self._steps.sensitivities(self._steps.parameter_push(), self._steps.slopes[self._steps.nx :, self._steps.nx :])
+        """Of the outputs by the parameters (n, ny, np). Raises InputError where they leave finite numbers."""
+        return self._steps.bounded(self._steps.sensitivities(self._steps.parameter_push(), self._steps.slopes[self._steps.nx :, self._steps.nx :]))
 
 
+@np.errstate(all="ignore")  # what leaves finite numbers on the way is an InputError
 def simulate(equations: Equations, values: Mapping[str, float], motion: Motion, start: np.ndarray | None = None,
              initial: np.ndarray | None = None, with_initial: bool = False) -> Trajectory:  # fmt: skip
     """The trajectory for parameter values by name, from a guess of the states (n, nx), starting at `initial` (nx,).
@@ -74,7 +77,7 @@ def simulate(equations: Equations, values: Mapping[str, float], motion: Motion, 
         change = steps.solve(-steps.defect)
         before, update = update, float(np.max(_size(change) / (_size(x) + _size(change) + 1e-12)))
         if not np.isfinite(update):
-            raise InputError(f"{equations.component.name}: the simulation diverges")
+            raise steps.diverges
         settled = update < CONVERGED
         x[:, 1:] += change if settled or update < 0.5 * before or update < 0.1 else 0.5 * change
         if settled:
@@ -98,6 +101,13 @@ class _Collocation:
     def __init__(self, equations: Equations, nodes: dict, middles: dict, h: float):
         self.equations, self.nodes, self.middles, self.h = equations, nodes, middles, h
         self.n, self.nx = len(nodes["time"]), len(equations.states)
+        self.diverges = InputError(f"{equations.component.name}: the simulation diverges")
+
+    def bounded(self, made: np.ndarray) -> np.ndarray:
+        """What was made. Raises InputError where it leaves numbers that one can reckon with."""
+        if not np.all(np.abs(made) < LARGEST):
+            raise self.diverges
+        return made
 
     def look(self, x: np.ndarray) -> None:
         """Rates, outputs and slopes along a trajectory (nx, n), and its defects."""
@@ -118,11 +128,7 @@ class _Collocation:
         first, second = part(A, slice(None, -1)), part(A, slice(1, None))
         self.inverse = inverse(unit - h / 6 * (second + 4 * product(M, unit / 2 - h / 8 * second)))
         self.before = unit + h / 6 * (first + 4 * product(M, unit / 2 + h / 8 * first))
-        # The identity below which stand the blocks -after^-1 before, as LAPACK stores it
-        self.band = np.zeros((2 * nx, steps * nx), order="F")
-        self.band[0] = 1.0
-        for (i, j), value in np.ndenumerate(part(product(self.inverse, self.before), slice(1, None))):
-            self.band[nx + i - j, j : (steps - 1) * nx : nx] = -value
+        self.band = chain(part(product(self.inverse, self.before), slice(1, None)), steps)
 
     def outputs(self) -> np.ndarray:
         """(n, ny)"""
@@ -175,8 +181,7 @@ class _Collocation:
         right = np.empty((self.n - 1, self.nx))
         for i, value in enumerate(product(self.inverse, push[:, None])[:, 0]):
             right[:, i] = value
-        solution, _ = lapack.dtbtrs(self.band, right.reshape(-1, 1), uplo="L", overwrite_b=1)
-        return solution.reshape(self.n - 1, self.nx).T
+        return carried(self.band, right).T
 
 
 def _size(x: np.ndarray) -> np.ndarray:

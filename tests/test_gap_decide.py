@@ -1,0 +1,102 @@
+"""What a verdict makes of families that come near, of forms that fail further out, and of effects that only a fit can reach."""
+
+import pytest
+
+from fmus.errors import InputError
+from identification.gap.data.runs import prepare
+from identification.gap.models.model import Model
+from identification.gap.naming.competing import Candidate, compete, one_each
+from identification.gap.naming.decide import decide
+from identification.gap.naming.fitting import fit
+from identification.gap.naming.pairs import Pair
+from identification.gap.naming.starting import fit_base
+from scenarios.rig_test import rig_effects, rig_test
+
+pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")
+import numpy as np
+from simulators.as_recordings import as_recording
+from simulators.hidden_rig import RIDER, Rig, record, sweep
+
+RIG = {"handlebar_inertia": {"value": 0.125, "standard_error": 0.00125}}
+
+
+def runs_of(hidden, *tests, seed=3):
+    rng = np.random.default_rng(seed)
+    made = [record(excitation, hidden, RIDER, rng, Rig()) for excitation in tests]
+    return [prepare(as_recording(f"run_{i}", arrays), "steer_angle", "steer_torque", "steer_angle_command") for i, arrays in enumerate(made)]
+
+
+def library(*families):
+    return [e for e in rig_effects() if e.family in families]
+
+
+def test_a_family_that_only_comes_near_is_no_open_form():
+    """Arms that soften: a sensor whose gain falls with the load closes three quarters of the gap, and is not it."""
+    runs = runs_of({"k3": -2300.0}, sweep(0.5, 12, 2.5, 100.0), sweep(12, 0.5, 3.2, 100.0))
+    verdict = decide(Model(rig_test(RIG)), runs[:1], library("sensor_nonlinearity"), runs[1:])
+    assert verdict.candidates[0].fit.reduced - 1 < 0.5 * (verdict.base.reduced - 1), "it does come near"
+    assert (verdict.verdict, verdict.effects) == ("unknown", [])
+
+
+def test_a_form_that_fails_further_out_leaves_its_family():
+    """Arms that stiffen exponentially: at two thirds of the held-out run's angle a cubic is as good."""
+    runs = runs_of({"kx": 60.0}, sweep(0.5, 12, 2.0, 100.0), sweep(12, 0.5, 3.0, 100.0))
+    verdict = decide(Model(rig_test(RIG)), runs[:1], library("hardening_stiffness"), runs[1:])
+    assert (verdict.verdict, [c.family for c in verdict.effects], verdict.open_form) == ("named", ["hardening_stiffness"], True)
+    assert decide(Model(rig_test(RIG)), runs[:1], library("hardening_stiffness")).open_form is False
+
+
+@pytest.fixture(scope="module")
+def coupled():
+    """Torso and bar coupled by an inertia; one sweep up to fit, one down. A drift makes up for it in one sweep, not in the other."""
+    return runs_of({"Icc": 0.07}, sweep(0.5, 12, 2.5, 100.0), sweep(12, 0.5, 3.2, 100.0))
+
+
+def test_what_held_out_runs_refute_leaves_room_for_the_rest(coupled, monkeypatch):
+    """Where the wrong family wins at first (here it alone is heard), it does not come back, and another may."""
+    heard = lambda library: [e for e in library if e.family == "drift"] or library  # noqa: E731
+    monkeypatch.setattr("identification.gap.naming.decide.compete", lambda base, effects: compete(base, heard(effects)))
+    verdict = decide(Model(rig_test(RIG)), coupled[:1], library("drift", "cross_inertia"), coupled[1:])
+    assert (verdict.verdict, [c.family for c in verdict.effects]) == ("named", ["cross_inertia"])
+    assert verdict.refuted == ["drift"]
+    assert decide(Model(rig_test(RIG)), coupled[:1], library("drift", "cross_inertia")).effects[0].family == "drift", "nothing tells it is wrong"
+
+
+def test_of_a_pair_that_is_refuted_one_effect_may_stand_alone(coupled, monkeypatch):
+    """Where a wrong pair wins at first (here the only one), the single effects are heard again."""
+
+    def drifts(best, first, library, so_far):
+        one, friction = (next(c for c in one_each(first) if c.family == family) for family in ("drift", "coulomb_friction"))
+        model = one.fit.model.joined_by(friction.effect)
+        together = fit(model, one.fit.runs, model.start())
+        return [Pair(one, Candidate(friction.effect, together, one.fit.chi2 - together.chi2, 0.0))]
+
+    monkeypatch.setattr("identification.gap.naming.decide.pairs_of", drifts)
+    families = library("drift", "cross_inertia", "coulomb_friction")
+    verdict = decide(Model(rig_test(RIG)), coupled[:1], families, coupled[1:])
+    assert (verdict.verdict, [c.family for c in verdict.effects]) == ("named", ["cross_inertia"])
+    assert verdict.refuted[0] == "drift and coulomb_friction"
+
+
+def test_a_family_is_fitted_though_others_promise_more():
+    run = runs_of({"C": 2.8e-4}, sweep(0.5, 12, 2.0, 100.0))
+    base = fit_base(Model(rig_test(RIG)), run)
+    families = library("drift", "channel_delay", "shaft_compliance", "cross_inertia", "viscoelastic_arm")
+    fitted = {others: {c.family for c in compete(base, families, leaders=3, others=others) if c.fitted} for others in (False, True)}
+    assert fitted[True] == {e.family for e in families}
+    assert len(fitted[False]) < len(fitted[True])
+
+
+def test_nothing_rests_on_what_can_be_simulated_only_on_the_way_to_a_fit(monkeypatch):
+    run = runs_of({"k3": 2e4}, sweep(0.5, 12, 2.0, 60.0))
+    plain = Model.with_noise_beside
+
+    def diverges(self, run, q):
+        if self.effects:
+            raise InputError("the simulation diverges")
+        return plain(self, run, q)
+
+    monkeypatch.setattr(Model, "with_noise_beside", diverges)
+    verdict = decide(Model(rig_test(RIG)), run, library("hardening_stiffness"))
+    assert (verdict.verdict, verdict.effects) == ("unknown", [])
+    assert verdict.best is verdict.base
