@@ -87,9 +87,14 @@ class Effect:
         return {n: cls.declared[n] for n in names}
 
     @classmethod
+    def sought(cls) -> tuple[str, ...]:
+        """The parameters that a fit has to find, its size first."""
+        return tuple(n for n in cls.parameters() if n not in cls.given)
+
+    @classmethod
     def shapes(cls) -> tuple[str, ...]:
         """The parameters in which what the effect adds is not linear: widths, frequencies, delays."""
-        first = next(iter(cls.parameters()))
+        first = cls.sought()[0]
         return tuple(n for n in (*cls.starts, *cls.lags) if n != first)
 
     def join(self, component: Component) -> None:

@@ -22,7 +22,7 @@ class BaseAndEffects:
         self.stand, self.effects = stand, tuple(effects)
         self.component: Component = stand.with_effects(effects)
         self.base = [f.name for f in stand.free]
-        self.own = [*open_, *(stand.parameter(e, n) for e in effects for n in e.parameters() if n not in e.given)]
+        self.own = [*open_, *(stand.parameter(e, n) for e in effects for n in e.sought())]
         self.names = self.base + self.own
         shapes = {stand.parameter(e, n) for e in effects for n in e.shapes()}
         self.sizes = [i for i, n in enumerate(self.own) if n not in shapes]

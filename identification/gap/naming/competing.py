@@ -22,7 +22,7 @@ FAR = 30.0  # reduced chi-square of a base from which no effect is a small step
 PROMISED = 0.5  # of a signature's gain: with less, a fit is tried from elsewhere
 SMALLER = 0.2  # of the size of an effect, from where it is tried again
 STARTS = 2  # signatures of a family that are fitted
-FORMS = 0.3  # of the best one's dBIC: what a family must have for its other forms to be fitted
+NEAR = 0.5  # of the best one's dBIC: what a family must have for its other forms to be fitted, and to be the first of a pair
 BEHIND = 300.0  # dBIC behind an adequate effect that another form of a family may make up for
 FAR_LESS = 0.25  # of a gain: what a signature, which sees only small effects in full, must promise
 HOPELESS = 10.0  # times the chi-square that is to be reached
@@ -70,7 +70,7 @@ def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS,
     for effect in library:
         if effect.family not in present:
             by_family.setdefault(effect.family, []).append(effect)
-    families = {name: sorted(forms, key=lambda e: (e.flexible, len(e.parameters()))) for name, forms in by_family.items()}
+    families = {name: sorted(forms, key=lambda e: (e.flexible, len(e.sought()))) for name, forms in by_family.items()}
     seen = screen(found, [form for forms in families.values() for form in _plain(forms)])
     order = sorted(families, key=lambda name: -max((s.gain for s in seen if s.effect.family == name), default=0.0))
     top = max((s.gain for s in seen), default=0.0)
@@ -93,7 +93,7 @@ def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS,
     near = {c.family for c in candidates[:1] if c.delta_bic > SIGNIFICANT}
     near |= {c.family for c in candidates[:4] if candidates[0].delta_bic - c.delta_bic < CLEAR and c.delta_bic > SIGNIFICANT}
     best, reach = candidates[0], BEHIND if adequate(candidates[0].fit) else np.inf
-    near |= {c.family for c in one_each(candidates)[:4] if c.delta_bic > max(SIGNIFICANT, FORMS * best.delta_bic, best.delta_bic - reach)}
+    near |= {c.family for c in one_each(candidates)[:4] if c.delta_bic > max(SIGNIFICANT, NEAR * best.delta_bic, best.delta_bic - reach)}
     for flexible in (False, True):  # a curve of its own only where no plain form fits
         known = {c.effect for c in candidates if c.effect in c.fit.model.effects}
         more = [form for name in families if name in near for form in families[name] if form.flexible == flexible and form not in known]
@@ -172,7 +172,7 @@ def best_of(candidates: Sequence[Candidate]) -> Candidate | None:
         return None
     best = fitted[0]
     plain = [c for c in fitted if c.family == best.family and not c.effect.flexible and best.delta_bic - c.delta_bic < TIE]
-    return min(plain, key=lambda c: len(c.effect.parameters()), default=best)
+    return min(plain, key=lambda c: len(c.effect.sought()), default=best)
 
 
 def one_each(candidates: Sequence[Candidate]) -> list[Candidate]:

@@ -110,8 +110,8 @@ def _of_pairs(base: Fit, pairs: Sequence[Pair], first: list[Candidate], library:
     found, families = pairs[0], sure(pairs)
     if len(families) == 2:
         found = plainest(base, found, library)
-        return Verdict("named", base, found.second.fit, [found.first, found.second], [], first)
-    members = [c for pair in pairs for c in (pair.first, pair.second)]
+        return Verdict("named", base, found.second.fit, [*found.members], [], first)
+    members = [c for pair in pairs for c in pair.members]
     certain = next(c for c in members if c.family in families)
     return Verdict("named", base, found.second.fit, [certain], [c for c in members if c.family not in families], first)
 

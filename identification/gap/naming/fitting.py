@@ -22,6 +22,7 @@ COARSE = 1e-3  # of it, as long as the fit is far from the data
 OF_UNKNOWN = 2.0  # AIC's price: each sees only a part of one run, of which there are always as many
 UNFELT, FELT, LEAST_FELT = 1.0, 10.0, 1e-3  # change of the residuals by a factor e in a parameter
 HOPE = 20.0  # steps like the next one that a fit may need to reach what it should beat
+ASTRAY = 1e8  # times the chi-square that is to be beaten: from there, a simulation that has lost its way rarely finds back
 
 
 @dataclass
@@ -99,7 +100,7 @@ def fit(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray, frozen: Sequ
     """The fit from a start: the model's vector, or a whole x. Parameters in `frozen` (indices) stay.
 
     anchor gives common values of theta that are known from other runs, instead of fitting them. A fit that creeps far
-    above the chi-square `beat` ends where it is.
+    above the chi-square `beat` ends where it is; one that starts astray does not begin.
     """
     runs = list(runs)
     shared, total = len(model.names), len(model.names) + len(runs) * len(deviating(model.stand))
@@ -112,7 +113,7 @@ def fit(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray, frozen: Sequ
     problem = _Problem(model, runs, total)
     residuals, jacobian = problem.residuals(x), problem.slopes(x)
     chi2, damping = float(residuals @ residuals), 1e-3
-    for _ in range(iterations):
+    for _ in range(iterations if chi2 < ASTRAY * beat else 0):
         gradient = jacobian.T @ residuals
         open_ = [i for i in free if not (x[i] <= low[i] and gradient[i] > 0) and not (x[i] >= high[i] and gradient[i] < 0)]
         part = jacobian[:, open_]

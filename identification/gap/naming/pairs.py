@@ -9,14 +9,13 @@ from dataclasses import dataclass
 
 from fmus.effects import Effect
 from fmus.errors import InputError
-from identification.gap.naming.competing import TIE, Candidate, adequate, compete, one_each, reduced_by_noise
+from identification.gap.naming.competing import NEAR, TIE, Candidate, adequate, compete, one_each, reduced_by_noise
 from identification.gap.naming.fitting import Fit, fit, price
 from identification.gap.naming.screening import screen
 
 SECOND = 15.0  # dBIC of a second effect
 SHARE = 0.005  # of the first one's gain: below it, small errors of the model of a large effect look like another
 FIRSTS = 3  # leading families that may be the first of a pair
-NEAR = 0.5  # of the best one's dBIC, which another first must have
 
 
 @dataclass(frozen=True)
@@ -25,6 +24,10 @@ class Pair:
 
     first: Candidate
     second: Candidate
+
+    @property
+    def members(self) -> tuple[Candidate, Candidate]:
+        return self.first, self.second
 
     @property
     def delta_bic(self) -> float:
@@ -66,21 +69,21 @@ def sure(pairs: Sequence[Pair]) -> frozenset[str]:
 
 
 def plainest(base: Fit, pair: Pair, library: Sequence[type[Effect]]) -> Pair:
-    """The two effects in the forms that fit best together: alone, the first one's form makes up for the second."""
+    """The two effects in the plainest forms that fit well together: alone, the first one's form makes up for the second."""
     for place in (0, 1):
-        family = (pair.first, pair.second)[place].family
-        for form in library:
-            if form.family == family and not form.flexible and form not in pair.second.fit.model.effects:
-                other = _with_form(base, pair, place, form)
-                if other is not None and _bic(other.second.fit) < _bic(pair.second.fit):
-                    pair = other
+        here = pair.members[place]
+        forms = [e for e in library if e.family == here.family and not e.flexible and e is not here.effect]
+        every = [pair, *filter(None, (_with_form(base, pair, place, form) for form in forms))]
+        best = min(every, key=lambda p: _bic(p.second.fit))
+        near = [p for p in every if _bic(p.second.fit) - _bic(best.second.fit) < TIE]
+        pair = min(near, key=lambda p: (len(p.members[place].effect.sought()), _bic(p.second.fit)))
     return pair
 
 
 def _with_form(base: Fit, pair: Pair, place: int, form: type[Effect]) -> Pair | None:
     """The pair with another form of one of its families, None where that cannot be fitted."""
     together = pair.second.fit
-    effects = [pair.first.effect, pair.second.effect]
+    effects = [c.effect for c in pair.members]
     effects[place] = form
     signatures = screen(base, [form], keep=1)
     if not signatures:
@@ -89,7 +92,7 @@ def _with_form(base: Fit, pair: Pair, place: int, form: type[Effect]) -> Pair | 
     start = model.start()
     start[: len(model.base)] = together.x[: len(model.base)]
     for effect in effects:
-        own = [model.stand.parameter(effect, n) for n in effect.parameters() if n not in effect.given]
+        own = [model.stand.parameter(effect, n) for n in effect.sought()]
         values = signatures[0].start if effect is form else [together.x[together.model.names.index(n)] for n in own]
         start[[model.names.index(n) for n in own]] = values
     try:
@@ -98,8 +101,7 @@ def _with_form(base: Fit, pair: Pair, place: int, form: type[Effect]) -> Pair | 
         return None
     prices = [price(base.model.joined_by(e), base.runs) - base.price for e in effects]
     gain = together.chi2 - found.chi2
-    one, two = pair.first, pair.second
-    changed = [one.delta_chi2 + gain * (place == 0), two.delta_chi2 + gain * (place == 1)]
+    changed = [c.delta_chi2 + gain * (i == place) for i, c in enumerate(pair.members)]
     made = [Candidate(e, found, g, g - cost) for e, g, cost in zip(effects, changed, prices, strict=True)]
     return Pair(*made)
 

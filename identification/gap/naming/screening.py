@@ -56,7 +56,7 @@ def screen(found: Fit, effects: Iterable[type[Effect]], keep: int = 2) -> list[S
 def shapes_of(found: Fit, effect: type[Effect]) -> list[dict[str, float]]:
     """The shapes from which an effect is searched: every combination of its starts."""
     largest = found.model.largest(found.runs) if effect.relative else 1.0
-    first = next(iter(effect.parameters()))
+    first = effect.sought()[0]
     grids = {n: [s * (largest if n in effect.relative else 1.0) for s in starts] for n, starts in effect.starts.items() if n != first}
     return [dict(zip(grids, point, strict=True)) for point in product(*grids.values())]
 
@@ -64,8 +64,7 @@ def shapes_of(found: Fit, effect: type[Effect]) -> list[dict[str, float]]:
 def _signature(found: Fit, model: AnyModel, effect: type[Effect], shape: dict[str, float], basis: np.ndarray,
                left: np.ndarray) -> tuple[float, np.ndarray]:  # fmt: skip
     """Gain and start of an effect with a shape."""
-    own = list(effect.parameters())
-    own = [n for n in own if n not in effect.given]
+    own = effect.sought()
     rows = [model.component.table[model.stand.parameter(effect, n)] for n in own]
     start = np.array([shape.get(n, r.start if n in effect.shapes() else max(r.min, 0.0)) for n, r in zip(own, rows, strict=True)], float)
     # A size that cannot be zero is singular there (a shaft without compliance): its slope is taken where it is usual.

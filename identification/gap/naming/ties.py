@@ -26,7 +26,7 @@ def equivalent(found: Fit, named: Candidate, candidates: Sequence[Candidate]) ->
     effect = named.effect
     if effect not in found.model.effects:
         return []
-    own = [found.model.names.index(found.model.stand.parameter(effect, n)) for n in effect.parameters() if n not in effect.given]
+    own = [found.model.names.index(found.model.stand.parameter(effect, n)) for n in effect.sought()]
     slopes = found.jacobian[: found.count]
     whole, without = _basis(slopes), _basis(np.delete(slopes, own, axis=1))
     rivals = [c for c in one_each(candidates) if c.family != named.family and not c.effect.shapes()]

@@ -61,7 +61,7 @@ def nameable(found: Fit, library: Sequence[type[Effect]]) -> list[Nameable]:
 
 def _signatures(found: Fit, effect: type[Effect], basis: np.ndarray) -> list[_Signature]:
     """The effect's signatures, one for each of its starting shapes; none where it cannot be simulated."""
-    own = [n for n in effect.parameters() if n not in effect.given]
+    own = effect.sought()
     sizes = [i for i, n in enumerate(own) if n not in effect.shapes()]
     made = []
     try:
@@ -85,7 +85,7 @@ def _weighed(effect: type[Effect], found: Fit, signatures: Sequence[_Signature])
     mine = next(s for s in signatures if s.effect is effect)
     signature = mine.slopes[:, 0]
     alone = float(signature @ signature)
-    parameter = next(iter(effect.parameters()))
+    parameter = effect.sought()[0]
     unit = found.model.joined_by(effect, slopes_of_base=False).component.table[found.model.stand.parameter(effect, parameter)].unit
     if alone < SMALL * mine.whole:
         return Nameable(effect, parameter, unit, None, None, BASE, (BASE,))
@@ -95,7 +95,7 @@ def _weighed(effect: type[Effect], found: Fit, signatures: Sequence[_Signature])
             left[rival.effect.family] = min(left.get(rival.effect.family, 1.0), _left(signature, rival))
     name = min(left, key=lambda n: left[n])
     tied = tuple(sorted(n for n, share in left.items() if share < SAME))
-    penalty = len([n for n in effect.parameters() if n not in effect.given]) * float(np.log(found.count))
+    penalty = len(effect.sought()) * float(np.log(found.count))
     noticed = np.sqrt((SIGNIFICANT + penalty) / alone)
     clear = None if tied else max(np.sqrt(RELIABLE / alone), np.sqrt(TIE / (alone * left[name])))
     return Nameable(effect, parameter, unit, float(noticed), clear if clear is None else float(clear), name, tied)

@@ -102,7 +102,7 @@ def _effect(verdict: Verdict, candidate: Candidate, chances: dict[int, float]) -
     stand = verdict.best.model.stand
     effect = candidate.effect
     open_ = verdict.open_form and candidate is verdict.effects[0]
-    own = {n: known[stand.parameter(effect, n)] for n in effect.parameters() if n not in effect.given}
+    own = {n: known[stand.parameter(effect, n)] for n in effect.sought()}
     return {"name": effect.family, "form": "open" if open_ else effect.form, "sentence": effect.sentence(), "probability": chances.get(id(candidate), 1.0),
             "delta_chi2": candidate.delta_chi2, "delta_bic": candidate.delta_bic,
             "parameters": {n: {"value": v, "standard_error": e, "unit": u} for n, (v, e, u) in own.items()}}  # fmt: skip
