@@ -72,7 +72,12 @@ def test_orders_of_what_is_hidden(hidden, lit, dark):
 
 def test_a_drift_is_where_the_rider_changed_most():
     """The base takes the mean of a linear drift, whose ends then are ten times as far from it as the parts beside the middle."""
-    found = base_of(made({"rd": 0.6}, sweep(5, 4.5, 2, 100.0)))
+
+    def wandering(t):  # to and fro, so that a base that errs at a frequency errs at all times
+        cycles = 4.5 * t - 20 / (2 * np.pi) * np.cos(2 * np.pi * t / 20)
+        return np.radians(2) * np.clip(np.minimum(t, 100 - t), 0, 1.0) ** 3 * np.sin(2 * np.pi * cycles)
+
+    found = base_of(made({"rd": 0.6}, (wandering, 100.0)))
     times = {p.start: p.excess for p in locate(found, cells, rate=1.0) if p.axis == "time"}
     excess = [times[t] for t in sorted(times)]
     assert min(excess[0], excess[-1]) > 3 * max(excess[3:5])  # noise alone scatters by 0.3 in an eighth of the run

@@ -123,10 +123,10 @@ def fit(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray, frozen: Sequ
         worth = max(gain, COARSE * chi2) if chi2 > 2 * len(residuals) else gain
         for tries in range(8):
             move = np.linalg.solve(normal / np.outer(scale, scale) + damping * np.eye(len(open_)), -gradient[open_] / scale) / scale
-            trial = x.copy()
-            trial[open_] = np.clip(x[open_] + np.clip(move, -reach[open_], reach[open_]), low[open_], high[open_])
-            step = trial[open_] - x[open_]
-            expected = -float(2 * gradient[open_] @ step + step @ normal @ step)
+            steps = [np.clip(x[open_] + each, low[open_], high[open_]) - x[open_] for each in _within(move, reach[open_])]
+            gains = [-float(2 * gradient[open_] @ step + step @ normal @ step) for step in steps]
+            expected, trial = max(gains), x.copy()
+            trial[open_] += steps[gains.index(expected)]
             if expected < worth or (not tries and chi2 - HOPE * expected > beat):
                 break
             try:
@@ -156,6 +156,11 @@ def _bounds(model: AnyModel, total: int) -> tuple[np.ndarray, np.ndarray]:
     high = [np.log(table[n].max) for n in model.base] + [r.max for r in model.rows]
     rest = total - len(low)
     return np.concatenate([low, np.full(rest, -1.0)]), np.concatenate([high, np.full(rest, 1.0)])
+
+
+def _within(move: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A move within its reach: every parameter by itself, which may turn it the wrong way; or all by one factor."""
+    return np.clip(move, -reach, reach), move * min(1.0, float(np.min(reach / (np.abs(move) + 1e-300), initial=1.0)))
 
 
 def _reach(model: AnyModel, x: np.ndarray) -> np.ndarray:
