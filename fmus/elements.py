@@ -4,7 +4,8 @@ A law (hardening, backlash, friction) is written once in the words `force`, `def
 `damping`, and holds for the arms of a rider as for the spring of an oscillator.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, fields
 
 
 @dataclass(frozen=True)
@@ -16,3 +17,8 @@ class Element:
     rate: str
     stiffness: str = ""
     damping: str = ""
+
+    def renamed(self, rename: Callable[[str], str]) -> "Element":
+        """The element in other names, as a part's is in those of the whole."""
+        names = (getattr(self, f.name) for f in fields(self))
+        return Element(*(name and rename(name) for name in names))

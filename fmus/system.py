@@ -5,10 +5,11 @@ variables are `part.variable`; an input that nothing drives stays an input of th
 """
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 from fmus.component import Component, Scope, prefixed
+from fmus.elements import Element
 from fmus.errors import InputError, unknown
 from fmus.traced import depends_on, traced
 from fmus.units import unit
@@ -37,9 +38,11 @@ class System(Component):
         self.parts = dict(parts)
         self.wiring = {k: tuple(s) for k, s in (join(parts) if wiring is None else wiring).items()}
         self.bindings = dict(bindings or {})
+        self.elements: dict[str, Element] = {}  # type: ignore[misc]
         super().__init__(name, source)
         for part, component in self.parts.items():
             self.delays |= {f"{part}.{n}": (f"{part}.{source}", f"{part}.{delay}") for n, (source, delay) in component.delays.items()}
+            self.elements |= {f"{part}.{n}": element.renamed(partial(self._whole, part)) for n, element in component.elements.items()}  # type: ignore[misc]
             for key, row in prefixed(component.table, part).items():
                 if key not in self.wiring and key not in self.bindings:
                     self.table[key] = row
@@ -59,6 +62,12 @@ class System(Component):
         twin = System(self.name, self.parts, self.wiring, self.bindings, self.source)
         twin._set_values(values)
         return twin
+
+    def _whole(self, part: str, name: str) -> str:
+        """What a part's variable is called in the whole: where one source drives it, as that."""
+        key = f"{part}.{name}"
+        sources = self.wiring.get(key, ())
+        return sources[0] if len(sources) == 1 else key
 
     def _check_wiring(self) -> None:
         for target, sources in self.wiring.items():
@@ -145,7 +154,7 @@ class System(Component):
                 role = component.table[key].role if key in component.table else "rate"
                 if role == "rate":
                     everything[f"der({part}.{key[4:-1]})"] = value
-                elif role != "local":
+                else:
                     everything[f"{part}.{key}"] = value
         return everything
 

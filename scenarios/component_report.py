@@ -13,14 +13,12 @@ from identification.gap.data.sampled import Sampled
 from identification.gap.naming.decide import Verdict
 from identification.gap.naming.fitting import Fit
 from scenarios.gap_report import FILE, whiteness
-from scenarios.gap_tables import before_and_after, places, verdict_section
+from scenarios.gap_tables import before_and_after, modes_over_speed, places, verdict_section
 from scenarios.report import COLOURS, Report, Section, Table, new_figure
 
 
 def write_report(verdict: Verdict, result: dict[str, Any], held: Sequence[Sampled], folder: Path) -> str:
     """Write the report into the folder; its name there."""
-    modes = [(label, f"{m['frequency'][0]:.4g}", "" if m["damping_ratio"][0] is None else f"{m['damping_ratio'][0]:.4g}")
-             for label in ("before", "after") for m in result["modes"][label]]  # fmt: skip
     sections = [
         verdict_section(result),
         Section("Where the base model misses", ["Cells that pass a false-discovery rate of 1 %."],
@@ -30,10 +28,17 @@ def write_report(verdict: Verdict, result: dict[str, Any], held: Sequence[Sample
                 [(_recording(verdict), "The recording and what is left of it, before and after."), *_responses(verdict),
                  (whiteness(verdict), "Residuals in units of the noise: before and after, against the normal distribution.")],
                 [before_and_after(result)]),
-        Section("Modes of the component at rest", [], [], [Table(("", "frequency [Hz]", "damping ratio"), modes)]),
+        own_modes(result) if isinstance(result.get("modes", {}).get("before"), list) else modes_over_speed(result),
     ]  # fmt: skip
     Report("The gap between component and recordings", f"Verdict: {result['verdict']}", sections).write(folder / FILE)
     return FILE
+
+
+def own_modes(result: dict[str, Any]) -> Section:
+    """The modes of the component itself, before and after."""
+    modes = [(label, f"{m['frequency'][0]:.4g}", "" if m["damping_ratio"][0] is None else f"{m['damping_ratio'][0]:.4g}")
+             for label in ("before", "after") for m in result["modes"][label]]  # fmt: skip
+    return Section("Modes of the component at rest", [], [], [Table(("", "frequency [Hz]", "damping ratio"), modes)])
 
 
 def left_over(fit: Fit, output: int = 0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -52,9 +52,9 @@ def run_on_component(arguments: argparse.Namespace) -> dict[str, Any]:
         runs = [replace(run, test=test) for run in runs]
         notes.append(f"No input is recorded or it is zero: only ratios of the parameters show, and {anchor} keeps its value.")
     given = read_rig(arguments.rig or Path(arguments.files[0]).parent).get("noise", {})
-    found = investigate(test, runs, more, given, writing_so_far(folder, lambda verdict: _result(verdict, [], [])), held)
-    result = _result(found.verdict, found.held, notes)
-    result["limitations"] += _limitations(found, result, component, bool(held))
+    found = investigate(test, runs, more, given, writing_so_far(folder, lambda verdict: result_of(verdict, [], [])), held)
+    result = result_of(found.verdict, found.held, notes)
+    result["limitations"] += limitations_of(found, result, component, bool(held))
     write_verdict(result, folder)
     result["next_experiment"] = next_experiment(found.verdict, scaled_runs)
     _add(found, result, arguments, folder)
@@ -87,7 +87,8 @@ def _usable(recordings: Sequence[Recording], test: ComponentTest) -> None:
                 raise InputError(f"{recording.name}: {warning}; a clipped channel looks like a physical effect, so nothing can be named")
 
 
-def _result(verdict: Verdict, held: Sequence[Sampled], notes: Sequence[str]) -> dict[str, Any]:
+def result_of(verdict: Verdict, held: Sequence[Sampled], notes: Sequence[str]) -> dict[str, Any]:
+    """What `verdict.json` says of a verdict on sampled runs."""
     run: Sampled = verdict.best.runs[0]
     unit = run.recording.units[run.test.outputs[0]]
     result = as_result(verdict, held, unit, run.noise_source or "flexible_model", cells)
@@ -95,7 +96,8 @@ def _result(verdict: Verdict, held: Sequence[Sampled], notes: Sequence[str]) -> 
     return result
 
 
-def _limitations(found: Investigation, result: dict[str, Any], component: Component, held: bool) -> list[str]:
+def limitations_of(found: Investigation, result: dict[str, Any], component: Component, held: bool) -> list[str]:
+    """What an investigation of a component does not know, in sentences."""
     sentences = []
     if result["noise_source"] == "flexible_model":
         sentences.append(FLEXIBLE)

@@ -14,7 +14,7 @@ from fmus.resisted import Resisted
 from identification.gap.data.blocks import blocks_of
 from identification.gap.data.flexible import noise_density
 from identification.gap.data.noise_sources import known_noise
-from identification.gap.data.sampled import prepare_sampled, white_noise
+from identification.gap.data.sampled import prepare_sampled
 from identification.gap.data.told import motion_functions
 from identification.gap.models.free_start import FreeStart
 from identification.gap.naming import any_component
@@ -23,6 +23,7 @@ from identification.gap.naming.common_factor import common_factor
 from identification.gap.naming.fitting import parameters_of
 from identification.gap.stands.component_test import component_test
 from identification.recordings import Recording, write_recording
+from identification.sampling import white_noise
 from scenarios import names
 from scenarios.command_line import main
 

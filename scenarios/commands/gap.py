@@ -8,9 +8,10 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
+from fmus.effects import Effect
 from fmus.errors import InputError, MissingToolError
 from fmus.progress import track
-from identification.gap.data.runs import Run, prepare, usable
+from identification.gap.data.runs import NotSweptError, Run, prepare, usable
 from identification.gap.models.model import Model
 from identification.gap.naming.decide import Verdict, decide
 from identification.gap.proposing.next_test import next_experiment
@@ -19,9 +20,11 @@ from identification.gap.stands.test_stand import TestStand
 from identification.recordings import read_recording, read_rig
 from scenarios import gap_plan, names
 from scenarios.augmented_rider import FILE, effect_on_modes, rider_of, write_model
+from scenarios.component_report import write_report as write_component_report
 from scenarios.component_test import run_on_component
 from scenarios.gap_report import write_report
 from scenarios.gap_tables import axis_of
+from scenarios.rig_over_time import run_over_time
 from scenarios.rig_proposals import rig_proposals
 from scenarios.rig_test import rig_effects, rig_test, with_bare_bar
 from scenarios.vehicle_gap import run_on_vehicle
@@ -74,9 +77,12 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     folder = Path(arguments.out)
     rig = read_rig(arguments.rig or Path(arguments.files[0]).parent)
     stand, library = rig_test(rig, arguments.rider), rig_effects(arguments.effects)
-    runs, held = _runs(arguments.files, stand, arguments.map), _runs(arguments.holdout, stand, arguments.map)
     if arguments.bare:
         stand = with_bare_bar(stand, _runs(arguments.bare, stand, arguments.map))
+    try:
+        runs, held = _runs(arguments.files, stand, arguments.map), _runs(arguments.holdout, stand, arguments.map)
+    except NotSweptError:
+        return _over_time(arguments, rig, stand, library)
     verdict = decide(Model(stand), runs, library, held, writing_so_far(folder, lambda verdict: as_result(verdict, [], "N.m")))
     result = as_result(verdict, held, "N.m")
     result["limitations"] += _limitations(rig, runs, held, bool(arguments.bare))
@@ -84,6 +90,18 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     result["next_experiment"] = next_experiment(verdict, rig_proposals)
     _add(verdict, result, arguments, folder)
     result["report"] = write_report(verdict, result, held, folder)
+    write_verdict(result, folder)
+    return result
+
+
+def _over_time(arguments: argparse.Namespace, rig: dict[str, Any], stand: TestStand, library: Sequence[type[Effect]]) -> dict[str, Any]:
+    """The result where the motion has no harmonics to compare on."""
+    folder = Path(arguments.out)
+    found, result = run_over_time(arguments, stand, library)
+    result["limitations"] += _bar_unknown(rig, bool(arguments.bare))
+    write_verdict(result, folder)
+    _add(found.verdict, result, arguments, folder)
+    result["report"] = write_component_report(found.verdict, result, found.held, folder)
     write_verdict(result, folder)
     return result
 
@@ -110,11 +128,16 @@ def _runs(files: Sequence[str], stand: TestStand, mapping: Sequence[str]) -> lis
 
 def _limitations(rig: dict[str, Any], runs: Sequence[Run], held: Sequence[Run], bare: bool) -> list[str]:
     sentences = [note for r in (*runs, *held) for note in (*r.notes, *r.recording.warnings)]
-    if "handlebar_inertia" not in rig and not bare:
-        sentences.append("The handlebar's own inertia is not known (no rig.json, no bare-bar run): added inertia cannot be told from it.")
+    sentences += _bar_unknown(rig, bare)
     if not held:
         sentences.append("No held-out run: the verdict is not checked on data that was not used.")
     return sentences
+
+
+def _bar_unknown(rig: dict[str, Any], bare: bool) -> list[str]:
+    if "handlebar_inertia" in rig or bare:
+        return []
+    return ["The handlebar's own inertia is not known (no rig.json, no bare-bar run): added inertia cannot be told from it."]
 
 
 def show(result: dict[str, Any], console: Console) -> None:

@@ -1,12 +1,15 @@
 """Samples on the cosines of short blocks: data that are nearly independent for any noise with a smooth spectrum.
 
-    c_k = sum_j y_j cos(pi k (j + 1/2) / n),   f_k = k rate / (2 n),   var(c_k) = S(f_k)
+    c_k = sum_j y_j cos(pi k (j + 1/2) / n),   f_k = k rate / (2 n)
+
+    var(c_k) = r_0 + 2 sum_t r_t ((1 - t / n) cos(a t) - sin(a t) / (n sin a)),   a = pi k / n
 
 An orthonormal transform of each block, cut off above the band in which the outputs hold anything but noise. A block
-begins and ends where it likes: nothing needs to be periodic.
+begins and ends where it likes: nothing needs to be periodic. r is the noise's autocovariance, and the variance that of a
+cosine cut off at the block's ends: S(f_k) where the density S is smooth, and what leaks from where it is larger.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -17,6 +20,7 @@ from identification.gap.data.reduction import Column
 
 BLOCKS = 8  # of a long segment
 SHORTEST = 256  # samples of a block, where there are several
+FINE = 4  # points of a density's grid per sample of a block
 
 
 @dataclass
@@ -45,11 +49,19 @@ class Blocks:
 
     def deviations(self, densities: Sequence) -> np.ndarray:
         """The deviation (m,) of every cosine, from each output's density as a function of frequency."""
-        parts = []
-        for first, last, kept in self.spans:
-            f = np.arange(kept) * self.rate / (2 * (last - first))
-            parts += [np.sqrt(density(f)) for density in densities]
-        return np.concatenate(parts)
+        every = {last - first for first, last, _ in self.spans}
+        known = {n: [np.sqrt(_variance(density, n, self.rate)) for density in densities] for n in every}
+        return np.concatenate([deviation[:kept] for first, last, kept in self.spans for deviation in known[last - first]])
+
+
+def _variance(density: Callable[[np.ndarray], np.ndarray], n: int, rate: float) -> np.ndarray:
+    """The variance (n,) of the cosines of a block of n samples."""
+    covariance = np.fft.irfft(density(np.fft.rfftfreq(FINE * n, 1 / rate)))[:n]
+    weighed = (1 - np.arange(n) / n) * covariance
+    ahead = np.fft.rfft(covariance, 2 * n)[:n]  # of which the imaginary part is - sum r_t sin(a t)
+    variance = 2 * np.fft.rfft(weighed, 2 * n)[:n].real - covariance[0]
+    variance[1:] += 2 * ahead[1:].imag / (n * np.sin(np.pi * np.arange(1, n) / n))
+    return np.maximum(variance, 1e-3 * np.min(density(np.arange(n) * rate / (2 * n))))
 
 
 def blocks_of(segments: Sequence[tuple[int, int]], outputs: int, rate: float, highest: float) -> Blocks:

@@ -17,10 +17,9 @@ from scipy.fft import dct
 
 from fmus.errors import InputError
 from identification.gap.data.flexible import Density
-from identification.gap.data.sampled import LEAST_SIGNAL, white_noise
 from identification.gap.data.stretches import MARGIN, undisturbed
 from identification.recordings import Recording
-from identification.sampling import uniform
+from identification.sampling import LEAST_SIGNAL, uniform, white_noise
 
 RATE = 80.0  # Hz: what is faster is averaged down to it, or a little above
 BLOCK = 10.0  # s

@@ -13,11 +13,15 @@ from identification.gap.data.motion import Rebuilding, Rebuilt, rebuilding
 from identification.gap.data.phase import phase_of
 from identification.gap.data.reduction import Noise, Reduction, noise_of, reduction_of, variance_of
 from identification.recordings import Recording
-from identification.sampling import uniform
+from identification.sampling import LEAST_SIGNAL, uniform, white_noise
 
 SHORTEST = 20.0  # s: below it a run holds too few windows to tell noise from a gap
-LEAST_SIGNAL = 5.0  # the excited motion over its noise
+ON_HARMONICS = 0.9  # share of a swept motion's power that lies on its harmonics
 GAIN_ERROR = 0.02  # relative, of a sensor besides that of the effort: its calibration, and how it is mounted
+
+
+class NotSweptError(InputError):
+    """The imposed motion follows no swept or stepped sine: it can be simulated over time, but has no harmonics."""
 
 
 @dataclass(frozen=True)
@@ -122,14 +126,13 @@ def prepare(recording: Recording, imposed: str, measured: str, command: str, fur
         reference = angle
         notes = (*notes, f"no {command} in {recording.name}: the phase is taken from {imposed}")
     phase = phase_of(reference, rate)
-    if phase is None:
-        raise InputError(f"{recording.name}: {imposed} follows no swept or stepped sine, so there are no harmonics to compare on")
-    reduction = reduction_of(phase, rate)
+    if np.std(angle) < LEAST_SIGNAL * white_noise(angle):
+        raise InputError(f"{recording.name}: no excitation: {imposed} moves by {np.std(angle):.2g} {recording.units[imposed]} (rms), "
+                         f"its noise is {white_noise(angle):.2g}")  # fmt: skip
+    reduction = reduction_of(phase, rate) if phase else None
+    if not phase or not reduction or _on_harmonics(reduction, angle) < ON_HARMONICS:
+        raise NotSweptError(f"{recording.name}: {imposed} follows no swept or stepped sine, so there are no harmonics to compare on")
     angle_noise = noise_of(reduction, angle)
-    signal = np.concatenate([angle[first:last] for first, last in phase.windows])
-    if np.std(signal) < LEAST_SIGNAL * np.sqrt(np.median(angle_noise.density)):
-        raise InputError(f"{recording.name}: no excitation: {imposed} moves by {np.std(signal):.2g} {recording.units[imposed]} (rms), "
-                         f"its noise is {np.sqrt(np.median(angle_noise.density)):.2g}")  # fmt: skip
     moved, moved_variance = reduction.reduce(angle), variance_of(reduction, angle_noise)
     rebuilder = rebuilding(time, phase, _orders(reduction, moved, moved_variance))
     outputs: list[Output] = []
@@ -139,6 +142,13 @@ def prepare(recording: Recording, imposed: str, measured: str, command: str, fur
         from_motion = _through_the_motion(reduction, moved, data, moved_variance, rebuilder)
         outputs.append(Output(column, y, noise, data, np.sqrt(variance_of(reduction, noise) + from_motion), from_motion, GAIN_ERROR if outputs else 0.0))
     return Run(recording, rebuilder.motion(angle), reduction, tuple(outputs), recording.units[imposed], notes)
+
+
+def _on_harmonics(reduction: Reduction, y: np.ndarray) -> float:
+    """The share of a signal's power (n,) in the windows that lies on the harmonics."""
+    left = sum(float(part @ part) for part, _ in reduction.residuals(y))
+    whole = sum(float(np.sum((y[first:last] - y[first:last].mean()) ** 2)) for first, last, _ in reduction.outside)
+    return 1 - left / max(whole, 1e-300)
 
 
 def _orders(reduction: Reduction, moved: np.ndarray, variance: np.ndarray) -> tuple[int, ...]:

@@ -6,6 +6,7 @@ long ones small errors add up to lost phase, a fit then has many minima, and wha
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -17,17 +18,17 @@ from scipy.signal import decimate
 from fmus.errors import InputError
 from identification.gap.data.blocks import Blocks, blocks_of
 from identification.gap.data.flexible import Density
-from identification.gap.data.told import KINDS, Told, highest_frequency, input_function, motion_functions
+from identification.gap.data.told import KINDS, NOISELESS, Told, highest_frequency, input_function, motion_functions
 from identification.gap.stands.component_test import ComponentTest
 from identification.recordings import Recording
-from identification.sampling import uniform
+from identification.sampling import LEAST_SIGNAL, uniform, white_noise
 
 FEWEST = 200  # samples
-LEAST_SIGNAL = 5.0  # what is measured over its noise
 JITTER = 0.05  # of the interval, beyond which samples are moved to a regular grid
 POINTS = 8  # of the simulation per cycle of the highest frequency
 MOST_POINTS = 40_000  # of the simulation of one run
 PERIODS = 6.0  # of the middle frequency in a segment
+IMPOSED_PERIODS = 60.0  # where a state is imposed: what else moves forgets where it began
 SHORTEST_SEGMENT = 100  # samples
 ACCURACY = 3e-4  # of a signal's rms, which no model of a real component is better than
 FASTER, MOST_SAMPLES = 20, 6000  # a recording so many times faster than what is in it is reduced, where it has more samples
@@ -94,6 +95,11 @@ class Sampled:
         """The run with its inputs joined in another way between their samples."""
         return replace(self, told=_told(self.recording, self.test, kind), kind=kind, guess={})
 
+    @cached_property
+    def noiseless(self) -> "Sampled":
+        """The run told the imposed motion without its noise; itself where nothing is imposed."""
+        return self.with_told(NOISELESS) if self.test.imposed else self
+
     def scaled(self, factor: float) -> "Sampled":
         """The run as it would be with its excitation times a factor, if the component were linear."""
         measured = factor * self.measured
@@ -146,12 +152,8 @@ def prepare_sampled(recording: Recording, test: ComponentTest) -> Sampled:
     densities = [Density(np.array([0.0, rate / 2]), np.full(2, max(s, ACCURACY * np.std(y)) ** 2)) for s, y in zip(deviations, measured.T, strict=True)]
     whole = Sampled(recording, test, measured, _told(recording, test, KINDS[0]), segments, finer, reduction, densities, "",
                     reduction.reduce(measured), reduction.deviations(densities), notes)  # fmt: skip
-    return whole.cut(max(int(PERIODS * rate / whole.middle_frequency), SHORTEST_SEGMENT))
-
-
-def white_noise(y: np.ndarray) -> float:
-    """The deviation of white noise in a smooth signal (n,), from its fourth differences; kinks hardly move a median."""
-    return float(1.4826 * np.median(np.abs(np.diff(y, 4))) / np.sqrt(70))
+    periods = IMPOSED_PERIODS if test.imposed else PERIODS
+    return whole.cut(max(int(periods * rate / whole.middle_frequency), SHORTEST_SEGMENT))
 
 
 def _regular(recording: Recording) -> tuple[Recording, tuple[str, ...]]:

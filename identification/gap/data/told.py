@@ -2,7 +2,8 @@
 
 An input is held, joined by lines, or joined smoothly; where it is rough these differ by a lag of up to half a sample,
 which a fit would take for a delay. A held input is, on average, the joined one half a sample later. An imposed
-motion is a spline whose knots are as far apart as its spectrum allows: its noise would become force otherwise.
+motion is a spline whose knots are as far apart as its spectrum allows: its noise would become force otherwise. What noise
+is left in it must not explain the noise of the force: for that there is the motion without it.
 How much is not known between the samples shows in the difference of two splines.
 """
 
@@ -15,6 +16,8 @@ from scipy.signal import periodogram
 
 KINDS = ("smooth", "lines", "held")
 SMOOTHER = "smoother"
+NOISELESS = "noiseless"
+CLEAR = 10.0  # times its noise, in power: where a motion stands clear of it
 ROUGH = 0.02  # share of an input's power in the upper half of its spectrum, from which the kinds differ
 DEGREE = 5
 LEAST_POWER = 1e-6  # of a signal's power: what lies above is of no interest
@@ -50,7 +53,7 @@ def _times(factor: float, function: Callable[[np.ndarray], np.ndarray]) -> Calla
 
 def input_function(time: np.ndarray, values: np.ndarray, kind: str) -> Callable[[np.ndarray], np.ndarray]:
     """The input between its samples (n,)."""
-    if kind == "smooth":
+    if kind in ("smooth", NOISELESS):
         return CubicSpline(time, values)
     if kind == SMOOTHER:
         return make_interp_spline(time, values, DEGREE)
@@ -66,6 +69,7 @@ def is_rough(values: np.ndarray) -> bool:
 
 def motion_functions(time: np.ndarray, values: np.ndarray, rate: str, kind: str = KINDS[0]) -> dict[str, Callable]:
     """An imposed motion's rate and acceleration beside it: names "", rate and der(rate)."""
+    values = _without_noise(values) if kind == NOISELESS else values
     spline = make_lsq_spline(time, values, _knots(time, values, PER_PERIOD * (1.5 if kind == SMOOTHER else 1.0)), DEGREE)
     return {"": spline, rate: spline.derivative(1), f"der({rate})": spline.derivative(2)}
 
@@ -79,17 +83,30 @@ def _knots(time: np.ndarray, values: np.ndarray, per_period: float) -> np.ndarra
     return np.concatenate([[time[0]] * (DEGREE + 1), inner, [time[-1]] * (DEGREE + 1)])
 
 
+def _without_noise(values: np.ndarray) -> np.ndarray:
+    """A motion (n,) without the frequencies at which it does not stand clear of its noise."""
+    n = len(values)
+    line = np.interp(np.arange(n), [0, n - 1], values[[0, -1]])
+    _, power, floor = _smooth_spectrum(values, 1.0)
+    return line + np.fft.irfft(np.where(power > CLEAR * floor, np.fft.rfft(values - line), 0.0), n)
+
+
 def highest_frequency(values: np.ndarray, rate: float, share: float = 4.0) -> float:
     """The highest frequency [Hz] at which a signal (n,) stands out from what it has at the highest ones.
 
     What is above it in power by less than a millionth is left to itself: no model is better than that.
     """
+    frequency, power, floor = _smooth_spectrum(values, rate)
+    beyond = np.cumsum(power[::-1])[::-1] / power.sum()
+    above = np.flatnonzero((power > share * floor) & (beyond > LEAST_POWER))
+    return float(frequency[above[-1]]) if len(above) else float(frequency[-1] / 2)
+
+
+def _smooth_spectrum(values: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray, float]:
+    """Frequencies (m,), the smoothed power of a signal (n,) at them, and that which it has at the highest ones."""
     n = len(values)
     line = np.interp(np.arange(n), [0, n - 1], values[[0, -1]])
     frequency, power = periodogram((values - line) * np.hanning(n), rate)
     width = max(n // 400, 5)
     smooth = np.convolve(power, np.ones(width) / width, "same")
-    floor = np.median(smooth[int(0.7 * len(smooth)) :])
-    beyond = np.cumsum(power[::-1])[::-1] / power.sum()
-    above = np.flatnonzero((smooth > share * floor) & (beyond > LEAST_POWER))
-    return float(frequency[above[-1]]) if len(above) else float(frequency[-1] / 2)
+    return frequency, smooth, float(np.median(smooth[int(0.7 * len(smooth)) :]))

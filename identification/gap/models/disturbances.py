@@ -16,8 +16,8 @@ import numpy as np
 from scipy.optimize import minimize
 
 from identification.gap.data.predicted import PredictedRun
-from identification.gap.data.sampled import white_noise
 from identification.gap.models.kalman import Discrete, errors, sampled, sampled_noise, stationary
+from identification.sampling import white_noise
 
 CORNER = 0.5  # Hz: of what is slow
 SPREAD = 3.0  # of logarithms, around a first guess; of a corner's CORNER_SPREAD

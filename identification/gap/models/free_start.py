@@ -17,10 +17,11 @@ import numpy as np
 
 from fmus.effects import Effect
 from fmus.errors import InputError
-from fmus.imposed import Imposed
+from fmus.imposed import Imposed, ThroughSpring
 from fmus.mathematics import NUMERIC
 from identification.gap.data.flexible import features_of, noise_density
 from identification.gap.data.sampled import Sampled
+from identification.gap.models.equations import rate_of
 from identification.gap.models.model import Model
 from identification.gap.models.simulate import Motion, Trajectory, simulate
 
@@ -77,16 +78,20 @@ class FreeStart(Model):
         return replace(run.with_densities(found, run.noise_source), noise_rests_on_a_model=True)
 
     def traced(self, run: Sampled, q: np.ndarray) -> tuple[np.ndarray, list[np.ndarray], list[np.ndarray], list[np.ndarray]]:
-        """Residuals (n, outputs), deflections and rates of the elements, and what is told and modelled, over the segments (n,)."""
+        """Residuals (n, outputs), deflections and rates of the elements, and what is told and modelled, over the segments (n,).
+
+        The noise of an imposed motion is in the residuals alone.
+        """
         self.reduced(run, q)  # finds the initial states
         values = self.values(q) | dict.fromkeys(self.durations, run.duration)
         residuals, signals = [], []
         for index, (first, last) in enumerate(run.segments):
-            made = self._simulated(run, index, values, run.guess[self.effects, index]["initial"])
-            left = run.measured[first:last] - made.outputs
+            initial = run.guess[self.effects, index]["initial"]
+            left = run.measured[first:last] - self._simulated(run, index, values, initial).outputs
             residuals.append(left - left.mean(axis=0))
-            time = run.recording.time[first:last]
-            known = {**values, "time": time, **self._inputs(run, time, values), **dict(zip(self.equations.states, made.states[:: run.finer].T, strict=True))}
+            made, time = self._simulated(run.noiseless, index, values, initial), run.recording.time[first:last]
+            known = {**values, "time": time, **self._inputs(run.noiseless, time, values)}
+            known |= dict(zip(self.equations.states, made.states[:: run.finer].T, strict=True))
             signals.append((self._elements(known), [np.broadcast_to(known[n], len(time)) for n in self.component.inputs] + list(made.outputs.T)))
         deflections, rates = [[np.concatenate([np.broadcast_to(x, len(s[1][0])) for x, s in zip(each, signals, strict=True)]) for each in
                               zip(*(s[0][side] for s in signals), strict=True)] for side in (0, 1)]  # fmt: skip
@@ -95,7 +100,7 @@ class FreeStart(Model):
 
     def _elements(self, known: Mapping[str, Any]) -> tuple[list, list]:
         """Deflections and rates of the component's elements, once each."""
-        component = self.component.inner if isinstance(self.component, Imposed) else self.component
+        component = self.component.inner if isinstance(self.component, Imposed | ThroughSpring) else self.component
         scope = component.run({**dict.fromkeys(component.inputs, 0.0), **known}, NUMERIC)
         seen = {(e.deflection, e.rate): None for e in component.elements.values()}
         both = [({**known, **scope}[d], {**known, **scope}[r]) for d, r in seen if d and r]
@@ -217,7 +222,12 @@ class FreeStart(Model):
         return states
 
     def _inputs(self, run: Any, time: np.ndarray, values: Mapping[str, float]) -> dict[str, Any]:
-        return dict.fromkeys(self.component.inputs, 0.0) | run.told(time)
+        told = dict.fromkeys(self.component.inputs, 0.0) | run.told(time)
+        component: Any = self.component
+        for name, (_, delay) in component.delays.items():  # of what is imposed
+            late = run.told(time - values[delay])
+            told[name], told[rate_of(name)] = late[component.imposed], late[component.rate]
+        return told
 
     def _first_states(self, run: Sampled, first: int) -> dict[str, float]:
         """Where the states that are measured begin, and the slopes of those."""

@@ -14,7 +14,7 @@ from fmus.effects import Effect
 from fmus.effects.places import laws_at
 from fmus.errors import InputError
 from identification.gap.data.noise_sources import known_noise
-from identification.gap.data.sampled import Sampled, excited, prepare_sampled, white_noise
+from identification.gap.data.sampled import Sampled, excited, prepare_sampled
 from identification.gap.data.told import KINDS, SMOOTHER
 from identification.gap.models.free_start import FreeStart
 from identification.gap.naming.begin import begin, equal_noise
@@ -25,6 +25,7 @@ from identification.gap.naming.fitting import Fit, fit
 from identification.gap.naming.one_frequency import not_told_apart
 from identification.gap.stands.component_test import ComponentTest
 from identification.recordings import Recording
+from identification.sampling import white_noise
 
 ROUNDS = 3
 MOST_MISSED, FAST = 0.2, 1.5  # share of the motion that slow noise may be; fast noise is this much larger than its estimate
@@ -50,8 +51,9 @@ class Investigation:
 
 
 def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequence[type[Effect]] = (), given: Mapping[str, float] | None = None,
-                so_far: Callable[[Verdict], None] = lambda verdict: None, holdout: Sequence[Recording] = ()) -> Investigation:  # fmt: skip
-    """The verdict on runs of a component, with the laws of mechanics at its elements and a user's own effects.
+                so_far: Callable[[Verdict], None] = lambda verdict: None, holdout: Sequence[Recording] = (),
+                library: Sequence[type[Effect]] = ()) -> Investigation:  # fmt: skip
+    """The verdict on runs of a component, with the laws of mechanics at its elements (or a library) and a user's own effects.
 
     given holds known deviations of outputs by name; so_far is told what is known already at every stage;
     held-out recordings can only take a name back. Raises InputError where the base cannot be fitted.
@@ -66,7 +68,7 @@ def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequ
     found = fit(model, equal_noise(found.runs, found), found.x)
     deflection, rate = largest_motion(found)
     test = replace(test, component=test.component.with_values(**_values(found))).scaled(deflection, rate)
-    library = [*laws_at(test.component, rate, _largest(runs, test.driven), _largest(runs, test.outputs)), *more_effects]
+    library = [*(library or laws_at(test.component, rate, _largest(runs, test.driven), _largest(runs, test.outputs))), *more_effects]
     model = FreeStart(test)
     base = fit(model, [_between_samples(model, run) for run in known_noise(found.runs, given or {})], model.start())
     so_far(Verdict("unknown", base, base))

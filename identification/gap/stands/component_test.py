@@ -10,9 +10,8 @@ from dataclasses import dataclass, field, replace
 from fmus.component import Component
 from fmus.effects import Effect
 from fmus.errors import InputError, unknown
-from fmus.imposed import Imposed
 from fmus.resisted import with_a_place
-from identification.gap.stands.test_stand import Free
+from identification.gap.stands.test_stand import Free, imposed_on, parameter_of
 
 SLIDING = 0.01  # of the largest rate: friction is fully there above it
 
@@ -42,8 +41,7 @@ class ComponentTest:
     def with_effects(self, effects: Sequence[type[Effect]]) -> Component:
         """The component as the test sees it, with effects."""
         if self.imposed:
-            inner = self.component.with_effects(*(e(exact_delays=True) for e in effects if e.part == "device"))
-            seen: Component = Imposed(inner, self.imposed, self.outputs[0], tuple(e() for e in effects if e.part == "channel"))
+            seen = imposed_on(self.component, self.imposed, self.outputs[0], effects)
         else:
             seen = self.component.with_effects(*(e() for e in effects))
         seen.values |= {n: v for n, v in self.given.items() if n in seen.values}
@@ -51,7 +49,7 @@ class ComponentTest:
 
     def parameter(self, effect: type[Effect], name: str) -> str:
         """The name of an effect's parameter in the component."""
-        return f"{effect.family}.{name}"
+        return parameter_of(self.component, effect, name)
 
     def scaled(self, deflection: float, rate: float) -> "ComponentTest":
         """The test, the largest deflection and rate known: friction comes in at a small share of that rate."""

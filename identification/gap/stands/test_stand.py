@@ -32,6 +32,25 @@ class Sensor:
     noise: float
 
 
+def imposed_on(component: Component, state: str, effort: str, effects: Sequence[type[Effect]], also: Sequence[str] = ()) -> Component:
+    """A component whose state is imposed, its effort and other outputs answered, with effects: of the device, and of what lies between."""
+    joined = [e(exact_delays=True) for e in effects if e.part == "device"]
+    if joined and isinstance(component, System):
+        parts = {n: p.with_effects(*joined) if n == "device" else p for n, p in component.parts.items()}
+        component = System(component.name, parts, component.wiring, component.bindings, component.source)
+    elif joined:
+        component = component.with_effects(*joined)
+    channel = tuple(e() for e in effects if e.part == "channel" and e.family != SERIES)
+    wrapper = ThroughSpring if any(e.family == SERIES for e in effects) else Imposed
+    return wrapper(component, state, effort, channel, tuple(also))
+
+
+def parameter_of(component: Component, effect: type[Effect], name: str) -> str:
+    """The name that an effect's parameter has in a component, or in a system that the effect joins at its device."""
+    prefix = "device." if effect.part == "device" and isinstance(component, System) else ""
+    return f"{prefix}{effect.family}.{name}"
+
+
 @dataclass(frozen=True)
 class TestStand:
     """A component, imposed at one of its states, with its measured effort.
@@ -53,16 +72,7 @@ class TestStand:
 
     def with_effects(self, effects: Sequence[type[Effect]]) -> Component:
         """The component seen from the test: its motion told, its effort answered, with effects."""
-        inner = self.component
-        joined = [e(exact_delays=True) for e in effects if e.part == "device"]
-        if joined and isinstance(inner, System):
-            parts = {n: p.with_effects(*joined) if n == "device" else p for n, p in inner.parts.items()}
-            inner = System(inner.name, parts, inner.wiring, inner.bindings, inner.source)
-        elif joined:
-            inner = inner.with_effects(*joined)
-        channel = tuple(e() for e in effects if e.part == "channel" and e.family != SERIES)
-        wrapper = ThroughSpring if any(e.family == SERIES for e in effects) else Imposed
-        return wrapper(inner, self.imposed, self.measured, channel, tuple(sensor.output for sensor in self.further.values()))
+        return imposed_on(self.component, self.imposed, self.measured, effects, tuple(sensor.output for sensor in self.further.values()))
 
     @property
     def outputs(self) -> tuple[str, ...]:
@@ -76,5 +86,4 @@ class TestStand:
 
     def parameter(self, effect: type[Effect], name: str) -> str:
         """The name of an effect's parameter in the component under test."""
-        prefix = "device." if effect.part == "device" and isinstance(self.component, System) else ""
-        return f"{prefix}{effect.family}.{name}"
+        return parameter_of(self.component, effect, name)
