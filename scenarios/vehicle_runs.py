@@ -29,9 +29,10 @@ from scenarios.report import COLOURS, Report, Section, Table, new_figure
 from scenarios.vehicle_test import NOT_LINEAR, uncertain, vehicle_effects
 from scenarios.verdict_file import write_verdict, writing_so_far
 from vehicle_fmu import GivenMatrices
+from vehicle_fmu.given_matrices import COORDINATES, STATES
 
 FEIGNED = 0.2  # of the disturbance's power, gained by a linear effect
-KNOWN_TO = 0.1  # of the entries of given matrices, which compound many masses, lengths and inertias
+KNOWN_TO = 0.1  # of what the entries of given matrices are made of: moments and inertias, which compound many masses and lengths
 ALL = "all"  # --free all: nothing is known of the base
 
 
@@ -79,7 +80,7 @@ def _by_equations(arguments: argparse.Namespace, vehicle: Component, device: Com
 def _by_prediction(arguments: argparse.Namespace, vehicle: Component, device: Component | None, recordings: Sequence[Recording],
                    held: Sequence[Recording]) -> Found:  # fmt: skip
     """Verdict, contents of the file and figures, from predictions."""
-    stand = runs_stand(vehicle, arguments.free) if device is None else vehicle_predictions.ridden_stand(vehicle, device, arguments.free)
+    stand = runs_stand(vehicle, arguments.free, predicted=True) if device is None else vehicle_predictions.ridden_stand(vehicle, device, arguments.free)
     every = vehicle_predictions.predicted_runs([*recordings, *held], stand)
     runs, checked = every[: len(recordings)], every[len(recordings) :]
     library = vehicle_predictions.predictable_effects(vehicle, stand, arguments.effects)
@@ -97,16 +98,33 @@ def _with_open(result: dict[str, Any], verdict: Verdict, stand: LinearStand) -> 
     result["base"] |= {n: dict(zip(("value", "standard_error", "unit"), fitted[n], strict=True)) for n in stand.open}
 
 
-def runs_stand(vehicle: Component, free: Sequence[str] = ()) -> LinearStand:
-    """The vehicle with what is free in it: entries of given matrices may be any number, known to 10 % unless they are in `free`.
+def runs_stand(vehicle: Component, free: Sequence[str] = (), predicted: bool = False) -> LinearStand:
+    """The vehicle with what is free in it: entries of given matrices may be any number, known to 10 % of their terms unless they are in `free`.
 
-    What a roll torque does stays as given: nobody applies one.
+    What a roll torque does stays as given, as nobody applies one, unless the vehicle is `predicted`: there disturbances do.
     """
     if not isinstance(vehicle, GivenMatrices):
         return LinearStand(vehicle, "", "speed", uncertain(vehicle, free, prefix=""), exact_delays=True)
-    open_ = tuple(n for n, value in vehicle.values.items() if (value != 0 and not n.endswith("roll_torque")) or n in free)
-    known = {n: (vehicle.values[n], KNOWN_TO * abs(vehicle.values[n])) for n in open_ if n not in free and ALL not in free}
+    open_ = tuple(n for n, value in vehicle.values.items() if (value != 0 and (predicted or not n.endswith("roll_torque"))) or n in free)
+    known = {n: (vehicle.values[n], error) for n, error in _entry_errors(vehicle).items() if n in open_ and n not in free and ALL not in free}
     return LinearStand(vehicle, "", "speed", open=open_, measured_effects=known, exact_delays=True)
+
+
+def _entry_errors(vehicle: GivenMatrices) -> dict[str, float]:
+    """To how much the entries of given matrices are known: to KNOWN_TO of the terms of which each is the sum.
+
+        A_ij = sum_k B_ik (M A)_kj,     B_ij = sum_kl B_ik M_kl B_lj,     M = B^-1
+
+    An entry may be a small difference of large terms, each with the error of a moment or an inertia.
+    """
+    of = vehicle.values
+    B = np.array([[of[f"{i}_by_{j}_torque"] for j in COORDINATES] for i in COORDINATES])
+    M = np.linalg.inv(B)
+    errors = {f"{i}_by_{j}_torque": np.linalg.norm(B[a][:, None] * M * B[:, b]) for a, i in enumerate(COORDINATES) for b, j in enumerate(COORDINATES)}
+    for column in (f"{j}_{power}" for j in STATES for power in range(3)):
+        A = np.array([of[f"{i}_by_{column}"] for i in COORDINATES])
+        errors |= {f"{i}_by_{column}": np.linalg.norm(B[a] * (M @ A)) for a, i in enumerate(COORDINATES)}
+    return {n: KNOWN_TO * float(x) for n, x in errors.items()}
 
 
 def _recordings(files: Sequence[str], vehicle: Component, mapping: Sequence[str] = ()) -> list[Recording]:
