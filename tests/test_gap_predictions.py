@@ -16,6 +16,7 @@ from identification.gap.data.best_prediction import with_best_prediction
 from identification.gap.data.predicted import PredictedRun
 from identification.gap.models.kalman import sampled, sampled_noise, stationary
 from identification.gap.models.predictor import PredictorModel
+from identification.gap.naming.fitting import parameters_of
 from identification.recordings import Recording, read_recording
 from scenarios.command_line import main
 from scenarios.vehicle_predictions import predictable_effects, predicted_runs, verdict_on_predictions
@@ -83,13 +84,18 @@ def test_the_best_prediction_errs_by_the_innovations():
     assert 1 / run.mixing[0, 0] * np.sqrt(np.mean(run.densities[0](run.frequency))) == pytest.approx(deviation, rel=0.06)
 
 
-def test_slopes_are_those_of_differences(tmp_path):
-    base, real, rng = motorcycles(4)
+def prepared(folder, seed=4):
+    """A run with its disturbances, the stand, and the library."""
+    base, real, rng = motorcycles(seed)
     stand = runs_stand(base)
-    library = {e.form: e for e in predictable_effects(base, stand)}
+    run = predicted_runs([read_recording(write_ride(folder / "run.csv", ride(rng, real, 20.0, {}, 40.0, gain=STEERED), rng))], stand)[0]
+    return PredictorModel(stand).with_disturbances_beside(run, PredictorModel(stand).start()), stand, predictable_effects(base, stand)
+
+
+def test_slopes_are_those_of_differences(tmp_path):
+    run, stand, every = prepared(tmp_path)
+    library = {e.form: e for e in every}
     model = PredictorModel(stand, [library["coulomb"], library["motor"]])
-    run = predicted_runs([read_recording(write_ride(tmp_path / "run.csv", ride(rng, real, 20.0, {}, 40.0, gain=STEERED), rng))], stand)[0]
-    run = PredictorModel(stand).with_disturbances_beside(run, PredictorModel(stand).start())
     q = model.start()
     q[len(model.base) :] = 0.5, 0.02
     z, slopes = model.reduced(run, q)
@@ -101,11 +107,33 @@ def test_slopes_are_those_of_differences(tmp_path):
     assert z.shape == run.data.shape
 
 
+def test_an_effect_of_size_zero_changes_nothing(tmp_path):
+    run, stand, library = prepared(tmp_path)
+    bare = PredictorModel(stand)
+    before = bare.reduced(run, bare.start())[0]
+    for effect in library:
+        model = PredictorModel(stand, [effect])
+        if any(model.rows[i].min > 0 for i in model.sizes):  # a compliance and a sensor's delay cannot be zero
+            continue
+        q = model.start()
+        q[[len(model.base) + i for i in model.sizes]] = 0.0
+        # Riccati's equation is solved to 1e-9 in either; a spline through the samples is the samples.
+        assert model.reduced(run, q)[0] == pytest.approx(before, rel=1e-4, abs=1e-4), effect.__name__
+
+
 def test_where_nothing_is_hidden_nothing_is_named(tmp_path):
     verdict = investigated(tmp_path, 1, {})
     assert verdict.verdict == "none"
     # 6200 numbers: a deviation of 0.02, the floor from the same run.
     assert verdict.base.reduced == pytest.approx(1.0, abs=0.08)
+
+
+def test_a_motor_that_is_late_is_named_and_sized(tmp_path):
+    verdict = investigated(tmp_path, 5, {"motor": 4}, duration=40.0)
+    assert verdict.verdict == "named" and [c.family for c in verdict.effects] == ["channel_delay"] and verdict.effects[0].effect.form == "motor"
+    value, error, _ = parameters_of(verdict.best)["channel_delay.delay"]
+    # 40 ms; the late torque is held over 10 ms in the simulation, which is half of that later.
+    assert 0.04 - 3 * error < value < 0.045 + 3 * error
 
 
 def test_a_front_frame_that_twists_is_named_and_sized_and_the_vehicle_written(tmp_path):

@@ -40,6 +40,7 @@ class PredictorModel(LinearModel):
         self.curved = not all(is_linear(stand, e) for e in effects)
         self.straight = stand.with_effects([e for e in effects if is_linear(stand, e)])
 
+    @np.errstate(all="ignore")  # what runs away is an InputError
     def reduced(self, run: PredictedRun, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The prediction errors (m,), negative, and their slopes (m, np), over their deviation."""
         wanted = range(self.sloped_from, len(q))
@@ -99,7 +100,10 @@ class PredictorModel(LinearModel):
         rows[..., [space.states.index(n) for n in self._rows], range(len(self._rows))] = 1.0
         B_all = np.concatenate([B[..., inputs], rows], axis=-1)
         D_all = np.concatenate([D[..., outputs, :][..., inputs], np.zeros((*A.shape[:2], len(outputs), len(self._rows)))], axis=-1)
-        parts = (A, B_all, C[..., outputs, :], D_all, B[..., forces])
+        pushed = B[..., forces]
+        for name, (source, _) in self.straight.delays.items():  # a disturbance is not late
+            pushed = pushed + B[..., [space.inputs.index(name)]] * [float(space.inputs[f] == source) for f in forces]
+        parts = (A, B_all, C[..., outputs, :], D_all, pushed)
         here = Driven(*(p[0] for p in parts))
         return here, Driven(*((p[1:] - p[0]) / step[list(wanted)].reshape(-1, 1, 1, 1) for p in parts))
 
@@ -118,7 +122,8 @@ class PredictorModel(LinearModel):
 
     def _gains(self, run: PredictedRun, driven: Driven, made: Discrete) -> np.ndarray:
         key = self.straight.states  # with the same gains, an effect of size zero changes nothing
-        if key not in run.known:
+        K = run.known.get(key)
+        if K is None or not np.max(np.abs(np.linalg.eigvals(made.F - K @ made.C))) < 1:  # those of another vehicle may not hold an unstable one
             try:
                 run.known[key] = driven.gains(run.noise, run.step, made)[0]  # type: ignore[arg-type]
             except np.linalg.LinAlgError:
