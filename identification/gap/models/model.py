@@ -20,6 +20,7 @@ from identification.gap.models.equations import Equations, rate_of
 from identification.gap.models.simulate import Motion, Trajectory, simulate
 from identification.gap.stands.component_test import ComponentTest
 from identification.gap.stands.test_stand import Free, TestStand
+from identification.recordings import Recording
 
 
 class AnyRun(Protocol):
@@ -105,7 +106,7 @@ class Model(BaseAndEffects):
         self.sensitive = [n for n in wanted if n in exact or n not in self.lags]
         self.equations = Equations(self.component, stand.outputs, self.sensitive)
         self.by_outputs: dict[tuple[str, ...], Equations] = {self.equations.outputs: self.equations}
-        self.found: dict[int, tuple[Run, dict[str, np.ndarray]]] = {}  # the last states by name, from which the next simulation starts
+        self.found: dict[int, tuple[Recording, dict[str, np.ndarray]]] = {}  # the last states by name, from which the next simulation starts
         self.fresh: dict[int, tuple[dict[str, float], Trajectory]] = {}  # whose slopes were not asked for yet
 
     def joined_by(self, *effects: type[Effect], slopes_of_base: bool = True) -> "Model":
@@ -120,7 +121,7 @@ class Model(BaseAndEffects):
         told, made = self.fresh.pop(id(run), ({}, None))
         if made is None or told != values:
             made = simulate(self._measuring(run), values, self._motion(run, values), self._guess(run))
-            self.found[id(run)] = (run, dict(zip(self.equations.states, made.states.T, strict=True)))
+            self.found[id(run.recording)] = (run.recording, dict(zip(self.equations.states, made.states.T, strict=True)))
         if not slopes:
             self.fresh[id(run)] = values, made
         time, y = run.recording.time, made.outputs
@@ -163,9 +164,9 @@ class Model(BaseAndEffects):
         return self.by_outputs[names]
 
     def _guess(self, run: Run) -> np.ndarray | None:
-        if id(run) not in self.found or not self.equations.states:
+        if id(run.recording) not in self.found or not self.equations.states:
             return None
-        known = self.found[id(run)][1]
+        known = self.found[id(run.recording)][1]
         return np.array([known.get(s, np.zeros(len(run.recording.time))) for s in self.equations.states]).T
 
     def lag(self, values: Mapping[str, float], time: np.ndarray) -> np.ndarray | float:

@@ -58,16 +58,21 @@ def decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effec
         verdict = _checked(_decide(model, runs, library, so_far), holdout)
         refuted += verdict.refuted
     verdict = replace(verdict if verdict.verdict in ("named", "tied") else first, refuted=refuted)
-    best = verdict.best
     try:
-        quiet = [best.model.with_noise_beside(run, best.of_run(i)) for i, run in enumerate(runs)]
+        verdict.base, verdict.best = _quieter(verdict, runs)
+        if holdout:
+            on_holdout(verdict.best, holdout)
     except InputError:  # it was simulated on the way to it only: nothing may rest on that
         return replace(verdict, verdict="unknown", best=verdict.base, effects=[], tied=[], open_form=False)
-    if best is verdict.base:
-        verdict.base = verdict.best = fit(best.model, quiet, best.x)
-    else:
-        verdict.base, verdict.best = (fit(f.model, quiet, f.x) for f in (verdict.base, best))
     return verdict
+
+
+def _quieter(verdict: Verdict, runs: Sequence[AnyRun]) -> tuple[Fit, Fit]:
+    """Base and best fitted to runs with the noise that the best leaves. Raises InputError where it cannot be simulated."""
+    base, best = verdict.base, verdict.best
+    quiet = [best.model.with_noise_beside(run, best.of_run(i)) for i, run in enumerate(runs)]
+    again = fit(best.model, quiet, best.x)
+    return (again, again) if best is base else (fit(base.model, quiet, base.x), again)
 
 
 def _decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effect]], so_far: Callable[[Verdict], None]) -> Verdict:
