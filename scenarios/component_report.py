@@ -13,12 +13,12 @@ from identification.gap.data.sampled import Sampled
 from identification.gap.naming.decide import Verdict
 from identification.gap.naming.fitting import Fit
 from scenarios.gap_report import FILE, whiteness
-from scenarios.gap_tables import before_and_after, modes_over_speed, places, verdict_section
+from scenarios.gap_tables import before_and_after, places, verdict_section
 from scenarios.report import COLOURS, Report, Section, Table, new_figure
 
 
-def write_report(verdict: Verdict, result: dict[str, Any], held: Sequence[Sampled], folder: Path) -> str:
-    """Write the report into the folder; its name there."""
+def write_report(verdict: Verdict, result: dict[str, Any], held: Sequence[Sampled], folder: Path, modes: Section) -> str:
+    """Write the report, with a section on modes, into the folder; its name there."""
     sections = [
         verdict_section(result),
         Section("Where the base model misses", ["Cells that pass a false-discovery rate of 1 %."],
@@ -28,13 +28,13 @@ def write_report(verdict: Verdict, result: dict[str, Any], held: Sequence[Sample
                 [(_recording(verdict), "The recording and what is left of it, before and after."), *_responses(verdict),
                  (whiteness(verdict), "Residuals in units of the noise: before and after, against the normal distribution.")],
                 [before_and_after(result)]),
-        own_modes(result) if isinstance(result.get("modes", {}).get("before"), list) else modes_over_speed(result),
+        modes,
     ]  # fmt: skip
     Report("The gap between component and recordings", f"Verdict: {result['verdict']}", sections).write(folder / FILE)
     return FILE
 
 
-def own_modes(result: dict[str, Any]) -> Section:
+def modes_at_rest(result: dict[str, Any]) -> Section:
     """The modes of the component itself, before and after."""
     modes = [(label, f"{m['frequency'][0]:.4g}", "" if m["damping_ratio"][0] is None else f"{m['damping_ratio'][0]:.4g}")
              for label in ("before", "after") for m in result["modes"][label]]  # fmt: skip

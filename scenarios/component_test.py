@@ -24,7 +24,8 @@ from identification.gap.stands.component_test import ComponentTest, component_te
 from identification.recordings import Recording, read_recording, read_rig
 from scenarios import names
 from scenarios.augmented_component import FILE, component_of, own_modes, write_component
-from scenarios.component_report import write_report
+from scenarios.component_report import modes_at_rest, write_report
+from scenarios.recordings_on_the_command_line import mapping_of
 from scenarios.verdict_file import write_verdict, writing_so_far
 
 FLEXIBLE = ("The noise is not known (no repeats, no noise in rig.json): it is what a flexible model leaves of the residuals, "
@@ -58,7 +59,7 @@ def run_on_component(arguments: argparse.Namespace) -> dict[str, Any]:
     write_verdict(result, folder)
     result["next_experiment"] = next_experiment(found.verdict, scaled_runs)
     _add(found, result, arguments, folder)
-    result["report"] = write_report(found.verdict, result, found.held, folder)
+    result["report"] = write_report(found.verdict, result, found.held, folder, modes_at_rest(result))
     write_verdict(result, folder)
     return result
 
@@ -70,7 +71,7 @@ def component_named(spec: str) -> Component:
 
 def read(files: Sequence[str], component: Component, mapping: Sequence[str]) -> list[Recording]:
     """The recordings, their columns in the units of the component's variables."""
-    mapped = dict(text.partition("=")[::2] for text in mapping)
+    mapped = mapping_of(mapping)
     quantities = {"time": "s"} | {n: row.unit for n, row in component.table.items() if row.role in ("input", "output") or row.role == "state"}
     return [read_recording(path, mapped or None, quantities=quantities) for path in track(files, "reading")]
 

@@ -1,6 +1,7 @@
 """What the commands that read recordings share: files, names of columns, the band, and the FRFs of the runs."""
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,14 +24,20 @@ def add_arguments(parser: argparse.ArgumentParser, files: str = "+") -> None:
     parser.add_argument("--report", metavar="FILE.html", help="HTML report")
 
 
-def recordings(options: argparse.Namespace) -> tuple[list[Recording], dict[str, Any]]:
-    """The recordings and what rig.json says. Raises InputError for a mapping that is none."""
+def mapping_of(texts: Sequence[str]) -> dict[str, str]:
+    """Variables by column, of texts COLUMN=VARIABLE. Raises InputError for a text that is none."""
     mapping = {}
-    for text in options.mapping:
+    for text in texts:
         column, equals, variable = text.partition("=")
         if not (equals and column.strip() and variable.strip()):
             raise InputError(f'--map {text!r} is not COLUMN=VARIABLE, as in "Torque=steer_torque [N.m]"')
         mapping[column.strip()] = variable.strip()
+    return mapping
+
+
+def recordings(options: argparse.Namespace) -> tuple[list[Recording], dict[str, Any]]:
+    """The recordings and what rig.json says. Raises InputError for a mapping that is none."""
+    mapping = mapping_of(options.mapping)
     runs = [read_recording(file, mapping, options.rate) for file in options.files]
     if options.rig and not Path(options.rig).exists():
         raise InputError(f"cannot read {options.rig}: no such file")

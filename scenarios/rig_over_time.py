@@ -15,6 +15,7 @@ from identification.gap.stands.component_test import ComponentTest
 from identification.gap.stands.test_stand import TestStand
 from identification.recordings import Recording, read_recording
 from scenarios.component_test import limitations_of, result_of
+from scenarios.recordings_on_the_command_line import mapping_of
 from scenarios.verdict_file import writing_so_far
 
 OVER_TIME = ("The imposed angle follows no swept or stepped sine: the runs are compared over time, where the noise is not known apart. "
@@ -36,7 +37,7 @@ def run_over_time(arguments: argparse.Namespace, stand: TestStand, library: Sequ
 
 def _read(files: Sequence[str], stand: TestStand, mapping: Sequence[str]) -> list[Recording]:
     """The recordings, their columns named as the variables of the rig."""
-    mapped = dict(text.partition("=")[::2] for text in mapping)
+    mapped = mapping_of(mapping)
     recordings = [read_recording(path, mapped or None) for path in track(files, "reading")]
     usable(recordings)
     called = {stand.columns["imposed"]: stand.imposed, stand.columns["measured"]: stand.measured}

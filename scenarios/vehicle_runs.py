@@ -25,6 +25,7 @@ from identification.recordings import Recording, read_recording
 from scenarios import names, vehicle_predictions
 from scenarios.augmented_vehicle import FILE, write_vehicle
 from scenarios.gap_tables import before_and_after, places, verdict_section
+from scenarios.recordings_on_the_command_line import mapping_of
 from scenarios.report import COLOURS, Report, Section, Table, new_figure
 from scenarios.vehicle_test import NOT_LINEAR, uncertain, vehicle_effects
 from scenarios.verdict_file import write_verdict, writing_so_far
@@ -129,7 +130,7 @@ def _entry_errors(vehicle: GivenMatrices) -> dict[str, float]:
 
 def _recordings(files: Sequence[str], vehicle: Component, mapping: Sequence[str] = ()) -> list[Recording]:
     """The recordings, their columns in the units of the vehicle's variables."""
-    mapped = dict(text.partition("=")[::2] for text in mapping)
+    mapped = mapping_of(mapping)
     quantities = {"time": "s"} | {n: row.unit for n, row in vehicle.rows("input", "state", "output").items()}
     return [read_recording(path, mapped or None, quantities=quantities) for path in track(files, "reading")]
 

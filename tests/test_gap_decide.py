@@ -9,6 +9,7 @@ from identification.gap.naming.competing import Candidate, compete, one_each
 from identification.gap.naming.decide import decide
 from identification.gap.naming.fitting import fit
 from identification.gap.naming.pairs import Pair
+from identification.gap.naming.showing import on_holdout
 from identification.gap.naming.starting import fit_base
 from scenarios.rig_test import rig_effects, rig_test
 
@@ -100,3 +101,22 @@ def test_nothing_rests_on_what_can_be_simulated_only_on_the_way_to_a_fit(monkeyp
     verdict = decide(Model(rig_test(RIG)), run, library("hardening_stiffness"))
     assert (verdict.verdict, verdict.effects) == ("unknown", [])
     assert verdict.best is verdict.base
+
+
+def test_nothing_rests_on_what_cannot_be_simulated_on_the_held_out_run(coupled, monkeypatch):
+    def diverges(found, runs):
+        if found.model.effects:
+            raise InputError("the simulation diverges")
+        return on_holdout(found, runs)
+
+    monkeypatch.setattr("identification.gap.naming.decide._refuted", lambda *_: False)
+    monkeypatch.setattr("identification.gap.naming.decide.on_holdout", diverges)
+    verdict = decide(Model(rig_test(RIG)), coupled[:1], library("cross_inertia"), coupled[1:])
+    assert (verdict.verdict, verdict.effects) == ("unknown", [])
+    assert not verdict.best.model.effects
+
+
+def test_a_simulation_starts_from_the_last_states_of_the_recording(coupled):
+    model, run = Model(rig_test(RIG)), coupled[0]
+    y = model.outputs(run, model.start(), slopes=False)[0]
+    assert model._guess(run.with_noise_beside(y)) is not None

@@ -7,15 +7,18 @@ import pytest
 from scipy.fft import dct
 from scipy.linalg import toeplitz
 
+from fmus.errors import InputError
 from identification.gap.data.blocks import blocks_of
+from identification.gap.data.runs import prepare
 from identification.gap.data.told import NOISELESS, motion_functions
 from identification.gap.naming.fitting import fit
 from identification.recordings import write_recording
+from identification.sampling import LEAST_SIGNAL, white_noise
 from scenarios.command_line import main
 
 pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")
 from simulators.as_recordings import as_recording
-from simulators.hidden_rig import RIDER, Rig, record
+from simulators.hidden_rig import RIDER, Rig, record, sweep
 
 
 def multisine(seed, amplitude=3.0, duration=45.0):
@@ -58,6 +61,21 @@ def test_nothing_is_found_in_a_multisine_where_nothing_is_hidden(tmp_path, monke
     monkeypatch.chdir(tmp_path)
     assert main(["gap", "run_3.csv", "--out", "gap"]) == 0
     assert json.loads((tmp_path / "gap" / "verdict.json").read_text())["verdict"] == "none"
+
+
+def test_a_sweep_that_is_sampled_coarsely_is_no_noise():
+    """Fourth differences take a sine near the sampling rate for noise; what lies beside the harmonics is what counts."""
+    arrays = record(sweep(8, 12, 2, 60.0), {}, RIDER, np.random.default_rng(0), Rig(rate=40))
+    run = as_recording("run", arrays)
+    assert np.std(run["steer_angle"]) < LEAST_SIGNAL * white_noise(run["steer_angle"])
+    assert prepare(run, "steer_angle", "steer_torque", "steer_angle_command").reduction.columns
+
+
+@pytest.mark.parametrize(("motion", "message"), [(1.0, "no swept or stepped sine"), (1e-4, "no excitation")])
+def test_another_motion_is_told_from_none(motion, message):
+    run = as_recording("run", record(multisine(5, motion), {}, RIDER, np.random.default_rng(0), Rig()))
+    with pytest.raises(InputError, match=message):
+        prepare(run, "steer_angle", "steer_torque", "steer_angle_command")
 
 
 def test_the_variance_of_a_cosine_is_that_of_its_noise():

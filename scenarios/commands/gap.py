@@ -23,7 +23,8 @@ from scenarios.augmented_rider import FILE, effect_on_modes, rider_of, write_mod
 from scenarios.component_report import write_report as write_component_report
 from scenarios.component_test import run_on_component
 from scenarios.gap_report import write_report
-from scenarios.gap_tables import axis_of
+from scenarios.gap_tables import axis_of, modes_over_speed
+from scenarios.recordings_on_the_command_line import mapping_of
 from scenarios.rig_over_time import run_over_time
 from scenarios.rig_proposals import rig_proposals
 from scenarios.rig_test import rig_effects, rig_test, with_bare_bar
@@ -101,7 +102,7 @@ def _over_time(arguments: argparse.Namespace, rig: dict[str, Any], stand: TestSt
     result["limitations"] += _bar_unknown(rig, bool(arguments.bare))
     write_verdict(result, folder)
     _add(found.verdict, result, arguments, folder)
-    result["report"] = write_component_report(found.verdict, result, found.held, folder)
+    result["report"] = write_component_report(found.verdict, result, found.held, folder, modes_over_speed(result))
     write_verdict(result, folder)
     return result
 
@@ -119,7 +120,7 @@ def _add(verdict: Verdict, result: dict[str, Any], arguments: argparse.Namespace
 
 
 def _runs(files: Sequence[str], stand: TestStand, mapping: Sequence[str]) -> list[Run]:
-    mapped = dict(text.partition("=")[::2] for text in mapping)
+    mapped = mapping_of(mapping)
     recordings = [read_recording(path, mapped or None) for path in track(files, "reading")]
     usable(recordings)
     columns = stand.columns

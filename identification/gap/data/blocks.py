@@ -61,7 +61,7 @@ def _variance(density: Callable[[np.ndarray], np.ndarray], n: int, rate: float) 
     ahead = np.fft.rfft(covariance, 2 * n)[:n]  # of which the imaginary part is - sum r_t sin(a t)
     variance = 2 * np.fft.rfft(weighed, 2 * n)[:n].real - covariance[0]
     variance[1:] += 2 * ahead[1:].imag / (n * np.sin(np.pi * np.arange(1, n) / n))
-    return np.maximum(variance, 1e-3 * np.min(density(np.arange(n) * rate / (2 * n))))
+    return np.maximum(variance, 1e-3 * np.min(density(np.arange(n) * rate / (2 * n))))  # rounding beside what is much larger
 
 
 def blocks_of(segments: Sequence[tuple[int, int]], outputs: int, rate: float, highest: float) -> Blocks:

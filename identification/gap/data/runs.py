@@ -126,13 +126,15 @@ def prepare(recording: Recording, imposed: str, measured: str, command: str, fur
         reference = angle
         notes = (*notes, f"no {command} in {recording.name}: the phase is taken from {imposed}")
     phase = phase_of(reference, rate)
-    if np.std(angle) < LEAST_SIGNAL * white_noise(angle):
-        raise InputError(f"{recording.name}: no excitation: {imposed} moves by {np.std(angle):.2g} {recording.units[imposed]} (rms), "
-                         f"its noise is {white_noise(angle):.2g}")  # fmt: skip
-    reduction = reduction_of(phase, rate) if phase else None
-    if not phase or not reduction or _on_harmonics(reduction, angle) < ON_HARMONICS:
-        raise NotSweptError(f"{recording.name}: {imposed} follows no swept or stepped sine, so there are no harmonics to compare on")
+    if phase is None:
+        raise _not_swept(recording, imposed)
+    reduction = reduction_of(phase, rate)
+    if _on_harmonics(reduction, angle) < ON_HARMONICS:
+        raise _not_swept(recording, imposed)
     angle_noise = noise_of(reduction, angle)
+    signal = np.concatenate([angle[first:last] for first, last in phase.windows])
+    if np.std(signal) < LEAST_SIGNAL * np.sqrt(np.median(angle_noise.density)):
+        raise _still(recording, imposed, signal, float(np.sqrt(np.median(angle_noise.density))))
     moved, moved_variance = reduction.reduce(angle), variance_of(reduction, angle_noise)
     rebuilder = rebuilding(time, phase, _orders(reduction, moved, moved_variance))
     outputs: list[Output] = []
@@ -142,6 +144,18 @@ def prepare(recording: Recording, imposed: str, measured: str, command: str, fur
         from_motion = _through_the_motion(reduction, moved, data, moved_variance, rebuilder)
         outputs.append(Output(column, y, noise, data, np.sqrt(variance_of(reduction, noise) + from_motion), from_motion, GAIN_ERROR if outputs else 0.0))
     return Run(recording, rebuilder.motion(angle), reduction, tuple(outputs), recording.units[imposed], notes)
+
+
+def _not_swept(recording: Recording, imposed: str) -> InputError:
+    """Why a run without harmonics cannot be compared on them: it moves in another way, or hardly."""
+    noise = white_noise(recording[imposed])
+    if np.std(recording[imposed]) < LEAST_SIGNAL * noise:
+        return _still(recording, imposed, recording[imposed], noise)
+    return NotSweptError(f"{recording.name}: {imposed} follows no swept or stepped sine, so there are no harmonics to compare on")
+
+
+def _still(recording: Recording, imposed: str, signal: np.ndarray, noise: float) -> InputError:
+    return InputError(f"{recording.name}: no excitation: {imposed} moves by {np.std(signal):.2g} {recording.units[imposed]} (rms), its noise is {noise:.2g}")
 
 
 def _on_harmonics(reduction: Reduction, y: np.ndarray) -> float:
