@@ -5,6 +5,7 @@ the noise that is left beside it.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -113,9 +114,15 @@ def _between_samples(model: FreeStart, run: Sampled) -> Sampled:
 
 def _beside_the_best(base: Fit, library: Sequence[type[Effect]]) -> list[Sampled]:
     """The runs with the noise beside the best single effect: a base that is far off has residuals that no filter explains."""
-    best = next(iter(compete(base, library)), None)
-    found = base if best is None else best.fit
-    return [found.model.with_noise_beside(run, found.of_run(i)) for i, run in enumerate(base.runs)]
+    for candidate in compete(base, library):
+        with suppress(InputError):  # fitted from where the fit came, and simulated from nowhere else
+            return _beside(candidate.fit, base.runs)
+    return _beside(base, base.runs)
+
+
+def _beside(found: Fit, runs: Sequence[Sampled]) -> list[Sampled]:
+    """The runs with the noise beside a fit."""
+    return [found.model.with_noise_beside(run, found.of_run(i)) for i, run in enumerate(runs)]
 
 
 def _values(found: Fit) -> dict[str, float]:
