@@ -9,18 +9,20 @@ import numpy as np
 from fmus.build import build
 from fmus.component import Component
 from fmus.library import value_file
+from identification.gap.models.disturbances import FAMILY
 from identification.gap.naming.fitting import Fit, parameters_of
 from scenarios import names
 from scenarios.command_line import write_text
 from vehicle_fmu import MODES, modes, over_speed, ridden
 
 FILE = "augmented_vehicle.toml"
-PREFIX = "vehicle."
+PREFIX, DEVICE = "vehicle.", "device."
 
 
 def values_of(found: Fit) -> Mapping[str, tuple[float, float, str]]:
-    """Value, standard error and unit of the vehicle's fitted parameters, those of its effects among them."""
-    return {n.removeprefix(PREFIX): entry for n, entry in parameters_of(found).items()}
+    """Value, standard error and unit of the vehicle's fitted parameters, those of its effects among them, but not of what disturbs it."""
+    every = {n.removeprefix(PREFIX): entry for n, entry in parameters_of(found).items()}
+    return {n: entry for n, entry in every.items() if not n.startswith((DEVICE, f"{FAMILY}."))}
 
 
 def write_vehicle(vehicle: Component, found: Fit, folder: Path, source: str, effects_folder: str | None = None) -> tuple[str, str]:

@@ -10,22 +10,25 @@ from matplotlib.figure import Figure
 from fmus.component import Component
 from fmus.effects import Effect
 from fmus.errors import InputError
-from identification.gap.data.predicted import BAND, BLOCK, PredictedRun, prepare_predicted
-from identification.gap.data.told import is_rough
+from identification.gap.data.predicted import BLOCK, LOWEST, PredictedRun, prepare_predicted
+from identification.gap.models.disturbances import CORNER_SPREAD, FORCES, SPREAD, factors_of
 from identification.gap.models.predictor import PredictorModel
+from identification.gap.naming.competing import TIE, one_each
 from identification.gap.naming.decide import Verdict, decide
 from identification.gap.naming.fitting import Fit, fit
 from identification.gap.stands.linear_stand import LinearStand
 from identification.gap.stands.test_stand import Free
 from identification.recordings import Recording
 from scenarios.report import COLOURS, new_figure
-from scenarios.vehicle_test import NOT_LINEAR, uncertain, vehicle_effects
+from scenarios.vehicle_test import NOT_LINEAR, OF_HANDS, uncertain, vehicle_effects
 from vehicle_fmu import ridden
 
-ROUNDS = 3  # of verdict and disturbances, each beside the other
 RIDER = 0.2  # to which the parameters of whoever holds the handlebar are known
+HEAD = "head"  # the element between handlebar and frame
+GUSTS = 0.5  # by how much the logarithms of disturbances differ from run to run beyond the first guess of each
 DIFFERS = 0.3  # from run to run, of what is not known of a parameter
-FEIGNED = 0.03  # of the noise's power, gained by a linear effect: small errors of the base and of the disturbances' spectra do that
+FEIGNED = 0.005  # of the noise's power, gained by a linear effect: small errors of the base and of the disturbances' spectra do that
+FEIGNED_BY_HANDS = 0.03  # the same where nobody records what hands do: their torque is no noise with a smooth spectrum
 BESIDE = 0.1  # of a larger effect's gain
 
 
@@ -38,6 +41,14 @@ def ridden_stand(vehicle: Component, device: Component, free: Sequence[str] = ()
 def differing(stand: LinearStand) -> LinearStand:
     """The stand whose known parameters differ from run to run: tyres warm up, tanks empty, riders sit otherwise."""
     return replace(stand, free=tuple(replace(f, spread=DIFFERS * f.standard_error / f.known) if f.known else f for f in stand.free))
+
+
+def with_disturbances(stand: LinearStand, outputs: Sequence[str]) -> LinearStand:
+    """The stand with what is not known of disturbances and of the noise of outputs as free parameters: factors of a first guess."""
+    prefix = f"{stand.part}." if stand.part else ""
+    factors = factors_of([n for n in FORCES if prefix + n in stand.component.inputs], outputs)
+    free = tuple(Free(stand.parameter(factors, n), GUSTS, 1.0, CORNER_SPREAD if n.startswith("corner") else SPREAD) for n in factors.sought())
+    return replace(stand, component=stand.with_effects([factors]), free=(*stand.free, *free))
 
 
 def predicted_runs(recordings: Sequence[Recording], stand: LinearStand) -> list[PredictedRun]:
@@ -57,33 +68,34 @@ def predicted_runs(recordings: Sequence[Recording], stand: LinearStand) -> list[
     return [prepare_predicted(r, over, outputs, tuple(n for n in inputs if n in shared and np.ptp(r[n]) > 0)) for r in recordings]
 
 
-def predictable_effects(vehicle: Component, stand: LinearStand, folder: str | None = None) -> list[type[Effect]]:
-    """The library; without what makes a recorded input lag where a device is between."""
-    return [e for e in vehicle_effects(vehicle, folder) if not (stand.part and e.delayed)]
+def predictable_effects(vehicle: Component, stand: LinearStand, runs: Sequence[PredictedRun], folder: str | None = None) -> list[type[Effect]]:
+    """The library, without delays of what is not recorded, and without what nobody could tell from hands.
+
+    Those hold a handlebar without a modelled device; where their torque is not recorded, they are a spring, a damper, an inertia.
+    """
+    recorded = {*runs[0].outputs, *(() if stand.part else runs[0].inputs)}  # with a device between, nobody knows when an input acts
+    every = [e for e in vehicle_effects(vehicle, folder) if all(source in recorded for source, _ in e.delayed.values())]
+    if stand.part or "steer_torque" in runs[0].inputs:
+        return every
+    return [e for e in every if e.family not in OF_HANDS and e.element != HEAD]
 
 
 def verdict_on_predictions(stand: LinearStand, runs: Sequence[PredictedRun], held: Sequence[PredictedRun],
                            library: Sequence[type[Effect]], so_far: Callable[[Verdict], None] = lambda verdict: None) -> tuple[Verdict, list[PredictedRun]]:  # fmt: skip
     """The verdict, and the held-out runs with their disturbances.
 
-    Disturbances and noises are found beside the base, and again beside what is found, until the verdict stands. A linear
-    effect that makes up for less than FEIGNED of the noise is not named.
+    A first guess of disturbances and noises is found beside the base. A linear effect that makes up for less than FEIGNED of
+    the noise is not named.
     """
-    model = PredictorModel(differing(stand))
-    best = _base(model, runs)
-    held = [replace(r, held=best.runs[0].held) for r in held]
-    before: list[str] | None = None
-    for _ in range(ROUNDS):
-        beside: Any = best.model
-        ready, held = ([beside.with_disturbances_beside(r, best.shared) for r in each] for each in (best.runs, held))
-        verdict, held = _decided(model, ready, library, held, so_far)
-        while doubtful := _doubtful(verdict):
-            library = [e for e in library if e.family not in doubtful]
-            verdict, held = _decided(model, ready, library, held, so_far)
-        best, names = verdict.best, [e.family for e in verdict.effects]
-        if names == before:
-            break
-        before = names
+    model = PredictorModel(with_disturbances(differing(stand), runs[0].outputs))
+    base = _base(model, runs)
+    held = [replace(r, held=base.runs[0].held) for r in held]
+    ready = [model.with_disturbances_beside(r, base.of_run(i)) for i, r in enumerate(base.runs)]
+    held = [model.with_disturbances_beside(r, base.shared) for r in held]
+    verdict, held = _decided(model, ready, library, held, so_far)
+    if doubtful := _doubtful(verdict):
+        again, held = _decided(model, ready, [e for e in library if e.family not in doubtful], held, so_far)
+        verdict = replace(again, candidates=again.candidates or verdict.candidates)
     return verdict, list(held)
 
 
@@ -91,39 +103,51 @@ def _decided(model: PredictorModel, runs: Sequence[PredictedRun], library: Seque
              so_far: Callable[[Verdict], None]) -> tuple[Verdict, Sequence[PredictedRun]]:  # fmt: skip
     """The verdict, without held-out runs where a vehicle that fits the others cannot be predicted in them."""
     try:
-        return decide(model, runs, library, held, so_far), held
+        return decide(model, runs, library, held, so_far, BESIDE), held
     except InputError:
         if not held:
             raise
-        return decide(model, runs, library, (), so_far), ()
+        return decide(model, runs, library, (), so_far, BESIDE), ()
 
 
 def _doubtful(verdict: Verdict) -> set[str]:
-    """Families of which the verdict speaks and that gain too little: beside a large effect small errors of its form look like others."""
-    least = FEIGNED * verdict.base.count if verdict.base.reduced > 1 else np.inf  # nothing is better than the best prediction
-    beside = max([least, *(BESIDE * c.delta_chi2 for c in verdict.effects)])
-    linear = [c for c in (*verdict.effects, *verdict.tied) if c.family not in NOT_LINEAR]
-    return {c.family for c in linear if c.delta_chi2 < (beside if len(verdict.effects) > 1 else least)}
+    """Families that gain too little to be named, if the verdict speaks of one: small errors of the base look like them.
+
+    What is not linear is as doubtful as the linear effect that it is hardly better than.
+    """
+    least = feigned(verdict.base.runs) * verdict.base.count
+    linear = max((c.delta_bic for c in verdict.candidates if c.fitted and c.family not in NOT_LINEAR), default=-np.inf)
+    weak = {c.family for c in one_each(verdict.candidates) if c.delta_chi2 < least and (c.family not in NOT_LINEAR or c.delta_bic < linear + TIE)}
+    return weak if weak & {c.family for c in (*verdict.effects, *verdict.tied)} else set()
+
+
+def feigned(runs: Sequence[PredictedRun]) -> float:
+    """The share of the noise's power below which nothing linear is named."""
+    return FEIGNED if any(r.inputs for r in runs) else FEIGNED_BY_HANDS
 
 
 def _base(model: PredictorModel, runs: Sequence[PredictedRun]) -> Fit:
     """The base fitted, inputs joined between their samples in the way that leaves less."""
-    rough = any(is_rough(r.recording[n]) for r in runs for n in r.inputs)
-    fits = []
-    for way in (False, True) if rough else (False,):
-        ready = [model.with_disturbances_beside(replace(r, held=way), model.start()) for r in runs]
-        fits.append(fit(model, ready, model.start()))
-    return min(fits, key=lambda f: f.chi2)
+    lines = fit(model, [model.with_disturbances_beside(r, model.start()) for r in runs], model.start())
+    if not any(r.inputs for r in runs):
+        return lines
+    steps = [model.with_disturbances_beside(replace(r, held=True, noise=None), model.start()) for r in lines.runs]
+    held = fit(model, steps, model.start())
+    if lines.chi2 <= held.chi2:
+        return lines
+    return replace(held, runs=[replace(r, mixing=None) for r in held.runs])  # what predicts them best knows less
 
 
 def limitations(runs: Sequence[PredictedRun]) -> list[str]:
     """What a verdict by prediction rests on."""
-    sentences = [f"Not all states of the vehicle are recorded: it is predicted from sample to sample, and the errors are compared from {BAND[0]:g} to "
-                 f"{BAND[1]:g} Hz in blocks of {BLOCK:g} s. 1 means as good as a long regression on everything recorded before.",
+    sentences = [f"Not all states of the vehicle are recorded: it is predicted from sample to sample, and the errors are compared from {LOWEST:g} Hz on "
+                 f"in blocks of {BLOCK:g} s. 1 means as good as a long regression on everything recorded before.",
                  "Whatever drives the vehicle unrecorded is taken as a roll torque, a side force and a torque about the steer axis, each in part white and in part slow; "
-                 f"linear effects that gain less than {FEIGNED:g} of the noise's power, or {BESIDE:g} of a larger effect's gain, are not named."]  # fmt: skip
+                 f"linear effects that gain less than {feigned(runs):g} of the noise's power, or {BESIDE:g} of a larger effect's gain, are not named."]  # fmt: skip
     if not any(r.inputs for r in runs):
         sentences.append("No input is recorded: disturbances alone move the vehicle, and only its modes show.")
+    if not any("steer_torque" in r.inputs for r in runs):
+        sentences.append("The steer torque is not recorded: what hands on a handlebar do as well is not looked for (friction, springs, dampers and inertia there).")
     return sentences
 
 

@@ -22,6 +22,7 @@ RELAXATION = 0.05  # of a relaxation length, which is no length that a ruler mea
 CERTAIN = ("gravity",)
 NOT_LINEAR = ("steering_friction",)  # has no eigenvalues; in measured ones it looks like a damper
 OF_INPUTS = ("motor_gain", "channel_delay")  # do nothing to eigenvalues
+OF_HANDS = ("steering_friction", "steer_stiffness", "steer_damping", "added_inertia", "motor_gain")  # what hands do to a handlebar as well
 
 
 def uncertain(vehicle: Component, free: Sequence[str] = (), prefix: str = "vehicle.") -> tuple[Free, ...]:

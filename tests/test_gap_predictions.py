@@ -14,12 +14,12 @@ from fmus import InputError
 from fmus.library import value_file
 from identification.gap.data.best_prediction import with_best_prediction
 from identification.gap.data.predicted import PredictedRun
-from identification.gap.models.kalman import sampled, sampled_noise, stationary
+from identification.gap.models.kalman import Bend, Discrete, errors, sampled, sampled_noise, stationary
 from identification.gap.models.predictor import PredictorModel
 from identification.gap.naming.fitting import parameters_of
 from identification.recordings import Recording, read_recording
 from scenarios.command_line import main
-from scenarios.vehicle_predictions import predictable_effects, predicted_runs, verdict_on_predictions
+from scenarios.vehicle_predictions import predictable_effects, predicted_runs, verdict_on_predictions, with_disturbances
 from scenarios.vehicle_runs import runs_stand
 from vehicle_fmu import Motorcycle
 
@@ -34,11 +34,13 @@ def motorcycles(seed):
     return base, known_to(rng, known), rng
 
 
-def investigated(folder, seed, hidden, speed=20.0, duration=60.0):
+def investigated(folder, seed, hidden, speed=20.0, duration=60.0, **logged):
     base, real, rng = motorcycles(seed)
-    file = write_ride(folder / "run.csv", ride(rng, real, speed, hidden, duration, gain=STEERED), rng)
+    pushed = logged.pop("pushed", 1.0)
+    file = write_ride(folder / "run.csv", ride(rng, real, speed, hidden, duration, pushed, gain=STEERED), rng, **logged)
     stand = runs_stand(base)
-    return verdict_on_predictions(stand, predicted_runs([read_recording(file)], stand), [], predictable_effects(base, stand))[0]
+    runs = predicted_runs([read_recording(file)], stand)
+    return verdict_on_predictions(stand, runs, [], predictable_effects(base, stand, runs))[0]
 
 
 def test_the_gain_is_that_of_another_solver():
@@ -46,9 +48,10 @@ def test_the_gain_is_that_of_another_solver():
     A, C = rng.standard_normal((5, 5)), rng.standard_normal((2, 5))
     F = sampled(A, np.zeros((5, 0)), C, np.zeros((2, 0)), 0.01).F
     Q, R = sampled_noise(A, np.diag(rng.uniform(1e-4, 1e2, 5)), 0.01), np.diag([1e-6, 1e-2])
-    K, S = stationary(F, C, Q, R)
-    P = scipy.linalg.solve_discrete_are(F.T, C.T, Q, R)
+    K, S, P = stationary(F, C, Q, R)
+    expected = scipy.linalg.solve_discrete_are(F.T, C.T, Q, R)
     # Both end with a relative change of 1e-9 of the covariance, whose entries are eight decades apart.
+    assert pytest.approx(expected, rel=1e-5, abs=1e-6 * np.abs(P).max()) == P
     assert pytest.approx(C @ P @ C.T + R, rel=1e-6) == S
     assert pytest.approx(F @ P @ C.T @ np.linalg.inv(S), rel=1e-5, abs=1e-6 * np.abs(K).max()) == K
 
@@ -73,6 +76,31 @@ def test_sampled_noise_is_van_loans():
     assert sampled_noise(A, W, 0.01) == pytest.approx(whole[4:, 4:].T @ whole[:4, 4:], rel=1e-6, abs=1e-11)
 
 
+def test_what_is_not_linear_acts_as_in_a_loop_over_the_samples():
+    rng = np.random.default_rng(5)
+    n, bent = 400, np.tanh
+    made = sampled(np.array([[0.0, 1.0], [-30.0, -0.5]]), np.array([[0.0, 0.0], [1.0, -2.0]]), np.array([[1.0, 0.0]]), np.zeros((1, 2)), 0.01)
+    made = Discrete(*(m[None] for m in made.parts))
+    K, place, share = np.array([[[0.3], [0.5]]]), np.zeros(n, int), np.zeros(n)
+    y, u = 0.1 * rng.standard_normal((n, 1)), rng.standard_normal((n + 1, 1))
+    motion = np.zeros((n, 2))
+    for _ in range(20):
+        after = np.concatenate([motion, motion[-1:]])
+        slope = np.zeros((n + 1, 1, 2))
+        slope[:, 0, 1] = (1 - bent(after[:, 1] / 0.1) ** 2) / 0.1
+        value = bent(after[:, 1:] / 0.1) - (slope @ after[..., None])[..., 0]
+        left, motion = errors(made, K, place, share, y, u, Bend(value, slope))
+    F, G0, G1, C, _ = (m[0] for m in made.parts)
+    x = np.zeros(2)
+    for k in range(n - 1):
+        assert left[k] == pytest.approx(y[k] - C @ x, abs=1e-9)
+        known = F @ x + G0 @ [u[k, 0], bent(x[1] / 0.1)] + G1 @ [u[k + 1, 0], 0.0] + K[0] @ (y[k] - C @ x)
+        after = x
+        for _ in range(100):  # G1 / 0.1 is 0.1: every round is ten times nearer
+            after = known + G1[:, 1] * bent(after[1] / 0.1)
+        x = after
+
+
 def test_the_best_prediction_errs_by_the_innovations():
     rng = np.random.default_rng(3)
     n, deviation = 9000, 0.3
@@ -87,9 +115,9 @@ def test_the_best_prediction_errs_by_the_innovations():
 def prepared(folder, seed=4):
     """A run with its disturbances, the stand, and the library."""
     base, real, rng = motorcycles(seed)
-    stand = runs_stand(base)
+    stand = with_disturbances(runs_stand(base), ("yaw_rate", "roll_rate", "steer_angle"))
     run = predicted_runs([read_recording(write_ride(folder / "run.csv", ride(rng, real, 20.0, {}, 40.0, gain=STEERED), rng))], stand)[0]
-    return PredictorModel(stand).with_disturbances_beside(run, PredictorModel(stand).start()), stand, predictable_effects(base, stand)
+    return PredictorModel(stand).with_disturbances_beside(run, PredictorModel(stand).start()), stand, predictable_effects(base, stand, [run])
 
 
 def test_slopes_are_those_of_differences(tmp_path):
@@ -99,7 +127,7 @@ def test_slopes_are_those_of_differences(tmp_path):
     q = model.start()
     q[len(model.base) :] = 0.5, 0.02
     z, slopes = model.reduced(run, q)
-    for i in (1, 10, len(q) - 2, len(q) - 1):
+    for i in (1, 10, model.base.index("disturbance.white_roll_torque"), model.base.index("disturbance.noise_yaw_rate"), len(q) - 2, len(q) - 1):
         step = 1e-4 * np.eye(len(q))[i]
         differences = (model.reduced(run, q + step)[0] - model.reduced(run, q - step)[0]) / 2e-4
         # The slopes are one-sided differences of matrices and of what is told, each to 1e-5 of its size.
@@ -134,6 +162,31 @@ def test_a_motor_that_is_late_is_named_and_sized(tmp_path):
     value, error, _ = parameters_of(verdict.best)["channel_delay.delay"]
     # 40 ms; the late torque is held over 10 ms in the simulation, which is half of that later.
     assert 0.04 - 3 * error < value < 0.045 + 3 * error
+
+
+def test_a_sensor_that_is_late_is_named_and_sized(tmp_path):
+    verdict = investigated(tmp_path, 1, {}, duration=30.0, late={"yaw_rate": 4})
+    assert verdict.verdict == "named" and [(c.family, c.effect.form) for c in verdict.effects] == [("channel_delay", "yaw_rate")]
+    value, error, _ = parameters_of(verdict.best)["channel_delay.delay"]
+    assert abs(value - 0.04) < 3 * error
+    assert verdict.best.reduced < 1.12 < verdict.base.reduced
+
+
+def test_dry_friction_in_the_steering_head_is_named_and_sized(tmp_path):
+    verdict = investigated(tmp_path, 2, {"friction": 1.0}, duration=40.0, pushed=0.0)
+    assert verdict.verdict == "named" and [c.family for c in verdict.effects] == ["steering_friction"]
+    value, error, _ = parameters_of(verdict.best)["steering_friction.friction_torque"]
+    assert abs(value - 1.0) < 3 * error
+
+
+def test_without_its_torque_nothing_is_looked_for_that_hands_do_too(tmp_path):
+    base, real, rng = motorcycles(1)
+    file = write_ride(tmp_path / "run.csv", ride(rng, real, 20.0, {}, 40.0, gain=STEERED), rng, torque=False)
+    stand = runs_stand(base)
+    runs = predicted_runs([read_recording(file)], stand)
+    families = {e.family for e in predictable_effects(base, stand, runs)}
+    assert "frame_compliance" in families and not families & {"steering_friction", "steer_damping", "steer_stiffness", "added_inertia", "motor_gain"}
+    assert verdict_on_predictions(stand, runs, [], predictable_effects(base, stand, runs))[0].verdict in ("none", "unknown")
 
 
 def test_a_front_frame_that_twists_is_named_and_sized_and_the_vehicle_written(tmp_path):

@@ -132,6 +132,8 @@ class Effect:
 
     def _join_delayed(self, component: Component, name: str, source: str, delay: str, view: "_Words") -> None:
         key = view.prefix + name
+        if source not in component.table:
+            raise unknown(f"quantity of {component.title}", source, component.table)
         row = component.table[source]
         if self.exact_delays:
             component.table[key] = input(row.unit, f"{row.description}, delayed").named(key)

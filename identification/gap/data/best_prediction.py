@@ -1,6 +1,6 @@
 """What no prediction can be better than: the errors of a long regression on everything that was known before.
 
-    y_k = sum_l (Y_l y_k-l + U_l u_k-l) + U_0 u_k + nonlinear features of k and k-1 + e_k
+    y_k = sum_l (Y_l y_k-l + U_l u_k-l) + U_0 u_k + nonlinear features of k-1 and k-2 + e_k,   U_0 = 0 for inputs that are held
 
 With enough lags its errors are those of the true system for any linear system and any disturbance with a smooth spectrum,
 under feedback too; gains that change with the speed and friction at an element are among the features. A model
@@ -52,7 +52,8 @@ def _left(run: PredictedRun, inputs: np.ndarray, features: Sequence[np.ndarray],
     curved = np.column_stack(features) if len(features) else np.zeros((len(y), 0))
     for first, last in run.stretches:
         centre = [each[first:last] - each[first:last].mean(axis=0) for each in (y, inputs, curved)]
-        past = [each[lags - back : last - first - back] for each, ages in zip(centre, (range(1, lags + 1), range(lags + 1), OLD), strict=True) for back in ages]
+        told = range(run.exactly_held, lags + 1)  # an input that is held acts after its sample: fed back, it would tell of what disturbs that
+        past = [each[lags - back : last - first - back] for each, ages in zip(centre, (range(1, lags + 1), told, OLD), strict=True) for back in ages]
         row = np.hstack(past)
         if len(speeds) > 1 and np.ptp(speeds) > VARIES * speeds.mean():
             faster = ((place + share) / (len(speeds) - 1) - 0.5)[first + lags : last, None]

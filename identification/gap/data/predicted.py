@@ -2,7 +2,7 @@ r"""Recorded runs of which not all states are measured, made ready to be predict
 
 Disturbances that nobody records drive the vehicle, and under closed-loop control the inputs with it. What remains
 comparable is the error of the prediction from one sample to the next: if the model is right it depends on nothing that
-was known before, under feedback too. Errors are compared on the cosines of blocks, in a band of frequencies above offsets and drift.
+was known before, under feedback too. Errors are compared on the cosines of blocks, at all frequencies above those of offsets and drift.
 
 Source: Ljung, System Identification, 2nd ed. (1999), ch. 7 and 13.4.
 """
@@ -10,7 +10,6 @@ Source: Ljung, System Identification, 2nd ed. (1999), ch. 7 and 13.4.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from scipy.fft import dct
@@ -25,9 +24,9 @@ RATE = 80.0  # Hz: what is faster is averaged down to it, or a little above
 BLOCK = 10.0  # s
 BURN = 3.0  # s at the start of a stretch, in which the prediction forgets where it began
 FEWEST = 2  # blocks of a run
-BAND = (0.3, 15.0)  # Hz
-HIGHEST = 0.35  # of the rate, which the band leaves out beyond
-SPEEDS = 0.04  # by how much the speed may differ, relative, from one for which matrices are computed
+LOWEST = 0.3  # Hz that are compared; up to half of the rate, else a predictor shifts its errors to where nobody compares them
+SPEEDS = 0.04  # between speeds for which matrices are computed, relative
+STEADY = 0.005  # by how much the speed may change, relative, and be one
 
 
 @dataclass(frozen=True)
@@ -51,7 +50,6 @@ class PredictedRun:
     unit: str = "1"
     notes: tuple[str, ...] = ()
     motion: Mapping[str, np.ndarray] = field(default_factory=dict, compare=False)  # the vehicle's states (n,) as predicted from what was known before
-    known: dict[Any, Any] = field(default_factory=dict, compare=False)  # gains by model
 
     @property
     def name(self) -> str:
@@ -93,12 +91,12 @@ class PredictedRun:
     def speeds(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Speeds (g,) for which matrices are needed, and for every sample (n,) its place among them and the share of the next."""
         speed = self.averaged(self.recording[self.over])
-        within = np.concatenate([speed[a:b] for a, b in self.stretches])
         width = max(int(1 / (self.step * 2)), 1)
         smooth = np.convolve(np.pad(speed, width, mode="edge"), np.ones(2 * width + 1) / (2 * width + 1), "valid")
+        within = np.concatenate([smooth[a:b] for a, b in self.stretches])
         low, high = np.quantile(within, [0.01, 0.99])
         mean = float(within.mean())
-        if high - low < SPEEDS * mean:
+        if high - low < STEADY * mean:
             return np.array([mean]), np.zeros(len(speed), np.int64), np.zeros(len(speed))
         grid = np.linspace(low, high, int(np.ceil((high - low) / (SPEEDS * mean))) + 1)
         at = np.clip((smooth - grid[0]) / (grid[1] - grid[0]), 0, len(grid) - 1 - 1e-9)
@@ -124,7 +122,7 @@ class PredictedRun:
     def frequency(self) -> np.ndarray:
         """The frequencies (k,) that are compared [Hz]."""
         every = np.arange(self.length) / (2 * self.length * self.step)
-        return every[(every >= BAND[0]) & (every <= min(BAND[1], HIGHEST / self.step))]
+        return every[every >= LOWEST]
 
     def cosines(self, errors: np.ndarray) -> np.ndarray:
         """Of errors (n, ny, ...) over time the cosines (ny, blocks, k, ...), the channels mixed so that they are independent."""
@@ -151,7 +149,7 @@ class PredictedRun:
 
     def with_noise(self, noise: np.ndarray, motion: Mapping[str, np.ndarray]) -> "PredictedRun":
         """The run with disturbances and sensors' noises as large as that, and the motion as it is then predicted."""
-        return replace(self, noise=noise, motion=motion, known={})
+        return replace(self, noise=noise, motion=motion)
 
     def with_floor(self, mixing: np.ndarray, densities: Sequence[Density]) -> "PredictedRun":
         """The run with what no prediction can be better than."""

@@ -7,24 +7,41 @@ w_j are forces at inputs that the vehicle has: a roll torque, a side force, a to
 logarithms of the spectral intensity of the white part of each, of the deviation sigma and the corner f of its slow part (wind, road,
 a rider's own motion), and of the deviation of each sensor. A wide prior keeps finite what does not show.
 
+That is where a fit begins: in it, factors of all of these are parameters of the base (`factors_of`), so that no candidate is
+judged by the disturbances of another.
+
 Source: Ljung, System Identification, 2nd ed. (1999), ch. 7.4; Jategaonkar, Flight Vehicle System Identification (2006), ch. 5.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize
 
+from fmus.effects import Effect
+from fmus.variables import parameter
 from identification.gap.data.predicted import PredictedRun
 from identification.gap.models.kalman import Discrete, errors, sampled, sampled_noise, stationary
 from identification.sampling import white_noise
 
+FAMILY = "disturbance"
 CORNER = 0.5  # Hz: of what is slow
+FORCES = ("roll_torque", "lateral_force", "steer_torque")  # at which disturbances act
 SPREAD = 3.0  # of logarithms, around a first guess; of a corner's CORNER_SPREAD
 CORNER_SPREAD = 1.0
 SCAN = np.arange(-6.0, 3.0)  # logarithms of a common factor from which the search starts
 NUDGE = 1e-4
 UNLIKELY = 1e12
+
+
+def factors_of(forces: Sequence[str], outputs: Sequence[str]) -> type[Effect]:
+    """The factors of psi as parameters that a component can have, in the order of psi; no equation reads them."""
+    said = {"white": "intensity of the white part of", "slow": "deviation of the slow part of", "corner": "corner of the slow part of"}
+    rows = {f"{part}_{force}": f"{sentence} the disturbance {force}" for part, sentence in said.items() for force in forces}
+    rows |= {f"noise_{output}": f"noise of the sensor of {output}" for output in outputs}
+    made = {n: parameter("1", f"Factor of the {sentence}", min=1e-12, max=1e12, start=1.0) for n, sentence in rows.items()}
+    return type("Disturbances", (Effect,), {"__doc__": "How large disturbances and noises are.", "family": FAMILY, **made})
 
 
 @dataclass(frozen=True)
@@ -42,27 +59,27 @@ class Driven:
         return self.W.shape[-1]
 
     def with_slow(self, corner: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """A, B and C with the states of the slow disturbances (j,) of corners [Hz]."""
+        """A, B and C with the states of the slow disturbances, of corners (j,) or (g, j) [Hz]."""
         grid, nx, j = self.W.shape
         A = np.zeros((grid, nx + j, nx + j))
         A[:, :nx, :nx], A[:, :nx, nx:], A[:, range(nx, nx + j), range(nx, nx + j)] = self.A, self.W, -2 * np.pi * corner
         return A, np.pad(self.B, ((0, 0), (0, j), (0, 0))), np.pad(self.C, ((0, 0), (0, 0), (0, j)))
 
     def discrete(self, noise: np.ndarray, step: float, held: bool) -> Discrete:
-        """The matrices per step, states of slow disturbances last."""
-        A, B, C = self.with_slow(np.exp(noise[2 * self.forces : 3 * self.forces]))
+        """The matrices per step, states of slow disturbances last, for psi (k,) or (g, k)."""
+        A, B, C = self.with_slow(np.exp(noise[..., 2 * self.forces : 3 * self.forces]))
         return sampled(A, B, C, self.D, step, held)
 
-    def gains(self, noise: np.ndarray, step: float, made: Discrete) -> tuple[np.ndarray, np.ndarray]:
-        """K (g, nx + j, ny) and S (g, ny, ny)."""
+    def gains(self, noise: np.ndarray, step: float, made: Discrete) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """K (g, nx + j, ny), S (g, ny, ny) and P (g, nx + j, nx + j)."""
         j = self.forces
-        white, slow, corner, sensor = np.split(np.exp(noise), [j, 2 * j, 3 * j])
+        white, slow, corner, sensor = np.split(np.exp(noise), [j, 2 * j, 3 * j], axis=-1)
         A, _, _ = self.with_slow(corner)
-        R = np.diag(sensor**2)
+        R = sensor[..., None] ** 2 * np.eye(sensor.shape[-1])
         intensity = np.zeros_like(A)
         nx = self.A.shape[-1]
-        intensity[:, :nx, :nx] = (self.W * white) @ np.swapaxes(self.W, 1, 2)
-        intensity[:, nx:, nx:] = np.diag(4 * np.pi * corner * slow**2)
+        intensity[:, :nx, :nx] = (self.W * white[..., None, :]) @ np.swapaxes(self.W, 1, 2)
+        intensity[:, nx:, nx:] = (4 * np.pi * corner * slow**2)[..., None] * np.eye(j)
         return stationary(made.F, made.C, sampled_noise(A, intensity, step), R)
 
 
@@ -77,7 +94,7 @@ def first_guess(run: PredictedRun, driven: Driven) -> np.ndarray:
 
 
 def estimated(run: PredictedRun, driven: Driven, inputs: np.ndarray) -> np.ndarray:
-    """psi of a run with inputs (n, nu) beside a vehicle: from where the run has it, or from a first guess."""
+    """psi of a run with inputs (n, nu) beside a vehicle."""
     middle = first_guess(run, driven)
     j = driven.forces
     spread = np.concatenate([np.full(2 * j, SPREAD), np.full(j, CORNER_SPREAD), np.full(len(middle) - 3 * j, SPREAD)])
@@ -85,7 +102,7 @@ def estimated(run: PredictedRun, driven: Driven, inputs: np.ndarray) -> np.ndarr
     def unlikely(noise: np.ndarray) -> float:
         made = driven.discrete(noise, run.step, run.exactly_held)
         try:
-            K, S = driven.gains(noise, run.step, made)
+            K, S, _ = driven.gains(noise, run.step, made)
         except np.linalg.LinAlgError:
             return UNLIKELY
         left = predicted(run, made, K, inputs)[0][run.compared]
@@ -93,12 +110,9 @@ def estimated(run: PredictedRun, driven: Driven, inputs: np.ndarray) -> np.ndarr
         whole = float(np.einsum("ki,ij,kj->", left, np.linalg.inv(mean), left)) + len(left) * float(np.linalg.slogdet(mean)[1])
         return whole + float(np.sum(((noise - middle) / spread) ** 2)) if np.isfinite(whole) else UNLIKELY
 
-    start = run.noise
-    if start is None:
-        shift = np.concatenate([np.full(j, 2.0), np.ones(j), np.zeros(len(middle) - 2 * j)])
-        middle = min((middle + s * shift for s in SCAN), key=unlikely)
-        start = middle
-    return minimize(unlikely, start, method="L-BFGS-B", options={"maxiter": 60, "ftol": 2e-6, "eps": NUDGE}).x
+    shift = np.concatenate([np.full(j, 2.0), np.ones(j), np.zeros(len(middle) - 2 * j)])
+    middle = min((middle + s * shift for s in SCAN), key=unlikely)
+    return minimize(unlikely, middle, method="L-BFGS-B", options={"maxiter": 60, "ftol": 2e-6, "eps": NUDGE}).x
 
 
 def predicted(run: PredictedRun, made: Discrete, K: np.ndarray, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

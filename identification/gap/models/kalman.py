@@ -54,8 +54,8 @@ def sampled_noise(A: np.ndarray, intensity: np.ndarray, step: float) -> np.ndarr
     return step / 6 * (intensity + 4 * middle + half @ middle @ _transposed(half))
 
 
-def stationary(F: np.ndarray, C: np.ndarray, Q: np.ndarray, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The gain K (..., nx, ny) and the covariance S (..., ny, ny) of the errors, by doubling. Raises LinAlgError where there is none.
+def stationary(F: np.ndarray, C: np.ndarray, Q: np.ndarray, R: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The gain K (..., nx, ny), the covariances S (..., ny, ny) of the errors and P (..., nx, nx) of the states, by doubling. Raises LinAlgError where there is none.
 
     States are measured by how far the noise drives them in a while, outputs by their noise: newtons and radians are far apart.
 
@@ -76,7 +76,7 @@ def stationary(F: np.ndarray, C: np.ndarray, Q: np.ndarray, R: np.ndarray) -> tu
             S = C @ P @ _transposed(C) + R
             K = F @ P @ _transposed(C) @ np.linalg.inv(S)
             if np.max(np.abs(np.linalg.eigvals(F - K @ C))) < 1:
-                return K, S
+                return K, S, P
             break  # what is unstable and does not show cannot be predicted
     raise np.linalg.LinAlgError("no stationary prediction")
 
@@ -93,32 +93,80 @@ def _transposed(matrix: np.ndarray) -> np.ndarray:
     return np.swapaxes(matrix, -1, -2)
 
 
-def errors(made: Discrete, K: np.ndarray, place: np.ndarray, share: np.ndarray, y: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+@dataclass(frozen=True)
+class Bend:
+    """What is not linear in the states, b(x) = value + slope (x - ...) near a motion, which acts as the last inputs do.
+
+    value (n + 1, nb) is what is left of b where x is zero, slope (n + 1, nb, nx).
+    """
+
+    value: np.ndarray
+    slope: np.ndarray
+
+    def between(self, first: int, last: int) -> "Bend":
+        """Of the samples [first, last), the last one again after them."""
+        return Bend(*(np.concatenate([x[first:last], x[last - 1 : last]]) for x in (self.value, self.slope)))
+
+
+def errors(made: Discrete, K: np.ndarray, place: np.ndarray, share: np.ndarray, y: np.ndarray, u: np.ndarray,
+           bend: Bend | None = None) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """The prediction errors (n, ny) of outputs (n, ny) for inputs (n + 1, nu), from zero states, and the predicted states (n, nx).
 
     Sample k has its matrices at place[k] of the grid, mixed with the next ones by share[k].
     """
     F, G0, G1, C, D, K = (_along(m, place, share) for m in (*made.parts, K))
+    u = u if bend is None else np.hstack([u, bend.value])
     seen = y - _times(D, u[:-1])
-    x = _from_rest(F - K @ C, (_times(G0, u[:-1]) + _times(G1, u[1:]) + _times(K, seen))[..., None])[..., 0]
+    push = (_times(G0, u[:-1]) + _times(G1, u[1:]) + _times(K, seen))[..., None]
+    x = _from_rest(*_bent(F - K @ C, push, G0, G1, bend))[..., 0]
     return seen - _times(C, x), x
 
 
-def errors_and_slopes(made: Discrete, changes: Discrete, K: np.ndarray, place: np.ndarray, share: np.ndarray, y: np.ndarray, u: np.ndarray,
-                      du: np.ndarray) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-    """The errors (n, ny), and their slopes (n, ny, np) for slopes (np, ...) of the matrices and (np, n + 1, nu) of the inputs.
+def errors_and_slopes(made: Discrete, changes: Discrete, K: np.ndarray, dK: np.ndarray, place: np.ndarray, share: np.ndarray, y: np.ndarray, u: np.ndarray,
+                      du: np.ndarray, bend: Bend | None = None) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """The errors (n, ny), and their slopes (n, ny, np) for slopes (np, ...) of the matrices and gains, and (np, n + 1, nu) of the inputs.
 
-        dx_k+1 = (F - K C) dx_k + dF x_k + dG_0 u_k + G_0 du_k + ... + K (de_k at dx_k = 0)
+        de_k = -C dx_k + (de_k at dx_k = 0),     dx_k+1 = (F - K C) dx_k + dF x_k + dG_0 u_k + G_0 du_k + ... + dK e_k + K (de_k at dx_k = 0)
+
+    With a bend, which must be that of the motion that comes out, the inputs' slopes are those of its value too.
     """
-    e, x = errors(made, K, place, share, y, u)
+    e, x = errors(made, K, place, share, y, u, bend)
     F, G0, G1, C, D, K = (_along(m, place, share) for m in (*made.parts, K))
-    direct, pushed = np.zeros((*e.shape, len(du))), np.zeros((*x.shape, len(du)))
-    for p, told in enumerate(du):
-        dF, dG0, dG1, dC, dD = (_along(m[p], place, share) for m in changes.parts)
-        direct[..., p] = -(_times(dC, x) + _times(dD, u[:-1]) + _times(D, told[:-1]))
-        pushed[..., p] = (_times(dF, x) + _times(dG0, u[:-1]) + _times(dG1, u[1:]) + _times(G0, told[:-1]) + _times(G1, told[1:])
-                          + _times(K, direct[..., p]))  # fmt: skip
-    return e, direct - C @ _from_rest(F - K @ C, pushed)
+    if bend is not None:
+        u = np.hstack([u, bend.value + (bend.slope @ np.concatenate([x, x[-1:]])[..., None])[..., 0]])
+    direct = -_times_each(np.concatenate([changes.C, changes.D], axis=-1), place, share, np.hstack([x, u[:-1]]))
+    pushed = _times_each(np.concatenate([changes.F, changes.G0, changes.G1, dK], axis=-1), place, share, np.hstack([x, u[:-1], u[1:], e]))
+    for p in np.flatnonzero(np.any(du, axis=(1, 2))):
+        direct[..., p] -= _times(D, du[p][:-1])
+        pushed[..., p] += _times(G0, du[p][:-1]) + _times(G1, du[p][1:])
+    return e, direct - C @ _from_rest(*_bent(F - K @ C, pushed + K @ direct, G0, G1, bend))
+
+
+def _bent(step: np.ndarray, push: np.ndarray, G0: np.ndarray, G1: np.ndarray, bend: Bend | None) -> tuple[np.ndarray, np.ndarray]:
+    """Step and push of x_k+1 = step x_k + push_k + G_0 slope_k x_k + G_1 slope_k+1 x_k+1, solved for x_k+1."""
+    if bend is None:
+        return step, push
+    nb = bend.value.shape[1]
+    now, next_ = G0[..., -nb:], G1[..., -nb:]
+    after = bend.slope[1:]
+    step = step + now @ bend.slope[:-1]
+    small = np.linalg.inv(np.eye(nb) - after @ next_)  # Woodbury's identity: nb is small
+
+    def solved(right: np.ndarray) -> np.ndarray:
+        return right + next_ @ (small @ (after @ right))
+
+    return solved(np.broadcast_to(step, (len(push), *step.shape[-2:]))), solved(push)
+
+
+def _times_each(matrices: np.ndarray, place: np.ndarray, share: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Of matrices (np, g, rows, columns) on the grid, those at every sample times its vector (n, columns): (n, rows, np)."""
+    count, grid, rows, columns = matrices.shape
+    result = np.zeros((len(vectors), count * rows))
+    for node in range(grid):
+        weight = np.where(place == node, 1 - share, 0.0) + np.where(place == node - 1, share, 0.0)
+        near = np.flatnonzero(weight)
+        result[near] += (weight[near, None] * vectors[near]) @ matrices[:, node].reshape(count * rows, columns).T
+    return result.reshape(len(vectors), count, rows).transpose(0, 2, 1)
 
 
 def _along(matrix: np.ndarray, place: np.ndarray, share: np.ndarray) -> np.ndarray:

@@ -19,6 +19,7 @@ ADEQUATE = 1.12  # reduced chi-square, at 1400 degrees of freedom and more
 RIVAL = 0.15  # of an adequate effect's gain: what a rival must promise to be fitted
 PLAIN = 0.3  # of that: an effect without shapes is fitted at once, and promises little where the base must move far for it
 FAR = 30.0  # reduced chi-square of a base from which no effect is a small step
+STRAINED = 10.0  # errors of what is known of a base, by which it is missed: the same
 PROMISED = 0.5  # of a signature's gain: with less, a fit is tried from elsewhere
 SMALLER = 0.2  # of the size of an effect, from where it is tried again
 STARTS = 2  # signatures of a family that are fitted
@@ -134,8 +135,9 @@ def _best_fit(found: Fit, signature: Signature, beat: float) -> tuple[np.ndarray
     model = found.model.joined_by(signature.effect)
     shared, base = len(found.model.names), with_all_felt(found)  # the base may have done away with what the effect needs
     starts = [np.concatenate([base[:shared], own, base[shared:]]) for own in (signature.start, _smaller(model, signature))]
-    if found.reduced > FAR:  # a base that had to make up for so much may be no place to start from
-        starts.append(model.start())
+    far = found.reduced > FAR or bool(np.max(np.abs(found.residuals[found.count :]), initial=0.0) > STRAINED)
+    if far:  # a base that had to make up for so much may be no place to start from
+        starts.append(np.concatenate([model.start()[: len(model.base)], starts[0][len(model.base) : shared], signature.start]))
     best = None
     for start in starts:
         try:
@@ -143,7 +145,7 @@ def _best_fit(found: Fit, signature: Signature, beat: float) -> tuple[np.ndarray
         except InputError:  # nothing near this start can be simulated
             continue
         best = fitted if best is None or fitted.chi2 < best.chi2 else best
-        if adequate(best) or (found.reduced <= FAR and found.chi2 - best.chi2 > PROMISED * signature.gain):
+        if adequate(best) or (not far and found.chi2 - best.chi2 > PROMISED * signature.gain):
             break
     return None if best is None else (best.x, best.chi2, best.residuals, best.jacobian)
 
