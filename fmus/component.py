@@ -17,6 +17,8 @@ from fmus.errors import InputError, unknown
 from fmus.mathematics import NUMERIC
 from fmus.variables import Variable
 
+SHOWN = "_shown"  # of an exposed state whose sensor has an effect: in an FMU, the state's own name shows what is true
+
 
 class Scope:
     """The values that equations read, and the named points that they set.
@@ -122,6 +124,10 @@ class Component:
         """The outputs, the exposed states among them, in the order of the table."""
         return tuple(n for n, row in self.table.items() if row.role == "output" or row.exposed)
 
+    def shown(self, name: str) -> str:
+        """The output that shows what the sensor of an output does: itself, unless an effect acts at the sensor of a state."""
+        return name + SHOWN if name + SHOWN in self.table else name
+
     @property
     def structure(self) -> tuple:
         """What the equations depend on besides values: two components with the same structure share code."""
@@ -156,6 +162,7 @@ class Component:
             results[target] = scope._with_additions(target, value)
         results.update({n: scope[n] for n in self.rows("local") if n in scope.__dict__})
         results.update({n: scope._with_additions(n, scope[n]) for n, row in self.table.items() if row.exposed})
+        results.update({n: results[n.removesuffix(SHOWN)] for n in self.rows("output") if n.endswith(SHOWN) and n not in results})
         return results
 
     def complete(self, results: dict[str, Any]) -> dict[str, Any]:

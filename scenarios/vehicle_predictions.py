@@ -27,7 +27,7 @@ RIDER = 0.2  # to which the parameters of whoever holds the handlebar are known
 HEAD = "head"  # the element between handlebar and frame
 GUSTS = 0.5  # by how much the logarithms of disturbances differ from run to run beyond the first guess of each
 DIFFERS = 0.3  # from run to run, of what is not known of a parameter
-FEIGNED = 0.005  # of the noise's power, gained by a linear effect: small errors of the base and of the disturbances' spectra do that
+FEIGNED = 0.005  # of the noise's power, gained by each parameter of a linear effect: small errors of the base and of the disturbances' spectra do that
 FEIGNED_BY_HANDS = 0.03  # the same where nobody records what hands do: their torque is no noise with a smooth spectrum
 BESIDE = 0.1  # of a larger effect's gain
 
@@ -113,11 +113,11 @@ def _decided(model: PredictorModel, runs: Sequence[PredictedRun], library: Seque
 def _doubtful(verdict: Verdict) -> set[str]:
     """Families that gain too little to be named, if the verdict speaks of one: small errors of the base look like them.
 
-    What is not linear is as doubtful as the linear effect that it is hardly better than.
+    Each parameter may feign a share. What is not linear is as doubtful as the linear effect that it is hardly better than.
     """
     least = feigned(verdict.base.runs) * verdict.base.count
     linear = max((c.delta_bic for c in verdict.candidates if c.fitted and c.family not in NOT_LINEAR), default=-np.inf)
-    weak = {c.family for c in one_each(verdict.candidates) if c.delta_chi2 < least and (c.family not in NOT_LINEAR or c.delta_bic < linear + TIE)}
+    weak = {c.family for c in one_each(verdict.candidates) if c.delta_chi2 < least * len(c.effect.sought()) and (c.family not in NOT_LINEAR or c.delta_bic < linear + TIE)}
     return weak if weak & {c.family for c in (*verdict.effects, *verdict.tied)} else set()
 
 

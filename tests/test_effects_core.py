@@ -120,3 +120,23 @@ def test_a_target_that_is_not_there_is_refused():
 
     with pytest.raises(InputError, match="adds to 'waist_torque', which Pendulum does not have"):
         symbolic(Pendulum(effects=[Lost()]))
+
+
+def test_what_the_sensor_of_a_state_shows_is_an_output_beside_the_state():
+    class Late(Effect):
+        """The angle is shown late, and bent."""
+
+        lag = parameter("s", "Lag", min=1e-3, max=1, start=0.02)
+
+        @adds_to("angle")
+        def shown(self, v, m):
+            return -v.lag * v.rate + v.angle**3
+
+    bent = Pendulum().with_effects(Late())
+    assert bent.shown("angle") == "angle_shown" and bent.shown("rate") == "rate"
+    space = linearise(bent, angle=0.5)
+    rows = dict(zip(space.outputs, space.C, strict=True))
+    # A model exchange importer sets the state and reads it again: it is no other number.
+    assert rows["angle"] == pytest.approx([1.0, 0.0])
+    assert rows["angle_shown"] == pytest.approx([1 + 3 * 0.5**2, -0.02])
+    assert not [n for n in Pendulum().outputs if n.endswith("_shown")]

@@ -23,11 +23,11 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any, ClassVar
 
-from fmus.component import Component, Scope
+from fmus.component import SHOWN, Component, Scope
 from fmus.effects.delay import delay_states
 from fmus.elements import Element
 from fmus.errors import InputError, unknown
-from fmus.variables import Variable, input
+from fmus.variables import Variable, input, output
 
 
 def adds_to(*targets: str) -> Callable[[Callable], Callable]:
@@ -128,6 +128,9 @@ class Effect:
 
     @staticmethod
     def _add(component: Component, target: str, method: Callable, view: "_Words") -> None:
+        row = component.table.get(target)
+        if row is not None and row.role == "state" and row.exposed:
+            component.table[target + SHOWN] = output(row.unit, f"{row.description}, as its sensor shows it").named(target + SHOWN)
         component.additions.setdefault(target, []).append(lambda scope, m: method(view.of(scope), m))
 
     def _join_delayed(self, component: Component, name: str, source: str, delay: str, view: "_Words") -> None:

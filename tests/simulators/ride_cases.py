@@ -84,9 +84,9 @@ def draw(number: int, folder: Path, duration: float = 60.0) -> Case:
 
 def _bicycle(number: int, rng: np.random.Generator, folder: Path, duration: float) -> Case:
     name = "none" if number % 2 == 0 else list(ON_BICYCLES)[number // 2 % len(ON_BICYCLES)]
-    hidden = {name: rng.uniform(*ON_BICYCLES[name]) if name != "delay" else int(rng.integers(*ON_BICYCLES[name]))} if name != "none" else {}
-    model = hidden_bicycle.bicycle(rng, 0.03)
-    while True:
+    while True:  # until nobody falls
+        hidden = {name: rng.uniform(*ON_BICYCLES[name]) if name != "delay" else int(rng.integers(*ON_BICYCLES[name]))} if name != "none" else {}
+        model = hidden_bicycle.bicycle(rng, 0.03)
         slowest = rng.uniform(3.8, 5.0)
         speeds = (slowest, slowest * rng.uniform(1.0, 1.4))
         ridden = hidden_bicycle.ride(rng, model, duration, pushed=rng.uniform(0.3, 1.5), shaken=rng.uniform(0.5, 2), speeds=speeds, **hidden)

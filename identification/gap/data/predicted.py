@@ -18,10 +18,11 @@ from fmus.errors import InputError
 from identification.gap.data.flexible import Density
 from identification.gap.data.stretches import MARGIN, undisturbed
 from identification.recordings import Recording
-from identification.sampling import LEAST_SIGNAL, uniform, white_noise
+from identification.sampling import uniform, white_noise
 
 RATE = 80.0  # Hz: what is faster is averaged down to it, or a little above
 BLOCK = 10.0  # s
+MOVES = 2.0  # times the noise of a sensor that lies still: its deviation where something moves
 BURN = 3.0  # s at the start of a stretch, in which the prediction forgets where it began
 FEWEST = 2  # blocks of a run
 LOWEST = 0.3  # Hz that are compared; up to half of the rate, else a predictor shifts its errors to where nobody compares them
@@ -165,7 +166,7 @@ def prepare_predicted(recording: Recording, over: str, outputs: Sequence[str], i
     for name in outputs:
         if np.ptp(recording[name]) == 0:
             raise InputError(f"{recording.name}: {name} is constant at {recording[name][0]:g} {recording.units[name]}; is the sensor connected?")
-    if all(np.std(recording[n]) < LEAST_SIGNAL * white_noise(recording[n]) for n in outputs):
+    if all(np.std(recording[n]) < MOVES * white_noise(recording[n]) for n in outputs):
         raise InputError(f"{recording.name}: no excitation: {', '.join(outputs)} hold nothing but noise; shake the handlebar, or let a disturbance move the vehicle")
     stretches, said = undisturbed(recording, over, (over, *outputs, *inputs))
     factor = max(int(recording.rate / RATE), 1)

@@ -24,7 +24,7 @@ class Equations:
         form = traced(component)
         self.component, self.outputs, self.parameters = component, tuple(outputs), tuple(parameters)
         self.states = component.states
-        self.rows = form.explicit_rates + [form.outputs[component.outputs.index(n)] for n in self.outputs]
+        self.rows = form.explicit_rates + [form.outputs[component.outputs.index(component.shown(n))] for n in self.outputs]
         unknowns = (*self.states, *self.parameters)
         late = {delay: name for name, (_, delay) in component.delays.items()}
         slopes = {(i, j): _slope(row, x, late) for i, row in enumerate(self.rows) for j, x in enumerate(unknowns) if isinstance(row, Node)}

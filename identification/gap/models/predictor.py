@@ -95,7 +95,7 @@ class PredictorModel(LinearModel):
         space = linearise(self.straight, **{**values, self.stand.over: run.speeds[0]})
         grid = len(run.speeds[0])
         A, B, C, D = (np.broadcast_to(m, (len(every), grid, *m.shape[-2:])) for m in (space.A, space.B, space.C, space.D))
-        outputs = [space.outputs.index(self.prefix + n) for n in run.outputs]
+        outputs = [space.outputs.index(self.straight.shown(self.prefix + n)) for n in run.outputs]
         inputs = [space.inputs.index(n) for n in self._inputs(run)]
         forces = [space.inputs.index(self.prefix + n) for n in FORCES if self.prefix + n in space.inputs]
         rows = np.zeros((*A.shape[:2], A.shape[-1], len(self._pushed)))
