@@ -162,11 +162,11 @@ def spectra(verdict: Verdict) -> Figure:
     own = np.linalg.inv(run.mixing)
     lines: list[tuple[Any, str, str]] = [(verdict.base, COLOURS["damper"], "base, refitted"), (verdict.best, COLOURS["rider"], "with what was found")]
     for i, (name, ax) in enumerate(zip(run.outputs, axes.flat, strict=True)):
-        ax.semilogy(run.frequency, measured[i], color=COLOURS["reference"], label="measured")
+        ax.loglog(run.frequency, measured[i], color=COLOURS["reference"], label="measured")
         for each, colour, label in lines:
             left = each.residuals[: int(np.prod(shape))].reshape(shape) * floor[:, None]
-            ax.semilogy(run.frequency, np.sqrt(np.mean(np.einsum("ij,jbk->ibk", own, left)[i] ** 2, axis=0)), color=colour, label=label, linewidth=0.9)
-        ax.semilogy(run.frequency, np.sqrt((own[i] ** 2) @ floor**2), "k--", linewidth=0.8, label="best prediction")
+            ax.loglog(run.frequency, np.sqrt(np.mean(np.einsum("ij,jbk->ibk", own, left)[i] ** 2, axis=0)), color=colour, label=label, linewidth=0.9)
+        ax.loglog(run.frequency, np.sqrt((own[i] ** 2) @ floor**2), "k--", linewidth=0.8, label="best prediction")
         ax.set(xlabel="frequency [Hz]", ylabel=f"{name.replace('_', ' ')} [{run.recording.units[name]}]")
     axes.flat[0].legend()
     return figure
