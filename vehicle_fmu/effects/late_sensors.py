@@ -1,16 +1,16 @@
 """A sensor that shows what it measures later than the others do, and later than the inputs are recorded.
 
+    y(t) = x(t - t_s)
+
 All of them late together are the same as a motor that is early, so that only single ones are looked for: each is a form.
 """
 
-from typing import ClassVar
+from typing import Any
 
 from fmus import Effect, adds_to, parameter
 
 
 class _LateSensor(Effect):
-    """A sensor shows what it measures later than the others."""
-
     delay = parameter("s", "Delay of the sensor", symbol="t_s", min=2e-3, max=0.3, start=0.02)
 
     def __init__(self, exact_delays: bool = False):
@@ -18,56 +18,18 @@ class _LateSensor(Effect):
         del exact_delays
 
 
-class LateRollRate(_LateSensor):
-    """The sensor of the roll rate is late."""
+def _of(sensor: str) -> type[Effect]:
+    """The effect of that sensor."""
 
-    family, form = "channel_delay", "roll_rate"
-    delayed: ClassVar = {"late": ("roll_rate", "delay")}
+    @adds_to(sensor)
+    def shown(self: Effect, v: Any, m: Any) -> Any:
+        return v.late - getattr(v, sensor)
 
-    @adds_to("roll_rate")
-    def shown(self, v, m):
-        return v.late - v.roll_rate
-
-
-class LateYawRate(_LateSensor):
-    """The sensor of the yaw rate is late."""
-
-    family, form = "channel_delay", "yaw_rate"
-    delayed: ClassVar = {"late": ("yaw_rate", "delay")}
-
-    @adds_to("yaw_rate")
-    def shown(self, v, m):
-        return v.late - v.yaw_rate
+    words = sensor.replace("_", " ")
+    return type(f"Late{words.title().replace(' ', '')}", (_LateSensor,), {
+        "__doc__": f"The sensor of the {words} is late.", "family": "channel_delay", "form": sensor,
+        "delayed": {"late": (sensor, "delay")}, "shown": shown,
+    })  # fmt: skip
 
 
-class LateSteerAngle(_LateSensor):
-    """The sensor of the steer angle is late."""
-
-    family, form = "channel_delay", "steer_angle"
-    delayed: ClassVar = {"late": ("steer_angle", "delay")}
-
-    @adds_to("steer_angle")
-    def shown(self, v, m):
-        return v.late - v.steer_angle
-
-
-class LateSteerRate(_LateSensor):
-    """The sensor of the steer rate is late."""
-
-    family, form = "channel_delay", "steer_rate"
-    delayed: ClassVar = {"late": ("steer_rate", "delay")}
-
-    @adds_to("steer_rate")
-    def shown(self, v, m):
-        return v.late - v.steer_rate
-
-
-class LateRollAngle(_LateSensor):
-    """The sensor of the roll angle is late."""
-
-    family, form = "channel_delay", "roll_angle"
-    delayed: ClassVar = {"late": ("roll_angle", "delay")}
-
-    @adds_to("roll_angle")
-    def shown(self, v, m):
-        return v.late - v.roll_angle
+LateRollRate, LateYawRate, LateSteerAngle, LateSteerRate, LateRollAngle = map(_of, ("roll_rate", "yaw_rate", "steer_angle", "steer_rate", "roll_angle"))
