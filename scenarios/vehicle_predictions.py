@@ -102,12 +102,13 @@ def verdict_on_predictions(stand: LinearStand, runs: Sequence[PredictedRun], hel
 def _decided(model: PredictorModel, runs: Sequence[PredictedRun], library: Sequence[type[Effect]], held: Sequence[PredictedRun],
              so_far: Callable[[Verdict], None]) -> tuple[Verdict, Sequence[PredictedRun]]:  # fmt: skip
     """The verdict, without held-out runs where a vehicle that fits the others cannot be predicted in them."""
+    second = (feigned(runs) * sum(len(r.data) for r in runs), BESIDE)
     try:
-        return decide(model, runs, library, held, so_far, BESIDE), held
+        return decide(model, runs, library, held, so_far, second), held
     except InputError:
         if not held:
             raise
-        return decide(model, runs, library, (), so_far, BESIDE), ()
+        return decide(model, runs, library, (), so_far, second), ()
 
 
 def _doubtful(verdict: Verdict) -> set[str]:

@@ -19,7 +19,7 @@ from fmus.errors import InputError
 from identification.gap.models.model import AnyModel, AnyRun
 from identification.gap.naming.competing import CLEAR, SIGNIFICANT, TIE, Candidate, adequate, best_of, compete, one_each
 from identification.gap.naming.fitting import Fit, fit
-from identification.gap.naming.pairs import SHARE, Pair, pairs_of, plainest, sure
+from identification.gap.naming.pairs import SECOND, Pair, pairs_of, plainest, sure
 from identification.gap.naming.showing import Closeness, on_holdout
 from identification.gap.naming.starting import fit_base
 
@@ -45,18 +45,18 @@ class Verdict:
 
 
 def decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effect]], holdout: Sequence[AnyRun] = (),
-           so_far: Callable[[Verdict], None] = lambda verdict: None, share: float = SHARE) -> Verdict:  # fmt: skip
+           so_far: Callable[[Verdict], None] = lambda verdict: None, second: tuple[float, float] = SECOND) -> Verdict:  # fmt: skip
     """The verdict on runs, with a model of the base and the effects of a library; held-out runs can only take names back.
 
     Its fits rest on the noise that the best of them leaves. so_far is told, as unknown, what is known after the base, after
-    the effects, and after each effect that was tried with a second one. A second effect must gain a share of what the first
-    one does. Raises InputError where the base cannot be fitted.
+    the effects, and after each effect that was tried with a second one. second is the
+    dBIC that a second effect must gain, and its share of the first one's gain. Raises InputError where the base cannot be fitted.
     """
-    first = verdict = _checked(_decide(model, runs, library, so_far, share), holdout)
+    first = verdict = _checked(_decide(model, runs, library, so_far, second), holdout)
     refuted = list(verdict.refuted)
     while verdict.verdict == "unknown" and any(e.family in refuted for e in library):
         library = [e for e in library if e.family not in refuted]
-        verdict = _checked(_decide(model, runs, library, so_far, share), holdout)
+        verdict = _checked(_decide(model, runs, library, so_far, second), holdout)
         refuted += verdict.refuted
     verdict = replace(verdict if verdict.verdict in ("named", "tied") else first, refuted=refuted)
     try:
@@ -76,7 +76,8 @@ def _quieter(verdict: Verdict, runs: Sequence[AnyRun]) -> tuple[Fit, Fit]:
     return (again, again) if best is base else (fit(base.model, quiet, base.x), again)
 
 
-def _decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effect]], so_far: Callable[[Verdict], None], share: float) -> Verdict:
+def _decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effect]], so_far: Callable[[Verdict], None],
+            second: tuple[float, float]) -> Verdict:  # fmt: skip
     base = fit_base(model, runs)
     so_far(Verdict("unknown", base, base))
     first = compete(base, library)
@@ -84,7 +85,7 @@ def _decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effe
     if best is None or best.delta_bic < SIGNIFICANT:
         return Verdict("none" if adequate(base) else "unknown", base, base, candidates=first)
     so_far(Verdict("unknown", base, best.fit, candidates=first))
-    pairs = pairs_of(best, first, library, share, lambda leading: so_far(Verdict("unknown", base, leading.second.fit, candidates=first)))
+    pairs = pairs_of(best, first, library, second, lambda leading: so_far(Verdict("unknown", base, leading.second.fit, candidates=first)))
     if pairs and sure(pairs):
         return _of_pairs(base, pairs, first, library)
     return _of_one(base, first)

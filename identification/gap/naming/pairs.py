@@ -13,8 +13,7 @@ from identification.gap.naming.competing import NEAR, TIE, Candidate, adequate, 
 from identification.gap.naming.fitting import Fit, fit, price
 from identification.gap.naming.screening import screen
 
-SECOND = 15.0  # dBIC of a second effect
-SHARE = 0.005  # of the first one's gain: below it, small errors of the model of a large effect look like another
+SECOND = (15.0, 0.005)  # dBIC of a second effect, and its share of the first one's gain: below it, small errors of a large effect look like another
 FIRSTS = 3  # leading families that may be the first of a pair
 
 
@@ -38,22 +37,22 @@ class Pair:
         return frozenset((self.first.family, self.second.family))
 
 
-def pairs_of(best: Candidate, first: Sequence[Candidate], library: Sequence[type[Effect]], share: float = SHARE,
+def pairs_of(best: Candidate, first: Sequence[Candidate], library: Sequence[type[Effect]], second: tuple[float, float] = SECOND,
              so_far: Callable[[Pair], None] = lambda pair: None) -> list[Pair]:  # fmt: skip
     """The adequate pairs within TIE of the best one, which comes first; none where no pair is worth its second effect.
 
-    `best` is the best of the single effects. Where it is adequate, a pair must contain it or beat it. The second effect
-    gains at least a share of what the first one does. so_far is told
-    the best pair after each effect whose seconds were tried.
+    `best` is the best of the single effects. Where it is adequate, a pair must contain it or beat it. `second` says what the
+    second effect must gain. so_far is told the best pair after each effect whose seconds were tried.
     """
+    least, share = second
     leading = [best, *(c for c in one_each(first) if c.family != best.family and c.effect in c.fit.model.effects and c.delta_bic > NEAR * best.delta_bic)]
-    worth = best.delta_bic + max(SECOND, share * best.delta_chi2) if adequate(best.fit) else 0.0
+    worth = best.delta_bic + max(least, share * best.delta_chi2) if adequate(best.fit) else 0.0
     found: dict[frozenset[str], Pair] = {}
     for one in leading[:FIRSTS]:
         enough = reduced_by_noise(one.fit) * one.fit.freedom  # a pair that is not adequate is none
-        for two in one_each(compete(one.fit, library, leaders=4, least=max(SECOND, share * one.delta_chi2), others=False, beat=enough)):
+        for two in one_each(compete(one.fit, library, leaders=4, least=max(least, share * one.delta_chi2), others=False, beat=enough)):
             pair = Pair(one, two)
-            significant = two.effect in two.fit.model.effects and two.delta_bic > max(SECOND, share * one.delta_chi2)
+            significant = two.effect in two.fit.model.effects and two.delta_bic > max(least, share * one.delta_chi2)
             if significant and pair.delta_bic > worth and adequate(two.fit):
                 found[pair.families] = max(found.get(pair.families, pair), pair, key=lambda p: p.delta_bic)
         if worth and not found:
