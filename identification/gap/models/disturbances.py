@@ -93,6 +93,7 @@ def first_guess(run: PredictedRun, driven: Driven) -> np.ndarray:
     return np.concatenate([np.log(size**2), np.log(size), np.full(len(size), np.log(CORNER)), np.log(sensor)])
 
 
+@np.errstate(all="ignore")  # what runs away is unlikely
 def estimated(run: PredictedRun, driven: Driven, inputs: np.ndarray) -> np.ndarray:
     """psi of a run with inputs (n, nu) beside a vehicle."""
     middle = first_guess(run, driven)

@@ -70,6 +70,7 @@ class PredictorModel(LinearModel):
         del q
         return run
 
+    @np.errstate(all="ignore")
     def with_disturbances_beside(self, run: PredictedRun, q: np.ndarray) -> PredictedRun:
         """The run with disturbances and noises as they are beside this vehicle, and the best prediction there is."""
         driven, _ = self._driven(run, q)
