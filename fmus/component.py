@@ -17,7 +17,7 @@ from fmus.errors import InputError, unknown
 from fmus.mathematics import NUMERIC
 from fmus.variables import Variable
 
-SHOWN = "_shown"  # of an exposed state whose sensor has an effect: in an FMU, the state's own name shows what is true
+SHOWN = "_shown"  # of an exposed state whose sensor has an effect: the state's own name shows what is true
 
 
 class Scope:
@@ -161,8 +161,9 @@ class Component:
         for target, value in results.items():
             results[target] = scope._with_additions(target, value)
         results.update({n: scope[n] for n in self.rows("local") if n in scope.__dict__})
-        results.update({n: scope._with_additions(n, scope[n]) for n, row in self.table.items() if row.exposed})
-        results.update({n: results[n.removesuffix(SHOWN)] for n in self.rows("output") if n.endswith(SHOWN) and n not in results})
+        exposed = [n for n, row in self.table.items() if row.exposed]
+        results.update({n: scope[n] for n in exposed})
+        results.update({n + SHOWN: scope._with_additions(n, scope[n]) for n in exposed if n in self.additions})
         return results
 
     def complete(self, results: dict[str, Any]) -> dict[str, Any]:

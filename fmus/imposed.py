@@ -94,7 +94,7 @@ class Imposed(_Wrapped):
         effort = (inertia * v[self.acceleration] - rest) / slope
         states = [n for n in self.inner.states if n not in (self.imposed, self.rate)]
         driven = self.inner.run({**known, self.effort: effort}, m)
-        return {**{f"der({n})": driven[f"der({n})"] for n in states}, self.effort: effort, **{n: driven[n] for n in self.also}}
+        return {**{f"der({n})": driven[f"der({n})"] for n in states}, self.effort: effort, **{n: driven[self.inner.shown(n)] for n in self.also}}
 
     def mass(self, v: Scope, m: Any) -> dict[tuple[str, str], Any]:
         return {k: e for k, e in self.inner.mass_entries(self._known(v), m).items() if self.rate not in k}

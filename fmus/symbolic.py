@@ -160,7 +160,6 @@ def _derive(component: Component) -> Symbolic:
     names = ["time", *component.rows("parameter", "input", "state")]
     symbols = {n: sympy.Symbol(n, real=True) for n in names}
     results = component.complete(component.run(symbols, SYMBOLIC))
-    results |= {n: symbols[n] for n in component.states}  # what a sensor shows of one is an output of its own
     mass = sympy.eye(len(component.states))
     for (row, column), entry in component.mass_entries(symbols, SYMBOLIC).items():
         mass[component.states.index(row), component.states.index(column)] = entry

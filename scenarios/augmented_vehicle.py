@@ -19,10 +19,14 @@ FILE = "augmented_vehicle.toml"
 PREFIX, DEVICE = "vehicle.", "device."
 
 
+def fitted_of(found: Fit) -> Mapping[str, tuple[float, float, str]]:
+    """Value, standard error and unit of everything that was fitted, but of what disturbs the vehicle."""
+    return {n: entry for n, entry in parameters_of(found).items() if not n.removeprefix(PREFIX).startswith(f"{FAMILY}.")}
+
+
 def values_of(found: Fit) -> Mapping[str, tuple[float, float, str]]:
-    """Value, standard error and unit of the vehicle's fitted parameters, those of its effects among them, but not of what disturbs it."""
-    every = {n.removeprefix(PREFIX): entry for n, entry in parameters_of(found).items()}
-    return {n: entry for n, entry in every.items() if not n.startswith((DEVICE, f"{FAMILY}."))}
+    """Value, standard error and unit of the vehicle's fitted parameters, those of its effects among them."""
+    return {n.removeprefix(PREFIX): entry for n, entry in fitted_of(found).items() if not n.startswith(DEVICE)}
 
 
 def write_vehicle(vehicle: Component, found: Fit, folder: Path, source: str, effects_folder: str | None = None) -> tuple[str, str]:

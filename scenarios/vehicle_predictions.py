@@ -75,7 +75,7 @@ def predictable_effects(vehicle: Component, stand: LinearStand, runs: Sequence[P
     """
     recorded = {*runs[0].outputs, *(() if stand.part else runs[0].inputs)}  # with a device between, nobody knows when an input acts
     every = [e for e in vehicle_effects(vehicle, folder) if all(source in recorded for source, _ in e.delayed.values())]
-    if stand.part or "steer_torque" in runs[0].inputs:
+    if stand.part or torque_is_known(runs):
         return every
     return [e for e in every if e.family not in OF_HANDS and e.element != HEAD]
 
@@ -124,7 +124,12 @@ def _doubtful(verdict: Verdict) -> set[str]:
 
 def feigned(runs: Sequence[PredictedRun]) -> float:
     """The share of the noise's power below which nothing linear is named."""
-    return FEIGNED if any(r.inputs for r in runs) else FEIGNED_BY_HANDS
+    return FEIGNED if torque_is_known(runs) else FEIGNED_BY_HANDS
+
+
+def torque_is_known(runs: Sequence[PredictedRun]) -> bool:
+    """Whether the steer torque is recorded."""
+    return "steer_torque" in runs[0].inputs
 
 
 def _base(model: PredictorModel, runs: Sequence[PredictedRun]) -> Fit:
@@ -139,15 +144,15 @@ def _base(model: PredictorModel, runs: Sequence[PredictedRun]) -> Fit:
     return replace(held, runs=[replace(r, mixing=None) for r in held.runs])  # what predicts them best knows less
 
 
-def limitations(runs: Sequence[PredictedRun]) -> list[str]:
+def limitations(stand: LinearStand, runs: Sequence[PredictedRun]) -> list[str]:
     """What a verdict by prediction rests on."""
     sentences = [f"Not all states of the vehicle are recorded: it is predicted from sample to sample, and the errors are compared from {LOWEST:g} Hz on "
                  f"in blocks of {BLOCK:g} s. 1 means as good as a long regression on everything recorded before.",
                  "Whatever drives the vehicle unrecorded is taken as a roll torque, a side force and a torque about the steer axis, each in part white and in part slow; "
-                 f"linear effects that gain less than {feigned(runs):g} of the noise's power, or {BESIDE:g} of a larger effect's gain, are not named."]  # fmt: skip
+                 f"linear effects that gain less than {100 * feigned(runs):g} % of the noise's power for each of their parameters, or {100 * BESIDE:g} % of a larger effect's gain, are not named."]  # fmt: skip
     if not any(r.inputs for r in runs):
         sentences.append("No input is recorded: disturbances alone move the vehicle, and only its modes show.")
-    if not any("steer_torque" in r.inputs for r in runs):
+    if not stand.part and not torque_is_known(runs):
         sentences.append("The steer torque is not recorded: what hands on a handlebar do as well is not looked for (friction, springs, dampers and inertia there).")
     return sentences
 

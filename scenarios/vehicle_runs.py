@@ -23,7 +23,7 @@ from identification.gap.reporting.weak_verdict import cells
 from identification.gap.stands.linear_stand import LinearStand
 from identification.recordings import Recording, read_recording
 from scenarios import names, vehicle_predictions
-from scenarios.augmented_vehicle import DEVICE, FILE, PREFIX, values_of, write_vehicle
+from scenarios.augmented_vehicle import FILE, fitted_of, write_vehicle
 from scenarios.gap_tables import before_and_after, places, verdict_section
 from scenarios.recordings_on_the_command_line import mapping_of
 from scenarios.report import COLOURS, Report, Section, Table, new_figure
@@ -89,8 +89,8 @@ def _by_prediction(arguments: argparse.Namespace, vehicle: Component, device: Co
     verdict, checked = vehicle_predictions.verdict_on_predictions(stand, runs, checked, library, so_far)
     result = as_result(verdict, checked, "1", "flexible_model", predicted_verdict.cells)
     _with_open(result, verdict, stand)
-    result["base"] = {n: entry for n, entry in result["base"].items() if n.removeprefix(PREFIX) in values_of(verdict.best) or n.startswith(DEVICE)}
-    result["limitations"] += [*_notes(every), *vehicle_predictions.limitations(every)]
+    result["base"] = {n: entry for n, entry in result["base"].items() if n in fitted_of(verdict.best)}
+    result["limitations"] += [*_notes(every), *vehicle_predictions.limitations(stand, every)]
     said = "What was measured, and what the predictions err by, over frequency: base, with what was found, and the best prediction that the recording allows."
     return verdict, result, [(vehicle_predictions.spectra(verdict), said)]
 
@@ -188,7 +188,7 @@ def _limitations(runs: Sequence[WeakRun]) -> list[str]:
 
 def write_report(verdict: Verdict, result: dict[str, Any], figures: Sequence[tuple[Figure, str]], folder: Path) -> str:
     """Write the HTML report into the folder; its name there."""
-    found = [(n, f"{v:.5g}", f"{e:.2g}", u) for n, (v, e, u) in values_of(verdict.best).items()]
+    found = [(n, f"{v:.5g}", f"{e:.2g}", u) for n, (v, e, u) in fitted_of(verdict.best).items()]
     sections = [
         verdict_section(result, Table(("parameter", "value", "standard error", "unit"), found)),
         Section("Before and after", [], figures, [before_and_after(result)]),

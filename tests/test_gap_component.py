@@ -137,8 +137,8 @@ def test_an_actuator_that_clips_and_a_sensor_that_bends():
     cubic = MassSpringDamper().with_effects(bent["cubic_displacement"]()).with_values(**{"sensor_nonlinearity.cubic_gain": 0.5})
     assert cubic.table["sensor_nonlinearity.reference"].unit == "m"
     rates, outputs = cubic.derivatives(np.array([0.1, 3.0]), np.zeros(1))
-    shown = outputs[cubic.outputs.index("displacement_shown")]
-    assert shown == pytest.approx(0.1 * (1 + 0.5 * 0.25))  # the spring feels 0.1
+    assert dict(zip(cubic.outputs, outputs, strict=True)) == pytest.approx(  # what is shown; the spring feels 0.1
+        {"displacement": 0.1, "velocity": 3.0, "displacement_shown": 0.1 * (1 + 0.5 * 0.25)})
     assert rates == pytest.approx([3.0, -400 * 0.1 - 2 * 3.0])
 
 
@@ -329,3 +329,22 @@ def test_recordings_that_cannot_be_used_are_refused(tmp_path, capsys):
     write_recording(short, tmp_path / "short.csv")
     refused(str(tmp_path / "short.csv"), "--component", "driven_joint", expected="too few")
     refused(fit, "--component", str(tmp_path / "mine.py:Thing"), expected="no such file")
+
+
+def test_noise_is_taken_beside_the_next_fit_where_the_best_can_be_simulated_from_nowhere_else(monkeypatch):
+    t = np.arange(0, 10, 0.01)
+    rng = np.random.default_rng(6)
+    columns = {"torque": np.sin(7 * t), "angle": 0.05 * np.sin(7 * t + 0.3) + 1e-4 * rng.standard_normal(len(t))}
+    test = component_test(DrivenJoint(inertia=0.1, stiffness=10.0, damping=0.1), list(columns))
+    run = prepare_sampled(Recording("run", t, columns, {"torque": "N.m", "angle": "rad"}), test)
+    base = any_component.begin(FreeStart(test), [run])
+    beside = FreeStart.with_noise_beside
+
+    def only_the_base(model, run, q):
+        if model.effects:
+            raise InputError("the simulation diverges")
+        return beside(model, run, q)
+
+    monkeypatch.setattr(FreeStart, "with_noise_beside", only_the_base)
+    ready = any_component._beside_the_best(base, laws_at(test.component, 0.35, {"torque": 1.0}, {"angle": 0.05}))
+    assert [r.name for r in ready] == ["run"]

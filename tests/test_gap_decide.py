@@ -66,7 +66,7 @@ def test_what_held_out_runs_refute_leaves_room_for_the_rest(coupled, monkeypatch
 def test_of_a_pair_that_is_refuted_one_effect_may_stand_alone(coupled, monkeypatch):
     """Where a wrong pair wins at first (here the only one), the single effects are heard again."""
 
-    def drifts(best, first, library, share, so_far):
+    def drifts(best, first, library, second, so_far):
         one, friction = (next(c for c in one_each(first) if c.family == family) for family in ("drift", "coulomb_friction"))
         model = one.fit.model.joined_by(friction.effect)
         together = fit(model, one.fit.runs, model.start())

@@ -117,13 +117,13 @@ class PredictorModel(LinearModel):
         if not count:
             return here, (Discrete(*(np.zeros((0, *m.shape)) for m in made.parts)), np.zeros((0, *K.shape)), np.zeros((0, *unsure.shape)))
         parts = [(getattr(driven, n), getattr(slopes, n)) for n in ("A", "B", "C", "D", "W")]
-        felt = np.max([np.abs(change).max(axis=(1, 2, 3)) / max(np.abs(here).max(), 1e-300) for here, change in parts if here.size], axis=0)
+        felt = np.max([np.abs(change).max(axis=(1, 2, 3)) / max(np.abs(value).max(), 1e-300) for value, change in parts if value.size], axis=0)
         scale = NUDGE / np.maximum(np.maximum(felt, np.abs(by_noise).max(axis=1)), 1e-12)
         moved_noise = np.repeat(noise + scale[:, None] * by_noise, grid, axis=0)
-        flat = Driven(*((here + scale.reshape(-1, 1, 1, 1) * change).reshape(count * grid, *here.shape[1:]) for here, change in parts))
+        flat = Driven(*((value + scale.reshape(-1, 1, 1, 1) * change).reshape(count * grid, *value.shape[1:]) for value, change in parts))
         moved, gains, less_sure = self._with_gains(run, flat, moved_noise)
-        changes = [(m.reshape(count, *here.shape) - here) / scale.reshape(-1, *(1,) * here.ndim)
-                   for m, here in zip((*moved.parts, gains, less_sure), (*made.parts, K, unsure), strict=True)]  # fmt: skip
+        changes = [(other.reshape(count, *value.shape) - value) / scale.reshape(-1, *(1,) * value.ndim)
+                   for other, value in zip((*moved.parts, gains, less_sure), (*made.parts, K, unsure), strict=True)]  # fmt: skip
         return here, (Discrete(*changes[:-2]), changes[-2], changes[-1])
 
     def _with_gains(self, run: PredictedRun, driven: Driven, noise: np.ndarray) -> Filter:
