@@ -4,41 +4,25 @@ import json
 
 import numpy as np
 import pytest
-from simulators.hidden_mechanisms import excitation, resistance, sensed, simulate
+from simulators.hidden_joint import JOINT, joint_run
+from simulators.hidden_mechanisms import excitation, resistance, simulate
 
 from benchmarks import gap_generic
 from fmus.effects.places import laws_at
 from fmus.errors import InputError
 from fmus.mechanisms import DrivenJoint, MassSpringDamper, Pendulum, TwoMass, mechanisms
 from fmus.resisted import Resisted
-from identification.gap.data.blocks import blocks_of
-from identification.gap.data.flexible import noise_density
-from identification.gap.data.noise_sources import known_noise
 from identification.gap.data.sampled import prepare_sampled
-from identification.gap.data.told import motion_functions
-from identification.gap.models.free_start import FreeStart
 from identification.gap.naming import any_component
 from identification.gap.naming.any_component import investigate
 from identification.gap.naming.common_factor import common_factor
 from identification.gap.naming.fitting import parameters_of
 from identification.gap.stands.component_test import component_test
 from identification.recordings import Recording, write_recording
-from identification.sampling import white_noise
 from scenarios import names
 from scenarios.command_line import main
 
-JOINT = {"J": 0.08, "k": 14.0, "c": 0.12, "sliding": 1e-3}
 KEYS = {"verdict", "effects", "tied", "closest", "candidates", "where", "gap", "next_experiment", "model", "fmu", "limitations", "noise_source"}
-
-
-def joint_run(hidden, kind="multisine", seed=0, duration=10.0, rate=100.0, noise=2e-3, name="run", start=(0.0, 0.0)):
-    """A recording of a joint that hides something: about 30 periods of 2.1 Hz."""
-    rng = np.random.default_rng(seed)
-    time = np.arange(0, duration, 1 / rate)
-    drive = excitation(kind, rng, duration, 4.0, 2.0)
-    motion, torque = simulate(JOINT, hidden, drive, time, start)
-    columns = {"torque": torque, "angle": sensed(hidden, motion[:, 0]) + noise * rng.standard_normal(len(time))}
-    return Recording(name, time, columns, {"torque": "N.m", "angle": "rad"})
 
 
 def asked(component, recordings, **more):
@@ -47,70 +31,6 @@ def asked(component, recordings, **more):
 
 
 # Parts --------------------------------------------------------------------------------------------
-
-
-def test_cosines_of_blocks_are_orthonormal():
-    blocks = blocks_of([(0, 700), (700, 1000)], 2, 100.0, 50.0)
-    y = np.random.default_rng(0).standard_normal((1000, 2))
-    assert np.linalg.norm(blocks.reduce(y)) == pytest.approx(np.linalg.norm(y), rel=1e-12)
-    assert len(blocks.columns) == len(blocks.reduce(y))
-    assert blocks.reduce(y[700:], 1, 700) == pytest.approx(blocks.reduce(y)[-600:])
-
-
-def test_noise_is_found_beside_what_features_explain():
-    rng = np.random.default_rng(1)
-    u = rng.standard_normal(4000)
-    filtered = np.convolve(u, [0.2, 0.5, -0.3, 0.1], "same") + 0.5 * np.convolve(u**3, [0.3, 0.7], "same")
-    noise = 0.1 * rng.standard_normal(4000)
-    density = noise_density(filtered + noise, [u, u**3], 100.0)
-    # 2000 frequencies less a third for the terms: the density scatters by 3 %, and a filter is no polynomial in a band
-    assert density(np.array([2.0, 20.0, 45.0])) == pytest.approx(0.01, rel=0.15)
-
-
-def test_white_noise_in_a_smooth_signal_with_kinks():
-    time = np.arange(0, 20, 0.01)
-    y = np.abs(np.sin(2 * np.pi * time)) + 0.01 * np.random.default_rng(2).standard_normal(len(time))
-    assert white_noise(y) == pytest.approx(0.01, rel=0.1)  # 2000 differences: 3 %
-
-
-def test_an_imposed_motion_is_differentiated_twice():
-    time = np.arange(0, 20, 0.005)
-    angle = 0.1 * np.sin(2 * np.pi * 2 * time) + 0.05 * np.sin(2 * np.pi * 3.3 * time)
-    exact = -0.1 * (4 * np.pi) ** 2 * np.sin(4 * np.pi * time) - 0.05 * (6.6 * np.pi) ** 2 * np.sin(6.6 * np.pi * time)
-    noisy = angle + 1e-5 * np.random.default_rng(3).standard_normal(len(time))
-    found = motion_functions(time, noisy, "rate")["der(rate)"](time)
-    inside = slice(200, -200)
-    # Differences of the samples themselves would be off by 1e-5 * sqrt(6) / 0.005^2 = 1 rad/s2
-    assert np.std(found[inside] - exact[inside]) < 0.01 * np.std(exact)
-
-
-def test_repeated_periods_give_the_noise():
-    rng = np.random.default_rng(4)
-    time = np.arange(0, 24, 0.01)
-    drive = np.cos(2 * np.pi * 0.5 * time) + np.cos(2 * np.pi * 1.5 * time + 1)
-    angle = 0.1 * np.cos(2 * np.pi * 0.5 * time - 0.3) + 0.01 * rng.standard_normal(len(time))
-    recording = Recording("periodic", time, {"torque": drive, "angle": angle}, {"torque": "N.m", "angle": "rad"})
-    test = component_test(DrivenJoint(), list(recording.columns))
-    (run,) = known_noise([prepare_sampled(recording, test)], {})
-    assert run.noise_source == "repeats"
-    assert run.densities[0](np.array([1.0])) == pytest.approx(1e-4, rel=0.2)  # 1000 frequencies, in bands
-    (run,) = known_noise([run], {"angle": 0.02})
-    assert run.noise_source == "given"
-    assert run.deviation == pytest.approx(0.02)
-
-
-def test_slopes_of_the_reduced_output_with_the_initial_states_taken_out():
-    run_ = joint_run({}, duration=6.0)
-    test = component_test(DrivenJoint(inertia=0.09, stiffness=13.0, damping=0.15), list(run_.columns))
-    run, model = prepare_sampled(run_, test), FreeStart(test)
-    q = model.start()
-    z, slopes = model.reduced(run, q)
-    residual = z - run.data / run.deviation
-    for i in range(len(q)):
-        step = np.eye(len(q))[i] * 1e-5
-        up, down = (model.reduced(run, q + s)[0] - run.data / run.deviation for s in (step, -step))
-        # Variable projection gives the slope of chi-square exactly, that of single residuals but for second-order terms
-        assert 2 * residual @ slopes[:, i] == pytest.approx((up @ up - down @ down) / 2e-5, rel=1e-3, abs=1.0)
 
 
 @pytest.mark.parametrize("name", ["mass_spring_damper", "driven_joint", "pendulum", "two_mass"])
@@ -162,6 +82,7 @@ def test_a_component_without_elements_gets_a_place_for_laws():
 @pytest.mark.parametrize(("hidden", "kind", "component", "family"), [
     ({"friction": 0.3}, "multisine", DrivenJoint(), "coulomb_friction"),
     ({"hardening": 40.0}, "random", DrivenJoint(), "hardening_stiffness"),
+    ({"hysteresis": (0.8, 0.03)}, "chirp", DrivenJoint(), "hysteresis"),
     ({"sine": 1.0}, "decay", Pendulum(), "geometric_nonlinearity"),
     ({"clip": 2.5}, "random", DrivenJoint(), "saturation"),
     ({"sensor": 0.2}, "multisine", DrivenJoint(), "sensor_nonlinearity"),
@@ -252,7 +173,7 @@ def test_the_command_writes_verdict_model_fmu_and_report(tmp_path, capsys):
 def test_an_interrupted_run_leaves_what_it_had(tmp_path, monkeypatch, capsys):
     fit, _ = files(tmp_path, {})
 
-    def interrupted(*_):
+    def interrupted(*_, **__):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(any_component, "decide", interrupted)
@@ -329,22 +250,3 @@ def test_recordings_that_cannot_be_used_are_refused(tmp_path, capsys):
     write_recording(short, tmp_path / "short.csv")
     refused(str(tmp_path / "short.csv"), "--component", "driven_joint", expected="too few")
     refused(fit, "--component", str(tmp_path / "mine.py:Thing"), expected="no such file")
-
-
-def test_noise_is_taken_beside_the_next_fit_where_the_best_can_be_simulated_from_nowhere_else(monkeypatch):
-    t = np.arange(0, 10, 0.01)
-    rng = np.random.default_rng(6)
-    columns = {"torque": np.sin(7 * t), "angle": 0.05 * np.sin(7 * t + 0.3) + 1e-4 * rng.standard_normal(len(t))}
-    test = component_test(DrivenJoint(inertia=0.1, stiffness=10.0, damping=0.1), list(columns))
-    run = prepare_sampled(Recording("run", t, columns, {"torque": "N.m", "angle": "rad"}), test)
-    base = any_component.begin(FreeStart(test), [run])
-    beside = FreeStart.with_noise_beside
-
-    def only_the_base(model, run, q):
-        if model.effects:
-            raise InputError("the simulation diverges")
-        return beside(model, run, q)
-
-    monkeypatch.setattr(FreeStart, "with_noise_beside", only_the_base)
-    ready = any_component._beside_the_best(base, laws_at(test.component, 0.35, {"torque": 1.0}, {"angle": 0.05}))
-    assert [r.name for r in ready] == ["run"]

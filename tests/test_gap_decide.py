@@ -56,7 +56,7 @@ def coupled():
 def test_what_held_out_runs_refute_leaves_room_for_the_rest(coupled, monkeypatch):
     """Where the wrong family wins at first (here it alone is heard), it does not come back, and another may."""
     heard = lambda library: [e for e in library if e.family == "drift"] or library  # noqa: E731
-    monkeypatch.setattr("identification.gap.naming.decide.compete", lambda base, effects: compete(base, heard(effects)))
+    monkeypatch.setattr("identification.gap.naming.decide.compete", lambda base, effects, **more: compete(base, heard(effects), **more))
     verdict = decide(Model(rig_test(RIG)), coupled[:1], library("drift", "cross_inertia"), coupled[1:])
     assert (verdict.verdict, [c.family for c in verdict.effects]) == ("named", ["cross_inertia"])
     assert verdict.refuted == ["drift"]
@@ -66,7 +66,7 @@ def test_what_held_out_runs_refute_leaves_room_for_the_rest(coupled, monkeypatch
 def test_of_a_pair_that_is_refuted_one_effect_may_stand_alone(coupled, monkeypatch):
     """Where a wrong pair wins at first (here the only one), the single effects are heard again."""
 
-    def drifts(best, first, library, second, so_far):
+    def drifts(best, first, *_):
         one, friction = (next(c for c in one_each(first) if c.family == family) for family in ("drift", "coulomb_friction"))
         model = one.fit.model.joined_by(friction.effect)
         together = fit(model, one.fit.runs, model.start())

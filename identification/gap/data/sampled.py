@@ -4,7 +4,7 @@ Nothing is asked of the excitation. The run is cut into segments of a few period
 long ones small errors add up to lost phase, a fit then has many minima, and what is unstable cannot be simulated at all.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
@@ -18,7 +18,15 @@ from scipy.signal import decimate
 from fmus.errors import InputError
 from identification.gap.data.blocks import Blocks, blocks_of
 from identification.gap.data.flexible import Density
-from identification.gap.data.told import KINDS, NOISELESS, Told, highest_frequency, input_function, motion_functions
+from identification.gap.data.told import (
+    CLEAR,
+    KINDS,
+    NOISELESS,
+    Told,
+    highest_frequency,
+    input_function,
+    motion_functions,
+)
 from identification.gap.stands.component_test import ComponentTest
 from identification.recordings import Recording
 from identification.sampling import LEAST_SIGNAL, uniform, white_noise
@@ -55,7 +63,7 @@ class Sampled:
     noise_rests_on_a_model: bool = False
     kind: str = KINDS[0]  # how the inputs are joined between their samples
     unsure: np.ndarray | None = None  # (m,) variance that comes with what the inputs do between their samples
-    guess: dict[Any, Any] = field(default_factory=dict)
+    guess: dict[Any, dict[str, Any]] = field(default_factory=dict)  # where simulations of it begin, by segment, and by model and segment
 
     @property
     def name(self) -> str:
@@ -100,6 +108,10 @@ class Sampled:
         """The run told the imposed motion without its noise; itself where nothing is imposed."""
         return self.with_told(NOISELESS) if self.test.imposed else self
 
+    def remembering(self, guess: Mapping[Any, Any]) -> "Sampled":
+        """The run with another memory of what it was simulated from."""
+        return replace(self, guess={key: dict(known) for key, known in guess.items()})
+
     def scaled(self, factor: float) -> "Sampled":
         """The run as it would be with its excitation times a factor, if the component were linear."""
         measured = factor * self.measured
@@ -117,10 +129,13 @@ class Sampled:
 
     @property
     def middle_frequency(self) -> float:
-        """The power-weighted mean frequency [Hz] of the first output's changes."""
+        """The power-weighted mean frequency [Hz] of the first output's changes, as far as they stand clear of its noise."""
         change = np.diff(self.measured[:, 0])
-        power = np.abs(np.fft.rfft(change * np.hanning(len(change)))) ** 2
-        return max(float(np.sum(power * np.fft.rfftfreq(len(change), 1 / self.recording.rate)) / np.sum(power)), 2 / self.duration)
+        window = np.hanning(len(change))
+        power, cycles = np.abs(np.fft.rfft(change * window)) ** 2, np.fft.rfftfreq(len(change))
+        noise = white_noise(self.measured[:, 0]) ** 2 * np.sum(window**2) * (2 - 2 * np.cos(2 * np.pi * cycles))
+        clear = power > CLEAR * noise
+        return max(float(np.sum(power[clear] * cycles[clear]) / max(np.sum(power[clear]), 1e-300)) * self.recording.rate, 2 / self.duration)
 
     @property
     def reduction_band(self) -> float:

@@ -10,7 +10,7 @@ Source: Golub, Pereyra, Inverse Problems 19 (2003) R1-R26; Bock's multiple shoot
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -26,14 +26,33 @@ from identification.gap.models.model import Model
 from identification.gap.models.simulate import Motion, Trajectory, simulate
 
 STEPS = 6
+SHORTER = 0.25  # of a step that led to worse initial states
 SETTLED = 0.02  # of chi-square that a further step of the initial states would gain
 SHARE = 1e-5  # of what is left, at which they are known well enough
 RANK = 1e-7
 OFFSET = 64  # samples of a segment, from which a sensor's offset is taken out as well
 MICRO = 1e-4  # s: the step by which a lag is varied for its slope
-LOST = 10.0  # times the noise, or what was missed last, in power: where more is, other initial states are tried
+LOST = 10.0  # times what was missed last (first: the noise), or would be at rest, in power: where more is, other initial states are tried
 GROWING, SHORTEST = 3, 16  # steps of growing initial states, samples over which they begin
 PIECE, SMALLEST_PIECE = 128, 1  # steps of a piece, where a trajectory is found piece by piece
+
+
+@dataclass(frozen=True)
+class _Begun:
+    """A segment from initial states x (nx,): what is left (m,) in units of the noise, its slopes (m, np), and what the unknowns take out of both.
+
+    step (nx,) leads to better initial states and would gain so much of chi2, which has the offsets taken out; rest is what would be left.
+    """
+
+    x: np.ndarray
+    outputs: np.ndarray
+    left: np.ndarray
+    slopes: np.ndarray
+    taken: np.ndarray  # (m, unknowns), orthonormal
+    step: np.ndarray
+    gain: float
+    chi2: float
+    rest: float
 
 
 class FreeStart(Model):
@@ -80,13 +99,15 @@ class FreeStart(Model):
     def traced(self, run: Sampled, q: np.ndarray) -> tuple[np.ndarray, list[np.ndarray], list[np.ndarray], list[np.ndarray]]:
         """Residuals (n, outputs), deflections and rates of the elements, and what is told and modelled, over the segments (n,).
 
-        The noise of an imposed motion is in the residuals alone.
+        The noise of an imposed motion is in the residuals alone. Raises InputError where the run cannot be simulated.
         """
         self.reduced(run, q)  # finds the initial states
         values = self.values(q) | dict.fromkeys(self.durations, run.duration)
         residuals, signals = [], []
         for index, (first, last) in enumerate(run.segments):
-            initial = run.guess[self.effects, index]["initial"]
+            if (*self.own, index) not in run.guess:
+                raise InputError(f"{self.component.name}: no initial states were found from which {run.name} is simulated")
+            initial = run.guess[(*self.own, index)]["initial"]
             left = run.measured[first:last] - self._simulated(run, index, values, initial).outputs
             residuals.append(left - left.mean(axis=0))
             made, time = self._simulated(run.noiseless, index, values, initial), run.recording.time[first:last]
@@ -108,9 +129,11 @@ class FreeStart(Model):
 
     def _solved(self, run: Sampled, index: int, values: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
         """One segment from the initial states that this model had last, or another; where they lead astray, from grown ones."""
-        own, found = run.guess.get((self.effects, index)), None
-        known = own["initial"] if own else run.guess.get(index, {}).get("initial")
-        usual = LOST * own["missed"] if own else LOST * float(np.mean(run.deviation[self._rows(run, index)] ** 2))
+        own, found, rows = run.guess.get((*self.own, index)), None, self._rows(run, index)
+        last = own or run.guess.get(index, {})
+        known = last.get("initial")
+        noise, at_rest = (float(np.mean(x[rows] ** 2)) for x in (run.deviation, run.data))
+        usual = LOST * min(last.get("missed", noise), at_rest)
         if known is not None:
             with suppress(InputError):
                 found = self._segment(run, index, values, known)
@@ -122,9 +145,9 @@ class FreeStart(Model):
                 if found is None:
                     raise
         z, slopes, missed, initial = found
-        if own is None or missed < usual:  # else it is a step too far, and no place to begin from
-            run.guess[self.effects, index] = {"initial": initial, "missed": missed}
-        run.guess.setdefault(index, {})["initial"] = initial
+        if missed < (usual if own else LOST * at_rest):  # else it is a step too far, and no place to begin from
+            run.guess[(*self.own, index)] = {"initial": initial, "missed": missed}
+            run.guess.setdefault(index, {}).update(run.guess[(*self.own, index)])
         return z, slopes
 
     def _grown(self, run: Sampled, index: int, values: Mapping[str, float]) -> dict[str, float]:
@@ -143,42 +166,49 @@ class FreeStart(Model):
     def _segment(self, run: Sampled, index: int, values: Mapping[str, float],
                  initial: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray, float, dict[str, float]]:  # fmt: skip
         """Reduced output and slopes of one segment, the mean square that is missed, and the initial states found from a guess."""
-        first, last = run.segments[index]
-        here = self._rows(run, index)
-        deviation, data = run.deviation[here, None], run.data[here] / run.deviation[here]
-        names = self.equations.states
-        x = np.array([initial.get(n, 0.0) for n in names])
-        offset = np.broadcast_to(np.eye(run.measured.shape[1]), (last - first, *np.eye(run.measured.shape[1]).shape))
-        if last - first < OFFSET:
-            offset = offset[:, :, :0]
+        rows, names = self._rows(run, index), self.equations.states
+        best = self._from(run, index, values, np.array([initial.get(n, 0.0) for n in names]))
+        step = best.step
         for _ in range(STEPS):
-            made = self._simulated(run, index, values, dict(zip(names, x, strict=True)))
-            stack = np.concatenate([made.outputs[:, :, None], made.initial_slopes, offset, made.slopes], axis=2)
-            z = run.reduction.reduce(stack, index, first) / deviation
-            left, tangent = z[:, 0] - data, z[:, 1 : 1 + len(x) + offset.shape[2]]
-            u, size, vt = np.linalg.svd(tangent, full_matrices=False)
-            kept = size > RANK * size.max(initial=1e-300)
-            u = u[:, kept]
-            pull = u.T @ left
-            rest = float(left @ left - pull @ pull)
-            if not len(x):
+            if best.gain < SETTLED + SHARE * best.rest:
                 break
-            step = -(vt[kept].T @ (pull / size[kept]))[: len(x)]
-            gain = float(np.sum((tangent[:, : len(x)] @ step) ** 2))
-            if gain < SETTLED + SHARE * rest:
-                break
-            x = x + step
-        slopes = z[:, 1 + tangent.shape[1] :]
-        full = np.zeros((len(data), len(self.names)))
-        full[:, [self.names.index(n) for n in self.equations.parameters]] = slopes
-        found = dict(zip(names, x, strict=True))
+            try:
+                other = self._from(run, index, values, best.x + step)
+            except InputError:  # it leads astray
+                other = None
+            if other is None or not other.chi2 < best.chi2:
+                step = SHORTER * step
+            else:
+                best, step = other, other.step
+        full = np.zeros((len(rows), len(self.names)))
+        full[:, [self.names.index(n) for n in self.equations.parameters]] = best.slopes
+        found = dict(zip(names, best.x.tolist(), strict=True))
         for name in self.lags:
             later = self._simulated(run, index, {**values, name: values[name] + MICRO}, found)
-            change = (later.outputs - made.outputs)[:, :, None] / MICRO
-            full[:, self.names.index(name)] = (run.reduction.reduce(change, index, first) / deviation)[:, 0]
+            change = (later.outputs - best.outputs)[:, :, None] / MICRO
+            full[:, self.names.index(name)] = run.reduction.reduce(change, index, run.segments[index][0])[:, 0] / run.deviation[rows]
         full[:, : len(self.base)] *= [values[n] for n in self.base]
-        missed = float(np.mean(((left - u @ pull) * deviation[:, 0]) ** 2))
-        return data + left - u @ pull, full - u @ (u.T @ full), missed, found
+        left = best.left - best.taken @ (best.taken.T @ best.left)
+        missed = float(np.mean((left * run.deviation[rows]) ** 2))
+        return run.data[rows] / run.deviation[rows] + left, full - best.taken @ (best.taken.T @ full), missed, found
+
+    def _from(self, run: Sampled, index: int, values: Mapping[str, float], x: np.ndarray) -> "_Begun":
+        """One segment from initial states (nx,), with the step to better ones."""
+        first, last = run.segments[index]
+        rows = self._rows(run, index)
+        made = self._simulated(run, index, values, dict(zip(self.equations.states, x, strict=True)))
+        count = run.measured.shape[1] if last - first >= OFFSET else 0
+        offset = np.broadcast_to(np.eye(run.measured.shape[1])[:, :count], (last - first, run.measured.shape[1], count))
+        stack = np.concatenate([made.outputs[:, :, None], made.initial_slopes, offset, made.slopes], axis=2)
+        z = run.reduction.reduce(stack, index, first) / run.deviation[rows, None]
+        left, tangent, slopes = z[:, 0] - run.data[rows] / run.deviation[rows], z[:, 1 : 1 + len(x) + count], z[:, 1 + len(x) + count :]
+        u, size, vt = np.linalg.svd(tangent, full_matrices=False)
+        kept = size > RANK * size.max(initial=1e-300)
+        u, pull = u[:, kept], u[:, kept].T @ left
+        step = -(vt[kept].T @ (pull / size[kept]))[: len(x)]
+        gain = float(np.sum((tangent[:, : len(x)] @ step) ** 2))
+        offsets = np.linalg.qr(tangent[:, len(x) :])[0].T @ left
+        return _Begun(x, made.outputs, left, slopes, u, step, gain, float(left @ left - offsets @ offsets), float(left @ left - pull @ pull))
 
     def _simulated(self, run: Sampled, index: int, values: Mapping[str, float], initial: Mapping[str, float], length: int = 0) -> Trajectory:
         """One segment, or so many of its samples, from initial states by name; outputs and slopes at the samples, states at every step."""

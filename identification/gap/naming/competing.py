@@ -1,14 +1,16 @@
 """The effects of a library against each other on top of a fit: screened, the leaders fitted, the best first."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from fmus.effects import Effect
 from fmus.errors import InputError
 from identification.gap.models.model import AnyModel
-from identification.gap.naming.fitting import Fit, fit, with_all_felt
+from identification.gap.naming.fitting import Fit, fit, memories, remembering, with_all_felt
 from identification.gap.naming.parallel import spread
 from identification.gap.naming.screening import Signature, screen
 
@@ -48,6 +50,17 @@ class Candidate:
         return self.effect in self.fit.model.effects
 
 
+@dataclass(frozen=True)
+class _Answer:
+    """What of a fit can travel between processes."""
+
+    x: np.ndarray
+    chi2: float
+    residuals: np.ndarray
+    jacobian: np.ndarray
+    memories: list[Any]
+
+
 def adequate(found: Fit) -> bool:
     """Whether noise alone explains what is left."""
     return found.reduced < reduced_by_noise(found)
@@ -59,12 +72,13 @@ def reduced_by_noise(found: Fit) -> float:
 
 
 def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS, least: float = SIGNIFICANT, others: bool = True,
-            beat: float = np.inf) -> list[Candidate]:  # fmt: skip
+            beat: float = np.inf, known: Sequence[Fit] = ()) -> list[Candidate]:  # fmt: skip
     """The candidates on top of a fit, the best first and fitted ones before others.
 
     All are screened, the leading families are fitted (the others too, unless told not to) as far as they promise to be rivals, and
     those that come out best in all their forms. Nothing is fitted where the screening promises far less chi-square than `least`,
-    and fits that creep far above the chi-square `beat` end where they are.
+    and fits that creep far above the chi-square `beat` end where they are. `known` are fits from elsewhere (with another noise):
+    what they and other forms of a family found is where a fit begins.
     """
     present = {e.family for e in found.model.effects}
     by_family: dict[str, list[type[Effect]]] = {}
@@ -77,15 +91,16 @@ def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS,
     top = max((s.gain for s in seen), default=0.0)
     if top < max(SIGNIFICANT / 2, FAR_LESS * least):
         return _ranked(_unfitted(found, s) for s in seen)
-    candidates: list[Candidate] = []
+    candidates = _fitted(found, screen(found, _leading(found, known), keep=1), [], beat, known)
+    led = {c.effect for c in candidates}
     waves = (order[:1], order[1:3], order[3:leaders], order[leaders:] if others else [])
     for wave in waves:  # what the first ones gain decides which others are worth a fit
         enough = max((c.delta_chi2 for c in candidates if c.fitted and adequate(c.fit)), default=0.0)
-        of_each = (sorted((s for s in seen if s.effect.family == name), key=lambda s: -s.gain)[:STARTS] for name in wave)
+        of_each = (sorted((s for s in seen if s.effect.family == name and s.effect not in led), key=lambda s: -s.gain)[:STARTS] for name in wave)
         mine = [signatures for signatures in of_each if signatures]  # none where the effect cannot join
         floor, rival = max(SIGNIFICANT / 2, (RIVAL if wave is waves[-1] else 0.02) * top), RIVAL * enough
         worth = [[s for s in signatures if s.gain >= max(floor, rival if s.effect.shapes() else PLAIN * rival)] for signatures in mine]
-        candidates += _fitted(found, [s for signatures in worth for s in signatures], candidates, beat)
+        candidates += _fitted(found, [s for signatures in worth for s in signatures], candidates, beat, known)
         candidates += [_unfitted(found, signatures[0]) for signatures, fitted in zip(mine, worth, strict=True) if not fitted]
     rest = set(order).difference(*waves)
     candidates = _ranked([*candidates, *(_unfitted(found, s) for s in seen if s.effect.family in rest)])
@@ -96,12 +111,18 @@ def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS,
     best, reach = candidates[0], BEHIND if adequate(candidates[0].fit) else np.inf
     near |= {c.family for c in one_each(candidates)[:4] if c.delta_bic > max(SIGNIFICANT, NEAR * best.delta_bic, best.delta_bic - reach)}
     for flexible in (False, True):  # a curve of its own only where no plain form fits
-        known = {c.effect for c in candidates if c.effect in c.fit.model.effects}
-        more = [form for name in families if name in near for form in families[name] if form.flexible == flexible and form not in known]
-        candidates = _ranked([*candidates, *_fitted(found, screen(found, more, keep=1), candidates, beat)])
+        tried = {c.effect for c in candidates if c.fitted}
+        more = [form for name in families if name in near for form in families[name] if form.flexible == flexible and form not in tried]
+        candidates = _ranked([*candidates, *_fitted(found, screen(found, more, keep=1), candidates, beat, known)])
         if adequate(candidates[0].fit):
             break
     return candidates
+
+
+def _leading(found: Fit, known: Sequence[Fit]) -> list[type[Effect]]:
+    """The effect that the first of the known fits has beyond this one, if that is one: what it reaches spares others a long way."""
+    beyond = [set(other.model.effects) - set(found.model.effects) for other in known if set(other.model.effects) > set(found.model.effects)]
+    return [effect for effects in beyond[:1] if len(effects) == 1 for effect in effects]
 
 
 def _plain(forms: Sequence[type[Effect]]) -> list[type[Effect]]:
@@ -117,37 +138,64 @@ def _ranked(candidates: Iterable[Candidate]) -> list[Candidate]:
     return sorted(candidates, key=lambda c: (not c.fitted, -c.delta_bic))
 
 
-def _fitted(found: Fit, signatures: Sequence[Signature], known: Sequence[Candidate], beat: float) -> list[Candidate]:
-    """The candidates of these signatures, as far as they have a chance beside what is known."""
-    beat = min((beat, *(c.fit.chi2 for c in known if c.fitted and adequate(c.fit)))) + CLEAR
-    answers = spread(lambda signature: _best_fit(found, signature, beat), signatures, "fitting effects")
+def _fitted(found: Fit, signatures: Sequence[Signature], so_far: Sequence[Candidate], beat: float, known: Sequence[Fit]) -> list[Candidate]:
+    """The candidates of these signatures, as far as they have a chance beside those so far."""
+    beat = min((beat, *(c.fit.chi2 for c in so_far if c.fitted and adequate(c.fit)))) + CLEAR
+    known = [*sorted((c.fit for c in so_far if c.fitted), key=lambda other: other.chi2), *known]
+    answers = spread(lambda signature: _best_fit(found, signature, beat, known), signatures, "fitting effects")
     candidates = []
     for signature, answer in zip(signatures, answers, strict=True):
-        if answer is None or answer[1] > found.chi2:  # nothing near its start can be simulated, or it leads nowhere
+        if answer is None or answer.chi2 > found.chi2:  # nothing near its start can be simulated, or it leads nowhere
             candidates.append(_unfitted(found, signature))
         else:
-            candidates.append(_candidate(found, signature.effect, Fit(found.model.joined_by(signature.effect), found.runs, *answer, found.count)))
+            model, runs = found.model.joined_by(signature.effect), remembering(found.runs, answer.memories)
+            fitted = Fit(model, runs, answer.x, answer.chi2, answer.residuals, answer.jacobian, found.count)
+            candidates.append(_candidate(found, signature.effect, fitted))
     return candidates
 
 
-def _best_fit(found: Fit, signature: Signature, beat: float) -> tuple[np.ndarray, float, np.ndarray, np.ndarray] | None:
-    """x, chi-square, residuals and their slopes of the best fit; None where nothing can be simulated."""
+def _best_fit(found: Fit, signature: Signature, beat: float, known: Sequence[Fit]) -> _Answer | None:
+    """The best fit from several starts, the likeliest first; None where nothing can be simulated."""
     model = found.model.joined_by(signature.effect)
-    shared, base = len(found.model.names), with_all_felt(found)  # the base may have done away with what the effect needs
-    starts = [np.concatenate([base[:shared], own, base[shared:]]) for own in (signature.start, _smaller(model, signature))]
     far = found.reduced > FAR or bool(np.max(np.abs(found.residuals[found.count :]), initial=0.0) > STRAINED)
-    if far:  # a base that had to make up for so much may be no place to start from
-        starts.append(np.concatenate([model.start()[: len(model.base)], starts[0][len(model.base) : shared], signature.start]))
     best = None
-    for start in starts:
+    for start, kept, settled in _starts(found, model, signature, known, far):
         try:
-            fitted = fit(model, found.runs, start, beat=beat if best is None else min(beat, best.chi2))
+            fitted = fit(model, remembering(found.runs, kept), start, beat=beat if best is None else min(beat, best.chi2))
         except InputError:  # nothing near this start can be simulated
             continue
         best = fitted if best is None or fitted.chi2 < best.chi2 else best
-        if adequate(best) or (not far and found.chi2 - best.chi2 > PROMISED * signature.gain):
+        if adequate(best) or (not far and found.chi2 - best.chi2 > PROMISED * signature.gain) or (settled and fitted.chi2 > beat):
             break
-    return None if best is None else (best.x, best.chi2, best.residuals, best.jacobian)
+    if best is None or best.chi2 > found.chi2:
+        with suppress(InputError):
+            best = fit(model, found.runs, _without_size(found, model, signature), beat=beat)
+    return None if best is None else _Answer(best.x, best.chi2, best.residuals, best.jacobian, memories(best.runs))
+
+
+def _starts(found: Fit, model: AnyModel, signature: Signature, known: Sequence[Fit], far: bool) -> Iterator[tuple[np.ndarray, list[Any], bool]]:
+    """What to begin from, with the runs' memories: what the effect had elsewhere (which is settled), its signature, another form, the values given."""
+    shared, base, own = len(found.model.names), with_all_felt(found), signature.start  # the base may have done away with what the effect needs
+    first = np.concatenate([base[:shared], own, base[shared:]])
+    alike = [other for other in known if _families(other.model) == _families(model)]
+    same = [other for other in alike if set(other.model.effects) == set(model.effects)]
+    yield from ((_as_found(model, other, first), memories(other.runs), True) for other in same[:1])
+    yield first, memories(found.runs), False
+    yield np.concatenate([base[:shared], _smaller(model, signature), base[shared:]]), memories(found.runs), False
+    if not same:
+        yield from ((_as_found(model, other, first), memories(other.runs), False) for other in alike[:1])
+    if far:  # a base that had to make up for so much may be no place to start from
+        yield np.concatenate([model.start()[: len(model.base)], first[len(model.base) : shared], own]), memories(found.runs), False
+
+
+def _families(model: AnyModel) -> list[str]:
+    return sorted(effect.family for effect in model.effects)
+
+
+def _as_found(model: AnyModel, like: Fit, start: np.ndarray) -> np.ndarray:
+    """A start with what another form or another noise gave to parameters of the same names."""
+    values = dict(zip(like.model.names, like.x, strict=False))
+    return np.concatenate([[values.get(n, x) for n, x in zip(model.names, start, strict=False)], like.x[len(like.model.names) :]])
 
 
 def _smaller(model: AnyModel, signature: Signature) -> np.ndarray:
@@ -155,6 +203,15 @@ def _smaller(model: AnyModel, signature: Signature) -> np.ndarray:
     start, first = signature.start.copy(), len(model.own) - len(signature.start)
     start[[i - first for i in model.sizes if i >= first]] *= SMALLER
     return start
+
+
+def _without_size(found: Fit, model: AnyModel, signature: Signature) -> np.ndarray:
+    """The fit with an effect as small as it may be: from where a further fit can only gain, however short its first step."""
+    shared, own, before = len(found.model.names), signature.start.copy(), len(found.model.own)
+    for i in model.sizes:
+        if i >= before:
+            own[i - before] = max(model.rows[i].min, 0.0)
+    return np.concatenate([found.x[:shared], own, found.x[shared:]])
 
 
 def _unfitted(found: Fit, signature: Signature) -> Candidate:

@@ -18,7 +18,7 @@ from fmus.effects import Effect
 from fmus.errors import InputError
 from identification.gap.models.model import AnyModel, AnyRun
 from identification.gap.naming.competing import CLEAR, SIGNIFICANT, TIE, Candidate, adequate, best_of, compete, one_each
-from identification.gap.naming.fitting import Fit, fit
+from identification.gap.naming.fitting import Fit, fit, memories, remembering
 from identification.gap.naming.pairs import SECOND, Pair, pairs_of, plainest, sure
 from identification.gap.naming.showing import Closeness, on_holdout
 from identification.gap.naming.starting import fit_base
@@ -45,22 +45,24 @@ class Verdict:
 
 
 def decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effect]], holdout: Sequence[AnyRun] = (),
-           so_far: Callable[[Verdict], None] = lambda verdict: None, second: tuple[float, float] = SECOND) -> Verdict:  # fmt: skip
+           so_far: Callable[[Verdict], None] = lambda verdict: None, second: tuple[float, float] = SECOND,
+           known: Sequence[Fit] = ()) -> Verdict:  # fmt: skip
     """The verdict on runs, with a model of the base and the effects of a library; held-out runs can only take names back.
 
     Its fits rest on the noise that the best of them leaves. so_far is told, as unknown, what is known after the base, after
     the effects, and after each effect that was tried with a second one. second is the
-    dBIC that a second effect must gain, and its share of the first one's gain. Raises InputError where the base cannot be fitted.
+    dBIC that a second effect must gain, and its share of the first one's gain; known are fits with another noise, from which to begin.
+    Raises InputError where the base cannot be fitted.
     """
-    first = verdict = _checked(_decide(model, runs, library, so_far, second), holdout)
+    first = verdict = _checked(_decide(model, runs, library, so_far, second, known), holdout)
     refuted = list(verdict.refuted)
     while verdict.verdict == "unknown" and any(e.family in refuted for e in library):
         library = [e for e in library if e.family not in refuted]
-        verdict = _checked(_decide(model, runs, library, so_far, second), holdout)
+        verdict = _checked(_decide(model, runs, library, so_far, second, known), holdout)
         refuted += verdict.refuted
     verdict = replace(verdict if verdict.verdict in ("named", "tied") else first, refuted=refuted)
     try:
-        verdict.base, verdict.best = _quieter(verdict, runs)
+        verdict.base, verdict.best = _quieter(verdict)
         if holdout:
             on_holdout(verdict.best, holdout)
     except InputError:  # it was simulated on the way to it only: nothing may rest on that
@@ -68,24 +70,29 @@ def decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effec
     return verdict
 
 
-def _quieter(verdict: Verdict, runs: Sequence[AnyRun]) -> tuple[Fit, Fit]:
+def _quieter(verdict: Verdict) -> tuple[Fit, Fit]:
     """Base and best fitted to runs with the noise that the best leaves. Raises InputError where it cannot be simulated."""
     base, best = verdict.base, verdict.best
-    quiet = [best.model.with_noise_beside(run, best.of_run(i)) for i, run in enumerate(runs)]
+    quiet = [best.model.with_noise_beside(run, best.of_run(i)) for i, run in enumerate(best.runs)]
     again = fit(best.model, quiet, best.x)
-    return (again, again) if best is base else (fit(base.model, quiet, base.x), again)
+    if best is base:
+        return again, again
+    base = fit(base.model, remembering(quiet, memories(base.runs)), base.x)
+    if again.chi2 > base.chi2:
+        raise InputError(f"{best.model.component.name}: the simulation lost its way")
+    return base, again
 
 
 def _decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effect]], so_far: Callable[[Verdict], None],
-            second: tuple[float, float]) -> Verdict:  # fmt: skip
+            second: tuple[float, float], known: Sequence[Fit]) -> Verdict:  # fmt: skip
     base = fit_base(model, runs)
     so_far(Verdict("unknown", base, base))
-    first = compete(base, library)
+    first = compete(base, library, known=known)
     best = best_of(first)
     if best is None or best.delta_bic < SIGNIFICANT:
         return Verdict("none" if adequate(base) else "unknown", base, base, candidates=first)
     so_far(Verdict("unknown", base, best.fit, candidates=first))
-    pairs = pairs_of(best, first, library, second, lambda leading: so_far(Verdict("unknown", base, leading.second.fit, candidates=first)))
+    pairs = pairs_of(best, first, library, second, lambda leading: so_far(Verdict("unknown", base, leading.second.fit, candidates=first)), known)
     if pairs and sure(pairs):
         return _of_pairs(base, pairs, first, library)
     return _of_one(base, first)

@@ -87,6 +87,16 @@ def deviating(stand: AnyStand) -> list[int]:
     return [i for i, f in enumerate(stand.free) if f.spread > 0]
 
 
+def memories(runs: Sequence[Any]) -> list[Any]:
+    """What every run keeps of where its simulations begin, as plain data; None where it keeps nothing."""
+    return [getattr(run, "guess", None) for run in runs]
+
+
+def remembering(runs: Sequence[Any], kept: Sequence[Any]) -> list[Any]:
+    """The runs with such memories, copied: what is tried with one leaves no trace in another."""
+    return [run if memory is None else run.remembering(memory) for run, memory in zip(runs, kept, strict=True)]
+
+
 def _vector(x: np.ndarray, model: AnyModel, index: int) -> np.ndarray:
     moved = deviating(model.stand)
     shared = len(model.names)
@@ -102,7 +112,7 @@ def fit(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray, frozen: Sequ
     anchor gives common values of theta that are known from other runs, instead of fitting them. A fit that creeps far
     above the chi-square `beat` ends where it is; one that starts astray does not begin.
     """
-    runs = list(runs)
+    runs = remembering(runs, memories(runs))
     shared, total = len(model.names), len(model.names) + len(runs) * len(deviating(model.stand))
     x = np.concatenate([start, np.zeros(total - len(start))])
     if anchor is not None:

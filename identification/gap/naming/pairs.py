@@ -38,11 +38,11 @@ class Pair:
 
 
 def pairs_of(best: Candidate, first: Sequence[Candidate], library: Sequence[type[Effect]], second: tuple[float, float] = SECOND,
-             so_far: Callable[[Pair], None] = lambda pair: None) -> list[Pair]:  # fmt: skip
+             so_far: Callable[[Pair], None] = lambda pair: None, known: Sequence[Fit] = ()) -> list[Pair]:  # fmt: skip
     """The adequate pairs within TIE of the best one, which comes first; none where no pair is worth its second effect.
 
     `best` is the best of the single effects. Where it is adequate, a pair must contain it or beat it. `second` says what the
-    second effect must gain. so_far is told the best pair after each effect whose seconds were tried.
+    second effect must gain. so_far is told the best pair after each effect whose seconds were tried; `known` are fits to begin from.
     """
     least, share = second
     leading = [best, *(c for c in one_each(first) if c.family != best.family and c.effect in c.fit.model.effects and c.delta_bic > NEAR * best.delta_bic)]
@@ -50,7 +50,7 @@ def pairs_of(best: Candidate, first: Sequence[Candidate], library: Sequence[type
     found: dict[frozenset[str], Pair] = {}
     for one in leading[:FIRSTS]:
         enough = reduced_by_noise(one.fit) * one.fit.freedom  # a pair that is not adequate is none
-        for two in one_each(compete(one.fit, library, leaders=4, least=max(least, share * one.delta_chi2), others=False, beat=enough)):
+        for two in one_each(compete(one.fit, library, leaders=4, least=max(least, share * one.delta_chi2), others=False, beat=enough, known=known)):
             pair = Pair(one, two)
             significant = two.effect in two.fit.model.effects and two.delta_bic > max(least, share * one.delta_chi2)
             if significant and pair.delta_bic > worth and adequate(two.fit):
@@ -96,7 +96,7 @@ def _with_form(base: Fit, pair: Pair, place: int, form: type[Effect]) -> Pair | 
         values = signatures[0].start if effect is form else [together.x[together.model.names.index(n)] for n in own]
         start[[model.names.index(n) for n in own]] = values
     try:
-        found = fit(model, base.runs, start)
+        found = fit(model, together.runs, start)
     except InputError:
         return None
     prices = [price(base.model.joined_by(e), base.runs) - base.price for e in effects]

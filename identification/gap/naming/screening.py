@@ -16,7 +16,7 @@ from scipy.optimize import lsq_linear
 from fmus.effects import Effect
 from fmus.errors import InputError
 from identification.gap.models.model import AnyModel
-from identification.gap.naming.fitting import Fit
+from identification.gap.naming.fitting import Fit, memories, remembering
 from identification.gap.naming.parallel import spread
 
 
@@ -71,7 +71,7 @@ def _signature(found: Fit, model: AnyModel, effect: type[Effect], shape: dict[st
     seen = np.array([r.start if n not in effect.shapes() and r.min > 0 else x for n, r, x in zip(own, rows, start, strict=True)], float)
     shared = len(found.model.names)
     columns = []
-    for index, run in enumerate(found.runs):
+    for index, run in enumerate(remembering(found.runs, memories(found.runs))):
         q = np.concatenate([found.of_run(index)[:shared], seen])
         columns.append(model.reduced(run, q)[1][:, shared:])
     sizes = [i for i, n in enumerate(own) if n not in effect.shapes()]

@@ -1,0 +1,145 @@
+"""Runs of a component sample by sample: what is told between the samples, the noise, initial states, and fits that share nothing."""
+
+import numpy as np
+import pytest
+from simulators.hidden_joint import joint_run
+
+from fmus.effects.places import laws_at
+from fmus.errors import InputError
+from fmus.mechanisms import DrivenJoint
+from identification.gap.data.blocks import blocks_of
+from identification.gap.data.flexible import noise_density
+from identification.gap.data.noise_sources import known_noise
+from identification.gap.data.sampled import prepare_sampled
+from identification.gap.data.told import input_function, motion_functions, unforeseen
+from identification.gap.models.free_start import FreeStart
+from identification.gap.naming import any_component
+from identification.gap.naming.competing import compete
+from identification.gap.stands.component_test import component_test
+from identification.recordings import Recording
+from identification.sampling import white_noise
+
+
+def test_cosines_of_blocks_are_orthonormal():
+    blocks = blocks_of([(0, 700), (700, 1000)], 2, 100.0, 50.0)
+    y = np.random.default_rng(0).standard_normal((1000, 2))
+    assert np.linalg.norm(blocks.reduce(y)) == pytest.approx(np.linalg.norm(y), rel=1e-12)
+    assert len(blocks.columns) == len(blocks.reduce(y))
+    assert blocks.reduce(y[700:], 1, 700) == pytest.approx(blocks.reduce(y)[-600:])
+
+
+def test_noise_is_found_beside_what_features_explain():
+    rng = np.random.default_rng(1)
+    u = rng.standard_normal(4000)
+    filtered = np.convolve(u, [0.2, 0.5, -0.3, 0.1], "same") + 0.5 * np.convolve(u**3, [0.3, 0.7], "same")
+    noise = 0.1 * rng.standard_normal(4000)
+    density = noise_density(filtered + noise, [u, u**3], 100.0)
+    # 2000 frequencies less a third for the terms: the density scatters by 3 %, and a filter is no polynomial in a band
+    assert density(np.array([2.0, 20.0, 45.0])) == pytest.approx(0.01, rel=0.15)
+
+
+def test_white_noise_in_a_smooth_signal_with_kinks():
+    time = np.arange(0, 20, 0.01)
+    y = np.abs(np.sin(2 * np.pi * time)) + 0.01 * np.random.default_rng(2).standard_normal(len(time))
+    assert white_noise(y) == pytest.approx(0.01, rel=0.1)  # 2000 differences: 3 %
+
+
+def test_an_imposed_motion_is_differentiated_twice():
+    time = np.arange(0, 20, 0.005)
+    angle = 0.1 * np.sin(2 * np.pi * 2 * time) + 0.05 * np.sin(2 * np.pi * 3.3 * time)
+    exact = -0.1 * (4 * np.pi) ** 2 * np.sin(4 * np.pi * time) - 0.05 * (6.6 * np.pi) ** 2 * np.sin(6.6 * np.pi * time)
+    noisy = angle + 1e-5 * np.random.default_rng(3).standard_normal(len(time))
+    found = motion_functions(time, noisy, "rate")["der(rate)"](time)
+    inside = slice(200, -200)
+    # Differences of the samples themselves would be off by 1e-5 * sqrt(6) / 0.005^2 = 1 rad/s2
+    assert np.std(found[inside] - exact[inside]) < 0.01 * np.std(exact)
+
+
+def test_repeated_periods_give_the_noise():
+    rng = np.random.default_rng(4)
+    time = np.arange(0, 24, 0.01)
+    drive = np.cos(2 * np.pi * 0.5 * time) + np.cos(2 * np.pi * 1.5 * time + 1)
+    angle = 0.1 * np.cos(2 * np.pi * 0.5 * time - 0.3) + 0.01 * rng.standard_normal(len(time))
+    recording = Recording("periodic", time, {"torque": drive, "angle": angle}, {"torque": "N.m", "angle": "rad"})
+    test = component_test(DrivenJoint(), list(recording.columns))
+    (run,) = known_noise([prepare_sampled(recording, test)], {})
+    assert run.noise_source == "repeats"
+    assert run.densities[0](np.array([1.0])) == pytest.approx(1e-4, rel=0.2)  # 1000 frequencies, in bands
+    (run,) = known_noise([run], {"angle": 0.02})
+    assert run.noise_source == "given"
+    assert run.deviation == pytest.approx(0.02)
+
+
+def test_slopes_of_the_reduced_output_with_the_initial_states_taken_out():
+    run_ = joint_run({}, duration=6.0)
+    test = component_test(DrivenJoint(inertia=0.09, stiffness=13.0, damping=0.15), list(run_.columns))
+    run, model = prepare_sampled(run_, test), FreeStart(test)
+    q = model.start()
+    z, slopes = model.reduced(run, q)
+    residual = z - run.data / run.deviation
+    for i in range(len(q)):
+        step = np.eye(len(q))[i] * 1e-5
+        up, down = (model.reduced(run, q + s)[0] - run.data / run.deviation for s in (step, -step))
+        # Variable projection gives the slope of chi-square exactly, that of single residuals but for second-order terms
+        assert 2 * residual @ slopes[:, i] == pytest.approx((up @ up - down @ down) / 2e-5, rel=1e-3, abs=1.0)
+
+
+def test_noise_is_taken_beside_the_next_fit_where_the_best_can_be_simulated_from_nowhere_else(monkeypatch):
+    t = np.arange(0, 10, 0.01)
+    rng = np.random.default_rng(6)
+    columns = {"torque": np.sin(7 * t), "angle": 0.05 * np.sin(7 * t + 0.3) + 1e-4 * rng.standard_normal(len(t))}
+    test = component_test(DrivenJoint(inertia=0.1, stiffness=10.0, damping=0.1), list(columns))
+    run = prepare_sampled(Recording("run", t, columns, {"torque": "N.m", "angle": "rad"}), test)
+    base = any_component.begin(FreeStart(test), [run])
+    beside = FreeStart.with_noise_beside
+
+    def only_the_base(model, run, q):
+        if model.effects:
+            raise InputError("the simulation diverges")
+        return beside(model, run, q)
+
+    monkeypatch.setattr(FreeStart, "with_noise_beside", only_the_base)
+    ready, known = any_component._beside_the_best(base, laws_at(test.component, 0.35, {"torque": 1.0}, {"angle": 0.05}))
+    assert [r.name for r in ready] == ["run"] and not any(k.model.effects == () for k in known)
+
+
+def test_what_samples_miss_of_a_pulses_area():
+    """Pulses that begin and end anywhere between samples: as much as the spline through them errs by is said to be unforeseen."""
+    rng, time = np.random.default_rng(11), np.arange(0, 60.0)
+    errors, said = [], []
+    for begin, width in zip(rng.uniform(20, 21, 400), rng.uniform(6, 12, 400), strict=True):
+        values = ((time >= begin) & (time < begin + width)).astype(float)
+        errors.append(input_function(time, values, "smooth").integrate(0, 59) - width)
+        said.append(np.sqrt(np.sum(unforeseen(values) ** 2)))
+    # Two ends, each evenly spread over a sample; 400 pulses scatter by 4 %
+    assert np.std(errors) == pytest.approx(np.sqrt(2 / 12), rel=0.1)
+    assert np.sqrt(np.mean(np.square(said))) == pytest.approx(np.sqrt(2 / 12), rel=0.1)
+
+
+def test_what_is_smooth_is_foreseen():
+    time = np.arange(0, 20, 0.1)
+    four, six = (2 * np.sin(np.pi / 10)) ** 4 / 6, (2 * np.sin(np.pi / 10)) ** 6 / 20  # of a sine with ten samples per period
+    assert np.abs(unforeseen(np.sin(2 * np.pi * time))).max() == pytest.approx(np.sqrt(0.15) * four * (six / four) ** 2, rel=0.1)
+
+
+def test_noise_does_not_make_a_motion_faster():
+    motion = prepare_sampled(joint_run({}, "random", seed=1), component_test(DrivenJoint(), ["torque", "angle"]))
+    noisy = prepare_sampled(joint_run({}, "random", seed=1, noise=0.03), component_test(DrivenJoint(), ["torque", "angle"]))
+    assert noisy.middle_frequency == pytest.approx(motion.middle_frequency, rel=0.1)
+
+
+def test_many_processes_find_what_one_does(monkeypatch):
+    run = joint_run({"hardening": 40.0}, "random", seed=5)
+    test = component_test(DrivenJoint(), list(run.columns))
+    library = [e for e in laws_at(test.component, 0.35) if e.family in ("hardening_stiffness", "asymmetry", "drift")]
+    found = {}
+    for processes in ("1", "2"):
+        monkeypatch.setenv("OMP_NUM_THREADS", processes)
+        base = any_component.begin(FreeStart(test), [prepare_sampled(run, test)])
+        candidates = compete(base, library)
+        again = candidates[0].fit.model.reduced(candidates[0].fit.runs[0], candidates[0].fit.shared)[0]
+        found[processes] = [(c.effect.form, c.fit.chi2) for c in candidates if c.fitted]
+        # Whatever process found it, its runs know from where they are simulated
+        assert np.sum((again - candidates[0].fit.runs[0].data / candidates[0].fit.runs[0].deviation) ** 2) == pytest.approx(candidates[0].fit.chi2, rel=1e-3)
+    assert [form for form, _ in found["1"]] == [form for form, _ in found["2"]]
+    assert [chi2 for _, chi2 in found["1"]] == pytest.approx([chi2 for _, chi2 in found["2"]], rel=1e-9)
