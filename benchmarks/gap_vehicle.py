@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks._resumed import resumed
 from benchmarks.gap_blind import wilson
 from identification.gap.data.eigenvalues import read_eigenvalues
 from identification.gap.naming.fitting import parameters_of
@@ -72,12 +73,15 @@ def case(name: str, seed: int, folder: Path) -> dict:
     return result
 
 
-def run(progress, cases: int = CASES) -> dict:
-    """The confusion matrix and the rates that matter."""
-    with tempfile.TemporaryDirectory() as folder:
-        plan = ["none" if k % 3 == 0 else [*HIDDEN, *OUTSIDE][(k - k // 3 - 1) % (len(HIDDEN) + len(OUTSIDE))] for k in range(cases)]
-        results = [case(name, 5000 + k, Path(folder)) for k, name in enumerate(progress(plan, "blind vehicles"))]
-    return summary(results)
+def run(progress, cases: int = CASES, out: str | Path | None = None) -> dict:
+    """The confusion matrix and the rates that matter; cases that `out`/cases.jsonl holds already are not run again."""
+
+    def one(number: int) -> dict:
+        name = "none" if number % 3 == 0 else [*HIDDEN, *OUTSIDE][(number - number // 3 - 1) % (len(HIDDEN) + len(OUTSIDE))]
+        with tempfile.TemporaryDirectory() as folder:
+            return case(name, 5000 + number, Path(folder))
+
+    return summary(resumed(progress, cases, out, one))
 
 
 def summary(results: list[dict]) -> dict:

@@ -20,7 +20,7 @@ from identification.gap.data.told import KINDS, SMOOTHER
 from identification.gap.models.free_start import FreeStart
 from identification.gap.naming.begin import begin, equal_noise
 from identification.gap.naming.common_factor import common_factor
-from identification.gap.naming.competing import Candidate, compete
+from identification.gap.naming.competing import compete
 from identification.gap.naming.decide import Verdict, decide
 from identification.gap.naming.fitting import Fit, fit
 from identification.gap.naming.one_frequency import not_told_apart
@@ -73,7 +73,8 @@ def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequ
     model = FreeStart(test)
     base = fit(model, [_between_samples(model, run) for run in known_noise(found.runs, given or {})], model.start())
     so_far(Verdict("unknown", base, base))
-    ready, known = _beside_the_best(base, library)
+    known: list[Fit] = []
+    ready = _beside_the_best(base, library, known)
     verdict, held = Verdict("unknown", base, base), [prepare_sampled(r, test) for r in holdout]
     for first in (True, *(False,) * (ROUNDS - 1)):
         try:
@@ -81,7 +82,8 @@ def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequ
         except InputError:  # with less noise the best of the last round cannot be simulated well enough: its verdict stands
             break
         so_far(verdict)
-        before, ready, known = ready, list(verdict.best.runs), [verdict.best, *_fits(verdict.candidates)]
+        known.append(verdict.best)
+        before, ready = ready, list(verdict.best.runs)
         if _change(before, ready) < STEADY:
             break
     if verdict.verdict == "named" and _doubtful(verdict, library, bool(held)):
@@ -112,20 +114,15 @@ def _between_samples(model: FreeStart, run: Sampled) -> Sampled:
     return run.with_unsure((one - other) * run.deviation)
 
 
-def _beside_the_best(base: Fit, library: Sequence[type[Effect]]) -> tuple[list[Sampled], list[Fit]]:
-    """The runs with the noise beside the best single effect, and all that were fitted.
+def _beside_the_best(base: Fit, library: Sequence[type[Effect]], known: list[Fit]) -> list[Sampled]:
+    """The runs with the noise beside the best single effect: a base that is far off has residuals that no filter explains.
 
-    A base that is far off has residuals that no filter explains.
+    What is fitted is added to `known`.
     """
-    candidates = compete(base, library)
-    for candidate in candidates:
+    for candidate in compete(base, library, known=known):
         with suppress(InputError):  # of one that was simulated well nowhere
-            return _beside(candidate.fit), _fits(candidates)
-    return _beside(base), _fits(candidates)
-
-
-def _fits(candidates: Sequence[Candidate]) -> list[Fit]:
-    return [c.fit for c in candidates if c.fitted]
+            return _beside(candidate.fit)
+    return _beside(base)
 
 
 def _beside(found: Fit) -> list[Sampled]:

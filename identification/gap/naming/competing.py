@@ -22,7 +22,7 @@ RIVAL = 0.15  # of an adequate effect's gain: what a rival must promise to be fi
 PLAIN = 0.3  # of that: an effect without shapes is fitted at once, and promises little where the base must move far for it
 FAR = 30.0  # reduced chi-square of a base from which no effect is a small step
 STRAINED = 10.0  # errors of what is known of a base, by which it is missed: the same
-PROMISED = 0.5  # of a signature's gain: with less, a fit is tried from elsewhere
+PROMISED = 0.5  # of a signature's gain (all of it where a base is far off): with less, a fit is tried from elsewhere
 SMALLER = 0.2  # of the size of an effect, from where it is tried again
 STARTS = 2  # signatures of a family that are fitted
 NEAR = 0.5  # of the best one's dBIC: what a family must have for its other forms to be fitted, and to be the first of a pair
@@ -72,14 +72,21 @@ def reduced_by_noise(found: Fit) -> float:
 
 
 def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS, least: float = SIGNIFICANT, others: bool = True,
-            beat: float = np.inf, known: Sequence[Fit] = ()) -> list[Candidate]:  # fmt: skip
+            beat: float = np.inf, known: list[Fit] | None = None) -> list[Candidate]:  # fmt: skip
     """The candidates on top of a fit, the best first and fitted ones before others.
 
     All are screened, the leading families are fitted (the others too, unless told not to) as far as they promise to be rivals, and
     those that come out best in all their forms. Nothing is fitted where the screening promises far less chi-square than `least`,
-    and fits that creep far above the chi-square `beat` end where they are. `known` are fits from elsewhere (with another noise):
-    what they and other forms of a family found is where a fit begins.
+    and fits that creep far above the chi-square `beat` end where they are. Fits begin where others ended that are `known` (with
+    another noise, or of other forms), the latest first; what is fitted here is added, the best last.
     """
+    known = known if known is not None else []
+    candidates = _compete(found, library, leaders, least, others, beat, known)
+    known += [c.fit for c in reversed(candidates) if c.fitted]
+    return candidates
+
+
+def _compete(found: Fit, library: Sequence[type[Effect]], leaders: int, least: float, others: bool, beat: float, known: Sequence[Fit]) -> list[Candidate]:
     present = {e.family for e in found.model.effects}
     by_family: dict[str, list[type[Effect]]] = {}
     for effect in library:
@@ -120,9 +127,9 @@ def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS,
 
 
 def _leading(found: Fit, known: Sequence[Fit]) -> list[type[Effect]]:
-    """The effect that the first of the known fits has beyond this one, if that is one: what it reaches spares others a long way."""
+    """The effect that the latest of the known fits has beyond this one, if that is one: what it reaches spares others a long way."""
     beyond = [set(other.model.effects) - set(found.model.effects) for other in known if set(other.model.effects) > set(found.model.effects)]
-    return [effect for effects in beyond[:1] if len(effects) == 1 for effect in effects]
+    return [effect for effects in beyond[-1:] if len(effects) == 1 for effect in effects]
 
 
 def _plain(forms: Sequence[type[Effect]]) -> list[type[Effect]]:
@@ -141,7 +148,7 @@ def _ranked(candidates: Iterable[Candidate]) -> list[Candidate]:
 def _fitted(found: Fit, signatures: Sequence[Signature], so_far: Sequence[Candidate], beat: float, known: Sequence[Fit]) -> list[Candidate]:
     """The candidates of these signatures, as far as they have a chance beside those so far."""
     beat = min((beat, *(c.fit.chi2 for c in so_far if c.fitted and adequate(c.fit)))) + CLEAR
-    known = [*sorted((c.fit for c in so_far if c.fitted), key=lambda other: other.chi2), *known]
+    known = [*known, *sorted((c.fit for c in so_far if c.fitted), key=lambda other: -other.chi2)]
     answers = spread(lambda signature: _best_fit(found, signature, beat, known), signatures, "fitting effects")
     candidates = []
     for signature, answer in zip(signatures, answers, strict=True):
@@ -158,6 +165,7 @@ def _best_fit(found: Fit, signature: Signature, beat: float, known: Sequence[Fit
     """The best fit from several starts, the likeliest first; None where nothing can be simulated."""
     model = found.model.joined_by(signature.effect)
     far = found.reduced > FAR or bool(np.max(np.abs(found.residuals[found.count :]), initial=0.0) > STRAINED)
+    promised = signature.gain * (1.0 if far else PROMISED)
     best = None
     for start, kept, settled in _starts(found, model, signature, known, far):
         try:
@@ -165,7 +173,7 @@ def _best_fit(found: Fit, signature: Signature, beat: float, known: Sequence[Fit
         except InputError:  # nothing near this start can be simulated
             continue
         best = fitted if best is None or fitted.chi2 < best.chi2 else best
-        if adequate(best) or (not far and found.chi2 - best.chi2 > PROMISED * signature.gain) or (settled and fitted.chi2 > beat):
+        if adequate(best) or found.chi2 - best.chi2 > promised or (settled and fitted.chi2 > beat):
             break
     if best is None or best.chi2 > found.chi2:
         with suppress(InputError):
@@ -179,11 +187,11 @@ def _starts(found: Fit, model: AnyModel, signature: Signature, known: Sequence[F
     first = np.concatenate([base[:shared], own, base[shared:]])
     alike = [other for other in known if _families(other.model) == _families(model)]
     same = [other for other in alike if set(other.model.effects) == set(model.effects)]
-    yield from ((_as_found(model, other, first), memories(other.runs), True) for other in same[:1])
+    yield from ((_as_found(model, other, first), memories(other.runs), True) for other in same[-1:])
     yield first, memories(found.runs), False
     yield np.concatenate([base[:shared], _smaller(model, signature), base[shared:]]), memories(found.runs), False
     if not same:
-        yield from ((_as_found(model, other, first), memories(other.runs), False) for other in alike[:1])
+        yield from ((_as_found(model, other, first), memories(other.runs), False) for other in alike[-1:])
     if far:  # a base that had to make up for so much may be no place to start from
         yield np.concatenate([model.start()[: len(model.base)], first[len(model.base) : shared], own]), memories(found.runs), False
 

@@ -46,14 +46,15 @@ class Verdict:
 
 def decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effect]], holdout: Sequence[AnyRun] = (),
            so_far: Callable[[Verdict], None] = lambda verdict: None, second: tuple[float, float] = SECOND,
-           known: Sequence[Fit] = ()) -> Verdict:  # fmt: skip
+           known: list[Fit] | None = None) -> Verdict:  # fmt: skip
     """The verdict on runs, with a model of the base and the effects of a library; held-out runs can only take names back.
 
     Its fits rest on the noise that the best of them leaves. so_far is told, as unknown, what is known after the base, after
     the effects, and after each effect that was tried with a second one. second is the
-    dBIC that a second effect must gain, and its share of the first one's gain; known are fits with another noise, from which to begin.
+    dBIC that a second effect must gain, and its share of the first one's gain; known are fits from which to begin, see `compete`.
     Raises InputError where the base cannot be fitted.
     """
+    known = known if known is not None else []
     first = verdict = _checked(_decide(model, runs, library, so_far, second, known), holdout)
     refuted = list(verdict.refuted)
     while verdict.verdict == "unknown" and any(e.family in refuted for e in library):
@@ -84,7 +85,7 @@ def _quieter(verdict: Verdict) -> tuple[Fit, Fit]:
 
 
 def _decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effect]], so_far: Callable[[Verdict], None],
-            second: tuple[float, float], known: Sequence[Fit]) -> Verdict:  # fmt: skip
+            second: tuple[float, float], known: list[Fit]) -> Verdict:  # fmt: skip
     base = fit_base(model, runs)
     so_far(Verdict("unknown", base, base))
     first = compete(base, library, known=known)

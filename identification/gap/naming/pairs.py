@@ -38,11 +38,11 @@ class Pair:
 
 
 def pairs_of(best: Candidate, first: Sequence[Candidate], library: Sequence[type[Effect]], second: tuple[float, float] = SECOND,
-             so_far: Callable[[Pair], None] = lambda pair: None, known: Sequence[Fit] = ()) -> list[Pair]:  # fmt: skip
+             so_far: Callable[[Pair], None] = lambda pair: None, known: list[Fit] | None = None) -> list[Pair]:  # fmt: skip
     """The adequate pairs within TIE of the best one, which comes first; none where no pair is worth its second effect.
 
     `best` is the best of the single effects. Where it is adequate, a pair must contain it or beat it. `second` says what the
-    second effect must gain. so_far is told the best pair after each effect whose seconds were tried; `known` are fits to begin from.
+    second effect must gain. so_far is told the best pair after each effect whose seconds were tried; `known` are fits to begin from, see `compete`.
     """
     least, share = second
     leading = [best, *(c for c in one_each(first) if c.family != best.family and c.effect in c.fit.model.effects and c.delta_bic > NEAR * best.delta_bic)]
