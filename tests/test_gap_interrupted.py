@@ -81,7 +81,7 @@ def rides(folder):
 
 @pytest.mark.parametrize("recorded", [eigenvalues, rides])
 def test_vehicles_leave_what_is_known_of_their_base(tmp_path, monkeypatch, recorded):
-    def interrupted(*_):
+    def interrupted(*_, **__):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(deciding, "compete", interrupted)

@@ -98,7 +98,7 @@ def _compete(found: Fit, library: Sequence[type[Effect]], leaders: int, least: f
     top = max((s.gain for s in seen), default=0.0)
     if top < max(SIGNIFICANT / 2, FAR_LESS * least):
         return _ranked(_unfitted(found, s) for s in seen)
-    candidates = _fitted(found, screen(found, _leading(found, known), keep=1), [], beat, known)
+    candidates = _fitted(found, screen(found, _leading(found, library, known), keep=1), [], beat, known)
     led = {c.effect for c in candidates}
     waves = (order[:1], order[1:3], order[3:leaders], order[leaders:] if others else [])
     for wave in waves:  # what the first ones gain decides which others are worth a fit
@@ -126,10 +126,10 @@ def _compete(found: Fit, library: Sequence[type[Effect]], leaders: int, least: f
     return candidates
 
 
-def _leading(found: Fit, known: Sequence[Fit]) -> list[type[Effect]]:
-    """The effect that the latest of the known fits has beyond this one, if that is one: what it reaches spares others a long way."""
+def _leading(found: Fit, library: Sequence[type[Effect]], known: Sequence[Fit]) -> list[type[Effect]]:
+    """The effect of the library that the latest of the known fits has beyond this one: what it reaches spares others a long way."""
     beyond = [set(other.model.effects) - set(found.model.effects) for other in known if set(other.model.effects) > set(found.model.effects)]
-    return [effect for effects in beyond[-1:] if len(effects) == 1 for effect in effects]
+    return [effect for effects in beyond[-1:] if len(effects) == 1 for effect in effects if effect in library]
 
 
 def _plain(forms: Sequence[type[Effect]]) -> list[type[Effect]]:
