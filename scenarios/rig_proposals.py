@@ -47,6 +47,9 @@ class BareBar:
                 predicted[row], slopes[row, place] = rival.x[place] / self.errors[row], 1 / self.errors[row]
         return Foresight(predicted, slopes)
 
+    def left(self, truth: Fit, rival: Fit) -> float:
+        return np.inf
+
 
 def rig_proposals(found: Fit) -> list[Proposal]:
     """What the rig could be asked next, after what a fit rests on."""

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from simulators.hidden_joint import JOINT, joint_run
-from simulators.hidden_mechanisms import excitation, resistance, simulate
+from simulators.hidden_mechanisms import excitation, resistance, simulate, torque_for
 
 from benchmarks import gap_generic
 from fmus.effects.places import laws_at
@@ -17,6 +17,8 @@ from identification.gap.naming import any_component
 from identification.gap.naming.any_component import investigate
 from identification.gap.naming.common_factor import common_factor
 from identification.gap.naming.fitting import parameters_of
+from identification.gap.proposing.next_test import next_experiment
+from identification.gap.proposing.scaled_runs import scaled_runs
 from identification.gap.stands.component_test import component_test
 from identification.recordings import Recording, write_recording
 from scenarios import names
@@ -126,6 +128,28 @@ def test_an_imposed_angle_whose_torque_is_measured():
     verdict = asked(DrivenJoint(), [Recording("imposed", time, columns, {"torque": "N.m", "angle": "rad"})], imposed="angle")
     assert verdict.verdict == "none"
     assert verdict.best.model.values(verdict.best.shared)["stiffness"] == pytest.approx(14.0, rel=0.02)
+
+
+def imposed(hidden, size, seed):
+    """A recording of the joint that is moved by so much (rms) [rad]."""
+    rng, time = np.random.default_rng(seed), np.arange(0, 12, 0.01)
+    drive = excitation("random", np.random.default_rng(3), 12, 3, size)
+    torque = torque_for(JOINT, hidden, drive, time) + 0.02 * rng.standard_normal(len(time))
+    return Recording(f"moved_by_{size:g}", time, {"torque": torque, "angle": drive(time)}, {"torque": "N.m", "angle": "rad"})
+
+
+def test_a_larger_imposed_motion_settles_a_tie_by_as_much_as_was_said():
+    run = imposed({"hardening": 60.0}, 0.05, 1)
+    tied = asked(DrivenJoint(), [run], imposed="angle")
+    assert tied.verdict == "tied" and "hardening_stiffness" in [c.family for c in tied.tied]
+    proposed = next_experiment(tied, scaled_runs)
+    assert "larger_excitation" in proposed["experiment"] and "imposed motion" in proposed["sentence"]
+    settled = asked(DrivenJoint(), [run, imposed({"hardening": 60.0}, 2 * 0.05, 2)], imposed="angle")
+    assert [c.effect.form for c in settled.effects] == ["cubic"]
+    rival = max(c.delta_chi2 for c in settled.candidates if c.family == "backlash" and c.fitted)
+    brought, said = settled.effects[0].delta_chi2 - rival, proposed["expected_delta_chi2"]
+    # A delta chi-square d scatters by 2 sqrt(d). The slopes of the rival, a gap that softens into a cubic, promise 380.
+    assert brought > 10 and abs(brought - said) < 4 * 2 * np.sqrt(said)
 
 
 @pytest.mark.parametrize(("column", "factor"), [("angle", 180 / np.pi), ("torque", 1e-3)])

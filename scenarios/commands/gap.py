@@ -15,6 +15,7 @@ from identification.gap.data.runs import NotSweptError, Run, prepare, usable
 from identification.gap.models.model import Model
 from identification.gap.naming.decide import Verdict, decide
 from identification.gap.proposing.next_test import next_experiment
+from identification.gap.proposing.scaled_runs import scaled_runs
 from identification.gap.reporting.verdict import as_result
 from identification.gap.stands.test_stand import TestStand
 from identification.recordings import read_recording, read_rig
@@ -101,6 +102,7 @@ def _over_time(arguments: argparse.Namespace, rig: dict[str, Any], stand: TestSt
     found, result = run_over_time(arguments, stand, library)
     result["limitations"] += _bar_unknown(rig, bool(arguments.bare))
     write_verdict(result, folder)
+    result["next_experiment"] = next_experiment(found.verdict, scaled_runs)
     _add(found.verdict, result, arguments, folder)
     result["report"] = write_component_report(found.verdict, result, found.held, folder, modes_over_speed(result))
     write_verdict(result, folder)

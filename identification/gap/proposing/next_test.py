@@ -1,7 +1,8 @@
 """The test that would settle a verdict: which runs, and by how much they would tell the rivals apart.
 
 Every proposal is simulated with every rival as fitted; see `expected`. What the separate runs bring adds up at least,
-so runs are joined, the most useful first, until each rival would stand out by a delta chi-square of ENOUGH.
+so runs are joined, the most useful first, until each rival would stand out by a delta chi-square of ENOUGH. Where that
+takes a few seconds only, a rival is fitted again to what a chosen run would give: it may bend further than its slopes say.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -15,7 +16,7 @@ from fmus.progress import track
 from identification.excitation import sweep
 from identification.gap.data.runs import Run
 from identification.gap.models.model import Model
-from identification.gap.naming.competing import Candidate, one_each
+from identification.gap.naming.competing import CLEAR, Candidate, one_each
 from identification.gap.naming.decide import Verdict
 from identification.gap.naming.fitting import Fit
 from identification.gap.proposing.expected import Foresight, separation, through
@@ -23,7 +24,7 @@ from identification.gap.proposing.planned import Channels, planned
 
 ENOUGH = 40.0  # delta chi-square from which naming is reliable
 WEAK = 40.0  # dBIC below which a name rests on little
-LEAST = 4.0  # delta chi-square that a further run must bring
+LEAST = 10.0  # delta chi-square that a further run must bring between any two of the rivals
 DURATION = 120.0  # s of a proposed sweep at least: shorter ones need luck
 
 
@@ -36,6 +37,9 @@ class Proposal(Protocol):
 
     def foresee(self, rival: Fit) -> Foresight:
         """What a fitted model would give in the test."""
+
+    def left(self, truth: Fit, rival: Fit) -> float:
+        """The delta chi-square of a rival that is fitted again to what the truth would give; infinite where that is not tried."""
 
 
 @dataclass
@@ -67,6 +71,9 @@ class Sweep:
     def foresee(self, rival: Fit) -> Foresight:
         return through(rival, self.run)
 
+    def left(self, truth: Fit, rival: Fit) -> float:
+        return np.inf
+
 
 def further_sweeps(found: Fit) -> list[Proposal]:
     """Sweeps that the rig could make next, from what it has made; none where the model is not that of an imposed sweep."""
@@ -89,16 +96,18 @@ def next_experiment(verdict: Verdict, propose: Callable[[Fit], Sequence[Proposal
     proposals = propose(verdict.base) if len(rivals) > 1 else []
     if not proposals:
         return None
-    tables = [_told_apart(p, [fit for _, fit in rivals]) for p in track(proposals, "foreseeing further runs")]
+    fits = [fit for _, fit in rivals]
+    tables = [_told_apart(p, fits) for p in track(proposals, "foreseeing further runs")]
     chosen: list[int] = []
-    total = np.zeros_like(tables[0])
-    while _least(total) < ENOUGH:
-        gains = [_score(total + t) - _score(total) if i not in chosen else 0.0 for i, t in enumerate(tables)]
-        best = int(np.argmax(gains))
-        if gains[best] < LEAST:
-            break
-        chosen.append(best)
-        total = total + tables[best]
+    total, further = np.zeros_like(tables[0]), set(range(len(tables)))
+    while _least(total) < ENOUGH and further:
+        best = max(further, key=lambda i: _score(total + tables[i]))
+        further.remove(best)
+        if _use(total, tables[best]) > LEAST:
+            tables[best] = np.minimum(tables[best], _fitted_again(proposals[best], fits))
+        if _use(total, tables[best]) > LEAST:
+            chosen.append(best)
+            total = total + tables[best]
     if not chosen:
         return None
     names = [name for name, _ in rivals]
@@ -117,10 +126,12 @@ def _run(proposal: Proposal, table: np.ndarray) -> dict[str, Any]:
 
 
 def _rivals(verdict: Verdict) -> list[tuple[str, Fit]]:
-    """What could be true: the members of a tie; a weak name, the next family, and nothing; the nearest ones of an unknown."""
+    """What could be true: the members of a tie and what is near; a weak name, the next family, and nothing; the nearest ones of an unknown."""
     fitted = [c for c in one_each(verdict.candidates) if c.effect in c.fit.model.effects]
     if verdict.verdict == "tied":
-        return [(c.family, c.fit) for c in verdict.tied]
+        tied, best = {c.family for c in verdict.tied}, max(c.delta_bic for c in verdict.tied)
+        near = [c for c in fitted if c.family not in tied and best - c.delta_bic < CLEAR]  # further runs may bring it back
+        return [(c.family, c.fit) for c in (*verdict.tied, *near)]
     if verdict.verdict == "named" and len(verdict.effects) == 1 and verdict.effects[0].delta_bic < WEAK:
         return [(verdict.effects[0].family, verdict.effects[0].fit), ("none", verdict.base), *_others(fitted, verdict.effects[0].family)]
     if verdict.verdict == "unknown":
@@ -144,6 +155,16 @@ def _told_apart(proposal: Proposal, rivals: Sequence[Fit]) -> np.ndarray:
             if i != j:
                 table[i, j] = separation(rivals[j], rival.predicted - truth.predicted, rival.slopes)
     return table
+
+
+def _fitted_again(proposal: Proposal, rivals: Sequence[Fit]) -> np.ndarray:
+    """The same as `_told_apart` (k, k), with rivals fitted again where the proposal does so."""
+    return np.array([[0.0 if truth is rival else proposal.left(truth, rival) for rival in rivals] for truth in rivals])
+
+
+def _use(total: np.ndarray, table: np.ndarray) -> float:
+    """What a further run brings between those two of the rivals to whom it matters most."""
+    return float(np.max(np.minimum(total + table, ENOUGH) - np.minimum(total, ENOUGH)))
 
 
 def _least(table: np.ndarray) -> float:
