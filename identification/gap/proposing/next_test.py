@@ -23,6 +23,7 @@ from identification.gap.proposing.expected import Foresight, separation, through
 from identification.gap.proposing.planned import Channels, planned
 
 ENOUGH = 40.0  # delta chi-square from which naming is reliable
+FAR_FROM_NOISE = 10.0  # reduced chi-square from which the nearest effects are both not it
 WEAK = 40.0  # dBIC below which a name rests on little
 LEAST = 10.0  # delta chi-square that a further run must bring between any two of the rivals
 DURATION = 120.0  # s of a proposed sweep at least: shorter ones need luck
@@ -134,7 +135,7 @@ def _rivals(verdict: Verdict) -> list[tuple[str, Fit]]:
         return [(c.family, c.fit) for c in (*verdict.tied, *near)]
     if verdict.verdict == "named" and len(verdict.effects) == 1 and verdict.effects[0].delta_bic < WEAK:
         return [(verdict.effects[0].family, verdict.effects[0].fit), ("none", verdict.base), *_others(fitted, verdict.effects[0].family)]
-    if verdict.verdict == "unknown":
+    if verdict.verdict == "unknown" and verdict.best.reduced < FAR_FROM_NOISE:
         return [(c.family, c.fit) for c in fitted[:2]]
     return []
 
