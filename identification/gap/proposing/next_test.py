@@ -99,18 +99,10 @@ def next_experiment(verdict: Verdict, propose: Callable[[Fit], Sequence[Proposal
         return None
     fits = [fit for _, fit in rivals]
     tables = [_told_apart(p, fits) for p in track(proposals, "foreseeing further runs")]
-    chosen: list[int] = []
-    total, further = np.zeros_like(tables[0]), set(range(len(tables)))
-    while _least(total) < ENOUGH and further:
-        best = max(further, key=lambda i: _score(total + tables[i]))
-        further.remove(best)
-        if _use(total, tables[best]) > LEAST:
-            tables[best] = np.minimum(tables[best], _fitted_again(proposals[best], fits))
-        if _use(total, tables[best]) > LEAST:
-            chosen.append(best)
-            total = total + tables[best]
+    chosen = _chosen(proposals, tables, fits, max(len(verdict.tied), 2))
     if not chosen:
         return None
+    total = np.sum([tables[i] for i in chosen], axis=0)
     names = [name for name, _ in rivals]
     return {
         "experiment": " and ".join(proposals[i].experiment for i in chosen),
@@ -120,6 +112,23 @@ def next_experiment(verdict: Verdict, propose: Callable[[Fit], Sequence[Proposal
         "rivals": [{"truth": a, "rival": b, "delta_chi2": float(total[i, j])} for i, a in enumerate(names) for j, b in enumerate(names) if i != j],
         "alternatives": [_run(p, t) for p, t in zip(proposals, tables, strict=True)],
     }  # fmt: skip
+
+
+def _chosen(proposals: Sequence[Proposal], tables: list[np.ndarray], fits: Sequence[Fit], first: int) -> list[int]:
+    """The runs that tell so many first rivals apart, then all of them; the tables of these hold what rivals that are fitted again leave."""
+    chosen: list[int] = []
+    total = np.zeros_like(tables[0])
+    for count in (first, len(fits)):
+        of, further = np.s_[:count, :count], set(range(len(tables))).difference(chosen)
+        while _least(total[of]) < ENOUGH and further:
+            best = max(further, key=lambda i: _score((total + tables[i])[of]))
+            further.remove(best)
+            if _use(total[of], tables[best][of]) > LEAST:
+                tables[best] = np.minimum(tables[best], _fitted_again(proposals[best], fits))
+            if _use(total[of], tables[best][of]) > LEAST:
+                chosen.append(best)
+                total = total + tables[best]
+    return chosen
 
 
 def _run(proposal: Proposal, table: np.ndarray) -> dict[str, Any]:
