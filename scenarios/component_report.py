@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from scipy.fft import idct
-from scipy.signal import csd, welch
+from scipy.signal import csd, spectrogram, welch
 
 from identification.gap.data.sampled import Sampled
 from identification.gap.naming.decide import Verdict
@@ -15,6 +15,9 @@ from identification.gap.naming.fitting import Fit
 from scenarios.gap_report import FILE, whiteness
 from scenarios.gap_tables import before_and_after, places, verdict_section
 from scenarios.report import COLOURS, Report, Section, Table, new_figure
+
+DRIVEN = 1e-4  # of an input's largest power, above which it drives what is answered
+PERIODS, SHORTEST = 3.0, 16  # of the middle frequency in a window of the map, and its samples
 
 
 def write_report(verdict: Verdict, result: dict[str, Any], held: Sequence[Sampled], folder: Path, modes: Section) -> str:
@@ -82,19 +85,21 @@ def _responses(verdict: Verdict) -> list[tuple[Figure, str]]:
     n = min(len(run.measured) // 4, 2048)
     first, last = run.segments[0][0], run.segments[-1][1]
     drive = run.recording[inputs[0]][first:last]
+    _, power = welch(drive, rate, nperseg=n)
     figure, axes = new_figure()
     plane, on = new_figure()
     for fit, colour, label in ((None, COLOURS["reference"], "measured"), (verdict.base, COLOURS["damper"], "base"), (verdict.best, COLOURS["rider"], "with what was found")):
         _, measured, left = left_over(fit or verdict.base)
         frequency, cross = csd(drive, measured if fit is None else measured - left, rate, nperseg=n)
-        response = cross / welch(drive, rate, nperseg=n)[1]
-        inside = (frequency > 0) & (frequency < run.reduction_band)
+        response = cross / power
+        inside = (frequency > 0) & (frequency < run.reduction_band) & (power > DRIVEN * power.max())
         axes.loglog(frequency[inside], np.abs(response[inside]), "." if fit is None else "-", color=colour, label=label)
         on.plot(response[inside].real, response[inside].imag, "." if fit is None else "-", color=colour, label=label)
+    ratio, units = (f"{a} / {b}".replace("_", " ") for a, b in ((run.test.outputs[0], inputs[0]), [run.recording.units[n] for n in (run.test.outputs[0], inputs[0])]))
     axes.set_xlabel("frequency [Hz]")
-    axes.set_ylabel("|output / input|")
-    on.set_xlabel("Re output / input")
-    on.set_ylabel("Im output / input")
+    axes.set_ylabel(f"|{ratio}| [{units}]")
+    on.set_xlabel(f"Re {ratio} [{units}]")
+    on.set_ylabel(f"Im {ratio} [{units}]")
     axes.legend()
     on.legend()
     return [(figure, "Frequency response of the first output to the first input."), (plane, "The same in the Nyquist plane.")]
@@ -103,9 +108,14 @@ def _responses(verdict: Verdict) -> list[tuple[Figure, str]]:
 def _map(fit: Fit) -> Figure:
     figure, axes = new_figure()
     run: Sampled = fit.runs[0]
-    z = np.abs(fit.residuals[: len(run.data)])
-    points = axes.scatter([c.time for c in run.reduction.columns], [c.frequency for c in run.reduction.columns], c=np.clip(z, 0, 6), s=16, marker="s", cmap="viridis")
-    figure.colorbar(points, label="|residual| over noise")
+    time, _, left = left_over(fit)
+    length = int(np.clip(PERIODS * run.recording.rate / run.middle_frequency, SHORTEST, max(len(left) // 8, SHORTEST)))
+    frequency, middle, power = spectrogram(left, run.recording.rate, nperseg=length, noverlap=length // 2)
+    inside = frequency <= run.reduction_band
+    noise = 2 * run.densities[0](frequency[inside]) / run.recording.rate  # one-sided
+    z = np.sqrt(power[inside] / noise[:, None])
+    mesh = axes.pcolormesh(time[0] + middle, frequency[inside], np.clip(z, 0, 6), cmap="viridis", shading="nearest")
+    figure.colorbar(mesh, label="|residual| over noise")
     axes.set_xlabel(f"time in {run.name} [s]")
     axes.set_ylabel("frequency [Hz]")
     return figure
