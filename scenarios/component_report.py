@@ -95,7 +95,8 @@ def _responses(verdict: Verdict) -> list[tuple[Figure, str]]:
         inside = (frequency > 0) & (frequency < run.reduction_band) & (power > DRIVEN * power.max())
         axes.loglog(frequency[inside], np.abs(response[inside]), "." if fit is None else "-", color=colour, label=label)
         on.plot(response[inside].real, response[inside].imag, "." if fit is None else "-", color=colour, label=label)
-    ratio, units = (f"{a} / {b}".replace("_", " ") for a, b in ((run.test.outputs[0], inputs[0]), [run.recording.units[n] for n in (run.test.outputs[0], inputs[0])]))
+    answer, cause = run.test.outputs[0], inputs[0]
+    ratio, units = f"{answer} / {cause}".replace("_", " "), f"{run.recording.units[answer]} / {run.recording.units[cause]}"
     axes.set_xlabel("frequency [Hz]")
     axes.set_ylabel(f"|{ratio}| [{units}]")
     on.set_xlabel(f"Re {ratio} [{units}]")

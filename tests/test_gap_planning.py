@@ -1,5 +1,7 @@
 """What a test could name, and which run settles a tie: foreseen, then made by the other simulator and looked at."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from identification.gap.models.model import Model
 from identification.gap.naming.decide import decide
 from identification.gap.naming.fitting import fit
 from identification.gap.naming.ties import equivalent
+from identification.gap.proposing import next_test
 from identification.gap.proposing.nameable import nameable
 from identification.gap.proposing.next_test import next_experiment
 from identification.gap.proposing.planned import Channels, planned
@@ -102,3 +105,25 @@ def test_no_place_is_found_where_nothing_is_hidden():
     p_values = np.array([p.p_value for found in fits for p in locate(found, cells, rate=1.0)])
     # of 300 and more, 5 % and four of their deviations, (0.05 0.95 / 300)^0.5 = 0.0126
     assert np.mean(p_values < 0.05) < 0.05 + 4 * 0.0126
+
+
+def candidate(family, delta_bic):
+    effect = type(family, (), {"family": family})
+    return SimpleNamespace(effect=effect, family=family, fit=SimpleNamespace(model=SimpleNamespace(effects=(effect,))), delta_bic=delta_bic)
+
+
+def test_what_is_near_a_tie_is_a_rival_and_what_is_far_is_none():
+    spring, reflex, head, drift = (candidate(n, b) for n, b in (("spring", 99.0), ("reflex", 91.0), ("head", 70.0), ("drift", 40.0)))
+    verdict = SimpleNamespace(verdict="tied", tied=[spring, reflex], candidates=[spring, reflex, head, drift])
+    assert [name for name, _ in next_test._rivals(verdict)] == ["spring", "reflex", "head"]
+
+
+def test_the_members_of_a_tie_are_told_apart_before_what_is_near():
+    bare_bar, gyro = 300.0 * np.array([[0, 1, 1], [1, 0, 0], [1, 0, 0]]), 35.0 * (1 - np.eye(3))
+    linear = [SimpleNamespace(left=lambda truth, rival: np.inf)] * 2
+    fits = [object() for _ in range(3)]
+    # The gyro tells most pairs something, but it is the bare bar that parts the two of the tie
+    assert next_test._chosen(linear, [gyro, bare_bar], fits, 2) == [1, 0]
+    # What rivals that are fitted again leave counts: here the bare bar brings nothing
+    bent = SimpleNamespace(left=lambda truth, rival: 0.0)
+    assert next_test._chosen([linear[0], bent], [gyro, bare_bar.copy()], fits, 2) == [0]

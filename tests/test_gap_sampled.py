@@ -15,6 +15,7 @@ from identification.gap.data.told import input_function, motion_functions, unfor
 from identification.gap.models.free_start import FreeStart
 from identification.gap.naming import any_component
 from identification.gap.naming.competing import compete
+from identification.gap.naming.fitting import fit
 from identification.gap.stands.component_test import component_test
 from identification.recordings import Recording
 from identification.sampling import white_noise
@@ -129,6 +130,14 @@ def test_noise_does_not_make_a_motion_faster():
     assert noisy.middle_frequency == pytest.approx(motion.middle_frequency, rel=0.1)
 
 
+def test_a_fit_leaves_no_trace_in_the_runs_that_it_was_given():
+    run = joint_run({}, "random", seed=5, duration=6.0)
+    test = component_test(DrivenJoint(), list(run.columns))
+    sampled, model = prepare_sampled(run, test), FreeStart(test)
+    found = fit(model, [sampled], model.start())
+    assert not sampled.guess and (0,) in found.runs[0].guess
+
+
 def test_many_processes_find_what_one_does(monkeypatch):
     run = joint_run({"hardening": 40.0}, "random", seed=5)
     test = component_test(DrivenJoint(), list(run.columns))
@@ -138,9 +147,11 @@ def test_many_processes_find_what_one_does(monkeypatch):
         monkeypatch.setenv("OMP_NUM_THREADS", processes)
         base = any_component.begin(FreeStart(test), [prepare_sampled(run, test)])
         candidates = compete(base, library)
-        again = candidates[0].fit.model.reduced(candidates[0].fit.runs[0], candidates[0].fit.shared)[0]
+        best, (sampled,) = candidates[0].fit, candidates[0].fit.runs
         found[processes] = [(c.effect.form, c.fit.chi2) for c in candidates if c.fitted]
-        # Whatever process found it, its runs know from where they are simulated
-        assert np.sum((again - candidates[0].fit.runs[0].data / candidates[0].fit.runs[0].deviation) ** 2) == pytest.approx(candidates[0].fit.chi2, rel=1e-3)
+        # Whatever process found it, its runs know from where they are simulated with this effect
+        assert {(*best.model.own, i) for i in range(len(sampled.segments))} <= set(sampled.guess)
+        again = best.model.reduced(sampled, best.shared)[0]
+        assert np.sum((again - sampled.data / sampled.deviation) ** 2) == pytest.approx(best.chi2, rel=1e-3)
     assert [form for form, _ in found["1"]] == [form for form, _ in found["2"]]
     assert [chi2 for _, chi2 in found["1"]] == pytest.approx([chi2 for _, chi2 in found["2"]], rel=1e-9)

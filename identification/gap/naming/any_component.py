@@ -21,7 +21,7 @@ from identification.gap.models.free_start import FreeStart
 from identification.gap.naming.begin import begin, equal_noise
 from identification.gap.naming.common_factor import common_factor
 from identification.gap.naming.competing import compete
-from identification.gap.naming.decide import Verdict, decide
+from identification.gap.naming.decide import FAR_FROM_NOISE, Verdict, decide
 from identification.gap.naming.fitting import Fit, fit
 from identification.gap.naming.one_frequency import not_told_apart
 from identification.gap.stands.component_test import ComponentTest
@@ -30,7 +30,6 @@ from identification.sampling import white_noise
 
 ROUNDS = 3
 MOST_MISSED, FAST = 0.2, 1.5  # share of the motion that slow noise may be; fast noise is this much larger than its estimate
-FAR_FROM_NOISE = 10.0  # reduced chi-square at which nothing has a name that held-out runs do not confirm
 STEADY = 0.1  # change of the noise, relative, below which a verdict stands
 
 

@@ -27,6 +27,7 @@ CLOSED = 0.85  # share of the excess that a family with an open form closes, on 
 CLOSED_OF_FLEXIBLE = 0.5  # the same where the noise is what a flexible model leaves, which no form of one law reaches
 MISSED = 0.2  # reduced chi-square above 1 by which a held-out run refutes a name, beyond a share of what the base misses
 SHARE_MISSED = 0.005  # that share
+FAR_FROM_NOISE = 10.0  # reduced chi-square from which nothing fits well enough for a name by itself
 SCATTER = 4.5  # standard deviations of a reduced chi-square, as for fitted runs
 
 

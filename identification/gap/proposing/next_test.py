@@ -17,13 +17,12 @@ from identification.excitation import sweep
 from identification.gap.data.runs import Run
 from identification.gap.models.model import Model
 from identification.gap.naming.competing import CLEAR, Candidate, one_each
-from identification.gap.naming.decide import Verdict
+from identification.gap.naming.decide import FAR_FROM_NOISE, Verdict
 from identification.gap.naming.fitting import Fit
 from identification.gap.proposing.expected import Foresight, separation, through
 from identification.gap.proposing.planned import Channels, planned
 
 ENOUGH = 40.0  # delta chi-square from which naming is reliable
-FAR_FROM_NOISE = 10.0  # reduced chi-square from which the nearest effects are both not it
 WEAK = 40.0  # dBIC below which a name rests on little
 LEAST = 10.0  # delta chi-square that a further run must bring between any two of the rivals
 DURATION = 120.0  # s of a proposed sweep at least: shorter ones need luck
