@@ -10,6 +10,7 @@ import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -50,7 +51,7 @@ class Recording:
     warnings: tuple[str, ...] = ()
     rig: dict[str, Any] = field(default_factory=dict)
 
-    @property
+    @cached_property
     def rate(self) -> float:
         """Samples per second [Hz]: the inverse of the median interval, which gaps and jitter do not move."""
         return 1 / float(np.median(np.diff(self.time)))

@@ -11,6 +11,7 @@ cosine cut off at the block's ends: S(f_k) where the density S is smooth, and wh
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -41,11 +42,21 @@ class Blocks:
     def reduce(self, y: np.ndarray, segment: int | None = None, offset: int = 0) -> np.ndarray:
         """The cosines (m, ...) of signals (n, outputs, ...) that begin at sample `offset`; of one segment if given."""
         parts = []
-        for (first, last, kept), owner in zip(self.spans, self.segment_of, strict=True):
-            if segment is None or owner == segment:
-                block = dct(y[first - offset : last - offset], axis=0, norm="ortho")[:kept]
-                parts.append(np.moveaxis(block, 1, 0).reshape(self.outputs * kept, *y.shape[2:]))
+        for first, last, kept in self.spans if segment is None else self._spans_of[segment]:
+            block = dct(y[first - offset : last - offset], axis=0, norm="ortho")[:kept]
+            parts.append(np.moveaxis(block, 1, 0).reshape(self.outputs * kept, *y.shape[2:]))
         return np.concatenate(parts)
+
+    @cached_property
+    def _spans_of(self) -> list[list[tuple[int, int, int]]]:
+        """The spans of every segment."""
+        return [[span for span, owner in zip(self.spans, self.segment_of, strict=True) if owner == segment] for segment in range(max(self.segment_of) + 1)]
+
+    @cached_property
+    def rows(self) -> list[np.ndarray]:
+        """The places of every segment's cosines among all."""
+        owners = np.repeat(self.segment_of, [kept * self.outputs for _, _, kept in self.spans])
+        return [np.flatnonzero(owners == segment) for segment in range(max(self.segment_of) + 1)]
 
     def deviations(self, densities: Sequence) -> np.ndarray:
         """The deviation (m,) of every cosine, from each output's density as a function of frequency."""

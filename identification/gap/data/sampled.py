@@ -127,7 +127,7 @@ class Sampled:
         return replace(self, segments=segments, reduction=reduction, data=reduction.reduce(self.measured), guess={},
                        unsure=None, deviation=reduction.deviations(self.densities))  # fmt: skip
 
-    @property
+    @cached_property
     def middle_frequency(self) -> float:
         """The power-weighted mean frequency [Hz] of the first output's changes, as far as they stand clear of its noise."""
         change = np.diff(self.measured[:, 0])
@@ -148,16 +148,22 @@ def prepare_sampled(recording: Recording, test: ComponentTest) -> Sampled:
     recording, notes = _regular(recording)
     recording, more = _reduced(recording, test)
     notes = (*notes, *more)
+    if len(recording.time) < FEWEST:
+        raise InputError(f"{recording.name}: {len(recording.time)} samples are too few to tell noise from a gap; expected at least {FEWEST}")
+    for name in test.outputs:
+        y, unit, noise = recording[name], recording.units[name], white_noise(recording[name])
+        if np.ptp(y) == 0:
+            raise InputError(f"{recording.name}: {name} is constant at {y[0]:g} {unit}; is the sensor connected?")
+        if np.std(y) < LEAST_SIGNAL * noise:
+            raise InputError(f"{recording.name}: no excitation: {name} varies by {np.std(y):.2g} {unit} (rms), its noise is {noise:.2g}")
+    return sampled(recording, test, notes)
+
+
+def sampled(recording: Recording, test: ComponentTest, notes: tuple[str, ...] = ()) -> Sampled:
+    """The run of a recording on a regular grid, whatever it holds; its noise a first guess."""
     time, rate = recording.time, recording.rate
-    if len(time) < FEWEST:
-        raise InputError(f"{recording.name}: {len(time)} samples are too few to tell noise from a gap; expected at least {FEWEST}")
     measured = np.column_stack([recording[name] for name in test.outputs])
     deviations = [white_noise(y) for y in measured.T]
-    for name, y, noise in zip(test.outputs, measured.T, deviations, strict=True):
-        if np.ptp(y) == 0:
-            raise InputError(f"{recording.name}: {name} is constant at {y[0]:g} {recording.units[name]}; is the sensor connected?")
-        if np.std(y) < LEAST_SIGNAL * noise:
-            raise InputError(f"{recording.name}: no excitation: {name} varies by {np.std(y):.2g} {recording.units[name]} (rms), its noise is {noise:.2g}")
     highest = max(highest_frequency(y, rate) for y in measured.T)
     band = min(1.3 * highest + 4 * rate / len(time), rate / 2)
     edge = int(EDGE * len(time)) if test.imposed else 0

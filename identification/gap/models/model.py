@@ -176,7 +176,8 @@ class Model(BaseAndEffects):
     def _motion(self, run: Run, values: Mapping[str, float]) -> Motion:
         time = run.recording.time
         middle = (time[1:] + time[:-1]) / 2
-        return Motion(time, *(self._inputs(run, t - self.lag(values, t), values) for t in (time, middle)))
+        at, between = (self._inputs(run, t - self.lag(values, t), values) for t in (time, middle))
+        return Motion(time, at, between)
 
     def _inputs(self, run: Run, time: np.ndarray, values: Mapping[str, float]) -> dict[str, np.ndarray]:
         angle, rate, acceleration = run.moved(time)

@@ -6,13 +6,14 @@ Between two samples the states follow the Hermite-Simpson rule (fourth order, A-
     x_k+1   = x_k + h / 6 (f_k + 4 f_m + f_k+1)
 
 All samples are unknown together: Newton's method on the trajectory. Its matrix is block-bidiagonal, so one step is
-one banded triangular solve, and the same matrix gives dx/dp of every parameter: cost is linear in samples.
+one banded triangular solve, and the same matrix gives dx/dp of every parameter: cost is linear in samples. Several
+pieces of a recording, each from initial states of its own, are one trajectory in which nothing is carried on where a piece begins.
 
 Source: Betts, Practical Methods for Optimal Control, 2nd ed. (2010), ch. 4.6; Ascher, Mattheij, Russell (1995).
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -29,11 +30,15 @@ np.empty(4_000_000)  # once freed, the C library keeps what smaller arrays free:
 
 @dataclass(frozen=True)
 class Motion:
-    """What is told to the component: time (n,) [s] and inputs (n,) by name at the samples, and (n-1,) between them."""
+    """What is told to the component: time (n,) [s] and inputs (n,) by name at the samples, and (n-1,) between them.
+
+    begins (pieces,) are the samples at which pieces begin, the first always among them.
+    """
 
     time: np.ndarray
     at: Mapping[str, np.ndarray]
     between: Mapping[str, np.ndarray]
+    begins: np.ndarray = field(default_factory=lambda: np.zeros(1, int))
 
     @property
     def step(self) -> float:
@@ -46,7 +51,8 @@ class Trajectory:
     def __init__(self, states: np.ndarray, steps: "_Collocation", with_initial: bool):
         self.states, self._steps = states, steps
         self.outputs = steps.bounded(steps.outputs())
-        self.initial_slopes = steps.bounded(steps.initial_sensitivities()) if with_initial and steps.nx else None  # (n, ny, nx), by the initial states
+        initial = with_initial and steps.nx
+        self.initial_slopes = steps.bounded(steps.initial_sensitivities()) if initial else None  # (n, ny, nx), by the initial states of each one's piece
 
     @cached_property
     @np.errstate(all="ignore")
@@ -58,17 +64,17 @@ class Trajectory:
 @np.errstate(all="ignore")  # what leaves finite numbers on the way is an InputError
 def simulate(equations: Equations, values: Mapping[str, float], motion: Motion, start: np.ndarray | None = None,
              initial: np.ndarray | None = None, with_initial: bool = False) -> Trajectory:  # fmt: skip
-    """The trajectory for parameter values by name, from a guess of the states (n, nx), starting at `initial` (nx,).
+    """The trajectory for parameter values by name, from a guess of the states (n, nx), starting at `initial` (nx,) or (pieces, nx).
 
     Raises InputError where it does not converge, or leaves finite numbers.
     """
     n, nx = len(motion.time), len(equations.states)
     x = np.zeros((nx, n)) if start is None else np.array(start.T, order="C")
     if initial is not None:
-        x[:, 0] = initial
+        x[:, motion.begins] = np.atleast_2d(initial).T
     nodes = {**values, "time": motion.time, **motion.at}
     middles = {**values, "time": (motion.time[1:] + motion.time[:-1]) / 2, **motion.between}
-    steps, update = _Collocation(equations, nodes, middles, motion.step), np.inf
+    steps, update = _Collocation(equations, nodes, middles, motion), np.inf
     for _ in range(STEPS):
         steps.look(x)
         if not nx:
@@ -95,12 +101,13 @@ def simulate(equations: Equations, values: Mapping[str, float], motion: Motion, 
 class _Collocation:
     """The defects of a trajectory guess (n, nx), and the block-bidiagonal matrix of their slopes.
 
-    before_k dx_k + push_k = after_k dx_k+1
+    before_k dx_k + push_k = after_k dx_k+1,   before_k = push_k = 0 into the begin of a piece
     """
 
-    def __init__(self, equations: Equations, nodes: dict, middles: dict, h: float):
-        self.equations, self.nodes, self.middles, self.h = equations, nodes, middles, h
+    def __init__(self, equations: Equations, nodes: dict, middles: dict, motion: Motion):
+        self.equations, self.nodes, self.middles, self.h = equations, nodes, middles, motion.step
         self.n, self.nx = len(nodes["time"]), len(equations.states)
+        self.begins, self.into = motion.begins, motion.begins[1:] - 1
         self.diverges = InputError(f"{equations.component.name}: the simulation diverges")
 
     def bounded(self, made: np.ndarray) -> np.ndarray:
@@ -116,10 +123,13 @@ class _Collocation:
         first = [f[:-1] if np.ndim(f) else f for f in self.rows[: self.nx]]
         second = [f[1:] if np.ndim(f) else f for f in self.rows[: self.nx]]
         between = {name: (x[i, :-1] + x[i, 1:]) / 2 + h / 8 * (first[i] - second[i]) for i, name in enumerate(states)}
+        for i, name in enumerate(states if len(self.into) else ()):
+            between[name][self.into] = x[i, self.into]  # anything that can be computed
         middle, self.between = self.equations(self.middles | between, self.n - 1)
         self.defect = np.zeros(self.nx).astype(object)
         for i in range(self.nx):
             self.defect[i] = x[i, 1:] - x[i, :-1] - h / 6 * (first[i] + 4 * middle[i] + second[i])
+            self.defect[i][self.into] = 0.0
 
     def factor(self) -> None:
         """The blocks of the matrix along the trajectory."""
@@ -127,7 +137,7 @@ class _Collocation:
         A, M = self.slopes[:nx, :nx], self.between[:nx, :nx]
         first, second = part(A, slice(None, -1)), part(A, slice(1, None))
         self.inverse = inverse(unit - h / 6 * (second + 4 * product(M, unit / 2 - h / 8 * second)))
-        self.before = unit + h / 6 * (first + 4 * product(M, unit / 2 + h / 8 * first))
+        self.before = self._cut(unit + h / 6 * (first + 4 * product(M, unit / 2 + h / 8 * first)))
         self.band = chain(part(product(self.inverse, self.before), slice(1, None)), steps)
 
     def outputs(self) -> np.ndarray:
@@ -147,7 +157,15 @@ class _Collocation:
         P = self.slopes[: self.nx, self.nx :]
         Q = self.between[: self.nx, self.nx :]
         first, second = part(P, slice(None, -1)), part(P, slice(1, None))
-        return self.h / 6 * (first + second + 4 * (Q + self.h / 8 * product(self.between[: self.nx, : self.nx], first - second)))
+        return self._cut(self.h / 6 * (first + second + 4 * (Q + self.h / 8 * product(self.between[: self.nx, : self.nx], first - second))))
+
+    def _cut(self, steps: np.ndarray) -> np.ndarray:
+        """Blocks over the steps, with nothing into the begin of a piece."""
+        for place, value in np.ndenumerate(steps if len(self.into) else ()):
+            if not is_zero(value):
+                steps[place] = value + np.zeros(self.n - 1)
+                steps[place][self.into] = 0.0
+        return steps
 
     def sensitivities(self, push: np.ndarray, direct: np.ndarray) -> np.ndarray:
         """Slopes of the outputs (n, ny, m) by what pushes the states (nx, m) and the outputs themselves (ny, m)."""
@@ -170,10 +188,10 @@ class _Collocation:
         push = np.zeros((self.nx, self.nx)).astype(object)
         for place, slope in np.ndenumerate(self.before):
             push[place] = np.zeros(self.n - 1)
-            push[place][0] = slope[0] if np.ndim(slope) else slope
+            push[place][self.begins] = slope[self.begins] if np.ndim(slope) else slope
         result = self.sensitivities(push, np.zeros((len(self.rows) - self.nx, self.nx)))
         for (i, j), slope in np.ndenumerate(self.slopes[self.nx :, : self.nx]):
-            result[0, i, j] = slope[0] if np.ndim(slope) else slope
+            result[self.begins, i, j] = slope[self.begins] if np.ndim(slope) else slope
         return result
 
     def solve(self, push: np.ndarray) -> np.ndarray:

@@ -17,14 +17,15 @@ from identification.gap.data.flexible import Density
 from identification.gap.data.sampled import Sampled
 from identification.gap.data.told import KINDS, is_rough
 from identification.gap.models.free_start import FreeStart
+from identification.gap.naming.first_values import PATIENCE, first_values, too_large
 from identification.gap.naming.fitting import Fit, fit
 
 STRETCHES = (1.0, 3.0)  # periods of the motion's middle frequency
 MOST = 24  # stretches of a run that a first fit looks at
 GROWTH = 20.0  # of an unstable motion over a segment
-PATIENCE = 40  # iterations of a first fit
 GOOD = 2.0  # reduced chi-square at which no other start is tried
 SAME = 0.02  # of it, within which two starts have led to the same
+DEAD = 10.0  # times less than was measured: a base that answers so little explains nothing, from whatever start
 CLOSER = 0.9  # of chi-square: what another way to join an input's samples must reach
 
 
@@ -34,16 +35,16 @@ def begin(model: FreeStart, runs: Sequence[Sampled]) -> Fit:
     Raises InputError where no start can be simulated.
     """
     best: Fit | None = None
-    for start in _starts(model, runs):
+    for start in first_values(model, runs):
         before = best
         for periods in (STRETCHES, STRETCHES[1:], ()):
             try:
                 found = _staged(model, runs, start, periods)
             except InputError:
                 continue
-            again = before is not None and found.reduced < (1 + SAME) * before.reduced and before.reduced < (1 + SAME) * found.reduced
+            again = before is not None and max(found.reduced, before.reduced) < (1 + SAME) * min(found.reduced, before.reduced)
             best = found if best is None or found.reduced < best.reduced else best
-            if best.reduced < GOOD or again:
+            if best.reduced < GOOD or (again and too_large(model, runs, best.shared) > -np.log(DEAD)):
                 return _joined(model, best)
     if best is None:
         raise InputError(f"{model.component.name} cannot be simulated near its values: give it values nearer to the component that was recorded")
@@ -56,26 +57,6 @@ def _staged(model: FreeStart, runs: Sequence[Sampled], start: np.ndarray, period
         short = [_excerpt(run, int(each * run.recording.rate / run.middle_frequency)) for run in runs]
         x = fit(model, short, x, iterations=PATIENCE).x
     return fit(model, [stable_segments(model, run, x) for run in runs], x, iterations=PATIENCE)
-
-
-def _starts(model: FreeStart, runs: Sequence[Sampled]) -> list[np.ndarray]:
-    """The component's own values; scaled so that it moves as much as was measured; the same stiffer and softer."""
-    own = model.start()
-    rows = [model.component.table[n] for n in model.base]
-    stiff = np.array([r.unit in ("N.m/rad", "N/m") for r in rows] + [False] * len(model.own))
-    every = np.array([True] * len(model.base) + [False] * len(model.own))
-    scaled = own + _too_large(model, runs, own) * every
-    return [own, scaled] + [x + shift * stiff for x in (scaled, own) for shift in (2.3, -2.3)]
-
-
-def _too_large(model: FreeStart, runs: Sequence[Sampled], x: np.ndarray) -> float:
-    """The logarithm of how much more the component answers from rest than was measured; 0 where nothing drives it."""
-    try:
-        ratios = np.concatenate([np.std(model.from_rest(run, x), axis=0) / np.std(run.measured, axis=0) for run in runs])
-    except InputError:
-        return 0.0
-    ratio = float(np.median(ratios))
-    return float(np.log(np.clip(ratio, 1e-6, 1e6))) if ratio > 0 else 0.0
 
 
 def _excerpt(run: Sampled, length: int) -> Sampled:

@@ -1,6 +1,6 @@
 """Is a column's unit wrong? Then all that has force or mass in its unit comes out by the same factor from where it started.
 
-    f = median_i |p_i / p_i0|,   at least two thirds of the p_i within a factor of 3 of f p_i0,   f within 2 of a unit's factor
+    f = median_i |p_i / p_i0|,   at least two thirds of the p_i within a factor of 2 of f p_i0,   f within 1.5 of a unit's factor
 
 Degrees that are called radians make f 57 or its inverse, kN that are called N or mm that are called m a thousand. A
 component whose values say nothing of the one that was recorded comes out far from them as well, but hardly by such a factor.
@@ -13,8 +13,8 @@ import numpy as np
 from fmus.component import Component
 
 UNITS = (180 / np.pi, 1e3, 1e6)
-NEAR = 2.0  # times, by which a component's values may be off
-ALIKE, SHARE = 3.0, 2 / 3
+NEAR = 1.5  # times, by which a component's values may be off
+ALIKE, SHARE = 2.0, 2 / 3
 
 
 def common_factor(component: Component, found: Mapping[str, float]) -> float:

@@ -1,0 +1,139 @@
+"""Base and effects simulated over segments of a recording together, each from initial states of its own."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from fmus.errors import InputError
+from fmus.mathematics import NUMERIC
+from identification.gap.data.sampled import Sampled
+from identification.gap.models.equations import rate_of
+from identification.gap.models.model import Model
+from identification.gap.models.simulate import Motion, Trajectory, simulate
+
+PIECE, SMALLEST_PIECE = 128, 1  # steps of a piece, where a trajectory is found piece by piece
+BEGINNING = 12  # samples from which a measured state's first value and slope are read
+
+Initial = Mapping[int, np.ndarray]  # states (nx,) by segment
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """Where the segments of a run are simulated: times (n,), the node at which each begins, and those of its samples."""
+
+    time: np.ndarray
+    begins: np.ndarray
+    samples: Sequence[slice]
+
+    @cached_property
+    def middle(self) -> np.ndarray:
+        """Between the nodes (n-1,)."""
+        return (self.time[1:] + self.time[:-1]) / 2
+
+
+def nodes_of(run: Sampled, indices: Sequence[int], length: int = 0) -> Nodes:
+    """The nodes of some segments, or of their first samples."""
+    first = np.array([run.segments[i][0] for i in indices])
+    counts = np.array([min(run.segments[i][1] - run.segments[i][0], length or np.inf) for i in indices], int)
+    sizes = (counts - 1) * run.finer + 1
+    begins = np.cumsum(sizes) - sizes
+    step = 1 / (run.recording.rate * run.finer)
+    time = np.repeat(run.recording.time[first] - begins * step, sizes) + np.arange(sizes.sum()) * step
+    return Nodes(time, begins, [slice(b, b + n, run.finer) for b, n in zip(begins.tolist(), sizes.tolist(), strict=True)])
+
+
+class Segmented(Model):
+    """Base and effects on sampled runs; the states of the last simulation of a segment are the guess of the next one."""
+
+    def simulated(self, run: Sampled, indices: Sequence[int], values: Mapping[str, float], initial: Initial, length: int = 0) -> tuple[Trajectory, Nodes]:
+        """Segments, or so many of their samples, from initial states; at every node.
+
+        Raises InputError where one of several cannot be simulated with the others, or a single one not even piece by piece.
+        """
+        nodes, states = nodes_of(run, indices, length), self.equations.states
+        at, between = (self._inputs(run, t - self.lag(values, t), values) for t in (nodes.time, nodes.middle))
+        motion = Motion(nodes.time, at, between, nodes.begins)
+        begin = np.array([initial[i] for i in indices]).reshape(len(indices), len(states))
+        guess = None if length or not states else self._guessed(run, indices, nodes)
+        try:
+            made = simulate(self.equations, values, motion, guess, begin, with_initial=True)
+        except InputError:
+            if len(indices) > 1:
+                raise
+            made = simulate(self.equations, values, motion, self._piecewise(values, motion, begin[0]), begin, with_initial=True)
+        if not length:
+            ends = [*nodes.begins[1:], len(nodes.time)]
+            for i, a, b in zip(indices, nodes.begins, ends, strict=True):
+                run.guess.setdefault(i, {})["states"] = dict(zip(states, made.states[a:b].T.copy(), strict=True))
+        return made, nodes
+
+    def simulated_apart(self, run: Sampled, indices: Sequence[int], values: Mapping[str, float], initial: Initial,
+                        length: int = 0) -> Iterator[tuple[Sequence[int], Trajectory, Nodes]]:  # fmt: skip
+        """As many segments together as can be; those that cannot be simulated are left out."""
+        if not indices:
+            return
+        try:
+            yield indices, *self.simulated(run, indices, values, initial, length)
+        except InputError:
+            middle = len(indices) // 2
+            for half in (indices[:middle], indices[middle:]) if middle else ():
+                yield from self.simulated_apart(run, half, values, initial, length)
+
+    def _guessed(self, run: Sampled, indices: Sequence[int], nodes: Nodes) -> np.ndarray:
+        """The states (n, nx) that the segments had last, zero where they had none."""
+        guess = np.zeros((len(self.equations.states), len(nodes.time)))
+        for i, a, b in zip(indices, nodes.begins, [*nodes.begins[1:], len(nodes.time)], strict=True):
+            known = run.guess.get(i, {}).get("states", {})
+            for row, name in zip(guess, self.equations.states, strict=True):
+                if name in known:
+                    row[a:b] = known[name]
+        return guess.T
+
+    def _piecewise(self, values: Mapping[str, float], motion: Motion, begin: np.ndarray) -> np.ndarray:
+        """The states (n, nx) piece after piece, each from the end of the last: where the whole at once does not converge."""
+        n, first, length = len(motion.time), 0, PIECE
+        states = np.empty((n, len(begin)))
+        states[0] = begin
+        while first < n - 1:
+            last = min(first + length, n - 1)
+            at, between = ({name: x if np.ndim(x) == 0 else x[first : last + more] for name, x in told.items()}
+                           for told, more in ((motion.at, 1), (motion.between, 0)))  # fmt: skip
+            piece = Motion(motion.time[first : last + 1], at, between)
+            try:
+                states[first : last + 1] = simulate(self.equations, values, piece, np.tile(states[first], (last - first + 1, 1)), states[first]).states
+                first, length = last, min(2 * length, PIECE)
+            except InputError:
+                if length <= SMALLEST_PIECE:
+                    raise
+                length //= 2
+        return states
+
+    def _inputs(self, run: Any, time: np.ndarray, values: Mapping[str, float]) -> dict[str, Any]:
+        told = dict.fromkeys(self.component.inputs, 0.0) | run.told(time)
+        component: Any = self.component
+        for name, (_, delay) in component.delays.items():  # of what is imposed
+            late = run.told(time - values[delay])
+            told[name], told[rate_of(name)] = late[component.imposed], late[component.rate]
+        return told
+
+    def first_states(self, run: Sampled, index: int) -> np.ndarray:
+        """Where the states (nx,) begin that are measured, and the slopes of those; the others at zero."""
+        found: dict[str, float] = {}
+        first = run.segments[index][0]
+        some = slice(first, min(first + BEGINNING, len(run.measured)))
+        for name, y in zip(run.test.outputs, run.measured.T, strict=True):
+            slope, value = np.polyfit(np.arange(len(y[some])) / run.recording.rate, y[some], 1)
+            found[name] = float(value)
+            found |= {r: float(slope) for r in self._rates_of_states.get(name, ()) if r not in run.test.outputs}
+        return np.array([found.get(n, 0.0) for n in self.equations.states])
+
+    @cached_property
+    def _rates_of_states(self) -> dict[str, list[str]]:
+        """The states that are the rate of a state, by its name."""
+        start, states = self.component.start_values(), self.component.states
+        rest = self.component.run(start, NUMERIC)
+        probed = {n: self.component.run(start | {n: start[n] + 1.0}, NUMERIC) for n in states}
+        return {name: [n for n in states if abs(probed[n][f"der({name})"] - rest[f"der({name})"] - 1.0) < 1e-12] for name in states}
