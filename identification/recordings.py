@@ -120,7 +120,7 @@ def read_rig(folder: str | Path) -> dict[str, Any]:
                 rig[name]["standard_error"] = entry["standard_error"] * scale
     except (ValueError, TypeError, KeyError, AttributeError) as error:
         raise InputError(f'{path}: expected {{"handlebar_inertia": {{"value": 0.125, "standard_error": 0.00125, "unit": "kg.m2"}}}} '
-                         f"and the like, found {type(error).__name__}: {error}") from None  # fmt: skip
+                         f"and the like, found {f'no {error}' if isinstance(error, KeyError) else error}") from None  # fmt: skip
     return rig
 
 

@@ -63,16 +63,24 @@ def test_what_held_out_runs_refute_leaves_room_for_the_rest(coupled, monkeypatch
     assert decide(Model(rig_test(RIG)), coupled[:1], library("drift", "cross_inertia")).effects[0].family == "drift", "nothing tells it is wrong"
 
 
+def drift_and_friction(best, first, *_):
+    """The only pair that there is; its second effect brings nothing."""
+    one, friction = (next(c for c in one_each(first) if c.family == family) for family in ("drift", "coulomb_friction"))
+    model = one.fit.model.joined_by(friction.effect)
+    together = fit(model, one.fit.runs, model.start())
+    return [Pair(one, Candidate(friction.effect, together, one.fit.chi2 - together.chi2, 0.0))]
+
+
+def test_an_effect_that_does_alone_what_a_pair_does_stands_alone(coupled, monkeypatch):
+    monkeypatch.setattr("identification.gap.naming.decide.pairs_of", drift_and_friction)
+    verdict = decide(Model(rig_test(RIG)), coupled[:1], library("drift", "cross_inertia", "coulomb_friction"))
+    assert len(verdict.effects) < 2 and "coulomb_friction" not in {c.family for c in (*verdict.effects, *verdict.tied)}
+
+
 def test_of_a_pair_that_is_refuted_one_effect_may_stand_alone(coupled, monkeypatch):
     """Where a wrong pair wins at first (here the only one), the single effects are heard again."""
-
-    def drifts(best, first, *_):
-        one, friction = (next(c for c in one_each(first) if c.family == family) for family in ("drift", "coulomb_friction"))
-        model = one.fit.model.joined_by(friction.effect)
-        together = fit(model, one.fit.runs, model.start())
-        return [Pair(one, Candidate(friction.effect, together, one.fit.chi2 - together.chi2, 0.0))]
-
-    monkeypatch.setattr("identification.gap.naming.decide.pairs_of", drifts)
+    monkeypatch.setattr("identification.gap.naming.decide.pairs_of", drift_and_friction)
+    monkeypatch.setattr("identification.gap.naming.decide.alone", lambda *_: [])  # as if the second effect brought something
     families = library("drift", "cross_inertia", "coulomb_friction")
     verdict = decide(Model(rig_test(RIG)), coupled[:1], families, coupled[1:])
     assert (verdict.verdict, [c.family for c in verdict.effects]) == ("named", ["cross_inertia"])

@@ -85,6 +85,48 @@ def test_slopes_of_the_reduced_output_with_the_initial_states_taken_out():
         assert 2 * residual @ slopes[:, i] == pytest.approx((up @ up - down @ down) / 2e-5, rel=1e-3, abs=1.0)
 
 
+def test_segments_together_are_what_each_is_alone():
+    """One trajectory with breaks: outputs and slopes, of a hysteresis and of a linear joint whose matrices do not change over time."""
+    sampled = prepare_sampled(joint_run({}, "random", seed=5, duration=12.0), component_test(DrivenJoint(), ["torque", "angle"]))
+    laws = {e.form: e for e in laws_at(sampled.test.component)}
+    FreeStart(sampled.test).reduced(sampled, FreeStart(sampled.test).start())  # initial states for all that follows
+    for effects, own in (([], []), ([laws["dahl"]], [0.2, 0.05]), ([laws["delay"]], [0.004])):
+        model = FreeStart(sampled.test, effects)
+        q = np.concatenate([model.start()[: len(model.base)], own])
+        together = model.reduced(sampled.remembering(sampled.guess), q)
+        apart, values = [sampled.remembering(sampled.guess) for _ in sampled.segments], model._valued(sampled, q)
+        alone = [model._segments(run, values, {i: model._last(run, i)})[i] for i, run in enumerate(apart)]
+        assert len(sampled.segments) > 3
+        # The initial states of either are known to a share of 1e-5 of what is left
+        assert together[0] == pytest.approx(np.concatenate([part.output for part in alone]), abs=0.02)
+        scale = np.abs(together[1]).max(axis=0)
+        assert together[1] / scale == pytest.approx(np.concatenate([part.slopes for part in alone]) / scale, abs=1e-3)
+
+
+def test_one_segment_that_diverges_is_left_out():
+    sampled = prepare_sampled(joint_run({}, "random", seed=5, duration=12.0), component_test(DrivenJoint(), ["torque", "angle"]))
+    law = next(e for e in laws_at(sampled.test.component) if e.form == "square" and e.family == "hardening_stiffness")
+    model = FreeStart(sampled.test, [law])
+    values = model._valued(sampled, np.concatenate([model.start()[: len(model.base)], [10.0]]))
+    initial = {i: np.zeros(2) for i in range(len(sampled.segments))} | {2: np.array([np.nan, 0.0])}
+    found = [i for indices, *_ in model.simulated_apart(sampled, list(initial), values, initial) for i in indices]
+    assert found == [i for i in initial if i != 2]
+    with pytest.raises(InputError, match="diverges from"):
+        model._traces(sampled, values, initial)
+
+
+def test_a_held_input_keeps_its_amplitude():
+    """Half way to the highest frequency lines through the samples are 10 % too small, sinc(1/4) of what is held."""
+    time = np.arange(0, 40, 0.1)
+    values = np.sin(2 * np.pi * 2.5 * time)
+    inside = 10 + 5e-4 * (np.arange(40000) + 0.5)
+    wave = np.exp(-2j * np.pi * 2.5 * inside)
+    held = values[np.floor(inside / 0.1).astype(int)]
+    exact, lines, joined = (np.mean(y * wave) for y in (held, input_function(time, values, "lines")(inside - 0.05), input_function(time, values, "held")(inside)))
+    assert abs(joined / exact - 1) < 1e-3
+    assert abs(lines / exact) == pytest.approx(np.sinc(0.25), abs=2e-3)
+
+
 def test_noise_is_taken_beside_the_next_fit_where_the_best_can_be_simulated_from_nowhere_else(monkeypatch):
     t = np.arange(0, 10, 0.01)
     rng = np.random.default_rng(6)

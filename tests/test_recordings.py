@@ -248,6 +248,9 @@ def test_rig_json(tmp_path):
     (tmp_path / "rig.json").write_text('{"handlebar_inertia": {"value": 125, "standard_error": 1, "unit": "g.m2"}}')
     entry = read_rig(tmp_path)["handlebar_inertia"]
     assert entry == {"value": 0.125, "standard_error": 0.001, "unit": "kg.m2"}
+    (tmp_path / "rig.json").write_text('{"handlebar_inertia": {"value": 0.125}}')
+    with pytest.raises(InputError, match="found no 'unit'"):
+        read_rig(tmp_path)
     (tmp_path / "rig.json").write_text('{"handlebar_inertia": 0.125}')
     with pytest.raises(InputError, match=r'"handlebar_inertia": \{"value"'):
         read_rig(tmp_path)

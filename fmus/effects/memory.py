@@ -3,6 +3,7 @@
     Dahl        w z' = d' - |d'| z                                             (Dahl 1968)
     Bouc-Wen    w z' = d' - (|d'| |z|^(n-1) z + d' |z|^n) / 2                  (Wen 1976)
     Jenkins     the same with n = 8: a spring in series with a slider
+    shaped      w z' = d' - |d'| z + s d' |z|,   that stiffens where s > 1     (Bouc-Wen with n = 1)
     Iwan        three of them with different widths                            (Iwan 1966)
     Maxwell     tau z' = d - z,   F = k (d - z): a spring and a damper in series
 
@@ -61,6 +62,17 @@ class JenkinsHysteresis(DahlHysteresis):
 
     def loop(self, v, m):
         return bouc_wen(v.rate, v.sticking, SHARP, m)
+
+
+class ShapedHysteresis(DahlHysteresis):
+    """The force lags behind the deflection: hysteresis whose loop softens or stiffens as it opens."""
+
+    form = "shaped"
+    shape = parameter("1", "By how much the sticking part stiffens as it is loaded; at 0 Dahl's", symbol="s", min=-1, max=2, start=1.0)
+    starts: ClassVar = {"width": (0.1, 0.3, 1.0), "shape": (0.5, 1.3)}
+
+    def loop(self, v, m):
+        return super().loop(v, m) + v.shape * v.rate * m.absolute(v.sticking)
 
 
 class IwanHysteresis(Effect):

@@ -160,7 +160,7 @@ def show(result: dict[str, Any], console: Console) -> None:
     gap = result["gap"]
     for name in ("before", "after", "holdout_before", "holdout_after"):
         if gap[name] is not None:
-            console.print(f"{name.replace('_', ' '):>15}: reduced chi-square {gap[name]:.3f} (floor 1), rms {gap['rms'][name]:.4f} {gap['rms']['unit']}")
+            console.print(f"{name.replace('_', ' '):>15}: reduced chi-square {gap[name]:.3f} (floor 1), rms {gap['rms'][name]:.3g} {gap['rms']['unit']}")
     if result["where"]:
         console.print(_where(result["where"][:6]))
     if result["next_experiment"]:

@@ -9,6 +9,7 @@ Source: Golub, Pereyra, Inverse Problems 19 (2003) R1-R26; Bock's multiple shoot
 """
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -136,10 +137,10 @@ class FreeStart(Segmented):
         traces: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         for indices, made, nodes in self.simulated_apart(run, range(len(run.segments)), values, initial):
             traces |= {i: (made.outputs[where], made.states[where]) for i, where in zip(indices, nodes.samples, strict=True)}
-        self._all(run, traces)
+        self._complete(run, traces)
         return [traces[i] for i in range(len(run.segments))]
 
-    def _all(self, run: Sampled, found: Mapping[int, Any]) -> None:
+    def _complete(self, run: Sampled, found: Mapping[int, Any]) -> None:
         """Raises InputError where not every segment was found."""
         missing = [i for i in range(len(run.segments)) if i not in found]
         if missing:
@@ -170,7 +171,7 @@ class FreeStart(Segmented):
         lost = [i for i in every if i not in found or found[i].missed > usual[i]]
         for i, grown in self._segments(run, values, self._grown(run, lost, values)).items():
             found[i] = grown if i not in found or grown.missed < found[i].missed else found[i]
-        self._all(run, found)
+        self._complete(run, found)
         for i in every:
             if found[i].missed < (usual[i] if (*self.own, i) in run.guess else LOST * at_rest[i]):  # else it is a step too far, and no place to begin from
                 run.guess[(*self.own, i)] = {"initial": dict(zip(self.equations.states, found[i].x.tolist(), strict=True)), "missed": found[i].missed}
@@ -207,8 +208,11 @@ class FreeStart(Segmented):
                 else:  # it leads astray
                     steps[i] = SHORTER * steps[i]
         lags = {name: self._later(run, values, name, best) for name in self.lags}
-        return {i: self._finished(run, values, i, begun, {name: later[i] for name, later in lags.items()}) for i, begun in best.items()
-                if all(i in later for later in lags.values())}  # fmt: skip
+        finished = {}
+        for i in best:
+            with suppress(InputError, KeyError):  # slopes that leave finite numbers; a lag with which it cannot be simulated
+                finished[i] = self._finished(run, values, i, best[i], {name: later[i] for name, later in lags.items()})
+        return finished
 
     def _later(self, run: Sampled, values: Mapping[str, float], lag: str, best: Mapping[int, _Begun]) -> dict[int, np.ndarray]:
         """The slopes (m,) by a lag."""

@@ -97,7 +97,7 @@ def _compete(found: Fit, library: Sequence[type[Effect]], leaders: int, least: f
     order = sorted(families, key=lambda name: -max((s.gain for s in seen if s.effect.family == name), default=0.0))
     top = max((s.gain for s in seen), default=0.0)
     if top < max(SIGNIFICANT / 2, FAR_LESS * least):
-        return _ranked(_unfitted(found, s) for s in seen)
+        return ranked(_unfitted(found, s) for s in seen)
     candidates = _fitted(found, screen(found, _leading(found, library, known), keep=1), [], beat, known)
     led = {c.effect for c in candidates}
     waves = (order[:1], order[1:3], order[3:leaders], order[leaders:] if others else [])
@@ -110,7 +110,7 @@ def _compete(found: Fit, library: Sequence[type[Effect]], leaders: int, least: f
         candidates += _fitted(found, [s for signatures in worth for s in signatures], candidates, beat, known)
         candidates += [_unfitted(found, signatures[0]) for signatures, fitted in zip(mine, worth, strict=True) if not fitted]
     rest = set(order).difference(*waves)
-    candidates = _ranked([*candidates, *(_unfitted(found, s) for s in seen if s.effect.family in rest)])
+    candidates = ranked([*candidates, *(_unfitted(found, s) for s in seen if s.effect.family in rest)])
     if candidates[0].fitted and candidates[0].fit.chi2 > HOPELESS * beat:  # no other form makes up for so much
         return candidates
     near = {c.family for c in candidates[:1] if c.delta_bic > SIGNIFICANT}
@@ -120,7 +120,7 @@ def _compete(found: Fit, library: Sequence[type[Effect]], leaders: int, least: f
     for flexible in (False, True):  # a curve of its own only where no plain form fits
         tried = {c.effect for c in candidates if c.fitted}
         more = [form for name in families if name in near for form in families[name] if form.flexible == flexible and form not in tried]
-        candidates = _ranked([*candidates, *_fitted(found, screen(found, more, keep=1), candidates, beat, known)])
+        candidates = ranked([*candidates, *_fitted(found, screen(found, more, keep=1), candidates, beat, known)])
         if adequate(candidates[0].fit):
             break
     return candidates
@@ -141,7 +141,8 @@ def _plain(forms: Sequence[type[Effect]]) -> list[type[Effect]]:
     return [form for form in plain if form is plain[0] or not any(row.role == "state" for row in form.declared.values())]
 
 
-def _ranked(candidates: Iterable[Candidate]) -> list[Candidate]:
+def ranked(candidates: Iterable[Candidate]) -> list[Candidate]:
+    """Fitted ones first, then by what they gain."""
     return sorted(candidates, key=lambda c: (not c.fitted, -c.delta_bic))
 
 

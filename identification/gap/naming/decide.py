@@ -17,9 +17,19 @@ import numpy as np
 from fmus.effects import Effect
 from fmus.errors import InputError
 from identification.gap.models.model import AnyModel, AnyRun
-from identification.gap.naming.competing import CLEAR, SIGNIFICANT, TIE, Candidate, adequate, best_of, compete, one_each
+from identification.gap.naming.competing import (
+    CLEAR,
+    SIGNIFICANT,
+    TIE,
+    Candidate,
+    adequate,
+    best_of,
+    compete,
+    one_each,
+    ranked,
+)
 from identification.gap.naming.fitting import Fit, fit, memories, remembering
-from identification.gap.naming.pairs import SECOND, Pair, pairs_of, plainest, sure
+from identification.gap.naming.pairs import SECOND, Pair, alone, pairs_of, plainest, sure
 from identification.gap.naming.showing import Closeness, on_holdout
 from identification.gap.naming.starting import fit_base
 
@@ -96,7 +106,11 @@ def _decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effe
     so_far(Verdict("unknown", base, best.fit, candidates=first))
     pairs = pairs_of(best, first, library, second, lambda leading: so_far(Verdict("unknown", base, leading.second.fit, candidates=first)), known)
     if pairs and sure(pairs):
-        return _of_pairs(base, pairs, first, library)
+        found = plainest(base, pairs[0], library) if len(sure(pairs)) == 2 else pairs[0]
+        enough = alone(base, found, second)
+        if not enough:
+            return _of_pairs(base, found, pairs, first)
+        first = ranked([*enough, *(c for c in first if c.effect not in [e.effect for e in enough])])
     return _of_one(base, first)
 
 
@@ -121,11 +135,10 @@ def _leads(best: Candidate, first: Sequence[Candidate]) -> bool:
     return all(best.delta_bic - c.delta_bic > CLEAR for c in one_each(first) if c.family != best.family)
 
 
-def _of_pairs(base: Fit, pairs: Sequence[Pair], first: list[Candidate], library: Sequence[type[Effect]]) -> Verdict:
+def _of_pairs(base: Fit, found: Pair, pairs: Sequence[Pair], first: list[Candidate]) -> Verdict:
     """Both effects where the best pair stands alone; else the one that all share, with the possible seconds as tied."""
-    found, families = pairs[0], sure(pairs)
+    families = sure(pairs)
     if len(families) == 2:
-        found = plainest(base, found, library)
         return Verdict("named", base, found.second.fit, [*found.members], [], first)
     members = [c for pair in pairs for c in pair.members]
     certain = next(c for c in members if c.family in families)

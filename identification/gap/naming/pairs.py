@@ -7,6 +7,8 @@ it can. So the pairs compete, and only the families that all of the near-best pa
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from fmus.effects import Effect
 from fmus.errors import InputError
 from identification.gap.naming.competing import NEAR, TIE, Candidate, adequate, compete, one_each, reduced_by_noise
@@ -78,6 +80,24 @@ def plainest(base: Fit, pair: Pair, library: Sequence[type[Effect]]) -> Pair:
         near = [p for p in every if _bic(p.second.fit) - _bic(best.second.fit) < TIE]
         pair = min(near, key=lambda p: (len(p.members[place].effect.sought()), _bic(p.second.fit)))
     return pair
+
+
+def alone(base: Fit, pair: Pair, second: tuple[float, float] = SECOND) -> list[Candidate]:
+    """The members of a pair that do alone what both do, once they begin where the pair ended: by itself such an effect was not found from afar."""
+    together, found = pair.second.fit, []
+    for member in pair.members:
+        model = base.model.joined_by(member.effect)
+        known = dict(zip(together.model.names, together.x, strict=False))
+        start = np.concatenate([[known[n] for n in model.names], together.x[len(together.model.names) :]])
+        try:
+            single = fit(model, together.runs, start, beat=together.chi2 + second[0])
+        except InputError:
+            continue
+        gain = base.chi2 - single.chi2
+        made = Candidate(member.effect, single, gain, gain - (single.price - base.price))
+        if adequate(single) and pair.delta_bic - made.delta_bic < max(second[0], second[1] * gain):
+            found.append(made)
+    return found
 
 
 def _with_form(base: Fit, pair: Pair, place: int, form: type[Effect]) -> Pair | None:
