@@ -69,7 +69,7 @@ class ShapedHysteresis(DahlHysteresis):
 
     form = "shaped"
     shape = parameter("1", "By how much the sticking part stiffens as it is loaded; at 0 Dahl's", symbol="s", min=-1, max=2, start=1.0)
-    starts: ClassVar = {"width": (0.1, 0.3, 1.0), "shape": (0.5, 1.3)}
+    starts: ClassVar = {"width": (0.3, 1.0), "shape": (1.3,)}
 
     def loop(self, v, m):
         return super().loop(v, m) + v.shape * v.rate * m.absolute(v.sticking)

@@ -1,0 +1,60 @@
+"""Machines of public benchmarks, simulated from their published equations, and a mass-spring-damper that says nothing of them."""
+
+import numpy as np
+import pytest
+from simulators.machines import BOUC_WEN, POSITIONING, SILVERBOX, positioning, silverbox
+
+from benchmarks.gap_machines import as_recording
+from fmus.effects.places import laws_at
+from fmus.mechanisms import MassSpringDamper
+from identification.gap.data.sampled import prepare_sampled
+from identification.gap.models.free_start import FreeStart
+from identification.gap.naming.any_component import investigate
+from identification.gap.naming.begin import begin
+from identification.gap.naming.fitting import parameters_of
+from identification.gap.stands.component_test import component_test
+
+
+def test_shaped_hysteresis_is_the_published_law():
+    """z' = alpha y' - beta (gamma |y'| z + delta y' |z|) with width 1 / (beta gamma), force alpha width, shape -delta / gamma."""
+    p, width = BOUC_WEN, 1 / (BOUC_WEN["beta"] * BOUC_WEN["gamma"])
+    law = next(e for e in laws_at(MassSpringDamper()) if e.form == "shaped")
+    own = {"hysteresis.force": p["alpha"] * width, "hysteresis.width": width, "hysteresis.shape": -p["delta"] / p["gamma"]}
+    joined = MassSpringDamper().with_effects(law()).with_values(**own)
+    for v, z in ((0.3, 20.0), (-0.3, 20.0), (0.2, -35.0)):
+        state = {"displacement": 0.0, "velocity": v, "hysteresis.sticking": z / own["hysteresis.force"]}
+        rates, _ = joined.derivatives(np.array([state[n] for n in joined.states]), np.zeros(1))
+        published = p["alpha"] * v - p["beta"] * (p["gamma"] * abs(v) * z + p["delta"] * v * abs(z))
+        found = dict(zip(joined.states, rates, strict=True))
+        assert own["hysteresis.force"] * found["hysteresis.sticking"] == pytest.approx(published, rel=1e-12)
+        assert found["velocity"] == pytest.approx(-2.0 * v - z)  # m = 1, c = 2
+
+
+def test_a_base_is_found_from_values_that_say_nothing_of_the_machine():
+    """The mass of 1 kg, 400 N/m and 2 N.s/m against an axis of 95 kg without a spring, and a circuit that moves micrograms."""
+    axis = as_recording("axis", positioning(1, duration=12))
+    test = component_test(MassSpringDamper(), list(axis.columns))
+    found = dict(zip(free_names(test), np.exp(begin(FreeStart(test), [prepare_sampled(axis, test)]).shared), strict=True))
+    assert found["mass"] == pytest.approx(POSITIONING["mass"], rel=0.2)  # dry friction is not in the base: its damper takes it up
+    assert found["spring_stiffness"] < 50  # N/m: 5 N over the 0.2 m that it goes, a third of its friction
+    circuit = as_recording("circuit", silverbox(5, 3000))
+    test = component_test(MassSpringDamper(), list(circuit.columns))
+    found = dict(zip(free_names(test), np.exp(begin(FreeStart(test), [prepare_sampled(circuit, test)]).shared), strict=True))
+    # The hardening spring is stiffer in the mean than where it is at rest
+    assert found["mass"] == pytest.approx(SILVERBOX["mass"], rel=0.05)
+    assert SILVERBOX["stiffness"] < found["spring_stiffness"] < 1.25 * SILVERBOX["stiffness"]
+
+
+def free_names(test):
+    return [free.name for free in test.free]
+
+
+def test_the_hardening_spring_of_the_silverbox():
+    recordings = [as_recording(f"circuit_{seed}", silverbox(seed, 3000)) for seed in (5, 6)]
+    test = component_test(MassSpringDamper(), list(recordings[0].columns))
+    verdict = investigate(test, [prepare_sampled(recordings[0], test)], holdout=recordings[1:]).verdict
+    assert (verdict.verdict, [c.family for c in verdict.effects]) == ("named", ["hardening_stiffness"])
+    found = parameters_of(verdict.best)
+    for name, published in (("mass", "mass"), ("spring_stiffness", "stiffness"), ("spring_damping", "damping")):
+        assert found[name][0] == pytest.approx(SILVERBOX[published], rel=0.02)  # what a held input has above half of the sampling rate is not told
+    assert found["hardening_stiffness.cubic_stiffness"][0] == pytest.approx(SILVERBOX["cubic"], rel=0.05)
