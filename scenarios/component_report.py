@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from scipy.fft import idct
 from scipy.signal import csd, spectrogram, welch
@@ -17,6 +18,7 @@ from scenarios.gap_tables import before_and_after, places, verdict_section
 from scenarios.report import COLOURS, Report, Section, Table, new_figure
 
 DRIVEN = 1e-4  # of an input's largest power, above which it drives what is answered
+LEAST = 0.5  # of the noise: what is darkest in the map
 PERIODS, SHORTEST = 3.0, 16  # of the middle frequency in a window of the map, and its samples
 
 
@@ -115,7 +117,7 @@ def _map(fit: Fit) -> Figure:
     inside = frequency <= run.reduction_band
     noise = 2 * run.densities[0](frequency[inside]) / run.recording.rate  # one-sided
     z = np.sqrt(power[inside] / noise[:, None])
-    mesh = axes.pcolormesh(time[0] + middle, frequency[inside], np.clip(z, 0, 6), cmap="viridis", shading="nearest")
+    mesh = axes.pcolormesh(time[0] + middle, frequency[inside], z, norm=LogNorm(LEAST, max(float(z.max()), 10 * LEAST)), cmap="viridis", shading="nearest")
     figure.colorbar(mesh, label="|residual| over noise")
     axes.set_xlabel(f"time in {run.name} [s]")
     axes.set_ylabel("frequency [Hz]")

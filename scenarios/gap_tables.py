@@ -5,11 +5,19 @@ from typing import Any
 from scenarios.report import Section, Table
 
 
+def headline(result: dict[str, Any]) -> str:
+    """The verdict in one line."""
+    return {
+        "named": "named: " + " and ".join(e["name"] for e in result["effects"]),
+        "none": "none: the model is as good as the noise",
+        "tied": "tied: these data cannot tell apart " + ", ".join(result["tied"]),
+        "unknown": "unknown: something is missing, and nothing in the library is it",
+    }[result["verdict"]]
+
+
 def verdict_section(result: dict[str, Any], *more: Table) -> Section:
     """The verdict, what was found in a sentence each, the next experiment, limitations; parameters and candidates."""
-    said = [result["verdict"], *(e["sentence"] for e in result["effects"])]
-    if result["tied"]:
-        said.append("These data cannot tell apart " + ", ".join(result["tied"]) + ".")
+    said = [headline(result), *(e["sentence"] for e in result["effects"])]
     if result["closest"]:
         said.append(f"Nearest in the library: {result['closest']['name']}.")
     if result["next_experiment"]:

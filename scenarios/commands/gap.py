@@ -24,7 +24,7 @@ from scenarios.augmented_rider import FILE, effect_on_modes, rider_of, write_mod
 from scenarios.component_report import write_report as write_component_report
 from scenarios.component_test import run_on_component
 from scenarios.gap_report import write_report
-from scenarios.gap_tables import axis_of, modes_over_speed
+from scenarios.gap_tables import axis_of, headline, modes_over_speed
 from scenarios.recordings_on_the_command_line import mapping_of
 from scenarios.rig_over_time import run_over_time
 from scenarios.rig_proposals import rig_proposals
@@ -147,7 +147,7 @@ def show(result: dict[str, Any], console: Console) -> None:
     if "verdict" not in result:
         gap_plan.show(result, console)
         return
-    console.print(_headline(result), style="bold")
+    console.print(headline(result), style="bold")
     for effect in result["effects"]:
         values = ", ".join(f"{n} = {p['value']:.4g} +- {p['standard_error']:.2g} {p['unit']}" for n, p in effect["parameters"].items())
         console.print(f"{effect['name']} ({effect['form']}): {effect['sentence']} {values}")
@@ -177,12 +177,3 @@ def _where(places: Sequence[dict[str, Any]]) -> Table:
     for p in places:
         table.add_row(p["run"], axis_of(p["axis"], p["order"], p["unit"]), f"{p['from']:.4g}", f"{p['to']:.4g}", p["unit"], f"{p['excess']:.3g}", f"{p['p_value']:.1g}")
     return table
-
-
-def _headline(result: dict[str, Any]) -> str:
-    return {
-        "named": "named: " + " and ".join(e["name"] for e in result["effects"]),
-        "none": "none: the model is as good as the noise",
-        "tied": "tied: these data cannot tell apart " + ", ".join(result["tied"]),
-        "unknown": "unknown: something is missing, and nothing in the library is it",
-    }[result["verdict"]]
