@@ -19,7 +19,7 @@ from fmus.effects.channel import ShaftCompliance
 from fmus.elements import Element
 from fmus.errors import InputError, unknown
 from fmus.mathematics import SYMBOLIC
-from fmus.traced import traced
+from fmus.traced import depends_on, traced
 from fmus.variables import Variable
 
 COMPLIANCE = "shaft_compliance.compliance"
@@ -80,8 +80,11 @@ class Imposed(_Wrapped):
     """The component with a state, its rate and its acceleration as inputs, and the effort as output."""
 
     def _table(self, inner: Component) -> dict[str, Variable]:
-        if any(self.rate in (r, c) and r != c and entry != 0.0 for (r, c), entry in traced(inner).mass.items()):
+        form = traced(inner)
+        if any(self.rate in (r, c) and r != c and entry != 0.0 for (r, c), entry in form.mass.items()):
             raise InputError(f"the mass matrix of {inner.name} couples {self.rate} with other states: it cannot be imposed")
+        if self.effort not in depends_on(form.rates[inner.states.index(self.rate)]):
+            raise InputError(f"{self.effort} does not accelerate {self.imposed} of {inner.name}: it does not follow from that motion; impose a state on which it acts")
         return {}
 
     def equations(self, v: Scope, m: Any) -> dict[str, Any]:

@@ -168,6 +168,7 @@ def test_a_component_that_is_far_but_not_by_one_factor_has_its_units_right():
     assert common_factor(joint, {"inertia": 100.0, "damping": 200.0, "stiffness": 1e4}) == pytest.approx(1e3)
     assert common_factor(joint, {"inertia": 100.0, "damping": 1.0, "stiffness": 500.0}) == 1.0
     assert common_factor(joint, {"inertia": 13.0, "damping": 20.0, "stiffness": 1300.0}) == 1.0  # 130 is no unit's factor
+    assert common_factor(joint, {"inertia": 9.5, "damping": 20.0, "stiffness": 950.0}) == 1.0  # nor is 95
     assert common_factor(joint, {"inertia": 0.7, "damping": 2.0, "stiffness": 90.0}) == 1.0
 
 

@@ -2,17 +2,21 @@
 
 import numpy as np
 import pytest
+from simulators.hidden_mechanisms import excitation, simulate_two
 from simulators.machines import BOUC_WEN, POSITIONING, SILVERBOX, positioning, silverbox
 
 from benchmarks.gap_machines import as_recording
 from fmus.effects.places import laws_at
-from fmus.mechanisms import MassSpringDamper
+from fmus.errors import InputError
+from fmus.imposed import Imposed
+from fmus.mechanisms import MassSpringDamper, TwoMass
 from identification.gap.data.sampled import prepare_sampled
 from identification.gap.models.free_start import FreeStart
 from identification.gap.naming.any_component import investigate
 from identification.gap.naming.begin import begin
 from identification.gap.naming.fitting import parameters_of
 from identification.gap.stands.component_test import component_test
+from identification.recordings import Recording
 
 
 def test_shaped_hysteresis_is_the_published_law():
@@ -43,6 +47,29 @@ def test_a_base_is_found_from_values_that_say_nothing_of_the_machine():
     # The hardening spring is stiffer in the mean than where it is at rest
     assert found["mass"] == pytest.approx(SILVERBOX["mass"], rel=0.05)
     assert SILVERBOX["stiffness"] < found["spring_stiffness"] < 1.25 * SILVERBOX["stiffness"]
+
+
+@pytest.mark.parametrize("seen", [("angle", "load_angle"), ("load_angle",)])
+def test_two_masses_much_slower_than_their_own_values(seen):
+    """At 0.1 Hz, where the values that they have ring at 8.5 Hz; nothing follows from the load's motion alone."""
+    rng, frequency = np.random.default_rng(1), 0.1
+    joint = {"J": 0.1, "J2": 0.2, "k": 0.1 * (2 * np.pi * frequency) ** 2, "c": 0.006, "c1": 0.0013, "c2": 0.0019, "sliding": 1e-3}
+    time = np.arange(0, 15 / frequency, 1 / (60 * frequency))
+    drive = excitation("multisine", rng, time[-1], 2.5 * frequency, 1.0).derivative()
+    moved, torque = simulate_two(joint, {}, drive, time)
+    twist = np.ptp(moved[:, 0] - moved[:, 1])
+    shown = dict(zip(("angle", "load_angle"), moved.T + 0.003 * twist * rng.standard_normal((2, len(time))), strict=True))
+    recording = Recording("slow", time, {"torque": torque, **{n: shown[n] for n in seen}}, {"torque": "N.m", **dict.fromkeys(seen, "rad")})
+    test = component_test(TwoMass(), list(recording.columns))
+    found = begin(FreeStart(test), [prepare_sampled(recording, test)])
+    assert found.reduced < 1.3  # of 1,800 numbers or fewer, with a noise that a flexible model leaves; 5,000 and more where it is not found
+    values = dict(zip(free_names(test), np.exp(found.shared), strict=True))
+    assert values["stiffness"] / values["drive_inertia"] == pytest.approx(joint["k"] / joint["J"], rel=0.1)
+
+
+def test_a_motion_that_no_input_accelerates_cannot_be_imposed():
+    with pytest.raises(InputError, match="torque does not accelerate load_angle"):
+        Imposed(TwoMass(), "load_angle", "torque")
 
 
 def free_names(test):

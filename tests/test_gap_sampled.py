@@ -115,6 +115,12 @@ def test_one_segment_that_diverges_is_left_out():
         model._traces(sampled, values, initial)
 
 
+def test_what_was_told_at_other_times_is_not_told_again():
+    run = prepare_sampled(joint_run({}, "random", seed=5, duration=6.0), component_test(DrivenJoint(), ["torque", "angle"]))
+    one, other = np.array([1.0, 2.0, 4.0]), np.array([1.0, 3.0, 4.0])  # as many, with the same ends
+    assert run.told(one)["torque"][1] != run.told(other)["torque"][1]
+
+
 def test_a_held_input_keeps_its_amplitude():
     """Half way to the highest frequency lines through the samples are 10 % too small, sinc(1/4) of what is held."""
     time = np.arange(0, 40, 0.1)

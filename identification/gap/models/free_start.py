@@ -209,8 +209,8 @@ class FreeStart(Segmented):
                     steps[i] = SHORTER * steps[i]
         lags = {name: self._later(run, values, name, best) for name in self.lags}
         finished = {}
-        for i in best:
-            with suppress(InputError, KeyError):  # slopes that leave finite numbers; a lag with which it cannot be simulated
+        for i in (i for i in best if all(i in later for later in lags.values())):
+            with suppress(InputError):  # of slopes that leave finite numbers
                 finished[i] = self._finished(run, values, i, best[i], {name: later[i] for name, later in lags.items()})
         return finished
 

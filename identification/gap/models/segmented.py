@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -28,7 +29,12 @@ class Nodes:
     begins: np.ndarray
     samples: Sequence[slice]
 
-    @cached_property
+    @property
+    def pieces(self) -> Iterator[tuple[int, int]]:
+        """The nodes [first, last) of every segment."""
+        return pairwise([*self.begins.tolist(), len(self.time)])
+
+    @property
     def middle(self) -> np.ndarray:
         """Between the nodes (n-1,)."""
         return (self.time[1:] + self.time[:-1]) / 2
@@ -65,8 +71,7 @@ class Segmented(Model):
                 raise
             made = simulate(self.equations, values, motion, self._piecewise(values, motion, begin[0]), begin, with_initial=True)
         if not length:
-            ends = [*nodes.begins[1:], len(nodes.time)]
-            for i, a, b in zip(indices, nodes.begins, ends, strict=True):
+            for i, (a, b) in zip(indices, nodes.pieces, strict=True):
                 run.guess.setdefault(i, {})["states"] = dict(zip(states, made.states[a:b].T.copy(), strict=True))
         return made, nodes
 
@@ -85,7 +90,7 @@ class Segmented(Model):
     def _guessed(self, run: Sampled, indices: Sequence[int], nodes: Nodes) -> np.ndarray:
         """The states (n, nx) that the segments had last, zero where they had none."""
         guess = np.zeros((len(self.equations.states), len(nodes.time)))
-        for i, a, b in zip(indices, nodes.begins, [*nodes.begins[1:], len(nodes.time)], strict=True):
+        for i, (a, b) in zip(indices, nodes.pieces, strict=True):
             known = run.guess.get(i, {}).get("states", {})
             for row, name in zip(guess, self.equations.states, strict=True):
                 if name in known:

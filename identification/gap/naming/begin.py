@@ -11,13 +11,11 @@ from dataclasses import replace
 import numpy as np
 
 from fmus.errors import InputError
-from fmus.imposed import Imposed
-from fmus.linear import linearise
 from identification.gap.data.flexible import Density
 from identification.gap.data.sampled import Sampled
 from identification.gap.data.told import KINDS, is_rough
 from identification.gap.models.free_start import FreeStart
-from identification.gap.naming.first_values import PATIENCE, first_values, too_large
+from identification.gap.naming.first_values import PATIENCE, first_values, poles
 from identification.gap.naming.fitting import Fit, fit
 
 STRETCHES = (1.0, 3.0)  # periods of the motion's middle frequency
@@ -25,7 +23,6 @@ MOST = 24  # stretches of a run that a first fit looks at
 GROWTH = 20.0  # of an unstable motion over a segment
 GOOD = 2.0  # reduced chi-square at which no other start is tried
 SAME = 0.02  # of it, within which two starts have led to the same
-DEAD = 10.0  # times less than was measured: a base that answers so little explains nothing, from whatever start
 CLOSER = 0.9  # of chi-square: what another way to join an input's samples must reach
 
 
@@ -44,7 +41,7 @@ def begin(model: FreeStart, runs: Sequence[Sampled]) -> Fit:
                 continue
             again = before is not None and max(found.reduced, before.reduced) < (1 + SAME) * min(found.reduced, before.reduced)
             best = found if best is None or found.reduced < best.reduced else best
-            if best.reduced < GOOD or (again and too_large(model, runs, best.shared) > -np.log(DEAD)):
+            if best.reduced < GOOD or again:
                 return _joined(model, best)
     if best is None:
         raise InputError(f"{model.component.name} cannot be simulated near its values: give it values nearer to the component that was recorded")
@@ -77,12 +74,7 @@ def _excerpt(run: Sampled, length: int) -> Sampled:
 
 def stable_segments(model: FreeStart, run: Sampled, x: np.ndarray) -> Sampled:
     """The run, cut where the component's own motion would grow too far over the whole of it."""
-    component = model.component
-    if isinstance(component, Imposed) or not component.states:
-        return run
-    values = model.values(x[: len(model.names)])
-    poles = np.linalg.eigvals(linearise(component.with_values(**{n: values[n] for n in component.values})).A)
-    growth = float(np.max(poles.real))
+    growth = float(np.max(poles(model, x).real, initial=0.0))
     length = int(np.log(GROWTH) / max(growth, 1e-9) * run.recording.rate)
     return run.cut(length) if length < run.segments[0][1] - run.segments[0][0] else run
 

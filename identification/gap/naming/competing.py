@@ -158,7 +158,7 @@ def _fitted(found: Fit, signatures: Sequence[Signature], so_far: Sequence[Candid
         else:
             model, runs = found.model.joined_by(signature.effect), remembering(found.runs, answer.memories)
             fitted = Fit(model, runs, answer.x, answer.chi2, answer.residuals, answer.jacobian, found.count)
-            candidates.append(_candidate(found, signature.effect, fitted))
+            candidates.append(candidate(found, signature.effect, fitted))
     return candidates
 
 
@@ -188,11 +188,11 @@ def _starts(found: Fit, model: AnyModel, signature: Signature, known: Sequence[F
     first = np.concatenate([base[:shared], own, base[shared:]])
     alike = [other for other in known if _families(other.model) == _families(model)]
     same = [other for other in alike if set(other.model.effects) == set(model.effects)]
-    yield from ((_as_found(model, other, first), memories(other.runs), True) for other in same[-1:])
+    yield from ((as_found(model, other, first), memories(other.runs), True) for other in same[-1:])
     yield first, memories(found.runs), False
     yield np.concatenate([base[:shared], _smaller(model, signature), base[shared:]]), memories(found.runs), False
     if not same:
-        yield from ((_as_found(model, other, first), memories(other.runs), False) for other in alike[-1:])
+        yield from ((as_found(model, other, first), memories(other.runs), False) for other in alike[-1:])
     if far:  # a base that had to make up for so much may be no place to start from
         yield np.concatenate([model.start()[: len(model.base)], first[len(model.base) : shared], own]), memories(found.runs), False
 
@@ -201,7 +201,7 @@ def _families(model: AnyModel) -> list[str]:
     return sorted(effect.family for effect in model.effects)
 
 
-def _as_found(model: AnyModel, like: Fit, start: np.ndarray) -> np.ndarray:
+def as_found(model: AnyModel, like: Fit, start: np.ndarray) -> np.ndarray:
     """A start with what another form or another noise gave to parameters of the same names."""
     values = dict(zip(like.model.names, like.x, strict=False))
     return np.concatenate([[values.get(n, x) for n, x in zip(model.names, start, strict=False)], like.x[len(like.model.names) :]])
@@ -228,7 +228,8 @@ def _unfitted(found: Fit, signature: Signature) -> Candidate:
     return Candidate(signature.effect, found, max(signature.gain, 0.0), signature.gain - len(signature.start) * np.log(found.count))
 
 
-def _candidate(found: Fit, effect: type[Effect], fitted: Fit) -> Candidate:
+def candidate(found: Fit, effect: type[Effect], fitted: Fit) -> Candidate:
+    """What an effect gains over a fit."""
     gain = found.chi2 - fitted.chi2
     return Candidate(effect, fitted, gain, gain - (fitted.price - found.price))
 

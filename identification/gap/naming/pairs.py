@@ -7,11 +7,19 @@ it can. So the pairs compete, and only the families that all of the near-best pa
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from fmus.effects import Effect
 from fmus.errors import InputError
-from identification.gap.naming.competing import NEAR, TIE, Candidate, adequate, compete, one_each, reduced_by_noise
+from identification.gap.naming.competing import (
+    NEAR,
+    TIE,
+    Candidate,
+    adequate,
+    as_found,
+    candidate,
+    compete,
+    one_each,
+    reduced_by_noise,
+)
 from identification.gap.naming.fitting import Fit, fit, price
 from identification.gap.naming.screening import screen
 
@@ -87,15 +95,11 @@ def alone(base: Fit, pair: Pair, second: tuple[float, float] = SECOND) -> list[C
     together, found = pair.second.fit, []
     for member in pair.members:
         model = base.model.joined_by(member.effect)
-        known = dict(zip(together.model.names, together.x, strict=False))
-        start = np.concatenate([[known[n] for n in model.names], together.x[len(together.model.names) :]])
         try:
-            single = fit(model, together.runs, start, beat=together.chi2 + second[0])
+            made = candidate(base, member.effect, fit(model, together.runs, as_found(model, together, model.start()), beat=together.chi2 + second[0]))
         except InputError:
             continue
-        gain = base.chi2 - single.chi2
-        made = Candidate(member.effect, single, gain, gain - (single.price - base.price))
-        if adequate(single) and pair.delta_bic - made.delta_bic < max(second[0], second[1] * gain):
+        if adequate(made.fit) and pair.delta_bic - made.delta_bic < max(second[0], second[1] * made.delta_chi2):
             found.append(made)
     return found
 
