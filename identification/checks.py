@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from fmus.errors import InputError
+from identification.time_stamps import coarse, interval
 
 MEASURED = ("steer_angle", "steer_torque")
 # Beyond these a handlebar test has its channels swapped or the wrong unit.
@@ -31,21 +32,20 @@ def channel_errors(path: Path, time: np.ndarray, columns: Mapping[str, np.ndarra
 
 def sampling_warnings(time: np.ndarray) -> list[str]:
     """Duplicates, gaps with the number of samples dropped, and jitter."""
-    steps = np.diff(time)
-    interval = float(np.median(steps))
+    steps, usual = np.diff(time), interval(time)
     found = []
     same = np.flatnonzero(steps == 0)
+    if coarse(time):
+        return [f"time stamps are coarse: they step by {steps.min():g} to {steps.max():g} s, where samples are {usual:.4g} s apart"]
     if len(same):
         found.append(f"{len(same)} duplicate time stamps, first at {time[same[0]]:g} s")
-    if interval == 0:
-        return found
-    gaps = np.flatnonzero(steps > 1.5 * interval)
+    gaps = np.flatnonzero(steps > 1.5 * usual)
     if len(gaps):
-        dropped = int(np.sum(np.round(steps[gaps] / interval) - 1))
+        dropped = int(np.sum(np.round(steps[gaps] / usual) - 1))
         longest = gaps[np.argmax(steps[gaps])]
         found.append(f"{dropped} samples missing in {len(gaps)} gaps, first at {time[gaps[0]]:g} s, longest {steps[longest]:g} s at {time[longest]:g} s")
-    regular = steps[(steps > 0) & (steps <= 1.5 * interval)]
-    deviation = np.abs(regular - interval) / interval
+    regular = steps[(steps > 0) & (steps <= 1.5 * usual)]
+    deviation = np.abs(regular - usual) / usual
     if len(regular) and np.sqrt(np.mean(deviation**2)) > 0.01:
         found.append(f"sampling jitter of {100 * np.sqrt(np.mean(deviation**2)):.1f} % of the interval (rms; largest {100 * deviation.max():.0f} %)")
     return found
@@ -71,7 +71,7 @@ def channel_warnings(time: np.ndarray, columns: Mapping[str, np.ndarray], units:
 def rig_warnings(time: np.ndarray, rig: Mapping[str, Any]) -> list[str]:
     """A sampling rate that is not the one that rig.json states."""
     stated = rig.get("sampling", {}).get("value")
-    rate = 1 / max(float(np.median(np.diff(time))), 1e-12)
+    rate = 1 / max(interval(time), 1e-12)
     if stated and abs(rate / stated - 1) > 0.005:
         return [f"the time column says {rate:.6g} Hz, rig.json says {stated:g} Hz: with a wrong rate all frequencies are wrong"]
     return []

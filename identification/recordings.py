@@ -22,6 +22,7 @@ from fmus.units import unit
 from identification.checks import channel_errors, channel_warnings, rig_warnings, sampling_warnings
 from identification.csv_files import read_csv
 from identification.formats import READERS
+from identification.time_stamps import interval
 
 # The channels of the rigs, and what each measures. Other columns keep the names that their file gives them.
 QUANTITIES = {
@@ -53,8 +54,8 @@ class Recording:
 
     @cached_property
     def rate(self) -> float:
-        """Samples per second [Hz]: the inverse of the median interval, which gaps and jitter do not move."""
-        return 1 / float(np.median(np.diff(self.time)))
+        """Samples per second [Hz], which neither gaps nor rounded time stamps move; infinite where all stamps are the same."""
+        return 1 / (interval(self.time) or 1e-300)
 
     def __getitem__(self, column: str) -> np.ndarray:
         if column not in self.columns:

@@ -12,6 +12,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from scipy.signal import firwin
 
 from fmus.errors import InputError
+from identification.time_stamps import interval
 
 
 def reduced(chunks: Iterator[np.ndarray], rate: float, headers: list[str], time: str = "time") -> tuple[np.ndarray, tuple[str, ...]]:
@@ -25,7 +26,7 @@ def reduced(chunks: Iterator[np.ndarray], rate: float, headers: list[str], time:
     times = [i for i, name in enumerate(headers) if name.split("[")[0].strip() == time]
     if not times:
         raise InputError(f"reducing to {rate:g} Hz needs a column '{time} [s]' (columns there: {', '.join(headers)}); map one with --map COLUMN=time")
-    given = 1 / np.median(np.diff(first[:, times[0]]))
+    given = 1 / (interval(first[:, times[0]]) or np.inf)
     factor = int(given / rate * (1 + 1e-6))
     if factor < 2:
         return np.concatenate([first, *chunks]), ()

@@ -9,8 +9,9 @@ from identification.gap.naming.competing import Candidate, compete, one_each
 from identification.gap.naming.decide import decide
 from identification.gap.naming.fitting import fit
 from identification.gap.naming.pairs import Pair
-from identification.gap.naming.showing import on_holdout
+from identification.gap.naming.showing import on_holdout, surprise
 from identification.gap.naming.starting import fit_base
+from identification.gap.reporting.verdict import as_result
 from scenarios.rig_test import rig_effects, rig_test
 
 pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")
@@ -21,9 +22,9 @@ from simulators.hidden_rig import RIDER, Rig, record, sweep
 RIG = {"handlebar_inertia": {"value": 0.125, "standard_error": 0.00125}}
 
 
-def runs_of(hidden, *tests, seed=3):
+def runs_of(hidden, *tests, seed=3, rider=RIDER, **rig):
     rng = np.random.default_rng(seed)
-    made = [record(excitation, hidden, RIDER, rng, Rig()) for excitation in tests]
+    made = [record(excitation, hidden, rider, rng, Rig(**rig)) for excitation in tests]
     return [prepare(as_recording(f"run_{i}", arrays), "steer_angle", "steer_torque", "steer_angle_command") for i, arrays in enumerate(made)]
 
 
@@ -45,6 +46,27 @@ def test_a_form_that_fails_further_out_leaves_its_family():
     verdict = decide(Model(rig_test(RIG)), runs[:1], library("hardening_stiffness"), runs[1:])
     assert (verdict.verdict, [c.family for c in verdict.effects], verdict.open_form) == ("named", ["hardening_stiffness"], True)
     assert decide(Model(rig_test(RIG)), runs[:1], library("hardening_stiffness")).open_form is False
+
+
+def test_what_errors_of_the_values_explain_refutes_no_name():
+    """A drift that one sweep tells to a tenth: as fitted it misses the sweep down by far, as the other tests' errors let it be not."""
+    runs = runs_of({"rk": 0.5}, sweep(0.5, 12, 1.5, 100.0), sweep(12, 0.5, 2.0, 80.0), seed=1)
+    verdict = decide(Model(rig_test({})), runs[:1], library("drift", "channel_delay"), runs[1:])
+    assert (verdict.verdict, [c.family for c in verdict.effects]) == ("named", ["drift"])
+    held = on_holdout(verdict.best, runs[1:])
+    assert held.chi2 > 2  # all frozen
+    assert surprise(verdict.best, held) == pytest.approx(1.0, abs=0.2)  # 448 numbers: 3 standard deviations
+    said = as_result(verdict, runs[1:], "N.m")["limitations"]
+    assert any("too uncertain to foretell" in sentence for sentence in said)
+
+
+def test_an_effect_that_no_small_step_reaches_is_tried_from_elsewhere():
+    """A soft shaft between servo and a light bar of unknown inertia: the base has none of it left, and the screening sees next to nothing."""
+    runs = runs_of({"C": 3e-4}, sweep(1, 12.8, 0.9, 200.0), rider=dict(zip(RIDER, (0.0316, 0.685, 1301.0, 82.3, 26.2, 3.89), strict=True)), rate=64, bits=14, torque_noise=0.07, remnant=0.05)
+    verdict = decide(Model(rig_test({})), runs, library("shaft_compliance", "viscoelastic_arm", "cross_inertia"))
+    assert verdict.base.reduced > 30
+    shaft = next(c for c in verdict.candidates if c.family == "shaft_compliance")
+    assert shaft.fit.reduced < 1.12 and shaft.effect in [c.effect for c in (*verdict.effects, *verdict.tied)]
 
 
 @pytest.fixture(scope="module")

@@ -19,6 +19,7 @@ from identification.gap.data.phase import Phase
 ORDERS = (2, 3)  # looked for in the motion besides the first
 KNOT = 2.5  # s between the knots of a spline: as fine as the windows of the reduction
 CYCLES = 4.0
+CLOSER = 4  # times, where the phase jumps
 
 
 @dataclass(frozen=True)
@@ -77,11 +78,12 @@ class Rebuilding:
 
 def rebuilding(time: np.ndarray, phase: Phase, orders: Sequence[int] = (1,)) -> Rebuilding:
     """The rebuilding of motions measured at times (n,) [s], with these orders of a phase."""
-    knots = _knots(time, phase.frequency)
-    basis = BSpline.design_matrix(np.clip(time, knots[0], knots[-1]), knots, 3)
-    trusted = np.full(len(time), 1e-4)  # where the phase jumps, the splines need not follow
+    inside = np.zeros(len(time), bool)
     for first, last in phase.stretches:
-        trusted[max(first - int(2.5 / (time[1] - time[0])), 0) : last] = 1.0
+        inside[max(first - int(2.5 / (time[1] - time[0])), 0) : last] = True
+    knots = _knots(time, phase.frequency, inside)
+    basis = BSpline.design_matrix(np.clip(time, knots[0], knots[-1]), knots, 3)
+    trusted = np.where(inside, 1.0, 1e-4)  # where the phase jumps, the splines need not follow
     matrix = _columns(basis, phase.angle, orders)
     # A little smoothness decides what the data leave open.
     normal = matrix.T @ diags_array(trusted) @ matrix
@@ -98,12 +100,18 @@ def _columns(basis: csr_array, phase: np.ndarray, orders: Sequence[int], answer:
     return hstack(blocks, format="csc")
 
 
-def _knots(time: np.ndarray, frequency: np.ndarray) -> np.ndarray:
-    """Knots KNOT seconds apart, or CYCLES cycles where those take longer, with the ends fourfold."""
+def _knots(time: np.ndarray, frequency: np.ndarray, inside: np.ndarray) -> np.ndarray:
+    """Knots KNOT seconds apart, or CYCLES cycles where those take longer, with the ends fourfold; closer outside of the stretches.
+
+    A servo that lags changes its phase against the command's where the frequency steps, which must not ring on inside.
+    """
     inner, at = [], time[0]
+    borders = time[np.flatnonzero(np.diff(inside.astype(int))) + 1]
     while True:
-        f = max(frequency[min(np.searchsorted(time, at), len(time) - 1)], 0.1)
-        at += max(KNOT, CYCLES / f)
+        i = min(np.searchsorted(time, at), len(time) - 1)
+        apart = max(KNOT, CYCLES / max(frequency[i], 0.1)) / (1 if inside[i] else CLOSER)
+        ahead = borders[(borders > at) & (borders < at + apart)]
+        at = ahead[0] if len(ahead) else at + apart
         if at > time[-1] - KNOT:
             break
         inner.append(at)

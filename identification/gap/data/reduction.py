@@ -62,7 +62,7 @@ def reduction_of(phase: Phase, rate: float) -> Reduction:
         angle, mean = phase.angle[first:last], float(phase.frequency[first:last].mean())
         raw: list[np.ndarray] = []
         labels: list[tuple[int, int]] = []
-        for order in [1, 0, *range(2, MORE_ORDERS + 1)]:
+        for order in range(MORE_ORDERS + 1):
             if order * top > 0.47 * rate or len(raw) > n / 3:
                 continue
             degrees = 3 if order <= 1 else 2 if order <= 3 else 1

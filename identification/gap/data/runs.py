@@ -10,13 +10,15 @@ import numpy as np
 from fmus.errors import InputError
 from identification.gap.data.motion import ORDERS as MOTION_ORDERS
 from identification.gap.data.motion import Rebuilding, Rebuilt, rebuilding
-from identification.gap.data.phase import phase_of
-from identification.gap.data.reduction import Noise, Reduction, noise_of, reduction_of, variance_of
+from identification.gap.data.phase import Phase, phase_of
+from identification.gap.data.reduction import ORDERS, Noise, Reduction, noise_of, reduction_of, variance_of
 from identification.recordings import Recording
-from identification.sampling import LEAST_SIGNAL, uniform, white_noise
+from identification.sampling import LEAST_SIGNAL, slower, uniform, white_noise
 
 SHORTEST = 20.0  # s: below it a run holds too few windows to tell noise from a gap
 ON_HARMONICS = 0.9  # share of a swept motion's power that lies on its harmonics
+RATE = 250.0  # Hz: what sharp effects need to be simulated well; faster recordings are compared at a part of their rate
+PASSED = 0.4  # of a reduced rate: the band that is left as it was
 GAIN_ERROR = 0.02  # relative, of a sensor besides that of the effort: its calibration, and how it is mounted
 
 
@@ -117,18 +119,22 @@ def prepare(recording: Recording, imposed: str, measured: str, command: str, fur
     short, that has no excitation, or no slowly changing frequency.
     """
     recording, notes = uniform(recording)
-    time, rate = recording.time, recording.rate
-    if time[-1] - time[0] < SHORTEST:
-        raise InputError(f"{recording.name}: {time[-1] - time[0]:.3g} s are too short to tell noise from a gap; expected at least {SHORTEST:g} s")
-    angle = recording[imposed]
-    reference = recording.columns.get(command)
-    if reference is None or np.ptp(reference) == 0:
-        reference = angle
+    if np.ptp(recording.time) < SHORTEST:
+        raise InputError(f"{recording.name}: {np.ptp(recording.time):.3g} s are too short to tell noise from a gap; expected at least {SHORTEST:g} s")
+    reference = command
+    if np.ptp(recording.columns.get(command, 0.0)) == 0:
+        reference = imposed
         notes = (*notes, f"no {command} in {recording.name}: the phase is taken from {imposed}")
-    phase = phase_of(reference, rate)
+    phase = phase_of(recording[reference], recording.rate)
+    factor = _faster(recording, phase) if phase else 1
+    if factor > 1:
+        recording = slower(recording, factor)
+        notes = (*notes, f"{recording.name} is compared at {recording.rate:.4g} Hz, which is all that {ORDERS} harmonics of its motion need")
+        phase = phase_of(recording[reference], recording.rate)
     if phase is None:
         raise _not_swept(recording, imposed)
-    reduction = reduction_of(phase, rate)
+    time, angle = recording.time, recording[imposed]
+    reduction = reduction_of(phase, recording.rate)
     if _on_harmonics(reduction, angle) < ON_HARMONICS:
         raise _not_swept(recording, imposed)
     angle_noise = noise_of(reduction, angle)
@@ -144,6 +150,12 @@ def prepare(recording: Recording, imposed: str, measured: str, command: str, fur
         from_motion = _through_the_motion(reduction, moved, data, moved_variance, rebuilder)
         outputs.append(Output(column, y, noise, data, np.sqrt(variance_of(reduction, noise) + from_motion), from_motion, GAIN_ERROR if outputs else 0.0))
     return Run(recording, rebuilder.motion(angle), reduction, tuple(outputs), recording.units[imposed], notes)
+
+
+def _faster(recording: Recording, phase: Phase) -> int:
+    """How many times faster than needed a recording is."""
+    top = max(float(phase.frequency[first:last].max()) for first, last in phase.windows)
+    return int(recording.rate / max(RATE, ORDERS * top / PASSED))
 
 
 def _not_swept(recording: Recording, imposed: str) -> InputError:

@@ -11,9 +11,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.ndimage import uniform_filter1d
-from scipy.signal import decimate
 
 from fmus.errors import InputError
 from identification.gap.data.blocks import Blocks, blocks_of
@@ -29,10 +27,9 @@ from identification.gap.data.told import (
 )
 from identification.gap.stands.component_test import ComponentTest
 from identification.recordings import Recording
-from identification.sampling import LEAST_SIGNAL, uniform, white_noise
+from identification.sampling import LEAST_SIGNAL, slower, uniform, white_noise
 
 FEWEST = 200  # samples
-JITTER = 0.05  # of the interval, beyond which samples are moved to a regular grid
 POINTS = 8  # of the simulation per cycle of the highest frequency
 MOST_POINTS = 40_000  # of the simulation of one run
 PERIODS = 6.0  # of the middle frequency in a segment
@@ -145,8 +142,8 @@ class Sampled:
 
 def prepare_sampled(recording: Recording, test: ComponentTest) -> Sampled:
     """The run, its noise a first guess. Raises InputError for a run that is too short, still or without noise."""
-    recording, notes = _regular(recording)
-    recording, more = _reduced(recording, test)
+    recording, notes = uniform(recording)
+    recording, more = _reduced(replace(recording, time=recording.time - recording.time[0]), test)
     notes = (*notes, *more)
     if len(recording.time) < FEWEST:
         raise InputError(f"{recording.name}: {len(recording.time)} samples are too few to tell noise from a gap; expected at least {FEWEST}")
@@ -177,19 +174,6 @@ def sampled(recording: Recording, test: ComponentTest, notes: tuple[str, ...] = 
     return whole.cut(max(int(periods * rate / whole.middle_frequency), SHORTEST_SEGMENT))
 
 
-def _regular(recording: Recording) -> tuple[Recording, tuple[str, ...]]:
-    """The recording from time zero on a regular grid."""
-    recording, notes = uniform(recording)
-    time = recording.time
-    grid = time[0] + np.arange(len(time)) * (time[-1] - time[0]) / (len(time) - 1)
-    if np.max(np.abs(time - grid)) > JITTER / recording.rate:
-        keep = np.concatenate([[True], np.diff(time) > 0])
-        columns = {n: CubicSpline(time[keep], y[keep])(grid) for n, y in recording.columns.items()}
-        recording = replace(recording, columns=columns)
-        notes = (*notes, f"{recording.name}: the samples were moved to a regular grid")
-    return replace(recording, time=grid - grid[0]), notes
-
-
 def _reduced(recording: Recording, test: ComponentTest) -> tuple[Recording, tuple[str, ...]]:
     """The recording at a lower rate, where it is much faster than what moves in it."""
     wanted = [*test.outputs, *test.inputs]
@@ -198,9 +182,8 @@ def _reduced(recording: Recording, test: ComponentTest) -> tuple[Recording, tupl
     if factor < 2 or len(recording.time) < MOST_SAMPLES:
         return recording, ()
     factor = min(factor, len(recording.time) // (MOST_SAMPLES // 2))
-    columns = {n: decimate(y, factor, ftype="fir") for n, y in recording.columns.items()}
     note = f"{recording.name}: reduced to {recording.rate / factor:.4g} Hz; nothing in it is faster than {highest:.3g} Hz"
-    return replace(recording, time=recording.time[::factor], columns=columns), (note,)
+    return slower(recording, factor), (note,)
 
 
 def _told(recording: Recording, test: ComponentTest, kind: str) -> Told:

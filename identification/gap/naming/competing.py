@@ -94,7 +94,8 @@ def _compete(found: Fit, library: Sequence[type[Effect]], leaders: int, least: f
             by_family.setdefault(effect.family, []).append(effect)
     families = {name: sorted(forms, key=lambda e: (e.flexible, len(e.sought()))) for name, forms in by_family.items()}
     seen = screen(found, [form for forms in families.values() for form in _plain(forms)])
-    order = sorted(families, key=lambda name: -max((s.gain for s in seen if s.effect.family == name), default=0.0))
+    promised = {name: max((s.gain for s in seen if s.effect.family == name), default=0.0) for name in families}
+    order = sorted(families, key=lambda name: -promised[name])
     top = max((s.gain for s in seen), default=0.0)
     if top < max(SIGNIFICANT / 2, FAR_LESS * least):
         return ranked(_unfitted(found, s) for s in seen)
@@ -102,7 +103,7 @@ def _compete(found: Fit, library: Sequence[type[Effect]], leaders: int, least: f
     led = {c.effect for c in candidates}
     waves = (order[:1], order[1:3], order[3:leaders], order[leaders:] if others else [])
     for wave in waves:  # what the first ones gain decides which others are worth a fit
-        enough = max((c.delta_chi2 for c in candidates if c.fitted and adequate(c.fit)), default=0.0)
+        enough = max((min(c.delta_chi2, promised[c.family]) for c in candidates if c.fitted and adequate(c.fit)), default=0.0)
         of_each = (sorted((s for s in seen if s.effect.family == name and s.effect not in led), key=lambda s: -s.gain)[:STARTS] for name in wave)
         mine = [signatures for signatures in of_each if signatures]  # none where the effect cannot join
         floor, rival = max(SIGNIFICANT / 2, (RIVAL if wave is waves[-1] else 0.02) * top), RIVAL * enough
@@ -174,7 +175,8 @@ def _best_fit(found: Fit, signature: Signature, beat: float, known: Sequence[Fit
         except InputError:  # nothing near this start can be simulated
             continue
         best = fitted if best is None or fitted.chi2 < best.chi2 else best
-        if adequate(best) or found.chi2 - best.chi2 > promised or (settled and fitted.chi2 > beat):
+        as_promised = found.chi2 - best.chi2 > promised and not (far and best.chi2 > beat)  # far off, all promises are small
+        if adequate(best) or as_promised or (settled and fitted.chi2 > beat):
             break
     if best is None or best.chi2 > found.chi2:
         with suppress(InputError):

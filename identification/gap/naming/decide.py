@@ -30,7 +30,7 @@ from identification.gap.naming.competing import (
 )
 from identification.gap.naming.fitting import Fit, fit, memories, remembering
 from identification.gap.naming.pairs import SECOND, Pair, alone, pairs_of, plainest, sure
-from identification.gap.naming.showing import Closeness, on_holdout
+from identification.gap.naming.showing import Closeness, on_holdout, surprise
 from identification.gap.naming.starting import fit_base
 
 CLOSED = 0.85  # share of the excess that a family with an open form closes, on fitted runs and on held-out ones
@@ -39,6 +39,7 @@ MISSED = 0.2  # reduced chi-square above 1 by which a held-out run refutes a nam
 SHARE_MISSED = 0.005  # that share
 FAR_FROM_NOISE = 10.0  # reduced chi-square from which nothing fits well enough for a name by itself
 SCATTER = 4.5  # standard deviations of a reduced chi-square, as for fitted runs
+SURPRISED = 3.0  # the same of held-out runs where the values may move by their errors
 
 
 @dataclass
@@ -175,14 +176,20 @@ def _borne_out(verdict: Verdict, holdout: Sequence[AnyRun]) -> Verdict:
 
 
 def _refuted(before: Closeness, found: Fit, holdout: Sequence[AnyRun], open_form: bool = False) -> bool:
-    """Whether held-out runs are missed by more than noise, and by more than a name may leave of what the base misses."""
+    """Whether held-out runs are missed by more than noise, and by more than a name may leave of what the base misses.
+
+    An effect that closes most of what the base misses there is not refuted by what the errors of its values explain.
+    """
     try:
         after = on_holdout(found, holdout)
+        scatter = np.sqrt(2 / after.fit.count)  # few data scatter by more
+        allowed = max((1 - _closed(found) if open_form else SHARE_MISSED) * (before.chi2 - 1), MISSED, SCATTER * scatter)
+        if after.chi2 - 1 <= allowed:
+            return False
+        closes = after.chi2 - 1 < (1 - CLOSED) * (before.chi2 - 1)
+        return not closes or surprise(found, after) - 1 > SURPRISED * scatter
     except InputError:  # not even simulated
         return True
-    missed = max(MISSED, SCATTER * np.sqrt(2 / after.fit.count))  # few data scatter by more
-    allowed = (1 - _closed(found) if open_form else SHARE_MISSED) * (before.chi2 - 1)
-    return after.chi2 - 1 > max(allowed, missed)
 
 
 def _closed(found: Fit) -> float:

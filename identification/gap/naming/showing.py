@@ -37,6 +37,18 @@ def on_holdout(found: Fit, runs: Sequence[AnyRun]) -> Closeness:
     return Closeness(float(left @ left) / again.count, _rms(again), again)
 
 
+def surprise(found: Fit, holdout: Closeness) -> float:
+    """The reduced chi-square of held-out runs given what the fitted ones tell of the parameters, and no more than they do.
+
+        (chi2(fitted and held out together) - chi2(fitted)) / data held out
+
+    1 for the truth, however well its parameters are known; frozen values are beside it by their standard errors.
+    """
+    deviations = holdout.fit.x[len(found.model.names) :]
+    together = fit(found.model, [*found.runs, *holdout.fit.runs], np.concatenate([found.x, deviations]))
+    return (together.chi2 - found.chi2) / holdout.fit.count
+
+
 def quiet(found: Fit, runs: Sequence[AnyRun]) -> list[AnyRun]:
     """Held-out runs with the noise that a model leaves of them: a sharp effect's highest orders are then not in it."""
     again = on_holdout(found, runs).fit

@@ -16,6 +16,7 @@ from fmus.effects import Effect
 from fmus.errors import InputError
 from identification.gap.naming.competing import TIE, Candidate, one_each
 from identification.gap.naming.fitting import Fit
+from identification.gap.naming.parallel import spread
 
 INDEPENDENT = 1e-9  # of the largest singular value
 ROUNDING = 1e-9  # of the squared length: what is less is in the base itself
@@ -30,8 +31,8 @@ def equivalent(found: Fit, named: Candidate, candidates: Sequence[Candidate]) ->
     slopes = found.jacobian[: found.count]
     whole, without = _basis(slopes), _basis(np.delete(slopes, own, axis=1))
     rivals = [c for c in one_each(candidates) if c.family != named.family and not c.effect.shapes()]
-    outside = {c.family: (_left(found, c.effect, whole), _left(found, c.effect, without)) for c in rivals}
-    return [family for family, (beside, alone) in outside.items() if alone > ROUNDING and named.delta_chi2 * beside < TIE * alone]
+    outside = spread(lambda rival: _left(found, rival.effect, (whole, without)), rivals, "effects that would answer alike")
+    return [c.family for c, (beside, alone) in zip(rivals, outside, strict=True) if alone > ROUNDING and named.delta_chi2 * beside < TIE * alone]
 
 
 def _basis(slopes: np.ndarray) -> np.ndarray:
@@ -40,14 +41,14 @@ def _basis(slopes: np.ndarray) -> np.ndarray:
     return left[:, sizes > INDEPENDENT * sizes[0]]
 
 
-def _left(found: Fit, effect: type[Effect], basis: np.ndarray) -> float:
-    """The share of an effect's slopes by its size, at zero, that lies outside of a fit's own."""
+def _left(found: Fit, effect: type[Effect], bases: Sequence[np.ndarray]) -> list[float]:
+    """The share of an effect's slopes by its size, at zero, that lies outside of each of these bases."""
     try:
         model = found.model.joined_by(effect, slopes_of_base=False)
         shared = len(found.model.names)
         more = np.array([max(row.min, 0.0) for row in model.rows[shared - len(model.base) :]])
         slopes = np.concatenate([model.reduced(run, np.concatenate([found.of_run(i), more]))[1][:, shared] for i, run in enumerate(found.runs)])
     except InputError:
-        return 1.0
-    left = slopes - basis @ (basis.T @ slopes)
-    return float(left @ left / max(slopes @ slopes, 1e-300))
+        return [1.0] * len(bases)
+    outside = [slopes - basis @ (basis.T @ slopes) for basis in bases]
+    return [float(left @ left / max(slopes @ slopes, 1e-300)) for left in outside]

@@ -14,6 +14,8 @@ from identification.gap.naming.ties import equivalent
 from identification.gap.reporting.harmonic_places import cells as of_harmonics
 from identification.gap.reporting.locating import Cells, locate
 
+FORETOLD = 1.5  # reduced chi-square of a held-out run, above which it was not foretold
+
 
 def as_result(verdict: Verdict, holdout: Sequence[AnyRun], unit: str, noise_source: str = "orders", cells: Cells = of_harmonics) -> dict[str, Any]:
     """The verdict under the keys of the file; what is written beside it (model, FMU, report) is null yet.
@@ -21,7 +23,7 @@ def as_result(verdict: Verdict, holdout: Sequence[AnyRun], unit: str, noise_sour
     cells says what the places of misfit are.
     """
     best = verdict.best
-    chances = _probabilities(verdict)
+    chances, left = _probabilities(verdict), gap(verdict, holdout, unit)
     return {
         "verdict": verdict.verdict,
         "effects": [_effect(verdict, c, chances) for c in verdict.effects] if verdict.verdict == "named" else [],
@@ -31,18 +33,18 @@ def as_result(verdict: Verdict, holdout: Sequence[AnyRun], unit: str, noise_sour
                         "delta_bic": c.delta_bic, "probability": chances.get(id(c), 0.0), "fitted": c.fitted} for c in _distinct(verdict.candidates)],
         "where": [{"run": p.run, "axis": p.axis, "order": p.order, "from": p.start, "to": p.end, "unit": p.unit, "excess": p.excess, "p_value": p.p_value}
                   for p in locate(verdict.base, cells)],
-        "gap": gap(verdict, holdout, unit),
+        "gap": left,
         "base": {n: {"value": v, "standard_error": e, "unit": u} for n, (v, e, u) in parameters_of(best).items() if n in best.model.base},
         "noise_source": noise_source,
         "next_experiment": None,
-        "limitations": _limitations(verdict),
+        "limitations": _limitations(verdict, left["holdout_after"]),
         "model": None,
         "fmu": None,
         "report": None,
     }  # fmt: skip
 
 
-def _limitations(verdict: Verdict) -> list[str]:
+def _limitations(verdict: Verdict, missed: float | None) -> list[str]:
     """What the verdict rests on besides the data, and what it leaves open."""
     sentences = []
     if verdict.verdict == "named" and len(verdict.effects) == 1:
@@ -52,6 +54,9 @@ def _limitations(verdict: Verdict) -> list[str]:
                              "each must have, and what is known of the base beside these runs, tell them apart.")  # fmt: skip
         if verdict.tied:
             sentences.append(f"Something else is missing besides {name}: one of {', '.join(dict.fromkeys(c.family for c in verdict.tied))}.")
+    if verdict.verdict == "named" and not verdict.open_form and missed and missed > FORETOLD:
+        sentences.append(f"The fitted runs leave some values too uncertain to foretell the held-out run (reduced chi-square {missed:.2g} with all "
+                         "of them frozen); within their errors they explain it. Fit more runs.")  # fmt: skip
     if verdict.refuted:
         sentences.append(f"The held-out run refutes what fits as well or better: {', '.join(verdict.refuted)}.")
     return sentences
