@@ -50,7 +50,10 @@ CYCLE = ("none", "single", "none", "none", "unlike", "none", "none", "single", "
 
 @dataclass
 class Truth:
-    """What a case hides: families (none where nothing), the parameters of the simulator, rider and rig."""
+    """What a case hides: families (none where nothing), the parameters of the simulator, rider, rig and test.
+
+    decimals are those of the time stamps [s]; the handlebar's inertia is in rig.json if it is known.
+    """
 
     kind: str
     families: list[str]
@@ -61,6 +64,11 @@ class Truth:
     rig: Rig
     amplitude: float
     length: float
+    band: tuple[float, float]
+    logarithmic: bool
+    dwell: float
+    decimals: int
+    known: bool
 
 
 def draw(number, seed, kind=None):
@@ -69,14 +77,23 @@ def draw(number, seed, kind=None):
     kind = kind or CYCLE[number % len(CYCLE)]
     spread = rng.uniform(0.15, 0.25)
     values = dict(zip(list(RIDER)[1:], RIDERS[rng.integers(len(RIDERS))], strict=True))
-    rider = {"Is": float(rng.uniform(0.08, 0.25)), **{n: v * float(np.exp(spread * rng.standard_normal())) for n, v in values.items()}}
+    rider = {"Is": _between(rng, 0.04, 0.4), **{n: v * float(np.exp(spread * rng.standard_normal())) for n, v in values.items()}}
     trouble = str(rng.choice(["", "", "bursts", "doubled noise", "6 % change"])) if kind == "none" else ""
     noise = 2.0 if trouble == "doubled noise" else 1.0
-    rig = Rig(rate=int(rng.choice([100, 128, 200, 256])), bits=int(rng.choice([10, 12, 12, 14])), angle_noise=float(np.radians(0.03)) * noise,
-              torque_noise=0.2 * noise, remnant=0.4 * noise, lag=float(rng.uniform(0.005, 0.03)), bursts=6 if trouble == "bursts" else 0)  # fmt: skip
+    rig = Rig(rate=int(rng.choice([64, 100, 128, 200, 256, 500, 1000])), bits=int(rng.choice([10, 12, 12, 14, 16])), lag=float(rng.uniform(0.0, 0.06)),
+              angle_noise=float(np.radians(_between(rng, 0.01, 0.06))) * noise, torque_noise=_between(rng, 0.07, 0.6) * noise,
+              remnant=_between(rng, 0.1, 1.0) * noise, bursts=6 if trouble == "bursts" else 0,
+              angle_offset=float(np.radians(rng.normal(0, 0.5))), torque_offset=float(rng.normal(0, 2.0)))  # fmt: skip
     change = 0.06 if trouble == "6 % change" else float(rng.uniform(0.03, 0.05))
     families, hidden = _hidden(kind, rng)
-    return Truth(kind, families, hidden, trouble, change, rider, rig, float(rng.uniform(1.5, 3.0)), float(rng.choice([100, 150, 200, 200, 300])))
+    band = float(rng.choice([0.3, 0.5, 1.0])), min(float(rng.choice([8, 10, 12, 15])), rig.rate / 6)
+    return Truth(kind, families, hidden, trouble, change, rider, rig, _between(rng, 1.0, 4.0), float(rng.choice([100, 150, 200, 300])), band,
+                 bool(rng.random() < 0.4), float(rng.choice([8, 10, 12])), int(rng.choice([3, 6, 9])), bool(rng.random() < 0.75))  # fmt: skip
+
+
+def _between(rng, low, high):
+    """A number whose logarithm is uniform."""
+    return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
 
 def _hidden(kind, rng):
@@ -123,13 +140,15 @@ class Laboratory:
         """The recordings of the case: up-sweep, often a stepped run, and a down-sweep that is to be held out."""
         t = self.truth
         folder.mkdir(parents=True, exist_ok=True)
-        self.write(folder / "sweep_up.csv", sweep(0.5, 12, t.amplitude, t.length))
+        low, high = t.band
+        self.write(folder / "sweep_up.csv", sweep(low, high, t.amplitude, t.length, t.logarithmic))
         if self.stepped:
-            self.write(folder / "stepped.csv", stepped(0.5, 8.5, 0.5, 1.7 * t.amplitude, 10.0))
-        self.write(folder / "holdout.csv", sweep(12, 0.5, 1.3 * t.amplitude, 0.8 * t.length))
-        error = 0.01 * t.rider["Is"]
-        known = {"value": t.rider["Is"] + error * self.rng.standard_normal(), "standard_error": error, "unit": "kg.m2"}
-        (folder / "rig.json").write_text(json.dumps({"handlebar_inertia": known}))
+            self.write(folder / "stepped.csv", stepped(max(low, 0.5), 0.7 * high, 0.5, 1.7 * t.amplitude, t.dwell))
+        self.write(folder / "holdout.csv", sweep(high, low, 1.3 * t.amplitude, 0.8 * t.length, t.logarithmic))
+        if t.known:
+            error = 0.01 * t.rider["Is"]
+            known = {"value": t.rider["Is"] + error * self.rng.standard_normal(), "standard_error": error, "unit": "kg.m2"}
+            (folder / "rig.json").write_text(json.dumps({"handlebar_inertia": known}))
 
     def more(self, folder, experiment):
         """A further run as proposed; its file."""
@@ -155,7 +174,8 @@ class Laboratory:
         names = ["time [s]", "steer_angle_command [rad]", "steer_angle [rad]", "steer_torque [N.m]", "torso_rate [rad/s]"]
         columns = [time, command, *shown]
         kept = [i for i in range(5) if (i != 1 or self.commanded) and (i != 4 or gyro)]
-        np.savetxt(path, np.column_stack([columns[i] for i in kept]), "%.9g", ",", header=",".join(names[i] for i in kept), comments="")
+        formats = [f"%.{t.decimals}f", *["%.9g"] * (len(kept) - 1)]
+        np.savetxt(path, np.column_stack([columns[i] for i in kept]), formats, ",", header=",".join(names[i] for i in kept), comments="")
 
     def secret(self):
         """The truth as a file may hold it."""

@@ -90,14 +90,15 @@ def _torque(delta, s, a, late, duration, h, r, p):
     return out, gyro
 
 
-def sweep(first, last, amplitude, duration):
-    """Angle (n,) of a linear sweep over times, faded in and out within a second."""
-    rate = (last - first) / duration
+def sweep(first, last, amplitude, duration, logarithmic=False):
+    """Angle (n,) of a linear or logarithmic sweep over times, faded in and out within a second."""
+    rate, growth = (last - first) / duration, np.log(last / first) / duration
 
     def angle(t):
         fade = np.clip(np.minimum(t, duration - t), 0, 1.0)
         fade = fade**3 * (10 - 15 * fade + 6 * fade**2)
-        return np.radians(amplitude) * fade * np.sin(2 * np.pi * (first * t + rate / 2 * t**2))
+        cycles = first * np.expm1(growth * np.clip(t, 0, duration)) / growth if logarithmic else first * t + rate / 2 * t**2
+        return np.radians(amplitude) * fade * np.sin(2 * np.pi * cycles)
 
     return angle, duration
 
@@ -135,6 +136,8 @@ class Rig:
     gyro_noise: float = 0.01  # rad/s
     lag: float = 0.016  # s, of the angle behind its command
     bursts: int = 0
+    angle_offset: float = 0.0  # rad, of the sensor
+    torque_offset: float = 0.0  # N.m
 
 
 def record(excitation, hidden, rider, rng, rig=Rig()):
@@ -160,8 +163,8 @@ def record(excitation, hidden, rider, rng, rig=Rig()):
         at = rng.integers(0, n - 2 * rig.rate)
         disturbance[at : at + 2 * rig.rate] += 5 * rig.torque_noise * rng.standard_normal(2 * rig.rate)
     sizes = (np.radians(40) / 2**rig.bits, 400 / 2**rig.bits)
-    measured = moved[:: 2 * finer][:n] + rig.angle_noise * rng.standard_normal(n)
-    shown = [size * np.round(y / size) for size, y in zip(sizes, (measured, sampled + disturbance), strict=True)]
+    measured = moved[:: 2 * finer][:n] + rig.angle_offset + rig.angle_noise * rng.standard_normal(n)
+    shown = [size * np.round(y / size) for size, y in zip(sizes, (measured, sampled + rig.torque_offset + disturbance), strict=True)]
     gyro = gyro[::finer] + rig.gyro_noise * rng.standard_normal(n)
     cut = slice(rig.rate // 8, None)
     return time[cut], angle(time)[cut], shown[0][cut], shown[1][cut], gyro[cut]
