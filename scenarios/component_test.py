@@ -19,8 +19,9 @@ from identification.gap.naming.fitting import parameters_of
 from identification.gap.proposing.next_test import next_experiment
 from identification.gap.proposing.scaled_runs import scaled_runs
 from identification.gap.reporting.sampled_places import cells
-from identification.gap.reporting.verdict import as_result
+from identification.gap.reporting.verdict import as_result, foretold
 from identification.gap.stands.component_test import ComponentTest, component_test
+from identification.gap.stands.sensor_zero import zero_parameter
 from identification.recordings import Recording, read_recording, read_rig
 from scenarios import names
 from scenarios.augmented_component import FILE, component_of, own_modes, write_component
@@ -34,6 +35,7 @@ NONE_IS_WEAK = "none means that nothing of the library improves the model; what 
 OTHER_UNIT = ("All that has force or mass in its unit came out {:.3g} times as large as it started: is a column's unit wrong (deg for rad, kN for N, "
               "mm for m)? Nothing is named. If all units are right, start from values nearer to the component: --component FILE.toml.")  # fmt: skip
 FAR = 1e3  # factor by which a fitted value may differ from where it started
+CERTAIN = 4.0  # errors by which a sensor's zero is called off
 CLOSED = 0.5  # share of the held-out gap that must close
 
 
@@ -93,7 +95,7 @@ def result_of(verdict: Verdict, held: Sequence[Sampled], notes: Sequence[str]) -
     run: Sampled = verdict.best.runs[0]
     unit = run.recording.units[run.test.outputs[0]]
     result = as_result(verdict, held, unit, run.noise_source or "flexible_model", cells)
-    result["limitations"] = list(dict.fromkeys(notes))
+    result["limitations"] = [*dict.fromkeys(notes), *foretold(verdict, result["gap"])]
     return result
 
 
@@ -117,6 +119,10 @@ def limitations_of(found: Investigation, result: dict[str, Any], component: Comp
             sentences.append(f"{name} ran to its bound {row.max:g} {row.unit}: the effect does not fit well, or a column's unit is wrong.")
         if name in best.model.base and start and not 1 / FAR < abs(value) / start < FAR:
             sentences.append(f"{name} came out at {value:.3g} {row.unit}, far from its start {start:.3g}: is a column's unit wrong?")
+    for name in found.test.zeros:
+        value, error, unit = parameters_of(best)[zero_parameter(name)]
+        if abs(value) > CERTAIN * error:
+            sentences.append(f"{value:.2g} {unit} more than the recorded {name} acts (error {error:.1g}): its sensor's zero is off, or something pushes besides.")
     gap = result["gap"]
     if held and result["verdict"] == "named" and gap["holdout_after"] - 1 > CLOSED * (gap["holdout_before"] - 1):
         sentences.append("On the held-out run the effect closes less than half of the gap: what was named may belong to the fitted runs alone.")

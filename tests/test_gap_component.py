@@ -163,6 +163,20 @@ def test_nothing_is_named_where_a_columns_unit_is_wrong(column, factor):
     assert found.factor == pytest.approx(expected, rel=1.0)  # the joint itself is within a factor of two of where the fit starts
 
 
+def test_a_sensor_s_zero_makes_no_spring_lopsided(tmp_path):
+    """A tenth of the torque's rms: taken for nothing, a spring that stiffens would be lopsided besides, or have play."""
+    files = []
+    for seed in (3, 4):
+        run = joint_run({"hardening": 40.0}, "random", seed=seed)
+        run.columns["torque"] += 0.1 * np.std(run["torque"])
+        files.append(str(tmp_path / f"run_{seed}.csv"))
+        write_recording(run, files[-1])
+    assert main(["gap", files[0], "--holdout", files[1], "--component", "driven_joint", "--out", str(tmp_path / "gap")]) == 0
+    verdict = json.loads((tmp_path / "gap" / "verdict.json").read_text("utf-8"))
+    assert [e["name"] for e in verdict["effects"]] == ["hardening_stiffness"]
+    assert any("more than the recorded torque acts" in sentence for sentence in verdict["limitations"])
+
+
 def test_a_component_that_is_far_but_not_by_one_factor_has_its_units_right():
     joint = DrivenJoint()  # inertia 0.1, damping 0.2, stiffness 10
     assert common_factor(joint, {"inertia": 100.0, "damping": 200.0, "stiffness": 1e4}) == pytest.approx(1e3)

@@ -60,6 +60,16 @@ def test_what_errors_of_the_values_explain_refutes_no_name():
     assert any("too uncertain to foretell" in sentence for sentence in said)
 
 
+def test_a_held_out_run_that_was_not_foretold_leaves_no_none():
+    """Arms that stiffen while a slow sweep is below what they are felt at; the run that is held out begins with them soft."""
+    runs = runs_of({"re": 0.5}, sweep(0.2, 8, 2.3, 120.0, logarithmic=True), sweep(8, 0.2, 3.0, 100.0, logarithmic=True))
+    model, families = Model(rig_test(RIG)), library("asymmetry", "added_inertia")
+    assert decide(model, runs[:1], families).verdict == "none"
+    verdict = decide(model, runs[:1], families, runs[1:])
+    assert verdict.verdict == "unknown"
+    assert any("Fit that run too" in sentence for sentence in as_result(verdict, runs[1:], "N.m")["limitations"])
+
+
 def test_an_effect_that_no_small_step_reaches_is_tried_from_elsewhere():
     """A soft shaft between servo and a light bar of unknown inertia: the base has none of it left, and the screening sees next to nothing."""
     runs = runs_of({"C": 3e-4}, sweep(1, 12.8, 0.9, 200.0), rider=dict(zip(RIDER, (0.0316, 0.685, 1301.0, 82.3, 26.2, 3.89), strict=True)), rate=64, bits=14, torque_noise=0.07, remnant=0.05)

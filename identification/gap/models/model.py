@@ -95,7 +95,7 @@ class Model(BaseAndEffects):
     """Base and effects on runs whose motion is known."""
 
     def __init__(self, stand: TestStand | ComponentTest, effects: Sequence[type[Effect]] = (), slopes_of_base: bool = True):
-        super().__init__(stand, effects)
+        super().__init__(stand, effects, stand.open)
         given = {stand.parameter(e, n) for e in effects for n in e.given}
         self.durations = [n for n in given if n.endswith(".duration")]
         self.lags = {stand.parameter(e, n) for e in effects for n in e.lags}

@@ -30,6 +30,7 @@ from identification.sampling import white_noise
 
 ROUNDS = 3
 MOST_MISSED, FAST = 0.2, 1.5  # share of the motion that slow noise may be; fast noise is this much larger than its estimate
+ZERO = 0.3  # of what an input varies by (rms), by which its zero may be off
 STEADY = 0.1  # change of the noise, relative, below which a verdict stands
 
 
@@ -68,6 +69,7 @@ def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequ
     found = fit(model, equal_noise(found.runs, found), found.x)
     deflection, rate = largest_motion(found)
     test = replace(test, component=test.component.with_values(**_values(found))).scaled(deflection, rate)
+    test = test.with_zeros(_zeros(runs))
     library = [*(library or laws_at(test.component, rate, _largest(runs, test.driven), _largest(runs, test.outputs))), *more_effects]
     model = FreeStart(test)
     base = fit(model, [_between_samples(model, run) for run in known_noise(found.runs, given or {})], model.start())
@@ -150,6 +152,12 @@ def _largest(runs: Sequence[Sampled], names: Sequence[str]) -> dict[str, float]:
     """The largest values of what was recorded, without what is always zero."""
     levels = {n: max(float(np.quantile(np.abs(run.recording[n]), 0.999)) for run in runs) for n in names}
     return {n: level for n, level in levels.items() if level > 0}
+
+
+def _zeros(runs: Sequence[Sampled]) -> dict[str, float]:
+    """By how much what was told to a component may be off."""
+    told = {n: max(float(np.std(run.recording[n])) for run in runs) for n in runs[0].test.inputs}
+    return {n: ZERO * deviation for n, deviation in told.items() if deviation > 0}
 
 
 def _doubtful(verdict: Verdict, library: Sequence[type[Effect]], confirmed: bool) -> bool:

@@ -39,6 +39,7 @@ MISSED = 0.2  # reduced chi-square above 1 by which a held-out run refutes a nam
 SHARE_MISSED = 0.005  # that share
 FAR_FROM_NOISE = 10.0  # reduced chi-square from which nothing fits well enough for a name by itself
 SCATTER = 4.5  # standard deviations of a reduced chi-square, as for fitted runs
+FORETOLD = 1.5  # reduced chi-square of held-out runs above which they were not foretold
 SURPRISED = 3.0  # the same of held-out runs where the values may move by their errors
 
 
@@ -156,10 +157,13 @@ def _checked(found: Verdict, holdout: Sequence[AnyRun]) -> Verdict:
 
 
 def _borne_out(verdict: Verdict, holdout: Sequence[AnyRun]) -> Verdict:
-    """The verdict without what held-out runs refute: members of a tie drop out, a name becomes `unknown`."""
-    if not holdout or verdict.verdict not in ("named", "tied"):
+    """The verdict without what held-out runs refute: members of a tie drop out, a name or a base that is as good as noise becomes `unknown`."""
+    if not holdout or verdict.verdict == "unknown":
         return verdict
     before = on_holdout(verdict.base, holdout)
+    if verdict.verdict == "none":
+        missed = before.chi2 > FORETOLD and surprise(verdict.base, before) > FORETOLD
+        return replace(verdict, verdict="unknown") if missed else verdict
     if verdict.verdict == "named":
         if not _refuted(before, verdict.best, holdout, verdict.open_form):
             return verdict

@@ -6,15 +6,13 @@ from typing import Any
 import numpy as np
 
 from identification.gap.models.model import AnyRun
-from identification.gap.naming.competing import Candidate
-from identification.gap.naming.decide import Verdict
+from identification.gap.naming.competing import Candidate, adequate
+from identification.gap.naming.decide import FORETOLD, Verdict
 from identification.gap.naming.fitting import parameters_of
 from identification.gap.naming.showing import closeness, floor, on_holdout, quiet
 from identification.gap.naming.ties import equivalent
 from identification.gap.reporting.harmonic_places import cells as of_harmonics
 from identification.gap.reporting.locating import Cells, locate
-
-FORETOLD = 1.5  # reduced chi-square of a held-out run, above which it was not foretold
 
 
 def as_result(verdict: Verdict, holdout: Sequence[AnyRun], unit: str, noise_source: str = "orders", cells: Cells = of_harmonics) -> dict[str, Any]:
@@ -37,14 +35,14 @@ def as_result(verdict: Verdict, holdout: Sequence[AnyRun], unit: str, noise_sour
         "base": {n: {"value": v, "standard_error": e, "unit": u} for n, (v, e, u) in parameters_of(best).items() if n in best.model.base},
         "noise_source": noise_source,
         "next_experiment": None,
-        "limitations": _limitations(verdict, left["holdout_after"]),
+        "limitations": [*_limitations(verdict), *foretold(verdict, left)],
         "model": None,
         "fmu": None,
         "report": None,
     }  # fmt: skip
 
 
-def _limitations(verdict: Verdict, missed: float | None) -> list[str]:
+def _limitations(verdict: Verdict) -> list[str]:
     """What the verdict rests on besides the data, and what it leaves open."""
     sentences = []
     if verdict.verdict == "named" and len(verdict.effects) == 1:
@@ -54,12 +52,23 @@ def _limitations(verdict: Verdict, missed: float | None) -> list[str]:
                              "each must have, and what is known of the base beside these runs, tell them apart.")  # fmt: skip
         if verdict.tied:
             sentences.append(f"Something else is missing besides {name}: one of {', '.join(dict.fromkeys(c.family for c in verdict.tied))}.")
-    if verdict.verdict == "named" and not verdict.open_form and missed and missed > FORETOLD:
-        sentences.append(f"The fitted runs leave some values too uncertain to foretell the held-out run (reduced chi-square {missed:.2g} with all "
-                         "of them frozen); within their errors they explain it. Fit more runs.")  # fmt: skip
     if verdict.refuted:
         sentences.append(f"The held-out run refutes what fits as well or better: {', '.join(verdict.refuted)}.")
     return sentences
+
+
+def foretold(verdict: Verdict, left: dict[str, Any]) -> list[str]:
+    """What it means where a held-out run is missed by more than the verdict seems to say; left is its gap."""
+    missed = left["holdout_after"]
+    if missed is None or missed < FORETOLD or verdict.open_form:
+        return []
+    if verdict.verdict == "named":
+        return [f"The fitted runs leave some values too uncertain to foretell the held-out run (reduced chi-square {missed:.2g} with all of them frozen); "
+                "within their errors they explain it. Fit more runs."]  # fmt: skip
+    if verdict.verdict == "unknown" and adequate(verdict.best):
+        return [f"The fitted runs are explained, the held-out run is not (reduced chi-square {missed:.2g}): what is missing does not show in the fitted "
+                "ones alone. Fit that run too."]  # fmt: skip
+    return []
 
 
 def gap(verdict: Verdict, holdout: Sequence[AnyRun], unit: str) -> dict[str, Any]:
@@ -114,7 +123,7 @@ def _effect(verdict: Verdict, candidate: Candidate, chances: dict[int, float]) -
 
 
 def _closest(verdict: Verdict) -> dict[str, Any] | None:
-    if not verdict.candidates:
+    if not verdict.candidates or verdict.candidates[0].delta_bic < 0:
         return None
     best = verdict.candidates[0]
     return {"name": best.family, "delta_bic": best.delta_bic}

@@ -11,6 +11,7 @@ from fmus.component import Component
 from fmus.effects import Effect
 from fmus.errors import InputError, unknown
 from fmus.resisted import with_a_place
+from identification.gap.stands.sensor_zero import zero_of, zero_parameter
 from identification.gap.stands.test_stand import Free, imposed_on, parameter_of
 
 SLIDING = 0.01  # of the largest rate: friction is fully there above it
@@ -21,7 +22,8 @@ class ComponentTest:
     """A component with the columns of its recordings: `inputs` that are told, `outputs` that are measured.
 
     imposed is the state that is told instead of the input `outputs[0]`; "" where the component runs forward. given
-    holds parameters of effects that the test sets, largest the largest deflection seen [rad or m].
+    holds parameters of effects that the test sets, largest the largest deflection seen [rad or m]. zeros are the recorded
+    inputs that may be off by a constant, which is fitted.
     """
 
     component: Component
@@ -32,6 +34,17 @@ class ComponentTest:
     given: Mapping[str, float] = field(default_factory=dict)
     largest: float = 1.0
     measured_effects: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    zeros: tuple[str, ...] = ()
+
+    @property
+    def open(self) -> tuple[str, ...]:
+        """The parameters that are fitted as they are, beside the free ones."""
+        return tuple(zero_parameter(name) for name in self.zeros)
+
+    def with_zeros(self, deviations: Mapping[str, float]) -> "ComponentTest":
+        """The test of which the recorded inputs may be off, by constants of such deviations."""
+        known = {zero_parameter(name): (0.0, deviation) for name, deviation in deviations.items()}
+        return replace(self, zeros=tuple(deviations), measured_effects={**self.measured_effects, **known})
 
     @property
     def driven(self) -> tuple[str, ...]:
@@ -40,6 +53,7 @@ class ComponentTest:
 
     def with_effects(self, effects: Sequence[type[Effect]]) -> Component:
         """The component as the test sees it, with effects."""
+        effects = [*(zero_of(self.component, name) for name in self.zeros), *effects]
         if self.imposed:
             seen = imposed_on(self.component, self.imposed, self.outputs[0], effects)
         else:

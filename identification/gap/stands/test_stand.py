@@ -75,6 +75,11 @@ class TestStand:
         return imposed_on(self.component, self.imposed, self.measured, effects, tuple(sensor.output for sensor in self.further.values()))
 
     @property
+    def open(self) -> tuple[str, ...]:
+        """The parameters that are fitted as they are, beside the free ones: none."""
+        return ()
+
+    @property
     def outputs(self) -> tuple[str, ...]:
         """The outputs of the component seen from the test that are measured."""
         return (self.measured,)
