@@ -18,6 +18,7 @@ from identification.sampling import LEAST_SIGNAL, slower, uniform, white_noise
 SHORTEST = 20.0  # s: below it a run holds too few windows to tell noise from a gap
 ON_HARMONICS = 0.9  # share of a swept motion's power that lies on its harmonics
 RATE = 250.0  # Hz: what sharp effects need to be simulated well; faster recordings are compared at a part of their rate
+POINTS = 10  # of a simulation per cycle of the fastest excitation
 PASSED = 0.4  # of a reduced rate: the band that is left as it was
 GAIN_ERROR = 0.02  # relative, of a sensor besides that of the effort: its calibration, and how it is mounted
 
@@ -105,6 +106,17 @@ class Run:
                 self.known.pop(next(iter(self.known)))
             self.known[key] = self.motion(np.clip(time, *self.recording.time[[0, -1]]))
         return self.known[key]
+
+    @cached_property
+    def finer(self) -> int:
+        """Steps of a simulation per sample: a slow recording has too few for a loop that closes in a cycle."""
+        return int(np.ceil(POINTS * max(c.frequency for c in self.reduction.columns) / self.recording.rate))
+
+    @cached_property
+    def nodes(self) -> np.ndarray:
+        """The times at which the run is simulated [s]."""
+        time = self.recording.time
+        return np.interp(np.arange((len(time) - 1) * self.finer + 1) / self.finer, np.arange(len(time)), time)
 
     @property
     def duration(self) -> float:

@@ -124,10 +124,10 @@ class Model(BaseAndEffects):
             self.found[id(run.recording)] = (run.recording, dict(zip(self.equations.states, made.states.T, strict=True)))
         if not slopes:
             self.fresh[id(run)] = values, made
-        time, y = run.recording.time, made.outputs
+        time, y = run.recording.time, made.outputs[:: run.finer]
         jacobian = np.zeros((len(self.names), *y.T.shape))
         if slopes:
-            jacobian[[self.names.index(n) for n in self.sensitive]] = made.slopes.T
+            jacobian[[self.names.index(n) for n in self.sensitive]] = made.slopes[:: run.finer].T
             jacobian[: len(self.base)] *= np.array([values[n] for n in self.base])[:, None, None]
         if self.shift:  # all that is told arrives later, so the effort does; drift over a lag is nothing
             grown = time if self.shift_grows else 1.0
@@ -167,14 +167,14 @@ class Model(BaseAndEffects):
         if id(run.recording) not in self.found or not self.equations.states:
             return None
         known = self.found[id(run.recording)][1]
-        return np.array([known.get(s, np.zeros(len(run.recording.time))) for s in self.equations.states]).T
+        return np.array([known.get(s, np.zeros(len(run.nodes))) for s in self.equations.states]).T
 
     def lag(self, values: Mapping[str, float], time: np.ndarray) -> np.ndarray | float:
         """By how much all that is told arrives later, at times (n,) [s]."""
         return values[self.shift] * (time if self.shift_grows else 1.0) if self.shift else 0.0
 
     def _motion(self, run: Run, values: Mapping[str, float]) -> Motion:
-        time = run.recording.time
+        time = run.nodes
         middle = (time[1:] + time[:-1]) / 2
         at, between = (self._inputs(run, t - self.lag(values, t), values) for t in (time, middle))
         return Motion(time, at, between)
