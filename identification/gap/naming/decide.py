@@ -30,7 +30,7 @@ from identification.gap.naming.competing import (
 )
 from identification.gap.naming.fitting import Fit, fit, memories, remembering
 from identification.gap.naming.pairs import SECOND, Pair, alone, pairs_of, plainest, sure
-from identification.gap.naming.showing import Closeness, on_holdout, surprise
+from identification.gap.naming.showing import FORETOLD, Closeness, on_holdout, surprise
 from identification.gap.naming.starting import fit_base
 
 CLOSED = 0.85  # share of the excess that a family with an open form closes, on fitted runs and on held-out ones
@@ -39,7 +39,6 @@ MISSED = 0.2  # reduced chi-square above 1 by which a held-out run refutes a nam
 SHARE_MISSED = 0.005  # that share
 FAR_FROM_NOISE = 10.0  # reduced chi-square from which nothing fits well enough for a name by itself
 SCATTER = 4.5  # standard deviations of a reduced chi-square, as for fitted runs
-FORETOLD = 1.5  # reduced chi-square of held-out runs above which they were not foretold
 SURPRISED = 3.0  # the same of held-out runs where the values may move by their errors
 
 

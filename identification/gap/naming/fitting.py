@@ -7,7 +7,7 @@ runs, a rider who changes by 3 % looks like an effect; so d_r is free under its 
 slopes; effects stay within their bounds, which hold the physical sign.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,6 +22,7 @@ COARSE = 1e-3  # of it, as long as the fit is far from the data
 OF_UNKNOWN = 2.0  # AIC's price: each sees only a part of one run, of which there are always as many
 UNFELT, FELT, LEAST_FELT = 1.0, 10.0, 1e-3  # change of the residuals by a factor e in a parameter
 HOPE = 20.0  # steps like the next one that a fit may need to reach what it should beat
+MOST_OFF = 10.0  # deviations that the zero of a sensor may be off
 ASTRAY = 1e8  # times the chi-square that is to be beaten: from there, a simulation that has lost its way rarely finds back
 
 
@@ -82,9 +83,10 @@ def price(model: AnyModel, runs: Sequence[AnyRun]) -> float:
     return len(model.names) * float(np.log(count)) + OF_UNKNOWN * sum(model.unknowns(run) for run in runs)
 
 
-def deviating(stand: AnyStand) -> list[int]:
-    """The free parameters that change from run to run."""
-    return [i for i, f in enumerate(stand.free) if f.spread > 0]
+def deviating(stand: AnyStand) -> dict[int, float]:
+    """What changes from run to run, by its place in the model's vector, and by how much: parameters of the base, zeros of sensors."""
+    zeros = getattr(stand, "zeros", {}).values()
+    return {i: f.spread for i, f in enumerate(stand.free) if f.spread > 0} | {len(stand.free) + i: deviation for i, deviation in enumerate(zeros)}
 
 
 def memories(runs: Sequence[Any]) -> list[Any]:
@@ -98,7 +100,7 @@ def remembering(runs: Sequence[Any], kept: Sequence[Any]) -> list[Any]:
 
 
 def _vector(x: np.ndarray, model: AnyModel, index: int) -> np.ndarray:
-    moved = deviating(model.stand)
+    moved = list(deviating(model.stand))
     shared = len(model.names)
     q = x[:shared].copy()
     q[moved] += x[shared + index * len(moved) : shared + (index + 1) * len(moved)]
@@ -164,8 +166,14 @@ def _bounds(model: AnyModel, total: int) -> tuple[np.ndarray, np.ndarray]:
     table = model.component.table
     low = [np.log(max(table[n].min, 1e-6)) for n in model.base] + [r.min for r in model.rows]
     high = [np.log(table[n].max) for n in model.base] + [r.max for r in model.rows]
-    rest = total - len(low)
-    return np.concatenate([low, np.full(rest, -1.0)]), np.concatenate([high, np.full(rest, 1.0)])
+    rest = _deviations(model, total, lambda place, deviation: 1.0 if place < len(model.base) else MOST_OFF * deviation)
+    return np.concatenate([low, -rest]), np.concatenate([high, rest])
+
+
+def _deviations(model: AnyModel, total: int, told: Callable[[int, float], float]) -> np.ndarray:
+    """What is told of every deviation at the end of x, of each run, by its place in the model's vector and its size."""
+    of_one = [told(place, deviation) for place, deviation in deviating(model.stand).items()]
+    return np.array(of_one * ((total - len(model.names)) // max(len(of_one), 1)), float)
 
 
 def _within(move: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -179,6 +187,7 @@ def _reach(model: AnyModel, x: np.ndarray) -> np.ndarray:
     nb = len(model.base)
     for i in range(len(model.own)):
         reach[nb + i] = np.inf if i in model.sizes else 0.7 * abs(x[nb + i])
+    reach[len(model.names) :] = _deviations(model, len(x), lambda place, _: 0.7 if place < nb else np.inf)
     return reach
 
 
@@ -186,7 +195,7 @@ class _Problem:
     """Residuals in units of the noise, those of the priors last, and their slopes by x."""
 
     def __init__(self, model: AnyModel, runs: list[AnyRun], total: int):
-        self.model, self.runs, self.moved = model, runs, deviating(model.stand)
+        self.model, self.runs, self.moved = model, runs, list(deviating(model.stand))
         self.predicted = getattr(model, "predicted", None)
         self.priors, self.known = _priors(model, len(runs), total)
         self.kept: dict[int, np.ndarray] = {}  # slopes that came with the output
@@ -217,10 +226,10 @@ class _Problem:
 
 def _priors(model: AnyModel, runs: int, total: int) -> tuple[np.ndarray, np.ndarray]:
     """What is known beside the data, as rows (k, total) times x = known (k,), in units of the errors."""
-    moved, shared = deviating(model.stand), len(model.names)
+    moved, shared = list(deviating(model.stand).values()), len(model.names)
     rows, known = [np.zeros(total) for _ in range(runs * len(moved))], [0.0] * (runs * len(moved))
     for at, row in enumerate(rows):
-        row[shared + at] = 1 / model.stand.free[moved[at % len(moved)]].spread
+        row[shared + at] = 1 / moved[at % len(moved)]
     for i, free in enumerate(model.stand.free):
         if free.known is not None:
             weight = free.known / free.standard_error
@@ -234,6 +243,16 @@ def _priors(model: AnyModel, runs: int, total: int) -> tuple[np.ndarray, np.ndar
             rows[-1][model.names.index(name)] = 1 / error
         known.append(value / error)
     return np.array(rows).reshape(-1, total), np.array(known)
+
+
+def zeros_of(found: Fit) -> dict[str, list[tuple[float, float]]]:
+    """By input, what acts in every run beyond what was recorded, and its standard error."""
+    places, errors = list(deviating(found.model.stand)), np.sqrt(np.maximum(np.diag(found.covariance()), 0.0))
+    zeros: dict[str, list[tuple[float, float]]] = {}
+    for i, name in enumerate(getattr(found.model.stand, "zeros", {})):
+        own = [len(found.model.names) + run * len(places) + places.index(len(found.model.base) + i) for run in range(len(found.runs))]
+        zeros[name] = [(float(found.x[k]), float(errors[k])) for k in own]
+    return zeros
 
 
 def parameters_of(found: Fit) -> Mapping[str, tuple[float, float, str]]:

@@ -30,9 +30,9 @@ def through(found: Fit, run: AnyRun) -> Foresight:
     """What a fit foresees of a planned run: the base deviates there as it does from run to run."""
     moved = deviating(found.model.stand)
     predicted, own = found.model.reduced(run, found.shared)
-    spreads = np.diag([1 / found.model.stand.free[i].spread for i in moved])
+    spreads = np.diag([1 / deviation for deviation in moved.values()])
     priors = np.hstack([np.zeros((len(moved), len(found.model.names))), spreads])
-    return Foresight(np.concatenate([predicted, np.zeros(len(moved))]), np.vstack([np.hstack([own, own[:, moved]]), priors]))
+    return Foresight(np.concatenate([predicted, np.zeros(len(moved))]), np.vstack([np.hstack([own, own[:, list(moved)]]), priors]))
 
 
 def separation(rival: Fit, difference: np.ndarray, slopes: np.ndarray) -> float:

@@ -7,9 +7,9 @@ import numpy as np
 
 from identification.gap.models.model import AnyRun
 from identification.gap.naming.competing import Candidate, adequate
-from identification.gap.naming.decide import FORETOLD, Verdict
+from identification.gap.naming.decide import Verdict
 from identification.gap.naming.fitting import parameters_of
-from identification.gap.naming.showing import closeness, floor, on_holdout, quiet
+from identification.gap.naming.showing import FORETOLD, closeness, floor, on_holdout, quiet
 from identification.gap.naming.ties import equivalent
 from identification.gap.reporting.harmonic_places import cells as of_harmonics
 from identification.gap.reporting.locating import Cells, locate

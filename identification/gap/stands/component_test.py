@@ -14,6 +14,7 @@ from fmus.resisted import with_a_place
 from identification.gap.stands.sensor_zero import zero_of, zero_parameter
 from identification.gap.stands.test_stand import Free, imposed_on, parameter_of
 
+COMMON = 1e-3  # of a zero's deviation: what runs have in common is in the runs' own
 SLIDING = 0.01  # of the largest rate: friction is fully there above it
 
 
@@ -22,8 +23,8 @@ class ComponentTest:
     """A component with the columns of its recordings: `inputs` that are told, `outputs` that are measured.
 
     imposed is the state that is told instead of the input `outputs[0]`; "" where the component runs forward. given
-    holds parameters of effects that the test sets, largest the largest deflection seen [rad or m]. zeros are the recorded
-    inputs that may be off by a constant, which is fitted.
+    holds parameters of effects that the test sets, largest the largest deflection seen [rad or m]. zeros are by how much
+    recorded inputs may be off, in every run by another constant.
     """
 
     component: Component
@@ -34,7 +35,7 @@ class ComponentTest:
     given: Mapping[str, float] = field(default_factory=dict)
     largest: float = 1.0
     measured_effects: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    zeros: tuple[str, ...] = ()
+    zeros: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def open(self) -> tuple[str, ...]:
@@ -42,9 +43,9 @@ class ComponentTest:
         return tuple(zero_parameter(name) for name in self.zeros)
 
     def with_zeros(self, deviations: Mapping[str, float]) -> "ComponentTest":
-        """The test of which the recorded inputs may be off, by constants of such deviations."""
-        known = {zero_parameter(name): (0.0, deviation) for name, deviation in deviations.items()}
-        return replace(self, zeros=tuple(deviations), measured_effects={**self.measured_effects, **known})
+        """The test of which recorded inputs may be off, by constants of such deviations, in every run by another."""
+        common = {zero_parameter(name): (0.0, COMMON * deviation) for name, deviation in deviations.items()}
+        return replace(self, zeros=deviations, measured_effects={**self.measured_effects, **common})
 
     @property
     def driven(self) -> tuple[str, ...]:
