@@ -27,14 +27,15 @@ def uniform(recording: Recording) -> tuple[Recording, tuple[str, ...]]:
         raise InputError(f"{recording.name}: most time stamps are duplicates; expected a time column [s] that grows")
     if complete(time):
         return _stamped_anew(recording, time[0] + step * np.arange(len(time)))
-    count = round((time[-1] - time[0]) / step) + 1
-    missing = count - len(np.unique(np.round((time - time[0]) / step)))
+    places, rows = np.unique(np.round((time - time[0]) / step).astype(int), return_index=True)
+    count = int(places[-1]) + 1
+    missing = count - len(places)
     if missing > BRIDGED * count:
         raise InputError(f"{recording.name}: {missing} of {count} samples are missing, more than {100 * BRIDGED:g} %; "
                          "cut the recording into parts without gaps")  # fmt: skip
-    grid = time[0] + step * np.arange(count)
-    columns = {name: np.interp(grid, time, values) for name, values in recording.columns.items()}
-    return replace(recording, time=grid, columns=columns), (f"{missing} missing samples were bridged by straight lines for the spectra",)
+    every = np.arange(count)
+    columns = {name: np.interp(every, places, values[rows]) for name, values in recording.columns.items()}
+    return replace(recording, time=time[0] + step * every, columns=columns), (f"{missing} missing samples were bridged by straight lines for the spectra",)
 
 
 def _stamped_anew(recording: Recording, grid: np.ndarray) -> tuple[Recording, tuple[str, ...]]:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+EQUAL = 1e-3  # of the rounding: steps that differ by less are the same
 ENOUGH = 20  # long steps, and short ones, from which roundings can be told from missing samples
 
 
@@ -26,15 +27,15 @@ def complete(time: np.ndarray) -> bool:
 def coarse(time: np.ndarray) -> bool:
     """Whether stamps (n,) are those of a regular grid, rounded to more than half of its interval.
 
-    Their steps differ by the rounding, and none is further from the grid than that. Missing samples add up.
+    There are steps of two lengths then, which differ by the rounding, and no stamp is further from the grid than that. Missing samples add up.
     """
     steps = np.diff(time)
     if np.all(_near(steps)):
         return False
     rounding = float(np.ptp(steps))
-    long, short = (np.count_nonzero(side) for side in (steps > steps.mean(), steps < steps.mean()))
+    long, short = (np.count_nonzero(np.abs(steps - end) < EQUAL * rounding) for end in (steps.max(), steps.min()))
     off = np.abs(time - np.linspace(time[0], time[-1], len(time))).max()
-    return bool(min(long, short) >= ENOUGH and off < (1 + 1e-6) * rounding)
+    return bool(min(long, short) >= ENOUGH and long + short == len(steps) and off < (1 + EQUAL) * rounding)
 
 
 def _near(steps: np.ndarray) -> np.ndarray:

@@ -45,6 +45,15 @@ def test_stamps_that_are_rounded_are_replaced_and_the_samples_stay():
     assert "rounded or late by up to 0.55 ms" in notes[0]
 
 
+def test_missing_samples_are_bridged_and_the_others_stay():
+    times, gone = np.arange(N) / 256, [700, 701, 2500]
+    kept = np.delete(np.arange(N), gone)
+    made, notes = uniform(recording(np.round(times[kept], 3), sine(times[kept])))
+    assert len(made.time) == N and "3 missing samples" in notes[0]
+    assert np.array_equal(made["steer_angle"][kept], sine(times[kept]))
+    assert made["steer_angle"][2500] == pytest.approx(sine(times[[2499, 2501]]).mean())
+
+
 def test_several_samples_to_a_stamp():
     times = np.arange(N) / 256
     made, notes = uniform(recording(np.floor(100 * times) / 100, sine(times)))
