@@ -130,7 +130,7 @@ def _runs(files: Sequence[str], stand: TestStand, mapping: Sequence[str]) -> lis
 
 
 def _limitations(rig: dict[str, Any], runs: Sequence[Run], held: Sequence[Run], bare: bool) -> list[str]:
-    sentences = [note for r in (*runs, *held) for note in (*r.notes, *r.recording.warnings)]
+    sentences = list(dict.fromkeys(note for r in (*runs, *held) for note in (*r.notes, *r.recording.warnings)))
     sentences += _bar_unknown(rig, bare)
     if not held:
         sentences.append("No held-out run: the verdict is not checked on data that was not used.")

@@ -59,6 +59,7 @@ def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequ
     given holds known deviations of outputs by name; so_far is told what is known already at every stage;
     held-out recordings can only take a name back. Raises InputError where the base cannot be fitted.
     """
+    test = test.with_zeros(_zeros(runs))
     component, model = test.component, FreeStart(test)
     found = begin(model, runs)
     kept = not_told_apart(found)
@@ -69,7 +70,6 @@ def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequ
     found = fit(model, equal_noise(found.runs, found), found.x)
     deflection, rate = largest_motion(found)
     test = replace(test, component=test.component.with_values(**_values(found))).scaled(deflection, rate)
-    test = test.with_zeros(_zeros(runs))
     library = [*(library or laws_at(test.component, rate, _largest(runs, test.driven), _largest(runs, test.outputs))), *more_effects]
     model = FreeStart(test)
     base = fit(model, [_between_samples(model, run) for run in known_noise(found.runs, given or {})], model.start())

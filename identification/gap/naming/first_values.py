@@ -66,8 +66,10 @@ def _imposed(model: FreeStart, runs: Sequence[Sampled]) -> Iterator[np.ndarray]:
     driving = [n for n in test.driven if all(np.ptp(run.recording[n]) > 0 for run in runs)]
     for state, effort in product(seen, driving):
         with suppress(InputError):
-            turned = replace(test, inputs=(state, *(n for n in test.inputs if n != effort)), outputs=(effort,), imposed=state)
-            yield fit(FreeStart(turned), [sampled(run.recording, turned) for run in runs], model.start(), iterations=PATIENCE).x
+            others = tuple(n for n in test.inputs if n != effort)
+            turned = FreeStart(replace(test, inputs=(state, *others), outputs=(effort,), imposed=state, zeros={}, measured_effects={}))
+            found = fit(turned, [sampled(run.recording, turned.stand) for run in runs], turned.start(), iterations=PATIENCE)
+            yield np.concatenate([found.x[: len(model.base)], model.start()[len(model.base) :]])
             return
 
 
