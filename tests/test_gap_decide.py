@@ -17,7 +17,7 @@ from scenarios.rig_test import rig_effects, rig_test
 pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")
 import numpy as np
 from simulators.as_recordings import as_recording
-from simulators.hidden_rig import RIDER, Rig, record, sweep
+from simulators.hidden_rig import RIDER, Rig, record, stepped, sweep
 
 RIG = {"handlebar_inertia": {"value": 0.125, "standard_error": 0.00125}}
 
@@ -77,6 +77,17 @@ def test_a_slow_recording_is_simulated_between_its_samples():
     force, error, _ = parameters_of(verdict.best)["device.hysteresis.force"]
     assert [c.family for c in verdict.effects] == ["hysteresis"]
     assert force == pytest.approx(1.2, abs=3 * error) and error < 0.02
+
+
+def test_a_mode_is_found_from_starts_that_promise_little():
+    """A small step towards a head at 1.5 Hz promises much, one at 5 Hz nothing; the one that is there is at 6 Hz."""
+    rider = dict(zip(RIDER, (0.27, 0.878, 555.0, 66.6, 14.6, 4.53), strict=True))
+    tests = sweep(1, 15, 4.0, 150.0, logarithmic=True), stepped(1, 10.5, 0.5, 6.7, 10.0)
+    rig = {"rate": 100, "lag": 0.054, "angle_noise": 5e-4, "torque_noise": 0.08, "remnant": 0.95}
+    runs = runs_of({"Ih": 0.0235, "fh": 6.145, "zh": 0.298}, *tests, rider=rider, **rig)
+    best = compete(fit_base(Model(rig_test({})), runs), library("extra_mode"))[0]
+    assert best.fit.reduced < 1.12
+    assert parameters_of(best.fit)["device.extra_mode.frequency"][0] == pytest.approx(6.145, rel=0.02)
 
 
 def test_an_effect_that_no_small_step_reaches_is_tried_from_elsewhere():

@@ -24,7 +24,7 @@ FAR = 30.0  # reduced chi-square of a base from which no effect is a small step
 STRAINED = 10.0  # errors of what is known of a base, by which it is missed: the same
 PROMISED = 0.5  # of a signature's gain (all of it where a base is far off): with less, a fit is tried from elsewhere
 SMALLER = 0.2  # of the size of an effect, from where it is tried again
-STARTS = 2  # signatures of a family that are fitted
+STARTS, MOST_STARTS = 2, 6  # signatures of a family that are fitted, and where nothing is adequate
 NEAR = 0.5  # of the best one's dBIC: what a family must have for its other forms to be fitted, and to be the first of a pair
 BEHIND = 300.0  # dBIC behind an adequate effect that another form of a family may make up for
 FAR_LESS = 0.25  # of a gain: what a signature, which sees only small effects in full, must promise
@@ -93,7 +93,7 @@ def _compete(found: Fit, library: Sequence[type[Effect]], leaders: int, least: f
         if effect.family not in present:
             by_family.setdefault(effect.family, []).append(effect)
     families = {name: sorted(forms, key=lambda e: (e.flexible, len(e.sought()))) for name, forms in by_family.items()}
-    seen = screen(found, [form for forms in families.values() for form in _plain(forms)])
+    seen = screen(found, [form for forms in families.values() for form in _plain(forms)], keep=MOST_STARTS)
     promised = {name: max((s.gain for s in seen if s.effect.family == name), default=0.0) for name in families}
     order = sorted(families, key=lambda name: -promised[name])
     top = max((s.gain for s in seen), default=0.0)
@@ -122,9 +122,18 @@ def _compete(found: Fit, library: Sequence[type[Effect]], leaders: int, least: f
         tried = {c.effect for c in candidates if c.fitted}
         more = [form for name in families if name in near for form in families[name] if form.flexible == flexible and form not in tried]
         candidates = ranked([*candidates, *_fitted(found, screen(found, more, keep=1), candidates, beat, known)])
+        if not flexible and not adequate(candidates[0].fit):  # a small step says nothing of what a mode further off would bring
+            candidates = ranked([*candidates, *_fitted(found, _not_tried(seen), [], beat, [])])
         if adequate(candidates[0].fit):
             break
     return candidates
+
+
+def _not_tried(seen: Sequence[Signature]) -> list[Signature]:
+    """The signatures beyond those of every family that are fitted at first."""
+    families = dict.fromkeys(s.effect.family for s in seen)
+    each = [sorted((s for s in seen if s.effect.family == name), key=lambda s: -s.gain) for name in families]
+    return [s for signatures in each for s in signatures[STARTS:] if s.gain > 0]
 
 
 def _leading(found: Fit, library: Sequence[type[Effect]], known: Sequence[Fit]) -> list[type[Effect]]:

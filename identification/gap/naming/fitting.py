@@ -16,7 +16,7 @@ import numpy as np
 from fmus.errors import InputError
 from identification.gap.models.model import AnyModel, AnyRun, AnyStand
 
-ITERATIONS = 15
+ITERATIONS = 40
 ENOUGH = 0.05  # of chi-square that a further step would gain
 COARSE = 1e-3  # of it, as long as the fit is far from the data
 OF_UNKNOWN = 2.0  # AIC's price: each sees only a part of one run, of which there are always as many
