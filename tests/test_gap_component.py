@@ -149,7 +149,7 @@ def test_a_larger_imposed_motion_settles_a_tie_by_as_much_as_was_said():
     rival = max(c.delta_chi2 for c in settled.candidates if c.family == "backlash" and c.fitted)
     brought, said = settled.effects[0].delta_chi2 - rival, proposed["expected_delta_chi2"]
     # A delta chi-square d scatters by 2 sqrt(d). The slopes of the rival, a gap that softens into a cubic, promise 380.
-    assert brought > 10 and abs(brought - said) < 4 * 2 * np.sqrt(said)
+    assert brought > 0 and abs(brought - said) < 4 * 2 * np.sqrt(said)
 
 
 @pytest.mark.parametrize(("column", "factor"), [("angle", 180 / np.pi), ("torque", 1e-3)])
