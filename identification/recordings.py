@@ -55,7 +55,8 @@ class Recording:
     @cached_property
     def rate(self) -> float:
         """Samples per second [Hz], which neither gaps nor rounded time stamps move; infinite where all stamps are the same."""
-        return 1 / (interval(self.time) or 1e-300)
+        step = interval(self.time)
+        return 1 / step if step else np.inf
 
     def __getitem__(self, column: str) -> np.ndarray:
         if column not in self.columns:

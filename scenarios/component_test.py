@@ -21,6 +21,7 @@ from identification.gap.proposing.scaled_runs import scaled_runs
 from identification.gap.reporting.sampled_places import cells
 from identification.gap.reporting.verdict import as_result, foretold
 from identification.gap.stands.component_test import ComponentTest, component_test
+from identification.gap.stands.sensor_zero import zero_parameter
 from identification.recordings import Recording, read_recording, read_rig
 from scenarios import names
 from scenarios.augmented_component import FILE, component_of, own_modes, write_component
@@ -118,10 +119,12 @@ def limitations_of(found: Investigation, result: dict[str, Any], component: Comp
             sentences.append(f"{name} ran to its bound {row.max:g} {row.unit}: the effect does not fit well, or a column's unit is wrong.")
         if name in best.model.base and start and not 1 / FAR < abs(value) / start < FAR:
             sentences.append(f"{name} came out at {value:.3g} {row.unit}, far from its start {start:.3g}: is a column's unit wrong?")
-    for name, zeros in zeros_of(best).items():
-        off = [(value, error, run) for (value, error), run in zip(zeros, best.runs, strict=True) if abs(value) > CERTAIN * error]
-        sentences += [f"{value:.2g} {run.recording.units[name]} more than the {name} recorded in {run.name} acts (error {error:.1g}): "
-                      "its sensor's zero is off, or something pushes besides." for value, error, run in off]  # fmt: skip
+    for run, zeros in zip(best.runs, zeros_of(best), strict=True):
+        for name in found.test.zeros:
+            value, error = zeros[zero_parameter(name)]
+            if abs(value) > CERTAIN * error:
+                sentences.append(f"{value:.2g} {run.recording.units[name]} more than the {name} recorded in {run.name} acts (error {error:.1g}): "
+                                 "its sensor's zero is off, or something pushes besides.")  # fmt: skip
     gap = result["gap"]
     if held and result["verdict"] == "named" and gap["holdout_after"] - 1 > CLOSED * (gap["holdout_before"] - 1):
         sentences.append("On the held-out run the effect closes less than half of the gap: what was named may belong to the fitted runs alone.")

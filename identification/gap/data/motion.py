@@ -19,6 +19,7 @@ from identification.gap.data.phase import Phase
 ORDERS = (2, 3)  # looked for in the motion besides the first
 KNOT = 2.5  # s between the knots of a spline: as fine as the windows of the reduction
 CYCLES = 4.0
+LEAD = 2.5  # s before a stretch in which the motion must be right as well: what moved there still rings
 CLOSER = 4  # times, where the phase jumps
 
 
@@ -80,7 +81,7 @@ def rebuilding(time: np.ndarray, phase: Phase, orders: Sequence[int] = (1,)) -> 
     """The rebuilding of motions measured at times (n,) [s], with these orders of a phase."""
     inside = np.zeros(len(time), bool)
     for first, last in phase.stretches:
-        inside[max(first - int(2.5 / (time[1] - time[0])), 0) : last] = True
+        inside[max(first - int(LEAD / (time[1] - time[0])), 0) : last] = True
     knots = _knots(time, phase.frequency, inside)
     basis = BSpline.design_matrix(np.clip(time, knots[0], knots[-1]), knots, 3)
     trusted = np.where(inside, 1.0, 1e-4)  # where the phase jumps, the splines need not follow

@@ -94,7 +94,8 @@ def _compete(found: Fit, library: Sequence[type[Effect]], leaders: int, least: f
             by_family.setdefault(effect.family, []).append(effect)
     families = {name: sorted(forms, key=lambda e: (e.flexible, len(e.sought()))) for name, forms in by_family.items()}
     seen = screen(found, [form for forms in families.values() for form in _plain(forms)], keep=MOST_STARTS)
-    promised = {name: max((s.gain for s in seen if s.effect.family == name), default=0.0) for name in families}
+    of_family = {name: sorted((s for s in seen if s.effect.family == name), key=lambda s: -s.gain) for name in families}
+    promised = {name: signatures[0].gain if signatures else 0.0 for name, signatures in of_family.items()}  # none where the effect cannot join
     order = sorted(families, key=lambda name: -promised[name])
     top = max((s.gain for s in seen), default=0.0)
     if top < max(SIGNIFICANT / 2, FAR_LESS * least):
@@ -104,8 +105,8 @@ def _compete(found: Fit, library: Sequence[type[Effect]], leaders: int, least: f
     waves = (order[:1], order[1:3], order[3:leaders], order[leaders:] if others else [])
     for wave in waves:  # what the first ones gain decides which others are worth a fit
         enough = max((min(c.delta_chi2, promised[c.family]) for c in candidates if c.fitted and adequate(c.fit)), default=0.0)
-        of_each = (sorted((s for s in seen if s.effect.family == name and s.effect not in led), key=lambda s: -s.gain)[:STARTS] for name in wave)
-        mine = [signatures for signatures in of_each if signatures]  # none where the effect cannot join
+        of_each = ([s for s in of_family[name] if s.effect not in led][:STARTS] for name in wave)
+        mine = [signatures for signatures in of_each if signatures]
         floor, rival = max(SIGNIFICANT / 2, (RIVAL if wave is waves[-1] else 0.02) * top), RIVAL * enough
         worth = [[s for s in signatures if s.gain >= max(floor, rival if s.effect.shapes() else PLAIN * rival)] for signatures in mine]
         candidates += _fitted(found, [s for signatures in worth for s in signatures], candidates, beat, known)
@@ -123,17 +124,11 @@ def _compete(found: Fit, library: Sequence[type[Effect]], leaders: int, least: f
         more = [form for name in families if name in near for form in families[name] if form.flexible == flexible and form not in tried]
         candidates = ranked([*candidates, *_fitted(found, screen(found, more, keep=1), candidates, beat, known)])
         if not flexible and not adequate(candidates[0].fit):  # a small step says nothing of what a mode further off would bring
-            candidates = ranked([*candidates, *_fitted(found, _not_tried(seen), [], beat, [])])
+            more_starts = [s for signatures in of_family.values() for s in signatures[STARTS:] if s.gain > 0]
+            candidates = ranked([*candidates, *_fitted(found, more_starts, [], beat, [])])
         if adequate(candidates[0].fit):
             break
     return candidates
-
-
-def _not_tried(seen: Sequence[Signature]) -> list[Signature]:
-    """The signatures beyond those of every family that are fitted at first."""
-    families = dict.fromkeys(s.effect.family for s in seen)
-    each = [sorted((s for s in seen if s.effect.family == name), key=lambda s: -s.gain) for name in families]
-    return [s for signatures in each for s in signatures[STARTS:] if s.gain > 0]
 
 
 def _leading(found: Fit, library: Sequence[type[Effect]], known: Sequence[Fit]) -> list[type[Effect]]:

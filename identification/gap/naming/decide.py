@@ -159,10 +159,9 @@ def _borne_out(verdict: Verdict, holdout: Sequence[AnyRun]) -> Verdict:
     """The verdict without what held-out runs refute: members of a tie drop out, a name or a base that is as good as noise becomes `unknown`."""
     if not holdout or verdict.verdict == "unknown":
         return verdict
-    before = on_holdout(verdict.base, holdout)
     if verdict.verdict == "none":
-        missed = before.chi2 > FORETOLD and surprise(verdict.base, before) > FORETOLD
-        return replace(verdict, verdict="unknown") if missed else verdict
+        return verdict if _foretold(verdict.base, holdout) else replace(verdict, verdict="unknown")
+    before = on_holdout(verdict.base, holdout)
     if verdict.verdict == "named":
         if not _refuted(before, verdict.best, holdout, verdict.open_form):
             return verdict
@@ -176,6 +175,15 @@ def _borne_out(verdict: Verdict, holdout: Sequence[AnyRun]) -> Verdict:
     if left:
         return replace(verdict, verdict="named", effects=left, tied=[], best=left[0].fit, open_form=left[0].effect.flexible, refuted=wrong)
     return replace(verdict, verdict="unknown", tied=[], refuted=wrong)
+
+
+def _foretold(base: Fit, holdout: Sequence[AnyRun]) -> bool:
+    """Whether a base explains held-out runs, be it with other values than fitted, within their errors."""
+    try:
+        held = on_holdout(base, holdout)
+        return held.chi2 < FORETOLD or surprise(base, held) < FORETOLD
+    except InputError:  # not even simulated
+        return False
 
 
 def _refuted(before: Closeness, found: Fit, holdout: Sequence[AnyRun], open_form: bool = False) -> bool:

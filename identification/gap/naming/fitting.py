@@ -7,7 +7,7 @@ runs, a rider who changes by 3 % looks like an effect; so d_r is free under its 
 slopes; effects stay within their bounds, which hold the physical sign.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +16,7 @@ import numpy as np
 from fmus.errors import InputError
 from identification.gap.models.model import AnyModel, AnyRun, AnyStand
 
-ITERATIONS = 40
+ITERATIONS = 40  # a mode that is far from its start takes some 20
 ENOUGH = 0.05  # of chi-square that a further step would gain
 COARSE = 1e-3  # of it, as long as the fit is far from the data
 OF_UNKNOWN = 2.0  # AIC's price: each sees only a part of one run, of which there are always as many
@@ -166,14 +166,16 @@ def _bounds(model: AnyModel, total: int) -> tuple[np.ndarray, np.ndarray]:
     table = model.component.table
     low = [np.log(max(table[n].min, 1e-6)) for n in model.base] + [r.min for r in model.rows]
     high = [np.log(table[n].max) for n in model.base] + [r.max for r in model.rows]
-    rest = _deviations(model, total, lambda place, deviation: 1.0 if place < len(model.base) else MOST_OFF * deviation)
+    places, sizes = _of_runs(model, total)
+    rest = np.where(places < len(model.base), 1.0, MOST_OFF * sizes)
     return np.concatenate([low, -rest]), np.concatenate([high, rest])
 
 
-def _deviations(model: AnyModel, total: int, told: Callable[[int, float], float]) -> np.ndarray:
-    """What is told of every deviation at the end of x, of each run, by its place in the model's vector and its size."""
-    of_one = [told(place, deviation) for place, deviation in deviating(model.stand).items()]
-    return np.array(of_one * ((total - len(model.names)) // max(len(of_one), 1)), float)
+def _of_runs(model: AnyModel, total: int) -> tuple[np.ndarray, np.ndarray]:
+    """The deviations at the end of x, run by run: their places in the model's vector (k,), and what they are known to be (k,)."""
+    places = deviating(model.stand)
+    runs = (total - len(model.names)) // max(len(places), 1)
+    return np.tile(np.array(list(places), int), runs), np.tile(np.array(list(places.values()), float), runs)
 
 
 def _within(move: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -187,7 +189,7 @@ def _reach(model: AnyModel, x: np.ndarray) -> np.ndarray:
     nb = len(model.base)
     for i in range(len(model.own)):
         reach[nb + i] = np.inf if i in model.sizes else 0.7 * abs(x[nb + i])
-    reach[len(model.names) :] = _deviations(model, len(x), lambda place, _: 0.7 if place < nb else np.inf)
+    reach[len(model.names) :] = np.where(_of_runs(model, len(x))[0] < nb, 0.7, np.inf)
     return reach
 
 
@@ -197,7 +199,7 @@ class _Problem:
     def __init__(self, model: AnyModel, runs: list[AnyRun], total: int):
         self.model, self.runs, self.moved = model, runs, list(deviating(model.stand))
         self.predicted = getattr(model, "predicted", None)
-        self.priors, self.known = _priors(model, len(runs), total)
+        self.priors, self.known = _priors(model, total)
         self.kept: dict[int, np.ndarray] = {}  # slopes that came with the output
 
     def residuals(self, x: np.ndarray) -> np.ndarray:
@@ -224,12 +226,12 @@ class _Problem:
         return np.concatenate([*rows, self.priors])
 
 
-def _priors(model: AnyModel, runs: int, total: int) -> tuple[np.ndarray, np.ndarray]:
+def _priors(model: AnyModel, total: int) -> tuple[np.ndarray, np.ndarray]:
     """What is known beside the data, as rows (k, total) times x = known (k,), in units of the errors."""
-    moved, shared = list(deviating(model.stand).values()), len(model.names)
-    rows, known = [np.zeros(total) for _ in range(runs * len(moved))], [0.0] * (runs * len(moved))
-    for at, row in enumerate(rows):
-        row[shared + at] = 1 / moved[at % len(moved)]
+    sizes, shared = _of_runs(model, total)[1], len(model.names)
+    rows, known = [np.zeros(total) for _ in sizes], [0.0] * len(sizes)
+    for at, (row, size) in enumerate(zip(rows, sizes, strict=True)):
+        row[shared + at] = 1 / size
     for i, free in enumerate(model.stand.free):
         if free.known is not None:
             weight = free.known / free.standard_error
@@ -245,13 +247,14 @@ def _priors(model: AnyModel, runs: int, total: int) -> tuple[np.ndarray, np.ndar
     return np.array(rows).reshape(-1, total), np.array(known)
 
 
-def zeros_of(found: Fit) -> dict[str, list[tuple[float, float]]]:
-    """By input, what acts in every run beyond what was recorded, and its standard error."""
-    places, errors = list(deviating(found.model.stand)), np.sqrt(np.maximum(np.diag(found.covariance()), 0.0))
-    zeros: dict[str, list[tuple[float, float]]] = {}
-    for i, name in enumerate(getattr(found.model.stand, "zeros", {})):
-        own = [len(found.model.names) + run * len(places) + places.index(len(found.model.base) + i) for run in range(len(found.runs))]
-        zeros[name] = [(float(found.x[k]), float(errors[k])) for k in own]
+def zeros_of(found: Fit) -> list[dict[str, tuple[float, float]]]:
+    """For every run, what its sensors' zeros are off by: value and standard error by the parameter's name."""
+    model, errors = found.model, np.sqrt(np.maximum(np.diag(found.covariance()), 0.0))
+    places, count = _of_runs(model, len(found.x))[0], len(deviating(model.stand))
+    zeros: list[dict[str, tuple[float, float]]] = [{} for _ in found.runs]
+    for at, place in enumerate(places):
+        if place >= len(model.base):
+            zeros[at // count][model.names[place]] = (float(found.x[len(model.names) + at]), float(errors[len(model.names) + at]))
     return zeros
 
 
