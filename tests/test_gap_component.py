@@ -16,7 +16,7 @@ from identification.gap.data.sampled import prepare_sampled
 from identification.gap.naming import any_component
 from identification.gap.naming.any_component import investigate
 from identification.gap.naming.common_factor import common_factor
-from identification.gap.naming.fitting import parameters_of
+from identification.gap.naming.fitting import fit, parameters_of
 from identification.gap.proposing.next_test import next_experiment
 from identification.gap.proposing.scaled_runs import scaled_runs
 from identification.gap.stands.component_test import component_test
@@ -139,17 +139,19 @@ def imposed(hidden, size, seed):
 
 
 def test_a_larger_imposed_motion_settles_a_tie_by_as_much_as_was_said():
-    run = imposed({"hardening": 60.0}, 0.05, 1)
+    run = imposed({"hardening": 80.0}, 0.05, 1)
     tied = asked(DrivenJoint(), [run], imposed="angle")
     assert tied.verdict == "tied" and "hardening_stiffness" in [c.family for c in tied.tied]
     proposed = next_experiment(tied, scaled_runs)
     assert "larger_excitation" in proposed["experiment"] and "imposed motion" in proposed["sentence"]
-    settled = asked(DrivenJoint(), [run, imposed({"hardening": 60.0}, 2 * 0.05, 2)], imposed="angle")
+    settled = asked(DrivenJoint(), [run, imposed({"hardening": 80.0}, 2 * 0.05, 2)], imposed="angle")
     assert [c.effect.form for c in settled.effects] == ["cubic"]
-    rival = max(c.delta_chi2 for c in settled.candidates if c.family == "backlash" and c.fitted)
-    brought, said = settled.effects[0].delta_chi2 - rival, proposed["expected_delta_chi2"]
+    rival = max((c for c in settled.candidates if c.family == "backlash" and c.fitted), key=lambda c: c.delta_chi2)
+    brought, said = settled.effects[0].delta_chi2 - rival.delta_chi2, proposed["expected_delta_chi2"]
     # A delta chi-square d scatters by 2 sqrt(d). The slopes of the rival, a gap that softens into a cubic, promise 380.
-    assert brought > 0 and abs(brought - said) < 4 * 2 * np.sqrt(said)
+    assert brought > 10 and abs(brought - said) < 4 * 2 * np.sqrt(said)
+    # It lies in a valley in which a fit creeps: ended 66 above its end, it would not seem to be a rival.
+    assert rival.fit.chi2 - fit(rival.fit.model, rival.fit.runs, rival.fit.x).chi2 < 1.0
 
 
 @pytest.mark.parametrize(("column", "factor"), [("angle", 180 / np.pi), ("torque", 1e-3)])

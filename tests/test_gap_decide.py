@@ -49,7 +49,7 @@ def test_a_form_that_fails_further_out_leaves_its_family():
 
 
 def test_what_errors_of_the_values_explain_refutes_no_name():
-    """A drift that one sweep tells to a tenth: as fitted it misses the sweep down by far, as the other tests' errors let it be not."""
+    """A drift that one sweep tells to a tenth: as fitted it misses the sweep down by far, within its errors it does not."""
     runs = runs_of({"rk": 0.5}, sweep(0.5, 12, 1.5, 100.0), sweep(12, 0.5, 2.0, 80.0), seed=1)
     verdict = decide(Model(rig_test({})), runs[:1], library("drift", "channel_delay"), runs[1:])
     assert (verdict.verdict, [c.family for c in verdict.effects]) == ("named", ["drift"])

@@ -2,8 +2,8 @@
 
 An input is held, joined by lines, or joined smoothly; where it is rough these differ by a lag of up to half a sample,
 which a fit would take for a delay. A held input is, up to half of the sampling rate, lines through sharper samples
-half a sample later. An imposed motion is a spline whose knots are as far apart as its spectrum allows: its noise would become force otherwise. What noise
-is left in it must not explain the noise of the force: for that there is the motion without it.
+half a sample later. An imposed motion is a spline whose knots are as far apart as its spectrum allows: its noise would
+become force otherwise. What noise is left in it must not explain the noise of the force: for that there is the motion without it.
 How much is not known between the samples shows in the difference of two splines.
 """
 

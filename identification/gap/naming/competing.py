@@ -100,7 +100,7 @@ def _compete(found: Fit, library: Sequence[type[Effect]], leaders: int, least: f
     top = max((s.gain for s in seen), default=0.0)
     if top < max(SIGNIFICANT / 2, FAR_LESS * least):
         return ranked(_unfitted(found, s) for s in seen)
-    candidates = _fitted(found, screen(found, _leading(found, library, known), keep=1), [], beat, known)
+    candidates = fit_each(found, screen(found, _leading(found, library, known), keep=1), [], beat, known)
     led = {c.effect for c in candidates}
     waves = (order[:1], order[1:3], order[3:leaders], order[leaders:] if others else [])
     for wave in waves:  # what the first ones gain decides which others are worth a fit
@@ -109,7 +109,7 @@ def _compete(found: Fit, library: Sequence[type[Effect]], leaders: int, least: f
         mine = [signatures for signatures in of_each if signatures]
         floor, rival = max(SIGNIFICANT / 2, (RIVAL if wave is waves[-1] else 0.02) * top), RIVAL * enough
         worth = [[s for s in signatures if s.gain >= max(floor, rival if s.effect.shapes() else PLAIN * rival)] for signatures in mine]
-        candidates += _fitted(found, [s for signatures in worth for s in signatures], candidates, beat, known)
+        candidates += fit_each(found, [s for signatures in worth for s in signatures], candidates, beat, known)
         candidates += [_unfitted(found, signatures[0]) for signatures, fitted in zip(mine, worth, strict=True) if not fitted]
     rest = set(order).difference(*waves)
     candidates = ranked([*candidates, *(_unfitted(found, s) for s in seen if s.effect.family in rest)])
@@ -122,12 +122,12 @@ def _compete(found: Fit, library: Sequence[type[Effect]], leaders: int, least: f
     for flexible in (False, True):  # a curve of its own only where no plain form fits
         tried = {c.effect for c in candidates if c.fitted}
         more = [form for name in families if name in near for form in families[name] if form.flexible == flexible and form not in tried]
-        candidates = ranked([*candidates, *_fitted(found, screen(found, more, keep=1), candidates, beat, known)])
+        candidates = ranked([*candidates, *fit_each(found, screen(found, more, keep=1), candidates, beat, known)])
         if not flexible and not adequate(candidates[0].fit):  # a small step says nothing of what a mode further off would bring
             more_starts = [s for signatures in of_family.values() for s in signatures[STARTS:] if s.gain > 0]
-            candidates = ranked([*candidates, *_fitted(found, more_starts, [], beat, [])])
+            candidates = ranked([*candidates, *fit_each(found, more_starts, [], beat, [])])
         if adequate(candidates[0].fit):
-            break
+            return _finished(found, candidates)
     return candidates
 
 
@@ -151,23 +151,36 @@ def ranked(candidates: Iterable[Candidate]) -> list[Candidate]:
     return sorted(candidates, key=lambda c: (not c.fitted, -c.delta_bic))
 
 
-def _fitted(found: Fit, signatures: Sequence[Signature], so_far: Sequence[Candidate], beat: float, known: Sequence[Fit]) -> list[Candidate]:
+def fit_each(found: Fit, signatures: Sequence[Signature], so_far: Sequence[Candidate], beat: float, known: Sequence[Fit]) -> list[Candidate]:
     """The candidates of these signatures, as far as they have a chance beside those so far."""
     beat = min((beat, *(c.fit.chi2 for c in so_far if c.fitted and adequate(c.fit)))) + CLEAR
     known = [*known, *sorted((c.fit for c in so_far if c.fitted), key=lambda other: -other.chi2)]
-    answers = spread(lambda signature: _best_fit(found, signature, beat, known), signatures, "fitting effects")
-    candidates = []
-    for signature, answer in zip(signatures, answers, strict=True):
-        if answer is None or answer.chi2 > found.chi2:  # nothing near its start can be simulated, or it leads nowhere
-            candidates.append(_unfitted(found, signature))
-        else:
-            model, runs = found.model.joined_by(signature.effect), remembering(found.runs, answer.memories)
-            fitted = Fit(model, runs, answer.x, answer.chi2, answer.residuals, answer.jacobian, found.count)
-            candidates.append(candidate(found, signature.effect, fitted))
-    return candidates
+    answers = spread(lambda signature: _packed(_best_fit(found, signature, beat, known)), signatures, "fitting effects")
+    return [_unpacked(found, signature.effect, answer) or _unfitted(found, signature) for signature, answer in zip(signatures, answers, strict=True)]
 
 
-def _best_fit(found: Fit, signature: Signature, beat: float, known: Sequence[Fit]) -> _Answer | None:
+def _finished(found: Fit, candidates: Sequence[Candidate]) -> list[Candidate]:
+    """The candidates, ranked, with the adequate rivals of an adequate best fitted to their end: their fits may have ended since they crept."""
+    best = candidates[0]
+    crept = [c for c in one_each(candidates) if c.fitted and adequate(c.fit) and c.fit.chi2 > best.fit.chi2 + CLEAR] if adequate(best.fit) else []
+    answers = spread(lambda c: _packed(fit(c.fit.model, c.fit.runs, c.fit.x)), crept, "fitting rivals to their end")
+    ended = [_unpacked(found, c.effect, answer) or c for c, answer in zip(crept, answers, strict=True)]
+    return ranked([*ended, *(c for c in candidates if not any(c is other for other in crept))])
+
+
+def _packed(found: Fit | None) -> _Answer | None:
+    return None if found is None else _Answer(found.x, found.chi2, found.residuals, found.jacobian, memories(found.runs))
+
+
+def _unpacked(found: Fit, effect: type[Effect], answer: _Answer | None) -> Candidate | None:
+    """An effect on top of a fit, from what another process found; None where nothing near its start could be simulated, or it led nowhere."""
+    if answer is None or answer.chi2 > found.chi2:
+        return None
+    model, runs = found.model.joined_by(effect), remembering(found.runs, answer.memories)
+    return candidate(found, effect, Fit(model, runs, answer.x, answer.chi2, answer.residuals, answer.jacobian, found.count))
+
+
+def _best_fit(found: Fit, signature: Signature, beat: float, known: Sequence[Fit]) -> Fit | None:
     """The best fit from several starts, the likeliest first; None where nothing can be simulated."""
     model = found.model.joined_by(signature.effect)
     far = found.reduced > FAR or bool(np.max(np.abs(found.residuals[found.count :]), initial=0.0) > STRAINED)
@@ -185,7 +198,7 @@ def _best_fit(found: Fit, signature: Signature, beat: float, known: Sequence[Fit
     if best is None or best.chi2 > found.chi2:
         with suppress(InputError):
             best = fit(model, found.runs, _without_size(found, model, signature), beat=beat)
-    return None if best is None else _Answer(best.x, best.chi2, best.residuals, best.jacobian, memories(best.runs))
+    return best
 
 
 def _starts(found: Fit, model: AnyModel, signature: Signature, known: Sequence[Fit], far: bool) -> Iterator[tuple[np.ndarray, list[Any], bool]]:
