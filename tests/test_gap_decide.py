@@ -48,6 +48,29 @@ def test_a_form_that_fails_further_out_leaves_its_family():
     assert decide(Model(rig_test(RIG)), runs[:1], library("hardening_stiffness")).open_form is False
 
 
+def test_the_zero_of_the_angle_is_felt_by_no_play():
+    """A sensor that is off by four times the gap; whoever holds the bar is at rest about where it swings."""
+    runs = runs_of({"g": 3e-4}, sweep(1, 10, 2, 100.0), angle_offset=0.02)
+    play = [e for e in library("backlash") if e.form == "gap"]
+    model = Model(rig_test(RIG), play)
+    start = np.append(fit_base(Model(rig_test(RIG)), runs).shared, 1e-4)
+    found = fit(model, runs, start)
+    assert found.reduced < 1.15  # 800 numbers: 3 standard deviations
+    half_gap, error, _ = parameters_of(found)["device.backlash.half_gap"]
+    assert half_gap == pytest.approx(3e-4, abs=3 * error) and error < 1e-5
+
+
+def test_a_law_without_a_name_takes_a_name_back(monkeypatch):
+    """A damping that is larger to one side: a sensor that is lopsided fits as well as noise lets it, and is not it."""
+    runs = runs_of({"bx": 0.7}, sweep(0.5, 12, 2, 100.0), sweep(12, 0.5, 3.0, 80.0))
+    some = library("hardening_stiffness", "sensor_nonlinearity", "asymmetry")
+    verdict = decide(Model(rig_test(RIG)), runs[:1], some, runs[1:])
+    assert (verdict.verdict, verdict.effects, verdict.unlisted.effect.form) == ("unknown", [], "product")
+    assert any("the damping is larger to one side" in sentence.lower() for sentence in as_result(verdict, runs[1:], "N.m")["limitations"])
+    monkeypatch.setattr("identification.gap.naming.decide.better_unlisted", lambda *_: None)
+    assert decide(Model(rig_test(RIG)), runs[:1], some, runs[1:]).verdict == "named"
+
+
 def test_what_errors_of_the_values_explain_refutes_no_name():
     """A drift that one sweep tells to a tenth: as fitted it misses the sweep down by far, within its errors it does not."""
     runs = runs_of({"rk": 0.5}, sweep(0.5, 12, 1.5, 100.0), sweep(12, 0.5, 2.0, 80.0), seed=1)

@@ -61,9 +61,10 @@ class Rebuilding:
     factored: SuperLU
 
     def motion(self, angle: np.ndarray) -> Rebuilt:
-        """The motion behind a measured angle (n,)."""
-        solution = self.factored.solve(self.columns.T @ (self.trusted * angle))
-        return Rebuilt(CubicSpline(self.time, self.phase.angle), self.orders, BSpline(self.knots, solution.reshape(1 + 2 * len(self.orders), -1).T, 3))
+        """The motion behind a measured angle (n,), about its mean: whoever holds on is at rest there, and the sensor's zero may be off."""
+        amplitudes = self.factored.solve(self.columns.T @ (self.trusted * angle)).reshape(1 + 2 * len(self.orders), -1).T
+        amplitudes[:, 0] -= np.average(self.basis @ amplitudes[:, 0], weights=self.trusted)
+        return Rebuilt(CubicSpline(self.time, self.phase.angle), self.orders, BSpline(self.knots, amplitudes, 3))
 
     def error_seen(self, bases: Iterable[tuple[int, int, np.ndarray]], answer: Callable[[int], np.ndarray]) -> np.ndarray:
         """The variance of what orthonormal columns see of the answer to a rebuilt motion whose samples have white noise of variance 1.

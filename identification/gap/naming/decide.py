@@ -32,7 +32,10 @@ from identification.gap.naming.fitting import Fit, fit, memories, remembering
 from identification.gap.naming.pairs import SECOND, Pair, alone, pairs_of, plainest, sure
 from identification.gap.naming.showing import FORETOLD, Closeness, on_holdout, surprise
 from identification.gap.naming.starting import fit_base
+from identification.gap.naming.unlisted import better_unlisted
 
+EXPLAINED = 0.5  # share of the excess that any name closes, where what is left is more than noise leaves by chance:
+BY_CHANCE = 2.5  # standard deviations of a reduced chi-square
 CLOSED = 0.85  # share of the excess that a family with an open form closes, on fitted runs and on held-out ones
 CLOSED_OF_FLEXIBLE = 0.5  # the same where the noise is what a flexible model leaves, which no form of one law reaches
 MISSED = 0.2  # reduced chi-square above 1 by which a held-out run refutes a name, beyond a share of what the base misses
@@ -54,6 +57,7 @@ class Verdict:
     candidates: list[Candidate] = field(default_factory=list)
     open_form: bool = False
     refuted: list[str] = field(default_factory=list)  # what fits best, but not the held-out runs
+    unlisted: Candidate | None = None  # a law without a name that explains more than any name
 
 
 def decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effect]], holdout: Sequence[AnyRun] = (),
@@ -68,12 +72,12 @@ def decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effec
     """
     known = known if known is not None else []
     first = verdict = _checked(_decide(model, runs, library, so_far, second, known), holdout)
-    refuted = list(verdict.refuted)
-    while verdict.verdict == "unknown" and any(e.family in refuted for e in library):
-        library = [e for e in library if e.family not in refuted]
-        verdict = _checked(_decide(model, runs, library, so_far, second, known), holdout)
+    left, refuted = library, list(verdict.refuted)
+    while verdict.verdict == "unknown" and any(e.family in refuted for e in left):
+        left = [e for e in left if e.family not in refuted]
+        verdict = _checked(_decide(model, runs, left, so_far, second, known), holdout)
         refuted += verdict.refuted
-    verdict = replace(verdict if verdict.verdict in ("named", "tied") else first, refuted=refuted)
+    verdict = _unless_unlisted(replace(verdict if verdict.verdict in ("named", "tied") else first, refuted=refuted), library, holdout)
     try:
         verdict.base, verdict.best = _quieter(verdict)
         if holdout:
@@ -175,6 +179,24 @@ def _borne_out(verdict: Verdict, holdout: Sequence[AnyRun]) -> Verdict:
     if left:
         return replace(verdict, verdict="named", effects=left, tied=[], best=left[0].fit, open_form=left[0].effect.flexible, refuted=wrong)
     return replace(verdict, verdict="unknown", tied=[], refuted=wrong)
+
+
+def _unless_unlisted(verdict: Verdict, library: Sequence[type[Effect]], holdout: Sequence[AnyRun]) -> Verdict:
+    """The verdict, `unknown` where most is left unexplained, or where a law without a name explains more and the held-out runs bear it."""
+    if verdict.verdict not in ("named", "tied"):
+        return verdict
+    law = better_unlisted(verdict.base, verdict.best, library)
+    if law is not None and holdout and _refuted(on_holdout(verdict.base, holdout), law.fit, holdout):
+        law = None
+    if law is None and _explained(verdict):
+        return verdict
+    return replace(verdict, verdict="unknown", effects=[], tied=[], open_form=False, unlisted=law)
+
+
+def _explained(verdict: Verdict) -> bool:
+    """Whether what was named closes a good part of what the base misses, or all but what chance leaves."""
+    left = verdict.best.reduced - 1
+    return left < max(BY_CHANCE * np.sqrt(2 / verdict.best.freedom), (1 - EXPLAINED) * (verdict.base.reduced - 1))
 
 
 def _foretold(base: Fit, holdout: Sequence[AnyRun]) -> bool:

@@ -58,6 +58,11 @@ class Fit:
         """What noise alone may gain: BIC's for parameters, twice what each gains on average for the unknowns of a run alone."""
         return price(self.model, self.runs)
 
+    @property
+    def bic(self) -> float:
+        """Chi-square and price: the least is the likeliest."""
+        return self.chi2 + self.price
+
     def covariance(self) -> np.ndarray:
         """Of x; what the data do not determine has a large one."""
         scale = np.linalg.norm(self.jacobian, axis=0) + 1e-12

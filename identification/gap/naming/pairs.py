@@ -84,9 +84,9 @@ def plainest(base: Fit, pair: Pair, library: Sequence[type[Effect]]) -> Pair:
         here = pair.members[place]
         forms = [e for e in library if e.family == here.family and not e.flexible and e is not here.effect]
         every = [pair, *filter(None, (_with_form(base, pair, place, form) for form in forms))]
-        best = min(every, key=lambda p: _bic(p.second.fit))
-        near = [p for p in every if _bic(p.second.fit) - _bic(best.second.fit) < TIE]
-        pair = min(near, key=lambda p: (len(p.members[place].effect.sought()), _bic(p.second.fit)))
+        best = min(every, key=lambda p: p.second.fit.bic)
+        near = [p for p in every if p.second.fit.bic - best.second.fit.bic < TIE]
+        pair = min(near, key=lambda p: (len(p.members[place].effect.sought()), p.second.fit.bic))
     return pair
 
 
@@ -128,8 +128,3 @@ def _with_form(base: Fit, pair: Pair, place: int, form: type[Effect]) -> Pair | 
     changed = [c.delta_chi2 + gain * (i == place) for i, c in enumerate(pair.members)]
     made = [Candidate(e, found, g, g - cost) for e, g, cost in zip(effects, changed, prices, strict=True)]
     return Pair(*made)
-
-
-def _bic(found: Fit) -> float:
-    return found.chi2 + found.price
-
