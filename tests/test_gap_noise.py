@@ -6,7 +6,7 @@ from simulators.hidden_rig import RIDER, Rig, record, stepped, sweep
 
 from identification.gap.data.motion import rebuilding
 from identification.gap.data.phase import phase_of
-from identification.gap.data.reduction import reduction_of
+from identification.gap.data.reduction import noise_of, reduction_of
 from identification.gap.data.runs import prepare
 from identification.gap.models.model import Model
 from identification.gap.naming.fitting import fit
@@ -99,3 +99,21 @@ def test_a_fast_recording_is_compared_at_the_rate_that_its_harmonics_need():
     model = Model(rig_test({}))
     # Some 300 numbers scatter by 0.08
     assert fit(model, [run], model.start()).reduced == pytest.approx(1.0, abs=0.25)
+
+
+def test_a_burst_over_slow_harmonics_raises_their_noise():
+    """At 0.5 Hz harmonics leave three lines below 3 Hz: that a burst is there shows above them only."""
+    angle, duration = stepped(0.5, 4.0, 0.5, 2.0, 10.0)
+    time = np.arange(0, duration, 1 / RATE)
+    phase = phase_of(angle(time), RATE)
+    reduction, rng = reduction_of(phase, RATE), np.random.default_rng(5)
+    first, last = phase.windows[0]
+    raised = []
+    for _ in range(60):
+        noise = rng.standard_normal(len(time))
+        at = rng.integers(first, last - int(2 * RATE))
+        noise[at : at + int(2 * RATE)] *= 5
+        raised.append(noise_of(reduction, noise).bursts[0, 0])
+    true = 1 + (5**2 - 1) * 2 * RATE / (last - first)
+    # Three lines with two numbers each scatter by 0.6, and count for less than half.
+    assert np.mean(raised) == pytest.approx(true, rel=0.15) and min(raised) > 0.3 * true

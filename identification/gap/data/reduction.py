@@ -3,8 +3,9 @@
     y(t) = Re sum_k A_k(t) e^(i k phi(t)) + n(t)
 
 In each window the amplitudes A_k are polynomials in time. Orthonormal columns q_j of these make the reduced data
-q_j' y: orders 1 to 7, the first with its slope. Order 0 is left out: offsets and slow muscles are in it. What lies outside of all columns is noise, and gives its spectrum
-S(f) from one run, without repeats or a model; then var(q_j' n) = sum S(f) |Q_j(f)|^2.
+q_j' y: orders 1 to 7, the first with its slope. Order 0 is left out: offsets and slow muscles are in it. What lies outside
+of all columns is noise, and gives its spectrum S(f) from one run, without repeats or a model; then
+var(q_j' n) = sum S(f) |Q_j(f)|^2.
 A model's output passes through the same columns, so that they bias nothing.
 """
 
@@ -19,6 +20,7 @@ ORDERS = 7  # of the reduced data
 MORE_ORDERS = 20  # kept out of the noise: what strong backlash excites
 BANDS = 24  # of the noise spectrum
 SLOW = 3.0  # Hz: bursts of muscles below, of electronics above
+FEW = 4.0  # lines of a spectrum, from which a window's slow noise is known by itself
 
 
 @dataclass(frozen=True)
@@ -113,9 +115,12 @@ def noise_of(reduction: Reduction, y: np.ndarray) -> Noise:
     centre = np.sqrt(np.maximum(edges[:-1], 0.3) * edges[1:])[enough]
     power, freedom = power[:, enough], freedom[:, enough]
     density, bursts = np.full(len(centre), 1e-30), np.ones((len(power), 2))
-    for side, part in enumerate((centre < SLOW, centre >= SLOW)):
+    slow, fast = centre < SLOW, centre >= SLOW
+    for side, part in enumerate((slow, fast)):
         if part.any():
             density[part], bursts[:, side] = _usual(power[:, part], freedom[:, part])
+    if slow.any() and fast.any():
+        bursts[:, 0] = _raised_too(bursts, power[:, slow], freedom[:, slow], density[slow], density[fast][0])
     return Noise(centre, density, bursts, 2 * freedom.sum(axis=0))  # a line of the spectrum is two numbers
 
 
@@ -128,6 +133,18 @@ def _usual(power: np.ndarray, freedom: np.ndarray) -> tuple[np.ndarray, np.ndarr
         ratio = power.sum(axis=1) / np.maximum((freedom * density).sum(axis=1), 1e-30)
         quiet = ratio <= (1 + scatter) * min(np.median(ratio), 1.0)
     return density, np.where(quiet, 1.0, np.maximum(ratio, 1.0))
+
+
+def _raised_too(bursts: np.ndarray, power: np.ndarray, freedom: np.ndarray, density: np.ndarray, white: float) -> np.ndarray:
+    """By what slow noise is raised (windows,) where fast noise is: bursts are broad, and a window with slow harmonics says little by itself.
+
+    As much as its own lines say, together with FEW that say what white noise would do.
+    """
+    lines, usual = freedom.sum(axis=1), (freedom * density).sum(axis=1)
+    expected = usual + (bursts[:, 1] - 1) * lines * np.minimum(density, white).mean()
+    weight = lines / (lines + FEW)
+    told = (weight * power.sum(axis=1) + (1 - weight) * expected) / np.maximum(usual, 1e-30)
+    return np.where((bursts[:, 1] > 1) & (bursts[:, 0] == 1), np.maximum(told, 1.0), bursts[:, 0])
 
 
 def variance_of(reduction: Reduction, noise: Noise) -> np.ndarray:

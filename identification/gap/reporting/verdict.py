@@ -89,7 +89,7 @@ def gap(verdict: Verdict, holdout: Sequence[AnyRun], unit: str) -> dict[str, Any
 
 
 def _probabilities(verdict: Verdict) -> dict[int, float]:
-    """Of each candidate against the others and against none, from the BIC, one form per family, equal odds before."""
+    """Of each candidate against the others, against none and a law without a name, from the BIC, one form per family, equal odds before."""
     first: dict[str, Candidate] = {}
     for c in verdict.candidates:
         first.setdefault(c.family, c)
@@ -97,9 +97,10 @@ def _probabilities(verdict: Verdict) -> dict[int, float]:
         if c.family in first:
             first[c.family] = c
     members = list(first.values())
-    exponents = np.array([0.0, *(c.delta_bic for c in members)]) / 2
+    unnamed = [0.0, *([verdict.unlisted.delta_bic] if verdict.unlisted else [])]
+    exponents = np.array([*unnamed, *(c.delta_bic for c in members)]) / 2
     weights = np.exp(exponents - exponents.max())
-    chances = weights[1:] / weights.sum()
+    chances = weights[len(unnamed) :] / weights.sum()
     result = {id(c): float(p) for c, p in zip(members, chances, strict=True)}
     for c in verdict.effects[1:]:
         result[id(c)] = float(1 / (1 + np.exp(-min(c.delta_bic, 600) / 2)))
