@@ -156,8 +156,9 @@ class Component:
     def run(self, values: Mapping[str, Any], m: Any) -> dict[str, Any]:
         """Every local, output, calculated parameter and `der(state)` (before the mass matrix) for given values."""
         scope = Scope(values, self, m)
-        results = dict.fromkeys(self._own_rates_of_effects(), 0.0)
-        results.update(self.equations(scope, m))
+        results = dict(self.equations(scope, m))
+        for target in self._own_rates_of_effects():  # after the outputs, which they may read
+            results.setdefault(target, 0.0)
         for target, value in results.items():
             results[target] = scope._with_additions(target, value)
         results.update({n: scope[n] for n in self.rows("local") if n in scope.__dict__})

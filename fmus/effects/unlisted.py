@@ -1,10 +1,12 @@
-"""Laws of a spring and a damper that have no name in the library: signs that its effects must not have, and mixed laws F(d, d').
+"""Laws that have no name in the library: signs that its effects must not have, mixed laws F(d, d') of spring and damper, a sensor that hangs.
 
 They are never named. Where one of them explains data better than any name does, what is missing is not in the library.
 """
 
+from typing import ClassVar
+
 from fmus.effects.effect import Effect, adds_to
-from fmus.variables import parameter
+from fmus.variables import parameter, state
 
 FAMILY = "unlisted"
 
@@ -95,3 +97,21 @@ class StiffnessByRate(Effect):
     @adds_to("force")
     def mixed(self, v, m):
         return v.size * v.deflection * v.rate**2
+
+
+class HangingSensor(Effect):
+    """The sensor of the force hangs: what it shows lags behind a load that grows as behind one that falls."""
+
+    family, form, element, part = FAMILY, "hanging_sensor", "channel", "channel"
+    size = parameter("N.m", "By what it lags", min=0, start=0.3)
+    width = parameter("N.m", "Change of the load within 10 ms at which it lags nearly fully", min=1e-3, max=1e3, start=1.0)
+    before = state("N.m", "The load 10 ms ago")
+    starts: ClassVar = {"width": (0.3, 1.0, 3.0)}
+
+    @adds_to("der(before)")
+    def follow(self, v, m):
+        return (v.force - v.before) / 0.01
+
+    @adds_to("force")
+    def hang(self, v, m):
+        return v.size * m.tanh((v.force - v.before) / v.width)
