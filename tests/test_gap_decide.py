@@ -5,7 +5,7 @@ import pytest
 from fmus.errors import InputError
 from identification.gap.data.runs import prepare
 from identification.gap.models.model import Model
-from identification.gap.naming.competing import Candidate, compete, one_each
+from identification.gap.naming.competing import Candidate, adequate, compete, one_each
 from identification.gap.naming.decide import decide
 from identification.gap.naming.fitting import fit, parameters_of
 from identification.gap.naming.pairs import Pair
@@ -69,6 +69,14 @@ def test_a_law_without_a_name_takes_a_name_back(monkeypatch):
     assert any("the damping is larger to one side" in sentence.lower() for sentence in as_result(verdict, runs[1:], "N.m")["limitations"])
     monkeypatch.setattr("identification.gap.naming.decide.better_unlisted", lambda *_: None)
     assert decide(Model(rig_test(RIG)), runs[:1], some, runs[1:]).verdict == "named"
+
+
+def test_a_name_that_leaves_most_of_a_clear_misfit_is_taken_back():
+    """A bar that cogs, with a little friction: friction closes two fifths of the gap, and what it leaves is still as noise might leave it."""
+    runs = runs_of({"Ar": 0.038, "Tc": 0.06}, sweep(0.5, 12, 2, 100.0))
+    verdict = decide(Model(rig_test(RIG)), runs, library("coulomb_friction", "progressive_damping"))
+    assert verdict.candidates[0].family == "coulomb_friction" and adequate(verdict.candidates[0].fit)
+    assert (verdict.verdict, verdict.effects, verdict.unlisted) == ("unknown", [], None)
 
 
 def test_what_errors_of_the_values_explain_refutes_no_name():

@@ -77,8 +77,9 @@ def decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effec
         left = [e for e in left if e.family not in refuted]
         verdict = _checked(_decide(model, runs, left, so_far, second, known), holdout)
         refuted += verdict.refuted
-    verdict = _unless_unlisted(replace(verdict if verdict.verdict in ("named", "tied") else first, refuted=refuted), library, holdout)
+    verdict = replace(verdict if verdict.verdict in ("named", "tied") else first, refuted=refuted)
     try:
+        verdict = _unless_unlisted(verdict, library, holdout)
         verdict.base, verdict.best = _quieter(verdict)
         if holdout:
             on_holdout(verdict.best, holdout)
@@ -188,15 +189,20 @@ def _unless_unlisted(verdict: Verdict, library: Sequence[type[Effect]], holdout:
     law = better_unlisted(verdict.base, verdict.best, library)
     if law is not None and holdout and _refuted(on_holdout(verdict.base, holdout), law.fit, holdout):
         law = None
-    if law is None and _explained(verdict):
+    if law is None and _explained(verdict, holdout):
         return verdict
     return replace(verdict, verdict="unknown", effects=[], tied=[], open_form=False, unlisted=law)
 
 
-def _explained(verdict: Verdict) -> bool:
-    """Whether what was named closes a good part of what the base misses, or all but what chance leaves."""
-    left = verdict.best.reduced - 1
-    return left < max(BY_CHANCE * np.sqrt(2 / verdict.best.freedom), (1 - EXPLAINED) * (verdict.base.reduced - 1))
+def _explained(verdict: Verdict, holdout: Sequence[AnyRun]) -> bool:
+    """Whether what was named closes a good part of what the base misses, or all but what chance leaves: in all runs, or with a form that is open."""
+    base, best = verdict.base, verdict.best
+    missed, left, freedom = base.chi2 - base.freedom, best.chi2 - best.freedom, best.freedom
+    if holdout and not verdict.open_form:
+        before, after = on_holdout(base, holdout), on_holdout(best, holdout)
+        count = after.fit.count
+        missed, left, freedom = missed + (before.chi2 - 1) * count, left + (after.chi2 - 1) * count, freedom + count
+    return left < max(BY_CHANCE * np.sqrt(2 * freedom), (1 - EXPLAINED) * missed)
 
 
 def _foretold(base: Fit, holdout: Sequence[AnyRun]) -> bool:
