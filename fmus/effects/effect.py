@@ -58,6 +58,7 @@ class Effect:
     relative_to_rate: ClassVar[tuple[str, ...]] = ()  # the same of the largest rate, on a component that is no rig of ours
     relative_to_level: ClassVar[tuple[str, ...]] = ()  # the same of the largest value of the input or output that it acts at
     given: ClassVar[tuple[str, ...]] = ()  # parameters that the experiment sets (its duration)
+    named_by: ClassVar[tuple[str, ...]] = ()  # of an unlisted law: families that, where a library has them, are names for what it does
     lags: ClassVar[tuple[str, ...]] = ()  # parameters that are delays
     lag_grows: ClassVar[bool] = False  # the delay is such a parameter times the time
     delayed: ClassVar[Mapping[str, tuple[str, str]]] = {}

@@ -9,12 +9,13 @@ from fmus.effects.effect import Effect, adds_to
 from fmus.variables import parameter, state
 
 FAMILY = "unlisted"
+SOFTENING = ("saturation", "geometric_nonlinearity")  # families that name it, where a library has them
 
 
 class Softening(Effect):
     """The spring softens with the square of its deflection."""
 
-    family, form, element = FAMILY, "softening", "spring"
+    family, form, element, named_by = FAMILY, "softening", "spring", SOFTENING
     size = parameter("N.m/rad3", "Stiffness that is lost with the square of the deflection", min=0, start=1e4)
 
     @adds_to("force")
@@ -25,7 +26,7 @@ class Softening(Effect):
 class SquareSoftening(Effect):
     """The spring softens in proportion to its deflection."""
 
-    family, form, element = FAMILY, "square_softening", "spring"
+    family, form, element, named_by = FAMILY, "square_softening", "spring", SOFTENING
     size = parameter("N.m/rad2", "Stiffness that is lost with the deflection", min=0, start=1e3)
 
     @adds_to("force")

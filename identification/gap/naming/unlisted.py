@@ -30,7 +30,7 @@ def better_unlisted(base: Fit, named: Fit, library: Sequence[type[Effect]]) -> C
 
 def unlisted_laws(library: Sequence[type[Effect]]) -> list[type[Effect]]:
     """The laws without a name, at the elements where the library has springs, and at the measuring channel if it has effects there."""
-    springs = dict.fromkeys(e.element for e in library if e.family == SPRING)
+    springs, families = dict.fromkeys(e.element for e in library if e.family == SPRING), {e.family for e in library}
     places = {"spring": springs, "channel": ["channel"] if any(e.element == "channel" for e in library) else []}
     return [type(law.__name__, (law,), {"__doc__": law.__doc__, "__module__": law.__module__, "element": element})
-            for law in declared_by(unlisted) for element in places[law.element]]  # fmt: skip
+            for law in declared_by(unlisted) if families.isdisjoint(law.named_by) for element in places[law.element]]  # fmt: skip
