@@ -54,6 +54,14 @@ def test_the_strength_that_is_foreseen_is_what_the_other_simulator_needs():
         assert foreseen[family].noticed == pytest.approx(needed, rel=0.3)
 
 
+def test_a_run_of_a_fast_rig_is_planned_at_the_rate_at_which_it_is_compared():
+    model = Model(rig_test(RIG))
+    channels = Channels(600.0, float(np.radians(0.03)), lambda f: 0.04 + 0 * f)
+    run = planned(planned_sweep(0.5, 4.0, 60.0, np.radians(2)), channels, model.stand.columns, lambda r: model.outputs(r, model.start(), slopes=False)[0])
+    assert run.recording.rate == pytest.approx(300.0)
+    assert fit(model, [run], model.start()).reduced == pytest.approx(1.0, abs=0.2)  # 320 numbers: 2.5 standard deviations
+
+
 def test_three_linear_effects_at_one_port_are_tied_and_hands_are_the_bars_own():
     stand = rig_test({})
     model = Model(stand)

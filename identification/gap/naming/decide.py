@@ -195,7 +195,7 @@ def _unless_unlisted(verdict: Verdict, library: Sequence[type[Effect]], holdout:
 
 
 def _explained(verdict: Verdict, holdout: Sequence[AnyRun]) -> bool:
-    """Whether what was named closes a good part of what the base misses, or all but what chance leaves: in all runs, or with a form that is open."""
+    """Whether what was named closes a good part of what the base misses, or all but what chance leaves; a form that is open, in the fitted runs."""
     base, best = verdict.base, verdict.best
     missed, left, freedom = base.chi2 - base.freedom, best.chi2 - best.freedom, best.freedom
     if holdout and not verdict.open_form:

@@ -4,7 +4,7 @@ It passes through the same preparation as a recording, so that its deviations ar
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -47,12 +47,13 @@ def planned(excitation: Excitation, channels: Channels, columns: Mapping[str, st
     noise = np.column_stack([_coloured(channels, len(time), rng), *(s * rng.standard_normal(len(time)) for s in channels.further.values())])
     shown = angle + channels.motion_noise * rng.standard_normal(len(time))
 
-    def run(outputs: np.ndarray) -> Run:
-        table = {imposed: shown, command: angle, **dict(zip((measured, *channels.further), outputs.T, strict=True))}
-        recording = Recording(excitation.name, time, table, {column: QUANTITIES[column] for column in table})
-        return prepare(recording, imposed, measured, command, tuple(channels.further))
-
-    return run(answer(run(noise)) + noise)
+    outputs = (measured, *channels.further)
+    table = {imposed: shown, command: angle, **dict(zip(outputs, noise.T, strict=True))}
+    recording = Recording(excitation.name, time, table, {column: QUANTITIES[column] for column in table})
+    still = prepare(recording, imposed, measured, command, tuple(channels.further))
+    kept = still.recording  # at the rate at which it is compared
+    answered = {column: y + kept[column] for column, y in zip(outputs, answer(still).T, strict=True)}
+    return prepare(replace(kept, columns=kept.columns | answered), imposed, measured, command, tuple(channels.further))
 
 
 def _coloured(channels: Channels, n: int, rng: np.random.Generator) -> np.ndarray:
