@@ -11,6 +11,7 @@ from identification.gap.naming.fitting import fit, parameters_of
 from identification.gap.naming.pairs import Pair
 from identification.gap.naming.showing import on_holdout, surprise
 from identification.gap.naming.starting import fit_base
+from identification.gap.proposing.next_test import next_experiment
 from identification.gap.reporting.verdict import as_result
 from scenarios.rig_test import rig_effects, rig_test
 
@@ -67,6 +68,7 @@ def test_a_law_without_a_name_takes_a_name_back(monkeypatch):
     verdict = decide(Model(rig_test(RIG)), runs[:1], some, runs[1:])
     assert (verdict.verdict, verdict.effects, verdict.unlisted.effect.form) == ("unknown", [], "product")
     assert any("the damping is larger to one side" in sentence.lower() for sentence in as_result(verdict, runs[1:], "N.m")["limitations"])
+    assert "unlisted" in {rival["rival"] for rival in next_experiment(verdict)["rivals"]}
     monkeypatch.setattr("identification.gap.naming.decide.better_unlisted", lambda *_: None)
     assert decide(Model(rig_test(RIG)), runs[:1], some, runs[1:]).verdict == "named"
 

@@ -135,7 +135,8 @@ def _run(proposal: Proposal, table: np.ndarray) -> dict[str, Any]:
 
 
 def _rivals(verdict: Verdict) -> list[tuple[str, Fit]]:
-    """What could be true: the members of a tie and what is near; a weak name, the next family, and nothing; the nearest ones of an unknown."""
+    """What could be true: the members of a tie and what is near; a weak name, the next family, and nothing; of an unknown, what it is taken
+    for and the law that explains more, or the nearest ones."""
     fitted = [c for c in one_each(verdict.candidates) if c.effect in c.fit.model.effects]
     if verdict.verdict == "tied":
         tied, best = {c.family for c in verdict.tied}, max(c.delta_bic for c in verdict.tied)
@@ -143,6 +144,8 @@ def _rivals(verdict: Verdict) -> list[tuple[str, Fit]]:
         return [(c.family, c.fit) for c in (*verdict.tied, *near)]
     if verdict.verdict == "named" and len(verdict.effects) == 1 and verdict.effects[0].delta_bic < WEAK:
         return [(verdict.effects[0].family, verdict.effects[0].fit), ("none", verdict.base), *_others(fitted, verdict.effects[0].family)]
+    if verdict.unlisted:
+        return [(" and ".join(e.family for e in verdict.best.model.effects), verdict.best), (verdict.unlisted.family, verdict.unlisted.fit)]
     if verdict.verdict == "unknown" and verdict.best.reduced < FAR_FROM_NOISE:
         return [(c.family, c.fit) for c in fitted[:2]]
     return []
