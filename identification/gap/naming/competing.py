@@ -23,7 +23,6 @@ PLAIN = 0.3  # of that: an effect without shapes is fitted at once, and promises
 FAR = 30.0  # reduced chi-square of a base from which no effect is a small step
 STRAINED = 10.0  # errors of what is known of a base, by which it is missed: the same
 PROMISED = 0.5  # of a signature's gain (all of it where a base is far off): with less, a fit is tried from elsewhere
-LOST = 100.0  # times the chi-square without an effect, at which its signature is no start
 SMALLER = 0.2  # of the size of an effect, from where it is tried again
 STARTS, MOST_STARTS = 2, 6  # signatures of a family that are fitted, and where nothing is adequate
 NEAR = 0.5  # of the best one's dBIC: what a family must have for its other forms to be fitted, and to be the first of a pair
@@ -188,9 +187,9 @@ def _best_fit(found: Fit, signature: Signature, beat: float, known: Sequence[Fit
     far = found.reduced > FAR or bool(np.max(np.abs(found.residuals[found.count :]), initial=0.0) > STRAINED)
     promised = signature.gain * (1.0 if far else PROMISED)
     best = None
-    for start, kept, settled, bearable in _starts(found, model, signature, known, far):
+    for start, kept, settled in _starts(found, model, signature, known, far):
         try:
-            fitted = fit(model, remembering(found.runs, kept), start, beat=beat if best is None else min(beat, best.chi2), bearable=bearable)
+            fitted = fit(model, remembering(found.runs, kept), start, beat=beat if best is None else min(beat, best.chi2))
         except InputError:  # nothing near this start can be simulated
             continue
         best = fitted if best is None or fitted.chi2 < best.chi2 else best
@@ -203,22 +202,19 @@ def _best_fit(found: Fit, signature: Signature, beat: float, known: Sequence[Fit
     return best
 
 
-def _starts(found: Fit, model: AnyModel, signature: Signature, known: Sequence[Fit], far: bool) -> Iterator[tuple[np.ndarray, list[Any], bool, float]]:
-    """What to begin from, with the runs' memories: what the effect had elsewhere (which is settled), its signature, another form, the values given.
-
-    Last is the chi-square from which on it is no start: a signature that leads far above the fit without it says nothing.
-    """
+def _starts(found: Fit, model: AnyModel, signature: Signature, known: Sequence[Fit], far: bool) -> Iterator[tuple[np.ndarray, list[Any], bool]]:
+    """What to begin from, with the runs' memories: what the effect had elsewhere (which is settled), its signature, another form, the values given."""
     shared, base, own = len(found.model.names), with_all_felt(found), signature.start  # the base may have done away with what the effect needs
     first = np.concatenate([base[:shared], own, base[shared:]])
     alike = [other for other in known if _families(other.model) == _families(model)]
     same = [other for other in alike if set(other.model.effects) == set(model.effects)]
-    yield from ((as_found(model, other, first), memories(other.runs), True, np.inf) for other in same[-1:])
-    yield first, memories(found.runs), False, LOST * found.chi2
-    yield np.concatenate([base[:shared], _smaller(model, signature), base[shared:]]), memories(found.runs), False, LOST * found.chi2
+    yield from ((as_found(model, other, first), memories(other.runs), True) for other in same[-1:])
+    yield first, memories(found.runs), False
+    yield np.concatenate([base[:shared], _smaller(model, signature), base[shared:]]), memories(found.runs), False
     if not same:
-        yield from ((as_found(model, other, first), memories(other.runs), False, np.inf) for other in alike[-1:])
+        yield from ((as_found(model, other, first), memories(other.runs), False) for other in alike[-1:])
     if far:  # a base that had to make up for so much may be no place to start from
-        yield np.concatenate([model.start()[: len(model.base)], first[len(model.base) : shared], own]), memories(found.runs), False, np.inf
+        yield np.concatenate([model.start()[: len(model.base)], first[len(model.base) : shared], own]), memories(found.runs), False
 
 
 def _families(model: AnyModel) -> list[str]:

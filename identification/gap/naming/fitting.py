@@ -113,11 +113,11 @@ def _vector(x: np.ndarray, model: AnyModel, index: int) -> np.ndarray:
 
 
 def fit(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray, frozen: Sequence[int] = (), anchor: np.ndarray | None = None,
-        iterations: int = ITERATIONS, gain: float = ENOUGH, beat: float = np.inf, bearable: float = np.inf) -> Fit:  # fmt: skip
+        iterations: int = ITERATIONS, gain: float = ENOUGH, beat: float = np.inf) -> Fit:  # fmt: skip
     """The fit from a start: the model's vector, or a whole x. Parameters in `frozen` (indices) stay.
 
     anchor gives common values of theta that are known from other runs, instead of fitting them. A fit that creeps far
-    above the chi-square `beat` ends where it is; one that starts astray, or above `bearable`, does not begin.
+    above the chi-square `beat` ends where it is; one that starts astray does not begin.
     """
     runs = remembering(runs, memories(runs))
     shared, total = len(model.names), len(model.names) + len(runs) * len(deviating(model.stand))
@@ -130,7 +130,7 @@ def fit(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray, frozen: Sequ
     problem = _Problem(model, runs, total)
     residuals, jacobian = problem.residuals(x), problem.slopes(x)
     chi2, damping = float(residuals @ residuals), 1e-3
-    for _ in range(iterations if chi2 < min(ASTRAY * beat, bearable) else 0):
+    for _ in range(iterations if chi2 < ASTRAY * beat else 0):
         gradient = jacobian.T @ residuals
         open_ = [i for i in free if not (x[i] <= low[i] and gradient[i] > 0) and not (x[i] >= high[i] and gradient[i] < 0)]
         part = jacobian[:, open_]
