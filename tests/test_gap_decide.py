@@ -5,6 +5,7 @@ import pytest
 from fmus.errors import InputError
 from identification.gap.data.runs import prepare
 from identification.gap.models.model import Model
+from identification.gap.naming import competing
 from identification.gap.naming.competing import Candidate, adequate, compete, one_each
 from identification.gap.naming.decide import decide
 from identification.gap.naming.fitting import fit, parameters_of
@@ -179,6 +180,19 @@ def test_a_family_is_fitted_though_others_promise_more():
     fitted = {others: {c.family for c in compete(base, families, leaders=3, others=others) if c.fitted} for others in (False, True)}
     assert fitted[True] == {e.family for e in families}
     assert len(fitted[False]) < len(fitted[True])
+
+
+def test_a_rival_that_cannot_be_taken_further_stays_where_it_is(monkeypatch):
+    run = runs_of({"k3": 2e4}, sweep(0.5, 12, 2.0, 60.0))
+    base = fit_base(Model(rig_test(RIG)), run)
+    found = [c for c in compete(base, library("hardening_stiffness")) if c.fitted]
+
+    def diverges(*_):
+        raise InputError("the simulation diverges")
+
+    monkeypatch.setattr(competing, "CLEAR", -np.inf)  # all of them are rivals that crept
+    monkeypatch.setattr(competing, "fit", diverges)
+    assert {id(c) for c in competing._finished(base, found)} == {id(c) for c in found}
 
 
 def test_nothing_rests_on_what_can_be_simulated_only_on_the_way_to_a_fit(monkeypatch):

@@ -164,9 +164,17 @@ def _finished(found: Fit, candidates: Sequence[Candidate]) -> list[Candidate]:
     """The candidates, ranked, with the adequate rivals of an adequate best fitted to their end: their fits may have ended since they crept."""
     best = candidates[0]
     crept = [c for c in one_each(candidates) if c.fitted and adequate(c.fit) and c.fit.chi2 > best.fit.chi2 + CLEAR] if adequate(best.fit) else []
-    answers = spread(lambda c: _packed(fit(c.fit.model, c.fit.runs, c.fit.x)), crept, "fitting rivals to their end")
+    answers = spread(lambda c: _packed(_to_the_end(c.fit)), crept, "fitting rivals to their end")
     ended = [_unpacked(found, c.effect, answer) or c for c, answer in zip(crept, answers, strict=True)]
     return ranked([*ended, *(c for c in candidates if not any(c is other for other in crept))])
+
+
+def _to_the_end(found: Fit) -> Fit | None:
+    """A fit taken further; None where it was simulated on the way to it only."""
+    try:
+        return fit(found.model, found.runs, found.x)
+    except InputError:
+        return None
 
 
 def _packed(found: Fit | None) -> _Answer | None:
