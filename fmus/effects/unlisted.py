@@ -1,4 +1,4 @@
-"""Laws that have no name in the library: signs that its effects must not have, mixed laws F(d, d') of spring and damper, a sensor that hangs.
+"""Laws that have no name in the library: signs that its effects must not have, mixed laws F(d, d') of spring and damper, a sensor with a memory.
 
 They are never named. Where one of them explains data better than any name does, what is missing is not in the library.
 """
@@ -9,6 +9,7 @@ from fmus.effects.effect import Effect, adds_to
 from fmus.variables import parameter, state
 
 FAMILY = "unlisted"
+MOMENT = 0.01  # s
 SOFTENING = ("saturation", "geometric_nonlinearity")  # families that name it, where a library has them
 
 
@@ -100,19 +101,19 @@ class StiffnessByRate(Effect):
         return v.size * v.deflection * v.rate**2
 
 
-class HangingSensor(Effect):
-    """The sensor of the force hangs: what it shows lags behind a load that grows as behind one that falls."""
+class SensorMemory(Effect):
+    """The sensor of the force has a memory: it shows a load that grows unlike one that falls."""
 
-    family, form, element, part = FAMILY, "hanging_sensor", "channel", "channel"
-    size = parameter("N.m", "By what it lags", min=0, start=0.3)
-    width = parameter("N.m", "Change of the load within 10 ms at which it lags nearly fully", min=1e-3, max=1e3, start=1.0)
-    before = state("N.m", "The load 10 ms ago")
+    family, form, element, part = FAMILY, "sensor_memory", "channel", "channel"
+    size = parameter("N.m", "What it shows more of a growing load; less than zero where it lags", start=0.3)
+    width = parameter("N.m", "Change of the load within a moment at which that is nearly all there", min=1e-3, max=1e3, start=1.0)
+    before = state("N.m", "The load a moment ago")
     starts: ClassVar = {"width": (0.3, 1.0, 3.0)}
 
     @adds_to("der(before)")
     def follow(self, v, m):
-        return (v.force - v.before) / 0.01
+        return (v.force - v.before) / MOMENT
 
     @adds_to("force")
-    def hang(self, v, m):
+    def remember(self, v, m):
         return v.size * m.tanh((v.force - v.before) / v.width)
