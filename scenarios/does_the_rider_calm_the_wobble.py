@@ -84,7 +84,7 @@ def figure(found: dict[str, Modes], names: tuple[str, ...]) -> Figure:
         if len(shown):
             place = shown[len(shown) // 2]
             ax.annotate(mode.replace("_", "-"), (place.real, place.imag), xytext=(-8, 10), textcoords="offset points", ha="right", fontsize=9)
-    ax.set(xlim=(-50, 6), ylim=(-2, 84), xlabel="real part [1/s]", ylabel="imaginary part [rad/s]")
+    ax.set(xlim=(-50, 6), ylim=(-2, 92), xlabel="real part [1/s]", ylabel="imaginary part [rad/s]")
     ax.legend(loc="upper left", fontsize=8, framealpha=0.9)
     return picture
 
