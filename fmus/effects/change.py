@@ -41,6 +41,33 @@ class DampingDrift(Drift):
         return v.ratio * (v.time / v.duration - 0.5) * v.damping * v.rate
 
 
+class SettlingDrift(Drift):
+    """Stiffness and damping change fast at first and then settle, as what warms up does."""
+
+    form = "settling"
+    settling = parameter("1", "When it has settled to a fraction 1/e, as a share of the duration", symbol="t_s/T", min=0.02, max=3.0, start=0.25)
+    starts: ClassVar = {"settling": (0.1, 0.3)}
+
+    def settled(self, v, m):
+        """The change over the duration as a share of what it is in all; its mean is zero, as that is the base's own."""
+        left = m.exp(-1 / v.settling)
+        return (v.settling * (1 - left) - m.exp(-v.time / v.duration / v.settling)) / (1 - left)
+
+    @adds_to("force")
+    def grip(self, v, m):
+        return v.ratio * self.settled(v, m) * (v.stiffness * v.deflection + v.damping * v.rate)
+
+
+class StiffnessSettling(SettlingDrift):
+    """The stiffness changes fast at first and then settles."""
+
+    form = "stiffness_settling"
+
+    @adds_to("force")
+    def grip(self, v, m):
+        return v.ratio * self.settled(v, m) * v.stiffness * v.deflection
+
+
 class StepDrift(Drift):
     """Stiffness and damping change at once, at some moment of the test."""
 

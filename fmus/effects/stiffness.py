@@ -55,6 +55,21 @@ class SquareHardening(Effect):
         return v.square_stiffness * m.absolute(v.deflection) * v.deflection
 
 
+class ExponentialHardening(Effect):
+    """The spring stiffens exponentially with its deflection, as tendons and skin do."""
+
+    # Source: Fung, Elasticity of soft tissues in simple elongation, Am. J. Physiol. 213 (1967); here odd, and without its linear part.
+    family, form, element = "hardening_stiffness", "exponential", "spring"
+    cubic_stiffness = parameter("N.m/rad3", "Stiffness that grows with the square of a small deflection", symbol="k_3", min=0, start=1e4)
+    width = parameter("rad", "Deflection over which the stiffness grows e-fold", symbol="w", min=1e-4, max=10.0, start=0.05)
+    starts: ClassVar = {"width": (0.25, 0.6)}
+    relative: ClassVar = ("width",)
+
+    @adds_to("force")
+    def exponential(self, v, m):
+        return 6 * v.cubic_stiffness * v.width**2 * (v.width * m.sinh(v.deflection / v.width) - v.deflection)
+
+
 class AnyHardening(Effect):
     """The spring's force has an odd curve of its own."""
 

@@ -21,6 +21,12 @@ class SquareArms(stiffness.SquareHardening):
     element = "arms"
 
 
+class TendonArms(stiffness.ExponentialHardening):
+    """The arms stiffen exponentially with their deflection, as tendons do."""
+
+    element = "arms"
+
+
 class AnyArms(stiffness.AnyHardening):
     """The arms' torque has an odd curve of its own."""
 
@@ -117,6 +123,18 @@ class GripStiffnessDrift(change.StiffnessDrift):
 
 class GripDampingDrift(change.DampingDrift):
     """The grip's damping changes during the test."""
+
+    element = "arms"
+
+
+class GripSettling(change.SettlingDrift):
+    """The grip settles in the first part of the test."""
+
+    element = "arms"
+
+
+class GripStiffnessSettling(change.StiffnessSettling):
+    """The grip's stiffness settles in the first part of the test."""
 
     element = "arms"
 

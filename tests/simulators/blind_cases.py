@@ -21,19 +21,20 @@ NOMINAL = {
     "qa": (100, 1700), "sa": (0.01, 6320), "rd": (0.05, 81), "rk": (0.05, 43), "rc": (0.05, 65), "rj": (0.05, 448), "re": (0.05, 60), "kr": (5, 249),
     "td": (0.002, 605), "te": (0.002, 1250), "Ih": (0.02, 3340), "J": (0.01, 41), "Icc": (0.03, 48), "ks": (5, 43), "cs": (0.5, 73),
     "Tw": (0.3, 2980), "km": (50, 38), "C": (2e-5, 116), "g3": (0.02, 9900), "g2": (0.02, 6350), "bx": (20, 1.97e5), "eb": (0.05, 1.03e4),
-    "Ar": (0.1, 2460), "ce": (0.2, 6.4e4), "hs": (0.3, 4900),
+    "Ar": (0.1, 2460), "ce": (0.2, 6.4e4), "hs": (0.3, 4900), "rl": (0.3, 138), "kd": (1000, 1000),
+    "kw": (1000, 600), "ga": (3, 444), "ji": (0.5, 1950),
 }  # fmt: skip
-LARGEST = {"rd": 0.4, "rk": 0.5, "rc": 0.5, "rj": 0.5, "re": 0.5, "kr": 40.0, "td": 0.012, "te": 0.012, "Ih": 0.1, "J": 0.1, "Icc": 0.15, "ks": 60.0, "cs": 4.0,
+LARGEST = {"rd": 0.4, "rk": 0.5, "rc": 0.5, "rj": 0.5, "re": 0.5, "rl": 0.5, "kr": 40.0, "td": 0.012, "te": 0.012, "Ih": 0.1, "J": 0.1, "Icc": 0.15, "ks": 60.0, "cs": 4.0,
            "km": 600.0, "C": 3e-4, "k2": 4e3, "Tc": 1.5, "Tl": 1.5, "Tw": 2.0, "g": 4e-3, "gs": 4e-3}  # fmt: skip
 # Family: the parameter that is its size, in forms that the library has; and in forms that it lacks.
 LIKE = {
-    "coulomb_friction": ["Tc"], "hardening_stiffness": ["k3", "k2"], "backlash": ["g"], "progressive_damping": ["c2", "c3"],
-    "hysteresis": ["Fh", "Fd"], "asymmetry": ["ra", "qa"], "drift": ["rd", "rk", "rc", "rj"], "reflex": ["kr"], "channel_delay": ["td"],
+    "coulomb_friction": ["Tc"], "hardening_stiffness": ["k3", "k2", "kx"], "backlash": ["g"], "progressive_damping": ["c2", "c3"],
+    "hysteresis": ["Fh", "Fd"], "asymmetry": ["ra", "qa"], "drift": ["rd", "rk", "rc", "rj", "re"], "reflex": ["kr"], "channel_delay": ["td"],
     "shaft_compliance": ["C"], "extra_mode": ["Ih"], "viscoelastic_arm": ["km"], "waist_friction": ["Tw"], "sensor_nonlinearity": ["g3", "g2"],
 }  # fmt: skip
 UNLIKE = {
-    "coulomb_friction": ["Tl"], "hardening_stiffness": ["kx"], "backlash": ["gs"], "progressive_damping": ["cp"], "hysteresis": ["Fd"],
-    "asymmetry": ["sa"], "drift": ["re"], "reflex": ["kr"], "extra_mode": ["Ih"], "channel_delay": ["te"],
+    "coulomb_friction": ["Tl"], "hardening_stiffness": ["kd"], "backlash": ["gs"], "progressive_damping": ["cp"], "hysteresis": ["Fd"],
+    "asymmetry": ["sa"], "drift": ["rl"], "reflex": ["kr"], "extra_mode": ["Ih"], "channel_delay": ["te"],
 }  # fmt: skip
 OUTSIDE = {
     "product": "bx",  # torque with deflection times rate
@@ -42,6 +43,9 @@ OUTSIDE = {
     "sensor_memory": "hs",  # hysteresis of the torque sensor
     "softening": "k3",  # negative: arms that soften as they deflect
     "thinning": "c2",  # negative: damping that falls with the rate
+    "stiffening_waist": "kw",  # the spring of the waist, not that of the arms
+    "uneven_angle": "ga",  # the angle sensor's gain grows with the angle
+    "swinging_inertia": "ji",  # the bar's inertia grows with the angle
 }
 TRIO = {"cross_inertia": "Icc", "steer_stiffness": "ks", "steer_damping": "cs"}
 CYCLE = ("none", "single", "none", "none", "unlike", "none", "none", "single", "none", "outside", "none", "trio", "none", "single", "none", "none",
@@ -156,7 +160,7 @@ class Laboratory:
         path = folder / f"{kind}.csv"
         if kind == "bare_bar":
             nobody = {"It": 1e6, "ka": 1e-6, "kt": 1.0, "ca": 1e-6, "ct": 1.0}
-            at_the_bar = {n: v for n, v in t.hidden.items() if n in ("ks", "cs", "Tc", "Ts", "Tl", "td", "te", "C", "g2", "g3", "hs", "Ar")}
+            at_the_bar = {n: v for n, v in t.hidden.items() if n in ("ks", "cs", "Tc", "Ts", "Tl", "td", "te", "C", "g2", "g3", "hs", "Ar", "ga", "ji")}
             self.write(path, self._sweep(experiment), {"Is": t.rider["Is"], **nobody}, at_the_bar, replace(t.rig, remnant=0.0))
         else:
             self.write(path, self._sweep(experiment), gyro="gyro" in kind)

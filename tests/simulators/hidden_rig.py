@@ -19,18 +19,20 @@ from numba import njit
 ABSENT = {
     "Tc": 0.0, "Ts": 0.0, "ss": 0.1,  # dry friction at the bar, its excess near standstill, over this rate
     "Tl": 0.0, "wl": 2e-3,  # LuGre friction at the bar, deflection of its bristles
-    "k2": 0.0, "k3": 0.0, "k5": 0.0, "kx": 0.0, "wx": 0.03,  # arms: square, cubic, quintic, exponential from this deflection on
+    "k2": 0.0, "k3": 0.0, "k5": 0.0, "kx": 0.0, "wx": 0.03,  # arms: square, cubic, quintic, exponential over this deflection
+    "kd": 0.0,  # arms: deflection^2.5
     "g": 0.0, "gs": 0.0, "ws": 2e-3,  # play: sharp, smooth with this width
     "c2": 0.0, "c3": 0.0, "cp": 0.0,  # arms: damping with rate^2, rate^3, rate^1.5
     "Fh": 0.0, "wh": 0.01, "Fd": 0.0, "wd": 0.01, "nd": 1.0,  # slider; Dahl (1) or Bouc-Wen (exponent above 1)
     "ra": 0.0, "qa": 0.0, "sa": 0.0,  # arms: lopsided with |d|, d^2, smooth |d|
-    "rd": 0.0, "rk": 0.0, "rc": 0.0, "rj": 0.0, "re": 0.0,  # drift: both, stiffness, damping; a jump of the stiffness midway; it settles
+    "rd": 0.0, "rk": 0.0, "rc": 0.0, "rj": 0.0, "re": 0.0, "rl": 0.0,  # drift: both, stiffness, damping; a jump of the stiffness midway; it settles; it creeps
     "kr": 0.0, "tau": 0.1, "tm_r": 0.0,  # reflex, its delay, the muscle's time constant
     "td": 0.0, "te": 0.0,  # delay of the torque channel, and how much it grows over the run
     "Ih": 0.0, "fh": 4.0, "zh": 0.3, "ph": 0.0,  # head; its spring softens as that of a pendulum
     "J": 0.0, "Icc": 0.0, "ks": 0.0, "cs": 0.0, "Tw": 0.0,  # hands, coupled inertia, spring and damper at the bar, waist friction
     "km": 0.0, "tm": 0.1, "C": 0.0, "g3": 0.0, "g2": 0.0,  # Maxwell arms, shaft, sensor's gain
-    "bx": 0.0, "eb": 0.0, "fb": 0.3, "Ar": 0.0, "Nr": 150.0, "ce": 0.0, "hs": 0.0,  # outside of the library, see blind_cases
+    "bx": 0.0, "eb": 0.0, "fb": 0.3, "Ar": 0.0, "Nr": 150.0, "ce": 0.0, "hs": 0.0,
+    "kw": 0.0, "ga": 0.0, "ji": 0.0,  # outside of the library, see blind_cases
 }  # fmt: skip
 Hidden = namedtuple("Hidden", ABSENT)
 RIDER = {"Is": 0.125, "It": 0.6441, "ka": 1053.4, "kt": 75.8, "ca": 19.28, "ct": 4.79}
@@ -46,7 +48,8 @@ def _torque(delta, s, a, late, duration, h, r, p):
     z, before = 0.0, delta[0]
     for i in range(n):
         tau = i * h / duration - 0.5
-        stiff = 1 + (p.rd + p.rk) * tau + p.rj * (tau > 0) + p.re * (1 - np.exp(-4 * (tau + 0.5))) + p.eb * np.sin(2 * np.pi * p.fb * i * h)
+        stiff = 1 + (p.rd + p.rk) * tau + p.rj * (tau > 0) + p.re * (1 - np.exp(-4 * (tau + 0.5)))
+        stiff += p.rl * np.log1p(50 * (tau + 0.5)) / np.log(51) + p.eb * np.sin(2 * np.pi * p.fb * i * h)
         loss = 1 + (p.rd + p.rc) * tau
         for stage in range(4):
             j = 2 * i + (0 if stage == 0 else 1 if stage < 3 else 2)
@@ -58,12 +61,13 @@ def _torque(delta, s, a, late, duration, h, r, p):
             slid = min(max(z + (d - before) / p.wh, -1.0), 1.0)
             felt = d - min(max(d, -p.g), p.g) - p.gs * np.tanh(d / p.ws)
             T = r.ka * stiff * felt + r.ca * loss * dr + p.k2 * abs(d) * d + p.k3 * d**3 + p.k5 * d**5
+            T += p.kd * abs(d) ** 1.5 * d
             T += p.kx * (p.wx * np.sinh(d / p.wx) - d) + p.c2 * abs(dr) * dr + p.c3 * dr**3 + p.cp * np.sqrt(abs(dr)) * dr
             T += r.ka * (p.ra * abs(d) + p.sa * np.sqrt(d * d + 1e-4)) + p.qa * d * d + p.ce * dr * dr + p.bx * d * dr
             T += p.Fh * slid + p.Fd * y[5] + p.km * (d - y[4])
             psi, psr = y[2] - y[0], y[3] - y[1]
             swing = wn * wn * (psi - p.ph * psi**3) + 2 * p.zh * wn * psr
-            waist = r.kt * y[0] + r.ct * y[1] + p.Tw * np.tanh(y[1] / 0.02)
+            waist = r.kt * y[0] + r.ct * y[1] + p.Tw * np.tanh(y[1] / 0.02) + p.kw * y[0] ** 3
             pushed = 0.0 if shaft else p.Icc * a[j]
             acc = (T - waist + p.Ih * swing - pushed) / r.It
             dry = (p.Tc + p.Ts * np.exp(-((rate / p.ss) ** 2))) * np.tanh(rate / 0.02) + p.Tl * y[6]
@@ -72,6 +76,7 @@ def _torque(delta, s, a, late, duration, h, r, p):
             driven = (delta[j] - y[8]) / p.C if shaft else 0.0
             if stage == 0:
                 torque = driven if shaft else (r.Is + p.J) * a[j] + bar + p.Icc * acc
+                torque += p.ji * (angle * angle * a[j] + angle * rate * rate)
                 out[i] = torque + p.g3 * (torque / 100) ** 2 * torque + p.g2 * abs(torque) / 100 * torque
                 gyro[i] = y[1]
             k[stage, 0], k[stage, 1], k[stage, 2], k[stage, 3] = y[1], acc, y[3], -swing
@@ -163,7 +168,7 @@ def record(excitation, hidden, rider, rng, rig=Rig()):
         at = rng.integers(0, n - 2 * rig.rate)
         disturbance[at : at + 2 * rig.rate] += 5 * rig.torque_noise * rng.standard_normal(2 * rig.rate)
     sizes = (np.radians(40) / 2**rig.bits, 400 / 2**rig.bits)
-    measured = moved[:: 2 * finer][:n] + rig.angle_offset + rig.angle_noise * rng.standard_normal(n)
+    measured = moved[:: 2 * finer][:n] * (1 + p.ga * moved[:: 2 * finer][:n] ** 2) + rig.angle_offset + rig.angle_noise * rng.standard_normal(n)
     shown = [size * np.round(y / size) for size, y in zip(sizes, (measured, sampled + rig.torque_offset + disturbance), strict=True)]
     gyro = gyro[::finer] + rig.gyro_noise * rng.standard_normal(n)
     cut = slice(rig.rate // 8, None)

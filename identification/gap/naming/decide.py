@@ -5,11 +5,12 @@
 Every candidate is fitted with the base refitted. An effect must gain dBIC 12; those within dBIC 10 of the best, and
 as adequate, are tied. Adequate is a reduced chi-square that noise alone gives. Where no single effect is adequate, pairs
 compete, and the families that all near-best pairs share are named. Where no form of a family is adequate, but the family
-closes most of the excess and beats every other by dBIC 40, it is named with its form open. What runs that were held out
+closes nearly all of the excess and beats every other by dBIC 40, it is named with its form open. What runs that were held out
 refute is taken back, and the rest of the library competes again: what those runs bear then is the answer, else `unknown`.
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -29,20 +30,15 @@ from identification.gap.naming.competing import (
     ranked,
 )
 from identification.gap.naming.fitting import Fit, fit, memories, remembering
+from identification.gap.naming.held_out import HeldOut, to_close
 from identification.gap.naming.pairs import SECOND, Pair, alone, pairs_of, plainest, sure
-from identification.gap.naming.showing import FORETOLD, Closeness, on_holdout, surprise
 from identification.gap.naming.starting import fit_base
 from identification.gap.naming.unlisted import better_unlisted
 
 EXPLAINED = 0.5  # share of the excess that any name closes, where what is left is more than noise leaves by chance:
 BY_CHANCE = 2.5  # standard deviations of a reduced chi-square
-CLOSED = 0.85  # share of the excess that a family with an open form closes, on fitted runs and on held-out ones
-CLOSED_OF_FLEXIBLE = 0.5  # the same where the noise is what a flexible model leaves, which no form of one law reaches
-MISSED = 0.2  # reduced chi-square above 1 by which a held-out run refutes a name, beyond a share of what the base misses
-SHARE_MISSED = 0.005  # that share
+CLOSED = 0.95  # share of the fitted runs' excess that a family with an open form closes: what is outside of the library has come to 0.94
 FAR_FROM_NOISE = 10.0  # reduced chi-square from which nothing fits well enough for a name by itself
-SCATTER = 4.5  # standard deviations of a reduced chi-square, as for fitted runs
-SURPRISED = 3.0  # the same of held-out runs where the values may move by their errors
 
 
 @dataclass
@@ -71,21 +67,21 @@ def decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effec
     Raises InputError where the base cannot be fitted.
     """
     known = known if known is not None else []
-    first = verdict = _checked(_decide(model, runs, library, so_far, second, known), holdout)
+    held = HeldOut(holdout)
+    first = verdict = _checked(_decide(model, runs, library, so_far, second, known), held)
     left, refuted = library, list(verdict.refuted)
     while verdict.verdict == "unknown" and any(e.family in refuted for e in left):
         left = [e for e in left if e.family not in refuted]
-        verdict = _checked(_decide(model, runs, left, so_far, second, known), holdout)
+        verdict = _checked(_decide(model, runs, left, so_far, second, known), held)
         refuted += verdict.refuted
     verdict = replace(verdict if verdict.verdict in ("named", "tied") else first, refuted=refuted)
-    try:
-        verdict = _unless_unlisted(verdict, library, holdout)
+    verdict = _unless_unlisted(verdict, library, held)
+    with suppress(InputError):
         verdict.base, verdict.best = _quieter(verdict)
-        if holdout:
-            on_holdout(verdict.best, holdout)
-    except InputError:  # it was simulated on the way to it only: nothing may rest on that
-        return replace(verdict, verdict="unknown", best=verdict.base, effects=[], tied=[], open_form=False)
-    return verdict
+        if not held or np.isfinite(held.missed(verdict.best)):
+            return verdict
+    # It was simulated on the way to it only: nothing may rest on that.
+    return replace(verdict, verdict="unknown", best=verdict.base, effects=[], tied=[], open_form=False)
 
 
 def _quieter(verdict: Verdict) -> tuple[Fit, Fit]:
@@ -130,15 +126,14 @@ def _of_one(base: Fit, first: list[Candidate]) -> Verdict:
         if len(tied) > 1:
             return Verdict("tied", base, best.fit, [], tied, first)
         return Verdict("named", base, best.fit, [best], [], first, best.effect.flexible)
-    closed = best.fit.reduced - 1 < (1 - _closed(base)) * (base.reduced - 1)
-    if closed and _leads(best, first):
+    if best.fit.reduced - 1 < (1 - to_close(base, CLOSED)) * (base.reduced - 1) and not _rivals(best, first):
         return Verdict("named", base, best.fit, [best], [], first, open_form=True)
     return Verdict("unknown", base, best.fit, candidates=first)
 
 
-def _leads(best: Candidate, first: Sequence[Candidate]) -> bool:
-    """Whether an effect is clear of every other family."""
-    return all(best.delta_bic - c.delta_bic > CLEAR for c in one_each(first) if c.family != best.family)
+def _rivals(best: Candidate, first: Sequence[Candidate]) -> list[Candidate]:
+    """Those of other families of which an effect is not clear."""
+    return [c for c in one_each(first) if c.family != best.family and best.delta_bic - c.delta_bic <= CLEAR]
 
 
 def _of_pairs(base: Fit, found: Pair, pairs: Sequence[Pair], first: list[Candidate]) -> Verdict:
@@ -151,30 +146,25 @@ def _of_pairs(base: Fit, found: Pair, pairs: Sequence[Pair], first: list[Candida
     return Verdict("named", base, found.second.fit, [certain], [c for c in members if c.family not in families], first)
 
 
-def _checked(found: Verdict, holdout: Sequence[AnyRun]) -> Verdict:
+def _checked(found: Verdict, held: HeldOut) -> Verdict:
     """What held-out runs bear of a verdict: of a pair that they refute one effect alone, if that."""
-    verdict = _borne_out(found, holdout)
+    verdict = _borne_out(found, held)
     if not verdict.refuted or len(found.effects) < 2:
         return verdict
-    alone = _borne_out(_of_one(found.base, found.candidates), holdout)
+    alone = _borne_out(_of_one(found.base, found.candidates), held)
     return replace(alone, refuted=[*verdict.refuted, *alone.refuted])
 
 
-def _borne_out(verdict: Verdict, holdout: Sequence[AnyRun]) -> Verdict:
+def _borne_out(verdict: Verdict, held: HeldOut) -> Verdict:
     """The verdict without what held-out runs refute: members of a tie drop out, a name or a base that is as good as noise becomes `unknown`."""
-    if not holdout or verdict.verdict == "unknown":
+    if not held or verdict.verdict == "unknown":
         return verdict
     if verdict.verdict == "none":
-        return verdict if _foretold(verdict.base, holdout) else replace(verdict, verdict="unknown")
-    before = on_holdout(verdict.base, holdout)
+        return verdict if held.foretold(verdict.base) else replace(verdict, verdict="unknown")
     if verdict.verdict == "named":
-        if not _refuted(before, verdict.best, holdout, verdict.open_form):
-            return verdict
-        if len(verdict.effects) == 1 and _leads(verdict.effects[0], verdict.candidates) and not _refuted(before, verdict.best, holdout, open_form=True):
-            return replace(verdict, open_form=True)  # the family is right, its form is not where the held-out run goes further
-        return replace(verdict, verdict="unknown", effects=[], tied=[], open_form=False, refuted=[" and ".join(c.family for c in verdict.effects)])
-    wrong = [c.family for c in verdict.tied if _refuted(before, c.fit, holdout)]
-    left = [c for c in verdict.tied if c.family not in wrong]
+        return _name_borne_out(verdict, held)
+    borne = {c.family: _form_borne_out(verdict, c, held) for c in verdict.tied}
+    left, wrong = [c for c in borne.values() if c], [family for family, c in borne.items() if not c]
     if len(left) > 1:
         return replace(verdict, tied=left, best=left[0].fit, refuted=wrong)
     if left:
@@ -182,56 +172,43 @@ def _borne_out(verdict: Verdict, holdout: Sequence[AnyRun]) -> Verdict:
     return replace(verdict, verdict="unknown", tied=[], refuted=wrong)
 
 
-def _unless_unlisted(verdict: Verdict, library: Sequence[type[Effect]], holdout: Sequence[AnyRun]) -> Verdict:
+def _name_borne_out(verdict: Verdict, held: HeldOut) -> Verdict:
+    """The same of a name; where its form alone is refuted, it may have another one, or an open one."""
+    base, named = verdict.base, verdict.effects
+    if not held.refute(base, verdict.best, verdict.open_form):
+        return verdict
+    rivals = _rivals(named[0], verdict.candidates)
+    for open_form in (False, True) if len(named) == 1 and not verdict.tied else ():
+        form = _form_borne_out(verdict, named[0], held, open_form)
+        if form and not (open_form and any(not c.fitted or _form_borne_out(verdict, c, held, open_form) for c in rivals)):
+            return replace(verdict, effects=[form], best=form.fit, open_form=open_form or form.effect.flexible)
+    return replace(verdict, verdict="unknown", effects=[], tied=[], open_form=False, refuted=[" and ".join(c.family for c in named)])
+
+
+def _form_borne_out(verdict: Verdict, found: Candidate, held: HeldOut, open_form: bool = False) -> Candidate | None:
+    """Of the forms of a family that fit as well as the one that was found, the first that held-out runs bear."""
+    others = (c for c in verdict.candidates if c.family == found.family and c.fitted and c is not found)
+    near = (c for c in others if found.delta_bic - c.delta_bic < TIE and adequate(c.fit))
+    return next((c for c in (found, *near) if not held.refute(verdict.base, c.fit, open_form)), None)
+
+
+def _unless_unlisted(verdict: Verdict, library: Sequence[type[Effect]], held: HeldOut) -> Verdict:
     """The verdict, `unknown` where most is left unexplained, or where a law without a name explains more and the held-out runs bear it."""
     if verdict.verdict not in ("named", "tied"):
         return verdict
     law = better_unlisted(verdict.base, verdict.best, library)
-    if law is not None and holdout and _refuted(on_holdout(verdict.base, holdout), law.fit, holdout):
+    if law is not None and held and held.refute(verdict.base, law.fit, verdict.open_form):
         law = None
-    if law is None and _explained(verdict, holdout):
+    if law is None and _explained(verdict, held):
         return verdict
     return replace(verdict, verdict="unknown", effects=[], tied=[], open_form=False, unlisted=law)
 
 
-def _explained(verdict: Verdict, holdout: Sequence[AnyRun]) -> bool:
+def _explained(verdict: Verdict, held: HeldOut) -> bool:
     """Whether what was named closes a good part of what the base misses, or all but what chance leaves; a form that is open, in the fitted runs."""
     base, best = verdict.base, verdict.best
     missed, left, freedom = base.chi2 - base.freedom, best.chi2 - best.freedom, best.freedom
-    if holdout and not verdict.open_form:
-        before, after = on_holdout(base, holdout), on_holdout(best, holdout)
-        count = after.fit.count
-        missed, left, freedom = missed + (before.chi2 - 1) * count, left + (after.chi2 - 1) * count, freedom + count
+    if held and not verdict.open_form:
+        missed, left = missed + held.unexplained(base) * held.count, left + held.unexplained(best) * held.count
+        freedom += held.count
     return left < max(BY_CHANCE * np.sqrt(2 * freedom), (1 - EXPLAINED) * missed)
-
-
-def _foretold(base: Fit, holdout: Sequence[AnyRun]) -> bool:
-    """Whether a base explains held-out runs, be it with other values than fitted, within their errors."""
-    try:
-        held = on_holdout(base, holdout)
-        return held.chi2 < FORETOLD or surprise(base, held) < FORETOLD
-    except InputError:  # not even simulated
-        return False
-
-
-def _refuted(before: Closeness, found: Fit, holdout: Sequence[AnyRun], open_form: bool = False) -> bool:
-    """Whether held-out runs are missed by more than noise, and by more than a name may leave of what the base misses.
-
-    An effect that closes most of what the base misses there is not refuted by what the errors of its values explain.
-    """
-    try:
-        after = on_holdout(found, holdout)
-        scatter = np.sqrt(2 / after.fit.count)  # few data scatter by more
-        allowed = max((1 - _closed(found) if open_form else SHARE_MISSED) * (before.chi2 - 1), MISSED, SCATTER * scatter)
-        if after.chi2 - 1 <= allowed:
-            return False
-        closes = after.chi2 - 1 < (1 - CLOSED) * (before.chi2 - 1)
-        return not closes or surprise(found, after) - 1 > SURPRISED * scatter
-    except InputError:  # not even simulated
-        return True
-
-
-def _closed(found: Fit) -> float:
-    """The share of the excess that a family with an open form must close."""
-    flexible = any(getattr(run, "noise_source", "") == "flexible_model" for run in found.runs)
-    return CLOSED_OF_FLEXIBLE if flexible else CLOSED

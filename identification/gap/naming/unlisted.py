@@ -22,7 +22,7 @@ def better_unlisted(base: Fit, named: Fit, library: Sequence[type[Effect]]) -> C
     """The law without a name that explains more than the effects of a fit do, or as much as two of them; None where there is none."""
     likeliest = sorted(screen(base, unlisted_laws(library), keep=1), key=lambda s: -s.gain)[:LIKELIEST]
     law = best_of(ranked(fit_each(base, likeliest, [], named.chi2, [])))
-    if law is None or not adequate(law.fit):
+    if law is None or (adequate(named) and not adequate(law.fit)):
         return None
     two = len(named.model.effects) - len(base.model.effects) > 1
     return law if law.fit.bic < named.bic + (TIE if two else 0.0) else None
