@@ -51,6 +51,7 @@ def test_a_form_that_fails_further_out_leaves_its_family_or_another_form():
     plain = [e for e in library("hardening_stiffness") if e.form != "exponential"]
     verdict = decide(Model(rig_test(RIG)), runs[:1], plain, runs[1:])
     assert (verdict.verdict, [c.family for c in verdict.effects], verdict.open_form) == ("named", ["hardening_stiffness"], True)
+    assert any("parameters are those of the nearest form" in sentence for sentence in as_result(verdict, runs[1:], "N.m")["limitations"])
     assert decide(Model(rig_test(RIG)), runs[:1], plain).open_form is False
     verdict = decide(Model(rig_test(RIG)), runs[:1], library("hardening_stiffness"), runs[1:])
     assert (verdict.verdict, [c.effect.form for c in verdict.effects], verdict.open_form) == ("named", ["exponential"], False)

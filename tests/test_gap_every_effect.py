@@ -24,6 +24,7 @@ HIDDEN = [
     ({"ra": 0.03}, "asymmetry", "ratio", 0.03),
     ({"rd": 0.3}, "drift", "ratio", 0.3),
     ({"rj": 0.2}, "drift", "ratio", 0.2 / 1.1),  # of the mean stiffness
+    ({"re": 0.5}, "drift", "ratio", 0.5 * 0.9817 / (1 + 0.5 * 0.7546)),  # over the run, of the mean stiffness: integrals of exp(-4 t / T)
     ({"kr": 25.0, "tau": 0.12}, "reflex", "gain", 25.0),
     ({"td": 0.005}, "channel_delay", "delay", 0.005),
     ({"te": 0.004}, "channel_delay", "skew", 0.004 / 70.0),  # both runs last 70 s

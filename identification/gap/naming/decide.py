@@ -5,8 +5,9 @@
 Every candidate is fitted with the base refitted. An effect must gain dBIC 12; those within dBIC 10 of the best, and
 as adequate, are tied. Adequate is a reduced chi-square that noise alone gives. Where no single effect is adequate, pairs
 compete, and the families that all near-best pairs share are named. Where no form of a family is adequate, but the family
-closes nearly all of the excess and beats every other by dBIC 40, it is named with its form open. What runs that were held out
-refute is taken back, and the rest of the library competes again: what those runs bear then is the answer, else `unknown`.
+closes nearly all of the excess and beats every other by dBIC 40, it is named with its form open. Runs that were held out choose
+between forms that fit as well. What they refute is taken back, and the rest of the library competes again: what they bear then is
+the answer, else `unknown`.
 """
 
 from collections.abc import Callable, Sequence

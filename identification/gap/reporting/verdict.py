@@ -62,8 +62,12 @@ def _limitations(verdict: Verdict) -> list[str]:
 
 
 def foretold(verdict: Verdict, left: dict[str, Any]) -> list[str]:
-    """What it means where a held-out run is missed by more than the verdict seems to say; left is its gap."""
+    """What it means where more is missed than the verdict seems to say, most often of a held-out run; left is its gap."""
     missed = left["holdout_after"]
+    if verdict.open_form and (not adequate(verdict.best) or (missed or 0.0) > FORETOLD):
+        held_out = f", {missed:.2g} of the held-out run" if missed is not None else ""
+        return [f"No form of {verdict.effects[0].family} in the library fits as noise lets it (reduced chi-square {left['after']:.2g}{held_out}): its "
+                "parameters are those of the nearest form."]  # fmt: skip
     if missed is None or missed < FORETOLD or verdict.open_form:
         return []
     if verdict.verdict == "named":
