@@ -83,6 +83,16 @@ def test_the_zero_of_the_angle_is_felt_by_no_play():
     assert half_gap == pytest.approx(3e-4, abs=3 * error) and error < 1e-5
 
 
+def test_arms_that_stiffen_have_no_play_that_is_wider_than_the_motion(monkeypatch):
+    """Of three times the motion's width, a play with a soft transition is nothing but a spring that stiffens: d/w - tanh(d/w) = d^3/(3 w^3)."""
+    runs = runs_of({"kd": 1200.0}, sweep(0.5, 12, 2, 100.0), sweep(12, 0.5, 2.6, 80.0))
+    some = library("hardening_stiffness", "backlash")
+    verdict = decide(Model(rig_test(RIG)), runs[:1], some, runs[1:])
+    assert (verdict.verdict, [c.family for c in verdict.effects]) == ("named", ["hardening_stiffness"])
+    monkeypatch.setattr(next(e for e in some if e.form == "soft"), "at_most", {})
+    assert decide(Model(rig_test(RIG)), runs[:1], some, runs[1:]).verdict == "tied"
+
+
 def test_a_law_without_a_name_takes_a_name_back(monkeypatch):
     """A damping that is larger to one side: a sensor that is lopsided fits as well as noise lets it, and is not it."""
     runs = runs_of({"bx": 0.7}, sweep(0.5, 12, 2, 100.0), sweep(12, 0.5, 3.0, 80.0))

@@ -103,6 +103,7 @@ class SoftBacklash(Effect):
     softness = parameter("rad", "Deflection over which the spring comes in", symbol="w", min=1e-5, max=1.0, start=2e-3)
     starts: ClassVar = {"softness": (0.03, 0.1, 0.3)}
     relative: ClassVar = ("softness",)
+    at_most: ClassVar = {"softness": 1 / 3}  # wider than the motion, this would be a spring that stiffens: tanh(d/w) = d/w - d^3/(3 w^3)
 
     @adds_to("force")
     def unfelt(self, v, m):

@@ -124,9 +124,9 @@ def fit(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray, frozen: Sequ
     x = np.concatenate([start, np.zeros(total - len(start))])
     if anchor is not None:
         frozen = range(shared)
-    low, high = _bounds(model, total)
-    x = np.clip(x, low, high)
+    low, high = _bounds(model, runs, total)
     free = np.setdiff1d(np.arange(total), np.asarray(list(frozen), int))
+    x[free] = np.clip(x[free], low[free], high[free])
     problem = _Problem(model, runs, total)
     residuals, jacobian = problem.residuals(x), problem.slopes(x)
     chi2, damping = float(residuals @ residuals), 1e-3
@@ -167,10 +167,12 @@ def fit(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray, frozen: Sequ
     return Fit(model, runs, x, chi2, residuals, jacobian, sum(len(r.data) for r in runs))
 
 
-def _bounds(model: AnyModel, total: int) -> tuple[np.ndarray, np.ndarray]:
+def _bounds(model: AnyModel, runs: Sequence[AnyRun], total: int) -> tuple[np.ndarray, np.ndarray]:
     table = model.component.table
     low = [np.log(max(table[n].min, 1e-6)) for n in model.base] + [r.min for r in model.rows]
-    high = [np.log(table[n].max) for n in model.base] + [r.max for r in model.rows]
+    within = {model.stand.parameter(effect, n): share for effect in model.effects for n, share in effect.at_most.items()}
+    largest = model.largest(runs) if within else np.inf
+    high = [np.log(table[n].max) for n in model.base] + [min(r.max, within.get(n, np.inf) * largest) for n, r in zip(model.own, model.rows, strict=True)]
     places, sizes = _of_runs(model, total)
     rest = np.where(places < len(model.base), 1.0, MOST_OFF * sizes)
     return np.concatenate([low, -rest]), np.concatenate([high, rest])
