@@ -67,8 +67,14 @@ def axis_of(axis: str, order: int | None, unit: str) -> str:
 
 def places(result: dict[str, Any], axis: str = "axis", most: int = 40) -> Table:
     """Where the base misses the data, the clearest first; axis is what is said of a place beside its ends."""
-    rows = [(p["run"], axis_of(p["axis"], p["order"], p["unit"]), f"{p['from']:.3g}", f"{p['to']:.3g}", p["unit"], f"{p['excess']:.3g}", f"{p['p_value']:.2g}") for p in result["where"][:most]]
+    rows = [(p["run"], axis_of(p["axis"], p["order"], p["unit"]), f"{p['from']:.3g}", f"{p['to']:.3g}", p["unit"], f"{p['excess']:.3g}", _small(p["p_value"]))
+            for p in result["where"][:most]]  # fmt: skip
     return Table(("run", axis, "from", "to", "unit", "excess", "p"), rows)
+
+
+def _small(p_value: float) -> str:
+    """A p-value; one that is too small for a number is less than any."""
+    return f"{p_value:.1g}" if p_value > 0 else "< 1e-300"
 
 
 def before_and_after(result: dict[str, Any]) -> Table:

@@ -32,6 +32,11 @@ def test_missing_held_out_values_are_empty_cells():
     assert len(places(TIED, most=7).rows) == 7
 
 
+def test_a_p_value_below_every_number_is_not_zero():
+    sure = {**TIED, "where": [{**TIED["where"][0], "p_value": 0.0}, *TIED["where"]]}
+    assert [row[-1] for row in places(sure, most=2).rows] == ["< 1e-300", "1e-09"]
+
+
 def test_modes_stand_side_by_side():
     modes = {"speed": [10.0, 20.0], "before": {"weave": {"frequency": [0.0, 2.5], "damping_ratio": [None, 0.1]}},
              "after": {"weave": {"frequency": [None, 2.4], "damping_ratio": [None, -0.2]}}}  # fmt: skip

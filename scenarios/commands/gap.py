@@ -24,7 +24,7 @@ from scenarios.augmented_rider import FILE, effect_on_modes, rider_of, write_mod
 from scenarios.component_report import write_report as write_component_report
 from scenarios.component_test import run_on_component
 from scenarios.gap_report import write_report
-from scenarios.gap_tables import axis_of, headline, modes_over_speed
+from scenarios.gap_tables import headline, modes_over_speed, places
 from scenarios.recordings_on_the_command_line import mapping_of
 from scenarios.rig_over_time import run_over_time
 from scenarios.rig_proposals import rig_proposals
@@ -162,7 +162,7 @@ def show(result: dict[str, Any], console: Console) -> None:
         if gap[name] is not None:
             console.print(f"{name.replace('_', ' '):>15}: reduced chi-square {gap[name]:.3f} (floor 1), rms {gap['rms'][name]:.3g} {gap['rms']['unit']}")
     if result["where"]:
-        console.print(_where(result["where"][:6]))
+        console.print(_where(result))
     if result["next_experiment"]:
         proposed = result["next_experiment"]
         console.print(f"next experiment: {proposed['sentence']} Expected delta chi-square: {proposed['expected_delta_chi2']:.0f}.")
@@ -170,10 +170,11 @@ def show(result: dict[str, Any], console: Console) -> None:
         console.print(f"limitation: {sentence}", style="yellow")
 
 
-def _where(places: Sequence[dict[str, Any]]) -> Table:
+def _where(result: dict[str, Any]) -> Table:
+    clearest = places(result, most=6)
     table = Table(box=None, title="where the base misses the data", title_justify="left")
-    for heading in ("run", "axis", "from", "to", "unit", "excess", "p"):
+    for heading in clearest.headings:
         table.add_column(heading, justify="left" if heading in ("run", "axis", "unit") else "right")
-    for p in places:
-        table.add_row(p["run"], axis_of(p["axis"], p["order"], p["unit"]), f"{p['from']:.4g}", f"{p['to']:.4g}", p["unit"], f"{p['excess']:.3g}", f"{p['p_value']:.1g}")
+    for row in clearest.rows:
+        table.add_row(*row)
     return table

@@ -108,6 +108,9 @@ def _probabilities(verdict: Verdict) -> dict[int, float]:
     result = {id(c): float(p) for c, p in zip(members, chances, strict=True)}
     for c in verdict.effects[1:]:
         result[id(c)] = float(1 / (1 + np.exp(-min(c.delta_bic, 600) / 2)))
+    for c in verdict.effects:  # the table of candidates has them as they do alone, and they may be sure all the same
+        alone = next((other for other in verdict.candidates if other.family == c.family), c)
+        result[id(alone)] = result.get(id(c), 1.0)
     return result
 
 
