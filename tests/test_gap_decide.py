@@ -105,6 +105,16 @@ def test_a_law_without_a_name_takes_a_name_back(monkeypatch):
     assert decide(Model(rig_test(RIG)), runs[:1], some, runs[1:]).verdict == "named"
 
 
+def test_what_is_unknown_may_be_a_law_without_a_name():
+    """Arms that soften, in a library in which nothing comes near: the law says what it is, and no name is given."""
+    runs = runs_of({"k3": -2300.0}, sweep(0.5, 12, 2.5, 100.0), sweep(12, 0.5, 3.2, 100.0))
+    verdict = decide(Model(rig_test(RIG)), runs[:1], library("hardening_stiffness"), runs[1:])
+    assert (verdict.verdict, verdict.effects, verdict.unlisted.effect.form) == ("unknown", [], "softening")
+    size, error, _ = parameters_of(verdict.unlisted.fit)["device.unlisted.size"]
+    assert size == pytest.approx(2300, abs=3 * error) and error < 150
+    assert any("spring softens" in sentence for sentence in as_result(verdict, runs[1:], "N.m")["limitations"])
+
+
 @pytest.mark.parametrize("lag", [0.3, -0.3])
 def test_a_sensor_that_lags_behind_its_load_is_told_by_its_own_law(lag):
     """A slider of 5 N.m between load and reading, which the simulator adds: with either sign the law gains most of the gap."""

@@ -195,12 +195,13 @@ def _form_borne_out(verdict: Verdict, found: Candidate, held: HeldOut, open_form
 
 def _unless_unlisted(verdict: Verdict, library: Sequence[type[Effect]], held: HeldOut) -> Verdict:
     """The verdict, `unknown` where most is left unexplained, or where a law without a name explains more and the held-out runs bear it."""
-    if verdict.verdict not in ("named", "tied"):
+    named = verdict.verdict in ("named", "tied")
+    if not named and adequate(verdict.base):  # nothing is missing in the fitted runs
         return verdict
-    law = better_unlisted(verdict.base, verdict.best, library)
+    law = better_unlisted(verdict.base, verdict.best, library, verdict.open_form)
     if law is not None and held and held.refute(verdict.base, law.fit, verdict.open_form):
         law = None
-    if law is None and _explained(verdict, held):
+    if law is None and named and _explained(verdict, held):
         return verdict
     return replace(verdict, verdict="unknown", effects=[], tied=[], open_form=False, unlisted=law)
 

@@ -8,7 +8,7 @@ slopes; effects stay within their bounds, which hold the physical sign.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -31,11 +31,11 @@ class Fit:
     """A fitted model. x holds [theta, e, d_1, d_2, ...]; residuals and their jacobian the priors at the end."""
 
     model: AnyModel
-    runs: list[Any]  # AnyRun; whoever draws them knows more of them
+    runs: list[Any] = field(repr=False)  # AnyRun; whoever draws them knows more of them
     x: np.ndarray
     chi2: float
-    residuals: np.ndarray
-    jacobian: np.ndarray
+    residuals: np.ndarray = field(repr=False)
+    jacobian: np.ndarray = field(repr=False)
     count: int  # reduced data
 
     @property

@@ -18,11 +18,14 @@ SPRING = "hardening_stiffness"  # acts at the elements that have a deflection an
 LIKELIEST = 3  # laws that are fitted
 
 
-def better_unlisted(base: Fit, named: Fit, library: Sequence[type[Effect]]) -> Candidate | None:
-    """The law without a name that explains more than the effects of a fit do, or as much as two of them; None where there is none."""
+def better_unlisted(base: Fit, named: Fit, library: Sequence[type[Effect]], open_form: bool = False) -> Candidate | None:
+    """The law without a name that explains more than the effects of a fit do, or as much as two of them; None where there is none.
+
+    It must be as good as noise, unless the name that it is compared with has an open form.
+    """
     likeliest = sorted(screen(base, unlisted_laws(library), keep=1), key=lambda s: -s.gain)[:LIKELIEST]
     law = best_of(ranked(fit_each(base, likeliest, [], named.chi2, [])))
-    if law is None or (adequate(named) and not adequate(law.fit)):
+    if law is None or not (adequate(law.fit) or open_form):
         return None
     two = len(named.model.effects) - len(base.model.effects) > 1
     return law if law.fit.bic < named.bic + (TIE if two else 0.0) else None

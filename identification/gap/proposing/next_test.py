@@ -145,7 +145,7 @@ def _rivals(verdict: Verdict) -> list[tuple[str, Fit]]:
     if verdict.verdict == "named" and len(verdict.effects) == 1 and verdict.effects[0].delta_bic < WEAK:
         return [(verdict.effects[0].family, verdict.effects[0].fit), ("none", verdict.base), *_others(fitted, verdict.effects[0].family)]
     if verdict.unlisted:
-        return [(" and ".join(e.family for e in verdict.best.model.effects), verdict.best), (verdict.unlisted.family, verdict.unlisted.fit)]
+        return [(" and ".join(e.family for e in verdict.best.model.effects) or "none", verdict.best), (verdict.unlisted.family, verdict.unlisted.fit)]
     if verdict.verdict == "unknown" and verdict.best.reduced < FAR_FROM_NOISE:
         return [(c.family, c.fit) for c in fitted[:2]]
     return []

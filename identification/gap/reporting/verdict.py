@@ -53,7 +53,7 @@ def _limitations(verdict: Verdict) -> list[str]:
         if verdict.tied:
             sentences.append(f"Something else is missing besides {name}: one of {', '.join(dict.fromkeys(c.family for c in verdict.tied))}.")
     if verdict.unlisted:
-        law, name = verdict.unlisted, " and ".join(dict.fromkeys(e.family for e in verdict.best.model.effects))
+        law, name = verdict.unlisted, " and ".join(dict.fromkeys(e.family for e in verdict.best.model.effects)) or "any that has one"
         sentences.append(f"A law that has no name in the library explains the data better than {name} (delta chi-square {law.delta_chi2:.4g}): "
                          f"{law.effect.sentence()}")  # fmt: skip
     if verdict.refuted:
