@@ -279,3 +279,11 @@ def test_a_simulation_starts_from_the_last_states_of_the_recording(coupled):
     model, run = Model(rig_test(RIG)), coupled[0]
     y = model.outputs(run, model.start(), slopes=False)[0]
     assert model._guess(run.with_noise_beside(y)) is not None
+
+
+def test_what_was_simulated_of_one_run_is_not_taken_for_another(coupled):
+    model, (one, other) = Model(rig_test(RIG)), coupled
+    expected = Model(rig_test(RIG)).outputs(other, model.start())[0]
+    model.outputs(one, model.start(), slopes=False)
+    model.fresh[id(other)] = model.fresh.pop(id(one))  # as where one is gone, and the other lies where it was
+    np.testing.assert_allclose(model.outputs(other, model.start())[0], expected, atol=1e-6 * np.abs(expected).max())  # twice the same

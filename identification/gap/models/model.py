@@ -107,7 +107,7 @@ class Model(BaseAndEffects):
         self.equations = Equations(self.component, stand.outputs, self.sensitive)
         self.by_outputs: dict[tuple[str, ...], Equations] = {self.equations.outputs: self.equations}
         self.found: dict[int, tuple[Recording, dict[str, np.ndarray]]] = {}  # the last states by name, from which the next simulation starts
-        self.fresh: dict[int, tuple[dict[str, float], Trajectory]] = {}  # whose slopes were not asked for yet
+        self.fresh: dict[int, tuple[Run, dict[str, float], Trajectory]] = {}  # whose slopes were not asked for yet
 
     def joined_by(self, *effects: type[Effect], slopes_of_base: bool = True) -> "Model":
         """The model with further effects."""
@@ -118,12 +118,12 @@ class Model(BaseAndEffects):
     def outputs(self, run: Run, q: np.ndarray, slopes: bool = True) -> tuple[np.ndarray, np.ndarray]:
         """Simulated outputs (n, ny) over the whole run, as it measures them, and their slopes (n, ny, np)."""
         values = self.values(q) | dict.fromkeys(self.durations, run.duration)
-        told, made = self.fresh.pop(id(run), ({}, None))
-        if made is None or told != values:
+        whose, told, made = self.fresh.pop(id(run), (None, {}, None))
+        if made is None or whose is not run or told != values:
             made = simulate(self._measuring(run), values, self._motion(run, values), self._guess(run))
             self.found[id(run.recording)] = (run.recording, dict(zip(self.equations.states, made.states.T, strict=True)))
         if not slopes:
-            self.fresh[id(run)] = values, made
+            self.fresh[id(run)] = run, values, made
         time, y = run.recording.time, made.outputs[:: run.finer]
         jacobian = np.zeros((len(self.names), *y.T.shape))
         if slopes:
