@@ -8,7 +8,7 @@ from identification.gap.models.model import Model
 from identification.gap.naming import competing
 from identification.gap.naming.competing import Candidate, adequate, compete, one_each
 from identification.gap.naming.decide import decide
-from identification.gap.naming.fitting import fit, parameters_of
+from identification.gap.naming.fitting import fit, lost, parameters_of
 from identification.gap.naming.held_out import HeldOut
 from identification.gap.naming.pairs import Pair
 from identification.gap.naming.screening import screen
@@ -183,6 +183,21 @@ def test_an_effect_that_no_small_step_reaches_is_tried_from_elsewhere():
     assert verdict.base.reduced > 30
     shaft = next(c for c in verdict.candidates if c.family == "shaft_compliance")
     assert shaft.fit.reduced < 1.12 and shaft.effect in [c.effect for c in (*verdict.effects, *verdict.tied)]
+
+
+def test_an_effect_is_tried_where_the_base_has_lost_what_it_needs(monkeypatch):
+    """The same with a bar that is less light and more noise: the base loses the bar's inertia, and a small step towards a soft shaft has the wrong sign."""
+    rider = dict(zip(RIDER, (0.0461, 0.5787, 1200.5, 67.8, 15.04, 4.567), strict=True))
+    runs = runs_of({"C": 3e-4}, sweep(1, 15, 3.0, 200.0), rider=rider, rate=100, lag=0.041, angle_noise=0.00104, torque_noise=0.4)
+    base = fit_base(Model(rig_test({})), runs)
+    assert lost(base) and base.reduced < competing.FAR
+    some = library("shaft_compliance", "cross_inertia", "viscoelastic_arm")
+    shaft = compete(base, some)[0]
+    assert (shaft.family, adequate(shaft.fit)) == ("shaft_compliance", True)
+    compliance, error, _ = parameters_of(shaft.fit)["shaft_compliance.compliance"]
+    assert compliance == pytest.approx(3e-4, abs=3 * error) and error < 1e-5
+    monkeypatch.setattr(competing, "lost", lambda found: False)
+    assert compete(base, some)[0].family != "shaft_compliance"
 
 
 @pytest.fixture(scope="module")

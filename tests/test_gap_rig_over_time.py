@@ -110,7 +110,7 @@ def test_a_step_that_reaches_its_bounds_goes_on():
     class Valley:
         """chi-square of two parameters that almost make up for each other, far from the start."""
 
-        base, own, names, sizes = [], ["a", "b"], ["a", "b"], []
+        base, own, names, sizes, effects = [], ["a", "b"], ["a", "b"], [], ()
 
         def __init__(self):
             rows = {n: type("Row", (), {"min": 0.0, "max": 1e6})() for n in self.own}

@@ -18,6 +18,8 @@ def resistance(p, hidden, q, s, z, t, T):
         R += hidden["friction"] * np.tanh(s / p.get("sliding", 1e-4))
     if "hardening" in hidden:
         R += hidden["hardening"] * q**3
+    if "square" in hidden:
+        R += hidden["square"] * abs(q) * q
     if "backlash" in hidden:
         g = hidden["backlash"]
         R -= k * min(max(q, -g), g)

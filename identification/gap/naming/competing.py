@@ -10,7 +10,7 @@ import numpy as np
 from fmus.effects import Effect
 from fmus.errors import InputError
 from identification.gap.models.model import AnyModel
-from identification.gap.naming.fitting import Fit, fit, memories, remembering, with_all_felt
+from identification.gap.naming.fitting import Fit, fit, lost, memories, remembering, with_all_felt
 from identification.gap.naming.parallel import spread
 from identification.gap.naming.screening import Signature, screen
 
@@ -126,6 +126,9 @@ def _compete(found: Fit, library: Sequence[type[Effect]], leaders: int, least: f
         if not flexible and not adequate(candidates[0].fit):  # a small step says nothing of what a mode further off would bring
             tried_at_all = order if others else order[:leaders]
             more_starts = [s for name in tried_at_all for s in of_family[name][STARTS:] if s.gain > 0]
+            if others and lost(found):  # nor what an effect brings that needs what the base has lost
+                fitted = {c.family for c in candidates if c.fitted}
+                more_starts += [s for name in order if name not in fitted for s in of_family[name][:1] if not s.effect.shapes()]
             candidates = ranked([*candidates, *fit_each(found, more_starts, [], beat, [])])
         if adequate(candidates[0].fit):
             return _finished(found, candidates)
@@ -193,9 +196,10 @@ def _best_fit(found: Fit, signature: Signature, beat: float, known: Sequence[Fit
     """The best fit from several starts, the likeliest first; None where nothing can be simulated."""
     model = found.model.joined_by(signature.effect)
     far = found.reduced > FAR or bool(np.max(np.abs(found.residuals[found.count :]), initial=0.0) > STRAINED)
-    promised = signature.gain * (1.0 if far else PROMISED)
+    blind = signature.gain < SIGNIFICANT and lost(found)  # no start is known to be better than another
+    promised = np.inf if blind else signature.gain * (1.0 if far else PROMISED)
     best = None
-    for start, kept, settled in _starts(found, model, signature, known, far):
+    for start, kept, settled in _starts(found, model, signature, known, far or blind):
         try:
             fitted = fit(model, remembering(found.runs, kept), start, beat=beat if best is None else min(beat, best.chi2))
         except InputError:  # nothing near this start can be simulated

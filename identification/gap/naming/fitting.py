@@ -19,6 +19,7 @@ from identification.gap.models.model import AnyModel, AnyRun, AnyStand
 ITERATIONS = 40  # a mode that is far from its start takes some 20
 ENOUGH = 0.05  # of chi-square that a further step would gain
 COARSE = 1e-3  # of it, as long as the fit is far from the data
+AT_BOUND = 1e-6  # of a logarithm: nearer to a bound, it is there
 OF_UNKNOWN = 2.0  # AIC's price: each sees only a part of one run, of which there are always as many
 UNFELT, FELT, LEAST_FELT = 1.0, 10.0, 1e-3  # change of the residuals by a factor e in a parameter
 HOPE = 20.0  # steps like the next one that a fit may need to reach what it should beat
@@ -80,6 +81,12 @@ def with_all_felt(found: Fit) -> np.ndarray:
     felt = np.linalg.norm(found.jacobian[:, :base], axis=0)  # of a factor e; in proportion to the parameter where it is small
     x[:base] += np.where(felt < UNFELT, np.log(FELT / np.maximum(felt, LEAST_FELT)), 0.0)
     return x
+
+
+def lost(found: Fit) -> bool:
+    """Whether a parameter of the base ended where it all but vanishes: small steps from there say little of what an effect would do."""
+    low = _bounds(found.model, found.runs, len(found.x))[0]
+    return bool(np.any(found.x[: len(found.model.base)] <= low[: len(found.model.base)] + AT_BOUND))
 
 
 def price(model: AnyModel, runs: Sequence[AnyRun]) -> float:
