@@ -18,7 +18,8 @@ from scipy.signal import lsim
 from benchmarks.gap_blind import prepared, share_of
 from identification.gap.data.runs import Run
 from identification.gap.models.model import Model
-from identification.gap.naming.competing import compete, one_each
+from identification.gap.naming.candidate import one_each
+from identification.gap.naming.competing import compete
 from identification.gap.naming.decide import decide
 from identification.gap.naming.fitting import Fit, fit
 from identification.gap.naming.starting import fit_base

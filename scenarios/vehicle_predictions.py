@@ -13,7 +13,7 @@ from fmus.errors import InputError
 from identification.gap.data.predicted import BLOCK, LOWEST, PredictedRun, prepare_predicted
 from identification.gap.models.disturbances import CORNER_SPREAD, FORCES, SPREAD, factors_of
 from identification.gap.models.predictor import PredictorModel
-from identification.gap.naming.competing import TIE, one_each
+from identification.gap.naming.candidate import TIE, one_each
 from identification.gap.naming.decide import Verdict, decide
 from identification.gap.naming.fitting import Fit, fit
 from identification.gap.stands.linear_stand import LinearStand

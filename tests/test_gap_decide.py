@@ -5,8 +5,9 @@ import pytest
 from fmus.errors import InputError
 from identification.gap.data.runs import prepare
 from identification.gap.models.model import Model
-from identification.gap.naming import competing
-from identification.gap.naming.competing import Candidate, adequate, compete, one_each
+from identification.gap.naming import competing, joining
+from identification.gap.naming.candidate import Candidate, adequate, one_each
+from identification.gap.naming.competing import compete
 from identification.gap.naming.decide import decide
 from identification.gap.naming.fitting import fit, lost, parameters_of
 from identification.gap.naming.held_out import HeldOut
@@ -121,7 +122,7 @@ def test_a_sensor_that_lags_behind_its_load_is_told_by_its_own_law(lag):
     runs = runs_of({"hs": lag}, sweep(0.5, 12, 2, 100.0))
     base = fit_base(Model(rig_test(RIG)), runs)
     law = next(law for law in unlisted_laws(rig_effects()) if law.form == "sensor_memory")
-    found = competing.fit_each(base, screen(base, [law], keep=1), [], np.inf, [])[0]
+    found = joining.fit_each(base, screen(base, [law], keep=1), [], np.inf, [])[0]
     assert found.delta_chi2 > 0.5 * (base.chi2 - base.freedom) > 50
     assert np.sign(found.fit.shared[len(base.model.names)]) == np.sign(lag)
 
@@ -190,13 +191,14 @@ def test_an_effect_is_tried_where_the_base_has_lost_what_it_needs(monkeypatch):
     rider = dict(zip(RIDER, (0.0461, 0.5787, 1200.5, 67.8, 15.04, 4.567), strict=True))
     runs = runs_of({"C": 3e-4}, sweep(1, 15, 3.0, 200.0), rider=rider, rate=100, lag=0.041, angle_noise=0.00104, torque_noise=0.4)
     base = fit_base(Model(rig_test({})), runs)
-    assert lost(base) and base.reduced < competing.FAR
+    assert lost(base) and base.reduced < joining.FAR
     some = library("shaft_compliance", "cross_inertia", "viscoelastic_arm")
     shaft = compete(base, some)[0]
     assert (shaft.family, adequate(shaft.fit)) == ("shaft_compliance", True)
     compliance, error, _ = parameters_of(shaft.fit)["shaft_compliance.compliance"]
     assert compliance == pytest.approx(3e-4, abs=3 * error) and error < 1e-5
-    monkeypatch.setattr(competing, "lost", lambda found: False)
+    for where in (competing, joining):
+        monkeypatch.setattr(where, "lost", lambda found: False)
     assert compete(base, some)[0].family != "shaft_compliance"
 
 
@@ -257,9 +259,9 @@ def test_a_rival_that_cannot_be_taken_further_stays_where_it_is(monkeypatch):
     def diverges(*_):
         raise InputError("the simulation diverges")
 
-    monkeypatch.setattr(competing, "CLEAR", -np.inf)  # all of them are rivals that crept
-    monkeypatch.setattr(competing, "fit", diverges)
-    assert {id(c) for c in competing._finished(base, found)} == {id(c) for c in found}
+    monkeypatch.setattr(joining, "CLEAR", -np.inf)  # all of them are rivals that crept
+    monkeypatch.setattr(joining, "fit", diverges)
+    assert {id(c) for c in joining.finished(base, found)} == {id(c) for c in found}
 
 
 def test_nothing_rests_on_what_can_be_simulated_only_on_the_way_to_a_fit(monkeypatch):

@@ -19,17 +19,8 @@ import numpy as np
 from fmus.effects import Effect
 from fmus.errors import InputError
 from identification.gap.models.model import AnyModel, AnyRun
-from identification.gap.naming.competing import (
-    CLEAR,
-    SIGNIFICANT,
-    TIE,
-    Candidate,
-    adequate,
-    best_of,
-    compete,
-    one_each,
-    ranked,
-)
+from identification.gap.naming.candidate import CLEAR, SIGNIFICANT, TIE, Candidate, adequate, best_of, one_each, ranked
+from identification.gap.naming.competing import compete
 from identification.gap.naming.fitting import Fit, fit, memories, remembering
 from identification.gap.naming.held_out import HeldOut, to_close
 from identification.gap.naming.pairs import SECOND, Pair, alone, pairs_of, plainest, sure

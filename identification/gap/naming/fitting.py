@@ -27,7 +27,7 @@ MOST_OFF = 10.0  # deviations that the zero of a sensor may be off
 ASTRAY = 1e8  # times the chi-square that is to be beaten: from there, a simulation that has lost its way rarely finds back
 
 
-@dataclass
+@dataclass(eq=False)
 class Fit:
     """A fitted model. x holds [theta, e, d_1, d_2, ...]; residuals and their jacobian the priors at the end."""
 

@@ -8,6 +8,8 @@ runs together, where the effect closes most of what the base misses, or where th
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
+from functools import cache
 
 import numpy as np
 
@@ -31,26 +33,15 @@ class HeldOut:
     def __init__(self, runs: Sequence[AnyRun]):
         self.runs = list(runs)
         self.count = sum(len(run.data) for run in self.runs)
-        self._seen: dict[int, tuple[Fit, Closeness | None]] = {}  # the fits are kept, so that their ids stay theirs
-        self._together: dict[int, float] = {}
+        self._seen, self.together = cache(self._closeness), cache(self._together)
 
     def __bool__(self) -> bool:
         return bool(self.runs)
 
     def missed(self, found: Fit) -> float:
         """What a fit misses with its values frozen; infinite where it cannot be simulated."""
-        seen = self._closeness(found)
+        seen = self._seen(found)
         return np.inf if seen is None else seen.chi2 - 1
-
-    def together(self, found: Fit) -> float:
-        """What a fit misses once its values have moved within their errors; infinite where it cannot be simulated."""
-        seen = self._closeness(found)
-        if id(found) not in self._together:
-            try:
-                self._together[id(found)] = np.inf if seen is None else surprise(found, seen) - 1
-            except InputError:
-                self._together[id(found)] = np.inf
-        return self._together[id(found)]
 
     def foretold(self, base: Fit) -> bool:
         """Whether a base explains them, be it with other values than fitted, within their errors."""
@@ -75,13 +66,17 @@ class HeldOut:
         """Whether they are evidence for an effect beside that of the fitted runs."""
         return (self.together(base) - self.together(found)) * self.count > SPEAKS
 
+    def _together(self, found: Fit) -> float:
+        """What a fit misses once its values have moved within their errors; infinite where it cannot be simulated."""
+        with suppress(InputError):
+            if seen := self._seen(found):
+                return surprise(found, seen) - 1
+        return np.inf
+
     def _closeness(self, found: Fit) -> Closeness | None:
-        if id(found) not in self._seen:
-            try:
-                self._seen[id(found)] = found, on_holdout(found, self.runs)
-            except InputError:
-                self._seen[id(found)] = found, None
-        return self._seen[id(found)][1]
+        with suppress(InputError):
+            return on_holdout(found, self.runs)
+        return None
 
 
 def to_close(found: Fit, usual: float) -> float:

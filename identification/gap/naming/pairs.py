@@ -9,18 +9,10 @@ from dataclasses import dataclass
 
 from fmus.effects import Effect
 from fmus.errors import InputError
-from identification.gap.naming.competing import (
-    NEAR,
-    TIE,
-    Candidate,
-    adequate,
-    as_found,
-    candidate,
-    compete,
-    one_each,
-    reduced_by_noise,
-)
+from identification.gap.naming.candidate import TIE, Candidate, adequate, one_each, reduced_by_noise
+from identification.gap.naming.competing import NEAR, compete
 from identification.gap.naming.fitting import Fit, fit, price
+from identification.gap.naming.joining import as_found
 from identification.gap.naming.screening import screen
 
 SECOND = (15.0, 0.005)  # dBIC of a second effect, and its share of the first one's gain: below it, small errors of a large effect look like another
@@ -96,7 +88,7 @@ def alone(base: Fit, pair: Pair, second: tuple[float, float] = SECOND) -> list[C
     for member in pair.members:
         model = base.model.joined_by(member.effect)
         try:
-            made = candidate(base, member.effect, fit(model, together.runs, as_found(model, together, model.start()), beat=together.chi2 + second[0]))
+            made = Candidate.gained(base, member.effect, fit(model, together.runs, as_found(model, together, model.start()), beat=together.chi2 + second[0]))
         except InputError:
             continue
         if adequate(made.fit) and pair.delta_bic - made.delta_bic < max(second[0], second[1] * made.delta_chi2):

@@ -11,7 +11,7 @@ from scipy.stats import qmc
 
 from fmus.errors import InputError
 from identification.gap.models.model import AnyModel, AnyRun
-from identification.gap.naming.competing import adequate
+from identification.gap.naming.candidate import adequate
 from identification.gap.naming.fitting import Fit, fit
 
 FEW, MOST = 8, 32

@@ -14,7 +14,7 @@ import numpy as np
 
 from fmus.effects import Effect
 from fmus.errors import InputError
-from identification.gap.naming.competing import TIE, Candidate, one_each
+from identification.gap.naming.candidate import TIE, Candidate, one_each
 from identification.gap.naming.fitting import Fit
 from identification.gap.naming.parallel import spread
 

@@ -10,8 +10,9 @@ from collections.abc import Sequence
 
 from fmus.effects import Effect, unlisted
 from fmus.effects.library import declared_by
-from identification.gap.naming.competing import TIE, Candidate, adequate, best_of, fit_each, ranked
+from identification.gap.naming.candidate import TIE, Candidate, adequate, best_of, ranked
 from identification.gap.naming.fitting import Fit
+from identification.gap.naming.joining import fit_each
 from identification.gap.naming.screening import screen
 
 SPRING = "hardening_stiffness"  # acts at the elements that have a deflection and a rate

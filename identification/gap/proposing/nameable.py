@@ -16,7 +16,7 @@ from scipy.optimize import lsq_linear
 from fmus.effects import Effect
 from fmus.errors import InputError
 from fmus.progress import track
-from identification.gap.naming.competing import SIGNIFICANT, TIE
+from identification.gap.naming.candidate import SIGNIFICANT, TIE
 from identification.gap.naming.fitting import Fit
 from identification.gap.naming.screening import shapes_of
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from identification.gap.models.model import AnyRun
-from identification.gap.naming.competing import Candidate, adequate
+from identification.gap.naming.candidate import Candidate, adequate
 from identification.gap.naming.decide import Verdict
 from identification.gap.naming.fitting import parameters_of
 from identification.gap.naming.showing import FORETOLD, closeness, floor, on_holdout, quiet
