@@ -48,7 +48,7 @@ def linearise(component: Component, **at: Any) -> StateSpace:
     form = symbolic(component)
     nx = len(component.states)
     if form.needs_derivatives:
-        values.update(_rates_at(component, values))
+        values.update(rates_at(component, values))
     jacobian = form.jacobian_entries(values)
     rates, outputs = jacobian[..., :nx, :], jacobian[..., nx:, :]
     if form.coupled:
@@ -57,7 +57,7 @@ def linearise(component: Component, **at: Any) -> StateSpace:
                       component.states, component.inputs, component.outputs)  # fmt: skip
 
 
-def _rates_at(component: Component, values: dict[str, Any]) -> dict[str, Any]:
+def rates_at(component: Component, values: dict[str, Any]) -> dict[str, Any]:
     """The state derivatives by name, each a number, or an array where values are arrays."""
     if not any(np.ndim(value) for value in values.values()):
         state, told = (np.array([values[n] for n in names]) for names in (component.states, component.inputs))

@@ -9,7 +9,11 @@ import numpy as np
 from fmus.build import build
 from fmus.component import Component
 from fmus.effects import Effect
+from fmus.errors import InputError
+from fmus.in_motion import linearise_in_motion
 from fmus.library import value_file
+from identification.gap.models.equations import Equations
+from identification.gap.models.simulate import Motion, simulate
 from identification.gap.naming.decide import Verdict
 from identification.gap.naming.fitting import Fit, parameters_of
 from rider_fmu import riders
@@ -19,6 +23,8 @@ from vehicle_fmu import modes, motorcycles, over_speed, ridden
 
 FILE = "augmented_rider.toml"
 PREFIX = "device."
+BAR = ("steer_angle", "steer_rate")
+POINTS = 500  # of each run's motion
 SPEEDS = np.arange(10.0, 60.1, 10.0)
 
 
@@ -43,9 +49,30 @@ def rider_of(found: Fit) -> Component:
     return riders.load("mean_2011").with_values(**values)
 
 
-def effect_on_modes(base: Component, augmented: Component, vehicle: str = "sharp_1971") -> dict[str, Any]:
-    """Frequency [Hz] and damping ratio of weave, wobble and rider-wobble over speed, without and with what was found."""
-    found = {label: modes(over_speed(ridden(motorcycles.load(vehicle), rider)), SPEEDS) for label, rider in (("before", base), ("after", augmented))}
+def motion_of(found: Fit, rider: Component) -> dict[str, np.ndarray]:
+    """How bar and rider move in the fitted runs: points (n,) of the steer angle, its rate and the rider's states, by their names on the vehicle.
+
+    Empty where the rider cannot be simulated with his delays as states.
+    """
+    equations, moved = Equations(rider, rider.outputs, ()), []
+    for run in found.runs:
+        middles = (run.nodes[1:] + run.nodes[:-1]) / 2
+        at, between = ({**dict.fromkeys(rider.inputs, 0.0), **dict(zip(BAR, run.moved(t), strict=False))} for t in (run.nodes, middles))
+        try:
+            states = simulate(equations, rider.start_values(), Motion(run.nodes, at, between)).states
+        except InputError:
+            return {}
+        moved.append(np.column_stack([at[n] for n in BAR] + [states])[:: max(len(states) // POINTS, 1)])
+    names_of = [*(f"vehicle.{n}" for n in BAR), *(f"device.{n}" for n in rider.states)]
+    return dict(zip(names_of, np.concatenate(moved).T, strict=True))
+
+
+def effect_on_modes(base: Component, augmented: Component, motion: Mapping[str, np.ndarray] | None = None, vehicle: str = "sharp_1971") -> dict[str, Any]:
+    """Frequency [Hz] and damping ratio of weave, wobble and rider-wobble over speed: without and with what was found, at rest and in motion."""
+    without, with_it = (ridden(motorcycles.load(vehicle), rider) for rider in (base, augmented))
+    found = {"before": modes(over_speed(without), SPEEDS), "after": modes(over_speed(with_it), SPEEDS)}
+    if motion:
+        found["in_motion"] = modes(lambda speeds: linearise_in_motion(with_it, motion, **{"vehicle.speed": speeds}), SPEEDS)
     return {"speed": SPEEDS.tolist(),
             **{label: {name: _mode(each[name]) for name in ("weave", "wobble", "rider_wobble")} for label, each in found.items()}}  # fmt: skip
 

@@ -13,7 +13,8 @@ from scipy.signal import csd, spectrogram, welch
 from identification.gap.data.sampled import Sampled
 from identification.gap.naming.decide import Verdict
 from identification.gap.naming.fitting import Fit
-from scenarios.gap_report import FILE, whiteness
+from scenarios.gap_before_after import told, whiteness, without_and_with
+from scenarios.gap_report import FILE
 from scenarios.gap_tables import before_and_after, places, verdict_section
 from scenarios.report import COLOURS, Report, Section, Table, new_figure
 
@@ -24,14 +25,16 @@ PERIODS, SHORTEST = 3.0, 16  # of the middle frequency in a window of the map, a
 
 def write_report(verdict: Verdict, result: dict[str, Any], held: Sequence[Sampled], folder: Path, modes: Section) -> str:
     """Write the report, with a section on modes, into the folder; its name there."""
+    shown = without_and_with(verdict, held)
     sections = [
         verdict_section(result),
         Section("Where the base model misses", ["Cells that pass a false-discovery rate of 1 %."],
                 [(_map(verdict.base), "Residuals of the base over time and frequency, in units of the noise.")],
                 [places(result)]),
-        Section("Before and after", [f"Held out: {', '.join(r.name for r in held) or 'none'}."],
-                [(_recording(verdict), "The recording and what is left of it, before and after."), *_responses(verdict),
-                 (whiteness(verdict), "Residuals in units of the noise: before and after, against the normal distribution.")],
+        Section("Before and after", [told(held)],
+                [(_recording(shown), "The recording and what is left of it, before and after."), *_responses(shown),
+                 (whiteness(shown), "Residuals in units of the noise against the normal distribution, and how they depend on their neighbours in "
+                  "frequency; noise alone stays within the grey lines (95 %).")],
                 [before_and_after(result)]),
         modes,
     ]  # fmt: skip
@@ -62,24 +65,24 @@ def left_over(fit: Fit, output: int = 0) -> tuple[np.ndarray, np.ndarray, np.nda
     return np.concatenate(time), np.concatenate(measured), np.concatenate(left)
 
 
-def _recording(verdict: Verdict) -> Figure:
+def _recording(shown: Sequence[tuple[Fit, str, str]]) -> Figure:
     figure, (upper, lower) = new_figure(rows=2, sharex=True)
-    run: Sampled = verdict.base.runs[0]
+    run: Sampled = shown[0][0].runs[0]
     name = run.test.outputs[0]
-    time, measured, before = left_over(verdict.base)
+    for fit, colour, label in shown:
+        time, measured, left = left_over(fit)
+        lower.plot(time, left, color=colour, linewidth=0.8, label=label)
     upper.plot(time, measured, color=COLOURS["reference"], linewidth=0.8)
-    upper.set_ylabel(f"{name} [{run.recording.units[name]}]".replace("_", " "))
-    lower.plot(time, before, color=COLOURS["damper"], linewidth=0.8, label="left by the base")
-    if verdict.best is not verdict.base:
-        lower.plot(time, left_over(verdict.best)[2], color=COLOURS["rider"], linewidth=0.8, label="with what was found")
-    lower.set_xlabel("time [s]")
+    unit = run.recording.units[name]
+    upper.set_ylabel(f"{name} [{unit}]".replace("_", " "))
+    lower.set(xlabel=f"time in {run.name} [s]", ylabel=f"left [{unit}]")
     lower.legend()
     return figure
 
 
-def _responses(verdict: Verdict) -> list[tuple[Figure, str]]:
+def _responses(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[Figure, str]]:
     """Frequency response and Nyquist plane, where a recorded input drives the component."""
-    run: Sampled = verdict.base.runs[0]
+    run: Sampled = shown[0][0].runs[0]
     inputs = [n for n in run.test.inputs if np.ptp(run.recording[n]) > 0]
     if not inputs:
         return []
@@ -90,19 +93,18 @@ def _responses(verdict: Verdict) -> list[tuple[Figure, str]]:
     _, power = welch(drive, rate, nperseg=n)
     figure, axes = new_figure()
     plane, on = new_figure()
-    for fit, colour, label in ((None, COLOURS["reference"], "measured"), (verdict.base, COLOURS["damper"], "base"), (verdict.best, COLOURS["rider"], "with what was found")):
-        _, measured, left = left_over(fit or verdict.base)
-        frequency, cross = csd(drive, measured if fit is None else measured - left, rate, nperseg=n)
+    _, measured, _ = left_over(shown[0][0])
+    drawn = [(measured, ".", COLOURS["reference"], "measured"), *((measured - left_over(fit)[2], "-", colour, label) for fit, colour, label in shown)]
+    for values, style, colour, label in drawn:
+        frequency, cross = csd(drive, values, rate, nperseg=n)
         response = cross / power
         inside = (frequency > 0) & (frequency < run.reduction_band) & (power > DRIVEN * power.max())
-        axes.loglog(frequency[inside], np.abs(response[inside]), "." if fit is None else "-", color=colour, label=label)
-        on.plot(response[inside].real, response[inside].imag, "." if fit is None else "-", color=colour, label=label)
+        axes.loglog(frequency[inside], np.abs(response[inside]), style, color=colour, label=label)
+        on.plot(response[inside].real, response[inside].imag, style, color=colour, label=label)
     answer, cause = run.test.outputs[0], inputs[0]
     ratio, units = f"{answer} / {cause}".replace("_", " "), f"{run.recording.units[answer]} / {run.recording.units[cause]}"
-    axes.set_xlabel("frequency [Hz]")
-    axes.set_ylabel(f"|{ratio}| [{units}]")
-    on.set_xlabel(f"Re {ratio} [{units}]")
-    on.set_ylabel(f"Im {ratio} [{units}]")
+    axes.set(xlabel="frequency [Hz]", ylabel=f"|{ratio}| [{units}]")
+    on.set(xlabel=f"Re {ratio} [{units}]", ylabel=f"Im {ratio} [{units}]")
     axes.legend()
     on.legend()
     return [(figure, "Frequency response of the first output to the first input."), (plane, "The same in the Nyquist plane.")]

@@ -26,23 +26,27 @@ def verdict_section(result: dict[str, Any], *more: Table) -> Section:
     return Section("Verdict", [*said, *result["limitations"]], [], [*_effects_and_candidates(result), *more])
 
 
+MODES_SHOWN = {"before": "without", "after": "with, at rest", "in_motion": "with, in motion"}
+
+
 def modes_over_speed(result: dict[str, Any]) -> Section:
     """What the effect does to the vehicle's modes, where the verdict has them."""
     modes = result.get("modes")
     if not modes:
         return Section("What it does to the modes", ["Nothing was named, so nothing changes."])
-    rows = [(mode.replace("_", "-"), f"{speed:g}", *(_mode(modes[label][mode], i) for label in ("before", "after")))
-            for mode in modes["before"] for i, speed in enumerate(modes["speed"])]  # fmt: skip
-    return Section("What it does to the modes", ["Frequency and damping ratio of small motion about rest, without and with what was found. Friction, play and whatever else "
-                    "depends on the amplitude counts with its slope at rest: larger motion feels dry friction less."], [],
-                   [Table(("mode", "speed [m/s]", "without", "with"), rows)])  # fmt: skip
+    shown = {label: heading for label, heading in MODES_SHOWN.items() if label in modes}
+    rows = [(mode.replace("_", "-"), f"{speed:g}", *(_mode(modes[label][mode], i) for label in shown)) for mode in modes["before"] for i, speed in enumerate(modes["speed"])]
+    said = ["Frequency and damping ratio without and with what was found. At rest friction, play and whatever else depends on the amplitude count with their slope there."]
+    if "in_motion" in modes:
+        said.append("In motion they count as they do, in the mean square, in the motion of the fitted runs; smaller motion is nearer to rest.")
+    return Section("What it does to the modes", said, [], [Table(("mode", "speed [m/s]", *shown.values()), rows)])
 
 
 def _mode(mode: dict[str, Any], i: int) -> str:
     frequency, ratio = (mode[word][i] for word in ("frequency", "damping_ratio"))
     if frequency is None or frequency != frequency:
         return "absent"
-    return f"{frequency:.3f} Hz" + ("" if ratio is None or ratio != ratio else f", {ratio:.4f}")
+    return "no oscillation" if ratio is None or ratio != ratio else f"{frequency:.3f} Hz, {ratio:.4f}"
 
 
 def _effects_and_candidates(result: dict[str, Any]) -> list[Table]:

@@ -40,6 +40,9 @@ def test_a_p_value_below_every_number_is_not_zero():
 def test_modes_stand_side_by_side():
     modes = {"speed": [10.0, 20.0], "before": {"weave": {"frequency": [0.0, 2.5], "damping_ratio": [None, 0.1]}},
              "after": {"weave": {"frequency": [None, 2.4], "damping_ratio": [None, -0.2]}}}  # fmt: skip
-    rows = modes_over_speed({**TIED, "modes": modes}).tables[0].rows
-    assert rows == [("weave", "10", "0.000 Hz", "absent"), ("weave", "20", "2.500 Hz, 0.1000", "2.400 Hz, -0.2000")]
+    table = modes_over_speed({**TIED, "modes": modes}).tables[0]
+    assert table.rows == [("weave", "10", "no oscillation", "absent"), ("weave", "20", "2.500 Hz, 0.1000", "2.400 Hz, -0.2000")]
+    assert table.headings[2:] == ("without", "with, at rest")
+    moving = modes_over_speed({**TIED, "modes": {**modes, "in_motion": modes["before"]}})
+    assert moving.tables[0].headings[-1] == "with, in motion" and "mean square" in moving.paragraphs[-1]
     assert "nothing changes" in modes_over_speed(TIED).paragraphs[0]

@@ -20,7 +20,7 @@ from identification.gap.reporting.verdict import as_result
 from identification.gap.stands.test_stand import TestStand
 from identification.recordings import read_recording, read_rig
 from scenarios import gap_plan, names
-from scenarios.augmented_rider import FILE, effect_on_modes, rider_of, write_model
+from scenarios.augmented_rider import FILE, effect_on_modes, motion_of, rider_of, write_model
 from scenarios.component_report import write_report as write_component_report
 from scenarios.component_test import run_on_component
 from scenarios.gap_report import write_report
@@ -103,13 +103,13 @@ def _over_time(arguments: argparse.Namespace, rig: dict[str, Any], stand: TestSt
     result["limitations"] += _bar_unknown(rig, bool(arguments.bare))
     write_verdict(result, folder)
     result["next_experiment"] = next_experiment(found.verdict, scaled_runs)
-    _add(found.verdict, result, arguments, folder)
+    _add(found.verdict, result, arguments, folder, swept=False)
     result["report"] = write_component_report(found.verdict, result, found.held, folder, modes_over_speed(result))
     write_verdict(result, folder)
     return result
 
 
-def _add(verdict: Verdict, result: dict[str, Any], arguments: argparse.Namespace, folder: Path) -> None:
+def _add(verdict: Verdict, result: dict[str, Any], arguments: argparse.Namespace, folder: Path, swept: bool = True) -> None:
     """The model with what was found, its FMU, and what it does to the motorcycle's modes."""
     source = f"Fitted to {', '.join(r.name for r in verdict.best.runs)}"
     try:
@@ -118,7 +118,8 @@ def _add(verdict: Verdict, result: dict[str, Any], arguments: argparse.Namespace
         result["model"] = FILE
         result["limitations"].append(f"No FMU was built: {error}")
     if result["verdict"] == "named":
-        result["modes"] = effect_on_modes(rider_of(verdict.base), names.component(str(folder / FILE)))
+        rider = names.component(str(folder / FILE))
+        result["modes"] = effect_on_modes(rider_of(verdict.base), rider, motion_of(verdict.best, rider) if swept else None)
 
 
 def _runs(files: Sequence[str], stand: TestStand, mapping: Sequence[str]) -> list[Run]:

@@ -71,6 +71,12 @@ def surprise(found: Fit, holdout: Closeness) -> float:
     return (together.chi2 - found.chi2) / holdout.fit.count
 
 
+def before_and_after(base: Fit, best: Fit, runs: Sequence[AnyRun]) -> tuple[Closeness, Closeness]:
+    """Of held-out runs, without and with what was found, with the noise that the best leaves of them."""
+    held = quiet(best, runs)
+    return on_holdout(base, held), on_holdout(best, held)
+
+
 def quiet(found: Fit, runs: Sequence[AnyRun]) -> list[AnyRun]:
     """Held-out runs with the noise that a model leaves of them: a sharp effect's highest orders are then not in it."""
     again = on_holdout(found, runs).fit

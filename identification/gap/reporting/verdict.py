@@ -9,7 +9,7 @@ from identification.gap.models.model import AnyRun
 from identification.gap.naming.candidate import Candidate, adequate
 from identification.gap.naming.decide import Verdict
 from identification.gap.naming.fitting import parameters_of
-from identification.gap.naming.showing import FORETOLD, closeness, floor, on_holdout, quiet
+from identification.gap.naming.showing import FORETOLD, before_and_after, closeness, floor
 from identification.gap.naming.ties import equivalent
 from identification.gap.reporting.harmonic_places import cells as of_harmonics
 from identification.gap.reporting.locating import Cells, locate
@@ -82,13 +82,12 @@ def foretold(verdict: Verdict, left: dict[str, Any]) -> list[str]:
 def gap(verdict: Verdict, holdout: Sequence[AnyRun], unit: str) -> dict[str, Any]:
     """Before, after and on the held-out runs, as reduced chi-square and as rms."""
     before, after = closeness(verdict.base), closeness(verdict.best)
-    holdout = quiet(verdict.best, holdout) if holdout else []
-    held = [on_holdout(f, holdout) if holdout else None for f in (verdict.base, verdict.best)]
+    held = before_and_after(verdict.base, verdict.best, holdout) if holdout else (None, None)
     return {
         "before": before.chi2, "after": after.chi2,
         "holdout_before": held[0].chi2 if held[0] else None, "holdout_after": held[1].chi2 if held[1] else None, "noise_floor": 1.0,
         "rms": {"before": before.rms, "after": after.rms, "holdout_before": held[0].rms if held[0] else None,
-                "holdout_after": held[1].rms if held[1] else None, "noise_floor": floor(holdout or verdict.base.runs), "unit": unit},
+                "holdout_after": held[1].rms if held[1] else None, "noise_floor": floor(held[1].fit.runs if held[1] else verdict.base.runs), "unit": unit},
     }  # fmt: skip
 
 
@@ -109,7 +108,7 @@ def _probabilities(verdict: Verdict) -> dict[int, float]:
     for c in verdict.effects[1:]:
         result[id(c)] = float(1 / (1 + np.exp(-min(c.delta_bic, 600) / 2)))
     for c in verdict.effects:  # the table of candidates has them as they do alone, and they may be sure all the same
-        alone = next((other for other in verdict.candidates if other.family == c.family), c)
+        alone = next((other for other in verdict.candidates if other.effect is c.effect), c)
         result[id(alone)] = result.get(id(c), 1.0)
     return result
 

@@ -1,0 +1,68 @@
+"""A component made linear for motion is the one that describing functions give."""
+
+import numpy as np
+import pytest
+
+from fmus.errors import InputError
+from fmus.in_motion import linearise_in_motion
+from fmus.linear import linearise
+from rider_fmu import riders
+from rider_fmu.effects.arms import GripBacklash, HardeningArms
+from rider_fmu.effects.head import SteerDamping, SteeringFriction
+from vehicle_fmu import motorcycles, ridden
+
+AMPLITUDE, OMEGA, FRICTION = 0.03, 25.0, 0.7  # rad, rad/s, N.m
+PHASE = np.linspace(0, 2 * np.pi, 4000, endpoint=False)
+SINE = {"vehicle.steer_angle": AMPLITUDE * np.sin(PHASE), "vehicle.steer_rate": AMPLITUDE * OMEGA * np.cos(PHASE)}
+SPEEDS = {"vehicle.speed": np.array([10.0, 30.0])}
+
+
+def ridden_by(effect, **values):
+    rider = riders.load("mean_2011").with_effects(effect).with_values(**{f"{effect.family}.{n}": value for n, value in values.items()})
+    return ridden(motorcycles.load("sharp_1971"), rider)
+
+
+def damping_added(system, motion):
+    """The steer damping [N.m.s/rad] that slows the steer as the system's effect does in motion, at each speed."""
+    row = system.states.index("vehicle.steer_rate")
+    in_motion, plain = linearise_in_motion(system, motion, **SPEEDS), linearise(ridden(motorcycles.load("sharp_1971"), riders.load("mean_2011")), **SPEEDS)
+    damped = linearise(ridden_by(SteerDamping(), damping=1.0), **SPEEDS)
+    return (in_motion.A - plain.A)[:, row, row] / (damped.A - plain.A)[:, row, row]
+
+
+def test_dry_friction_under_a_sine_is_the_damper_of_its_describing_function():
+    system = ridden_by(SteeringFriction(), friction_torque=FRICTION)
+    # Smoothed over a small share of the rate's amplitude.
+    assert damping_added(system, SINE) == pytest.approx(4 * FRICTION / (np.pi * AMPLITUDE * OMEGA), rel=2e-3)
+
+
+def test_dry_friction_under_gaussian_motion_is_the_damper_of_statistical_linearisation():
+    system, deviation = ridden_by(SteeringFriction(), friction_torque=FRICTION), 0.8
+    rate = deviation * np.random.default_rng(1).standard_normal(200_000)
+    assert damping_added(system, {"vehicle.steer_rate": rate}) == pytest.approx(FRICTION * np.sqrt(2 / np.pi) / deviation, rel=5e-3)
+
+
+def test_a_cubic_spring_under_a_sine_stiffens_by_three_quarters_of_its_square():
+    cubic, rider = 2e4, riders.load("mean_2011")  # N.m/rad3
+    stiffer = rider.with_values(arm_stiffness=rider.start_values()["arm_stiffness"] + 0.75 * cubic * AMPLITUDE**2)
+    column = ridden_by(HardeningArms(), cubic_stiffness=cubic).states.index("vehicle.steer_angle")
+    in_motion = linearise_in_motion(ridden_by(HardeningArms(), cubic_stiffness=cubic), SINE, **SPEEDS)
+    expected = linearise(ridden(motorcycles.load("sharp_1971"), stiffer), **SPEEDS)
+    np.testing.assert_allclose(in_motion.A[..., column], expected.A[..., column], rtol=1e-9, atol=1e-6)
+
+
+def test_what_is_linear_stays_what_it_is():
+    system = ridden_by(SteerDamping(), damping=3.0)
+    np.testing.assert_allclose(linearise_in_motion(system, SINE, **SPEEDS).A, linearise(system, **SPEEDS).A, rtol=1e-9, atol=1e-6)
+
+
+def test_states_that_move_alike_share_what_motion_adds():
+    """Two signals in proportion tell nothing apart: the answer stays finite, and right for that motion."""
+    system = ridden_by(GripBacklash(), half_gap=2e-3)
+    motion = {"vehicle.steer_angle": SINE["vehicle.steer_angle"], "device.torso_angle": -2 * SINE["vehicle.steer_angle"]}
+    assert np.isfinite(linearise_in_motion(system, motion, **SPEEDS).A).all()
+
+
+def test_a_name_that_is_no_state_is_told():
+    with pytest.raises(InputError, match=r"vehicle.steer_angl.*did you mean"):
+        linearise_in_motion(ridden_by(SteerDamping(), damping=1.0), {"vehicle.steer_angl": PHASE})
