@@ -23,7 +23,11 @@ class ExtraMode(Effect):
 
     def acceleration(self, v):
         omega = 2 * pi * v.frequency
-        return -(omega**2) * v.twist - 2 * v.damping_ratio * omega * self.difference(v)
+        return -(omega**2) * self.pull(v) - 2 * v.damping_ratio * omega * self.difference(v)
+
+    def pull(self, v):
+        """The spring's torque over its stiffness at rest."""
+        return v.twist
 
     @staticmethod
     def difference(v):
@@ -40,6 +44,20 @@ class ExtraMode(Effect):
     @adds_to("der(torso_momentum)")
     def reaction(self, v, m):
         return -v.inertia * self.acceleration(v)
+
+
+class NeckMode(ExtraMode):
+    """A body on the torso (the head) swings on its own, on a spring that stiffens or softens.
+
+    I W' = -k psi (1 + b psi^2) - c (W - Omega)
+    """
+
+    form = "neck"
+    bend = parameter("1/rad2", "Relative change of the spring's pull, over the square of the twist", symbol="b", min=-30, max=300, start=-0.5)
+    starts: ClassVar = {**ExtraMode.starts, "bend": (-0.5,)}
+
+    def pull(self, v):
+        return v.twist * (1 + v.bend * v.twist**2)
 
 
 class WaistFriction(damping.CoulombFriction):

@@ -7,7 +7,7 @@ import numpy as np
 from fmus.effects import Effect
 from identification.gap.naming.candidate import CLEAR, SIGNIFICANT, Candidate, adequate, one_each, ranked
 from identification.gap.naming.fitting import Fit, lost
-from identification.gap.naming.joining import finished, fit_each
+from identification.gap.naming.joining import contained, finished, fit_each
 from identification.gap.naming.screening import Signature, screen
 
 RIVAL = 0.15  # of an adequate effect's gain: what a rival must promise to be fitted
@@ -62,12 +62,13 @@ def _compete(found: Fit, library: Sequence[type[Effect]], leaders: int, least: f
     candidates = _in_waves(field, led, leaders, others, beat, known)
     if candidates[0].fitted and candidates[0].fit.chi2 > HOPELESS * beat:  # no other form makes up for so much
         return candidates
-    near, tried_at_all = _near(candidates), field.order if others else field.order[:leaders]
-    candidates = _in_other_forms(field, near, candidates, beat, known, flexible=False)
+    candidates = _in_other_forms(field, candidates, beat, known)
     if not adequate(candidates[0].fit):
+        tried_at_all, before = field.order if others else field.order[:leaders], candidates[0]
         candidates = ranked([*candidates, *fit_each(found, _further_starts(field, candidates, tried_at_all, others), [], beat, [])])
+        candidates = candidates if candidates[0] is before else _in_other_forms(field, candidates, beat, known)
     if not adequate(candidates[0].fit):  # a curve of its own only where no plain form fits
-        candidates = _in_other_forms(field, near, candidates, beat, known, flexible=True)
+        candidates = _in_other_forms(field, candidates, beat, known, flexible=True)
     return finished(found, candidates) if adequate(candidates[0].fit) else candidates
 
 
@@ -96,9 +97,10 @@ def _near(candidates: Sequence[Candidate]) -> set[str]:
     return first | {c.family for c in one_each(candidates)[:4] if c.delta_bic > max(SIGNIFICANT, NEAR * best.delta_bic, best.delta_bic - reach)}
 
 
-def _in_other_forms(field: _Field, near: set[str], candidates: list[Candidate], beat: float, known: Sequence[Fit], flexible: bool) -> list[Candidate]:
-    """The candidates with those forms of the near families that were not fitted yet."""
-    tried = {c.effect for c in candidates if c.fitted}
+def _in_other_forms(field: _Field, candidates: list[Candidate], beat: float, known: Sequence[Fit], flexible: bool = False) -> list[Candidate]:
+    """The candidates with the forms of the near families that were not fitted yet, or not as well as a form that they contain."""
+    fits, near = [c.fit for c in candidates if c.fitted], _near(candidates)
+    tried = {c.effect for c in candidates if c.fitted and c.fit.chi2 < contained(c.fit.model, fits)}
     more = [form for name, forms in field.forms.items() if name in near for form in forms if form.flexible == flexible and form not in tried]
     return ranked([*candidates, *fit_each(field.found, screen(field.found, more, keep=1), candidates, beat, known)])
 

@@ -75,6 +75,7 @@ def _best_fit(found: Fit, signature: Signature, beat: float, known: Sequence[Fit
     far = found.reduced > FAR or bool(np.max(np.abs(found.residuals[found.count :]), initial=0.0) > STRAINED)
     blind = signature.gain < SIGNIFICANT and lost(found)  # no start is known to be better than another
     promised = np.inf if blind else signature.gain * (1.0 if far else PROMISED)
+    least = contained(model, known)
     best = None
     for start, kept, settled in _starts(found, model, signature, known, far or blind):
         try:
@@ -83,6 +84,7 @@ def _best_fit(found: Fit, signature: Signature, beat: float, known: Sequence[Fit
             continue
         best = fitted if best is None or fitted.chi2 < best.chi2 else best
         as_promised = found.chi2 - best.chi2 > promised and not (far and best.chi2 > beat)  # far off, all promises are small
+        as_promised &= best.chi2 < least
         if adequate(best) or as_promised or (settled and fitted.chi2 > beat):
             break
     if best is None or best.chi2 > found.chi2:
@@ -96,7 +98,7 @@ def _starts(found: Fit, model: AnyModel, signature: Signature, known: Sequence[F
     shared, base, own = len(found.model.names), with_all_felt(found), signature.start  # the base may have done away with what the effect needs
     first = np.concatenate([base[:shared], own, base[shared:]])
     alike = [other for other in known if _families(other.model) == _families(model)]
-    same = [other for other in alike if set(other.model.effects) == set(model.effects)]
+    same = [other for other in alike if set(other.model.effects) == set(model.effects) and other.chi2 < contained(model, known)]
     yield from ((as_found(model, other, first), memories(other.runs), True) for other in same[-1:])
     yield first, memories(found.runs), False
     yield np.concatenate([base[:shared], _smaller(model, signature), base[shared:]]), memories(found.runs), False
@@ -104,6 +106,11 @@ def _starts(found: Fit, model: AnyModel, signature: Signature, known: Sequence[F
         yield from ((as_found(model, other, first), memories(other.runs), False) for other in alike[-1:])
     if far:  # a base that had to make up for so much may be no place to start from
         yield np.concatenate([model.start()[: len(model.base)], first[len(model.base) : shared], own]), memories(found.runs), False
+
+
+def contained(model: AnyModel, known: Sequence[Fit]) -> float:
+    """The least chi-square of forms that a model's form contains, which its own can only undercut."""
+    return min((other.chi2 for other in known if _families(other.model) == _families(model) and set(other.model.own) < set(model.own)), default=np.inf)
 
 
 def _families(model: AnyModel) -> list[str]:
