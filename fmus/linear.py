@@ -68,7 +68,7 @@ def rates_at(component: Component, values: dict[str, Any]) -> dict[str, Any]:
         mass = np.zeros((*np.broadcast_shapes(*map(np.shape, entries.values())), *2 * (len(component.states),))) + np.eye(len(component.states))
         for (row, column), entry in entries.items():
             mass[..., component.states.index(row), component.states.index(column)] = entry
-        rates = np.linalg.solve(mass, rates[..., None])[..., 0]
+        rates = _solve(mass, rates[..., None])[..., 0]
     return {f"der({n})": rates[..., i] for i, n in enumerate(component.states)}
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import jinja2
 from matplotlib.figure import Figure
 
+from identification.gap.naming.parallel import spread
 from scenarios.command_line import write_text
 
 COLOURS = {"reference": "#888888", "rider": "#0b5394", "damper": "#c55a11", "changed": "#38761d"}
@@ -47,7 +48,9 @@ class Report:
         """Write the report as one HTML file. Raises InputError when the place cannot be written."""
         loader = jinja2.FileSystemLoader(Path(__file__).parent)
         environment = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)
-        environment.filters["png"] = as_png
+        figures = [figure for section in self.sections for figure, _ in section.figures]
+        drawn = dict(zip(map(id, figures), spread(as_png, figures, "drawing"), strict=True))
+        environment.filters["png"] = lambda figure: drawn[id(figure)]
         write_text(path, environment.get_template("report.html").render(report=self))
 
 

@@ -75,6 +75,25 @@ class Fit:
         return _vector(self.x, self.model, index)
 
 
+@dataclass(frozen=True)
+class Answer:
+    """What of a fit can travel between processes."""
+
+    x: np.ndarray
+    chi2: float
+    residuals: np.ndarray
+    jacobian: np.ndarray
+    memories: list[Any]
+
+    @classmethod
+    def of(cls, found: Fit | None) -> "Answer | None":
+        return None if found is None else cls(found.x, found.chi2, found.residuals, found.jacobian, memories(found.runs))
+
+    def on(self, model: AnyModel, runs: Sequence[AnyRun]) -> Fit:
+        """The fit of that model to these runs."""
+        return Fit(model, remembering(runs, self.memories), self.x, self.chi2, self.residuals, self.jacobian, sum(len(run.data) for run in runs))
+
+
 def with_all_felt(found: Fit) -> np.ndarray:
     """x with the base's parameters that have all but vanished as large as the data begin to feel: logarithms would hold them."""
     x, base = found.x.copy(), len(found.model.base)

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,7 @@ from fmus.effects import Effect
 from fmus.errors import InputError
 from identification.gap.models.model import AnyModel
 from identification.gap.naming.candidate import CLEAR, SIGNIFICANT, Candidate, adequate, one_each, ranked
-from identification.gap.naming.fitting import Fit, fit, lost, memories, remembering, with_all_felt
+from identification.gap.naming.fitting import Answer, Fit, fit, lost, memories, remembering, with_all_felt
 from identification.gap.naming.parallel import spread
 from identification.gap.naming.screening import Signature
 
@@ -21,22 +20,11 @@ PROMISED = 0.5  # of a signature's gain (all of it where a base is far off): wit
 SMALLER = 0.2  # of the size of an effect, from where it is tried again
 
 
-@dataclass(frozen=True)
-class _Answer:
-    """What of a fit can travel between processes."""
-
-    x: np.ndarray
-    chi2: float
-    residuals: np.ndarray
-    jacobian: np.ndarray
-    memories: list[Any]
-
-
 def fit_each(found: Fit, signatures: Sequence[Signature], so_far: Sequence[Candidate], beat: float, known: Sequence[Fit]) -> list[Candidate]:
     """The candidates of these signatures, as far as they have a chance beside those so far."""
     beat = min((beat, *(c.fit.chi2 for c in so_far if c.fitted and adequate(c.fit)))) + CLEAR
     known = [*known, *sorted((c.fit for c in so_far if c.fitted), key=lambda other: -other.chi2)]
-    answers = spread(lambda signature: _packed(_best_fit(found, signature, beat, known)), signatures, "fitting effects")
+    answers = spread(lambda signature: Answer.of(_best_fit(found, signature, beat, known)), signatures, "fitting effects")
     return [_unpacked(found, signature.effect, answer) or Candidate.promised(found, signature) for signature, answer in zip(signatures, answers, strict=True)]
 
 
@@ -44,7 +32,7 @@ def finished(found: Fit, candidates: Sequence[Candidate]) -> list[Candidate]:
     """The ranked candidates again, with the adequate rivals of an adequate best fitted to their end: their fits may have ended since they crept."""
     best = candidates[0]
     crept = [c for c in one_each(candidates) if c.fitted and adequate(c.fit) and c.fit.chi2 > best.fit.chi2 + CLEAR] if adequate(best.fit) else []
-    answers = spread(lambda c: _packed(_to_the_end(c.fit)), crept, "fitting rivals to their end")
+    answers = spread(lambda c: Answer.of(_to_the_end(c.fit)), crept, "fitting rivals to their end")
     ended = [_unpacked(found, c.effect, answer) or c for c, answer in zip(crept, answers, strict=True)]
     return ranked([*ended, *(c for c in candidates if not any(c is other for other in crept))])
 
@@ -57,16 +45,11 @@ def _to_the_end(found: Fit) -> Fit | None:
         return None
 
 
-def _packed(found: Fit | None) -> _Answer | None:
-    return None if found is None else _Answer(found.x, found.chi2, found.residuals, found.jacobian, memories(found.runs))
-
-
-def _unpacked(found: Fit, effect: type[Effect], answer: _Answer | None) -> Candidate | None:
+def _unpacked(found: Fit, effect: type[Effect], answer: Answer | None) -> Candidate | None:
     """An effect on top of a fit, from what another process found; None where nothing near its start could be simulated, or it led nowhere."""
     if answer is None or answer.chi2 > found.chi2:
         return None
-    model, runs = found.model.joined_by(effect), remembering(found.runs, answer.memories)
-    return Candidate.gained(found, effect, Fit(model, runs, answer.x, answer.chi2, answer.residuals, answer.jacobian, found.count))
+    return Candidate.gained(found, effect, answer.on(found.model.joined_by(effect), found.runs))
 
 
 def _best_fit(found: Fit, signature: Signature, beat: float, known: Sequence[Fit]) -> Fit | None:

@@ -4,6 +4,7 @@ Starts are spread by a Sobol sequence over a factor of two to each side of the c
 with the first fit that is as good as the noise, or once the best has been reached twice after FEW starts.
 """
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -12,7 +13,8 @@ from scipy.stats import qmc
 from fmus.errors import InputError
 from identification.gap.models.model import AnyModel, AnyRun
 from identification.gap.naming.candidate import adequate
-from identification.gap.naming.fitting import Fit, fit
+from identification.gap.naming.fitting import Answer, Fit, fit
+from identification.gap.naming.parallel import spread
 
 FEW, MOST = 8, 32
 SPREAD = float(np.log(2.0))
@@ -23,19 +25,25 @@ def fit_base(model: AnyModel, runs: Sequence[AnyRun]) -> Fit:
     """The best fit of a model without effects. Raises InputError where not even the first start can be simulated."""
     first = model.start()
     best, reached = fit(model, runs, first), 1
-    if not model.base:
+    if adequate(best) or not model.base:
         return best
     moves = np.zeros((MOST - 1, len(first)))
     moves[:, : len(model.base)] = qmc.scale(qmc.Sobol(len(model.base), scramble=False).random(2 * MOST)[2 : MOST + 1], -SPREAD, SPREAD)
-    for count, move in enumerate(moves, 2):
-        if adequate(best) or (count > FEW and reached > 1):
-            break
-        try:
-            found = fit(model, runs, first + move)
-        except InputError:  # nothing can be simulated from there
-            continue
-        if found.chi2 < (1 - SAME) * best.chi2:
-            best, reached = found, 1
-        elif found.chi2 < (1 + SAME) * best.chi2:
+    begun = spread(lambda move: Answer.of(_fit_from(model, runs, first + move)), list(moves[: FEW - 1]), "fitting the base")
+    found = itertools.chain((answer.on(model, runs) if answer else None for answer in begun), (_fit_from(model, runs, first + move) for move in moves[FEW - 1 :]))
+    for count, other in enumerate(found, 2):
+        if other is not None and other.chi2 < (1 - SAME) * best.chi2:
+            best, reached = other, 1
+        elif other is not None and other.chi2 < (1 + SAME) * best.chi2:
             reached += 1
+        if adequate(best) or (count >= FEW and reached > 1):
+            break
     return best
+
+
+def _fit_from(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray) -> Fit | None:
+    """The fit from a start; None where nothing can be simulated from there."""
+    try:
+        return fit(model, runs, start)
+    except InputError:
+        return None
