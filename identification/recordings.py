@@ -75,6 +75,8 @@ def read_recording(path: str | Path, mapping: Mapping[str, str] | None = None, r
     Raises InputError for a file that cannot be read or used, with the line or the time of the fault.
     """
     path = Path(path)
+    if path.is_dir():
+        raise InputError(f"{path} is a folder; give the recordings in it, as in {path / '*.csv'}")
     reader = READERS.get(path.suffix.lower(), read_csv)
     try:
         raw, notes = reader(path, rate, next((c for c, v in (mapping or {}).items() if _split(v)[0] == "time"), "time"))

@@ -10,7 +10,7 @@ from typing import Any
 import jinja2
 from matplotlib.figure import Figure
 
-from identification.gap.naming.parallel import spread
+from fmus.parallel import spread
 from scenarios.command_line import write_text
 
 COLOURS = {"reference": "#888888", "rider": "#0b5394", "damper": "#c55a11", "changed": "#38761d"}

@@ -8,14 +8,13 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from benchmarks import gap_speed
-from fmus import Component, input, output, parameter, state
+from fmus import Component, input, output, parallel, parameter, state
 from fmus.errors import InputError
 from identification.gap.data.runs import prepare
 from identification.gap.models.equations import Equations
 from identification.gap.models.model import Model
 from identification.gap.models.over_time import inverse, product
 from identification.gap.models.simulate import Motion, simulate
-from identification.gap.naming import parallel
 from identification.gap.naming.competing import compete
 from identification.gap.naming.fitting import fit
 from scenarios.rig_test import rig_effects, rig_test

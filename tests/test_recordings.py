@@ -163,6 +163,7 @@ def test_no_header_empty_file_no_file_no_text(write, tmp_path):
     refused(write([""]), "is empty")
     refused(write(text(good())[:1]), "no rows of numbers below the header")
     refused(tmp_path / "nowhere.csv", "nowhere.csv", "No such file")
+    refused(tmp_path, "is a folder", "*.csv")
     binary = tmp_path / "run.dat"
     binary.write_bytes(bytes(range(256)) * 10)
     refused(binary, "no text file", ".mf4")

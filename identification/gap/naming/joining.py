@@ -8,10 +8,10 @@ import numpy as np
 
 from fmus.effects import Effect
 from fmus.errors import InputError
+from fmus.parallel import spread
 from identification.gap.models.model import AnyModel
 from identification.gap.naming.candidate import CLEAR, SIGNIFICANT, Candidate, adequate, one_each, ranked
 from identification.gap.naming.fitting import Answer, Fit, fit, lost, memories, remembering, with_all_felt
-from identification.gap.naming.parallel import spread
 from identification.gap.naming.screening import Signature
 
 FAR = 30.0  # reduced chi-square of a base from which no effect is a small step

@@ -15,9 +15,9 @@ from scipy.optimize import lsq_linear
 
 from fmus.effects import Effect
 from fmus.errors import InputError
+from fmus.parallel import spread
 from identification.gap.models.model import AnyModel
 from identification.gap.naming.fitting import Fit, memories, remembering
-from identification.gap.naming.parallel import spread
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,10 @@ import numpy as np
 from scipy.stats import qmc
 
 from fmus.errors import InputError
+from fmus.parallel import spread
 from identification.gap.models.model import AnyModel, AnyRun
 from identification.gap.naming.candidate import adequate
 from identification.gap.naming.fitting import Answer, Fit, fit
-from identification.gap.naming.parallel import spread
 
 FEW, MOST = 8, 32
 SPREAD = float(np.log(2.0))
