@@ -24,6 +24,7 @@ from identification.gap.models.over_time import carried, chain, inverse, is_zero
 
 CONVERGED = 1e-5  # of a state's size (root mean square); what is left after such a step is its square
 STEPS = 30
+ASTRAY = 0.1  # of a state's size: what still changes by more is no trajectory
 LARGEST = 1e100  # of what is simulated and of its slopes: squares of more, divided by the noise, are no numbers any more
 np.empty(4_000_000)  # once freed, the C library keeps what smaller arrays free: handing it back to the system took half of the time
 
@@ -94,6 +95,8 @@ def simulate(equations: Equations, values: Mapping[str, float], motion: Motion, 
             steps.look(x)
             break
     else:
+        if update > ASTRAY:
+            raise steps.diverges
         steps.look(x)
     return Trajectory(x.T, steps, with_initial)
 
