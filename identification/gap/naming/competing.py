@@ -15,7 +15,7 @@ PLAIN = 0.3  # of that: an effect without shapes is fitted at once, and promises
 LEADING = 0.02  # of the most that is promised: what a leading family must promise
 STARTS, MOST_STARTS = 2, 6  # signatures of a family that are fitted, and where nothing is adequate
 NEAR = 0.5  # of the best one's dBIC: what a family must have for its other forms to be fitted, and to be the first of a pair
-BEHIND = 300.0  # dBIC behind an adequate effect that another form of a family may make up for
+BEHIND, SHARE_BEHIND = 300.0, 0.25  # dBIC behind an adequate effect, or share of its dBIC, that another form of a family may make up for
 FAR_LESS = 0.25  # of a gain: what a signature, which sees only small effects in full, must promise
 HOPELESS = 10.0  # times the chi-square that is to be reached
 LEADERS = 6  # families that are fitted first
@@ -92,7 +92,7 @@ def _in_waves(field: _Field, led: list[Candidate], leaders: int, others: bool, b
 def _near(candidates: Sequence[Candidate]) -> set[str]:
     """The families that came out best, or may be with another form."""
     best = candidates[0]
-    reach = BEHIND if adequate(best.fit) else np.inf
+    reach = max(BEHIND, SHARE_BEHIND * best.delta_bic) if adequate(best.fit) else np.inf
     first = {c.family for c in candidates[:4] if best.delta_bic - c.delta_bic < CLEAR and c.delta_bic > SIGNIFICANT}
     return first | {c.family for c in one_each(candidates)[:4] if c.delta_bic > max(SIGNIFICANT, NEAR * best.delta_bic, best.delta_bic - reach)}
 

@@ -1,0 +1,37 @@
+"""Which families compete with all of their forms, and from where a form begins."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from identification.gap.naming.candidate import Candidate
+from identification.gap.naming.competing import _near
+from identification.gap.naming.joining import contained
+
+
+def candidate(family, delta_bic, reduced=1.0):
+    fit = SimpleNamespace(reduced=reduced, freedom=1500)
+    return Candidate(SimpleNamespace(family=family), fit, delta_bic + 10, delta_bic)
+
+
+@pytest.mark.parametrize("best, other, reduced, near", [
+    (900.0, 620.0, 1.0, True),  # 300 may be made up for by another form, whatever the gain
+    (1830.0, 1460.0, 1.0, True),  # so may a quarter: a reflex without its slow muscles behind a head
+    (17100.0, 16780.0, 1.0, True),
+    (16000.0, 11000.0, 1.0, False),
+    (16000.0, 11000.0, 2.0, True),  # where the best is not adequate either, half is enough
+    (16000.0, 7000.0, 2.0, False),
+])  # fmt: skip
+def test_families_that_may_catch_up_compete_in_all_forms(best, other, reduced, near):
+    assert ("reflex" in _near([candidate("extra_mode", best, reduced), candidate("reflex", other, reduced)])) is near
+
+
+def model(*own, family="extra_mode"):
+    return SimpleNamespace(own=list(own), effects=(SimpleNamespace(family=family),))
+
+
+def test_a_form_does_no_worse_than_one_that_it_contains():
+    head, neck = model("inertia", "frequency"), model("inertia", "frequency", "bend")
+    fits = [SimpleNamespace(model=head, chi2=1600.0), SimpleNamespace(model=neck, chi2=900.0), SimpleNamespace(model=model("inertia", family="other"), chi2=1.0)]
+    assert contained(neck, fits) == 1600.0
+    assert contained(head, fits) == float("inf")
