@@ -260,7 +260,7 @@ def test_a_rival_that_cannot_be_taken_further_stays_where_it_is(monkeypatch):
         raise InputError("the simulation diverges")
 
     monkeypatch.setattr(joining, "CLEAR", -np.inf)  # all of them are rivals that crept
-    monkeypatch.setattr(joining, "fit", diverges)
+    monkeypatch.setattr("identification.gap.naming.fitting.fit", diverges)
     assert {id(c) for c in joining.finished(base, found)} == {id(c) for c in found}
 
 

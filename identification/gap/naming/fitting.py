@@ -193,6 +193,14 @@ def fit(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray, frozen: Sequ
     return Fit(model, runs, x, chi2, residuals, jacobian, sum(len(r.data) for r in runs))
 
 
+def attempt(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray) -> Fit | None:
+    """The fit from a start; None where nothing can be simulated from there."""
+    try:
+        return fit(model, runs, start)
+    except InputError:
+        return None
+
+
 def _bounds(model: AnyModel, runs: Sequence[AnyRun], total: int) -> tuple[np.ndarray, np.ndarray]:
     table = model.component.table
     low = [np.log(max(table[n].min, 1e-6)) for n in model.base] + [r.min for r in model.rows]

@@ -11,7 +11,7 @@ from fmus.errors import InputError
 from fmus.parallel import spread
 from identification.gap.models.model import AnyModel
 from identification.gap.naming.candidate import CLEAR, SIGNIFICANT, Candidate, adequate, one_each, ranked
-from identification.gap.naming.fitting import Answer, Fit, fit, lost, memories, remembering, with_all_felt
+from identification.gap.naming.fitting import Answer, Fit, attempt, fit, lost, memories, remembering, with_all_felt
 from identification.gap.naming.screening import Signature
 
 FAR = 30.0  # reduced chi-square of a base from which no effect is a small step
@@ -32,17 +32,9 @@ def finished(found: Fit, candidates: Sequence[Candidate]) -> list[Candidate]:
     """The ranked candidates again, with the adequate rivals of an adequate best fitted to their end: their fits may have ended since they crept."""
     best = candidates[0]
     crept = [c for c in one_each(candidates) if c.fitted and adequate(c.fit) and c.fit.chi2 > best.fit.chi2 + CLEAR] if adequate(best.fit) else []
-    answers = spread(lambda c: Answer.of(_to_the_end(c.fit)), crept, "fitting rivals to their end")
+    answers = spread(lambda c: Answer.of(attempt(c.fit.model, c.fit.runs, c.fit.x)), crept, "fitting rivals to their end")
     ended = [_unpacked(found, c.effect, answer) or c for c, answer in zip(crept, answers, strict=True)]
     return ranked([*ended, *(c for c in candidates if not any(c is other for other in crept))])
-
-
-def _to_the_end(found: Fit) -> Fit | None:
-    """A fit taken further; None where it was simulated on the way to it only."""
-    try:
-        return fit(found.model, found.runs, found.x)
-    except InputError:
-        return None
 
 
 def _unpacked(found: Fit, effect: type[Effect], answer: Answer | None) -> Candidate | None:

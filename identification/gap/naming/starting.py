@@ -10,11 +10,10 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.stats import qmc
 
-from fmus.errors import InputError
 from fmus.parallel import spread
 from identification.gap.models.model import AnyModel, AnyRun
 from identification.gap.naming.candidate import adequate
-from identification.gap.naming.fitting import Answer, Fit, fit
+from identification.gap.naming.fitting import Answer, Fit, attempt, fit
 
 FEW, MOST = 8, 32
 SPREAD = float(np.log(2.0))
@@ -29,8 +28,8 @@ def fit_base(model: AnyModel, runs: Sequence[AnyRun]) -> Fit:
         return best
     moves = np.zeros((MOST - 1, len(first)))
     moves[:, : len(model.base)] = qmc.scale(qmc.Sobol(len(model.base), scramble=False).random(2 * MOST)[2 : MOST + 1], -SPREAD, SPREAD)
-    begun = spread(lambda move: Answer.of(_fit_from(model, runs, first + move)), list(moves[: FEW - 1]), "fitting the base")
-    found = itertools.chain((answer.on(model, runs) if answer else None for answer in begun), (_fit_from(model, runs, first + move) for move in moves[FEW - 1 :]))
+    begun = spread(lambda move: Answer.of(attempt(model, runs, first + move)), list(moves[: FEW - 1]), "fitting the base")
+    found = itertools.chain((answer.on(model, runs) if answer else None for answer in begun), (attempt(model, runs, first + move) for move in moves[FEW - 1 :]))
     for count, other in enumerate(found, 2):
         if other is not None and other.chi2 < (1 - SAME) * best.chi2:
             best, reached = other, 1
@@ -39,11 +38,3 @@ def fit_base(model: AnyModel, runs: Sequence[AnyRun]) -> Fit:
         if adequate(best) or (count >= FEW and reached > 1):
             break
     return best
-
-
-def _fit_from(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray) -> Fit | None:
-    """The fit from a start; None where nothing can be simulated from there."""
-    try:
-        return fit(model, runs, start)
-    except InputError:
-        return None
