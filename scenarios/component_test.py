@@ -14,6 +14,7 @@ from fmus.errors import InputError, MissingToolError
 from fmus.progress import track
 from identification.gap.data.sampled import Sampled, excited, prepare_sampled
 from identification.gap.naming.any_component import MOST_MISSED, Investigation, investigate
+from identification.gap.naming.common_factor import forceful
 from identification.gap.naming.decide import Verdict
 from identification.gap.naming.fitting import parameters_of, zeros_of
 from identification.gap.proposing.next_test import next_experiment
@@ -50,10 +51,9 @@ def run_on_component(arguments: argparse.Namespace) -> dict[str, Any]:
     runs = [prepare_sampled(r, test) for r in recordings]
     notes = [note for r in recordings for note in r.warnings] + [note for r in runs for note in r.notes]
     if not excited(runs):
-        anchor = test.free[0].name
-        test = replace(test, free=test.free[1:])
+        test, anchor = anchored(test)
         runs = [replace(run, test=test) for run in runs]
-        notes.append(f"No input is recorded or it is zero: only ratios of the parameters show, and {anchor} keeps its value.")
+        notes += [f"No input is recorded or it is zero: only ratios of the parameters show, and {anchor} keeps its value."] if anchor else []
     given = read_rig(arguments.rig or Path(arguments.files[0]).parent).get("noise", {})
     found = investigate(test, runs, more, given, writing_so_far(folder, lambda verdict: result_of(verdict, [], [])), held)
     result = result_of(found.verdict, found.held, notes)
@@ -64,6 +64,16 @@ def run_on_component(arguments: argparse.Namespace) -> dict[str, Any]:
     result["report"] = write_report(found.verdict, result, found.held, folder, modes_at_rest(result))
     write_verdict(result, folder)
     return result
+
+
+def anchored(test: ComponentTest) -> tuple[ComponentTest, str]:
+    """The test of which one parameter with force or mass in its unit keeps its value, so that ratios say the others; and its name."""
+    free = [f.name for f in test.free]
+    scaled = forceful(test.component)
+    kept = [n for n in scaled if n not in free]
+    if kept or not scaled:
+        return test, " and ".join(kept)
+    return replace(test, free=tuple(f for f in test.free if f.name != scaled[0])), scaled[0]
 
 
 def component_named(spec: str) -> Component:

@@ -17,10 +17,15 @@ NEAR = 1.5  # times, by which a component's values may be off
 ALIKE, SHARE = 2.0, 2 / 3
 
 
+def forceful(component: Component) -> list[str]:
+    """The parameters with force or mass in their unit, without those that are 0: without a known force only their ratios show."""
+    rows = component.rows("parameter")
+    return [n for n, row in rows.items() if component.values[n] and any(word in row.unit for word in ("N", "kg"))]
+
+
 def common_factor(component: Component, found: Mapping[str, float]) -> float:
     """The factor by which fitted values, by name, are from the component's own in common; 1 where that is no unit's."""
-    mechanical = [n for n in found if component.values[n] and any(word in component.table[n].unit for word in ("N", "kg"))]
-    ratios = np.array([abs(found[n] / component.values[n]) for n in mechanical])
+    ratios = np.array([abs(found[n] / component.values[n]) for n in forceful(component) if n in found])
     ratios = ratios[ratios > 0]
     if len(ratios) < 2:
         return 1.0

@@ -1,0 +1,50 @@
+"""The gap workflow on free decays, from the exact solution of the damped oscillator: without a force only ratios show.
+
+x(t) = x0 e^(-z w t) (cos w_d t + z w / w_d sin w_d t),   w^2 = k / m,   2 z w = c / m,   w_d = w sqrt(1 - z^2)
+"""
+
+import json
+
+import numpy as np
+import pytest
+
+from fmus.mechanisms import DrivenJoint, MassSpringDamper
+from identification.recordings import Recording, write_recording
+from identification.gap.stands.component_test import component_test
+from scenarios.command_line import main
+from scenarios.component_test import anchored
+
+STIFFNESS, DAMPING = 720.0, 6.0  # of a mass of 1 kg
+
+
+def decay(name: str, released: float, seed: int) -> Recording:
+    w, zw = np.sqrt(STIFFNESS), DAMPING / 2
+    wd = np.sqrt(w**2 - zw**2)
+    time = np.arange(0, 20, 1 / 128)
+    x = released * np.exp(-zw * time) * (np.cos(wd * time) + zw / wd * np.sin(wd * time))
+    noise = 2e-4 * np.random.default_rng(seed).standard_normal(len(time))
+    return Recording(name, time, {"displacement": x + noise}, {"displacement": "m"})
+
+
+@pytest.mark.parametrize("free", [("spring_stiffness", "spring_damping"), ("mass", "spring_stiffness", "spring_damping")])
+def test_of_a_free_decay_one_value_stays_and_the_others_are_found(tmp_path, free, capsys):
+    for name, released in (("fit", 0.035), ("held", 0.02)):
+        write_recording(decay(name, released, len(name)), tmp_path / f"{name}.csv")
+    fit, held = (str(tmp_path / f"{name}.csv") for name in ("fit", "held"))
+    assert main(["gap", fit, "--component", "mass_spring_damper", "--free", *free, "--holdout", held, "--out", str(tmp_path / "out")]) == 0
+    result = json.loads((tmp_path / "out" / "verdict.json").read_text("utf-8"))
+    assert result["verdict"] == "none"
+    assert any("mass keeps its value" in sentence for sentence in result["limitations"])
+    assert set(result["base"]) == {"spring_stiffness", "spring_damping"}
+    for name, exact in (("spring_stiffness", STIFFNESS), ("spring_damping", DAMPING)):
+        found = result["base"][name]
+        assert abs(found["value"] - exact) < 4 * found["standard_error"]  # once in 16,000
+        assert found["standard_error"] < 0.02 * exact
+
+
+def test_what_anchors_the_scale_of_all_forces():
+    test = component_test(DrivenJoint(), ["angle"])
+    fewer, kept = anchored(test)
+    assert (kept, [f.name for f in fewer.free]) == ("inertia", ["damping", "stiffness"])
+    held = component_test(MassSpringDamper(), ["displacement"], free=["spring_damping"])
+    assert anchored(held) == (held, "mass and spring_stiffness")
