@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from fmus.mechanisms import DrivenJoint, MassSpringDamper
-from identification.recordings import Recording, write_recording
 from identification.gap.stands.component_test import component_test
+from identification.recordings import Recording, write_recording
 from scenarios.command_line import main
 from scenarios.component_test import anchored
 
