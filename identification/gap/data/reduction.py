@@ -6,7 +6,10 @@ In each window the amplitudes A_k are polynomials in time. Orthonormal columns q
 q_j' y: orders 1 to 7, the first with its slope. Order 0 is left out: offsets and slow muscles are in it. What lies outside
 of all columns is noise, and gives its spectrum S(f) from one run, without repeats or a model; then
 var(q_j' n) = sum S(f) |Q_j(f)|^2.
-A model's output passes through the same columns, so that they bias nothing.
+A model's output passes through the same columns, so that they bias nothing. Muscles are a hundred times louder below 2 Hz than
+sensors are above: without a taper h they would leak there, and the noise would come out up to a fifth too large.
+
+    h(t) = sqrt(2) sin(pi t / T)     (Riedel, Sidorenko, IEEE Trans. Signal Process. 43 (1995) 188-195)
 """
 
 from collections.abc import Iterator
@@ -20,6 +23,7 @@ ORDERS = 7  # of the reduced data
 MORE_ORDERS = 20  # kept out of the noise: what strong backlash excites
 BANDS = 24  # of the noise spectrum
 SLOW = 3.0  # Hz: bursts of muscles below, of electronics above
+INDEPENDENT = 2 / 3  # of the lines of a tapered spectrum, (sum h^2)^2 / (n sum h^4)
 FEW = 4.0  # lines of a spectrum, from which a window's slow noise is known by itself
 
 
@@ -104,13 +108,14 @@ def noise_of(reduction: Reduction, y: np.ndarray) -> Noise:
     edges = np.concatenate([[0.0], np.geomspace(0.6, reduction.rate / 2, BANDS)])
     powers, freedoms = [], []
     for left, basis in reduction.residuals(y):
-        f = np.fft.rfftfreq(len(left), 1 / reduction.rate)
+        n = len(left)
+        f = np.fft.rfftfreq(n, 1 / reduction.rate)
         band = np.clip(np.searchsorted(edges, f, side="right") - 1, 0, BANDS - 1)
-        taken = (np.abs(np.fft.rfft(basis, axis=0)) ** 2).sum(axis=1) / len(left)
-        free = np.clip(1 - taken, 0, 1)
-        powers.append(np.bincount(band, np.abs(np.fft.rfft(left)) ** 2 / len(left), BANDS))
-        freedoms.append(np.bincount(band, free, BANDS))
-    power, freedom = np.array(powers), np.array(freedoms)
+        taper = np.sqrt(2) * np.sin(np.pi * (np.arange(n) + 0.5) / n)
+        taken = (np.abs(np.fft.rfft(taper[:, None] * basis, axis=0)) ** 2).sum(axis=1) / n
+        powers.append(np.bincount(band, np.abs(np.fft.rfft(taper * left)) ** 2 / n, BANDS))
+        freedoms.append(np.bincount(band, np.clip(1 - taken, 0, 1), BANDS))
+    power, freedom = INDEPENDENT * np.array(powers), INDEPENDENT * np.array(freedoms)
     enough = freedom.sum(axis=0) > 2.0
     centre = np.sqrt(np.maximum(edges[:-1], 0.3) * edges[1:])[enough]
     power, freedom = power[:, enough], freedom[:, enough]
