@@ -12,7 +12,7 @@ sensors are above: without a taper h they would leak there, and the noise would 
     h(t) = sqrt(2) sin(pi t / T)     (Riedel, Sidorenko, IEEE Trans. Signal Process. 43 (1995) 188-195)
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -106,27 +106,39 @@ class Noise:
 def noise_of(reduction: Reduction, y: np.ndarray) -> Noise:
     """The noise spectrum of y (n,), from what lies outside of the harmonics."""
     edges = np.concatenate([[0.0], np.geomspace(0.6, reduction.rate / 2, BANDS)])
-    powers, freedoms = [], []
-    for left, basis in reduction.residuals(y):
-        n = len(left)
-        f = np.fft.rfftfreq(n, 1 / reduction.rate)
-        band = np.clip(np.searchsorted(edges, f, side="right") - 1, 0, BANDS - 1)
-        taper = np.sqrt(2) * np.sin(np.pi * (np.arange(n) + 0.5) / n)
-        taken = (np.abs(np.fft.rfft(taper[:, None] * basis, axis=0)) ** 2).sum(axis=1) / n
-        powers.append(np.bincount(band, np.abs(np.fft.rfft(taper * left)) ** 2 / n, BANDS))
-        freedoms.append(np.bincount(band, np.clip(1 - taken, 0, 1), BANDS))
-    power, freedom = INDEPENDENT * np.array(powers), INDEPENDENT * np.array(freedoms)
-    enough = freedom.sum(axis=0) > 2.0
+    power, freedom = _outside(reduction, y, edges, np.ones_like)  # a taper would not see the bursts at the ends of a window
+    tapered, tapered_freedom = _outside(reduction, y, edges, lambda t: np.sqrt(2) * np.sin(np.pi * t))
+    enough = tapered_freedom.sum(axis=0) * INDEPENDENT > 2.0
     centre = np.sqrt(np.maximum(edges[:-1], 0.3) * edges[1:])[enough]
-    power, freedom = power[:, enough], freedom[:, enough]
-    density, bursts = np.full(len(centre), 1e-30), np.ones((len(power), 2))
+    power, freedom, tapered, tapered_freedom = (a[:, enough] for a in (power, freedom, tapered, tapered_freedom))
+    usual, density, bursts = np.full(len(centre), 1e-30), np.full(len(centre), 1e-30), np.ones((len(power), 2))
     slow, fast = centre < SLOW, centre >= SLOW
     for side, part in enumerate((slow, fast)):
         if part.any():
-            density[part], bursts[:, side] = _usual(power[:, part], freedom[:, part])
+            usual[part], bursts[:, side] = _usual(power[:, part], freedom[:, part])
+            quiet = bursts[:, side] == 1
+            density[part] = _mean(tapered[quiet][:, part], tapered_freedom[quiet][:, part])
     if slow.any() and fast.any():
-        bursts[:, 0] = _raised_too(bursts, power[:, slow], freedom[:, slow], density[slow], density[fast][0])
-    return Noise(centre, density, bursts, 2 * freedom.sum(axis=0))  # a line of the spectrum is two numbers
+        bursts[:, 0] = _raised_too(bursts, power[:, slow], freedom[:, slow], usual[slow], usual[fast][0])
+    return Noise(centre, density, bursts, 2 * INDEPENDENT * tapered_freedom.sum(axis=0))  # a line of the spectrum is two numbers
+
+
+def _outside(reduction: Reduction, y: np.ndarray, edges: np.ndarray, taper: Callable[[np.ndarray], np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Of what lies outside of the harmonics, under a taper of mean square 1, the power and the free lines (windows, bands)."""
+    powers, freedoms = [], []
+    for left, basis in reduction.residuals(y):
+        n = len(left)
+        f, h = np.fft.rfftfreq(n, 1 / reduction.rate), taper((np.arange(n) + 0.5) / n)
+        band = np.clip(np.searchsorted(edges, f, side="right") - 1, 0, BANDS - 1)
+        taken = (np.abs(np.fft.rfft(h[:, None] * basis, axis=0)) ** 2).sum(axis=1) / n
+        powers.append(np.bincount(band, np.abs(np.fft.rfft(h * left)) ** 2 / n, BANDS))
+        freedoms.append(np.bincount(band, np.clip(1 - taken, 0, 1), BANDS))
+    return np.array(powers), np.array(freedoms)
+
+
+def _mean(power: np.ndarray, freedom: np.ndarray) -> np.ndarray:
+    """The density (bands,) over windows."""
+    return np.maximum(power.sum(axis=0) / np.maximum(freedom.sum(axis=0), 1e-12), 1e-30)
 
 
 def _usual(power: np.ndarray, freedom: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -134,7 +146,7 @@ def _usual(power: np.ndarray, freedom: np.ndarray) -> tuple[np.ndarray, np.ndarr
     scatter = 4 * np.sqrt(2 / np.maximum(freedom.sum(axis=1), 0.5))
     quiet = np.ones(len(power), bool)
     for _ in range(3):  # each time without what stood out
-        density = np.maximum(power[quiet].sum(axis=0) / np.maximum(freedom[quiet].sum(axis=0), 1e-12), 1e-30)
+        density = _mean(power[quiet], freedom[quiet])
         ratio = power.sum(axis=1) / np.maximum((freedom * density).sum(axis=1), 1e-30)
         quiet = ratio <= (1 + scatter) * min(np.median(ratio), 1.0)
     return density, np.where(quiet, 1.0, np.maximum(ratio, 1.0))

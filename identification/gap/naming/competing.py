@@ -123,7 +123,8 @@ def _leading(found: Fit, library: Sequence[type[Effect]], known: Sequence[Fit]) 
 def _plain(forms: Sequence[type[Effect]]) -> list[type[Effect]]:
     """The forms of a family that stand for it: all that are not flexible, since a spring that drifts is not a damper that does.
 
-    Those with a memory differ in the shape of their loop alone, and take long: the first one is enough.
+    Those with a memory differ in the shape of their loop alone, and take long: the first one of them is enough.
     """
     plain = [form for form in forms if not form.flexible] or list(forms[:1])
-    return [form for form in plain if form is plain[0] or not any(row.role == "state" for row in form.declared.values())]
+    remembering = [form for form in plain if any(row.role == "state" for row in form.declared.values())]
+    return [form for form in plain if form not in remembering[1:]]

@@ -60,11 +60,11 @@ def decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effec
     """
     known = known if known is not None else []
     held = HeldOut(holdout)
-    first = verdict = _checked(_decide(model, runs, library, so_far, second, known), held)
+    first = verdict = _checked(_decide(model, runs, library, held, so_far, second, known), held)
     left, refuted = library, list(verdict.refuted)
     while verdict.verdict == "unknown" and any(e.family in refuted for e in left):
         left = [e for e in left if e.family not in refuted]
-        verdict = _checked(_decide(model, runs, left, so_far, second, known), held)
+        verdict = _checked(_decide(model, runs, left, held, so_far, second, known), held)
         refuted += verdict.refuted
     verdict = replace(verdict if verdict.verdict in ("named", "tied") else first, refuted=refuted)
     verdict = _unless_unlisted(verdict, library, held)
@@ -89,7 +89,7 @@ def _quieter(verdict: Verdict) -> tuple[Fit, Fit]:
     return base, again
 
 
-def _decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effect]], so_far: Callable[[Verdict], None],
+def _decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effect]], held: HeldOut, so_far: Callable[[Verdict], None],
             second: tuple[float, float], known: list[Fit]) -> Verdict:  # fmt: skip
     base = fit_base(model, runs)
     so_far(Verdict("unknown", base, base))
@@ -98,6 +98,9 @@ def _decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effe
     if best is None or best.delta_bic < SIGNIFICANT:
         return Verdict("none" if adequate(base) else "unknown", base, base, candidates=first)
     so_far(Verdict("unknown", base, best.fit, candidates=first))
+    law = None if adequate(best.fit) else better_unlisted(base, best.fit, library, failed=True)
+    if law is not None and _leaves_nothing(law.fit) and not (held and held.refute(base, law.fit)):
+        return Verdict("unknown", base, best.fit, candidates=first, unlisted=law)
     pairs = pairs_of(best, first, library, second, lambda leading: so_far(Verdict("unknown", base, leading.second.fit, candidates=first)), known)
     if pairs and sure(pairs):
         found = plainest(base, pairs[0], library) if len(sure(pairs)) == 2 else pairs[0]
@@ -187,7 +190,7 @@ def _form_borne_out(verdict: Verdict, found: Candidate, held: HeldOut, open_form
 def _unless_unlisted(verdict: Verdict, library: Sequence[type[Effect]], held: HeldOut) -> Verdict:
     """The verdict, `unknown` where most is left unexplained, or where a law without a name explains more and the held-out runs bear it."""
     named = verdict.verdict in ("named", "tied")
-    if not named and adequate(verdict.base):  # nothing is missing in the fitted runs
+    if verdict.unlisted or (not named and adequate(verdict.base)):  # it is known by now, or nothing is missing in the fitted runs
         return verdict
     law = better_unlisted(verdict.base, verdict.best, library, verdict.open_form)
     if law is not None and held and held.refute(verdict.base, law.fit, verdict.open_form):
@@ -204,4 +207,14 @@ def _explained(verdict: Verdict, held: HeldOut) -> bool:
     if held and not verdict.open_form:
         missed, left = missed + held.unexplained(base) * held.count, left + held.unexplained(best) * held.count
         freedom += held.count
-    return left < max(BY_CHANCE * np.sqrt(2 * freedom), (1 - EXPLAINED) * missed)
+    return left < max(_by_chance(freedom), (1 - EXPLAINED) * missed)
+
+
+def _leaves_nothing(found: Fit) -> bool:
+    """Whether a fit is so good that no pair of effects could explain more."""
+    return found.chi2 < found.freedom + _by_chance(found.freedom)
+
+
+def _by_chance(freedom: float) -> float:
+    """By how much chi-square is above its mean by chance alone."""
+    return float(BY_CHANCE * np.sqrt(2 * freedom))

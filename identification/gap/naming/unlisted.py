@@ -19,12 +19,13 @@ SPRING = "hardening_stiffness"  # acts at the elements that have a deflection an
 LIKELIEST = 3  # laws that are fitted
 
 
-def better_unlisted(base: Fit, named: Fit, library: Sequence[type[Effect]], open_form: bool = False) -> Candidate | None:
+def better_unlisted(base: Fit, named: Fit, library: Sequence[type[Effect]], open_form: bool = False, failed: bool = False) -> Candidate | None:
     """The law without a name that explains more than the effects of a fit do, or as much as two of them; None where there is none.
 
-    It must be as good as noise, unless the name that it is compared with has an open form.
+    It must be as good as noise, unless the name that it is compared with has an open form. A law has a name where a family of the
+    library comes near it, unless all of these failed.
     """
-    likeliest = sorted(screen(base, unlisted_laws(library), keep=1), key=lambda s: -s.gain)[:LIKELIEST]
+    likeliest = sorted(screen(base, unlisted_laws(library, failed), keep=1), key=lambda s: -s.gain)[:LIKELIEST]
     law = best_of(ranked(fit_each(base, likeliest, [], named.chi2, [])))
     if law is None or not (adequate(law.fit) or open_form):
         return None
@@ -32,9 +33,9 @@ def better_unlisted(base: Fit, named: Fit, library: Sequence[type[Effect]], open
     return law if law.fit.bic < named.bic + (TIE if two else 0.0) else None
 
 
-def unlisted_laws(library: Sequence[type[Effect]]) -> list[type[Effect]]:
+def unlisted_laws(library: Sequence[type[Effect]], failed: bool = False) -> list[type[Effect]]:
     """The laws without a name, at the elements where the library has springs, and at the measuring channel if it has effects there."""
-    springs, families = dict.fromkeys(e.element for e in library if e.family == SPRING), {e.family for e in library}
+    springs, families = dict.fromkeys(e.element for e in library if e.family == SPRING), {e.family for e in library if not failed}
     places = {"spring": springs, "channel": ["channel"] if any(e.element == "channel" for e in library) else []}
     return [type(law.__name__, (law,), {"__doc__": law.__doc__, "__module__": law.__module__, "element": element})
             for law in declared_by(unlisted) if families.isdisjoint(law.named_by) for element in places[law.element]]  # fmt: skip
