@@ -20,7 +20,7 @@ from identification.gap.naming.fitting import parameters_of, zeros_of
 from identification.gap.proposing.next_test import next_experiment
 from identification.gap.proposing.scaled_runs import scaled_runs
 from identification.gap.reporting.sampled_places import cells
-from identification.gap.reporting.verdict import as_result, foretold
+from identification.gap.reporting.verdict import as_result
 from identification.gap.stands.component_test import ComponentTest, component_test
 from identification.gap.stands.sensor_zero import zero_parameter
 from identification.recordings import Recording, read_recording, read_rig
@@ -105,7 +105,7 @@ def result_of(verdict: Verdict, held: Sequence[Sampled], notes: Sequence[str]) -
     run: Sampled = verdict.best.runs[0]
     unit = run.recording.units[run.test.outputs[0]]
     result = as_result(verdict, held, unit, run.noise_source or "flexible_model", cells)
-    result["limitations"] = [*dict.fromkeys(notes), *foretold(verdict, result["gap"])]
+    result["limitations"] = [*dict.fromkeys(notes), *result["limitations"]]
     return result
 
 

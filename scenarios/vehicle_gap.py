@@ -42,7 +42,7 @@ def run_on_eigenvalues(arguments: argparse.Namespace) -> dict[str, Any]:
     so_far = writing_so_far(folder, lambda verdict: as_result(verdict, [], "1/s", "given", cells))
     verdict = decide_on_eigenvalues(stand, measured, vehicle_effects(vehicle, arguments.effects, linear=True), held, so_far)
     result = as_result(verdict, held, "1/s", "given", cells)
-    result["limitations"] = _limitations(vehicle, measured, held)
+    result["limitations"] += _limitations(vehicle, measured, held)
     write_verdict(result, folder)
     result["next_experiment"] = next_measurement(verdict, stand)
     try:

@@ -12,11 +12,8 @@ from identification.gap.naming.decide import decide
 from identification.gap.naming.fitting import fit, lost, parameters_of
 from identification.gap.naming.held_out import HeldOut
 from identification.gap.naming.pairs import Pair
-from identification.gap.naming.screening import screen
 from identification.gap.naming.showing import on_holdout, surprise
 from identification.gap.naming.starting import fit_base
-from identification.gap.naming.unlisted import unlisted_laws
-from identification.gap.proposing.next_test import next_experiment
 from identification.gap.reporting.verdict import as_result
 from scenarios.rig_test import rig_effects, rig_test
 
@@ -92,39 +89,6 @@ def test_arms_that_stiffen_have_no_play_that_is_wider_than_the_motion(monkeypatc
     assert (verdict.verdict, [c.family for c in verdict.effects]) == ("named", ["hardening_stiffness"])
     monkeypatch.setattr(next(e for e in some if e.form == "soft"), "at_most", {})
     assert decide(Model(rig_test(RIG)), runs[:1], some, runs[1:]).verdict == "tied"
-
-
-def test_a_law_without_a_name_takes_a_name_back(monkeypatch):
-    """A damping that is larger to one side: a sensor that is lopsided fits as well as noise lets it, and is not it."""
-    runs = runs_of({"bx": 0.7}, sweep(0.5, 12, 2, 100.0), sweep(12, 0.5, 3.0, 80.0))
-    some = library("hardening_stiffness", "sensor_nonlinearity", "asymmetry")
-    verdict = decide(Model(rig_test(RIG)), runs[:1], some, runs[1:])
-    assert (verdict.verdict, verdict.effects, verdict.unlisted.effect.form) == ("unknown", [], "product")
-    assert any("the damping is larger to one side" in sentence.lower() for sentence in as_result(verdict, runs[1:], "N.m")["limitations"])
-    assert "unlisted" in {rival["rival"] for rival in next_experiment(verdict)["rivals"]}
-    monkeypatch.setattr("identification.gap.naming.decide.better_unlisted", lambda *_, **__: None)
-    assert decide(Model(rig_test(RIG)), runs[:1], some, runs[1:]).verdict == "named"
-
-
-def test_what_is_unknown_may_be_a_law_without_a_name():
-    """Arms that soften, in a library in which nothing comes near: the law says what it is, and no name is given."""
-    runs = runs_of({"k3": -2300.0}, sweep(0.5, 12, 2.5, 100.0), sweep(12, 0.5, 3.2, 100.0))
-    verdict = decide(Model(rig_test(RIG)), runs[:1], library("hardening_stiffness"), runs[1:])
-    assert (verdict.verdict, verdict.effects, verdict.unlisted.effect.form) == ("unknown", [], "softening")
-    size, error, _ = parameters_of(verdict.unlisted.fit)["device.unlisted.size"]
-    assert size == pytest.approx(2300, abs=3 * error) and error < 150
-    assert any("spring softens" in sentence for sentence in as_result(verdict, runs[1:], "N.m")["limitations"])
-
-
-@pytest.mark.parametrize("lag", [0.3, -0.3])
-def test_a_sensor_that_lags_behind_its_load_is_told_by_its_own_law(lag):
-    """A slider of 5 N.m between load and reading, which the simulator adds: with either sign the law gains most of the gap."""
-    runs = runs_of({"hs": lag}, sweep(0.5, 12, 2, 100.0))
-    base = fit_base(Model(rig_test(RIG)), runs)
-    law = next(law for law in unlisted_laws(rig_effects()) if law.form == "sensor_memory")
-    found = joining.fit_each(base, screen(base, [law], keep=1), [], np.inf, [])[0]
-    assert found.delta_chi2 > 0.5 * (base.chi2 - base.freedom) > 50
-    assert np.sign(found.fit.shared[len(base.model.names)]) == np.sign(lag)
 
 
 def test_a_name_that_leaves_most_of_a_clear_misfit_is_taken_back():

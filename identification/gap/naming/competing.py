@@ -18,6 +18,7 @@ NEAR = 0.5  # of the best one's dBIC: what a family must have for its other form
 BEHIND, SHARE_BEHIND = 300.0, 0.25  # dBIC behind an adequate effect, or share of its dBIC, that another form of a family may make up for
 FAR_LESS = 0.25  # of a gain: what a signature, which sees only small effects in full, must promise
 HOPELESS = 10.0  # times the chi-square that is to be reached
+CURVED = 5.0  # times the best chi-square: what a curve of its own may make up for
 LEADERS = 6  # families that are fitted first
 
 
@@ -100,6 +101,7 @@ def _near(candidates: Sequence[Candidate]) -> set[str]:
 def _in_other_forms(field: _Field, candidates: list[Candidate], beat: float, known: Sequence[Fit], flexible: bool = False) -> list[Candidate]:
     """The candidates with the forms of the near families that were not fitted yet, or not as well as a form that they contain."""
     fits, near = [c.fit for c in candidates if c.fitted], _near(candidates)
+    near -= {c.family for c in one_each(candidates) if c.fit.chi2 > CURVED * candidates[0].fit.chi2} if flexible else set()
     tried = {c.effect for c in candidates if c.fitted and c.fit.chi2 < contained(c.fit.model, fits)}
     more = [form for name, forms in field.forms.items() if name in near for form in forms if form.flexible == flexible and form not in tried]
     return ranked([*candidates, *fit_each(field.found, screen(field.found, more, keep=1), candidates, beat, known)])

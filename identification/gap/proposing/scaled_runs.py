@@ -7,7 +7,7 @@ from fmus.errors import InputError
 from identification.gap.data.sampled import Sampled
 from identification.gap.naming.fitting import Fit, fit
 from identification.gap.proposing.expected import Foresight, through
-from identification.gap.proposing.next_test import Proposal
+from identification.gap.proposing.next_test import ENOUGH, Proposal
 
 PATIENCE = 60  # iterations: what bends one effect into another leads along a narrow valley
 
@@ -30,7 +30,8 @@ class ScaledRun:
         try:
             answer, _ = truth.model.reduced(replace(self.run, guess={}), truth.shared)
             told = replace(self.run, data=answer * self.run.deviation, guess={})
-            return max(fit(rival.model, [*rival.runs, told], rival.x, iterations=PATIENCE).chi2 - rival.chi2, 0.0)
+            again = fit(rival.model, [*rival.runs, told], rival.x, iterations=PATIENCE, beat=rival.chi2 + ENOUGH)
+            return max(again.chi2 - rival.chi2, 0.0)
         except InputError:  # it cannot be simulated so far from what was fitted
             return 0.0
 

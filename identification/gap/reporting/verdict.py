@@ -35,7 +35,7 @@ def as_result(verdict: Verdict, holdout: Sequence[AnyRun], unit: str, noise_sour
         "base": {n: {"value": v, "standard_error": e, "unit": u} for n, (v, e, u) in parameters_of(best).items() if n in best.model.base},
         "noise_source": noise_source,
         "next_experiment": None,
-        "limitations": [*_limitations(verdict), *foretold(verdict, left)],
+        "limitations": [*_limitations(verdict), *_foretold(verdict, left)],
         "model": None,
         "fmu": None,
         "report": None,
@@ -61,7 +61,7 @@ def _limitations(verdict: Verdict) -> list[str]:
     return sentences
 
 
-def foretold(verdict: Verdict, left: dict[str, Any]) -> list[str]:
+def _foretold(verdict: Verdict, left: dict[str, Any]) -> list[str]:
     """What it means where more is missed than the verdict seems to say, most often of a held-out run; left is its gap."""
     missed = left["holdout_after"]
     if verdict.open_form and (not adequate(verdict.best) or (missed or 0.0) > FORETOLD):
