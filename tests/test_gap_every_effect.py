@@ -27,7 +27,6 @@ HIDDEN = [
     ({"re": 0.5}, "drift", "ratio", 0.5 * 0.9817 / (1 + 0.5 * 0.7546)),  # over the run, of the mean stiffness: integrals of exp(-4 t / T)
     ({"kr": 25.0, "tau": 0.12}, "reflex", "gain", 25.0),
     ({"td": 0.005}, "channel_delay", "delay", 0.005),
-    ({"te": 0.004}, "channel_delay", "skew", 0.004 / 70.0),  # both runs last 70 s
     ({"C": 1e-4}, "shaft_compliance", "compliance", 1e-4),
     ({"C": 1.5e-5}, "shaft_compliance", "compliance", 1.5e-5),  # less than a hundredth of the bar's own impedance
     ({"Ih": 0.07, "fh": 4.0, "zh": 0.25}, "extra_mode", "inertia", 0.07),
@@ -62,3 +61,16 @@ def test_it_is_found_again(hidden, family, parameter, value):
     found, error, _ = next(v for n, v in known.items() if n.endswith(f"{family}.{parameter}"))
     # 5 %, or three standard errors: of 18 effects one would be beyond two by chance
     assert abs(found) == pytest.approx(value, abs=max(0.05 * value, 3 * error))
+
+
+@pytest.mark.parametrize(("growths", "form", "parameter", "value"), [((4e-3, 4e-3), "growing", "growth", 4e-3), ((3.5e-3, 5e-3), "skew", "skew", 5e-5)])
+def test_a_delay_that_grows_by_as_much_in_every_run_is_no_clock_that_is_fast(growths, form, parameter, value):
+    """A buffer that fills, or two clocks: runs of 70 and 100 s tell which."""
+    rng = np.random.default_rng(3)
+    excitations = sweep(0.5, 12, 2, 70.0), sweep(12, 0.5, 3.5, 100.0)
+    made = [record(excitation, {"te": growth}, RIDER, rng, Rig()) for excitation, growth in zip(excitations, growths, strict=True)]
+    runs = [prepare(as_recording(f"run_{i}", arrays), "steer_angle", "steer_torque", "steer_angle_command") for i, arrays in enumerate(made)]
+    verdict = decide(Model(rig_test(RIG)), runs, [e for e in rig_effects() if e.family in ("channel_delay", "shaft_compliance")])
+    assert [(c.family, c.effect.form) for c in verdict.effects] == [("channel_delay", form)]
+    found, error, _ = next(v for n, v in parameters_of(verdict.best).items() if n.endswith(f"channel_delay.{parameter}"))
+    assert found == pytest.approx(value, abs=3 * error) and error < 0.05 * value

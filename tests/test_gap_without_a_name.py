@@ -74,7 +74,7 @@ def test_a_joint_that_softens_is_unknown_and_said_to_soften(tmp_path, capsys):
     """A limit that clips comes near, and is not it; no pair is tried beside a law that leaves nothing."""
     hidden = {"hardening": -0.1 * JOINT["k"]}
     for name, seed in (("fit", 4), ("held", 5)):
-        write_recording(joint_run(hidden, "random", seed, 15.0, name=name), tmp_path / f"{name}.csv")
+        write_recording(joint_run(hidden, "random", seed, 30.0, name=name), tmp_path / f"{name}.csv")
     fit, held = (str(tmp_path / f"{name}.csv") for name in ("fit", "held"))
     assert main(["gap", fit, "--component", "driven_joint", "--holdout", held, "--out", str(tmp_path / "out")]) == 0
     result = json.loads((tmp_path / "out" / "verdict.json").read_text("utf-8"))

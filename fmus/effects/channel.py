@@ -23,6 +23,17 @@ class ClockSkew(Effect):
     lag_grows = True
 
 
+class GrowingDelay(Effect):
+    """The delay of the force against the motion grows during the test, as a buffer that fills."""
+
+    family, form, part = "channel_delay", "growing", "channel"
+    growth = parameter("s", "Growth of the delay of the force against the motion over the duration", symbol="g_d", min=-0.2, max=0.2, start=0.0)
+    duration = parameter("s", "Duration of the test", symbol="T", min=1e-3, start=200.0, tunable=False)
+    given = ("duration",)
+    lags = ("growth",)
+    lag_grows = True
+
+
 class ShaftCompliance(Effect):
     """A spring in series between servo and bar gives way."""
 

@@ -61,7 +61,7 @@ class Effect:
     given: ClassVar[tuple[str, ...]] = ()  # parameters that the experiment sets (its duration)
     named_by: ClassVar[tuple[str, ...]] = ()  # of an unlisted law: families that, where a library has them, are names for what it does
     lags: ClassVar[tuple[str, ...]] = ()  # parameters that are delays
-    lag_grows: ClassVar[bool] = False  # the delay is such a parameter times the time
+    lag_grows: ClassVar[bool] = False  # the delay is such a parameter times the time, as a share of the duration where the experiment sets that
     delayed: ClassVar[Mapping[str, tuple[str, str]]] = {}
 
     def __init_subclass__(cls, **options) -> None:

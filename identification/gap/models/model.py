@@ -101,6 +101,7 @@ class Model(BaseAndEffects):
         self.lags = {stand.parameter(e, n) for e in effects for n in e.lags}
         late = next((e for e in effects if e.lags and not e.delayed), None)
         self.shift, self.shift_grows = (stand.parameter(late, late.lags[0]), late.lag_grows) if late else ("", False)
+        self.shift_over = stand.parameter(late, "duration") if late and "duration" in late.given else ""
         exact = {delay for _, delay in self.component.delays.values()}
         wanted = self.names if slopes_of_base else self.own
         self.sensitive = [n for n in wanted if n in exact or n not in self.lags]
@@ -130,8 +131,7 @@ class Model(BaseAndEffects):
             jacobian[[self.names.index(n) for n in self.sensitive]] = made.slopes[:: run.finer].T
             jacobian[: len(self.base)] *= np.array([values[n] for n in self.base])[:, None, None]
         if self.shift:  # all that is told arrives later, so the effort does; drift over a lag is nothing
-            grown = time if self.shift_grows else 1.0
-            jacobian[self.names.index(self.shift), 0] = -grown * CubicSpline(time, y[:, 0])(time, 1) if slopes else 0.0
+            jacobian[self.names.index(self.shift), 0] = -self._lag_per_size(values, time) * CubicSpline(time, y[:, 0])(time, 1) if slopes else 0.0
             for i in range(1, y.shape[1]):  # what else is measured is on time
                 early = time + self.lag(values, time)
                 y = np.column_stack([y[:, :i], CubicSpline(time, y[:, i])(early), y[:, i + 1 :]])
@@ -171,7 +171,11 @@ class Model(BaseAndEffects):
 
     def lag(self, values: Mapping[str, float], time: np.ndarray) -> np.ndarray | float:
         """By how much all that is told arrives later, at times (n,) [s]."""
-        return values[self.shift] * (time if self.shift_grows else 1.0) if self.shift else 0.0
+        return values[self.shift] * self._lag_per_size(values, time) if self.shift else 0.0
+
+    def _lag_per_size(self, values: Mapping[str, float], time: np.ndarray) -> np.ndarray | float:
+        """What the size of a lag is multiplied by, at times (n,) [s]."""
+        return (time / values[self.shift_over] if self.shift_over else time) if self.shift_grows else 1.0
 
     def _motion(self, run: Run, values: Mapping[str, float]) -> Motion:
         time = run.nodes
