@@ -5,12 +5,12 @@ from types import SimpleNamespace
 import pytest
 
 from identification.gap.naming.candidate import Candidate
-from identification.gap.naming.competing import _near
+from identification.gap.naming.competing import CURVED, _near
 from identification.gap.naming.joining import contained
 
 
 def candidate(family, delta_bic, reduced=1.0):
-    fit = SimpleNamespace(reduced=reduced, freedom=1500)
+    fit = SimpleNamespace(reduced=reduced, freedom=1500, chi2=1500 * reduced)
     return Candidate(SimpleNamespace(family=family), fit, delta_bic + 10, delta_bic)
 
 
@@ -24,6 +24,13 @@ def candidate(family, delta_bic, reduced=1.0):
 ])  # fmt: skip
 def test_families_that_may_catch_up_compete_in_all_forms(best, other, reduced, near):
     assert ("reflex" in _near([candidate("extra_mode", best, reduced), candidate("reflex", other, reduced)])) is near
+
+
+def test_no_curve_of_its_own_brings_a_family_back_from_far():
+    """A loop that leaves 15 times what a limit leaves: its flexible form takes minutes, and cannot make up for that."""
+    limit, loop = candidate("saturation", 508_000.0, 4.7), candidate("hysteresis", 393_000.0, 69.0)
+    assert "hysteresis" in _near([limit, loop]) and "hysteresis" not in _near([limit, loop], CURVED)
+    assert "hysteresis" in _near([limit, candidate("hysteresis", 480_000.0, 19.0)], CURVED)
 
 
 def model(*own, family="extra_mode"):

@@ -268,3 +268,13 @@ def test_what_was_simulated_of_one_run_is_not_taken_for_another(coupled):
     model.outputs(one, model.start(), slopes=False)
     model.fresh[id(other)] = model.fresh.pop(id(one))  # as where one is gone, and the other lies where it was
     np.testing.assert_allclose(model.outputs(other, model.start())[0], expected, atol=1e-6 * np.abs(expected).max())  # twice the same
+
+
+def test_friction_that_gives_way_like_bristles_needs_no_plain_friction_to_lead_to_it():
+    """LuGre's friction [N.m] at small angles: to plain friction the data are so unlike that a sensor leads by far."""
+    rider = {"Is": 0.33, "It": 0.74, "ka": 1112.0, "kt": 58.6, "ca": 24.5, "ct": 4.8}
+    runs = runs_of({"Tl": 0.26}, sweep(0.5, 15, 1.2, 60.0), rider=rider, rate=256, torque_noise=0.09, remnant=0.2)
+    verdict = decide(Model(rig_test({})), runs, library("coulomb_friction", "sensor_nonlinearity"))
+    assert [(c.family, c.effect.form) for c in verdict.effects] == [("coulomb_friction", "bristles")]
+    found, error, _ = parameters_of(verdict.best)["device.coulomb_friction.force"]
+    assert found == pytest.approx(0.26, abs=3 * error) and error < 0.03

@@ -90,9 +90,10 @@ def _in_waves(field: _Field, led: list[Candidate], leaders: int, others: bool, b
     return ranked([*candidates, *(Candidate.promised(found, s) for s in field.seen if s.effect.family in rest)])
 
 
-def _near(candidates: Sequence[Candidate]) -> set[str]:
-    """The families that came out best, or may be with another form."""
+def _near(candidates: Sequence[Candidate], within: float = np.inf) -> set[str]:
+    """The families that came out best, or may be with another form; those within so many times the best chi-square."""
     best = candidates[0]
+    candidates = [c for c in candidates if c.fit.chi2 <= within * best.fit.chi2]
     reach = max(BEHIND, SHARE_BEHIND * best.delta_bic) if adequate(best.fit) else np.inf
     first = {c.family for c in candidates[:4] if best.delta_bic - c.delta_bic < CLEAR and c.delta_bic > SIGNIFICANT}
     return first | {c.family for c in one_each(candidates)[:4] if c.delta_bic > max(SIGNIFICANT, NEAR * best.delta_bic, best.delta_bic - reach)}
@@ -100,8 +101,7 @@ def _near(candidates: Sequence[Candidate]) -> set[str]:
 
 def _in_other_forms(field: _Field, candidates: list[Candidate], beat: float, known: Sequence[Fit], flexible: bool = False) -> list[Candidate]:
     """The candidates with the forms of the near families that were not fitted yet, or not as well as a form that they contain."""
-    fits, near = [c.fit for c in candidates if c.fitted], _near(candidates)
-    near -= {c.family for c in one_each(candidates) if c.fit.chi2 > CURVED * candidates[0].fit.chi2} if flexible else set()
+    fits, near = [c.fit for c in candidates if c.fitted], _near(candidates, CURVED if flexible else np.inf)
     tried = {c.effect for c in candidates if c.fitted and c.fit.chi2 < contained(c.fit.model, fits)}
     more = [form for name, forms in field.forms.items() if name in near for form in forms if form.flexible == flexible and form not in tried]
     return ranked([*candidates, *fit_each(field.found, screen(field.found, more, keep=1), candidates, beat, known)])
