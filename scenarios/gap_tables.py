@@ -22,7 +22,7 @@ def verdict_section(result: dict[str, Any], *more: Table) -> Section:
         said.append(f"Nearest in the library: {result['closest']['name']}.")
     if result["next_experiment"]:
         proposed = result["next_experiment"]
-        said.append(f"Next experiment: {proposed['sentence']} Expected delta chi-square: {proposed['expected_delta_chi2']:.0f}.")
+        said.append(f"Next experiment: {proposed['sentence']} Expected delta chi-square: {proposed['expected_delta_chi2']:.3g}.")
     return Section("Verdict", [*said, *result["limitations"]], [], [*_effects_and_candidates(result), *more])
 
 
@@ -54,8 +54,9 @@ def _effects_and_candidates(result: dict[str, Any]) -> list[Table]:
     effects = [(e["name"], e["form"], n, f"{p['value']:.5g}", f"{p['standard_error']:.2g}", p["unit"]) for e in result["effects"] for n, p in e["parameters"].items()]
     candidates = [(c["name"], c["form"], f"{c['delta_chi2']:.1f}", f"{c['delta_bic']:.1f}", f"{c['probability']:.3f}")
                   for c in result["candidates"] if c["delta_chi2"] > 0]  # fmt: skip
-    return [Table(("effect", "form", "parameter", "value", "standard error", "unit"), effects),
-            Table(("candidate", "form", "delta chi-square", "delta BIC", "probability"), candidates)]  # fmt: skip
+    tables = [Table(("effect", "form", "parameter", "value", "standard error", "unit"), effects),
+              Table(("candidate", "form", "delta chi-square", "delta BIC", "probability"), candidates)]  # fmt: skip
+    return [table for table in tables if table.rows]
 
 
 # What an imposed motion's directions are, by the unit of the range that says which.

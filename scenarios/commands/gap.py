@@ -166,7 +166,7 @@ def show(result: dict[str, Any], console: Console) -> None:
         console.print(_where(result))
     if result["next_experiment"]:
         proposed = result["next_experiment"]
-        console.print(f"next experiment: {proposed['sentence']} Expected delta chi-square: {proposed['expected_delta_chi2']:.0f}.")
+        console.print(f"next experiment: {proposed['sentence']} Expected delta chi-square: {proposed['expected_delta_chi2']:.3g}.")
     for sentence in result["limitations"]:
         console.print(f"limitation: {sentence}", style="yellow")
 
