@@ -53,7 +53,7 @@ def run_on_component(arguments: argparse.Namespace) -> dict[str, Any]:
     if not excited(runs):
         test, anchor = anchored(test)
         runs = [replace(run, test=test) for run in runs]
-        notes += [f"No input is recorded or it is zero: only ratios of the parameters show, and {anchor} keeps its value."] if anchor else []
+        notes += [f"No input is recorded or it is zero: only ratios of the parameters show, with {anchor} as given."] if anchor else []
     given = read_rig(arguments.rig or Path(arguments.files[0]).parent).get("noise", {})
     found = investigate(test, runs, more, given, writing_so_far(folder, lambda verdict: result_of(verdict, [], [])), held)
     result = result_of(found.verdict, found.held, notes)
