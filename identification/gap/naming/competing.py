@@ -52,7 +52,9 @@ class _Field:
         self.top = max((s.gain for s in self.seen), default=0.0)
         self.of_family = {name: sorted((s for s in self.seen if s.effect.family == name), key=lambda s: -s.gain) for name in self.forms}
         self.promised = {name: signatures[0].gain if signatures else 0.0 for name, signatures in self.of_family.items()}  # none where it cannot join
-        self.order = sorted(self.forms, key=lambda name: -self.promised[name])
+        # What a form promises that has more to bend says little of the fit: the simplest one says which family goes first.
+        simplest = {name: max((s.gain for s in of if s.effect is self.forms[name][0]), default=0.0) for name, of in self.of_family.items()}
+        self.order = sorted(self.forms, key=lambda name: (-simplest[name], -self.promised[name]))
 
 
 def _compete(found: Fit, library: Sequence[type[Effect]], leaders: int, least: float, others: bool, beat: float, known: Sequence[Fit]) -> list[Candidate]:
