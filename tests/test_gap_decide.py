@@ -3,7 +3,6 @@
 import pytest
 
 from fmus.errors import InputError
-from identification.gap.data.runs import prepare
 from identification.gap.models.model import Model
 from identification.gap.naming import competing, joining
 from identification.gap.naming.candidate import Candidate, adequate, one_each
@@ -15,24 +14,12 @@ from identification.gap.naming.pairs import Pair
 from identification.gap.naming.showing import on_holdout, surprise
 from identification.gap.naming.starting import fit_base
 from identification.gap.reporting.verdict import as_result
-from scenarios.rig_test import rig_effects, rig_test
+from scenarios.rig_test import rig_test
 
 pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")
 import numpy as np
-from simulators.as_recordings import as_recording
-from simulators.hidden_rig import RIDER, Rig, record, stepped, sweep
-
-RIG = {"handlebar_inertia": {"value": 0.125, "standard_error": 0.00125}}
-
-
-def runs_of(hidden, *tests, seed=3, rider=RIDER, **rig):
-    rng = np.random.default_rng(seed)
-    made = [record(excitation, hidden, rider, rng, Rig(**rig)) for excitation in tests]
-    return [prepare(as_recording(f"run_{i}", arrays), "steer_angle", "steer_torque", "steer_angle_command") for i, arrays in enumerate(made)]
-
-
-def library(*families):
-    return [e for e in rig_effects() if e.family in families]
+from simulators.hidden_rig import RIDER, stepped, sweep
+from simulators.rig_runs import RIG, library, runs_of
 
 
 def test_a_family_that_only_comes_near_is_no_open_form():

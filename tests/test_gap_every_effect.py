@@ -2,7 +2,6 @@
 
 import pytest
 
-from identification.gap.data.runs import prepare
 from identification.gap.models.model import Model
 from identification.gap.naming.decide import decide
 from identification.gap.naming.fitting import parameters_of
@@ -10,10 +9,9 @@ from scenarios.rig_test import rig_effects, rig_test
 
 pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")
 import numpy as np
-from simulators.as_recordings import as_recording
 from simulators.hidden_rig import RIDER, Rig, record, sweep
+from simulators.rig_runs import RIG, library, prepared, runs_of
 
-RIG = {"handlebar_inertia": {"value": 0.125, "standard_error": 0.00125}}
 # Hidden values by the simulator's names; family and parameter by the library's. Strengths of delta chi-square 300 and more.
 HIDDEN = [
     ({"Tc": 0.5}, "coulomb_friction", "friction_torque", 0.5),
@@ -46,10 +44,7 @@ NOT_LINEAR = {"coulomb_friction", "hardening_stiffness", "backlash", "progressiv
 
 @pytest.mark.parametrize(("hidden", "family", "parameter", "value"), HIDDEN, ids=[f"{row[1]}_{next(iter(row[0]))}_{row[3]:.2g}" for row in HIDDEN])
 def test_it_is_found_again(hidden, family, parameter, value):
-    rng = np.random.default_rng(3)
-    tests = {"up": sweep(0.5, 12, 2, 70.0), "down": sweep(12, 0.5, 3.5, 70.0)}
-    made = {name: record(excitation, hidden, RIDER, rng, Rig()) for name, excitation in tests.items()}
-    runs = [prepare(as_recording(name, arrays), "steer_angle", "steer_torque", "steer_angle_command") for name, arrays in made.items()]
+    runs = runs_of(hidden, sweep(0.5, 12, 2, 70.0), sweep(12, 0.5, 3.5, 70.0))
     library = [e for e in rig_effects() if (e.family in NOT_LINEAR) == (family in NOT_LINEAR) and not e.flexible]
     verdict = decide(Model(rig_test(RIG)), runs, library)
     if verdict.verdict == "tied":
@@ -68,9 +63,8 @@ def test_a_delay_that_grows_by_as_much_in_every_run_is_no_clock_that_is_fast(gro
     """A buffer that fills, or two clocks: runs of 70 and 100 s tell which."""
     rng = np.random.default_rng(3)
     excitations = sweep(0.5, 12, 2, 70.0), sweep(12, 0.5, 3.5, 100.0)
-    made = [record(excitation, {"te": growth}, RIDER, rng, Rig()) for excitation, growth in zip(excitations, growths, strict=True)]
-    runs = [prepare(as_recording(f"run_{i}", arrays), "steer_angle", "steer_torque", "steer_angle_command") for i, arrays in enumerate(made)]
-    verdict = decide(Model(rig_test(RIG)), runs, [e for e in rig_effects() if e.family in ("channel_delay", "shaft_compliance")])
+    made = {f"run_{i}": record(excitation, {"te": growths[i]}, RIDER, rng, Rig()) for i, excitation in enumerate(excitations)}
+    verdict = decide(Model(rig_test(RIG)), prepared(made), library("channel_delay", "shaft_compliance"))
     assert [(c.family, c.effect.form) for c in verdict.effects] == [("channel_delay", form)]
     found, error, _ = next(v for n, v in parameters_of(verdict.best).items() if n.endswith(f"channel_delay.{parameter}"))
     assert found == pytest.approx(value, abs=3 * error) and error < 0.05 * value

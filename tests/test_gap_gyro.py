@@ -22,8 +22,8 @@ from scenarios.rig_test import GYRO, rig_effects, rig_test
 
 pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")
 from simulators.hidden_rig import RIDER, Rig, record, sweep
+from simulators.rig_runs import RIG
 
-RIG = {"handlebar_inertia": {"value": 0.125, "standard_error": 0.00125}}
 USUAL = Rig()
 COLUMNS = ("steer_angle_command", "steer_angle", "steer_torque", "torso_rate")
 TRIO = ("cross_inertia", "steer_stiffness", "steer_damping")

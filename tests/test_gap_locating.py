@@ -22,8 +22,8 @@ from scenarios.rig_test import rig_test
 pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")
 from simulators.as_recordings import as_recording
 from simulators.hidden_rig import RIDER, Rig, record, stepped, sweep
+from simulators.rig_runs import RIG
 
-RIG = {"handlebar_inertia": {"value": 0.125, "standard_error": 0.00125}}
 EVEN, ODD = (2, 4, 6), (3, 5, 7)
 
 

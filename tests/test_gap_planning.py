@@ -23,8 +23,8 @@ from scenarios.rig_test import rig_effects, rig_test, with_bare_bar
 pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")
 from simulators.as_recordings import as_recording
 from simulators.hidden_rig import RIDER, Rig, record, sweep
+from simulators.rig_runs import RIG
 
-RIG = {"handlebar_inertia": {"value": 0.125, "standard_error": 0.00125}}
 TRIO = ("cross_inertia", "steer_stiffness", "steer_damping")
 LINEAR = [e for e in rig_effects() if e.family in TRIO]
 

@@ -17,14 +17,10 @@ from scenarios.rig_test import rig_effects, rig_test, with_bare_bar
 pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")
 from simulators.as_recordings import as_recording
 from simulators.hidden_rig import RUNS, case, record
+from simulators.rig_runs import RIG, prepared
 
-RIG = {"handlebar_inertia": {"value": 0.125, "standard_error": 0.00125}}
 SOLVED = Path(__file__).parents[2] / "shared" / "data" / "gap_open"
 KEYS = {"verdict", "effects", "tied", "closest", "candidates", "where", "gap", "next_experiment", "model", "fmu", "limitations", "noise_source"}
-
-
-def prepared(made):
-    return [prepare(as_recording(name, arrays), "steer_angle", "steer_torque", "steer_angle_command") for name, arrays in made.items()]
 
 
 @pytest.mark.parametrize(("hidden", "family", "parameter", "value"), [

@@ -22,8 +22,7 @@ from scenarios.rig_test import rig_effects, rig_test
 pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")
 from simulators.as_recordings import as_recording
 from simulators.hidden_rig import RIDER, record, sweep
-
-RIG = {"handlebar_inertia": {"value": 0.125, "standard_error": 0.00125}}
+from simulators.rig_runs import RIG
 
 
 class Duffing(Component):

@@ -56,6 +56,16 @@ def test_a_twisting_front_frame_is_named_sized_added_and_seen_on_held_out_speeds
     assert abs(wobble - truth) < 0.02 * abs(truth)  # twice the error of one measurement, of which there are 13
 
 
+def test_what_held_out_speeds_refute_is_said(tmp_path):
+    """Another motorcycle's eigenvalues held out, whose frame does not twist."""
+    p, rng = known_to(np.random.default_rng(7), SHARP), np.random.default_rng(8)
+    for name, hidden in (("eigenvalues.csv", {"compliance": 3e-5, "axis": 0.4}), ("held.csv", {})):
+        write(tmp_path / name, spectrum(p, SPEEDS, hidden), SPEEDS, rng, 0.01)
+    verdict = gap(tmp_path, str(tmp_path / "eigenvalues.csv"), "--holdout", str(tmp_path / "held.csv"))
+    assert verdict["verdict"] == "unknown"
+    assert any("refutes" in sentence and "frame_compliance" in sentence for sentence in verdict["limitations"])
+
+
 @pytest.mark.parametrize("name, seed", [("rider_lean", 2), ("tyre_relaxation", 4), ("roll_inertia", 5), ("aerodynamics", 7), ("steer_damping", 8),
                                         ("steer_stiffness", 16), ("added_inertia", 11)])  # fmt: skip
 def test_what_is_hidden_is_named_or_in_the_tie(tmp_path, name, seed):

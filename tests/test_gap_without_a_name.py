@@ -4,7 +4,6 @@ import json
 
 import pytest
 
-from identification.gap.data.runs import prepare
 from identification.gap.models.model import Model
 from identification.gap.naming import joining
 from identification.gap.naming.decide import decide
@@ -20,21 +19,9 @@ from scenarios.rig_test import rig_effects, rig_test
 
 pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")
 import numpy as np
-from simulators.as_recordings import as_recording
 from simulators.hidden_joint import JOINT, joint_run
-from simulators.hidden_rig import RIDER, Rig, record, sweep
-
-RIG = {"handlebar_inertia": {"value": 0.125, "standard_error": 0.00125}}
-
-
-def runs_of(hidden, *tests, seed=3, rider=RIDER, **rig):
-    rng = np.random.default_rng(seed)
-    made = [record(excitation, hidden, rider, rng, Rig(**rig)) for excitation in tests]
-    return [prepare(as_recording(f"run_{i}", arrays), "steer_angle", "steer_torque", "steer_angle_command") for i, arrays in enumerate(made)]
-
-
-def library(*families):
-    return [e for e in rig_effects() if e.family in families]
+from simulators.hidden_rig import sweep
+from simulators.rig_runs import RIG, library, runs_of
 
 
 def test_a_law_without_a_name_takes_a_name_back(monkeypatch):

@@ -9,13 +9,14 @@ var(q_j' n) = sum S(f) |Q_j(f)|^2.
 A model's output passes through the same columns, so that they bias nothing. Muscles are a hundred times louder below 2 Hz than
 sensors are above: without a taper h they would leak there, and the noise would come out up to a fifth too large.
 
-    h(t) = sqrt(2) sin(pi t / T)     (Riedel, Sidorenko, IEEE Trans. Signal Process. 43 (1995) 188-195)
+    h(t) = sin(pi t / T)     (Riedel, Sidorenko, IEEE Trans. Signal Process. 43 (1995) 188-195)
 """
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.signal import windows
 
 from identification.gap.data.phase import Phase
 
@@ -106,34 +107,34 @@ class Noise:
 def noise_of(reduction: Reduction, y: np.ndarray) -> Noise:
     """The noise spectrum of y (n,), from what lies outside of the harmonics."""
     edges = np.concatenate([[0.0], np.geomspace(0.6, reduction.rate / 2, BANDS)])
-    power, freedom = _outside(reduction, y, edges, np.ones_like)  # a taper would not see the bursts at the ends of a window
-    tapered, tapered_freedom = _outside(reduction, y, edges, lambda t: np.sqrt(2) * np.sin(np.pi * t))
-    enough = tapered_freedom.sum(axis=0) * INDEPENDENT > 2.0
+    flat, tapered = (_outside(reduction, y, edges, taper) for taper in (windows.boxcar, windows.cosine))  # bursts show at a window's ends too
+    lines = INDEPENDENT * tapered[1].sum(axis=0)
+    enough = lines > 2.0
+    flat, tapered, lines = flat[..., enough], tapered[..., enough], lines[enough]
     centre = np.sqrt(np.maximum(edges[:-1], 0.3) * edges[1:])[enough]
-    power, freedom, tapered, tapered_freedom = (a[:, enough] for a in (power, freedom, tapered, tapered_freedom))
-    usual, density, bursts = np.full(len(centre), 1e-30), np.full(len(centre), 1e-30), np.ones((len(power), 2))
+    usual, density, bursts = np.zeros(len(centre)), np.zeros(len(centre)), np.ones((flat.shape[1], 2))
     slow, fast = centre < SLOW, centre >= SLOW
     for side, part in enumerate((slow, fast)):
         if part.any():
-            usual[part], bursts[:, side] = _usual(power[:, part], freedom[:, part])
-            quiet = bursts[:, side] == 1
-            density[part] = _mean(tapered[quiet][:, part], tapered_freedom[quiet][:, part])
+            usual[part], bursts[:, side] = _usual(*flat[..., part])
+            density[part] = _mean(*tapered[:, bursts[:, side] == 1][..., part])
     if slow.any() and fast.any():
-        bursts[:, 0] = _raised_too(bursts, power[:, slow], freedom[:, slow], usual[slow], usual[fast][0])
-    return Noise(centre, density, bursts, 2 * INDEPENDENT * tapered_freedom.sum(axis=0))  # a line of the spectrum is two numbers
+        power, freedom = flat[..., slow]
+        bursts[:, 0] = _raised_too(bursts, power, freedom, usual[slow], usual[fast][0])
+    return Noise(centre, density, bursts, 2 * lines)  # a line of the spectrum is two numbers
 
 
-def _outside(reduction: Reduction, y: np.ndarray, edges: np.ndarray, taper: Callable[[np.ndarray], np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Of what lies outside of the harmonics, under a taper of mean square 1, the power and the free lines (windows, bands)."""
-    powers, freedoms = [], []
+def _outside(reduction: Reduction, y: np.ndarray, edges: np.ndarray, taper: Callable[[int], np.ndarray]) -> np.ndarray:
+    """Of what lies outside of the harmonics, under a taper, the power and the number of free lines (2, windows, bands)."""
+    found = []
     for left, basis in reduction.residuals(y):
         n = len(left)
-        f, h = np.fft.rfftfreq(n, 1 / reduction.rate), taper((np.arange(n) + 0.5) / n)
+        f, h = np.fft.rfftfreq(n, 1 / reduction.rate), taper(n)
         band = np.clip(np.searchsorted(edges, f, side="right") - 1, 0, BANDS - 1)
-        taken = (np.abs(np.fft.rfft(h[:, None] * basis, axis=0)) ** 2).sum(axis=1) / n
-        powers.append(np.bincount(band, np.abs(np.fft.rfft(h * left)) ** 2 / n, BANDS))
-        freedoms.append(np.bincount(band, np.clip(1 - taken, 0, 1), BANDS))
-    return np.array(powers), np.array(freedoms)
+        power = np.abs(np.fft.rfft(h * left)) ** 2 / (h @ h)
+        taken = (np.abs(np.fft.rfft(h[:, None] * basis, axis=0)) ** 2).sum(axis=1) / (h @ h)
+        found.append([np.bincount(band, each, BANDS) for each in (power, np.clip(1 - taken, 0, 1))])
+    return np.array(found).swapaxes(0, 1)
 
 
 def _mean(power: np.ndarray, freedom: np.ndarray) -> np.ndarray:

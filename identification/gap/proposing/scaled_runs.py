@@ -26,7 +26,10 @@ class ScaledRun:
         return through(rival, replace(self.run, guess={}))
 
     def left(self, truth: Fit, rival: Fit) -> float:
-        """The delta chi-square of a rival that is fitted again, to its own runs and to what the truth would give in this one."""
+        """The delta chi-square of a rival that is fitted again, to its own runs and to what the truth would give in this one.
+
+        Where it is beyond ENOUGH for sure, the fit ends on its way, and it is what was left there.
+        """
         try:
             answer, _ = truth.model.reduced(replace(self.run, guess={}), truth.shared)
             told = replace(self.run, data=answer * self.run.deviation, guess={})
