@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from identification.gap.naming.candidate import Candidate
-from identification.gap.naming.competing import CURVED, _near
+from identification.gap.naming.competing import CURVED, _Field, _near
 from identification.gap.naming.joining import contained
 
 
@@ -42,3 +42,16 @@ def test_a_form_does_no_worse_than_one_that_it_contains():
     fits = [SimpleNamespace(model=head, chi2=1600.0), SimpleNamespace(model=neck, chi2=900.0), SimpleNamespace(model=model("inertia", family="other"), chi2=1.0)]
     assert contained(neck, fits) == 1600.0
     assert contained(head, fits) == float("inf")
+
+
+def test_the_simplest_form_of_a_family_says_when_its_turn_is(monkeypatch):
+    """A delay that may grow promises most here, the reflex keeps what it promises: what the first family keeps spares others the fit."""
+    def form(family, gain, unknowns):
+        return SimpleNamespace(family=family, flexible=False, declared={}, sought=lambda: unknowns, gain=gain)
+
+    forms = [form("channel_delay", 900.0, "two"), form("channel_delay", 40.0, "1"), form("reflex", 800.0, "2 "), form("drift", 90.0, "2 ")]
+    promised = [SimpleNamespace(effect=each, gain=each.gain) for each in forms]
+    monkeypatch.setattr("identification.gap.naming.competing.screen", lambda found, effects, keep: promised)
+    field = _Field(SimpleNamespace(model=SimpleNamespace(effects=())), forms)
+    assert field.order == ["reflex", "drift", "channel_delay"]
+    assert field.promised["channel_delay"] == 900.0  # still what decides whether it is worth a fit

@@ -119,6 +119,21 @@ def test_a_burst_over_slow_harmonics_raises_their_noise():
     assert np.mean(raised) == pytest.approx(true, rel=0.15) and min(raised) > 0.3 * true
 
 
+@pytest.mark.parametrize("burst", [0.0, 8.0])
+def test_a_burst_at_a_window_s_end_raises_its_noise_as_much_as_one_within(burst):
+    """A taper is nothing at the ends: what tells the noise of slow harmonics does not tell where bursts are."""
+    time = np.arange(0, DURATION, 1 / RATE)
+    phase = phase_of(np.sin(2 * np.pi * (0.5 * time + 4.75 * time**2 / DURATION)), RATE)
+    reduction, rng, n, raised = reduction_of(phase, RATE), np.random.default_rng(6), int(RATE / 2), []
+    first, last = phase.windows[5]
+    for at in (first, (first + last - n) // 2, last - n):
+        noise = rng.standard_normal((20, len(time)))
+        noise[:, at : at + n] *= np.sqrt(1 + burst**2)
+        raised.append(np.mean([noise_of(reduction, each).bursts[5, 1] for each in noise]))
+    # A burst of 64 numbers in 20 records scatters by 0.04; that noise is counted as 1 where it is not clear keeps 1 at 1.
+    assert raised == pytest.approx([1 + burst**2 * n / (last - first)] * 3, rel=0.15)
+
+
 def test_loud_slow_noise_does_not_pass_for_noise_of_the_fast_harmonics():
     """Muscles below 2 Hz leave lines at the ends of a window that fall with 1 / f: without a taper the mean comes out at 0.8."""
     time = np.arange(0, DURATION, 1 / RATE)
