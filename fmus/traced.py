@@ -13,7 +13,7 @@ import numpy as np
 from fmus.component import Component
 from fmus.tape import Node, Tape
 
-BLOCK = 4096  # samples that are computed together, so that what is between stays in the processor's cache
+BLOCK = 8192  # samples that are computed together, so that what is between stays in the processor's cache
 
 
 @dataclass

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from fmus.build import build
 from fmus.component import Component
 from fmus.effects import Effect
 from fmus.errors import InputError
@@ -14,7 +13,6 @@ from fmus.in_motion import linearise_in_motion
 from fmus.library import value_file
 from identification.gap.models.equations import Equations
 from identification.gap.models.simulate import Motion, simulate
-from identification.gap.naming.decide import Verdict
 from identification.gap.naming.fitting import Fit, parameters_of
 from rider_fmu import riders
 from scenarios import names
@@ -33,14 +31,13 @@ def device_effects(found: Fit) -> list[type[Effect]]:
     return [e for e in found.model.effects if e.part == "device"]
 
 
-def write_model(verdict: Verdict, folder: Path, source: str, effects_folder: str | None = None) -> tuple[str, str]:
-    """Write the augmented rider and its FMU into the folder; their names there."""
-    fitted = {n.removeprefix(PREFIX): entry for n, entry in parameters_of(verdict.best).items() if n.startswith(PREFIX)}
+def write_model(found: Fit, folder: Path, source: str, effects_folder: str | None = None) -> Component:
+    """Write the rider as fitted into FILE in the folder; what the file holds."""
+    fitted = {n.removeprefix(PREFIX): entry for n, entry in parameters_of(found).items() if n.startswith(PREFIX)}
     text = value_file("PassiveRider", fitted, "Rider as fitted to recordings, with what his model lacked", source,
-                      device_effects(verdict.best), effects_folder=effects_folder)  # fmt: skip
+                      device_effects(found), effects_folder=effects_folder)  # fmt: skip
     write_text(folder / FILE, text)
-    fmu = build(names.component(str(folder / FILE)), folder)
-    return FILE, Path(fmu.path).name
+    return names.component(str(folder / FILE))
 
 
 def rider_of(found: Fit) -> Component:

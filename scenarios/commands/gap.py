@@ -8,8 +8,10 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
+from fmus.build import build
 from fmus.effects import Effect
 from fmus.errors import InputError, MissingToolError
+from fmus.parallel import spread
 from fmus.progress import track
 from identification.gap.data.runs import NotSweptError, Run, prepare, usable
 from identification.gap.models.model import Model
@@ -19,7 +21,7 @@ from identification.gap.proposing.scaled_runs import scaled_runs
 from identification.gap.reporting.verdict import as_result
 from identification.gap.stands.test_stand import TestStand
 from identification.recordings import read_recording, read_rig
-from scenarios import gap_plan, names
+from scenarios import gap_plan
 from scenarios.augmented_rider import FILE, effect_on_modes, motion_of, rider_of, write_model
 from scenarios.component_report import write_report as write_component_report
 from scenarios.component_test import run_on_component
@@ -111,15 +113,20 @@ def _over_time(arguments: argparse.Namespace, rig: dict[str, Any], stand: TestSt
 
 def _add(verdict: Verdict, result: dict[str, Any], arguments: argparse.Namespace, folder: Path, swept: bool = True) -> None:
     """The model with what was found, its FMU, and what it does to the motorcycle's modes."""
-    source = f"Fitted to {', '.join(r.name for r in verdict.best.runs)}"
-    try:
-        result["model"], result["fmu"] = write_model(verdict, folder, source, arguments.effects)
-    except MissingToolError as error:
-        result["model"] = FILE
-        result["limitations"].append(f"No FMU was built: {error}")
-    if result["verdict"] == "named":
-        rider = names.component(str(folder / FILE))
-        result["modes"] = effect_on_modes(rider_of(verdict.base), rider, motion_of(verdict.best, rider) if swept else None)
+    rider = write_model(verdict.best, folder, f"Fitted to {', '.join(r.name for r in verdict.best.runs)}", arguments.effects)
+    result["model"] = FILE
+
+    def fmu() -> dict[str, Any]:
+        try:
+            return {"fmu": Path(build(rider, folder).path).name}
+        except MissingToolError as error:
+            return {"limitations": [*result["limitations"], f"No FMU was built: {error}"]}
+
+    def on_modes() -> dict[str, Any]:
+        return {"modes": effect_on_modes(rider_of(verdict.base), rider, motion_of(verdict.best, rider) if swept else None)}
+
+    for part in spread(lambda make: make(), [fmu, on_modes] if result["verdict"] == "named" else [fmu], "adding what was found"):
+        result |= part
 
 
 def _runs(files: Sequence[str], stand: TestStand, mapping: Sequence[str]) -> list[Run]:

@@ -1,5 +1,7 @@
 """A component's equations on whole recordings: rates, outputs and their slopes, each a number or an array over time.
 
+What a simulation needs at every step, and what only the slopes by parameters need, are computed apart.
+
     x' = f(x, u, p, t),   y = g(x, u, p, t),   with df/dx, df/dp, dg/dx, dg/dp
 """
 
@@ -25,28 +27,40 @@ class Equations:
         self.component, self.outputs, self.parameters = component, tuple(outputs), tuple(parameters)
         self.states = component.states
         self.rows = form.explicit_rates + [form.outputs[component.outputs.index(component.shown(n))] for n in self.outputs]
-        unknowns = (*self.states, *self.parameters)
         late = {delay: name for name, (_, delay) in component.delays.items()}
-        slopes = {(i, j): _slope(row, x, late) for i, row in enumerate(self.rows) for j, x in enumerate(unknowns) if isinstance(row, Node)}
-        self.slopes = {place: s for place, s in slopes.items() if s != 0.0}
-        self.program = Program([*self.rows, *self.slopes.values()])
+        self.by_state, self.by_parameter = (_slopes(self.rows, unknowns, late) for unknowns in (self.states, self.parameters))
+        self.program = Program([*self.rows, *self.by_state.values()])
+        self.of_parameters = Program(list(self.by_parameter.values()))
         own = frozenset(self.states)
-        bent = [s for (_, j), s in self.slopes.items() if j < len(self.states) and isinstance(s, Node)]
-        jumps = [n for n in self.program.nodes if n.word in JUMPS]
+        bent = [s for s in self.by_state.values() if isinstance(s, Node)]
+        jumps = [n for n in (*self.program.nodes, *self.of_parameters.nodes) if n.word in JUMPS]
         self.linear = all(own.isdisjoint(node.depends) for node in (*bent, *jumps))
 
     def __call__(self, values: Mapping[str, Any], n: int) -> tuple[list[Any], np.ndarray]:
-        """Rates and outputs, and the matrix (nx + ny, nx + np) of their slopes; entries are numbers or arrays (n,)."""
+        """Rates and outputs, and the matrix (nx + ny, nx) of their slopes by the states; entries are numbers or arrays (n,)."""
         results = self.program(values, n)
-        slopes = np.zeros((len(self.rows), len(self.states) + len(self.parameters))).astype(object)
-        for place, value in zip(self.slopes, results[len(self.rows) :], strict=True):
-            slopes[place] = value
-        return results[: len(self.rows)], slopes
+        return results[: len(self.rows)], self._matrix(self.by_state, results[len(self.rows) :], len(self.states))
+
+    def slopes(self, values: Mapping[str, Any], n: int) -> np.ndarray:
+        """The matrix (nx + ny, np) of the slopes of rates and outputs by the parameters; entries are numbers or arrays (n,)."""
+        return self._matrix(self.by_parameter, self.of_parameters(values, n), len(self.parameters))
+
+    def _matrix(self, places: Mapping[tuple[int, int], Any], found: Sequence[Any], columns: int) -> np.ndarray:
+        matrix = np.zeros((len(self.rows), columns)).astype(object)
+        for place, value in zip(places, found, strict=True):
+            matrix[place] = value
+        return matrix
 
 
 def rate_of(name: str) -> str:
     """Under which name the rate of an input that comes late is told."""
     return f"der({name})"
+
+
+def _slopes(rows: Sequence[Any], unknowns: Sequence[str], late: Mapping[str, str]) -> dict[tuple[int, int], Any]:
+    """The slopes of rows by unknowns that are not zero, by place."""
+    slopes = {(i, j): _slope(row, x, late) for i, row in enumerate(rows) for j, x in enumerate(unknowns) if isinstance(row, Node)}
+    return {place: s for place, s in slopes.items() if s != 0.0}
 
 
 def _slope(row: Node, x: str, late: Mapping[str, str]) -> Any:

@@ -64,7 +64,7 @@ class AnyModel(Protocol):
     sizes: list[int]
 
     def joined_by(self, *effects: type[Effect], slopes_of_base: bool = True) -> "AnyModel":
-        """The model with further effects; without slopes of the base, those columns of `reduced` may be zero.
+        """The model with further effects; without slopes of the base, columns of `reduced` other than by sizes may be zero.
 
         Raises InputError where an effect cannot join.
         """
@@ -103,7 +103,7 @@ class Model(BaseAndEffects):
         self.shift, self.shift_grows = (stand.parameter(late, late.lags[0]), late.lag_grows) if late else ("", False)
         self.shift_over = stand.parameter(late, "duration") if late and "duration" in late.given else ""
         exact = {delay for _, delay in self.component.delays.values()}
-        wanted = self.names if slopes_of_base else self.own
+        wanted = self.names if slopes_of_base else [self.own[i] for i in self.sizes]
         self.sensitive = [n for n in wanted if n in exact or n not in self.lags]
         self.equations = Equations(self.component, stand.outputs, self.sensitive)
         self.by_outputs: dict[tuple[str, ...], Equations] = {self.equations.outputs: self.equations}

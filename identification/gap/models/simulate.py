@@ -59,7 +59,7 @@ class Trajectory:
     @np.errstate(all="ignore")
     def slopes(self) -> np.ndarray:
         """Of the outputs by the parameters (n, ny, np). Raises InputError where they leave finite numbers."""
-        return self._steps.bounded(self._steps.sensitivities(self._steps.parameter_push(), self._steps.slopes[self._steps.nx :, self._steps.nx :]))
+        return self._steps.bounded(self._steps.sensitivities(*self._steps.parameter_push()))
 
 
 @np.errstate(all="ignore")  # what leaves finite numbers on the way is an InputError
@@ -122,13 +122,15 @@ class _Collocation:
     def look(self, x: np.ndarray) -> None:
         """Rates, outputs and slopes along a trajectory (nx, n), and its defects."""
         states, h = self.equations.states, self.h
-        self.rows, self.slopes = self.equations(self.nodes | dict(zip(states, x, strict=True)), self.n)
+        self.seen = self.nodes | dict(zip(states, x, strict=True))
+        self.rows, self.slopes = self.equations(self.seen, self.n)
         first = [f[:-1] if np.ndim(f) else f for f in self.rows[: self.nx]]
         second = [f[1:] if np.ndim(f) else f for f in self.rows[: self.nx]]
         between = {name: (x[i, :-1] + x[i, 1:]) / 2 + h / 8 * (first[i] - second[i]) for i, name in enumerate(states)}
         for i, name in enumerate(states if len(self.into) else ()):
             between[name][self.into] = x[i, self.into]  # anything that can be computed
-        middle, self.between = self.equations(self.middles | between, self.n - 1)
+        self.seen_between = self.middles | between
+        middle, self.between = self.equations(self.seen_between, self.n - 1)
         self.defect = np.zeros(self.nx).astype(object)
         for i in range(self.nx):
             self.defect[i] = x[i, 1:] - x[i, :-1] - h / 6 * (first[i] + 4 * middle[i] + second[i])
@@ -137,7 +139,7 @@ class _Collocation:
     def factor(self) -> None:
         """The blocks of the matrix along the trajectory."""
         nx, steps, h, unit = self.nx, self.n - 1, self.h, np.eye(self.nx).astype(object)
-        A, M = self.slopes[:nx, :nx], self.between[:nx, :nx]
+        A, M = self.slopes[:nx], self.between[:nx]
         first, second = part(A, slice(None, -1)), part(A, slice(1, None))
         self.inverse = inverse(unit - h / 6 * (second + 4 * product(M, unit / 2 - h / 8 * second)))
         self.before = self._cut(unit + h / 6 * (first + 4 * product(M, unit / 2 + h / 8 * first)))
@@ -150,17 +152,17 @@ class _Collocation:
     def follow(self, change: np.ndarray) -> None:
         """The outputs after a small change (nx, n-1) of the states."""
         for i in range(self.nx, len(self.rows)):
-            for j, c in enumerate(self.slopes[i, : self.nx]):
+            for j, c in enumerate(self.slopes[i]):
                 if not is_zero(c):
                     self.rows[i] = self.rows[i] + np.zeros(self.n)
                     self.rows[i][1:] += (c[1:] if np.ndim(c) else c) * change[j]
 
-    def parameter_push(self) -> np.ndarray:
-        """What a change of each parameter does to each step, before it is carried on: (nx, np)."""
-        P = self.slopes[: self.nx, self.nx :]
-        Q = self.between[: self.nx, self.nx :]
+    def parameter_push(self) -> tuple[np.ndarray, np.ndarray]:
+        """What a change of each parameter does to each step, before it is carried on: (nx, np), and to the outputs: (ny, np)."""
+        slopes, Q = self.equations.slopes(self.seen, self.n), self.equations.slopes(self.seen_between, self.n - 1)[: self.nx]
+        P, direct = slopes[: self.nx], slopes[self.nx :]
         first, second = part(P, slice(None, -1)), part(P, slice(1, None))
-        return self._cut(self.h / 6 * (first + second + 4 * (Q + self.h / 8 * product(self.between[: self.nx, : self.nx], first - second))))
+        return self._cut(self.h / 6 * (first + second + 4 * (Q + self.h / 8 * product(self.between[: self.nx], first - second)))), direct
 
     def _cut(self, steps: np.ndarray) -> np.ndarray:
         """Blocks over the steps, with nothing into the begin of a piece."""
@@ -176,7 +178,7 @@ class _Collocation:
         result = np.empty((ny, m, self.n))
         for place, slope in np.ndenumerate(direct):
             result[place] = slope
-        by_state = part(self.slopes[self.nx :, : self.nx], slice(1, None))
+        by_state = part(self.slopes[self.nx :], slice(1, None))
         for k in range(m):
             if all(is_zero(p) for p in push[:, k]):
                 continue
@@ -193,7 +195,7 @@ class _Collocation:
             push[place] = np.zeros(self.n - 1)
             push[place][self.begins] = slope[self.begins] if np.ndim(slope) else slope
         result = self.sensitivities(push, np.zeros((len(self.rows) - self.nx, self.nx)))
-        for (i, j), slope in np.ndenumerate(self.slopes[self.nx :, : self.nx]):
+        for (i, j), slope in np.ndenumerate(self.slopes[self.nx :]):
             result[self.begins, i, j] = slope[self.begins] if np.ndim(slope) else slope
         return result
 
