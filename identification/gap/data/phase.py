@@ -48,17 +48,21 @@ def phase_of(command: np.ndarray, rate: float) -> Phase | None:
     if sum(last - first for first, last in stretches) < 0.3 * len(command) or np.any(frequency[_inside(stretches)] <= 0):
         return None
     for first, last in stretches:
-        _smooth(angle, max(first - int(SETTLE * rate / 2), 0), min(last + int(END * rate), len(command)), frequency[first:last].min(), rate)
+        _smooth(angle, max(first - int(SETTLE * rate / 2), 0), min(last + int(END * rate), len(command)), frequency, rate)
     return Phase(angle, frequency, tuple(stretches), tuple(_windows(stretches, frequency, rate)))
 
 
-def _smooth(angle: np.ndarray, first: int, last: int, lowest: float, rate: float) -> None:
+def _smooth(angle: np.ndarray, first: int, last: int, frequency: np.ndarray, rate: float) -> None:
     """Replace a stretch of the phase by a spline: the ends of a record make the analytic signal swing twice a cycle."""
-    index = np.arange(first, last)
-    apart = int(max(1.0, 2.0 / lowest) * rate)
-    inner = index[apart : -apart : apart]
-    knots = np.concatenate([[index[0]] * 4, inner, [index[-1]] * 4]).astype(float)
-    angle[first:last] = make_lsq_spline(index.astype(float), angle[first:last], knots, 3)(index)
+    inner, at = [], float(first)
+    while True:
+        at += max(1.0, 2.0 / frequency[int(at)]) * rate
+        if at > last - max(1.0, 2.0 / frequency[last - 1]) * rate:
+            break
+        inner.append(at)
+    index = np.arange(first, last).astype(float)
+    knots = np.concatenate([[index[0]] * 4, inner, [index[-1]] * 4])
+    angle[first:last] = make_lsq_spline(index, angle[first:last], knots, 3)(index)
 
 
 def _runs(good: np.ndarray, settle: int) -> list[tuple[int, int]]:
