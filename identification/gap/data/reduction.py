@@ -7,24 +7,27 @@ q_j' y: orders 1 to 7, the first with its slope. Order 0 is left out: offsets an
 of all columns is noise, and gives its spectrum S(f) from one run, without repeats or a model; then
 var(q_j' n) = sum S(f) |Q_j(f)|^2.
 A model's output passes through the same columns, so that they bias nothing. Muscles are a hundred times louder below 2 Hz than
-sensors are above: without a taper h they would leak there, and the noise would come out up to a fifth too large.
+sensors are above: without tapers h they would leak there, and the noise would come out up to a fifth too large.
 
-    h(t) = sin(pi t / T)     (Riedel, Sidorenko, IEEE Trans. Signal Process. 43 (1995) 188-195)
+    h_k(t) = sqrt(2 / T) sin(pi k t / T)     (Riedel, Sidorenko, IEEE Trans. Signal Process. 43 (1995) 188-195)
+
+The first one leaks least and gives the spectrum. It is blind at a window's ends, where bursts may be: all together tell those.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from scipy.signal import windows
 
 from identification.gap.data.phase import Phase
 
 ORDERS = 7  # of the reduced data
 MORE_ORDERS = 20  # kept out of the noise: what strong backlash excites
 BANDS = 24  # of the noise spectrum
-SLOW = 3.0  # Hz: bursts of muscles below, of electronics above
+SIDES = (3.0, 12.0)  # Hz: bursts of muscles below, and where electronics take over above the fading noise of muscles
 INDEPENDENT = 2 / 3  # of the lines of a tapered spectrum, (sum h^2)^2 / (n sum h^4)
+TAPERS = 5
 FEW = 4.0  # lines of a spectrum, from which a window's slow noise is known by itself
 
 
@@ -52,11 +55,31 @@ class Reduction:
         """The reduced data (m, ...) of signals (n, ...)."""
         return np.concatenate([basis.T @ y[first:last] for first, last, basis in self.bases])
 
-    def residuals(self, y: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Per window, what of y (n,) lies outside of all columns, and these columns."""
+    def residuals(self, y: np.ndarray) -> Iterator[np.ndarray]:
+        """Per window, what of y (n,) lies outside of all columns."""
         for first, last, basis in self.outside:
             part = y[first:last]
-            yield part - basis @ (basis.T @ part), basis
+            yield part - basis @ (basis.T @ part)
+
+    @cached_property
+    def edges(self) -> np.ndarray:
+        """Of the bands (BANDS + 1,) [Hz]."""
+        return np.concatenate([[0.0], np.geomspace(0.6, self.rate / 2, BANDS)])
+
+    @cached_property
+    def lines(self) -> np.ndarray:
+        """How many lines of a spectrum the columns leave free, (TAPERS, windows, BANDS)."""
+        return np.array([self._in_bands(np.clip(1 - _power(basis).sum(axis=2), 0, 1)) for _, _, basis in self.outside]).swapaxes(0, 1)
+
+    def left(self, y: np.ndarray) -> np.ndarray:
+        """The power of y (n,) outside of all columns, (TAPERS, windows, BANDS)."""
+        return np.array([self._in_bands(_power(part[:, None])[..., 0]) for part in self.residuals(y)]).swapaxes(0, 1)
+
+    def _in_bands(self, spectra: np.ndarray) -> np.ndarray:
+        """Sums over the bands of spectra (TAPERS, lines) of a window."""
+        frequency = np.linspace(0, self.rate / 2, spectra.shape[1])
+        band = np.clip(np.searchsorted(self.edges, frequency, side="right") - 1, 0, BANDS - 1)
+        return np.array([np.bincount(band, each, BANDS) for each in spectra])
 
 
 def reduction_of(phase: Phase, rate: float) -> Reduction:
@@ -96,7 +119,7 @@ class Noise:
 
     frequency: np.ndarray
     density: np.ndarray
-    bursts: np.ndarray  # (windows, 2): below and above SLOW
+    bursts: np.ndarray  # (windows, 3): below, between and above the SIDES
     freedom: np.ndarray
 
     def __call__(self, f: np.ndarray) -> np.ndarray:
@@ -106,35 +129,30 @@ class Noise:
 
 def noise_of(reduction: Reduction, y: np.ndarray) -> Noise:
     """The noise spectrum of y (n,), from what lies outside of the harmonics."""
-    edges = np.concatenate([[0.0], np.geomspace(0.6, reduction.rate / 2, BANDS)])
-    flat, tapered = (_outside(reduction, y, edges, taper) for taper in (windows.boxcar, windows.cosine))  # bursts show at a window's ends too
-    lines = INDEPENDENT * tapered[1].sum(axis=0)
+    power, free = reduction.left(y), reduction.lines
+    flat, tapered = np.array([power.mean(axis=0), free.mean(axis=0)]), np.array([power[0], free[0]])
+    lines, edges = INDEPENDENT * tapered[1].sum(axis=0), reduction.edges
     enough = lines > 2.0
     flat, tapered, lines = flat[..., enough], tapered[..., enough], lines[enough]
     centre = np.sqrt(np.maximum(edges[:-1], 0.3) * edges[1:])[enough]
-    usual, density, bursts = np.zeros(len(centre)), np.zeros(len(centre)), np.ones((flat.shape[1], 2))
-    slow, fast = centre < SLOW, centre >= SLOW
-    for side, part in enumerate((slow, fast)):
-        if part.any():
-            usual[part], bursts[:, side] = _usual(*flat[..., part])
-            density[part] = _mean(*tapered[:, bursts[:, side] == 1][..., part])
+    side = np.searchsorted(SIDES, centre, side="right")
+    usual, density, bursts = np.zeros(len(centre)), np.zeros(len(centre)), np.ones((flat.shape[1], len(SIDES) + 1))
+    for each in np.unique(side):
+        part = side == each
+        usual[part], bursts[:, each] = _usual(*flat[..., part])
+        density[part] = _mean(*tapered[:, bursts[:, each] == 1][..., part])
+    slow, fast = side == 0, side > 0
     if slow.any() and fast.any():
         power, freedom = flat[..., slow]
         bursts[:, 0] = _raised_too(bursts, power, freedom, usual[slow], usual[fast][0])
     return Noise(centre, density, bursts, 2 * lines)  # a line of the spectrum is two numbers
 
 
-def _outside(reduction: Reduction, y: np.ndarray, edges: np.ndarray, taper: Callable[[int], np.ndarray]) -> np.ndarray:
-    """Of what lies outside of the harmonics, under a taper, the power and the number of free lines (2, windows, bands)."""
-    found = []
-    for left, basis in reduction.residuals(y):
-        n = len(left)
-        f, h = np.fft.rfftfreq(n, 1 / reduction.rate), taper(n)
-        band = np.clip(np.searchsorted(edges, f, side="right") - 1, 0, BANDS - 1)
-        power = np.abs(np.fft.rfft(h * left)) ** 2 / (h @ h)
-        taken = (np.abs(np.fft.rfft(h[:, None] * basis, axis=0)) ** 2).sum(axis=1) / (h @ h)
-        found.append([np.bincount(band, each, BANDS) for each in (power, np.clip(1 - taken, 0, 1))])
-    return np.array(found).swapaxes(0, 1)
+def _power(y: np.ndarray) -> np.ndarray:
+    """The spectra (TAPERS, lines, m) of signals (n, m) under each taper."""
+    n = len(y)
+    tapers = np.sin(np.pi * np.outer(np.arange(1, TAPERS + 1), np.arange(n) + 0.5) / n) * np.sqrt(2 / n)
+    return np.array([np.abs(np.fft.rfft(h[:, None] * y, axis=0)) ** 2 for h in tapers])
 
 
 def _mean(power: np.ndarray, freedom: np.ndarray) -> np.ndarray:
@@ -174,6 +192,6 @@ def variance_of(reduction: Reduction, noise: Noise) -> np.ndarray:
         weight[1:] *= 2
         if len(basis) % 2 == 0:
             weight[-1] /= 2
-        burst = np.where(f < SLOW, *noise.bursts[index])
+        burst = noise.bursts[index][np.searchsorted(SIDES, f, side="right")]
         variances.append((noise(f) * burst) @ weight)
     return np.concatenate(variances)

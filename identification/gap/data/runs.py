@@ -184,7 +184,7 @@ def _still(recording: Recording, imposed: str, signal: np.ndarray, noise: float)
 
 def _on_harmonics(reduction: Reduction, y: np.ndarray) -> float:
     """The share of a signal's power (n,) in the windows that lies on the harmonics."""
-    left = sum(float(part @ part) for part, _ in reduction.residuals(y))
+    left = sum(float(part @ part) for part in reduction.residuals(y))
     whole = sum(float(np.sum((y[first:last] - y[first:last].mean()) ** 2)) for first, last, _ in reduction.outside)
     return 1 - left / max(whole, 1e-300)
 
