@@ -15,6 +15,7 @@ JUMP = 0.1  # Hz within a second: what is no sweep
 END = 1.0  # s at the end of a record
 CYCLES = 4.0  # that a window holds at least
 WINDOW = 2.5  # s that a window lasts at least
+FINER = 2.0  # times: the knots of the phase of a command, which has no noise
 LOWEST = 0.2  # of the usual amplitude: below it the excitation has not begun or has ended
 
 
@@ -28,8 +29,11 @@ class Phase:
     windows: tuple[tuple[int, int], ...]
 
 
-def phase_of(command: np.ndarray, rate: float) -> Phase | None:
-    """The phase of a command (n,) sampled at `rate` [Hz]; None where it has not one slowly changing frequency."""
+def phase_of(command: np.ndarray, rate: float, noisy: bool = False) -> Phase | None:
+    """The phase of a command (n,) sampled at `rate` [Hz]; None where it has not one slowly changing frequency.
+
+    That of a noisy motion is no finer than what is rebuilt with it: else its noise would be in the motion, where nothing tells it.
+    """
     centred = command - np.median(command)
     signal = hilbert(centred)
     angle, size = np.unwrap(np.angle(signal)), np.abs(signal)
@@ -48,21 +52,26 @@ def phase_of(command: np.ndarray, rate: float) -> Phase | None:
     if sum(last - first for first, last in stretches) < 0.3 * len(command) or np.any(frequency[_inside(stretches)] <= 0):
         return None
     for first, last in stretches:
-        _smooth(angle, max(first - int(SETTLE * rate / 2), 0), min(last + int(END * rate), len(command)), frequency, rate)
+        first, last = max(first - int(SETTLE * rate / 2), 0), min(last + int(END * rate), len(command))
+        _smooth(angle, first, last, _knots(first, last, frequency, rate, 1.0 if noisy else FINER))
     return Phase(angle, frequency, tuple(stretches), tuple(_windows(stretches, frequency, rate)))
 
 
-def _smooth(angle: np.ndarray, first: int, last: int, frequency: np.ndarray, rate: float) -> None:
+def _smooth(angle: np.ndarray, first: int, last: int, inner: list[float]) -> None:
     """Replace a stretch of the phase by a spline: the ends of a record make the analytic signal swing twice a cycle."""
-    inner, at = [], float(first)
-    while True:
-        at += max(1.0, 2.0 / frequency[int(at)]) * rate
-        if at > last - max(1.0, 2.0 / frequency[last - 1]) * rate:
-            break
-        inner.append(at)
     index = np.arange(first, last).astype(float)
     knots = np.concatenate([[index[0]] * 4, inner, [index[-1]] * 4])
     angle[first:last] = make_lsq_spline(index, angle[first:last], knots, 3)(index)
+
+
+def _knots(first: int, last: int, frequency: np.ndarray, rate: float, finer: float) -> list[float]:
+    """As far apart as windows are long, or so many times closer."""
+    apart = np.maximum(WINDOW, CYCLES / np.maximum(frequency, 0.1)) * rate / finer
+    inner, at = [], first + apart[first]
+    while at < last - apart[min(int(at), last - 1)]:
+        inner.append(float(at))
+        at += apart[int(at)]
+    return inner
 
 
 def _runs(good: np.ndarray, settle: int) -> list[tuple[int, int]]:

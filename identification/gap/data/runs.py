@@ -137,12 +137,12 @@ def prepare(recording: Recording, imposed: str, measured: str, command: str, fur
     if np.ptp(recording.columns.get(command, 0.0)) == 0:
         reference = imposed
         notes = (*notes, f"no {command} in {recording.name}: the phase is taken from {imposed}")
-    phase = phase_of(recording[reference], recording.rate)
+    phase = phase_of(recording[reference], recording.rate, noisy=reference == imposed)
     factor = _faster(recording, phase) if phase else 1
     if factor > 1:
         recording = slower(recording, factor)
         notes = (*notes, f"{recording.name} is compared at {recording.rate:.4g} Hz, which is all that {ORDERS} harmonics of its motion need")
-        phase = phase_of(recording[reference], recording.rate)
+        phase = phase_of(recording[reference], recording.rate, noisy=reference == imposed)
     if phase is None:
         raise _not_swept(recording, imposed)
     time, angle = recording.time, recording[imposed]
