@@ -17,7 +17,7 @@ from scipy.sparse.linalg import SuperLU, splu
 from identification.gap.data.phase import Phase
 
 ORDERS = (2, 3)  # looked for in the motion besides the first
-KNOT = 2.5  # s between the knots of a spline: as fine as the windows of the reduction
+KNOT = 2.5  # s between the knots of a spline, and CYCLES: as fine as the windows of the reduction
 CYCLES = 4.0
 LEAD = 2.5  # s before a stretch in which the motion must be right as well: what moved there still rings
 CLOSER = 4  # times, where the phase jumps
@@ -78,12 +78,13 @@ class Rebuilding:
         return np.concatenate([np.sum(each * self.factored.solve(each), axis=0) for each in told])
 
 
-def rebuilding(time: np.ndarray, phase: Phase, orders: Sequence[int] = (1,)) -> Rebuilding:
-    """The rebuilding of motions measured at times (n,) [s], with these orders of a phase."""
+def rebuilding(time: np.ndarray, phase: Phase, orders: Sequence[int] = (1,), closer: np.ndarray | float = 1.0) -> Rebuilding:
+    """The rebuilding of motions measured at times (n,) [s], with these orders of a phase, and knots so many times closer (n,)."""
     inside = np.zeros(len(time), bool)
     for first, last in phase.stretches:
         inside[max(first - int(LEAD / (time[1] - time[0])), 0) : last] = True
-    knots = _knots(time, phase.frequency, inside)
+    apart = np.maximum(KNOT, CYCLES / np.maximum(phase.frequency, 0.1)) / np.where(inside, closer, CLOSER)
+    knots = _knots(time, apart, np.flatnonzero(np.diff(inside.astype(int))) + 1)
     basis = BSpline.design_matrix(np.clip(time, knots[0], knots[-1]), knots, 3)
     trusted = np.where(inside, 1.0, 1e-4)  # where the phase jumps, the splines need not follow
     matrix = _columns(basis, phase.angle, orders)
@@ -102,18 +103,17 @@ def _columns(basis: csr_array, phase: np.ndarray, orders: Sequence[int], answer:
     return hstack(blocks, format="csc")
 
 
-def _knots(time: np.ndarray, frequency: np.ndarray, inside: np.ndarray) -> np.ndarray:
-    """Knots KNOT seconds apart, or CYCLES cycles where those take longer, with the ends fourfold; closer outside of the stretches.
+def _knots(time: np.ndarray, apart: np.ndarray, borders: np.ndarray) -> np.ndarray:
+    """Knots so far apart (n,) [s] at each time, one at each border (k,), with the ends fourfold.
 
-    A servo that lags changes its phase against the command's where the frequency steps, which must not ring on inside.
+    They are closer outside of the stretches: a servo that lags changes its phase against the command's where the frequency
+    steps, which must not ring on inside.
     """
-    inner, at = [], time[0]
-    borders = time[np.flatnonzero(np.diff(inside.astype(int))) + 1]
+    inner, at, borders = [], time[0], time[borders]
     while True:
-        i = min(np.searchsorted(time, at), len(time) - 1)
-        apart = max(KNOT, CYCLES / max(frequency[i], 0.1)) / (1 if inside[i] else CLOSER)
-        ahead = borders[(borders > at) & (borders < at + apart)]
-        at = ahead[0] if len(ahead) else at + apart
+        step = apart[min(np.searchsorted(time, at), len(time) - 1)]
+        ahead = borders[(borders > at) & (borders < at + step)]
+        at = ahead[0] if len(ahead) else at + step
         if at > time[-1] - KNOT:
             break
         inner.append(at)

@@ -20,6 +20,8 @@ ON_HARMONICS = 0.9  # share of a swept motion's power that lies on its harmonics
 RATE = 250.0  # Hz: what sharp effects need to be simulated well; faster recordings are compared at a part of their rate
 POINTS = 10  # of a simulation per cycle of the fastest excitation
 PASSED = 0.4  # of a reduced rate: the band that is left as it was
+REFINED = 3  # times at most that a motion is rebuilt with knots half as far apart where it was astray
+MISSED = 36.0  # chi-square of a window's four numbers of the first order: by chance once in 3 million windows
 GAIN_ERROR = 0.02  # relative, of a sensor besides that of the effort: its calibration, and how it is mounted
 
 
@@ -154,7 +156,10 @@ def prepare(recording: Recording, imposed: str, measured: str, command: str, fur
     if np.std(signal) < LEAST_SIGNAL * np.sqrt(np.median(angle_noise.density)):
         raise _still(recording, imposed, signal, float(np.sqrt(np.median(angle_noise.density))))
     moved, moved_variance = reduction.reduce(angle), variance_of(reduction, angle_noise)
-    rebuilder = rebuilding(time, phase, _orders(reduction, moved, moved_variance))
+    rebuilder, astray = _followed(angle, phase, reduction, moved_variance, _orders(reduction, moved, moved_variance), time)
+    if astray:
+        at = ", ".join(f"{time[phase.windows[i][0]]:.0f}" for i in astray[:5])
+        notes = (*notes, f"{recording.name}: {imposed} jumps or shakes in {len(astray)} of {len(phase.windows)} windows (at {at} s): what is told there is less sure")
     outputs: list[Output] = []
     for column in (measured, *(name for name in further if np.ptp(recording.columns.get(name, 0.0)) > 0)):
         y = recording[column]
@@ -194,6 +199,21 @@ def _orders(reduction: Reduction, moved: np.ndarray, variance: np.ndarray) -> tu
     order = np.array([c.order for c in reduction.columns])
     excess = {k: np.mean(moved[order == k] ** 2 / variance[order == k]) for k in MOTION_ORDERS if np.any(order == k)}
     return (1, *(k for k, e in excess.items() if e > 1 + 4 * np.sqrt(2 / np.count_nonzero(order == k))))
+
+
+def _followed(angle: np.ndarray, phase: Phase, reduction: Reduction, variance: np.ndarray, orders: Sequence[int], time: np.ndarray) -> tuple[Rebuilding, list[int]]:
+    """The rebuilding of the motion, with closer knots in windows where it does not follow the angle (n,) within its noise; where it never does."""
+    first, closer = np.array([c.order == 1 for c in reduction.columns]), np.ones(len(time))
+    window = np.array([c.window for c in reduction.columns])[first]
+    for tries in range(REFINED + 1):
+        rebuilder = rebuilding(time, phase, orders, closer)
+        missed = reduction.reduce(angle - rebuilder.motion(angle)(time)[0])[first] ** 2 / variance[first]
+        astray = np.flatnonzero(np.bincount(window, missed) > MISSED)
+        if not len(astray) or tries == REFINED:
+            break
+        for begin, end in (phase.windows[i] for i in astray):
+            closer[max(2 * begin - end, 0) : 2 * end - begin] *= 2.0  # and beside it: splines overlap
+    return rebuilder, list(astray)
 
 
 def _through_the_motion(reduction: Reduction, angle: np.ndarray, data: np.ndarray, variance: np.ndarray, rebuilder: Rebuilding) -> np.ndarray:
