@@ -11,6 +11,7 @@ from identification.recordings import Recording
 from identification.time_stamps import complete, interval
 
 BRIDGED = 0.01  # the share of samples that may be interpolated
+SHORT = 3  # samples in a row that a spline bridges
 EXACT = 1e-3  # of the interval: stamps that are nearer to a regular grid are as good as on it
 SMOOTHER = 0.95  # of the noise: what moving samples must leave for their stamps to be believed
 LEAST_SIGNAL = 5.0  # times its noise: what moves
@@ -34,8 +35,18 @@ def uniform(recording: Recording) -> tuple[Recording, tuple[str, ...]]:
         raise InputError(f"{recording.name}: {missing} of {count} samples are missing, more than {100 * BRIDGED:g} %; "
                          "cut the recording into parts without gaps")  # fmt: skip
     every = np.arange(count)
+    smooth = np.diff(places)[np.searchsorted(places, every[1:]) - 1] <= SHORT + 1
     columns = {name: np.interp(every, places, values[rows]) for name, values in recording.columns.items()}
-    return replace(recording, time=time[0] + step * every, columns=columns), (f"{missing} missing samples were bridged by straight lines for the spectra",)
+    for name, values in recording.columns.items():
+        columns[name][1:][smooth] = CubicSpline(places, values[rows])(every[1:])[smooth]
+    return replace(recording, time=time[0] + step * every, columns=columns), (f"{missing} missing samples were bridged, more than {SHORT} in a row by straight lines",)
+
+
+def gaps(time: np.ndarray) -> np.ndarray:
+    """Begin and end [s] of the gaps (k, 2) in stamps (n,) that no spline bridges."""
+    step = interval(time)
+    after = np.flatnonzero(np.diff(time) > (SHORT + 1.5) * step) if step and not complete(time) else np.zeros(0, int)
+    return np.column_stack([time[after], time[after + 1]])
 
 
 def _stamped_anew(recording: Recording, grid: np.ndarray) -> tuple[Recording, tuple[str, ...]]:

@@ -128,29 +128,6 @@ def test_a_fast_recording_is_compared_at_the_rate_that_its_harmonics_need():
     assert fit(model, [run], model.start()).reduced == pytest.approx(1.0, abs=0.25)
 
 
-@pytest.mark.parametrize("commanded", [True, False])
-def test_a_sweep_that_turns_around_is_followed_through_the_corner(commanded):
-    """Its frequency has a kink at 10 Hz, where splines 2.5 s apart left a thousandth of the angle, and a reduced chi-square of 7."""
-    half, slope = 60.0, 2 * 9.5 / 120.0
-    cycles = lambda t: 0.5 * np.minimum(t, half) + slope / 2 * np.minimum(t, half) ** 2 + 10 * np.maximum(t - half, 0) - slope / 2 * np.maximum(t - half, 0) ** 2  # noqa: E731
-    rig = Rig(rate=128, bits=16, angle_noise=2e-4, torque_noise=0.1, remnant=0.1, lag=0.03)
-    time, *columns, _ = record((lambda t: np.radians(3) * np.sin(2 * np.pi * cycles(np.clip(t, 0, 2 * half))), 2 * half), {}, RIDER, np.random.default_rng(3), rig)
-    columns[0] = columns[0] if commanded else 0 * columns[0]
-    run = prepare(Recording("triangle", time, dict(zip(UNITS, columns, strict=True)), UNITS), "steer_angle", "steer_torque", "steer_angle_command")
-    model = Model(rig_test({}))
-    # Some 600 numbers scatter by 0.06
-    assert fit(model, [run], model.start()).reduced == pytest.approx(1.0, abs=0.2)
-    assert not any("jumps" in note for note in run.notes)
-
-
-def test_an_angle_that_jumps_is_told():
-    time, angle, torque = swept()
-    columns = dict(zip(UNITS, (angle, angle + 1e-5 * np.random.default_rng(1).standard_normal(len(time)), torque), strict=True))
-    columns["steer_angle"][7000:7400] *= 0.9  # a servo that gives way at once, for three seconds
-    run = prepare(Recording("jump", time, columns, UNITS), "steer_angle", "steer_torque", "steer_angle_command")
-    assert any("jumps or shakes in" in note and "at 55 s" in note for note in run.notes)
-
-
 def test_a_burst_over_slow_harmonics_raises_their_noise():
     """At 0.5 Hz harmonics leave three lines below 3 Hz: that a burst is there shows above them only."""
     angle, duration = stepped(0.5, 4.0, 0.5, 2.0, 10.0)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from fmus.errors import InputError
 from identification.frf import estimate
 from identification.recordings import Recording
-from identification.sampling import uniform
+from identification.sampling import gaps, uniform
 from identification.time_stamps import ENOUGH, complete, interval
 
 N = 4000
@@ -46,12 +46,16 @@ def test_stamps_that_are_rounded_are_replaced_and_the_samples_stay():
 
 
 def test_missing_samples_are_bridged_and_the_others_stay():
-    times, gone = np.arange(N) / 256, [700, 701, 2500]
+    times, gone = np.arange(N) / 256, [700, 701, 2500, *range(3000, 3010)]
     kept = np.delete(np.arange(N), gone)
     made, notes = uniform(recording(np.round(times[kept], 3), sine(times[kept])))
-    assert len(made.time) == N and "3 missing samples" in notes[0]
+    assert len(made.time) == N and "13 missing samples" in notes[0]
     assert np.array_equal(made["steer_angle"][kept], sine(times[kept]))
-    assert made["steer_angle"][2500] == pytest.approx(sine(times[[2499, 2501]]).mean())
+    # A spline over three intervals at 23 samples a period: (w h)^4 / 384, and what its neighbours add
+    assert made["steer_angle"][gone[:3]] == pytest.approx(sine(times[gone[:3]]), abs=3e-3)
+    assert made["steer_angle"][3004] == pytest.approx(np.interp(times[3004], times[[2999, 3010]], sine(times[[2999, 3010]])))
+    assert gaps(np.round(times[kept], 3)) == pytest.approx(times[[[2999, 3010]]], abs=5.1e-4)
+    assert not len(gaps(times))
 
 
 def test_several_samples_to_a_stamp():

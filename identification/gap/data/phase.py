@@ -29,10 +29,11 @@ class Phase:
     windows: tuple[tuple[int, int], ...]
 
 
-def phase_of(command: np.ndarray, rate: float, noisy: bool = False) -> Phase | None:
+def phase_of(command: np.ndarray, rate: float, noisy: bool = False, broken: np.ndarray | bool = False) -> Phase | None:
     """The phase of a command (n,) sampled at `rate` [Hz]; None where it has not one slowly changing frequency.
 
-    That of a noisy motion is no finer than what is rebuilt with it: else its noise would be in the motion, where nothing tells it.
+    Where the record is broken (n,), no stretch goes on. The phase of a noisy motion is no finer than what is rebuilt with it: else its
+    noise would be in the motion, where nothing tells it.
     """
     centred = command - np.median(command)
     signal = hilbert(centred)
@@ -46,7 +47,7 @@ def phase_of(command: np.ndarray, rate: float, noisy: bool = False) -> Phase | N
     change[:-lag] = np.abs(frequency[lag:] - frequency[:-lag])
     growth = np.zeros(len(command))
     growth[:-lag] = np.abs(size[lag:] - size[:-lag]) / usual
-    jumps = (change > 5 * np.median(change) + JUMP) | (growth > 0.15 + 5 * np.median(growth)) | (size < LOWEST * usual)
+    jumps = broken | (change > 5 * np.median(change) + JUMP) | (growth > 0.15 + 5 * np.median(growth)) | (size < LOWEST * usual)
     jumps[-int(END * rate) :] = True
     stretches = _runs(~jumps, int(SETTLE * rate))
     if sum(last - first for first, last in stretches) < 0.3 * len(command) or np.any(frequency[_inside(stretches)] <= 0):

@@ -14,11 +14,12 @@ sensors are above: without tapers h they would leak there, and the noise would c
 The first one leaks least and gives the spectrum. It is blind at a window's ends, where bursts may be: all together tell those.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from identification.gap.data.phase import Phase
 
@@ -28,6 +29,8 @@ BANDS = 24  # of the noise spectrum
 SIDES = (3.0, 12.0)  # Hz: bursts of muscles below, and where electronics take over above the fading noise of muscles
 INDEPENDENT = 2 / 3  # of the lines of a tapered spectrum, (sum h^2)^2 / (n sum h^4)
 TAPERS = 5
+HUM, AROUND, MOSTLY = 60.0, 2.0, 0.6  # a line that hums: times the median power around it [Hz], share of the windows
+MOST_HUM, SLOWEST_HUM = 5, 5.0  # lines, Hz
 FEW = 4.0  # lines of a spectrum, from which a window's slow noise is known by itself
 
 
@@ -82,8 +85,8 @@ class Reduction:
         return np.array([np.bincount(band, each, BANDS) for each in spectra])
 
 
-def reduction_of(phase: Phase, rate: float) -> Reduction:
-    """The reduction of a run by its phase."""
+def reduction_of(phase: Phase, rate: float, hum: Sequence[float] = ()) -> Reduction:
+    """The reduction of a run by its phase, without what hums at some frequencies [Hz], whatever the excitation does."""
     columns: list[Column] = []
     bases, outside = [], []
     for index, (first, last) in enumerate(phase.windows):
@@ -100,6 +103,9 @@ def reduction_of(phase: Phase, rate: float) -> Reduction:
                 waves = [tau**degree * np.cos(order * angle)] + ([tau**degree * np.sin(order * angle)] if order else [])
                 raw += waves
                 labels += [(order, degree)] * len(waves)
+        beat = 2 * np.pi * np.outer(np.arange(n) / rate, hum)
+        raw = [*np.cos(beat).T, *np.sin(beat).T, *raw]  # the first, so that what is kept is orthogonal to them
+        labels = [(0, 0)] * (2 * len(hum)) + labels
         q, r = np.linalg.qr(np.column_stack(raw))
         q *= np.where(np.diag(r) < 0, -1.0, 1.0)  # so that a cosine's column points along the cosine in every window
         sound = np.abs(np.diag(r)) > 1e-6 * np.abs(r).max()
@@ -108,6 +114,31 @@ def reduction_of(phase: Phase, rate: float) -> Reduction:
         bases.append((first, last, q[:, kept]))
         outside.append((first, last, q[:, sound]))
     return Reduction(rate, columns, bases, outside)
+
+
+def hum_of(reduction: Reduction, y: np.ndarray) -> list[float]:
+    """Frequencies [Hz] at which y (n,) hums outside of the columns, all through the run: mains, machines."""
+    parts = [part * np.hanning(len(part)) for part in reduction.residuals(y)]
+    left = np.zeros(len(y))
+    for (first, last, _), part in zip(reduction.outside, parts, strict=True):
+        left[first:last] = part
+    f, power = np.fft.rfftfreq(len(y), 1 / reduction.rate), np.abs(np.fft.rfft(left)) ** 2
+    above = power / np.maximum(median_filter(power, 2 * int(AROUND * len(y) / reduction.rate) + 1), 1e-300)
+    found: list[float] = []
+    for i in np.argsort(-above):
+        if above[i] < HUM or len(found) == MOST_HUM:
+            break
+        if f[i] > SLOWEST_HUM and all(abs(f[i] - other) > AROUND for other in found) and np.mean([_hums(part, f[i] / reduction.rate) for part in parts]) > MOSTLY:
+            found.append(float(f[i]))
+    return sorted(found)
+
+
+def _hums(part: np.ndarray, cycles: float) -> bool:
+    """Whether a window's part (n,) is louder at so many cycles per sample than beside it: of noise one in 16 is."""
+    n = len(part)
+    beside = cycles + np.array([0.0, -10, -8, -6, -4, 4, 6, 8, 10]) / n  # Hann's lobe is four lines wide
+    power = np.abs(np.exp(-2j * np.pi * np.outer(beside, np.arange(n))) @ part) ** 2
+    return bool(power[0] > 4 * np.median(power[1:]))
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ from fmus.errors import InputError
 from identification.gap.data.motion import ORDERS as MOTION_ORDERS
 from identification.gap.data.motion import Rebuilding, Rebuilt, rebuilding
 from identification.gap.data.phase import Phase, phase_of
-from identification.gap.data.reduction import ORDERS, Noise, Reduction, noise_of, reduction_of, variance_of
+from identification.gap.data.reduction import ORDERS, Noise, Reduction, hum_of, noise_of, reduction_of, variance_of
 from identification.recordings import Recording
-from identification.sampling import LEAST_SIGNAL, slower, uniform, white_noise
+from identification.sampling import LEAST_SIGNAL, gaps, slower, uniform, white_noise
 
 SHORTEST = 20.0  # s: below it a run holds too few windows to tell noise from a gap
 ON_HARMONICS = 0.9  # share of a swept motion's power that lies on its harmonics
@@ -21,7 +21,7 @@ RATE = 250.0  # Hz: what sharp effects need to be simulated well; faster recordi
 POINTS = 10  # of a simulation per cycle of the fastest excitation
 PASSED = 0.4  # of a reduced rate: the band that is left as it was
 REFINED = 3  # times at most that a motion is rebuilt with knots half as far apart where it was astray
-MISSED = 36.0  # chi-square of a window's four numbers of the first order: by chance once in 3 million windows
+MISSED = 20.0  # chi-square of a window's four numbers of the first order: by chance once in 2000 windows, and closer knots do no harm
 GAIN_ERROR = 0.02  # relative, of a sensor besides that of the effort: its calibration, and how it is mounted
 
 
@@ -132,6 +132,7 @@ def prepare(recording: Recording, imposed: str, measured: str, command: str, fur
     further names outputs that are measured too, where the recording has them and they are not dead. Raises InputError for a run that is too
     short, that has no excitation, or no slowly changing frequency.
     """
+    missing = gaps(recording.time)
     recording, notes = uniform(recording)
     if np.ptp(recording.time) < SHORTEST:
         raise InputError(f"{recording.name}: {np.ptp(recording.time):.3g} s are too short to tell noise from a gap; expected at least {SHORTEST:g} s")
@@ -139,16 +140,20 @@ def prepare(recording: Recording, imposed: str, measured: str, command: str, fur
     if np.ptp(recording.columns.get(command, 0.0)) == 0:
         reference = imposed
         notes = (*notes, f"no {command} in {recording.name}: the phase is taken from {imposed}")
-    phase = phase_of(recording[reference], recording.rate, noisy=reference == imposed)
+    phase = _phase(recording, reference, imposed, missing)
     factor = _faster(recording, phase) if phase else 1
     if factor > 1:
         recording = slower(recording, factor)
         notes = (*notes, f"{recording.name} is compared at {recording.rate:.4g} Hz, which is all that {ORDERS} harmonics of its motion need")
-        phase = phase_of(recording[reference], recording.rate, noisy=reference == imposed)
+        phase = _phase(recording, reference, imposed, missing)
     if phase is None:
         raise _not_swept(recording, imposed)
     time, angle = recording.time, recording[imposed]
     reduction = reduction_of(phase, recording.rate)
+    hum = hum_of(reduction, recording[measured])
+    if hum:
+        reduction = reduction_of(phase, recording.rate, hum)
+        notes = (*notes, f"{recording.name}: {measured} hums at {', '.join(f'{f:.4g}' for f in hum)} Hz, which is left out")
     if _on_harmonics(reduction, angle) < ON_HARMONICS:
         raise _not_swept(recording, imposed)
     angle_noise = noise_of(reduction, angle)
@@ -156,10 +161,7 @@ def prepare(recording: Recording, imposed: str, measured: str, command: str, fur
     if np.std(signal) < LEAST_SIGNAL * np.sqrt(np.median(angle_noise.density)):
         raise _still(recording, imposed, signal, float(np.sqrt(np.median(angle_noise.density))))
     moved, moved_variance = reduction.reduce(angle), variance_of(reduction, angle_noise)
-    rebuilder, astray = _followed(angle, phase, reduction, moved_variance, _orders(reduction, moved, moved_variance), time)
-    if astray:
-        at = ", ".join(f"{time[phase.windows[i][0]]:.0f}" for i in astray[:5])
-        notes = (*notes, f"{recording.name}: {imposed} jumps or shakes in {len(astray)} of {len(phase.windows)} windows (at {at} s): what is told there is less sure")
+    rebuilder = _followed(angle, phase, reduction, moved_variance, _orders(reduction, moved, moved_variance), time)
     outputs: list[Output] = []
     for column in (measured, *(name for name in further if np.ptp(recording.columns.get(name, 0.0)) > 0)):
         y = recording[column]
@@ -167,6 +169,13 @@ def prepare(recording: Recording, imposed: str, measured: str, command: str, fur
         from_motion = _through_the_motion(reduction, moved, data, moved_variance, rebuilder)
         outputs.append(Output(column, y, noise, data, np.sqrt(variance_of(reduction, noise) + from_motion), from_motion, GAIN_ERROR if outputs else 0.0))
     return Run(recording, rebuilder.motion(angle), reduction, tuple(outputs), recording.units[imposed], notes)
+
+
+def _phase(recording: Recording, reference: str, imposed: str, missing: np.ndarray) -> Phase | None:
+    """The phase of a recording that has gaps (k, 2) [s]."""
+    time = recording.time
+    broken = np.any([(begin < time) & (time < end) for begin, end in missing], axis=0) if len(missing) else False
+    return phase_of(recording[reference], recording.rate, reference == imposed, broken)
 
 
 def _faster(recording: Recording, phase: Phase) -> int:
@@ -201,19 +210,20 @@ def _orders(reduction: Reduction, moved: np.ndarray, variance: np.ndarray) -> tu
     return (1, *(k for k, e in excess.items() if e > 1 + 4 * np.sqrt(2 / np.count_nonzero(order == k))))
 
 
-def _followed(angle: np.ndarray, phase: Phase, reduction: Reduction, variance: np.ndarray, orders: Sequence[int], time: np.ndarray) -> tuple[Rebuilding, list[int]]:
-    """The rebuilding of the motion, with closer knots in windows where it does not follow the angle (n,) within its noise; where it never does."""
+def _followed(angle: np.ndarray, phase: Phase, reduction: Reduction, variance: np.ndarray, orders: Sequence[int], time: np.ndarray) -> Rebuilding:
+    """The rebuilding of the motion, with closer knots in windows where it does not follow the angle (n,) within its noise."""
     first, closer = np.array([c.order == 1 for c in reduction.columns]), np.ones(len(time))
     window = np.array([c.window for c in reduction.columns])[first]
-    for tries in range(REFINED + 1):
-        rebuilder = rebuilding(time, phase, orders, closer)
+    rebuilder = rebuilding(time, phase, orders)
+    for _ in range(REFINED):
         missed = reduction.reduce(angle - rebuilder.motion(angle)(time)[0])[first] ** 2 / variance[first]
         astray = np.flatnonzero(np.bincount(window, missed) > MISSED)
-        if not len(astray) or tries == REFINED:
+        if not len(astray):
             break
         for begin, end in (phase.windows[i] for i in astray):
             closer[max(2 * begin - end, 0) : 2 * end - begin] *= 2.0  # and beside it: splines overlap
-    return rebuilder, list(astray)
+        rebuilder = rebuilding(time, phase, orders, closer)
+    return rebuilder
 
 
 def _through_the_motion(reduction: Reduction, angle: np.ndarray, data: np.ndarray, variance: np.ndarray, rebuilder: Rebuilding) -> np.ndarray:

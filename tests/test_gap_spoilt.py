@@ -1,0 +1,78 @@
+"""Recordings as rigs make them: corners of a sweep, mains in the wires, gaps in the log."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")
+from simulators.hidden_rig import RIDER, Rig, record, sweep
+
+from identification.gap.data.runs import prepare
+from identification.gap.models.model import Model
+from identification.gap.naming.fitting import fit
+from identification.recordings import Recording
+from scenarios.rig_test import rig_test
+
+UNITS = {"steer_angle_command": "rad", "steer_angle": "rad", "steer_torque": "N.m"}
+
+
+def recorded(excitation=None, hidden=None, seed=3, **rig):
+    """time and columns of a run of a quiet rig."""
+    rig = Rig(**{"rate": 128, "bits": 16, "angle_noise": 2e-4, "torque_noise": 0.1, "remnant": 0.1, "lag": 0.03, **rig})
+    time, *columns, _ = record(excitation or sweep(0.5, 10, 3, 120.0), hidden or {}, RIDER, np.random.default_rng(seed), rig)
+    return time, dict(zip(UNITS, columns, strict=True))
+
+
+def run_of(time, columns):
+    return prepare(Recording("run", time, columns, UNITS), "steer_angle", "steer_torque", "steer_angle_command")
+
+
+def reduced(run):
+    """The reduced chi-square of the truth; some 600 numbers scatter by 0.06."""
+    model = Model(rig_test({}))
+    return fit(model, [run], model.start()).reduced
+
+
+@pytest.mark.parametrize("commanded", [True, False])
+def test_a_sweep_that_turns_around_is_followed_through_the_corner(commanded):
+    """Its frequency has a kink at 10 Hz, where splines 2.5 s apart left a thousandth of the angle, and a reduced chi-square of 43 or 2."""
+    half, slope = 60.0, 2 * 9.5 / 120.0
+
+    def cycles(t):
+        before, after = np.minimum(t, half), np.maximum(t - half, 0)
+        return 0.5 * before + slope / 2 * before**2 + 10 * after - slope / 2 * after**2
+
+    time, columns = recorded((lambda t: np.radians(3) * np.sin(2 * np.pi * cycles(np.clip(t, 0, 2 * half))), 2 * half))
+    columns["steer_angle_command"] *= commanded
+    assert reduced(run_of(time, columns)) == pytest.approx(1.0, abs=0.2)
+
+
+@pytest.mark.parametrize("wander", [0.0, 0.05])
+def test_mains_in_the_torque_s_wire_are_left_out(wander):
+    """Order 5 and on cross 50 Hz: as noise of a broad band it left a reduced chi-square of 1.3. Mains wander by 0.05 Hz in a minute."""
+    time, columns = recorded(rate=500)
+    phase = 2 * np.pi * (50.02 * time - wander * 20 * np.cos(time / 20))
+    columns["steer_torque"] = columns["steer_torque"] + 1.5 * np.cos(phase) + 0.7 * np.sin(2 * phase)
+    run = run_of(time, columns)
+    assert any("hums at 5" in note and "100" in note for note in run.notes)
+    assert reduced(run) == pytest.approx(1.0, abs=0.2)
+
+
+@pytest.mark.parametrize("hidden", [{}, {"g": 3e-3}, {"Tc": 1.0}])
+@pytest.mark.parametrize("quiet", [{}, {"bits": 30, "angle_noise": 1e-9, "torque_noise": 1e-7, "remnant": 1e-9}])
+def test_what_an_effect_answers_is_no_hum(hidden, quiet):
+    """Play answers at orders beyond all columns, without any noise as well; it sweeps with the excitation, mains do not."""
+    run = run_of(*recorded(hidden=hidden, **quiet))
+    assert not any("hums" in note for note in run.notes)
+
+
+def test_gaps_in_the_log_are_not_compared():
+    """Straight lines over a fifth of a second are no motion, and no torque: they left a reduced chi-square of 1.4."""
+    time, columns = recorded(seed=4)
+    rng, kept = np.random.default_rng(1), np.ones(len(time), bool)
+    for at in rng.integers(500, len(time) - 500, 5):
+        kept[at : at + 25] = False
+    for at in rng.integers(500, len(time) - 500, 10):  # a spline bridges two
+        kept[at : at + 2] = False
+    run = run_of(time[kept], {name: values[kept] for name, values in columns.items()})
+    assert reduced(run) == pytest.approx(1.0, abs=0.2)
+    assert any("were bridged" in note for note in run.notes)
