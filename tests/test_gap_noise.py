@@ -140,7 +140,7 @@ def test_a_burst_over_slow_harmonics_raises_their_noise():
         noise = rng.standard_normal(len(time))
         at = rng.integers(first, last - int(2 * RATE))
         noise[at : at + int(2 * RATE)] *= 5
-        raised.append(noise_of(reduction, noise).bursts[0, 0])
+        raised.append(noise_of(reduction, noise).of_window(0, np.array([1.0]))[0])
     true = 1 + (5**2 - 1) * 2 * RATE / (last - first)
     # Three lines with two numbers each scatter by 0.6, and count for less than half.
     assert np.mean(raised) == pytest.approx(true, rel=0.15) and min(raised) > 0.3 * true
@@ -156,7 +156,7 @@ def test_a_burst_at_a_window_s_end_raises_its_noise_as_much_as_one_within(burst)
     for at in (first, (first + last - n) // 2, last - n):
         noise = rng.standard_normal((20, len(time)))
         noise[:, at : at + n] *= np.sqrt(1 + burst**2)
-        raised.append(np.mean([noise_of(reduction, each).bursts[5, 2] for each in noise]))
+        raised.append(np.mean([noise_of(reduction, each).of_window(5, np.array([40.0])) for each in noise]))
     # A burst of 64 numbers in 20 records scatters by 0.04; five tapers are blind at the last tenth of 0.5 s still. One of them alone
     # would see four tenths. What is not clear counts as 1.
     assert raised == pytest.approx([1 + burst**2 * n / (last - first)] * 3, rel=0.35)

@@ -31,7 +31,6 @@ INDEPENDENT = 2 / 3  # of the lines of a tapered spectrum, (sum h^2)^2 / (n sum 
 TAPERS = 5
 HUM, AROUND, MOSTLY = 60.0, 2.0, 0.6  # a line that hums: times the median power around it [Hz], share of the windows
 MOST_HUM, SLOWEST_HUM = 5, 5.0  # lines, Hz
-FEW = 4.0  # lines of a spectrum, from which a window's slow noise is known by itself
 
 
 @dataclass(frozen=True)
@@ -104,8 +103,8 @@ def reduction_of(phase: Phase, rate: float, hum: Sequence[float] = ()) -> Reduct
                 raw += waves
                 labels += [(order, degree)] * len(waves)
         beat = 2 * np.pi * np.outer(np.arange(n) / rate, hum)
-        raw = [*np.cos(beat).T, *np.sin(beat).T, *raw]  # the first, so that what is kept is orthogonal to them
-        labels = [(0, 0)] * (2 * len(hum)) + labels
+        mains = [tau**degree * wave for degree in (0, 1) for wave in (*np.cos(beat).T, *np.sin(beat).T)]  # their frequency wanders
+        raw, labels = [*mains, *raw], [(0, 0)] * len(mains) + labels  # they first, so that what is kept is orthogonal to them
         q, r = np.linalg.qr(np.column_stack(raw))
         q *= np.where(np.diag(r) < 0, -1.0, 1.0)  # so that a cosine's column points along the cosine in every window
         sound = np.abs(np.diag(r)) > 1e-6 * np.abs(r).max()
@@ -143,19 +142,24 @@ def _hums(part: np.ndarray, cycles: float) -> bool:
 
 @dataclass(frozen=True)
 class Noise:
-    """One-sided spectrum: density (m,) at frequency (m,) [Hz], and per window the factor by which bursts raise it.
+    """One-sided spectrum: density (m,) at frequency (m,) [Hz]. Bursts add white noise to windows (windows,), and raise what is there on some SIDES.
 
-    freedom (m,) is on how many independent numbers each density rests.
+    freedom (m,) is on how many independent numbers each density rests, raised (windows, 3) the factors below, between and above the SIDES.
     """
 
     frequency: np.ndarray
     density: np.ndarray
-    bursts: np.ndarray  # (windows, 3): below, between and above the SIDES
     freedom: np.ndarray
+    added: np.ndarray
+    raised: np.ndarray
 
     def __call__(self, f: np.ndarray) -> np.ndarray:
         """The density at f [Hz], as a variance per sample: white noise of deviation s has density s^2."""
         return np.exp(np.interp(np.log(np.maximum(f, 1e-3)), np.log(self.frequency), np.log(self.density)))
+
+    def of_window(self, window: int, f: np.ndarray) -> np.ndarray:
+        """The same of a window, with its bursts."""
+        return self.raised[window][np.searchsorted(SIDES, f, side="right")] * (self(f) + self.added[window])
 
 
 def noise_of(reduction: Reduction, y: np.ndarray) -> Noise:
@@ -167,16 +171,16 @@ def noise_of(reduction: Reduction, y: np.ndarray) -> Noise:
     flat, tapered, lines = flat[..., enough], tapered[..., enough], lines[enough]
     centre = np.sqrt(np.maximum(edges[:-1], 0.3) * edges[1:])[enough]
     side = np.searchsorted(SIDES, centre, side="right")
-    usual, density, bursts = np.zeros(len(centre)), np.zeros(len(centre)), np.ones((flat.shape[1], len(SIDES) + 1))
-    for each in np.unique(side):
+    density, added, raised = np.zeros(len(centre)), np.zeros(flat.shape[1]), np.ones((flat.shape[1], len(SIDES) + 1))
+    for each in np.unique(side)[::-1]:  # from the fast side, where muscles do not hide a white burst
         part = side == each
-        usual[part], bursts[:, each] = _usual(*flat[..., part])
-        density[part] = _mean(*tapered[:, bursts[:, each] == 1][..., part])
-    slow, fast = side == 0, side > 0
-    if slow.any() and fast.any():
-        power, freedom = flat[..., slow]
-        bursts[:, 0] = _raised_too(bursts, power, freedom, usual[slow], usual[fast][0])
-    return Noise(centre, density, bursts, 2 * lines)  # a line of the spectrum is two numbers
+        usual, above = _usual(*flat[..., part], added)
+        density[part] = _mean(*tapered[:, (above == 1) & (added == 0)][..., part])
+        if each == len(SIDES):
+            added = (above - 1) * np.average(usual, weights=lines[part])
+        else:
+            raised[:, each] = above
+    return Noise(centre, density, 2 * lines, added, raised)  # a line of the spectrum is two numbers
 
 
 def _power(y: np.ndarray) -> np.ndarray:
@@ -191,27 +195,16 @@ def _mean(power: np.ndarray, freedom: np.ndarray) -> np.ndarray:
     return np.maximum(power.sum(axis=0) / np.maximum(freedom.sum(axis=0), 1e-12), 1e-30)
 
 
-def _usual(power: np.ndarray, freedom: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The density (bands,) of the windows without bursts, and by what each window (windows,) is above it, 1 for those."""
+def _usual(power: np.ndarray, freedom: np.ndarray, added: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The density (bands,) of windows without bursts, and by what each (windows,) is above it and what is added, 1 for those that may be by chance."""
     scatter = 4 * np.sqrt(2 / np.maximum(freedom.sum(axis=1), 0.5))
-    quiet = np.ones(len(power), bool)
+    quiet = added == 0
     for _ in range(3):  # each time without what stood out
         density = _mean(power[quiet], freedom[quiet])
-        ratio = power.sum(axis=1) / np.maximum((freedom * density).sum(axis=1), 1e-30)
-        quiet = ratio <= (1 + scatter) * min(np.median(ratio), 1.0)
-    return density, np.where(quiet, 1.0, np.maximum(ratio, 1.0))
-
-
-def _raised_too(bursts: np.ndarray, power: np.ndarray, freedom: np.ndarray, density: np.ndarray, white: float) -> np.ndarray:
-    """By what slow noise is raised (windows,) where fast noise is: bursts are broad, and a window with slow harmonics says little by itself.
-
-    As much as its own lines say, together with FEW that say what white noise would do.
-    """
-    lines, usual = freedom.sum(axis=1), (freedom * density).sum(axis=1)
-    expected = usual + (bursts[:, 1] - 1) * lines * np.minimum(density, white).mean()
-    weight = lines / (lines + FEW)
-    told = (weight * power.sum(axis=1) + (1 - weight) * expected) / np.maximum(usual, 1e-30)
-    return np.where((bursts[:, 1] > 1) & (bursts[:, 0] == 1), np.maximum(told, 1.0), bursts[:, 0])
+        ratio = power.sum(axis=1) / np.maximum((freedom * (density + added[:, None])).sum(axis=1), 1e-30)
+        low = ratio <= (1 + scatter) * min(np.median(ratio), 1.0)
+        quiet = low & (added == 0)
+    return density, np.where(low, 1.0, np.maximum(ratio, 1.0))
 
 
 def variance_of(reduction: Reduction, noise: Noise) -> np.ndarray:
@@ -223,6 +216,5 @@ def variance_of(reduction: Reduction, noise: Noise) -> np.ndarray:
         weight[1:] *= 2
         if len(basis) % 2 == 0:
             weight[-1] /= 2
-        burst = noise.bursts[index][np.searchsorted(SIDES, f, side="right")]
-        variances.append((noise(f) * burst) @ weight)
+        variances.append(noise.of_window(index, f) @ weight)
     return np.concatenate(variances)
