@@ -174,7 +174,7 @@ def noise_of(reduction: Reduction, y: np.ndarray) -> Noise:
     density, added, raised = np.zeros(len(centre)), np.zeros(flat.shape[1]), np.ones((flat.shape[1], len(SIDES) + 1))
     for each in np.unique(side)[::-1]:  # from the fast side, where muscles do not hide a white burst
         part = side == each
-        usual, above = _usual(*flat[..., part], added=added)
+        usual, above = _usual(flat[0][:, part], flat[1][:, part], added)
         density[part] = _mean(*tapered[:, (above == 1) & (added == 0)][..., part])
         if each == len(SIDES):
             added = (above - 1) * np.average(usual, weights=lines[part])

@@ -104,7 +104,7 @@ def _decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effe
     pairs = pairs_of(best, first, library, second, lambda leading: so_far(Verdict("unknown", base, leading.second.fit, candidates=first)), known)
     if pairs and sure(pairs):
         found = plainest(base, pairs[0], library) if len(sure(pairs)) == 2 else pairs[0]
-        enough = alone(base, found, second)
+        enough = alone(base, found, library, second)
         if not enough:
             return _of_pairs(base, found, pairs, first)
         first = ranked([*enough, *(c for c in first if c.effect not in [e.effect for e in enough])])

@@ -12,7 +12,7 @@ from fmus.errors import InputError
 from identification.gap.naming.candidate import TIE, Candidate, adequate, one_each, reduced_by_noise
 from identification.gap.naming.competing import NEAR, compete
 from identification.gap.naming.fitting import Fit, fit, price
-from identification.gap.naming.joining import as_found
+from identification.gap.naming.joining import as_found, fit_each
 from identification.gap.naming.screening import screen
 
 SECOND = (15.0, 0.005)  # dBIC of a second effect, and its share of the first one's gain: below it, small errors of a large effect look like another
@@ -82,8 +82,8 @@ def plainest(base: Fit, pair: Pair, library: Sequence[type[Effect]]) -> Pair:
     return pair
 
 
-def alone(base: Fit, pair: Pair, second: tuple[float, float] = SECOND) -> list[Candidate]:
-    """The members of a pair that do alone what both do, once they begin where the pair ended: by itself such an effect was not found from afar."""
+def alone(base: Fit, pair: Pair, library: Sequence[type[Effect]], second: tuple[float, float] = SECOND) -> list[Candidate]:
+    """What does alone what a pair does: one of its members, once it begins where the pair ended, or its family with a curve of its own."""
     together, found = pair.second.fit, []
     for member in pair.members:
         model = base.model.joined_by(member.effect)
@@ -91,9 +91,10 @@ def alone(base: Fit, pair: Pair, second: tuple[float, float] = SECOND) -> list[C
             made = Candidate.gained(base, member.effect, fit(model, together.runs, as_found(model, together, model.start()), beat=together.chi2 + second[0]))
         except InputError:
             continue
-        if adequate(made.fit) and pair.delta_bic - made.delta_bic < max(second[0], second[1] * made.delta_chi2):
-            found.append(made)
-    return found
+        found.append(made)
+    curves = [e for e in library if e.family in pair.families and e.flexible]
+    found += [c for c in fit_each(base, screen(base, curves, keep=1), [], together.chi2, []) if c.fitted]
+    return [c for c in found if adequate(c.fit) and pair.delta_bic - c.delta_bic < max(second[0], second[1] * c.delta_chi2)]
 
 
 def _with_form(base: Fit, pair: Pair, place: int, form: type[Effect]) -> Pair | None:
