@@ -9,7 +9,7 @@ One file is one run. What is wrong with the sampling is said in `warnings`, with
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -43,7 +43,10 @@ MINIMUM_SAMPLES = 16
 
 @dataclass(frozen=True)
 class Recording:
-    """One run: time (n,) [s] and named columns (n,) in SI, their units, and what is doubtful about them."""
+    """One run: time (n,) [s] and named columns (n,) in SI, their units, and what is doubtful about them.
+
+    gaps are begin and end [s] of what is bridged but was not recorded.
+    """
 
     name: str
     time: np.ndarray
@@ -51,12 +54,23 @@ class Recording:
     units: dict[str, str]
     warnings: tuple[str, ...] = ()
     rig: dict[str, Any] = field(default_factory=dict)
+    gaps: tuple[tuple[float, float], ...] = ()
 
     @cached_property
     def rate(self) -> float:
         """Samples per second [Hz], which neither gaps nor rounded time stamps move; infinite where all stamps are the same."""
         step = interval(self.time)
         return 1 / step if step else np.inf
+
+    @cached_property
+    def broken(self) -> np.ndarray:
+        """Which samples (n,) lie in a gap."""
+        return np.any([np.zeros(len(self.time), bool), *((begin < self.time) & (self.time < end) for begin, end in self.gaps)], axis=0)
+
+    def from_zero(self) -> "Recording":
+        """The recording with its first sample at time zero."""
+        first = float(self.time[0])
+        return replace(self, time=self.time - first, gaps=tuple((begin - first, end - first) for begin, end in self.gaps))
 
     def __getitem__(self, column: str) -> np.ndarray:
         if column not in self.columns:

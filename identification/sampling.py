@@ -39,14 +39,9 @@ def uniform(recording: Recording) -> tuple[Recording, tuple[str, ...]]:
     columns = {name: np.interp(every, places, values[rows]) for name, values in recording.columns.items()}
     for name, values in recording.columns.items():
         columns[name][1:][smooth] = CubicSpline(places, values[rows])(every[1:])[smooth]
-    return replace(recording, time=time[0] + step * every, columns=columns), (f"{missing} missing samples were bridged, more than {SHORT} in a row by straight lines",)
-
-
-def gaps(time: np.ndarray) -> np.ndarray:
-    """Begin and end [s] of the gaps (k, 2) in stamps (n,) that no spline bridges."""
-    step = interval(time)
-    after = np.flatnonzero(np.diff(time) > (SHORT + 1.5) * step) if step and not complete(time) else np.zeros(0, int)
-    return np.column_stack([time[after], time[after + 1]])
+    grid, long = time[0] + step * every, np.flatnonzero(np.diff(places) > SHORT + 1)
+    gaps = tuple((float(grid[places[i]]), float(grid[places[i + 1]])) for i in long)
+    return replace(recording, time=grid, columns=columns, gaps=gaps), (f"{missing} missing samples were bridged, more than {SHORT} in a row by straight lines",)
 
 
 def _stamped_anew(recording: Recording, grid: np.ndarray) -> tuple[Recording, tuple[str, ...]]:

@@ -88,8 +88,7 @@ def _responses(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[Figure, str]
         return []
     rate = run.recording.rate
     n = min(len(run.measured) // 4, 2048)
-    first, last = run.segments[0][0], run.segments[-1][1]
-    drive = run.recording[inputs[0]][first:last]
+    drive = np.concatenate([run.recording[inputs[0]][first:last] for first, last in run.segments])
     _, power = welch(drive, rate, nperseg=n)
     figure, axes = new_figure()
     plane, on = new_figure()

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from fmus.errors import InputError
 from identification.frf import estimate
 from identification.recordings import Recording
-from identification.sampling import gaps, uniform
+from identification.sampling import uniform
 from identification.time_stamps import ENOUGH, complete, interval
 
 N = 4000
@@ -54,8 +54,8 @@ def test_missing_samples_are_bridged_and_the_others_stay():
     # A spline over three intervals at 23 samples a period: (w h)^4 / 384, and what its neighbours add
     assert made["steer_angle"][gone[:3]] == pytest.approx(sine(times[gone[:3]]), abs=3e-3)
     assert made["steer_angle"][3004] == pytest.approx(np.interp(times[3004], times[[2999, 3010]], sine(times[[2999, 3010]])))
-    assert gaps(np.round(times[kept], 3)) == pytest.approx(times[[[2999, 3010]]], abs=5.1e-4)
-    assert not len(gaps(times))
+    assert made.gaps[0] == pytest.approx(times[[2999, 3010]], abs=5.1e-4) and len(made.gaps) == 1
+    assert np.array_equal(np.flatnonzero(made.broken), np.arange(3000, 3010))
 
 
 def test_several_samples_to_a_stamp():

@@ -13,7 +13,7 @@ from identification.gap.data.motion import Rebuilding, Rebuilt, rebuilding
 from identification.gap.data.phase import Phase, phase_of
 from identification.gap.data.reduction import ORDERS, Noise, Reduction, hum_of, noise_of, reduction_of, variance_of
 from identification.recordings import Recording
-from identification.sampling import LEAST_SIGNAL, gaps, slower, uniform, white_noise
+from identification.sampling import LEAST_SIGNAL, slower, uniform, white_noise
 
 SHORTEST = 20.0  # s: below it a run holds too few windows to tell noise from a gap
 ON_HARMONICS = 0.9  # share of a swept motion's power that lies on its harmonics
@@ -132,7 +132,6 @@ def prepare(recording: Recording, imposed: str, measured: str, command: str, fur
     further names outputs that are measured too, where the recording has them and they are not dead. Raises InputError for a run that is too
     short, that has no excitation, or no slowly changing frequency.
     """
-    missing = gaps(recording.time)
     recording, notes = uniform(recording)
     if np.ptp(recording.time) < SHORTEST:
         raise InputError(f"{recording.name}: {np.ptp(recording.time):.3g} s are too short to tell noise from a gap; expected at least {SHORTEST:g} s")
@@ -140,12 +139,12 @@ def prepare(recording: Recording, imposed: str, measured: str, command: str, fur
     if np.ptp(recording.columns.get(command, 0.0)) == 0:
         reference = imposed
         notes = (*notes, f"no {command} in {recording.name}: the phase is taken from {imposed}")
-    phase = _phase(recording, reference, imposed, missing)
+    phase = phase_of(recording[reference], recording.rate, reference == imposed, recording.broken)
     factor = _faster(recording, phase) if phase else 1
     if factor > 1:
         recording = slower(recording, factor)
         notes = (*notes, f"{recording.name} is compared at {recording.rate:.4g} Hz, which is all that {ORDERS} harmonics of its motion need")
-        phase = _phase(recording, reference, imposed, missing)
+        phase = phase_of(recording[reference], recording.rate, reference == imposed, recording.broken)
     if phase is None:
         raise _not_swept(recording, imposed)
     time, angle = recording.time, recording[imposed]
@@ -169,13 +168,6 @@ def prepare(recording: Recording, imposed: str, measured: str, command: str, fur
         from_motion = _through_the_motion(reduction, moved, data, moved_variance, rebuilder)
         outputs.append(Output(column, y, noise, data, np.sqrt(variance_of(reduction, noise) + from_motion), from_motion, GAIN_ERROR if outputs else 0.0))
     return Run(recording, rebuilder.motion(angle), reduction, tuple(outputs), recording.units[imposed], notes)
-
-
-def _phase(recording: Recording, reference: str, imposed: str, missing: np.ndarray) -> Phase | None:
-    """The phase of a recording that has gaps (k, 2) [s]."""
-    time = recording.time
-    broken = np.any([(begin < time) & (time < end) for begin, end in missing], axis=0) if len(missing) else False
-    return phase_of(recording[reference], recording.rate, reference == imposed, broken)
 
 
 def _faster(recording: Recording, phase: Phase) -> int:

@@ -16,6 +16,7 @@ from scipy.ndimage import uniform_filter1d
 from fmus.errors import InputError
 from identification.gap.data.blocks import Blocks, blocks_of
 from identification.gap.data.flexible import Density
+from identification.gap.data.stretches import unbroken
 from identification.gap.data.told import (
     CLEAR,
     KINDS,
@@ -49,6 +50,7 @@ class Sampled:
     test: ComponentTest
     measured: np.ndarray  # (n, outputs)
     told: Told
+    stretches: list[tuple[int, int]]  # without gaps
     segments: list[tuple[int, int]]
     finer: int  # steps of the simulation per sample
     reduction: Blocks
@@ -116,10 +118,10 @@ class Sampled:
 
     def cut(self, length: int) -> "Sampled":
         """The run in segments of so many samples, each with its own initial states."""
-        first, last = self.segments[0][0], self.segments[-1][1]
-        count = max((last - first) // max(length, 8), 1)
-        edges = np.linspace(first, last, count + 1).astype(int)
-        segments = [(int(a), int(b)) for a, b in pairwise(edges)]
+        segments: list[tuple[int, int]] = []
+        for first, last in self.stretches:
+            edges = np.linspace(first, last, max((last - first) // max(length, 8), 1) + 1).astype(int)
+            segments += [(int(a), int(b)) for a, b in pairwise(edges)]
         reduction = blocks_of(segments, len(self.test.outputs), self.recording.rate, self.reduction_band)
         return replace(self, segments=segments, reduction=reduction, data=reduction.reduce(self.measured), guess={},
                        unsure=None, deviation=reduction.deviations(self.densities))  # fmt: skip
@@ -143,7 +145,7 @@ class Sampled:
 def prepare_sampled(recording: Recording, test: ComponentTest) -> Sampled:
     """The run, its noise a first guess. Raises InputError for a run that is too short, still or without noise."""
     recording, notes = uniform(recording)
-    recording, more = _reduced(replace(recording, time=recording.time - recording.time[0]), test)
+    recording, more = _reduced(recording.from_zero(), test)
     notes = (*notes, *more)
     if len(recording.time) < FEWEST:
         raise InputError(f"{recording.name}: {len(recording.time)} samples are too few to tell noise from a gap; expected at least {FEWEST}")
@@ -164,11 +166,13 @@ def sampled(recording: Recording, test: ComponentTest, notes: tuple[str, ...] = 
     highest = max(highest_frequency(y, rate) for y in measured.T)
     band = min(1.3 * highest + 4 * rate / len(time), rate / 2)
     edge = int(EDGE * len(time)) if test.imposed else 0
-    segments = [(edge, len(time) - edge)]
-    reduction = blocks_of(segments, len(test.outputs), rate, band)
+    stretches = [s for s in unbroken(~recording.broken, edge) if s[1] - s[0] >= SHORTEST_SEGMENT // 2]
+    if not stretches:
+        raise InputError(f"{recording.name}: no {SHORTEST_SEGMENT // 2} samples in a row without a gap; cut the recording into parts without gaps")
+    reduction = blocks_of(stretches, len(test.outputs), rate, band)
     finer = int(np.clip(np.ceil(POINTS * highest / rate), 1, max(MOST_POINTS // len(time), 1)))
     densities = [Density(np.array([0.0, rate / 2]), np.full(2, max(s, ACCURACY * np.std(y)) ** 2)) for s, y in zip(deviations, measured.T, strict=True)]
-    whole = Sampled(recording, test, measured, _told(recording, test, KINDS[0]), segments, finer, reduction, densities, "",
+    whole = Sampled(recording, test, measured, _told(recording, test, KINDS[0]), stretches, stretches, finer, reduction, densities, "",
                     reduction.reduce(measured), reduction.deviations(densities), notes)  # fmt: skip
     periods = IMPOSED_PERIODS if test.imposed else PERIODS
     return whole.cut(max(int(periods * rate / whole.middle_frequency), SHORTEST_SEGMENT))

@@ -12,7 +12,7 @@ WILD = 3.0  # times the 99.5 % quantile of a channel: no motion of the vehicle
 
 
 def undisturbed(recording: Recording, over: str, channels: Sequence[str]) -> tuple[list[tuple[int, int]], str]:
-    """The stretches [first, last) of samples, and a sentence's part on what was cut."""
+    """The stretches [first, last) of samples without gaps, and a sentence's part on what was cut."""
     speed = recording[over]
     usual = np.median(speed[speed > 0.1 * speed.max()])
     good = speed > MOVING * usual
@@ -23,9 +23,10 @@ def undisturbed(recording: Recording, over: str, channels: Sequence[str]) -> tup
         good &= centred <= WILD * max(np.quantile(centred[good], 0.995), 1e-9)
     wild = np.count_nonzero(~good) - stopped
     said = (f"{stopped} samples below {MOVING:.0%} of the usual {over} and {wild} wild ones (beyond {WILD:g} times the 99.5 % quantile of a channel)")  # fmt: skip
-    return _stretches(good, int(MARGIN * recording.rate)), said
+    return unbroken(good & ~recording.broken, int(MARGIN * recording.rate)), said
 
 
-def _stretches(good: np.ndarray, margin: int) -> list[tuple[int, int]]:
+def unbroken(good: np.ndarray, margin: int) -> list[tuple[int, int]]:
+    """The stretches [first, last) of good samples (n,), without a margin at both sides."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], good.astype(int), [0]])))
     return [(int(a) + margin, int(b) - margin) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a > 2 * margin]
