@@ -14,13 +14,13 @@ from scipy.interpolate import BSpline, CubicSpline
 from scipy.sparse import csc_array, csr_array, diags_array, hstack
 from scipy.sparse.linalg import SuperLU, splu
 
-from identification.gap.data.phase import Phase
+from identification.gap.data.phase import Phase, knots_of
 
 ORDERS = (2, 3)  # looked for in the motion besides the first
 KNOT = 2.5  # s between the knots of a spline, and CYCLES: as fine as the windows of the reduction
 CYCLES = 4.0
 LEAD = 2.5  # s before a stretch in which the motion must be right as well: what moved there still rings
-CLOSER = 4  # times, where the phase jumps
+CLOSER = 4  # times, where the phase jumps: a servo that lags changes its phase against the command's there, which must not ring on inside
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ def rebuilding(time: np.ndarray, phase: Phase, orders: Sequence[int] = (1,), clo
     for first, last in phase.stretches:
         inside[max(first - int(LEAD / (time[1] - time[0])), 0) : last] = True
     apart = np.maximum(KNOT, CYCLES / np.maximum(phase.frequency, 0.1)) / np.where(inside, closer, CLOSER)
-    knots = _knots(time, apart, np.flatnonzero(np.diff(inside.astype(int))) + 1)
+    knots = knots_of(time, apart, time[np.flatnonzero(np.diff(inside.astype(int))) + 1])
     basis = BSpline.design_matrix(np.clip(time, knots[0], knots[-1]), knots, 3)
     trusted = np.where(inside, 1.0, 1e-4)  # where the phase jumps, the splines need not follow
     matrix = _columns(basis, phase.angle, orders)
@@ -101,20 +101,3 @@ def _columns(basis: csr_array, phase: np.ndarray, orders: Sequence[int], answer:
         wave = np.exp(1j * k * phase) * (1.0 if answer is None else answer(k))
         blocks += [diags_array(wave.real) @ basis, diags_array(wave.imag) @ basis]
     return hstack(blocks, format="csc")
-
-
-def _knots(time: np.ndarray, apart: np.ndarray, borders: np.ndarray) -> np.ndarray:
-    """Knots so far apart (n,) [s] at each time, one at each border (k,), with the ends fourfold.
-
-    They are closer outside of the stretches: a servo that lags changes its phase against the command's where the frequency
-    steps, which must not ring on inside.
-    """
-    inner, at, borders = [], time[0], time[borders]
-    while True:
-        step = apart[min(np.searchsorted(time, at), len(time) - 1)]
-        ahead = borders[(borders > at) & (borders < at + step)]
-        at = ahead[0] if len(ahead) else at + step
-        if at > time[-1] - KNOT:
-            break
-        inner.append(at)
-    return np.concatenate([[time[0]] * 4, inner, [time[-1]] * 4])

@@ -52,27 +52,25 @@ def phase_of(command: np.ndarray, rate: float, noisy: bool = False, broken: np.n
     stretches = _runs(~jumps, int(SETTLE * rate))
     if sum(last - first for first, last in stretches) < 0.3 * len(command) or np.any(frequency[_inside(stretches)] <= 0):
         return None
+    index, apart = np.arange(len(command)) / rate, np.maximum(WINDOW, CYCLES / np.maximum(frequency, 0.1)) / (1.0 if noisy else FINER)
     for first, last in stretches:
-        first, last = max(first - int(SETTLE * rate / 2), 0), min(last + int(END * rate), len(command))
-        _smooth(angle, first, last, _knots(first, last, frequency, rate, 1.0 if noisy else FINER))
+        here = slice(max(first - int(SETTLE * rate / 2), 0), min(last + int(END * rate), len(command)))
+        # A spline, since the ends of a record make the analytic signal swing twice a cycle.
+        angle[here] = make_lsq_spline(index[here], angle[here], knots_of(index[here], apart[here]), 3)(index[here])
     return Phase(angle, frequency, tuple(stretches), tuple(_windows(stretches, frequency, rate)))
 
 
-def _smooth(angle: np.ndarray, first: int, last: int, inner: list[float]) -> None:
-    """Replace a stretch of the phase by a spline: the ends of a record make the analytic signal swing twice a cycle."""
-    index = np.arange(first, last).astype(float)
-    knots = np.concatenate([[index[0]] * 4, inner, [index[-1]] * 4])
-    angle[first:last] = make_lsq_spline(index, angle[first:last], knots, 3)(index)
-
-
-def _knots(first: int, last: int, frequency: np.ndarray, rate: float, finer: float) -> list[float]:
-    """As far apart as windows are long, or so many times closer."""
-    apart = np.maximum(WINDOW, CYCLES / np.maximum(frequency, 0.1)) * rate / finer
-    inner, at = [], first + apart[first]
-    while at < last - apart[min(int(at), last - 1)]:
-        inner.append(float(at))
-        at += apart[int(at)]
-    return inner
+def knots_of(time: np.ndarray, apart: np.ndarray, borders: np.ndarray | None = None) -> np.ndarray:
+    """Knots of a cubic spline over times (n,) [s], so far apart (n,) [s] at each, one at each border (k,) [s], the ends fourfold."""
+    inner: list[float] = []
+    at, borders = time[0], np.zeros(0) if borders is None else borders
+    while True:
+        step = apart[min(np.searchsorted(time, at), len(time) - 1)]
+        ahead = borders[(borders > at) & (borders < at + step)]
+        at = ahead[0] if len(ahead) else at + step
+        if at > time[-1] - step:
+            return np.concatenate([[time[0]] * 4, inner, [time[-1]] * 4])
+        inner.append(at)
 
 
 def _runs(good: np.ndarray, settle: int) -> list[tuple[int, int]]:

@@ -202,7 +202,7 @@ def _usual(power: np.ndarray, freedom: np.ndarray, added: np.ndarray) -> tuple[n
     for _ in range(3):  # each time without what stood out
         density = _mean(power[quiet], freedom[quiet])
         ratio = power.sum(axis=1) / np.maximum((freedom * (density + added[:, None])).sum(axis=1), 1e-30)
-        low = ratio <= (1 + scatter) * min(np.median(ratio), 1.0)
+        low = ratio <= (1 + scatter) * min(np.median(ratio[added == 0]), 1.0)
         quiet = low & (added == 0)
     return density, np.where(low, 1.0, np.maximum(ratio, 1.0))
 
