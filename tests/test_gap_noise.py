@@ -178,6 +178,19 @@ def test_a_white_burst_over_fading_muscles_is_as_loud_as_it_is_at_every_order():
     assert np.mean(chi2) == pytest.approx(1.0, abs=0.25)
 
 
+def test_a_sensor_that_shakes_for_half_of_the_run_leaves_the_slow_noise_known():
+    """Above 12 Hz alone: what a white burst would bring is not there below, and windows without it say what is."""
+    time = np.arange(0, DURATION, 1 / RATE)
+    reduction = reduction_of(phase_of(np.sin(2 * np.pi * (0.5 * time + 4.75 * time**2 / DURATION)), RATE), RATE)
+    white = np.random.default_rng(8).standard_normal(len(time))
+    fast = np.fft.irfft(np.fft.rfft(white) * (np.fft.rfftfreq(len(time), 1 / RATE) > 12), len(time))
+    noise = 0.05 * white + 3 * fast * (time > DURATION / 2)
+    known = noise_of(reduction, noise)
+    assert known.density.min() == pytest.approx(0.05**2, rel=0.3)  # of 24 bands, the least of which rests on some 30 lines
+    # Below 12 Hz too much is expected where it shakes, a quarter of the numbers.
+    assert 0.7 < np.mean(reduction.reduce(noise) ** 2 / variance_of(reduction, known)) < 1.1
+
+
 def test_loud_slow_noise_does_not_pass_for_noise_of_the_fast_harmonics():
     """Muscles below 2 Hz leave lines at the ends of a window that fall with 1 / f: without a taper the mean comes out at 0.8."""
     time = np.arange(0, DURATION, 1 / RATE)
