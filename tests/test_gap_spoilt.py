@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
+from scipy.signal import butter, lfilter
 
 pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")
 from simulators.hidden_joint import joint_run
 from simulators.hidden_rig import RIDER, Rig, record, sweep
 
 from fmus.mechanisms import DrivenJoint
+from identification.gap.data.hum import without_hum
 from identification.gap.data.runs import prepare
 from identification.gap.data.sampled import prepare_sampled
 from identification.gap.models.free_start import FreeStart
@@ -15,6 +17,7 @@ from identification.gap.models.model import Model
 from identification.gap.naming.fitting import fit
 from identification.gap.stands.component_test import component_test
 from identification.recordings import Recording
+from identification.sampling import white_noise
 from scenarios.rig_test import rig_test
 
 UNITS = {"steer_angle_command": "rad", "steer_angle": "rad", "steer_torque": "N.m"}
@@ -99,3 +102,35 @@ def test_segments_of_a_component_s_run_do_not_cross_gaps():
     run = run.with_densities(prepare_sampled(whole, test).densities, "given")
     # The noise is white, and known as what remains of fourth differences; some 200 numbers scatter by 0.1
     assert fit(model, [run], model.start()).reduced == pytest.approx(fit(model, [prepare_sampled(whole, test)], model.start()).reduced, abs=0.3)
+
+
+def test_mains_in_the_sensor_of_a_component_are_taken_out():
+    """They were named a body more, on a spring that nothing damps."""
+    clean = joint_run({}, "random", seed=5, duration=30.0)
+    hum = 0.02 * np.sin(2 * np.pi * 16.67 * clean.time + 0.4)
+    noisy = Recording("noisy", clean.time, clean.columns | {"angle": clean["angle"] + hum}, clean.units)
+    test = component_test(DrivenJoint(), ["torque", "angle"])
+    run, known = prepare_sampled(noisy, test), prepare_sampled(clean, test)
+    assert any("angle hums at 16.67 Hz (0.02 rad)" in note for note in run.notes) and not any("hums" in note for note in known.notes)
+    # What noise leaves uncertain of two numbers out of 3000
+    assert np.std(run.measured - known.measured) < 5 * white_noise(clean["angle"]) / np.sqrt(3000)
+
+
+def answers(what, rng):
+    """Force and displacement (n,) of what has lines of its own."""
+    time = np.arange(0, 60, 0.01)
+    force = lfilter(*butter(2, 0.3), rng.standard_normal(len(time)))
+    if what == "light_mode":  # 6 Hz, damped by 0.2 %
+        return time, force, lfilter([1e-3], [1, -2 * np.exp(-0.0754e-2) * np.cos(0.377), np.exp(-0.1508e-2)], force)
+    if what == "decay":
+        return time, 0 * force, np.exp(-time / 30) * np.cos(2 * np.pi * 6 * time)
+    drive = np.sin(2 * np.pi * 2.5 * time)
+    return time, drive, drive + 0.05 * drive**3  # a spring that hardens answers at 7.5 Hz too
+
+
+@pytest.mark.parametrize("what", ["light_mode", "decay", "harmonics"])
+def test_what_a_component_answers_is_no_hum(what):
+    rng = np.random.default_rng(1)
+    time, force, displacement = answers(what, rng)
+    run = Recording(what, time, {"force": force, "displacement": displacement + 1e-5 * rng.standard_normal(len(time))}, {"force": "N", "displacement": "m"})
+    assert without_hum(run, ["force"], ["displacement"])[1] == ()

@@ -16,6 +16,7 @@ from scipy.ndimage import uniform_filter1d
 from fmus.errors import InputError
 from identification.gap.data.blocks import Blocks, blocks_of
 from identification.gap.data.flexible import Density
+from identification.gap.data.hum import without_hum
 from identification.gap.data.stretches import unbroken
 from identification.gap.data.told import (
     CLEAR,
@@ -144,9 +145,10 @@ class Sampled:
 
 def prepare_sampled(recording: Recording, test: ComponentTest) -> Sampled:
     """The run, its noise a first guess. Raises InputError for a run that is too short, still or without noise."""
-    recording, notes = uniform(recording)
-    recording, more = _reduced(recording.from_zero(), test)
-    notes = (*notes, *more)
+    recording, bridged = uniform(recording)
+    recording, hum = without_hum(recording.from_zero(), test.inputs, test.outputs)
+    recording, reduced = _reduced(recording, test)
+    notes = (*bridged, *hum, *reduced)
     if len(recording.time) < FEWEST:
         raise InputError(f"{recording.name}: {len(recording.time)} samples are too few to tell noise from a gap; expected at least {FEWEST}")
     for name in test.outputs:
