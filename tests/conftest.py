@@ -2,14 +2,14 @@
 
 import os
 
+if "PYTEST_XDIST_WORKER" in os.environ:  # the other processors have workers of their own; numpy reads this once
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+
 import pytest
 from hypothesis import settings
 from importer import Opened
 
 from fmus.build import build
-
-if "PYTEST_XDIST_WORKER" in os.environ:  # the other processors have workers of their own
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 # The same examples in every run, on every machine, however slow.
 settings.register_profile("reproducible", derandomize=True, deadline=None)
