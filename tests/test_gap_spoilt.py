@@ -12,12 +12,14 @@ from fmus.mechanisms import DrivenJoint
 from identification.gap.data.hum import without_hum
 from identification.gap.data.runs import prepare
 from identification.gap.data.sampled import prepare_sampled
+from identification.gap.data.stretches import undisturbed
 from identification.gap.models.free_start import FreeStart
 from identification.gap.models.model import Model
 from identification.gap.naming.fitting import fit
 from identification.gap.stands.component_test import component_test
 from identification.recordings import Recording
 from identification.sampling import white_noise
+from scenarios.component_report import _responses
 from scenarios.rig_test import rig_test
 
 UNITS = {"steer_angle_command": "rad", "steer_angle": "rad", "steer_torque": "N.m"}
@@ -101,7 +103,16 @@ def test_segments_of_a_component_s_run_do_not_cross_gaps():
     assert np.array_equal(np.flatnonzero(~covered), np.flatnonzero(~kept))
     run = run.with_densities(prepare_sampled(whole, test).densities, "given")
     # The noise is white, and known as what remains of fourth differences; some 200 numbers scatter by 0.1
-    assert fit(model, [run], model.start()).reduced == pytest.approx(fit(model, [prepare_sampled(whole, test)], model.start()).reduced, abs=0.3)
+    found = fit(model, [run], model.start())
+    assert found.reduced == pytest.approx(fit(model, [prepare_sampled(whole, test)], model.start()).reduced, abs=0.3)
+    assert len(_responses([(found, "black", "base")])) == 2  # the report shows input and output of the same samples
+
+
+def test_stretches_of_a_ride_do_not_cross_gaps():
+    time = np.arange(0, 60, 0.01)
+    ride = Recording("ride", time, {"speed": np.full(len(time), 5.0)}, {"speed": "m/s"}, gaps=((20.0, 20.5),))
+    # A second is left out beside them, as at both ends
+    assert undisturbed(ride, "speed", ["speed"])[0] == [(100, 1901), (2150, 5900)]
 
 
 def test_mains_in_the_sensor_of_a_component_are_taken_out():

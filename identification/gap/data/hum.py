@@ -2,8 +2,9 @@
 
     y(t) - a cos(2 pi f t) - b sin(2 pi f t)
 
-A model with a spring and a mass more would take them for a mode that nothing damps. What answers to a periodic input has lines
-of its own, so that they are looked for only where no input has any; a mode that is driven at random changes its amplitude.
+Where the excitation is swept, what it causes lies on its harmonics, which sweep too. In a component's run a body more on a spring that
+nothing damps would be named. What answers to a periodic input has lines of its own there, so that they are looked for only where
+no input has any; a mode that is driven at random changes its amplitude.
 """
 
 from collections.abc import Sequence
@@ -12,20 +13,54 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import median_filter
 
+from identification.gap.data.reduction import Reduction
 from identification.recordings import Recording
 
-LINE = 200.0  # times the median power around it
+AROUND = 2.0  # Hz beside a line, with whose median it is compared
+OUTSIDE = 60.0  # times that median: outside of harmonics there is little else
+LINE = 200.0  # the same of all that a component does
 FAINT = 1e-10  # of the strongest line: rounding, and what leaks
 BESIDE = 30.0  # times the power four to eight lines beside it, where Hann's window shows nothing of a line
-AROUND = 2.0  # Hz
 SLOWEST = 5.0  # Hz
+MOSTLY = 0.6  # share of the windows in which it stands out
 PARTS, STEADY = 6, 0.3  # of the run, in which its amplitude is that of the whole, but for such a share
-MOST = 5
+MOST = 5  # lines
 FEWEST = 1000  # samples
 
 
+def hum_of(reduction: Reduction, y: np.ndarray) -> list[float]:
+    """Frequencies [Hz] at which y (n,) hums outside of the harmonics of a swept run."""
+    parts = [part * np.hanning(len(part)) for part in reduction.residuals(y)]
+    left = np.zeros(len(y))
+    for (first, last, _), part in zip(reduction.outside, parts, strict=True):
+        left[first:last] = part
+    f, power = np.fft.rfftfreq(len(y), 1 / reduction.rate), np.abs(np.fft.rfft(left)) ** 2
+    above = power / _around(power, len(y), reduction.rate)
+    found: list[float] = []
+    for i in np.argsort(-above):
+        if above[i] < OUTSIDE or len(found) == MOST:
+            break
+        apart = f[i] > SLOWEST and all(abs(f[i] - other) > AROUND for other in found)
+        if apart and np.mean([_stands_out(part, f[i] / reduction.rate) for part in parts]) > MOSTLY:
+            found.append(float(f[i]))
+    return sorted(found)
+
+
+def _stands_out(part: np.ndarray, cycles: float) -> bool:
+    """Whether a window's part (n,) is louder at so many cycles per sample than beside it: of noise one in 16 is."""
+    n = len(part)
+    beside = cycles + np.array([0.0, -10, -8, -6, -4, 4, 6, 8, 10]) / n  # Hann's lobe is four lines wide
+    power = np.abs(np.exp(-2j * np.pi * np.outer(beside, np.arange(n))) @ part) ** 2
+    return bool(power[0] > 4 * np.median(power[1:]))
+
+
+def _around(power: np.ndarray, n: int, rate: float) -> np.ndarray:
+    """The median power around each line of the spectrum of n samples."""
+    return np.maximum(median_filter(power, 2 * int(AROUND * n / rate) + 1), FAINT * power.max() + 1e-300)
+
+
 def without_hum(recording: Recording, inputs: Sequence[str], outputs: Sequence[str]) -> tuple[Recording, tuple[str, ...]]:
-    """The recording on a regular grid without what hums in its outputs, and what was taken out."""
+    """A component's recording on a regular grid without what hums in its outputs, and what was taken out."""
     if len(recording.time) < FEWEST or any(_lines(recording[n], recording.rate).any() for n in inputs if np.ptp(recording[n]) > 0):
         return recording, ()
     columns, notes = dict(recording.columns), []
@@ -43,9 +78,8 @@ def without_hum(recording: Recording, inputs: Sequence[str], outputs: Sequence[s
 def _lines(y: np.ndarray, rate: float) -> np.ndarray:
     """Which lines of the spectrum of y (n,) stand alone."""
     power = np.abs(np.fft.rfft((y - y.mean()) * np.hanning(len(y)))) ** 2
-    usual = np.maximum(median_filter(power, 2 * int(AROUND * len(y) / rate) + 1), FAINT * power.max())
     beside = np.max([np.roll(power, k) for k in (*range(-8, -3), *range(4, 9))], axis=0)
-    lines = power > np.maximum(LINE * usual, BESIDE * beside)
+    lines = power > np.maximum(LINE * _around(power, len(y), rate), BESIDE * beside)
     return lines & (power >= np.maximum(np.roll(power, 1), np.roll(power, -1)))
 
 

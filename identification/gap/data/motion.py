@@ -14,11 +14,9 @@ from scipy.interpolate import BSpline, CubicSpline
 from scipy.sparse import csc_array, csr_array, diags_array, hstack
 from scipy.sparse.linalg import SuperLU, splu
 
-from identification.gap.data.phase import Phase, knots_of
+from identification.gap.data.phase import Phase, knots_of, lasting
 
 ORDERS = (2, 3)  # looked for in the motion besides the first
-KNOT = 2.5  # s between the knots of a spline, and CYCLES: as fine as the windows of the reduction
-CYCLES = 4.0
 LEAD = 2.5  # s before a stretch in which the motion must be right as well: what moved there still rings
 CLOSER = 4  # times, where the phase jumps: a servo that lags changes its phase against the command's there, which must not ring on inside
 
@@ -83,7 +81,7 @@ def rebuilding(time: np.ndarray, phase: Phase, orders: Sequence[int] = (1,), clo
     inside = np.zeros(len(time), bool)
     for first, last in phase.stretches:
         inside[max(first - int(LEAD / (time[1] - time[0])), 0) : last] = True
-    apart = np.maximum(KNOT, CYCLES / np.maximum(phase.frequency, 0.1)) / np.where(inside, closer, CLOSER)
+    apart = lasting(phase.frequency) / np.where(inside, closer, CLOSER)
     knots = knots_of(time, apart, time[np.flatnonzero(np.diff(inside.astype(int))) + 1])
     basis = BSpline.design_matrix(np.clip(time, knots[0], knots[-1]), knots, 3)
     trusted = np.where(inside, 1.0, 1e-4)  # where the phase jumps, the splines need not follow

@@ -16,6 +16,7 @@ END = 1.0  # s at the end of a record
 CYCLES = 4.0  # that a window holds at least
 WINDOW = 2.5  # s that a window lasts at least
 FINER = 2.0  # times: the knots of the phase of a command, which has no noise
+SLOWEST = 0.1  # Hz
 LOWEST = 0.2  # of the usual amplitude: below it the excitation has not begun or has ended
 
 
@@ -52,12 +53,17 @@ def phase_of(command: np.ndarray, rate: float, noisy: bool = False, broken: np.n
     stretches = _runs(~jumps, int(SETTLE * rate))
     if sum(last - first for first, last in stretches) < 0.3 * len(command) or np.any(frequency[_inside(stretches)] <= 0):
         return None
-    index, apart = np.arange(len(command)) / rate, np.maximum(WINDOW, CYCLES / np.maximum(frequency, 0.1)) / (1.0 if noisy else FINER)
+    index, apart = np.arange(len(command)) / rate, lasting(frequency) / (1.0 if noisy else FINER)
     for first, last in stretches:
         here = slice(max(first - int(SETTLE * rate / 2), 0), min(last + int(END * rate), len(command)))
         # A spline, since the ends of a record make the analytic signal swing twice a cycle.
         angle[here] = make_lsq_spline(index[here], angle[here], knots_of(index[here], apart[here]), 3)(index[here])
     return Phase(angle, frequency, tuple(stretches), tuple(_windows(stretches, frequency, rate)))
+
+
+def lasting(frequency: np.ndarray) -> np.ndarray:
+    """How long windows last, and splines take from knot to knot [s], at frequencies (n,) [Hz]."""
+    return np.maximum(WINDOW, CYCLES / np.maximum(frequency, SLOWEST))
 
 
 def knots_of(time: np.ndarray, apart: np.ndarray, borders: np.ndarray | None = None) -> np.ndarray:
@@ -90,7 +96,7 @@ def _windows(stretches: list[tuple[int, int]], frequency: np.ndarray, rate: floa
         spread = np.ptp(frequency[first:last])
         start = first
         while start < last:
-            length = int(max(WINDOW, CYCLES / frequency[start]) * rate)
+            length = int(lasting(frequency[start]) * rate)
             end = start + length
             if spread < JUMP or last - end < length:
                 end = last

@@ -19,7 +19,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.ndimage import median_filter
 
 from identification.gap.data.phase import Phase
 
@@ -29,8 +28,6 @@ BANDS = 24  # of the noise spectrum
 SIDES = (3.0, 12.0)  # Hz: bursts of muscles below, and where electronics take over above the fading noise of muscles
 INDEPENDENT = 2 / 3  # of the lines of a tapered spectrum, (sum h^2)^2 / (n sum h^4)
 TAPERS = 5
-HUM, AROUND, MOSTLY = 60.0, 2.0, 0.6  # a line that hums: times the median power around it [Hz], share of the windows
-MOST_HUM, SLOWEST_HUM = 5, 5.0  # lines, Hz
 
 
 @dataclass(frozen=True)
@@ -113,31 +110,6 @@ def reduction_of(phase: Phase, rate: float, hum: Sequence[float] = ()) -> Reduct
         bases.append((first, last, q[:, kept]))
         outside.append((first, last, q[:, sound]))
     return Reduction(rate, columns, bases, outside)
-
-
-def hum_of(reduction: Reduction, y: np.ndarray) -> list[float]:
-    """Frequencies [Hz] at which y (n,) hums outside of the columns, all through the run: mains, machines."""
-    parts = [part * np.hanning(len(part)) for part in reduction.residuals(y)]
-    left = np.zeros(len(y))
-    for (first, last, _), part in zip(reduction.outside, parts, strict=True):
-        left[first:last] = part
-    f, power = np.fft.rfftfreq(len(y), 1 / reduction.rate), np.abs(np.fft.rfft(left)) ** 2
-    above = power / np.maximum(median_filter(power, 2 * int(AROUND * len(y) / reduction.rate) + 1), 1e-300)
-    found: list[float] = []
-    for i in np.argsort(-above):
-        if above[i] < HUM or len(found) == MOST_HUM:
-            break
-        if f[i] > SLOWEST_HUM and all(abs(f[i] - other) > AROUND for other in found) and np.mean([_hums(part, f[i] / reduction.rate) for part in parts]) > MOSTLY:
-            found.append(float(f[i]))
-    return sorted(found)
-
-
-def _hums(part: np.ndarray, cycles: float) -> bool:
-    """Whether a window's part (n,) is louder at so many cycles per sample than beside it: of noise one in 16 is."""
-    n = len(part)
-    beside = cycles + np.array([0.0, -10, -8, -6, -4, 4, 6, 8, 10]) / n  # Hann's lobe is four lines wide
-    power = np.abs(np.exp(-2j * np.pi * np.outer(beside, np.arange(n))) @ part) ** 2
-    return bool(power[0] > 4 * np.median(power[1:]))
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,11 @@ from itertools import pairwise
 import numpy as np
 
 from fmus.errors import InputError
+from identification.gap.data.hum import hum_of
 from identification.gap.data.motion import ORDERS as MOTION_ORDERS
 from identification.gap.data.motion import Rebuilding, Rebuilt, rebuilding
 from identification.gap.data.phase import Phase, phase_of
-from identification.gap.data.reduction import ORDERS, Noise, Reduction, hum_of, noise_of, reduction_of, variance_of
+from identification.gap.data.reduction import ORDERS, Noise, Reduction, noise_of, reduction_of, variance_of
 from identification.recordings import Recording
 from identification.sampling import LEAST_SIGNAL, slower, uniform, white_noise
 
