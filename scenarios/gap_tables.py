@@ -15,11 +15,18 @@ def headline(result: dict[str, Any]) -> str:
     }[result["verdict"]]
 
 
+def nearest(result: dict[str, Any]) -> list[str]:
+    """Of something unknown, in a sentence, what in the library comes nearest and what is left then."""
+    if not result["closest"]:
+        return []
+    rms = result["gap"]["rms"]
+    left = f" The best that was tried takes what is missed from {rms['before']:.3g} to {rms['after']:.3g} {rms['unit']} (rms)." if rms["unit"] else ""
+    return [f"Nearest in the library: {result['closest']['name']}.{left}"]
+
+
 def verdict_section(result: dict[str, Any], *more: Table) -> Section:
     """The verdict, what was found in a sentence each, the next experiment, limitations; parameters and candidates."""
-    said = [headline(result), *(e["sentence"] for e in result["effects"])]
-    if result["closest"]:
-        said.append(f"Nearest in the library: {result['closest']['name']}.")
+    said = [headline(result), *(e["sentence"] for e in result["effects"]), *nearest(result)]
     if result["next_experiment"]:
         proposed = result["next_experiment"]
         said.append(f"Next experiment: {proposed['sentence']} Expected delta chi-square: {proposed['expected_delta_chi2']:.3g}.")

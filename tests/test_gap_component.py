@@ -154,6 +154,14 @@ def test_a_larger_imposed_motion_settles_a_tie_by_as_much_as_was_said():
     assert rival.fit.chi2 - fit(rival.fit.model, rival.fit.runs, rival.fit.x).chi2 < 1.0
 
 
+def test_friction_that_follows_late_as_in_a_magnetorheological_damper():
+    verdict = asked(DrivenJoint(), [imposed({"late_friction": (0.8, 0.4, 0.03)}, 0.1, 1)], imposed="angle")
+    assert [(c.family, c.effect.form) for c in verdict.effects] == [("coulomb_friction", "lagging")]
+    known = {n.rpartition(".")[2]: (value, error) for n, (value, error, _) in parameters_of(verdict.best).items()}
+    for name, true in {"friction_torque": 0.8, "sliding_rate": 0.4, "lag": 0.03}.items():
+        assert known[name][0] == pytest.approx(true, abs=3 * known[name][1]) and known[name][1] < 0.1 * true
+
+
 @pytest.mark.parametrize(("column", "factor"), [("angle", 180 / np.pi), ("torque", 1e-3)])
 def test_nothing_is_named_where_a_columns_unit_is_wrong(column, factor):
     recording = joint_run({"hardening": 40.0}, seed=5, duration=6.0)

@@ -3,7 +3,7 @@
 from typing import ClassVar
 
 from fmus.effects.effect import Effect, adds_to
-from fmus.variables import parameter
+from fmus.variables import parameter, state
 
 
 class AddedDamper(Effect):
@@ -71,6 +71,23 @@ class SoftFriction(CoulombFriction):
     given = ()
     starts: ClassVar = {"sliding_rate": (0.02, 0.1, 0.4)}
     relative_to_rate: ClassVar = ("sliding_rate",)
+
+
+class LaggingFriction(SoftFriction):
+    """Dry friction that follows the rate with a lag, as a fluid's that must first be squeezed or a lubricant's film."""
+
+    form = "lagging"
+    lag = parameter("s", "Time in which friction follows the rate", symbol="t_f", min=1e-4, max=1, start=0.01)
+    following = state("1", "Friction over its largest", symbol="z")
+    starts: ClassVar = {"sliding_rate": (0.1, 0.4), "lag": (0.003, 0.03)}
+
+    @adds_to("der(following)")
+    def follow(self, v, m):
+        return (m.tanh(v.rate / v.sliding_rate) - v.following) / v.lag
+
+    @adds_to("force")
+    def friction(self, v, m):
+        return v.friction_torque * v.following
 
 
 class StribeckFriction(CoulombFriction):

@@ -55,7 +55,8 @@ class Effect:
     flexible: ClassVar[bool] = False
     starts: ClassVar[Mapping[str, tuple[float, ...]]] = {}
     relative: ClassVar[tuple[str, ...]] = ()  # parameters whose starts are shares of the largest motion
-    at_most: ClassVar[Mapping[str, float]] = {}  # largest values of parameters, as shares of the largest motion
+    at_least: ClassVar[Mapping[str, float]] = {}  # least values of parameters, as shares of the largest motion
+    at_most: ClassVar[Mapping[str, float]] = {}  # the same of their largest values
     relative_to_rate: ClassVar[tuple[str, ...]] = ()  # the same of the largest rate, on a component that is no rig of ours
     relative_to_level: ClassVar[tuple[str, ...]] = ()  # the same of the largest value of the input or output that it acts at
     given: ClassVar[tuple[str, ...]] = ()  # parameters that the experiment sets (its duration)

@@ -16,6 +16,7 @@ from fmus.effects.effect import Effect, adds_to
 from fmus.variables import parameter, state
 
 SHARP = 8
+NARROWEST = 0.01  # of the largest motion: a loop that closes within less is dry friction
 
 
 def bouc_wen(d_rate, z, n, m):
@@ -33,6 +34,7 @@ class DahlHysteresis(Effect):
     sticking = state("1", "Force of the sticking part over its largest", symbol="z")
     starts: ClassVar = {"width": (0.03, 0.1, 0.3, 1.0)}
     relative: ClassVar = ("width",)
+    at_least: ClassVar = {"width": NARROWEST}
 
     def loop(self, v, m):
         return v.rate - m.absolute(v.rate) * v.sticking
@@ -88,6 +90,7 @@ class IwanHysteresis(Effect):
     wide = state("1", "Wide slider")
     starts: ClassVar = {"width": (0.03, 0.1, 0.3)}
     relative: ClassVar = ("width",)
+    at_least: ClassVar = {"width": NARROWEST}
 
     @adds_to("der(narrow)")
     def stick_narrow(self, v, m):

@@ -26,7 +26,7 @@ from scenarios.augmented_rider import FILE, effect_on_modes, motion_of, rider_of
 from scenarios.component_report import write_report as write_component_report
 from scenarios.component_test import run_on_component
 from scenarios.gap_report import write_report
-from scenarios.gap_tables import headline, modes_over_speed, places
+from scenarios.gap_tables import headline, modes_over_speed, nearest, places
 from scenarios.recordings_on_the_command_line import mapping_of
 from scenarios.rig_over_time import run_over_time
 from scenarios.rig_proposals import rig_proposals
@@ -156,6 +156,8 @@ def show(result: dict[str, Any], console: Console) -> None:
         gap_plan.show(result, console)
         return
     console.print(headline(result), style="bold")
+    for sentence in nearest(result):
+        console.print(sentence)
     for effect in result["effects"]:
         values = ", ".join(f"{n} = {p['value']:.4g} +- {p['standard_error']:.2g} {p['unit']}" for n, p in effect["parameters"].items())
         console.print(f"{effect['name']} ({effect['form']}): {effect['sentence']} {values}")

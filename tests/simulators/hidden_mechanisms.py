@@ -16,6 +16,10 @@ def resistance(p, hidden, q, s, z, t, T):
     R, zr = k * q + c * s, 0.0
     if "friction" in hidden:
         R += hidden["friction"] * np.tanh(s / p.get("sliding", 1e-4))
+    if "late_friction" in hidden:
+        force, sliding, lag = hidden["late_friction"]
+        R += force * z
+        zr = (np.tanh(s / sliding) - z) / lag
     if "hardening" in hidden:
         R += hidden["hardening"] * q**3
     if "square" in hidden:

@@ -203,10 +203,12 @@ def attempt(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray) -> Fit |
 
 def _bounds(model: AnyModel, runs: Sequence[AnyRun], total: int) -> tuple[np.ndarray, np.ndarray]:
     table = model.component.table
-    low = [np.log(max(table[n].min, 1e-6)) for n in model.base] + [r.min for r in model.rows]
-    within = {model.stand.parameter(effect, n): share for effect in model.effects for n, share in effect.at_most.items()}
-    largest = model.largest(runs) if within else np.inf
-    high = [np.log(table[n].max) for n in model.base] + [min(r.max, within.get(n, np.inf) * largest) for n, r in zip(model.own, model.rows, strict=True)]
+    least, most = ({model.stand.parameter(effect, n): share for effect in model.effects for n, share in shares(effect).items()}
+                   for shares in (lambda effect: effect.at_least, lambda effect: effect.at_most))  # fmt: skip
+    largest = model.largest(runs) if least or most else 1.0
+    own = list(zip(model.own, model.rows, strict=True))
+    low = [np.log(max(table[n].min, 1e-6)) for n in model.base] + [max(r.min, least.get(n, -np.inf) * largest) for n, r in own]
+    high = [np.log(table[n].max) for n in model.base] + [min(r.max, most.get(n, np.inf) * largest) for n, r in own]
     places, sizes = _of_runs(model, total)
     rest = np.where(places < len(model.base), 1.0, MOST_OFF * sizes)
     return np.concatenate([low, -rest]), np.concatenate([high, rest])

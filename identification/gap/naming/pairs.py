@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from fmus.effects import Effect
 from fmus.errors import InputError
-from identification.gap.naming.candidate import TIE, Candidate, adequate, one_each, reduced_by_noise
+from identification.gap.naming.candidate import CLEAR, TIE, Candidate, adequate, one_each, reduced_by_noise
 from identification.gap.naming.competing import NEAR, compete
 from identification.gap.naming.fitting import Fit, fit, price
 from identification.gap.naming.joining import as_found, fit_each
@@ -52,9 +52,12 @@ def pairs_of(best: Candidate, first: Sequence[Candidate], library: Sequence[type
     found: dict[frozenset[str], Pair] = {}
     for one in leading[:FIRSTS]:
         enough = reduced_by_noise(one.fit) * one.fit.freedom  # a pair that is not adequate is none
-        for two in one_each(compete(one.fit, library, leaders=4, least=max(least, share * one.delta_chi2), others=False, beat=enough, known=known)):
+        small = share * one.delta_chi2
+        seconds = one_each(compete(one.fit, library, leaders=4, least=least if not worth else max(least, small), others=False, beat=enough, known=known))
+        ahead = seconds[0].delta_bic - max((c.delta_bic for c in seconds[1:]), default=0.0)
+        for two in seconds:
             pair = Pair(one, two)
-            significant = two.effect in two.fit.model.effects and two.delta_bic > max(least, share * one.delta_chi2)
+            significant = two.effect in two.fit.model.effects and (two.delta_bic > max(least, small) or (not worth and two is seconds[0] and ahead > CLEAR))
             if significant and pair.delta_bic > worth and adequate(two.fit):
                 found[pair.families] = max(found.get(pair.families, pair), pair, key=lambda p: p.delta_bic)
         if worth and not found:
