@@ -65,11 +65,11 @@ def find(case: Case) -> dict[str, Any]:
             "reduced": verdict.best.reduced, "delta_chi2": gain}  # fmt: skip
 
 
-def run(progress: Callable[..., Iterable], cases: int = CASES, out: str | Path | None = None) -> dict[str, Any]:
-    """Rates and the confusion matrix; cases that `out`/cases.jsonl holds already are not run again."""
+def run(progress: Callable[..., Iterable], cases: int = CASES, out: str | Path | None = None, first: int = 0) -> dict[str, Any]:
+    """Rates and the confusion matrix of cases from the first on; those that `out`/cases.jsonl holds already are not run again."""
 
     def one(number: int) -> dict[str, Any]:
-        case, begun = draw(number), time.perf_counter()
+        case, begun = draw(first + number), time.perf_counter()
         found = {"hidden": case.hidden, "setting": case.setting, "kind": case.kind, "noise": case.noise, **find(case)}
         return found | {"seconds": time.perf_counter() - begun}
 
@@ -115,8 +115,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.gap_generic", description=__doc__)
     parser.add_argument("--cases", type=int, default=CASES)
     parser.add_argument("--out", help="folder for cases.jsonl, from which a run is taken up again")
+    parser.add_argument("--first", type=int, default=0, help="number of the first case")
     arguments = parser.parse_args()
-    print(json.dumps(run(track, arguments.cases, arguments.out), indent=1))
+    print(json.dumps(run(track, arguments.cases, arguments.out, arguments.first), indent=1))
 
 
 if __name__ == "__main__":

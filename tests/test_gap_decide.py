@@ -10,7 +10,7 @@ from identification.gap.naming.competing import compete
 from identification.gap.naming.decide import decide
 from identification.gap.naming.fitting import fit, lost, parameters_of
 from identification.gap.naming.held_out import HeldOut
-from identification.gap.naming.pairs import Pair
+from identification.gap.naming.pairs import SECOND, Pair
 from identification.gap.naming.showing import on_holdout, surprise
 from identification.gap.naming.starting import fit_base
 from identification.gap.reporting.verdict import as_result
@@ -188,6 +188,16 @@ def test_a_family_with_a_curve_of_its_own_is_rather_one_effect_than_two():
     runs = runs_of({"cp": 0.3}, sweep(1, 10.5, 3, 150.0), sweep(10.5, 1, 3.8, 120.0), rate=64, seed=5, torque_noise=0.08, angle_noise=4e-4)
     verdict = decide(Model(rig_test(RIG)), runs[:1], library("progressive_damping", "hysteresis"), runs[1:])
     assert (verdict.verdict, [c.family for c in verdict.effects], verdict.open_form) == ("named", ["progressive_damping"], True)
+
+
+def test_a_small_effect_beside_a_large_one_is_named_where_nothing_else_explains_it():
+    """A lopsided arm brings a 400th of what the delay does, and without it nothing is as good as noise."""
+    runs = runs_of({"td": 8e-3, "ra": 1e-3}, sweep(0.5, 12, 3, 100.0), sweep(12, 0.5, 3.8, 100.0), torque_noise=0.04, remnant=0.1, angle_noise=2e-4, bits=16)
+    verdict = decide(Model(rig_test(RIG)), runs[:1], library("channel_delay", "asymmetry", "coulomb_friction", "hysteresis"), runs[1:])
+    assert {c.family for c in verdict.effects} == {"channel_delay", "asymmetry"}
+    delay, lopsided = (next(c.delta_bic for c in verdict.effects if c.family == family) for family in ("channel_delay", "asymmetry"))
+    assert lopsided < SECOND[1] * delay, "else it would be named for its size"
+    assert adequate(verdict.best)
 
 
 def test_of_a_pair_that_is_refuted_one_effect_may_stand_alone(coupled, monkeypatch):

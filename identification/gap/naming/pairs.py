@@ -2,6 +2,9 @@
 
 The first effect of a pair need not be the one that fits best alone: alone, an effect makes up for the other as far as
 it can. So the pairs compete, and only the families that all of the near-best pairs share are sure.
+
+Small errors of a large effect look like another, so a second one must gain a share of what the first one does: unless no
+effect is adequate alone, and this one, on top of the first, is clear of all others.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,7 +18,7 @@ from identification.gap.naming.fitting import Fit, fit, price
 from identification.gap.naming.joining import as_found, fit_each
 from identification.gap.naming.screening import screen
 
-SECOND = (15.0, 0.005)  # dBIC of a second effect, and its share of the first one's gain: below it, small errors of a large effect look like another
+SECOND = (15.0, 0.005)  # dBIC of a second effect, and its share of the first one's gain
 FIRSTS = 3  # leading families that may be the first of a pair
 
 
@@ -46,26 +49,33 @@ def pairs_of(best: Candidate, first: Sequence[Candidate], library: Sequence[type
     `best` is the best of the single effects. Where it is adequate, a pair must contain it or beat it. `second` says what the
     second effect must gain. so_far is told the best pair after each effect whose seconds were tried; `known` are fits to begin from, see `compete`.
     """
-    least, share = second
     leading = [best, *(c for c in one_each(first) if c.family != best.family and c.effect in c.fit.model.effects and c.delta_bic > NEAR * best.delta_bic)]
-    worth = best.delta_bic + max(least, share * best.delta_chi2) if adequate(best.fit) else 0.0
+    wanted = adequate(best.fit)
+    worth = best.delta_bic + max(second[0], second[1] * best.delta_chi2) if wanted else 0.0
     found: dict[frozenset[str], Pair] = {}
     for one in leading[:FIRSTS]:
         enough = reduced_by_noise(one.fit) * one.fit.freedom  # a pair that is not adequate is none
-        small = share * one.delta_chi2
-        seconds = one_each(compete(one.fit, library, leaders=4, least=least if not worth else max(least, small), others=False, beat=enough, known=known))
-        ahead = seconds[0].delta_bic - max((c.delta_bic for c in seconds[1:]), default=0.0)
+        usual = max(second[0], second[1] * one.delta_chi2)
+        least = usual if wanted else second[0]
+        seconds = one_each(compete(one.fit, library, leaders=4, least=least, others=False, beat=enough, known=known))
+        if not _leads(seconds):
+            least = usual
         for two in seconds:
             pair = Pair(one, two)
-            significant = two.effect in two.fit.model.effects and (two.delta_bic > max(least, small) or (not worth and two is seconds[0] and ahead > CLEAR))
+            significant = two.effect in two.fit.model.effects and two.delta_bic > least
             if significant and pair.delta_bic > worth and adequate(two.fit):
                 found[pair.families] = max(found.get(pair.families, pair), pair, key=lambda p: p.delta_bic)
-        if worth and not found:
+        if wanted and not found:
             return []
         if found:
             so_far(max(found.values(), key=lambda pair: pair.delta_bic))
     ranked = sorted(found.values(), key=lambda pair: -pair.delta_bic)
     return [pair for pair in ranked if ranked[0].delta_bic - pair.delta_bic < TIE]
+
+
+def _leads(candidates: Sequence[Candidate]) -> bool:
+    """Whether the first of the families is clear of all others."""
+    return candidates[0].delta_bic > CLEAR + max((c.delta_bic for c in candidates[1:]), default=0.0)
 
 
 def sure(pairs: Sequence[Pair]) -> frozenset[str]:
