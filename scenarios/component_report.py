@@ -32,7 +32,7 @@ def write_report(verdict: Verdict, result: dict[str, Any], held: Sequence[Sample
                 [(_map(verdict.base), "Residuals of the base over time and frequency, in units of the noise.")],
                 [places(result)]),
         Section("Before and after", [told(held)],
-                [(_recording(shown), "The recording and what is left of it, before and after."), *_responses(shown),
+                [(_recording(shown), "The recording and what is left of it, before and after."), *_loops(shown), *_responses(shown),
                  (whiteness(shown), "Residuals in units of the noise against the normal distribution, and how they depend on their neighbours in "
                   "frequency; noise alone stays within the grey lines (95 %).")],
                 [before_and_after(result)]),
@@ -78,6 +78,26 @@ def _recording(shown: Sequence[tuple[Fit, str, str]]) -> Figure:
     lower.set(xlabel=f"time in {run.name} [s]", ylabel=f"left [{unit}]")
     lower.legend()
     return figure
+
+
+def _loops(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[Figure, str]]:
+    """The force over the deflection and the rate of an imposed motion."""
+    run: Sampled = shown[0][0].runs[0]
+    if not run.test.imposed:
+        return []
+    component: Any = shown[0][0].model.component
+    time, measured, _ = left_over(shown[0][0])
+    told, places = run.told(time), (component.imposed, component.rate)
+    figure, axes = new_figure(columns=2, sharey=True)
+    drawn = [(measured, COLOURS["reference"], "measured"), *((measured - left_over(fit)[2], colour, label) for fit, colour, label in shown)]
+    for axis, place in zip(axes, places, strict=True):
+        for values, colour, label in drawn:
+            axis.plot(told[place], values, color=colour, linewidth=0.8, label=label)
+        axis.set_xlabel(f"{place} [{component.table[place].unit}]".replace("_", " "))
+    force = run.test.outputs[0]
+    axes[0].set_ylabel(f"{force} [{run.recording.units[force]}]".replace("_", " "))
+    axes[1].legend(loc="lower right")
+    return [(figure, f"{run.name}: what the motion takes, over deflection and rate.")]
 
 
 def _responses(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[Figure, str]]:

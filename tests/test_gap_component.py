@@ -23,6 +23,8 @@ from identification.gap.stands.component_test import component_test
 from identification.recordings import Recording, write_recording
 from scenarios import names
 from scenarios.command_line import main
+from scenarios.component_report import _loops, left_over
+from scenarios.gap_before_after import without_and_with
 
 KEYS = {"verdict", "effects", "tied", "closest", "candidates", "where", "gap", "next_experiment", "model", "fmu", "limitations", "noise_source"}
 
@@ -154,12 +156,28 @@ def test_a_larger_imposed_motion_settles_a_tie_by_as_much_as_was_said():
     assert rival.fit.chi2 - fit(rival.fit.model, rival.fit.runs, rival.fit.x).chi2 < 1.0
 
 
-def test_friction_that_follows_late_as_in_a_magnetorheological_damper():
-    verdict = asked(DrivenJoint(), [imposed({"late_friction": (0.8, 0.4, 0.03)}, 0.1, 1)], imposed="angle")
-    assert [(c.family, c.effect.form) for c in verdict.effects] == [("coulomb_friction", "lagging")]
-    known = {n.rpartition(".")[2]: (value, error) for n, (value, error, _) in parameters_of(verdict.best).items()}
+@pytest.fixture(scope="module")
+def late():
+    """Friction that follows late, as in a magnetorheological damper."""
+    return asked(DrivenJoint(), [imposed({"late_friction": (0.8, 0.4, 0.03)}, 0.1, 1)], imposed="angle")
+
+
+def test_friction_that_lags_is_found_with_its_lag(late):
+    assert [(c.family, c.effect.form) for c in late.effects] == [("coulomb_friction", "lagging")]
+    known = {n.rpartition(".")[2]: (value, error) for n, (value, error, _) in parameters_of(late.best).items()}
     for name, true in {"friction_torque": 0.8, "sliding_rate": 0.4, "lag": 0.03}.items():
         assert known[name][0] == pytest.approx(true, abs=3 * known[name][1]) and known[name][1] < 0.1 * true
+
+
+def test_loops_show_what_an_imposed_motion_takes(late):
+    [(figure, _)] = _loops(without_and_with(late, []))
+    recording = late.best.runs[0].recording
+    time, *_ = left_over(late.best)
+    motion = np.interp(time, recording.time, recording["angle"])
+    for axes, told in zip(figure.axes, (motion, np.gradient(motion, time)), strict=True):
+        measured, base, found = axes.get_lines()
+        assert np.corrcoef(told, measured.get_xdata())[0, 1] > 0.99  # but for the ends of a spline
+        assert np.std(found.get_ydata() - measured.get_ydata()) < 0.03 < 0.1 < np.std(base.get_ydata() - measured.get_ydata())  # the noise is 0.02 N.m
 
 
 @pytest.mark.parametrize(("column", "factor"), [("angle", 180 / np.pi), ("torque", 1e-3)])
