@@ -2,7 +2,7 @@
 
     Dahl        w z' = d' - |d'| z                                             (Dahl 1968)
     Bouc-Wen    w z' = d' - (|d'| |z|^(n-1) z + d' |z|^n) / 2                  (Wen 1976)
-    Jenkins     the same with n = 8: a spring in series with a slider
+    Jenkins     the same with n = 8: a spring in series with a slider; n may also be fitted
     shaped      w z' = d' - |d'| z + s d' |z|,   that stiffens where s > 1     (Bouc-Wen with n = 1)
     Iwan        three of them with different widths                            (Iwan 1966)
     Maxwell     tau z' = d - z,   F = k (d - z): a spring and a damper in series
@@ -16,12 +16,13 @@ from fmus.effects.effect import Effect, adds_to
 from fmus.variables import parameter, state
 
 SHARP = 8
+LEAST = 1e-12  # of a sticking part: the slope of a power by its exponent has a logarithm
 NARROWEST = 0.01  # of the largest motion: a loop that closes within less is dry friction
 
 
 def bouc_wen(d_rate, z, n, m):
     """w z' for the Bouc-Wen model; the power is bounded, as z is, so that a solver on its way does no harm."""
-    held = m.where(m.absolute(z) < 1.0, m.absolute(z), 1.0 + 0.0 * z)
+    held = m.where(m.absolute(z) < 1.0, m.absolute(z) + LEAST, 1.0 + 0.0 * z)
     return d_rate - (m.absolute(d_rate) * held ** (n - 1) * z + d_rate * held**n) / 2
 
 
@@ -75,6 +76,17 @@ class ShapedHysteresis(DahlHysteresis):
 
     def loop(self, v, m):
         return super().loop(v, m) + v.shape * v.rate * m.absolute(v.sticking)
+
+
+class SharpenedHysteresis(DahlHysteresis):
+    """The force lags behind the deflection: hysteresis with a loop as sharp as it comes."""
+
+    form, flexible = "sharpened", True
+    sharpness = parameter("1", "Exponent of the Bouc-Wen model: 2 is rounded, 8 a spring in series with a slider", symbol="n", min=1, max=20, start=4.0)
+    starts: ClassVar = {"width": (0.1, 0.3, 1.0), "sharpness": (4.0,)}
+
+    def loop(self, v, m):
+        return bouc_wen(v.rate, v.sticking, v.sharpness, m)
 
 
 class IwanHysteresis(Effect):

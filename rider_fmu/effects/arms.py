@@ -97,6 +97,12 @@ class SlidingHysteresis(memory.JenkinsHysteresis):
     element = "arms"
 
 
+class SharpenedHysteresis(memory.SharpenedHysteresis):
+    """The arms' torque lags behind their deflection, with a loop as sharp as it comes."""
+
+    element = "arms"
+
+
 class AnyHysteresis(memory.IwanHysteresis):
     """The arms' torque lags behind their deflection, with a loop of its own."""
 

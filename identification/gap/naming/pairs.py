@@ -54,7 +54,8 @@ def pairs_of(best: Candidate, first: Sequence[Candidate], library: Sequence[type
     worth = best.delta_bic + max(second[0], second[1] * best.delta_chi2) if wanted else 0.0
     found: dict[frozenset[str], Pair] = {}
     for one in leading[:FIRSTS]:
-        enough = reduced_by_noise(one.fit) * one.fit.freedom  # a pair that is not adequate is none
+        # A pair that is not adequate is none, nor one that is far behind another.
+        enough = min([reduced_by_noise(one.fit) * one.fit.freedom, *(pair.second.fit.chi2 for pair in found.values())])
         usual = max(second[0], second[1] * one.delta_chi2)
         least = usual if wanted else second[0]
         seconds = one_each(compete(one.fit, library, leaders=4, least=least, others=False, beat=enough, known=known))
