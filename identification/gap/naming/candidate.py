@@ -57,6 +57,11 @@ def reduced_by_noise(found: Fit) -> float:
     return max(ADEQUATE, 1 + 4.5 * float(np.sqrt(2 / found.freedom)))
 
 
+def knows_its_noise(found: Fit) -> bool:
+    """Whether the noise is more than what a flexible model leaves, which no form of one law reaches."""
+    return all(getattr(run, "noise_source", "") != "flexible_model" for run in found.runs)
+
+
 def ranked(candidates: Iterable[Candidate]) -> list[Candidate]:
     """Fitted ones first, then by what they gain."""
     return sorted(candidates, key=lambda c: (not c.fitted, -c.delta_bic))

@@ -15,11 +15,12 @@ import numpy as np
 
 from fmus.errors import InputError
 from identification.gap.models.model import AnyRun
+from identification.gap.naming.candidate import knows_its_noise
 from identification.gap.naming.fitting import Fit
 from identification.gap.naming.showing import FORETOLD, Closeness, on_holdout, surprise
 
 CLOSED = 0.85  # share of what the base misses that a family with an open form closes
-CLOSED_OF_FLEXIBLE = 0.5  # the same where the noise is what a flexible model leaves, which no form of one law reaches
+CLOSED_OF_FLEXIBLE = 0.5  # the same where the noise is what a flexible model leaves
 MISSED = 0.2  # reduced chi-square above 1 by which a held-out run refutes a name, beyond a share of what the base misses
 SHARE_MISSED = 0.005  # that share
 SCATTER = 4.5  # standard deviations of a reduced chi-square, as for fitted runs
@@ -81,5 +82,4 @@ class HeldOut:
 
 def to_close(found: Fit, usual: float) -> float:
     """The share of the excess that a family with an open form must close."""
-    flexible = any(getattr(run, "noise_source", "") == "flexible_model" for run in found.runs)
-    return CLOSED_OF_FLEXIBLE if flexible else usual
+    return usual if knows_its_noise(found) else CLOSED_OF_FLEXIBLE

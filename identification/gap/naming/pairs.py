@@ -3,8 +3,8 @@
 The first effect of a pair need not be the one that fits best alone: alone, an effect makes up for the other as far as
 it can. So the pairs compete, and only the families that all of the near-best pairs share are sure.
 
-Small errors of a large effect look like another, so a second one must gain a share of what the first one does: unless no
-effect is adequate alone, and this one, on top of the first, is clear of all others.
+Small errors of a large effect look like another, so a second one must gain a share of what the first one does: unless the
+noise is known, no effect is adequate alone, and this one, on top of the first, is clear of all others.
 """
 
 from collections.abc import Callable, Sequence
@@ -12,7 +12,15 @@ from dataclasses import dataclass
 
 from fmus.effects import Effect
 from fmus.errors import InputError
-from identification.gap.naming.candidate import CLEAR, TIE, Candidate, adequate, one_each, reduced_by_noise
+from identification.gap.naming.candidate import (
+    CLEAR,
+    TIE,
+    Candidate,
+    adequate,
+    knows_its_noise,
+    one_each,
+    reduced_by_noise,
+)
 from identification.gap.naming.competing import NEAR, compete
 from identification.gap.naming.fitting import Fit, fit, price
 from identification.gap.naming.joining import as_found, fit_each
@@ -57,7 +65,7 @@ def pairs_of(best: Candidate, first: Sequence[Candidate], library: Sequence[type
         # A pair that is not adequate is none, nor one that is far behind another.
         enough = min([reduced_by_noise(one.fit) * one.fit.freedom, *(pair.second.fit.chi2 for pair in found.values())])
         usual = max(second[0], second[1] * one.delta_chi2)
-        least = usual if wanted else second[0]
+        least = second[0] if not wanted and knows_its_noise(one.fit) else usual
         seconds = one_each(compete(one.fit, library, leaders=4, least=least, others=False, beat=enough, known=known))
         if not _leads(seconds):
             least = usual
@@ -76,7 +84,8 @@ def pairs_of(best: Candidate, first: Sequence[Candidate], library: Sequence[type
 
 def _leads(candidates: Sequence[Candidate]) -> bool:
     """Whether the first of the families is clear of all others."""
-    return candidates[0].delta_bic > CLEAR + max((c.delta_bic for c in candidates[1:]), default=0.0)
+    first, *others = [c.delta_bic for c in candidates] or [0.0]
+    return first > CLEAR + max(others, default=0.0)
 
 
 def sure(pairs: Sequence[Pair]) -> frozenset[str]:
