@@ -2,6 +2,7 @@
 
 import pytest
 
+from fmus.effects.memory import NARROWEST
 from fmus.errors import InputError
 from identification.gap.models.model import Model
 from identification.gap.naming import competing, joining
@@ -76,6 +77,14 @@ def test_arms_that_stiffen_have_no_play_that_is_wider_than_the_motion(monkeypatc
     assert (verdict.verdict, [c.family for c in verdict.effects]) == ("named", ["hardening_stiffness"])
     monkeypatch.setattr(next(e for e in some if e.form == "soft"), "at_most", {})
     assert decide(Model(rig_test(RIG)), runs[:1], some, runs[1:]).verdict == "tied"
+
+
+def test_a_loop_that_closes_at_once_is_no_hysteresis():
+    """Arms that rub: a loop narrower than a hundredth of the motion is fitted as one of that width."""
+    runs = runs_of({"Fd": 0.5, "wd": 7e-4}, sweep(0.5, 3.5, 6, 60.0))
+    base = fit_base(Model(rig_test(RIG)), runs)
+    found = [c.fit for c in compete(base, [e for e in library("hysteresis") if e.form == "dahl"]) if c.fitted]
+    assert found[0].model.values(found[0].shared)["device.hysteresis.width"] == pytest.approx(NARROWEST * base.model.largest(runs), rel=1e-6)
 
 
 def test_a_name_that_leaves_most_of_a_clear_misfit_is_taken_back():
