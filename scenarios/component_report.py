@@ -18,6 +18,7 @@ from scenarios.gap_report import FILE
 from scenarios.gap_tables import before_and_after, places, verdict_section
 from scenarios.report import COLOURS, Report, Section, Table, new_figure
 
+MEASURED = "measured"
 DRIVEN = 1e-4  # of an input's largest power, above which it drives what is answered
 LEAST = 0.5  # of the noise: what is darkest in the map
 PERIODS, SHORTEST = 3.0, 16  # of the middle frequency in a window of the map, and its samples
@@ -65,6 +66,12 @@ def left_over(fit: Fit, output: int = 0) -> tuple[np.ndarray, np.ndarray, np.nda
     return np.concatenate(time), np.concatenate(measured), np.concatenate(left)
 
 
+def _outputs(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[np.ndarray, str, str]]:
+    """The first output (n,), colour and label: measured, and as each fit has it."""
+    _, measured, _ = left_over(shown[0][0])
+    return [(measured, COLOURS["reference"], MEASURED), *((measured - left_over(fit)[2], colour, label) for fit, colour, label in shown)]
+
+
 def _recording(shown: Sequence[tuple[Fit, str, str]]) -> Figure:
     figure, (upper, lower) = new_figure(rows=2, sharex=True)
     run: Sampled = shown[0][0].runs[0]
@@ -86,12 +93,10 @@ def _loops(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[Figure, str]]:
     if not run.test.imposed:
         return []
     component: Any = shown[0][0].model.component
-    time, measured, _ = left_over(shown[0][0])
-    told, places = run.told(time), (component.imposed, component.rate)
+    told, places = run.told(left_over(shown[0][0])[0]), (component.imposed, component.rate)
     figure, axes = new_figure(columns=2, sharey=True)
-    drawn = [(measured, COLOURS["reference"], "measured"), *((measured - left_over(fit)[2], colour, label) for fit, colour, label in shown)]
     for axis, place in zip(axes, places, strict=True):
-        for values, colour, label in drawn:
+        for values, colour, label in _outputs(shown):
             axis.plot(told[place], values, color=colour, linewidth=0.8, label=label)
         axis.set_xlabel(f"{place} [{component.table[place].unit}]".replace("_", " "))
     force = run.test.outputs[0]
@@ -112,9 +117,8 @@ def _responses(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[Figure, str]
     _, power = welch(drive, rate, nperseg=n)
     figure, axes = new_figure()
     plane, on = new_figure()
-    _, measured, _ = left_over(shown[0][0])
-    drawn = [(measured, ".", COLOURS["reference"], "measured"), *((measured - left_over(fit)[2], "-", colour, label) for fit, colour, label in shown)]
-    for values, style, colour, label in drawn:
+    for values, colour, label in _outputs(shown):
+        style = "." if label == MEASURED else "-"
         frequency, cross = csd(drive, values, rate, nperseg=n)
         response = cross / power
         inside = (frequency > 0) & (frequency < run.reduction_band) & (power > DRIVEN * power.max())

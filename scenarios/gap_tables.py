@@ -20,8 +20,8 @@ def nearest(result: dict[str, Any]) -> list[str]:
     if not result["closest"]:
         return []
     rms = result["gap"]["rms"]
-    left = f" The best that was tried takes what is missed from {rms['before']:.3g} to {rms['after']:.3g} {rms['unit']} (rms)." if rms["unit"] else ""
-    return [f"Nearest in the library: {result['closest']['name']}.{left}"]
+    return [f"Nearest in the library: {result['closest']['name']}. "
+            f"The best that was tried takes what is missed from {rms['before']:.3g} to {rms['after']:.3g} {rms['unit']} (rms)."]  # fmt: skip
 
 
 def verdict_section(result: dict[str, Any], *more: Table) -> Section:

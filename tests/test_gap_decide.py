@@ -1,11 +1,13 @@
 """What a verdict makes of families that come near, of forms that fail further out, and of effects that only a fit can reach."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from fmus.effects.memory import NARROWEST
 from fmus.errors import InputError
 from identification.gap.models.model import Model
-from identification.gap.naming import competing, joining
+from identification.gap.naming import competing, joining, pairs
 from identification.gap.naming.candidate import Candidate, adequate, one_each
 from identification.gap.naming.competing import compete
 from identification.gap.naming.decide import decide
@@ -218,6 +220,17 @@ def test_a_small_effect_beside_a_large_one_is_named_where_nothing_else_explains_
     delay, lopsided = (next(c.delta_bic for c in verdict.effects if c.family == family) for family in ("channel_delay", "asymmetry"))
     assert lopsided < SECOND[1] * delay, "else it would be named for its size"
     assert adequate(verdict.best)
+
+
+@pytest.mark.parametrize(("source", "asked"), [("orders", SECOND[0]), ("flexible_model", SECOND[1] * 1e5)])
+def test_a_small_second_effect_is_looked_for_where_the_noise_is_known_only(source, asked, monkeypatch):
+    """What a flexible model leaves of a run no form of one law reaches: every second effect would be fitted to its end."""
+    effect, least = library("channel_delay")[0], []
+    run = SimpleNamespace(noise_source=source)
+    one = SimpleNamespace(model=SimpleNamespace(effects=(effect,)), runs=[run], reduced=1.5, freedom=1000, chi2=1500.0)
+    monkeypatch.setattr(pairs, "compete", lambda *_, **settings: least.append(settings["least"]) or [])
+    best = Candidate(effect, one, 1e5, 1e5)
+    assert pairs.pairs_of(best, [best], library("channel_delay", "asymmetry")) == [] and least == [asked]
 
 
 def test_of_a_pair_that_is_refuted_one_effect_may_stand_alone(coupled, monkeypatch):

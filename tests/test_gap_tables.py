@@ -24,7 +24,7 @@ def test_a_tie_names_its_members_the_next_experiment_and_the_limits():
 
 def test_what_is_unknown_says_what_is_nearest():
     said = verdict_section({**TIED, "verdict": "unknown", "tied": [], "closest": {"name": "backlash", "delta_bic": 9.0}}).paragraphs
-    assert any("backlash" in sentence for sentence in said)
+    assert any("backlash" in sentence and "from 0.2 to 0.1 N.m" in sentence for sentence in said)
 
 
 def test_missing_held_out_values_are_empty_cells():

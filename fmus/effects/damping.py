@@ -1,4 +1,11 @@
-"""Dampers that are not linear: F(d') beside the linear c d'."""
+"""Dampers that are not linear: F(d') beside the linear c d'.
+
+    coulomb, soft   F = T_c tanh(d' / s_0)
+    stribeck        F = (T_c + T_s exp(-(d' / s_s)^2)) tanh(d' / s_0)
+    lagging         F = T_c z,   t_f z' = tanh(d' / s_0) - z
+
+Source: Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30 (1994) 1083-1138, on Stribeck's curve and frictional memory.
+"""
 
 from typing import ClassVar
 

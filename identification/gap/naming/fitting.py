@@ -203,12 +203,11 @@ def attempt(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray) -> Fit |
 
 def _bounds(model: AnyModel, runs: Sequence[AnyRun], total: int) -> tuple[np.ndarray, np.ndarray]:
     table = model.component.table
-    least, most = ({model.stand.parameter(effect, n): share for effect in model.effects for n, share in shares(effect).items()}
-                   for shares in (lambda effect: effect.at_least, lambda effect: effect.at_most))  # fmt: skip
-    largest = model.largest(runs) if least or most else 1.0
-    own = list(zip(model.own, model.rows, strict=True))
-    low = [np.log(max(table[n].min, 1e-6)) for n in model.base] + [max(r.min, least.get(n, -np.inf) * largest) for n, r in own]
-    high = [np.log(table[n].max) for n in model.base] + [min(r.max, most.get(n, np.inf) * largest) for n, r in own]
+    shares = {model.stand.parameter(e, n): (e.at_least.get(n, -np.inf), e.at_most.get(n, np.inf)) for e in model.effects for n in (*e.at_least, *e.at_most)}
+    largest = model.largest(runs) if shares else 1.0
+    own = [(r, *shares.get(n, (-np.inf, np.inf))) for n, r in zip(model.own, model.rows, strict=True)]
+    low = [np.log(max(table[n].min, 1e-6)) for n in model.base] + [max(r.min, least * largest) for r, least, _ in own]
+    high = [np.log(table[n].max) for n in model.base] + [min(r.max, most * largest) for r, _, most in own]
     places, sizes = _of_runs(model, total)
     rest = np.where(places < len(model.base), 1.0, MOST_OFF * sizes)
     return np.concatenate([low, -rest]), np.concatenate([high, rest])

@@ -58,14 +58,14 @@ def pairs_of(best: Candidate, first: Sequence[Candidate], library: Sequence[type
     second effect must gain. so_far is told the best pair after each effect whose seconds were tried; `known` are fits to begin from, see `compete`.
     """
     leading = [best, *(c for c in one_each(first) if c.family != best.family and c.effect in c.fit.model.effects and c.delta_bic > NEAR * best.delta_bic)]
-    wanted = adequate(best.fit)
-    worth = best.delta_bic + max(second[0], second[1] * best.delta_chi2) if wanted else 0.0
+    one_will_do = adequate(best.fit)
+    worth = best.delta_bic + max(second[0], second[1] * best.delta_chi2) if one_will_do else 0.0
     found: dict[frozenset[str], Pair] = {}
     for one in leading[:FIRSTS]:
         # A pair that is not adequate is none, nor one that is far behind another.
         enough = min([reduced_by_noise(one.fit) * one.fit.freedom, *(pair.second.fit.chi2 for pair in found.values())])
         usual = max(second[0], second[1] * one.delta_chi2)
-        least = second[0] if not wanted and knows_its_noise(one.fit) else usual
+        least = second[0] if not one_will_do and knows_its_noise(one.fit) else usual
         seconds = one_each(compete(one.fit, library, leaders=4, least=least, others=False, beat=enough, known=known))
         if not _leads(seconds):
             least = usual
@@ -74,7 +74,7 @@ def pairs_of(best: Candidate, first: Sequence[Candidate], library: Sequence[type
             significant = two.effect in two.fit.model.effects and two.delta_bic > least
             if significant and pair.delta_bic > worth and adequate(two.fit):
                 found[pair.families] = max(found.get(pair.families, pair), pair, key=lambda p: p.delta_bic)
-        if wanted and not found:
+        if one_will_do and not found:
             return []
         if found:
             so_far(max(found.values(), key=lambda pair: pair.delta_bic))
