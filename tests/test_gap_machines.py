@@ -27,13 +27,13 @@ MEASURED = Path(__file__).parents[2] / "shared" / "data" / "measured" / "mr_damp
 @pytest.mark.skipif(not MEASURED.exists(), reason=f"the measured runs of a magnetorheological damper are not at {MEASURED}")
 def test_a_real_magnetorheological_damper_rubs():
     """Of its force over the rate everybody sees a yield force of 1.3 to 1.4 kN that comes in late; one run alone is so far from the noise that nothing is named."""
-    fitted, held = (read_recording(MEASURED / f"{name}.csv") for name in ("25mm0p5Hz1A", "10mm1Hz1A"))
+    fitted, held = (read_recording(MEASURED / f"{name}.csv") for name in ("10mm1Hz1A", "25mm0p5Hz1A"))
     test = component_test(MassSpringDamper(), ["force", "displacement"], "displacement")
     verdict = investigate(test, [prepare_sampled(fitted, test)], holdout=[held]).verdict
     assert (verdict.verdict, [c.family for c in verdict.effects], verdict.open_form) == ("named", ["coulomb_friction"], True)
     assert parameters_of(verdict.best)["coulomb_friction.friction_torque"][0] == pytest.approx(1350, rel=0.1)  # as the curve shows it
     before, after = before_and_after(verdict.base, verdict.best, [prepare_sampled(held, test)])
-    assert after.rms < 0.5 * before.rms
+    assert after.rms < 0.25 * before.rms  # half of it where friction does not lag
 
 
 def test_shaped_hysteresis_is_the_published_law():
