@@ -9,8 +9,9 @@ import signal
 import sys
 import threading
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
+from contextlib import contextmanager
 from typing import Any, TypeVar
 
 from fmus.progress import track
@@ -24,15 +25,31 @@ def spread(function: Callable[[Any], T], items: Sequence[Any], description: str)
     count = min(processes(), len(items))
     if count < 2:
         return [function(item) for item in track(items, description)]
+    with _begun(function, items, count) as answers:
+        return [a.result() for a in track(answers, description)]
+
+
+@contextmanager
+def aside(function: Callable[[], T]) -> Iterator[Callable[[], T]]:
+    """What asks for the answer of function(), which a process of its own works out meanwhile; the answer must be plain data."""
+    if processes() < 2:
+        yield function
+        return
+    with _begun(lambda work: work(), [function], 1) as (answer,):
+        yield answer.result
+
+
+@contextmanager
+def _begun(function: Callable[[Any], T], items: Sequence[Any], count: int) -> Iterator[list[Future]]:
+    """The answers to come from so many processes, which end with the context."""
     _WORK.append((function, items))
-    context = multiprocessing.get_context("fork")
-    pool = ProcessPoolExecutor(count, context, initializer=_follow_the_parent)
+    pool = ProcessPoolExecutor(count, multiprocessing.get_context("fork"), initializer=_follow_the_parent)
     try:
         with warnings.catch_warnings():
-            # The threads that Python warns of are those of the linear algebra, which survives a fork.
+            # The threads that Python warns of are those of the linear algebra, which survives a fork, and those that wait for other processes.
             warnings.simplefilter("ignore", DeprecationWarning)
             answers = _submitted(pool, len(items))
-            return [a.result() for a in track(answers, description)]
+        yield answers
     finally:
         pool.shutdown(cancel_futures=True)  # after an interrupt, what was not begun is not waited for
         _WORK.pop()

@@ -6,6 +6,7 @@ it is called.
 """
 
 import argparse
+import gc
 import importlib
 import json
 import re
@@ -48,7 +49,7 @@ def main(arguments: list[str] | None = None) -> int:
     if name not in COMMANDS or words[0] != name:
         return _top_level(words)
     try:
-        command = importlib.import_module(f"scenarios.commands.{name}")
+        command = _imported(f"scenarios.commands.{name}")
         parser = _Parser(prog=f"motofmi {name}", description=command.HELP, formatter_class=argparse.RawDescriptionHelpFormatter)
         command.add_arguments(parser)
         parser.add_argument("--json", metavar="FILE", help="also write the result as JSON; - for standard output, and nothing else there")
@@ -68,6 +69,18 @@ def main(arguments: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         _complain(f"motofmi {name}", "interrupted")
         return 1
+
+
+def _imported(name: str) -> Any:
+    """A command's module. Hardly anything that comes with it is ever garbage, and looking for that takes a fifth of the time."""
+    if name not in sys.modules:
+        gc.disable()
+        try:
+            importlib.import_module(name)
+        finally:
+            gc.freeze()
+            gc.enable()
+    return sys.modules[name]
 
 
 def _with_negative_values(words: list[str]) -> list[str]:

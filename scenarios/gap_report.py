@@ -1,7 +1,10 @@
 """The gap as one HTML report: the verdict, where the model missed, and recording, harmonics, Nyquist plane, whiteness."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from matplotlib.figure import Figure
 
 from identification.gap.data.runs import Run
 from identification.gap.naming.decide import Verdict
@@ -15,17 +18,30 @@ from scenarios.report import Report, Section
 FILE = "report.html"
 
 
-def write_report(verdict: Verdict, result: dict[str, Any], held: list[Run], folder: Path) -> str:
-    """Write the report into the folder; its name there."""
+@dataclass(frozen=True)
+class Pictures:
+    """Each picture with its caption: where the base misses every run, and one run before and after."""
+
+    misses: list[tuple[Figure, str]]
+    before_and_after: list[tuple[Figure, str]]
+
+
+def pictures(verdict: Verdict, held: list[Run]) -> Pictures:
+    """What a report shows of a verdict, and of held-out runs."""
     missed = locate(verdict.base, cells)
+    maps = [(gap_map(verdict.base, missed, i, k), f"{r.name}, {output.column}: recording, response, and what the base leaves by order, band, amplitude and direction.")
+            for i, r in enumerate(verdict.base.runs) for k, output in enumerate(r.outputs)]  # fmt: skip
+    return Pictures(maps, figures(without_and_with(verdict, held)))
+
+
+def write_report(shown: Pictures, result: dict[str, Any], held: list[Run], folder: Path) -> str:
+    """Write the report into the folder; its name there."""
+    passing = f"Places that pass a false-discovery rate of {FALSE_DISCOVERIES:.0%} (Benjamini and Hochberg), in red."
     sections = [
         verdict_section(result),
-        Section("Where the base model misses", [f"Places that pass a false-discovery rate of {FALSE_DISCOVERIES:.0%} (Benjamini and Hochberg), in red."],
-                [(gap_map(verdict.base, missed, i, k), f"{r.name}, {output.column}: recording, response, and what the base leaves by order, band, amplitude and direction.")
-                 for i, r in enumerate(verdict.base.runs) for k, output in enumerate(r.outputs)],
-                [places(result)]),
-        Section("Before and after", [told(held)], figures(without_and_with(verdict, held)), [before_and_after(result)]),
+        Section("Where the base model misses", [passing], shown.misses, [places(result)]),
+        Section("Before and after", [told(held)], shown.before_and_after, [before_and_after(result)]),
         modes_over_speed(result),
-    ]  # fmt: skip
+    ]
     Report("The gap between model and recordings", f"Verdict: {result['verdict']}", sections).write(folder / FILE)
     return FILE

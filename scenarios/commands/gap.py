@@ -1,7 +1,8 @@
 """Where a model misses measured data, and which physical effect is missing."""
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -9,9 +10,10 @@ from rich.console import Console
 from rich.table import Table
 
 from fmus.build import build
+from fmus.component import Component
 from fmus.effects import Effect
 from fmus.errors import InputError, MissingToolError
-from fmus.parallel import spread
+from fmus.parallel import aside
 from fmus.progress import track
 from identification.gap.data.runs import NotSweptError, Run, prepare, usable
 from identification.gap.models.model import Model
@@ -25,7 +27,7 @@ from scenarios import gap_plan
 from scenarios.augmented_rider import FILE, effect_on_modes, motion_of, rider_of, write_model
 from scenarios.component_report import write_report as write_component_report
 from scenarios.component_test import run_on_component
-from scenarios.gap_report import write_report
+from scenarios.gap_report import pictures, write_report
 from scenarios.gap_tables import headline, modes_over_speed, nearest, places
 from scenarios.recordings_on_the_command_line import mapping_of
 from scenarios.rig_over_time import run_over_time
@@ -88,12 +90,14 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     except NotSweptError:
         return _over_time(arguments, rig, stand, library)
     verdict = decide(Model(stand), runs, library, held, writing_so_far(folder, lambda verdict: as_result(verdict, [], "N.m")))
-    result = as_result(verdict, held, "N.m")
-    result["limitations"] += _limitations(rig, runs, held, bool(arguments.bare))
-    write_verdict(result, folder)
-    result["next_experiment"] = next_experiment(verdict, rig_proposals)
-    _add(verdict, result, arguments, folder)
-    result["report"] = write_report(verdict, result, held, folder)
+    with _adding(verdict, arguments, folder) as add_to:
+        result = as_result(verdict, held, "N.m")
+        result["limitations"] += _limitations(rig, runs, held, bool(arguments.bare))
+        write_verdict(result, folder)
+        result["next_experiment"] = next_experiment(verdict, rig_proposals)
+        shown = pictures(verdict, held)
+        add_to(result)
+    result["report"] = write_report(shown, result, held, folder)
     write_verdict(result, folder)
     return result
 
@@ -104,29 +108,40 @@ def _over_time(arguments: argparse.Namespace, rig: dict[str, Any], stand: TestSt
     found, result = run_over_time(arguments, stand, library)
     result["limitations"] += _bar_unknown(rig, bool(arguments.bare))
     write_verdict(result, folder)
-    result["next_experiment"] = next_experiment(found.verdict, scaled_runs)
-    _add(found.verdict, result, arguments, folder, swept=False)
+    with _adding(found.verdict, arguments, folder, swept=False) as add_to:
+        result["next_experiment"] = next_experiment(found.verdict, scaled_runs)
+        add_to(result)
     result["report"] = write_component_report(found.verdict, result, found.held, folder, modes_over_speed(result))
     write_verdict(result, folder)
     return result
 
 
-def _add(verdict: Verdict, result: dict[str, Any], arguments: argparse.Namespace, folder: Path, swept: bool = True) -> None:
-    """The model with what was found, its FMU, and what it does to the motorcycle's modes."""
+@contextmanager
+def _adding(verdict: Verdict, arguments: argparse.Namespace, folder: Path, swept: bool = True) -> Iterator[Callable[[dict[str, Any]], None]]:
+    """What adds to a result the model with what was found, its FMU, and what it does to the motorcycle's modes, all of which are made meanwhile."""
     rider = write_model(verdict.best, folder, f"Fitted to {', '.join(r.name for r in verdict.best.runs)}", arguments.effects)
-    result["model"] = FILE
-
-    def fmu() -> dict[str, Any]:
-        try:
-            return {"fmu": Path(build(rider, folder).path).name}
-        except MissingToolError as error:
-            return {"limitations": [*result["limitations"], f"No FMU was built: {error}"]}
 
     def on_modes() -> dict[str, Any]:
+        if verdict.verdict != "named":
+            return {}
         return {"modes": effect_on_modes(rider_of(verdict.base), rider, motion_of(verdict.best, rider) if swept else None)}
 
-    for part in spread(lambda make: make(), [fmu, on_modes] if result["verdict"] == "named" else [fmu], "adding what was found"):
-        result |= part
+    with aside(lambda: _built(rider, folder)) as fmu, aside(on_modes) as modes:
+
+        def add_to(result: dict[str, Any]) -> None:
+            name, sentences = fmu()
+            result["limitations"] += sentences
+            result |= {"model": FILE, "fmu": name, **modes()}
+
+        yield add_to
+
+
+def _built(rider: Component, folder: Path) -> tuple[str | None, list[str]]:
+    """The FMU's name in the folder; without a compiler none, and what to say of it."""
+    try:
+        return Path(build(rider, folder).path).name, []
+    except MissingToolError as error:
+        return None, [f"No FMU was built: {error}"]
 
 
 def _runs(files: Sequence[str], stand: TestStand, mapping: Sequence[str]) -> list[Run]:

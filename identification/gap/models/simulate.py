@@ -92,7 +92,7 @@ def simulate(equations: Equations, values: Mapping[str, float], motion: Motion, 
             break
         kink = update < 1e-3 and before < 1e-2 and update > 0.2 * before  # between samples: as near as it gets
         if kink or equations.linear:
-            steps.look(x)
+            steps.look(x, again=not equations.linear)
             break
     else:
         if update > ASTRAY:
@@ -119,8 +119,8 @@ class _Collocation:
             raise self.diverges
         return made
 
-    def look(self, x: np.ndarray) -> None:
-        """Rates, outputs and slopes along a trajectory (nx, n), and its defects."""
+    def look(self, x: np.ndarray, again: bool = True) -> None:
+        """Rates, outputs and slopes along a trajectory (nx, n), and its defects; where it is no guess again, these stay as they are."""
         states, h = self.equations.states, self.h
         self.seen = self.nodes | dict(zip(states, x, strict=True))
         self.rows, self.slopes = self.equations(self.seen, self.n)
@@ -130,6 +130,8 @@ class _Collocation:
         for i, name in enumerate(states if len(self.into) else ()):
             between[name][self.into] = x[i, self.into]  # anything that can be computed
         self.seen_between = self.middles | between
+        if not again:
+            return
         middle, self.between = self.equations(self.seen_between, self.n - 1)
         self.defect = np.zeros(self.nx).astype(object)
         for i in range(self.nx):

@@ -18,6 +18,7 @@ FAR = 30.0  # reduced chi-square of a base from which no effect is a small step
 STRAINED = 10.0  # errors of what is known of a base, by which it is missed: the same
 PROMISED = 0.5  # of a signature's gain (all of it where a base is far off): with less, a fit is tried from elsewhere
 SMALLER = 0.2  # of the size of an effect, from where it is tried again
+OUT_OF_REACH = 4.0  # times the chi-square that is to be reached: no other start makes up for so much where a fair one has led to something
 
 
 def fit_each(found: Fit, signatures: Sequence[Signature], so_far: Sequence[Candidate], beat: float, known: Sequence[Fit]) -> list[Candidate]:
@@ -48,6 +49,7 @@ def _best_fit(found: Fit, signature: Signature, beat: float, known: Sequence[Fit
     """The best fit from several starts, the likeliest first; None where nothing can be simulated."""
     model = found.model.joined_by(signature.effect)
     far = found.reduced > FAR or bool(np.max(np.abs(found.residuals[found.count :]), initial=0.0) > STRAINED)
+    adrift = far or lost(found)
     blind = signature.gain < SIGNIFICANT and lost(found)  # no start is known to be better than another
     promised = np.inf if blind else signature.gain * (1.0 if far else PROMISED)
     least = contained(model, known)
@@ -60,7 +62,8 @@ def _best_fit(found: Fit, signature: Signature, beat: float, known: Sequence[Fit
         best = fitted if best is None or fitted.chi2 < best.chi2 else best
         as_promised = found.chi2 - best.chi2 > promised and not (far and best.chi2 > beat)  # far off, all promises are small
         as_promised &= best.chi2 < least
-        if adequate(best) or as_promised or (settled and fitted.chi2 > beat):
+        out_of_reach = not adrift and OUT_OF_REACH * beat < fitted.chi2 < found.chi2
+        if adequate(best) or as_promised or out_of_reach or (settled and fitted.chi2 > beat):
             break
     if best is None or best.chi2 > found.chi2:
         with suppress(InputError):

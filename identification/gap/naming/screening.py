@@ -7,6 +7,7 @@ for each of its starting shapes. No effect is fitted yet: this costs one simulat
 """
 
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import product
 
@@ -18,6 +19,8 @@ from fmus.errors import InputError
 from fmus.parallel import spread
 from identification.gap.models.model import AnyModel
 from identification.gap.naming.fitting import Fit, memories, remembering
+
+TOGETHER = 6  # shapes of an effect that one process tries, which makes the model once
 
 
 @dataclass(frozen=True)
@@ -34,23 +37,24 @@ def screen(found: Fit, effects: Iterable[type[Effect]], keep: int = 2) -> list[S
     basis, _ = np.linalg.qr(found.jacobian / (np.linalg.norm(found.jacobian, axis=0) + 1e-12))
     left = found.residuals - basis @ (basis.T @ found.residuals)
 
-    def tried(effect: type[Effect]) -> list[tuple[float, np.ndarray]]:
+    def tried(part: tuple[type[Effect], list[dict[str, float]]]) -> list[tuple[float, np.ndarray]]:
+        effect, shapes = part
         try:
             model = found.model.joined_by(effect, slopes_of_base=False)
         except InputError:  # it cannot join what is there already
             return []
         answers = []
-        for shape in shapes_of(found, effect):
-            try:
+        for shape in shapes:
+            with suppress(InputError):  # this shape diverges; another may not
                 answers.append(_signature(found, model, effect, shape, basis, left))
-            except InputError:  # this shape diverges; another may not
-                continue
         return answers
 
     effects = list(effects)
-    answers = spread(tried, effects, "screening effects")
-    best = [sorted(shapes, key=lambda answer: -answer[0])[:keep] for shapes in answers]
-    return [Signature(effect, *answer) for effect, shapes in zip(effects, best, strict=True) for answer in shapes]
+    parts = [(effect, shapes[i : i + TOGETHER]) for effect in effects for shapes in [shapes_of(found, effect)] for i in range(0, len(shapes), TOGETHER)]
+    answers: dict[type[Effect], list[tuple[float, np.ndarray]]] = {effect: [] for effect in effects}
+    for (effect, _), answer in zip(parts, spread(tried, parts, "screening effects"), strict=True):
+        answers[effect] += answer
+    return [Signature(effect, *answer) for effect, shapes in answers.items() for answer in sorted(shapes, key=lambda answer: -answer[0])[:keep]]
 
 
 def shapes_of(found: Fit, effect: type[Effect]) -> list[dict[str, float]]:
