@@ -79,16 +79,20 @@ def _in_waves(field: _Field, led: list[Candidate], leaders: int, others: bool, b
     """The families one after the other, with those that led the way: what the first ones gain decides which others are worth a fit."""
     found, order, candidates = field.found, field.order, [*led]
     settled = {c.effect for c in led}
-    waves = (order[:1], order[1:3], order[3:leaders], order[leaders:] if others else [])
-    for wave in waves:
+    waves = [order[:1], order[1:3], order[3:leaders], order[leaders:] if others else []]
+    tried, followers = [name for wave in waves for name in wave], set(order[leaders:])
+    while waves:
+        wave = waves.pop(0)
         enough = max((min(c.delta_chi2, field.promised[c.family]) for c in candidates if c.fitted and adequate(c.fit)), default=0.0)
-        of_each = ([s for s in field.of_family[name] if s.effect not in settled][:STARTS] for name in wave)
-        mine = [signatures for signatures in of_each if signatures]
-        floor, rival = max(SIGNIFICANT / 2, (RIVAL if wave is waves[-1] else LEADING) * field.top), RIVAL * enough
-        worth = [[s for s in signatures if s.gain >= max(floor, rival if s.effect.shapes() else PLAIN * rival)] for signatures in mine]
-        candidates += fit_each(found, [s for signatures in worth for s in signatures], candidates, beat, known)
-        candidates += [Candidate.promised(found, signatures[0]) for signatures, fitted in zip(mine, worth, strict=True) if not fitted]
-    rest = set(order).difference(*waves)
+        if enough:  # who is a rival of that is known by now
+            wave, waves = [name for each in (wave, *waves) for name in each], []
+        of_each = {name: [s for s in field.of_family[name] if s.effect not in settled][:STARTS] for name in wave}
+        mine = {name: signatures for name, signatures in of_each.items() if signatures}
+        floor = {name: max(SIGNIFICANT / 2, (RIVAL if name in followers else LEADING) * field.top) for name in mine}
+        worth = {name: [s for s in signatures if s.gain >= max(floor[name], RIVAL * enough * (1.0 if s.effect.shapes() else PLAIN))] for name, signatures in mine.items()}
+        candidates += fit_each(found, [s for signatures in worth.values() for s in signatures], candidates, beat, known)
+        candidates += [Candidate.promised(found, mine[name][0]) for name, fitted in worth.items() if not fitted]
+    rest = set(order).difference(tried)
     return ranked([*candidates, *(Candidate.promised(found, s) for s in field.seen if s.effect.family in rest)])
 
 

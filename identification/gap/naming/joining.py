@@ -49,8 +49,8 @@ def _best_fit(found: Fit, signature: Signature, beat: float, known: Sequence[Fit
     """The best fit from several starts, the likeliest first; None where nothing can be simulated."""
     model = found.model.joined_by(signature.effect)
     far = found.reduced > FAR or bool(np.max(np.abs(found.residuals[found.count :]), initial=0.0) > STRAINED)
-    adrift = far or lost(found)
-    blind = signature.gain < SIGNIFICANT and lost(found)  # no start is known to be better than another
+    astray = lost(found)
+    blind = astray and signature.gain < SIGNIFICANT  # no start is known to be better than another
     promised = np.inf if blind else signature.gain * (1.0 if far else PROMISED)
     least = contained(model, known)
     best = None
@@ -62,7 +62,7 @@ def _best_fit(found: Fit, signature: Signature, beat: float, known: Sequence[Fit
         best = fitted if best is None or fitted.chi2 < best.chi2 else best
         as_promised = found.chi2 - best.chi2 > promised and not (far and best.chi2 > beat)  # far off, all promises are small
         as_promised &= best.chi2 < least
-        out_of_reach = not adrift and OUT_OF_REACH * beat < fitted.chi2 < found.chi2
+        out_of_reach = not astray and OUT_OF_REACH * beat < fitted.chi2 < found.chi2
         if adequate(best) or as_promised or out_of_reach or (settled and fitted.chi2 > beat):
             break
     if best is None or best.chi2 > found.chi2:

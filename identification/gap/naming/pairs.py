@@ -62,9 +62,10 @@ def pairs_of(best: Candidate, first: Sequence[Candidate], library: Sequence[type
     worth = best.delta_bic + max(second[0], second[1] * best.delta_chi2) if one_will_do else 0.0
     found: dict[frozenset[str], Pair] = {}
     for one in leading[:FIRSTS]:
-        # A pair that is not adequate is none, nor one that is far behind another.
-        enough = min([reduced_by_noise(one.fit) * one.fit.freedom, *(pair.second.fit.chi2 for pair in found.values())])
+        # A pair that is not adequate is none, nor one that gains too little or is far behind another.
         usual = max(second[0], second[1] * one.delta_chi2)
+        gained = [one.fit.chi2 - usual] if one_will_do else []
+        enough = min([reduced_by_noise(one.fit) * one.fit.freedom, *gained, *(pair.second.fit.chi2 for pair in found.values())])
         least = second[0] if not one_will_do and knows_its_noise(one.fit) else usual
         seconds = one_each(compete(one.fit, library, leaders=4, least=least, others=False, beat=enough, known=known))
         if not _leads(seconds):
