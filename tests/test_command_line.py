@@ -1,16 +1,18 @@
 """The command line as other programs use it: its JSON, its exit status, and one line for what is wrong."""
 
+import gc
 import json
 import pkgutil
 import subprocess
 import sys
+from contextlib import suppress
 
 import numpy as np
 import pytest
 
 from fmus.component import Component
 from scenarios import commands, names
-from scenarios.command_line import COMMANDS, main
+from scenarios.command_line import COMMANDS, _imported, main
 from vehicle_fmu import MODES
 
 MODULES = sorted(module.name for module in pkgutil.iter_modules(commands.__path__))
@@ -53,6 +55,13 @@ def test_help_lists_every_command(capsys):
 def test_it_runs_as_a_program():
     done = subprocess.run([sys.executable, "-m", "scenarios.command_line", "list", "--json", "-"], capture_output=True, text=True, check=True)
     assert done.stderr == "" and "riders" in json.loads(done.stdout)
+
+
+def test_garbage_is_collected_after_an_import_that_fails():
+    for name in ("scenarios.commands.list", "scenarios.commands.no_such"):
+        with suppress(ModuleNotFoundError):
+            _imported(name)
+        assert gc.isenabled()
 
 
 # list ---------------------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ import pytest
 from scipy.fft import dct
 from scipy.linalg import toeplitz
 
-from fmus.errors import InputError
+from fmus.errors import InputError, MissingToolError
 from identification.gap.data.blocks import blocks_of
 from identification.gap.data.runs import prepare
 from identification.gap.data.told import NOISELESS, motion_functions
@@ -41,6 +41,10 @@ def recorded(folder, hidden, *seeds):
     (folder / "rig.json").write_text(json.dumps({"handlebar_inertia": {"value": 0.125, "standard_error": 0.00125, "unit": "kg.m2"}}))
 
 
+def no_compiler(*_):
+    raise MissingToolError("no C compiler")
+
+
 def test_a_head_is_found_in_a_multisine(tmp_path, monkeypatch):
     recorded(tmp_path, {"Ih": 0.06, "fh": 4.2, "zh": 0.3}, 1, 2)
     monkeypatch.chdir(tmp_path)
@@ -59,8 +63,11 @@ def test_a_head_is_found_in_a_multisine(tmp_path, monkeypatch):
 def test_nothing_is_found_in_a_multisine_where_nothing_is_hidden(tmp_path, monkeypatch):
     recorded(tmp_path, {}, 3)
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("scenarios.commands.gap.build", no_compiler)
     assert main(["gap", "run_3.csv", "--out", "gap"]) == 0
-    assert json.loads((tmp_path / "gap" / "verdict.json").read_text())["verdict"] == "none"
+    result = json.loads((tmp_path / "gap" / "verdict.json").read_text())
+    assert (result["verdict"], result["fmu"]) == ("none", None) and (tmp_path / "gap" / result["model"]).exists()
+    assert [s for s in result["limitations"] if "FMU" in s] == ["No FMU was built: no C compiler"]
 
 
 def test_a_sweep_that_is_sampled_coarsely_is_no_noise():

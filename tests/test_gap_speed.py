@@ -2,6 +2,7 @@
 
 import os
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,8 +16,10 @@ from identification.gap.models.equations import Equations
 from identification.gap.models.model import Model
 from identification.gap.models.over_time import inverse, product
 from identification.gap.models.simulate import Motion, simulate
+from identification.gap.naming import joining, screening
 from identification.gap.naming.competing import compete
 from identification.gap.naming.fitting import fit
+from identification.gap.naming.screening import screen, shapes_of
 from scenarios.rig_test import rig_effects, rig_test
 
 pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")
@@ -155,6 +158,44 @@ def test_work_is_spread_in_order_and_its_errors_come_back(monkeypatch):
     assert os.getpid() not in {p for _, p in answers}
     with pytest.raises(ZeroDivisionError):
         parallel.spread(lambda i: 1 / i, range(3), "reciprocals")
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_work_aside_answers_when_it_is_asked(monkeypatch, count):
+    monkeypatch.setattr(parallel, "processes", lambda: count)
+    with parallel.aside(os.getpid) as first, parallel.aside(lambda: 1 / 0) as failing:
+        spread = parallel.spread(lambda i: -i, range(4), "between")
+        assert (first() != os.getpid()) == (count > 1 and hasattr(os, "fork"))
+        with pytest.raises(ZeroDivisionError):
+            failing()
+    assert spread == [0, -1, -2, -3] and not parallel._WORK
+
+
+def test_all_shapes_of_an_effect_are_screened_however_they_are_shared_out(short_run, monkeypatch):
+    found = fit(Model(rig_test(RIG)), [short_run], Model(rig_test(RIG)).start())
+    effects = [e for e in rig_effects() if e.form in ("head", "coulomb", "dahl", "step")]
+    assert max(len(shapes_of(found, e)) for e in effects) > 2
+    seen = []
+    for together in (1, 2, 100):
+        monkeypatch.setattr(screening, "TOGETHER", together)
+        seen.append(screen(found, effects, keep=100))
+    assert len(seen[0]) == sum(len(shapes_of(found, e)) for e in effects)
+    for other in seen[1:]:
+        assert [s.effect for s in other] == [s.effect for s in seen[0]]
+        # A trajectory begins where the last shape's ended, which moves it by its rounding.
+        np.testing.assert_allclose([s.gain for s in other], [s.gain for s in seen[0]], rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize("share, tried_again", [(1e-3, False), (0.9, True)])
+def test_a_rival_that_is_out_of_reach_gets_no_further_start(short_run, monkeypatch, share, tried_again):
+    """It gains less than it promised: far from what is to be reached there is no other start, near it there is."""
+    found = fit(Model(rig_test(RIG)), [short_run], Model(rig_test(RIG)).start())
+    rival = screen(found, [e for e in rig_effects() if e.family == "cross_inertia"], keep=1)[0]
+    begun = []
+    monkeypatch.setattr(parallel, "processes", lambda: 1)
+    monkeypatch.setattr(joining, "fit", lambda *a, **k: begun.append(fit(*a, **k)) or begun[-1])
+    joining.fit_each(found, [replace(rival, gain=found.chi2)], [], share * found.chi2, [])
+    assert begun[0].chi2 < found.chi2 and (len(begun) > 1) == tried_again
 
 
 def test_as_many_processes_as_are_allowed(monkeypatch):
