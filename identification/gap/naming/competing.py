@@ -77,23 +77,20 @@ def _compete(found: Fit, library: Sequence[type[Effect]], leaders: int, least: f
 
 def _in_waves(field: _Field, led: list[Candidate], leaders: int, others: bool, beat: float, known: Sequence[Fit]) -> list[Candidate]:
     """The families one after the other, with those that led the way: what the first ones gain decides which others are worth a fit."""
-    found, order, candidates = field.found, field.order, [*led]
-    settled = {c.effect for c in led}
-    waves = [order[:1], order[1:3], order[3:leaders], order[leaders:] if others else []]
-    tried, followers = [name for wave in waves for name in wave], set(order[leaders:])
+    found, candidates, settled = field.found, [*led], {c.effect for c in led}
+    tried = field.order if others else field.order[:leaders]
+    least = {name: max(SIGNIFICANT / 2, (LEADING if name in tried[:leaders] else RIVAL) * field.top) for name in tried}
+    waves = [tried[:1], tried[1:3], tried[3:leaders], tried[leaders:]]
     while waves:
-        wave = waves.pop(0)
         enough = max((min(c.delta_chi2, field.promised[c.family]) for c in candidates if c.fitted and adequate(c.fit)), default=0.0)
-        if enough:  # who is a rival of that is known by now
-            wave, waves = [name for each in (wave, *waves) for name in each], []
-        of_each = {name: [s for s in field.of_family[name] if s.effect not in settled][:STARTS] for name in wave}
-        mine = {name: signatures for name, signatures in of_each.items() if signatures}
-        floor = {name: max(SIGNIFICANT / 2, (RIVAL if name in followers else LEADING) * field.top) for name in mine}
-        worth = {name: [s for s in signatures if s.gain >= max(floor[name], RIVAL * enough * (1.0 if s.effect.shapes() else PLAIN))] for name, signatures in mine.items()}
-        candidates += fit_each(found, [s for signatures in worth.values() for s in signatures], candidates, beat, known)
-        candidates += [Candidate.promised(found, mine[name][0]) for name, fitted in worth.items() if not fitted]
-    rest = set(order).difference(tried)
-    return ranked([*candidates, *(Candidate.promised(found, s) for s in field.seen if s.effect.family in rest)])
+        # What an adequate effect's rivals must promise is known: they are fitted side by side.
+        wave, waves = ([name for each in waves for name in each], []) if enough else (waves[0], waves[1:])
+        seen = {name: [s for s in field.of_family[name] if s.effect not in settled][:STARTS] for name in wave}
+        worth = [s for name in wave for s in seen[name] if s.gain >= max(least[name], RIVAL * enough * (1.0 if s.effect.shapes() else PLAIN))]
+        candidates += fit_each(found, worth, candidates, beat, known)
+        begun = {s.effect.family for s in worth}
+        candidates += [Candidate.promised(found, seen[name][0]) for name in wave if seen[name] and name not in begun]
+    return ranked([*candidates, *(Candidate.promised(found, s) for s in field.seen if s.effect.family not in tried)])
 
 
 def _near(candidates: Sequence[Candidate], within: float = np.inf) -> set[str]:
