@@ -59,7 +59,7 @@ class _Field:
 
 def _compete(found: Fit, library: Sequence[type[Effect]], leaders: int, least: float, others: bool, beat: float, known: Sequence[Fit]) -> list[Candidate]:
     field = _Field(found, library)
-    if field.top < max(SIGNIFICANT / 2, FAR_LESS * least):
+    if not any(_hopeful(found, s, least) for s in field.seen):
         return ranked(Candidate.promised(found, s) for s in field.seen)
     led = fit_each(found, screen(found, _leading(found, library, known), keep=1), [], beat, known)
     candidates = _in_waves(field, led, leaders, others, beat, known)
@@ -73,6 +73,13 @@ def _compete(found: Fit, library: Sequence[type[Effect]], leaders: int, least: f
     if not adequate(candidates[0].fit):  # a curve of its own only where no plain form fits
         candidates = _in_other_forms(field, candidates, beat, known, flexible=True)
     return finished(found, candidates) if adequate(candidates[0].fit) else candidates
+
+
+def _hopeful(found: Fit, signature: Signature, least: float) -> bool:
+    """Whether an effect may gain enough. What is missed beside an adequate effect is small, so that the screening sees it, and its price counts as well."""
+    small = bool(found.model.effects) and adequate(found)
+    needed = least + (len(signature.start) * float(np.log(found.count)) if small else 0.0)
+    return signature.gain >= max(SIGNIFICANT / 2, FAR_LESS * needed)
 
 
 def _in_waves(field: _Field, led: list[Candidate], leaders: int, others: bool, beat: float, known: Sequence[Fit]) -> list[Candidate]:
