@@ -315,3 +315,12 @@ def test_friction_that_gives_way_like_bristles_needs_no_plain_friction_to_lead_t
     assert [(c.family, c.effect.form) for c in verdict.effects] == [("coulomb_friction", "bristles")]
     found, error, _ = parameters_of(verdict.best)["device.coulomb_friction.force"]
     assert found == pytest.approx(0.26, abs=3 * error) and error < 0.03
+
+
+def test_a_held_out_run_that_cannot_be_simulated_at_once_is_led_in():
+    """Arms that stiffen twentyfold: on a run that is new the motion is nowhere near a guess, and a right name used to be taken back."""
+    rider = dict(zip(RIDER, (0.337, 0.531, 667.0, 82.0, 5.3, 2.47), strict=True))
+    fitted, held = (runs_of({"kx": 42.0}, sweep(*ends, 40.0), rider=rider, rate=64) for ends in ((1, 8, 2.6), (8, 1, 3.4)))
+    verdict = decide(Model(rig_test({})), fitted, [e for e in library("hardening_stiffness") if e.form in ("cubic", "exponential")], held)
+    assert (verdict.verdict, [c.effect.form for c in verdict.effects], verdict.refuted) == ("named", ["exponential"], [])
+    assert HeldOut(held).missed(verdict.best) < 1e-3 * HeldOut(held).missed(verdict.base)

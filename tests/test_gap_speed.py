@@ -15,7 +15,7 @@ from identification.gap.data.runs import prepare
 from identification.gap.models.equations import Equations
 from identification.gap.models.model import Model
 from identification.gap.models.over_time import inverse, product
-from identification.gap.models.simulate import Motion, simulate
+from identification.gap.models.simulate import Motion, led_in, simulate
 from identification.gap.naming import joining, screening
 from identification.gap.naming.competing import compete
 from identification.gap.naming.fitting import fit
@@ -111,6 +111,24 @@ def test_matrices_over_time_are_those_of_numpy():
     for ours, exact in ((product(mixed, mixed), dense @ dense), (inverse(mixed), np.linalg.inv(dense))):
         for place in np.ndindex(3, 3):
             np.testing.assert_allclose(np.broadcast_to(ours[place], 5), exact[(slice(None), *place)], atol=1e-12)
+
+
+@pytest.mark.parametrize("hardening, push", [(300.0, 3.0), (1000.0, 1.0), (3000.0, 1.0)])
+def test_a_stiff_spring_is_led_in_where_nothing_is_known_of_its_motion(hardening, push):
+    """At 64 Hz the whole trajectory cannot be found at once; with the hardening growing to its size it is that of solve_ivp."""
+    duffing, time = Duffing(), np.arange(2561) / 64
+    force = lambda t: {"force": push * (4 * np.sin(2.5 * t + 0.05 * t**2) + 2 * np.cos(4 * t))}  # noqa: E731
+    motion = Motion(time, force(time), force((time[1:] + time[:-1]) / 2))
+    equations, values = Equations(duffing, ["position", "pull"], []), {**duffing.values, "hardening": hardening}
+    with pytest.raises(InputError, match="diverges"):
+        simulate(equations, values, motion)
+    made = led_in(equations, values, motion, ["hardening"])
+    exact = solve_ivp(lambda t, x: [x[1], force(t)["force"] - 40 * x[0] - hardening * x[0] ** 3 - 0.6 * x[1]], (0, time[-1]), [0, 0],
+                      t_eval=time, rtol=1e-9, atol=1e-10).y.T  # fmt: skip
+    # Fourth order: at its largest motion the stiffest of these springs swings with some 35 rad/s, (w h)^4 / 180 is 5e-4 per radian, most of it a phase
+    np.testing.assert_allclose(made.states, exact, atol=5e-4 * np.abs(exact).max())
+    with pytest.raises(InputError, match="diverges"):
+        led_in(equations, {**values, "hardening": 1e5}, motion, ["hardening"])
 
 
 @pytest.fixture(scope="module")

@@ -12,12 +12,13 @@ from scipy.interpolate import CubicSpline
 
 from fmus.component import Component
 from fmus.effects import Effect
+from fmus.errors import InputError
 from fmus.imposed import Imposed, ThroughSpring
 from fmus.variables import Variable
 from identification.gap.data.runs import Run
 from identification.gap.models.base_and_effects import BaseAndEffects
 from identification.gap.models.equations import Equations, rate_of
-from identification.gap.models.simulate import Motion, Trajectory, simulate
+from identification.gap.models.simulate import Motion, Trajectory, led_in, simulate
 from identification.gap.stands.component_test import ComponentTest
 from identification.gap.stands.test_stand import Free, TestStand
 from identification.recordings import Recording
@@ -108,6 +109,7 @@ class Model(BaseAndEffects):
         self.equations = Equations(self.component, stand.outputs, self.sensitive)
         self.by_outputs: dict[tuple[str, ...], Equations] = {self.equations.outputs: self.equations}
         self.found: dict[int, tuple[Recording, dict[str, np.ndarray]]] = {}  # the last states by name, from which the next simulation starts
+        self.begun: set[int] = set()  # recordings that this very model has simulated: `found` may be another's
         self.fresh: dict[int, tuple[Run, dict[str, float], Trajectory]] = {}  # whose slopes were not asked for yet
 
     def joined_by(self, *effects: type[Effect], slopes_of_base: bool = True) -> "Model":
@@ -121,7 +123,8 @@ class Model(BaseAndEffects):
         values = self.values(q) | dict.fromkeys(self.durations, run.duration)
         whose, told, made = self.fresh.pop(id(run), (None, {}, None))
         if made is None or whose is not run or told != values:
-            made = simulate(self._measuring(run), values, self._motion(run, values), self._guess(run))
+            made = self._simulated(run, values)
+            self.begun.add(id(run.recording))
             self.found[id(run.recording)] = (run.recording, dict(zip(self.equations.states, made.states.T, strict=True)))
         if not slopes:
             self.fresh[id(run)] = run, values, made
@@ -155,6 +158,17 @@ class Model(BaseAndEffects):
     def with_noise_beside(self, run: Run, q: np.ndarray) -> Run:
         """The run with the noise of what this model leaves."""
         return run.with_noise_beside(self.outputs(run, q, slopes=False)[0])
+
+    def _simulated(self, run: Run, values: Mapping[str, float]) -> Trajectory:
+        """The trajectory of a run. In one that is new to this model, a stiff effect may have to grow to its size."""
+        equations, motion = self._measuring(run), self._motion(run, values)
+        try:
+            return simulate(equations, values, motion, self._guess(run))
+        except InputError:
+            sizes = [self.own[i] for i in self.sizes if values[self.own[i]]]
+            if id(run.recording) in self.begun or not sizes:
+                raise
+            return led_in(equations, values, motion, sizes)
 
     def _measuring(self, run: Run) -> Equations:
         """The equations with the outputs that a run measures."""

@@ -12,7 +12,7 @@ pieces of a recording, each from initial states of its own, are one trajectory i
 Source: Betts, Practical Methods for Optimal Control, 2nd ed. (2010), ch. 4.6; Ascher, Mattheij, Russell (1995).
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -25,6 +25,7 @@ from identification.gap.models.over_time import carried, chain, inverse, is_zero
 CONVERGED = 1e-5  # of a state's size (root mean square); what is left after such a step is its square
 STEPS = 30
 ASTRAY = 0.1  # of a state's size: what still changes by more is no trajectory
+SHORTEST = 1 / 256  # share of a value by which it grows where a trajectory is led in
 LARGEST = 1e100  # of what is simulated and of its slopes: squares of more, divided by the noise, are no numbers any more
 np.empty(4_000_000)  # once freed, the C library keeps what smaller arrays free: handing it back to the system took half of the time
 
@@ -99,6 +100,26 @@ def simulate(equations: Equations, values: Mapping[str, float], motion: Motion, 
             raise steps.diverges
         steps.look(x)
     return Trajectory(x.T, steps, with_initial)
+
+
+def led_in(equations: Equations, values: Mapping[str, float], motion: Motion, sizes: Sequence[str]) -> Trajectory:
+    """The trajectory where none is known to begin from: the values named `sizes` grow from nothing, and each trajectory leads to the next.
+
+    Raises InputError where not even short steps do.
+    """
+    share, step, states = 0.0, 1.0, None
+    while True:
+        grown = min(share + step, 1.0)
+        try:
+            made = simulate(equations, {**values, **{n: grown * values[n] for n in sizes}}, motion, states)
+        except InputError:
+            step /= 2
+            if step < SHORTEST:
+                raise
+            continue
+        if grown == 1.0:
+            return made
+        share, step, states = grown, 2 * step, made.states
 
 
 class _Collocation:
