@@ -170,7 +170,8 @@ def fit(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray, frozen: Sequ
             gains = [-float(2 * gradient[open_] @ step + step @ normal @ step) for step in steps]
             expected, trial = max(gains), x.copy()
             trial[open_] += steps[gains.index(expected)]
-            if expected < worth or (not tries and chi2 - HOPE * expected > beat):
+            hoped = max(expected, -float(2 * gradient[open_] @ move + move @ normal @ move))  # a step that may not go far says little of what is to come
+            if expected < worth or (not tries and chi2 - HOPE * hoped > beat):
                 break
             try:
                 new_residuals = problem.residuals(trial)
