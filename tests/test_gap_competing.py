@@ -2,11 +2,14 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from identification.gap.naming.candidate import Candidate
 from identification.gap.naming.competing import CURVED, _Field, _near
+from identification.gap.naming.fitting import fit
 from identification.gap.naming.joining import contained
+from identification.gap.stands.test_stand import Free
 
 
 def candidate(family, delta_bic, reduced=1.0):
@@ -55,3 +58,16 @@ def test_the_simplest_form_of_a_family_says_when_its_turn_is(monkeypatch):
     field = _Field(SimpleNamespace(model=SimpleNamespace(effects=())), forms)
     assert field.order == ["reflex", "drift", "channel_delay"]
     assert field.promised["channel_delay"] == 900.0  # still what decides whether it is worth a fit
+
+
+@pytest.mark.parametrize("start, beat, reached", [(0.02, 100.0, True), (0.02, 1.0, True), (1e-5, 100.0, False)])
+def test_a_fit_that_may_only_step_is_not_given_up_for_a_short_one(start, beat, reached):
+    """From a fiftieth of its value a parameter has six steps by a factor of two to go, of which the first gains next to nothing; from where it is not felt, none."""
+    shape = np.linspace(1.0, 2.0, 50)
+    run = SimpleNamespace(data=shape, deviation=np.full(50, 0.01))
+    model = SimpleNamespace(
+        names=["gain"], base=["gain"], own=[], rows=[], sizes=[], effects=(), unknowns=lambda run: 0,
+        stand=SimpleNamespace(free=[Free("gain")], measured_effects={}), component=SimpleNamespace(table={"gain": SimpleNamespace(min=0.0, max=10.0)}),
+        reduced=lambda run, q: (np.exp(q[0]) * shape / run.deviation, np.exp(q[0]) * (shape / run.deviation)[:, None]))  # fmt: skip
+    found = fit(model, [run], np.log([start]), beat=beat)
+    assert (abs(np.exp(found.x[0]) - 1.0) < 1e-4) == reached
