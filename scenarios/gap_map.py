@@ -56,7 +56,7 @@ def _draw_orders(picture: Figure, axes, order_of: Mapping[Place, int], missed: l
         axes.bar([p.start for p in shown], 0.84, [p.end - p.start for p in shown], [order_of[p] - 0.42 for p in shown], align="edge",
                  color=colours.to_rgba(np.array([p.excess + 1 for p in shown])), edgecolor=MISS if clear else "#bbbbbb", linewidth=1.6 if clear else 0.5)  # fmt: skip
     picture.colorbar(colours, ax=axes, label="reduced chi-square")
-    axes.set(xlabel="frequency of the excitation [Hz]; framed red: not by chance", ylabel="order")
+    axes.set(xlabel="frequency of the excitation [Hz]; framed red: not by chance", ylabel="order [1]", yticks=sorted(set(order_of.values())))
 
 
 def _draw_directions(axes, cells_of_directions: list[Place], missed: list[Place]) -> None:
