@@ -46,6 +46,16 @@ def test_what_is_unknown_may_be_a_law_without_a_name():
     assert any("spring softens" in sentence for sentence in as_result(verdict, runs[1:], "N.m")["limitations"])
 
 
+def test_a_bar_whose_inertia_grows_with_its_angle_is_unknown_and_said_to():
+    """Under a sine of amplitude a, j (q^2 q'' + q q'^2) has a third harmonic twice that of j q q'^2, and first harmonics are the base's inertia."""
+    runs = runs_of({"ji": 1.5}, sweep(0.5, 10, 3.0, 60.0), sweep(10, 0.5, 4.0, 60.0))
+    verdict = decide(Model(rig_test(RIG)), runs[:1], library("sensor_nonlinearity", "coulomb_friction", "channel_delay"), runs[1:])
+    assert (verdict.verdict, verdict.effects, verdict.unlisted.effect.form) == ("unknown", [], "centrifugal")
+    size, error, _ = parameters_of(verdict.unlisted.fit)["device.unlisted.size"]
+    assert size == pytest.approx(3.0, abs=3 * error) and error < 0.3
+    assert any("an inertia that changes with the angle" in sentence for sentence in as_result(verdict, runs[1:], "N.m")["limitations"])
+
+
 @pytest.mark.parametrize("lag", [0.3, -0.3])
 def test_a_sensor_that_lags_behind_its_load_is_told_by_its_own_law(lag):
     """A slider of 5 N.m between load and reading, which the simulator adds: with either sign the law gains most of the gap."""

@@ -34,8 +34,8 @@ def better_unlisted(base: Fit, named: Fit, library: Sequence[type[Effect]], open
 
 
 def unlisted_laws(library: Sequence[type[Effect]], failed: bool = False) -> list[type[Effect]]:
-    """The laws without a name, at the elements where the library has springs, and at the measuring channel if it has effects there."""
+    """The laws without a name, at the elements where the library has springs, and at the head and the measuring channel if it has effects there."""
     springs, families = dict.fromkeys(e.element for e in library if e.family == SPRING), {e.family for e in library if not failed}
-    places = {"spring": springs, "channel": ["channel"] if any(e.element == "channel" for e in library) else []}
+    places = {"spring": springs, **{place: [place] if any(e.element == place for e in library) else [] for place in ("head", "channel")}}
     return [type(law.__name__, (law,), {"__doc__": law.__doc__, "__module__": law.__module__, "element": element})
             for law in declared_by(unlisted) if families.isdisjoint(law.named_by) for element in places[law.element]]  # fmt: skip
