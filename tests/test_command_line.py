@@ -5,7 +5,6 @@ import json
 import pkgutil
 import subprocess
 import sys
-from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -57,11 +56,13 @@ def test_it_runs_as_a_program():
     assert done.stderr == "" and "riders" in json.loads(done.stdout)
 
 
-def test_garbage_is_collected_after_an_import_that_fails():
-    for name in ("scenarios.commands.list", "scenarios.commands.no_such"):
-        with suppress(ModuleNotFoundError):
-            _imported(name)
-        assert gc.isenabled()
+def test_garbage_is_left_alone_during_an_import_and_collected_after_it(tmp_path, monkeypatch):
+    (tmp_path / "asks_whether.py").write_text("import gc\nENABLED = gc.isenabled()\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    assert not _imported("asks_whether").ENABLED and gc.isenabled()
+    with pytest.raises(ModuleNotFoundError):
+        _imported("no_such_module")
+    assert gc.isenabled()
 
 
 # list ---------------------------------------------------------------------------------------------

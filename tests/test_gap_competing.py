@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identification.gap.naming.candidate import Candidate
-from identification.gap.naming.competing import CURVED, _Field, _near
+from identification.gap.naming.competing import CURVED, _Field, _hopeful, _in_waves, _near
 from identification.gap.naming.fitting import fit
 from identification.gap.naming.joining import contained
 from identification.gap.stands.test_stand import Free
@@ -58,6 +58,29 @@ def test_the_simplest_form_of_a_family_says_when_its_turn_is(monkeypatch):
     field = _Field(SimpleNamespace(model=SimpleNamespace(effects=())), forms)
     assert field.order == ["reflex", "drift", "channel_delay"]
     assert field.promised["channel_delay"] == 900.0  # still what decides whether it is worth a fit
+
+
+@pytest.mark.parametrize("effects, reduced, unknowns, hopeful", [
+    ((), 1.0, 3, True), (("reflex",), 2.0, 3, True), (("reflex",), 1.0, 3, False), (("reflex",), 1.0, 1, True)])  # fmt: skip
+def test_beside_an_adequate_effect_a_second_one_must_promise_a_part_of_its_price(effects, reduced, unknowns, hopeful):
+    """Of 15 and ln 1500 for each parameter a quarter: 9.2 for three, 6 at least for one; elsewhere a small promise may grow."""
+    found = SimpleNamespace(model=SimpleNamespace(effects=effects), reduced=reduced, freedom=1500, count=1500)
+    assert _hopeful(found, SimpleNamespace(gain=7.0, start=[0.0] * unknowns), 15.0) is hopeful
+
+
+@pytest.mark.parametrize("reduced, calls", [(1.0, [["a"], ["b", "c", "d", "e"]]), (3.0, [["a"], ["b", "c"], ["d"], ["e"]])])
+def test_rivals_of_an_adequate_effect_are_fitted_side_by_side(reduced, calls, monkeypatch):
+    made = []
+
+    def fitted(found, signatures, so_far, beat, known):
+        made.append([s.effect.family for s in signatures])
+        return [Candidate(s.effect, SimpleNamespace(model=SimpleNamespace(effects=(s.effect,)), reduced=reduced, freedom=1500, chi2=1500 * reduced), 100.0, 90.0) for s in signatures]
+
+    monkeypatch.setattr("identification.gap.naming.competing.fit_each", fitted)
+    signatures = {name: [SimpleNamespace(effect=type(name, (), {"family": name, "shapes": list}), gain=100.0, start=[0.0])] for name in "abcde"}
+    field = SimpleNamespace(found=SimpleNamespace(chi2=1.0, count=1500), order=list("abcde"), of_family=signatures, promised=dict.fromkeys("abcde", 100.0),
+                            top=100.0, seen=[s for each in signatures.values() for s in each])  # fmt: skip
+    assert len(_in_waves(field, [], 4, True, np.inf, [])) == 5 and made == calls
 
 
 @pytest.mark.parametrize("start, beat, reached", [(0.02, 100.0, True), (0.02, 1.0, True), (1e-5, 100.0, False)])

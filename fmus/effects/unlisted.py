@@ -101,15 +101,10 @@ class StiffnessByRate(Effect):
         return v.size * v.deflection * v.rate**2
 
 
-class Centrifugal(Effect):
+class Centrifugal(StiffnessByRate):
     """At the head a torque grows with the angle and the square of its rate, as of an inertia that changes with the angle."""
 
-    family, form, element = FAMILY, "centrifugal", "head"
-    size = parameter("N.m.s2/rad3", "Torque per angle and squared rate", start=1.0)
-
-    @adds_to("force")
-    def turned(self, v, m):
-        return v.size * v.deflection * v.rate**2
+    form, element = "centrifugal", "head"
 
 
 class SensorMemory(Effect):
