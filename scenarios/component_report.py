@@ -13,6 +13,7 @@ from scipy.signal import csd, spectrogram, welch
 from identification.gap.data.sampled import Sampled
 from identification.gap.naming.decide import Verdict
 from identification.gap.naming.fitting import Fit
+from identification.gap.naming.showing import HeldOutGap
 from scenarios.gap_before_after import told, whiteness, without_and_with
 from scenarios.gap_report import FILE
 from scenarios.gap_tables import before_and_after, places, verdict_section
@@ -24,7 +25,7 @@ LEAST = 0.5  # of the noise: what is darkest in the map
 PERIODS, SHORTEST = 3.0, 16  # of the middle frequency in a window of the map, and its samples
 
 
-def write_report(verdict: Verdict, result: dict[str, Any], held: Sequence[Sampled], folder: Path, modes: Section) -> str:
+def write_report(verdict: Verdict, result: dict[str, Any], held: HeldOutGap, folder: Path, modes: Section) -> str:
     """Write the report, with a section on modes, into the folder; its name there."""
     shown = without_and_with(verdict, held)
     sections = [

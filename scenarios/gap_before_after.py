@@ -11,27 +11,26 @@ from matplotlib.figure import Figure
 
 from identification.gap.data.reduction import Column
 from identification.gap.data.runs import Run
-from identification.gap.models.model import AnyRun
 from identification.gap.naming.decide import Verdict
 from identification.gap.naming.fitting import Fit
-from identification.gap.naming.showing import before_and_after
+from identification.gap.naming.showing import HeldOutGap
 from scenarios.report import COLOURS, new_figure
 
 ORDERS = (1, 2, 3)
 LAGS = 20
 
 
-def without_and_with(verdict: Verdict, held: Sequence[AnyRun]) -> list[tuple[Fit, str, str]]:
+def without_and_with(verdict: Verdict, held: HeldOutGap) -> list[tuple[Fit, str, str]]:
     """Fit, colour and label of base and best on the held-out runs, else on the fitted ones; of the base alone where nothing was found."""
-    found = [c.fit for c in before_and_after(verdict.base, verdict.best, held)] if held else [verdict.base, verdict.best]
+    found = [each.fit for each in held] if held else [verdict.base, verdict.best]
     both = list(zip(found, (COLOURS["damper"], COLOURS["rider"]), ("base", "with what was found"), strict=True))
     return both if verdict.best.model.effects else both[1:]
 
 
-def told(held: Sequence[AnyRun]) -> str:
+def told(held: HeldOutGap) -> str:
     """Which run is shown."""
-    names = ", ".join(run.name for run in held)
-    return f"Held out, and not used to fit: {names}. Shown is {held[0].name}." if held else "No run was held out: shown is the first that was fitted."
+    names = [run.name for run in held[1].fit.runs] if held else []
+    return f"Held out, and not used to fit: {', '.join(names)}. Shown is {names[0]}." if names else "No run was held out: shown is the first that was fitted."
 
 
 @dataclass(frozen=True)

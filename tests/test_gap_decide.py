@@ -39,7 +39,7 @@ def test_a_form_that_fails_further_out_leaves_its_family_or_another_form():
     plain = [e for e in library("hardening_stiffness") if e.form != "exponential"]
     verdict = decide(Model(rig_test(RIG)), runs[:1], plain, runs[1:])
     assert (verdict.verdict, [c.family for c in verdict.effects], verdict.open_form) == ("named", ["hardening_stiffness"], True)
-    assert any("parameters are those of the nearest form" in sentence for sentence in as_result(verdict, runs[1:], "N.m")["limitations"])
+    assert any("parameters are those of the nearest form" in sentence for sentence in as_result(verdict, verdict.on(runs[1:]), "N.m")["limitations"])
     assert decide(Model(rig_test(RIG)), runs[:1], plain).open_form is False
     verdict = decide(Model(rig_test(RIG)), runs[:1], library("hardening_stiffness"), runs[1:])
     assert (verdict.verdict, [c.effect.form for c in verdict.effects], verdict.open_form) == ("named", ["exponential"], False)
@@ -105,7 +105,7 @@ def test_what_errors_of_the_values_explain_refutes_no_name():
     held = on_holdout(verdict.best, runs[1:])
     assert held.chi2 > 2  # all frozen
     assert surprise(verdict.best, held) == pytest.approx(1.0, abs=0.2)  # 448 numbers: 3 standard deviations
-    said = as_result(verdict, runs[1:], "N.m")["limitations"]
+    said = as_result(verdict, verdict.on(runs[1:]), "N.m")["limitations"]
     assert any("too uncertain to foretell" in sentence for sentence in said)
 
 
@@ -116,7 +116,7 @@ def test_a_held_out_run_that_was_not_foretold_leaves_no_none():
     assert decide(model, runs[:1], families).verdict == "none"
     verdict = decide(model, runs[:1], families, runs[1:])
     assert verdict.verdict == "unknown"
-    assert any("Fit that run too" in sentence for sentence in as_result(verdict, runs[1:], "N.m")["limitations"])
+    assert any("Fit that run too" in sentence for sentence in as_result(verdict, verdict.on(runs[1:]), "N.m")["limitations"])
 
 
 def test_a_slow_recording_is_simulated_between_its_samples():

@@ -17,7 +17,6 @@ from identification.gap.models.free_start import FreeStart
 from identification.gap.naming.any_component import investigate
 from identification.gap.naming.begin import begin
 from identification.gap.naming.fitting import parameters_of
-from identification.gap.naming.showing import before_and_after
 from identification.gap.stands.component_test import component_test
 from identification.recordings import Recording, read_recording
 
@@ -32,7 +31,7 @@ def test_a_real_magnetorheological_damper_rubs():
     verdict = investigate(test, [prepare_sampled(fitted, test)], holdout=[held]).verdict
     assert (verdict.verdict, [c.family for c in verdict.effects], verdict.open_form) == ("named", ["coulomb_friction"], True)
     assert parameters_of(verdict.best)["coulomb_friction.friction_torque"][0] == pytest.approx(1350, rel=0.1)  # as the curve shows it
-    before, after = before_and_after(verdict.base, verdict.best, [prepare_sampled(held, test)])
+    before, after = verdict.on([prepare_sampled(held, test)])
     assert after.rms < 0.25 * before.rms  # half of it where friction does not lag
 
 

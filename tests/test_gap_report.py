@@ -25,7 +25,8 @@ def case():
     recordings = [as_recording(name, record(e, {"Tc": FRICTION}, RIDER, rng)) for name, e in excitations.items()]
     up, down = (prepare(r, "steer_angle", "steer_torque", "steer_angle_command") for r in recordings)
     rig = {"handlebar_inertia": {"value": 0.125, "standard_error": 0.00125}}
-    return decide(Model(rig_test(rig)), [up], [e for e in rig_effects() if e.family == "coulomb_friction"], [down]), [down]
+    verdict = decide(Model(rig_test(rig)), [up], [e for e in rig_effects() if e.family == "coulomb_friction"], [down])
+    return verdict, verdict.on([down])
 
 
 def test_pictures_are_of_the_held_out_run_and_leave_what_the_verdict_says(case):
@@ -39,11 +40,11 @@ def test_pictures_are_of_the_held_out_run_and_leave_what_the_verdict_says(case):
         samples = np.array([last - first for first, last, _ in left.run.reduction.bases])
         assert np.sqrt(left.windows(left.left) ** 2 @ samples / samples.sum()) == pytest.approx(gap["rms"][key])
     assert len(figures(shown)) == 5
-    assert without_and_with(verdict, [])[0][0].runs[0].name == "up" and "No run was held out" in told([])
+    assert without_and_with(verdict, None)[0][0].runs[0].name == "up" and "No run was held out" in told(None)
 
 
 def test_the_amplitude_of_an_order_is_that_of_its_sine(case):
-    run = case[1][0]
+    run = case[1][1].fit.runs[0]
     left, time = _Left.of(without_and_with(*case)[0][0]), run.recording.time
     angle, rate, _ = run.moved(time)
     phase = np.unwrap(np.arctan2(-rate / (2 * np.pi * np.interp(time, [0, 60], [10, 0.5])), angle))
@@ -54,7 +55,7 @@ def test_the_amplitude_of_an_order_is_that_of_its_sine(case):
 
 
 def test_what_is_in_time_is_one_kind_of_number_after_the_other(case):
-    columns = case[1][0].reduction.columns
+    columns = case[1][1].fit.runs[0].reduction.columns
     windows = [columns[i].window for i in _in_time(columns)]
     assert sorted(_in_time(columns)) == list(range(len(columns)))
     kinds = 1 + np.count_nonzero(np.diff(windows) < 0)

@@ -89,15 +89,16 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         runs, held = _runs(arguments.files, stand, arguments.map), _runs(arguments.holdout, stand, arguments.map)
     except NotSweptError:
         return _over_time(arguments, rig, stand, library)
-    verdict = decide(Model(stand), runs, library, held, writing_so_far(folder, lambda verdict: as_result(verdict, [], "N.m")))
+    verdict = decide(Model(stand), runs, library, held, writing_so_far(folder, lambda verdict: as_result(verdict, None, "N.m")))
     with _adding(verdict, arguments, folder) as add_to:
-        result = as_result(verdict, held, "N.m")
+        compared = verdict.on(held)
+        result = as_result(verdict, compared, "N.m")
         result["limitations"] += _limitations(rig, runs, held, bool(arguments.bare))
         write_verdict(result, folder)
         result["next_experiment"] = next_experiment(verdict, rig_proposals)
-        shown = pictures(verdict, held)
+        shown = pictures(verdict, compared)
         add_to(result)
-    result["report"] = write_report(shown, result, held, folder)
+    result["report"] = write_report(shown, result, folder)
     write_verdict(result, folder)
     return result
 
@@ -111,7 +112,7 @@ def _over_time(arguments: argparse.Namespace, rig: dict[str, Any], stand: TestSt
     with _adding(found.verdict, arguments, folder, swept=False) as add_to:
         result["next_experiment"] = next_experiment(found.verdict, scaled_runs)
         add_to(result)
-    result["report"] = write_component_report(found.verdict, result, found.held, folder, modes_over_speed(result))
+    result["report"] = write_component_report(found.verdict, result, found.held_out_gap, folder, modes_over_speed(result))
     write_verdict(result, folder)
     return result
 

@@ -7,6 +7,7 @@ the noise that is left beside it.
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ from identification.gap.naming.competing import compete
 from identification.gap.naming.decide import FAR_FROM_NOISE, Verdict, decide
 from identification.gap.naming.fitting import Fit, fit
 from identification.gap.naming.one_frequency import not_told_apart
+from identification.gap.naming.showing import HeldOutGap
 from identification.gap.stands.component_test import ComponentTest
 from identification.recordings import Recording
 from identification.sampling import white_noise
@@ -49,6 +51,11 @@ class Investigation:
     factor: float = 1.0
     missed: float = 0.0
     kept: tuple[str, ...] = ()
+
+    @cached_property
+    def held_out_gap(self) -> HeldOutGap:
+        """Before and after on the held-out runs."""
+        return self.verdict.on(self.held)
 
 
 def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequence[type[Effect]] = (), given: Mapping[str, float] | None = None,

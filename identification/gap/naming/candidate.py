@@ -16,6 +16,7 @@ SIGNIFICANT = 12.0  # dBIC of a first effect
 TIE = 10.0  # dBIC within which effects cannot be told apart
 CLEAR = 40.0  # dBIC by which a family without an adequate form must lead
 ADEQUATE = 1.12  # reduced chi-square, at 1400 degrees of freedom and more
+BY_CHANCE = 2.5  # standard deviations of chi-square
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,11 @@ def adequate(found: Fit) -> bool:
 def reduced_by_noise(found: Fit) -> float:
     """The largest reduced chi-square that noise alone gives."""
     return max(ADEQUATE, 1 + 4.5 * float(np.sqrt(2 / found.freedom)))
+
+
+def by_chance(freedom: float) -> float:
+    """By how much chi-square is beside its mean by chance alone."""
+    return float(BY_CHANCE * np.sqrt(2 * freedom))
 
 
 def knows_its_noise(found: Fit) -> bool:

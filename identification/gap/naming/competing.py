@@ -20,6 +20,7 @@ FAR_LESS = 0.25  # of a gain: what a signature, which sees only small effects in
 HOPELESS = 10.0  # times the chi-square that is to be reached
 CURVED = 5.0  # times the best chi-square: what a curve of its own may make up for
 LEADERS = 6  # families that are fitted first
+AS_GOOD = 1.0  # chi-square by which a form may be behind one that it contains, where both have ended in the same place
 
 
 def compete(found: Fit, library: Sequence[type[Effect]], leaders: int = LEADERS, least: float = SIGNIFICANT, others: bool = True,
@@ -94,7 +95,8 @@ def _in_waves(field: _Field, led: list[Candidate], leaders: int, others: bool, b
         wave, waves = ([name for each in waves for name in each], []) if enough else (waves[0], waves[1:])
         seen = {name: [s for s in field.of_family[name] if s.effect not in settled][:STARTS] for name in wave}
         worth = [s for name in wave for s in seen[name] if s.gain >= max(least[name], RIVAL * enough * (1.0 if s.effect.shapes() else PLAIN))]
-        candidates += fit_each(found, worth, candidates, beat, known)
+        further = [s for s in _other_forms(field, ranked(candidates)) if s.effect.family not in wave] if enough else []
+        candidates += fit_each(found, [*further, *worth], candidates, beat, known)
         begun = {s.effect.family for s in worth}
         candidates += [Candidate.promised(found, seen[name][0]) for name in wave if seen[name] and name not in begun]
     return ranked([*candidates, *(Candidate.promised(found, s) for s in field.seen if s.effect.family not in tried)])
@@ -110,11 +112,16 @@ def _near(candidates: Sequence[Candidate], within: float = np.inf) -> set[str]:
 
 
 def _in_other_forms(field: _Field, candidates: list[Candidate], beat: float, known: Sequence[Fit], flexible: bool = False) -> list[Candidate]:
-    """The candidates with the forms of the near families that were not fitted yet, or not as well as a form that they contain."""
+    """The candidates with the other forms of the near families."""
+    return ranked([*candidates, *fit_each(field.found, _other_forms(field, candidates, flexible), candidates, beat, known)])
+
+
+def _other_forms(field: _Field, candidates: Sequence[Candidate], flexible: bool = False) -> list[Signature]:
+    """The forms of the near families that were not fitted yet, or not as well as a form that they contain."""
     fits, near = [c.fit for c in candidates if c.fitted], _near(candidates, CURVED if flexible else np.inf)
-    tried = {c.effect for c in candidates if c.fitted and c.fit.chi2 < contained(c.fit.model, fits)}
+    tried = {c.effect for c in candidates if c.fitted and c.fit.chi2 < contained(c.fit.model, fits) + AS_GOOD}
     more = [form for name, forms in field.forms.items() if name in near for form in forms if form.flexible == flexible and form not in tried]
-    return ranked([*candidates, *fit_each(field.found, screen(field.found, more, keep=1), candidates, beat, known)])
+    return screen(field.found, more, keep=1)
 
 
 def _further_starts(field: _Field, candidates: Sequence[Candidate], families: Sequence[str], others: bool) -> list[Signature]:

@@ -19,16 +19,26 @@ import numpy as np
 from fmus.effects import Effect
 from fmus.errors import InputError
 from identification.gap.models.model import AnyModel, AnyRun
-from identification.gap.naming.candidate import CLEAR, SIGNIFICANT, TIE, Candidate, adequate, best_of, one_each, ranked
+from identification.gap.naming.candidate import (
+    CLEAR,
+    SIGNIFICANT,
+    TIE,
+    Candidate,
+    adequate,
+    best_of,
+    by_chance,
+    one_each,
+    ranked,
+)
 from identification.gap.naming.competing import compete
 from identification.gap.naming.fitting import Fit, fit, memories, remembering
 from identification.gap.naming.held_out import HeldOut, to_close
 from identification.gap.naming.pairs import SECOND, Pair, alone, pairs_of, plainest, sure
+from identification.gap.naming.showing import HeldOutGap, before_and_after
 from identification.gap.naming.starting import fit_base
 from identification.gap.naming.unlisted import better_unlisted
 
-EXPLAINED = 0.5  # share of the excess that any name closes, where what is left is more than noise leaves by chance:
-BY_CHANCE = 2.5  # standard deviations of a reduced chi-square
+EXPLAINED = 0.5  # share of the excess that any name closes, where what is left is more than noise leaves by chance
 CLOSED = 0.95  # share of the fitted runs' excess that a family with an open form closes: what is outside of the library has come to 0.94
 FAR_FROM_NOISE = 10.0  # reduced chi-square from which nothing fits well enough for a name by itself
 
@@ -46,6 +56,10 @@ class Verdict:
     open_form: bool = False
     refuted: list[str] = field(default_factory=list)  # what fits best, but not the held-out runs
     unlisted: Candidate | None = None  # a law without a name that explains more than any name
+
+    def on(self, held: Sequence[AnyRun]) -> HeldOutGap:
+        """The gap before and after on runs that were held out."""
+        return before_and_after(self.base, self.best, held)
 
 
 def decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effect]], holdout: Sequence[AnyRun] = (),
@@ -207,14 +221,9 @@ def _explained(verdict: Verdict, held: HeldOut) -> bool:
     if held and not verdict.open_form:
         missed, left = missed + held.unexplained(base) * held.count, left + held.unexplained(best) * held.count
         freedom += held.count
-    return left < max(_by_chance(freedom), (1 - EXPLAINED) * missed)
+    return left < max(by_chance(freedom), (1 - EXPLAINED) * missed)
 
 
 def _leaves_nothing(found: Fit) -> bool:
     """Whether a fit is so good that no pair of effects could explain more."""
-    return found.chi2 < found.freedom + _by_chance(found.freedom)
-
-
-def _by_chance(freedom: float) -> float:
-    """By how much chi-square is above its mean by chance alone."""
-    return float(BY_CHANCE * np.sqrt(2 * freedom))
+    return found.chi2 < found.freedom + by_chance(found.freedom)

@@ -17,6 +17,7 @@ from identification.gap.naming.candidate import (
     TIE,
     Candidate,
     adequate,
+    by_chance,
     knows_its_noise,
     one_each,
     reduced_by_noise,
@@ -59,7 +60,10 @@ def pairs_of(best: Candidate, first: Sequence[Candidate], library: Sequence[type
     """
     leading = [best, *(c for c in one_each(first) if c.family != best.family and c.effect in c.fit.model.effects and c.delta_bic > NEAR * best.delta_bic)]
     one_will_do = adequate(best.fit)
-    worth = best.delta_bic + max(second[0], second[1] * best.delta_chi2) if one_will_do else 0.0
+    must_gain = max(second[0], second[1] * best.delta_chi2)
+    if one_will_do and _impossible(best.fit, must_gain):
+        return []
+    worth = best.delta_bic + must_gain if one_will_do else 0.0
     found: dict[frozenset[str], Pair] = {}
     for one in leading[:FIRSTS]:
         # A pair that is not adequate is none, nor one that gains too little or is far behind another.
@@ -81,6 +85,11 @@ def pairs_of(best: Candidate, first: Sequence[Candidate], library: Sequence[type
             so_far(max(found.values(), key=lambda pair: pair.delta_bic))
     ranked = sorted(found.values(), key=lambda pair: -pair.delta_bic)
     return [pair for pair in ranked if ranked[0].delta_bic - pair.delta_bic < TIE]
+
+
+def _impossible(found: Fit, gain: float) -> bool:
+    """Whether what is to be gained would leave less than noise ever leaves."""
+    return knows_its_noise(found) and found.chi2 - gain < found.freedom - by_chance(found.freedom)
 
 
 def _leads(candidates: Sequence[Candidate]) -> bool:

@@ -28,6 +28,8 @@ class Closeness:
     fit: Fit
 
 
+HeldOutGap = tuple[Closeness, Closeness] | None
+
 def closeness(found: Fit) -> Closeness:
     """Of the runs that were fitted. The reduced chi-square is that of the data, with the priors' share."""
     return Closeness(found.reduced, _rms(found), found)
@@ -71,8 +73,10 @@ def surprise(found: Fit, holdout: Closeness) -> float:
     return (together.chi2 - found.chi2) / holdout.fit.count
 
 
-def before_and_after(base: Fit, best: Fit, runs: Sequence[AnyRun]) -> tuple[Closeness, Closeness]:
-    """Of held-out runs, without and with what was found, with the noise that the best leaves of them."""
+def before_and_after(base: Fit, best: Fit, runs: Sequence[AnyRun]) -> HeldOutGap:
+    """Of held-out runs, without and with what was found, with the noise that the best leaves of them; None without such runs."""
+    if not runs:
+        return None
     held = quiet(best, runs)
     return on_holdout(base, held), on_holdout(best, held)
 
