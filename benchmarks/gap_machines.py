@@ -15,7 +15,7 @@ import numpy as np
 from fmus.mechanisms import MassSpringDamper
 from identification.gap.data.sampled import prepare_sampled
 from identification.gap.naming.any_component import investigate
-from identification.gap.naming.fitting import parameters_of
+from identification.gap.naming.fitted import parameters_of
 from identification.gap.stands.component_test import component_test
 from identification.recordings import Recording
 

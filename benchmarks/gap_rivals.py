@@ -21,7 +21,8 @@ from identification.gap.models.model import Model
 from identification.gap.naming.candidate import one_each
 from identification.gap.naming.competing import compete
 from identification.gap.naming.decide import decide
-from identification.gap.naming.fitting import Fit, fit
+from identification.gap.naming.fitted import Fit
+from identification.gap.naming.fitting import fit
 from identification.gap.naming.starting import fit_base
 from identification.recordings import read_rig
 from scenarios.rig_test import rig_effects, rig_test

@@ -14,7 +14,7 @@ import numpy as np
 from benchmarks._resumed import resumed
 from benchmarks.gap_blind import wilson
 from identification.gap.data.eigenvalues import read_eigenvalues
-from identification.gap.naming.fitting import parameters_of
+from identification.gap.naming.fitted import parameters_of
 from identification.gap.reporting.eigenvalue_verdict import decide_on_eigenvalues
 from scenarios.vehicle_test import vehicle_effects, vehicle_stand, with_names
 from vehicle_fmu import Motorcycle

@@ -10,7 +10,7 @@ from fmus.build import build
 from fmus.component import Component
 from fmus.library import value_file
 from fmus.linear import linearise
-from identification.gap.naming.fitting import Fit
+from identification.gap.naming.fitted import Fit
 from identification.gap.stands.component_test import ComponentTest
 from scenarios.command_line import write_text
 

@@ -13,7 +13,7 @@ from fmus.in_motion import linearise_in_motion
 from fmus.library import value_file
 from identification.gap.models.equations import Equations
 from identification.gap.models.simulate import Motion, simulate
-from identification.gap.naming.fitting import Fit, parameters_of
+from identification.gap.naming.fitted import Fit, parameters_of
 from rider_fmu import riders
 from scenarios import names
 from scenarios.command_line import write_text

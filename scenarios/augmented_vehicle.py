@@ -10,7 +10,7 @@ from fmus.build import build
 from fmus.component import Component
 from fmus.library import value_file
 from identification.gap.models.disturbances import FAMILY
-from identification.gap.naming.fitting import Fit, parameters_of
+from identification.gap.naming.fitted import Fit, parameters_of
 from scenarios import names
 from scenarios.command_line import write_text
 from vehicle_fmu import MODES, modes, over_speed, ridden

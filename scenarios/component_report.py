@@ -12,7 +12,7 @@ from scipy.signal import csd, spectrogram, welch
 
 from identification.gap.data.sampled import Sampled
 from identification.gap.naming.decide import Verdict
-from identification.gap.naming.fitting import Fit
+from identification.gap.naming.fitted import Fit
 from identification.gap.naming.showing import HeldOutGap
 from scenarios.gap_before_after import told, whiteness, without_and_with
 from scenarios.gap_report import FILE

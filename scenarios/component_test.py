@@ -16,7 +16,7 @@ from identification.gap.data.sampled import Sampled, excited, prepare_sampled
 from identification.gap.naming.any_component import MOST_MISSED, Investigation, investigate
 from identification.gap.naming.common_factor import forceful
 from identification.gap.naming.decide import Verdict
-from identification.gap.naming.fitting import parameters_of, zeros_of
+from identification.gap.naming.fitted import parameters_of, zeros_of
 from identification.gap.naming.showing import HeldOutGap
 from identification.gap.proposing.next_test import next_experiment
 from identification.gap.proposing.scaled_runs import scaled_runs

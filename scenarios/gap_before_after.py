@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from identification.gap.data.reduction import Column
 from identification.gap.data.runs import Run
 from identification.gap.naming.decide import Verdict
-from identification.gap.naming.fitting import Fit
+from identification.gap.naming.fitted import Fit
 from identification.gap.naming.showing import HeldOutGap
 from scenarios.report import COLOURS, new_figure
 

@@ -8,7 +8,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from identification.gap.data.runs import Output, Run
-from identification.gap.naming.fitting import Fit
+from identification.gap.naming.fitted import Fit
 from identification.gap.reporting.harmonic_places import of_output
 from identification.gap.reporting.locating import Place
 from scenarios.gap_tables import axis_of

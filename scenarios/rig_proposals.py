@@ -6,7 +6,7 @@ import numpy as np
 
 from identification.excitation import sweep
 from identification.gap.data.runs import Run
-from identification.gap.naming.fitting import Fit
+from identification.gap.naming.fitted import Fit
 from identification.gap.proposing.expected import Foresight
 from identification.gap.proposing.next_test import Proposal, Sweep, further_sweeps
 from identification.gap.proposing.planned import Channels, planned

@@ -12,7 +12,7 @@ from fmus.component import Component
 from fmus.errors import MissingToolError
 from identification.gap.data.eigenvalues import Spectrum, is_spectrum, read_eigenvalues
 from identification.gap.naming.decide import Verdict
-from identification.gap.naming.fitting import Fit
+from identification.gap.naming.fitted import Fit
 from identification.gap.reporting.eigenvalue_verdict import cells, decide_on_eigenvalues
 from identification.gap.reporting.verdict import as_result
 from identification.gap.stands.linear_stand import LinearStand

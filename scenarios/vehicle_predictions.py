@@ -15,7 +15,8 @@ from identification.gap.models.disturbances import CORNER_SPREAD, FORCES, SPREAD
 from identification.gap.models.predictor import PredictorModel
 from identification.gap.naming.candidate import TIE, one_each
 from identification.gap.naming.decide import Verdict, decide
-from identification.gap.naming.fitting import Fit, fit
+from identification.gap.naming.fitted import Fit
+from identification.gap.naming.fitting import fit
 from identification.gap.stands.linear_stand import LinearStand
 from identification.gap.stands.test_stand import Free
 from identification.recordings import Recording

@@ -16,7 +16,8 @@ from fmus.progress import track
 from identification.gap.data.weak_form import BAND, BLOCK, WeakRun, prepare_weak
 from identification.gap.models.weak_model import WeakModel, accelerated
 from identification.gap.naming.decide import Verdict, decide
-from identification.gap.naming.fitting import Fit, fit, parameters_of
+from identification.gap.naming.fitted import Fit, parameters_of
+from identification.gap.naming.fitting import fit
 from identification.gap.reporting import predicted_verdict
 from identification.gap.reporting.verdict import as_result
 from identification.gap.reporting.weak_verdict import cells

@@ -16,7 +16,8 @@ from identification.gap.data.sampled import prepare_sampled
 from identification.gap.naming import any_component
 from identification.gap.naming.any_component import investigate
 from identification.gap.naming.common_factor import common_factor
-from identification.gap.naming.fitting import fit, parameters_of
+from identification.gap.naming.fitted import parameters_of
+from identification.gap.naming.fitting import fit
 from identification.gap.proposing.next_test import next_experiment
 from identification.gap.proposing.scaled_runs import scaled_runs
 from identification.gap.stands.component_test import component_test

@@ -11,7 +11,8 @@ from identification.gap.naming import competing, joining, pairs
 from identification.gap.naming.candidate import Candidate, adequate, one_each
 from identification.gap.naming.competing import compete
 from identification.gap.naming.decide import decide
-from identification.gap.naming.fitting import fit, lost, parameters_of
+from identification.gap.naming.fitted import parameters_of
+from identification.gap.naming.fitting import fit, lost
 from identification.gap.naming.held_out import HeldOut
 from identification.gap.naming.pairs import SECOND, Pair
 from identification.gap.naming.showing import on_holdout, surprise

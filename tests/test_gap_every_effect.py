@@ -4,7 +4,7 @@ import pytest
 
 from identification.gap.models.model import Model
 from identification.gap.naming.decide import decide
-from identification.gap.naming.fitting import parameters_of
+from identification.gap.naming.fitted import parameters_of
 from scenarios.rig_test import rig_effects, rig_test
 
 pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")

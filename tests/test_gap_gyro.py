@@ -9,7 +9,8 @@ from identification.excitation import sweep as planned_sweep
 from identification.gap.data.runs import prepare
 from identification.gap.models.model import Model
 from identification.gap.naming.decide import decide
-from identification.gap.naming.fitting import fit, parameters_of
+from identification.gap.naming.fitted import parameters_of
+from identification.gap.naming.fitting import fit
 from identification.gap.naming.showing import closeness, floor
 from identification.gap.proposing.nameable import nameable
 from identification.gap.proposing.next_test import next_experiment

@@ -16,7 +16,7 @@ from identification.gap.data.sampled import prepare_sampled
 from identification.gap.models.free_start import FreeStart
 from identification.gap.naming.any_component import investigate
 from identification.gap.naming.begin import begin
-from identification.gap.naming.fitting import parameters_of
+from identification.gap.naming.fitted import parameters_of
 from identification.gap.stands.component_test import component_test
 from identification.recordings import Recording, read_recording
 

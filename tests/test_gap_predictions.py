@@ -16,7 +16,7 @@ from identification.gap.data.best_prediction import with_best_prediction
 from identification.gap.data.predicted import PredictedRun
 from identification.gap.models.kalman import Bend, Discrete, errors, sampled, sampled_noise, stationary
 from identification.gap.models.predictor import PredictorModel
-from identification.gap.naming.fitting import parameters_of
+from identification.gap.naming.fitted import parameters_of
 from identification.recordings import Recording, read_recording
 from scenarios.command_line import main
 from scenarios.vehicle_predictions import predictable_effects, predicted_runs, verdict_on_predictions, with_disturbances

@@ -9,7 +9,7 @@ from simulators.hidden_bicycle import bicycle, ride, write_matrices, write_ride
 
 from fmus import InputError
 from identification.gap.data.weak_form import prepare_weak
-from identification.gap.naming.fitting import parameters_of
+from identification.gap.naming.fitted import parameters_of
 from identification.recordings import Recording
 from scenarios import names
 from scenarios.command_line import main

@@ -7,7 +7,7 @@ import pytest
 from identification.gap.models.model import Model
 from identification.gap.naming import joining
 from identification.gap.naming.decide import decide
-from identification.gap.naming.fitting import parameters_of
+from identification.gap.naming.fitted import parameters_of
 from identification.gap.naming.screening import screen
 from identification.gap.naming.starting import fit_base
 from identification.gap.naming.unlisted import unlisted_laws

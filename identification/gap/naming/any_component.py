@@ -23,7 +23,8 @@ from identification.gap.naming.begin import begin, equal_noise
 from identification.gap.naming.common_factor import common_factor
 from identification.gap.naming.competing import compete
 from identification.gap.naming.decide import FAR_FROM_NOISE, Verdict, decide
-from identification.gap.naming.fitting import Fit, fit
+from identification.gap.naming.fitted import Fit
+from identification.gap.naming.fitting import fit
 from identification.gap.naming.one_frequency import not_told_apart
 from identification.gap.naming.showing import HeldOutGap
 from identification.gap.stands.component_test import ComponentTest

@@ -16,7 +16,8 @@ from identification.gap.data.sampled import Sampled
 from identification.gap.data.told import KINDS, is_rough
 from identification.gap.models.free_start import FreeStart
 from identification.gap.naming.first_values import PATIENCE, first_values, poles
-from identification.gap.naming.fitting import Fit, fit
+from identification.gap.naming.fitted import Fit
+from identification.gap.naming.fitting import fit
 
 STRETCHES = (1.0, 3.0)  # periods of the motion's middle frequency
 MOST = 24  # stretches of a run that a first fit looks at

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmus.effects import Effect
-from identification.gap.naming.fitting import Fit
+from identification.gap.naming.fitted import Fit
 from identification.gap.naming.screening import Signature
 
 SIGNIFICANT = 12.0  # dBIC of a first effect

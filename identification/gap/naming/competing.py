@@ -6,7 +6,8 @@ import numpy as np
 
 from fmus.effects import Effect
 from identification.gap.naming.candidate import CLEAR, SIGNIFICANT, Candidate, adequate, one_each, ranked
-from identification.gap.naming.fitting import Fit, lost
+from identification.gap.naming.fitted import Fit
+from identification.gap.naming.fitting import lost
 from identification.gap.naming.joining import contained, finished, fit_each
 from identification.gap.naming.screening import Signature, screen
 

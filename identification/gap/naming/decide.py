@@ -31,7 +31,8 @@ from identification.gap.naming.candidate import (
     ranked,
 )
 from identification.gap.naming.competing import compete
-from identification.gap.naming.fitting import Fit, fit, memories, remembering
+from identification.gap.naming.fitted import Fit, memories, remembering
+from identification.gap.naming.fitting import fit
 from identification.gap.naming.held_out import HeldOut, to_close
 from identification.gap.naming.pairs import SECOND, Pair, alone, pairs_of, plainest, sure
 from identification.gap.naming.showing import HeldOutGap, before_and_after

@@ -7,91 +7,22 @@ runs, a rider who changes by 3 % looks like an effect; so d_r is free under its 
 slopes; effects stay within their bounds, which hold the physical sign.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
 from fmus.errors import InputError
-from identification.gap.models.model import AnyModel, AnyRun, AnyStand
+from identification.gap.models.model import AnyModel, AnyRun
+from identification.gap.naming.fitted import Fit, deviating, memories, of_runs, remembering, vector_of
 
 ITERATIONS = 40  # a mode that is far from its start takes some 20
 ENOUGH = 0.05  # of chi-square that a further step would gain
 COARSE = 1e-3  # of it, as long as the fit is far from the data
 AT_BOUND = 1e-6  # of a logarithm: nearer to a bound, it is there
-OF_UNKNOWN = 2.0  # AIC's price: each sees only a part of one run, of which there are always as many
 UNFELT, FELT, LEAST_FELT = 1.0, 10.0, 1e-3  # change of the residuals by a factor e in a parameter
 HOPE = 20.0  # steps like the next one that a fit may need to reach what it should beat
 MOST_OFF = 10.0  # deviations that the zero of a sensor may be off
 ASTRAY = 1e8  # times the chi-square that is to be beaten: from there, a simulation that has lost its way rarely finds back
-
-
-@dataclass(eq=False)
-class Fit:
-    """A fitted model. x holds [theta, e, d_1, d_2, ...]; residuals and their jacobian the priors at the end."""
-
-    model: AnyModel
-    runs: list[Any] = field(repr=False)  # AnyRun; whoever draws them knows more of them
-    x: np.ndarray
-    chi2: float
-    residuals: np.ndarray = field(repr=False)
-    jacobian: np.ndarray = field(repr=False)
-    count: int  # reduced data
-
-    @property
-    def shared(self) -> np.ndarray:
-        """The parameters that all runs have in common: the model's vector."""
-        return self.x[: len(self.model.names)]
-
-    @property
-    def freedom(self) -> int:
-        """Data and priors, less what was fitted; unknowns of a run alone (initial states) are fitted within the model."""
-        return len(self.residuals) - len(self.x) - sum(self.model.unknowns(run) for run in self.runs)
-
-    @property
-    def reduced(self) -> float:
-        """Chi-square per degree of freedom: 1 at the noise floor."""
-        return self.chi2 / self.freedom
-
-    @property
-    def price(self) -> float:
-        """What noise alone may gain: BIC's for parameters, twice what each gains on average for the unknowns of a run alone."""
-        return price(self.model, self.runs)
-
-    @property
-    def bic(self) -> float:
-        """Chi-square and price: the least is the likeliest."""
-        return self.chi2 + self.price
-
-    def covariance(self) -> np.ndarray:
-        """Of x; what the data do not determine has a large one."""
-        scale = np.linalg.norm(self.jacobian, axis=0) + 1e-12
-        u = np.linalg.pinv(self.jacobian / scale, rcond=1e-9)
-        return (u @ u.T) / np.outer(scale, scale)
-
-    def of_run(self, index: int) -> np.ndarray:
-        """The model's vector for one run."""
-        return _vector(self.x, self.model, index)
-
-
-@dataclass(frozen=True)
-class Answer:
-    """What of a fit can travel between processes."""
-
-    x: np.ndarray
-    chi2: float
-    residuals: np.ndarray
-    jacobian: np.ndarray
-    memories: list[Any]
-
-    @classmethod
-    def of(cls, found: Fit | None) -> "Answer | None":
-        return None if found is None else cls(found.x, found.chi2, found.residuals, found.jacobian, memories(found.runs))
-
-    def on(self, model: AnyModel, runs: Sequence[AnyRun]) -> Fit:
-        """The fit of that model to these runs."""
-        return Fit(model, remembering(runs, self.memories), self.x, self.chi2, self.residuals, self.jacobian, sum(len(run.data) for run in runs))
 
 
 def with_all_felt(found: Fit) -> np.ndarray:
@@ -106,36 +37,6 @@ def lost(found: Fit) -> bool:
     """Whether a parameter of the base ended where it all but vanishes: small steps from there say little of what an effect would do."""
     low = _bounds(found.model, found.runs, len(found.x))[0]
     return bool(np.any(found.x[: len(found.model.base)] <= low[: len(found.model.base)] + AT_BOUND))
-
-
-def price(model: AnyModel, runs: Sequence[AnyRun]) -> float:
-    """What a model of these runs costs in chi-square, by its parameters and by the unknowns of single runs."""
-    count = sum(len(run.data) for run in runs)
-    return len(model.names) * float(np.log(count)) + OF_UNKNOWN * sum(model.unknowns(run) for run in runs)
-
-
-def deviating(stand: AnyStand) -> dict[int, float]:
-    """What changes from run to run, by its place in the model's vector, and by how much: parameters of the base, zeros of sensors."""
-    zeros = getattr(stand, "zeros", {}).values()
-    return {i: f.spread for i, f in enumerate(stand.free) if f.spread > 0} | {len(stand.free) + i: deviation for i, deviation in enumerate(zeros)}
-
-
-def memories(runs: Sequence[Any]) -> list[Any]:
-    """What every run keeps of where its simulations begin, as plain data; None where it keeps nothing."""
-    return [getattr(run, "guess", None) for run in runs]
-
-
-def remembering(runs: Sequence[Any], kept: Sequence[Any]) -> list[Any]:
-    """The runs with such memories, copied: what is tried with one leaves no trace in another."""
-    return [run if memory is None else run.remembering(memory) for run, memory in zip(runs, kept, strict=True)]
-
-
-def _vector(x: np.ndarray, model: AnyModel, index: int) -> np.ndarray:
-    moved = list(deviating(model.stand))
-    shared = len(model.names)
-    q = x[:shared].copy()
-    q[moved] += x[shared + index * len(moved) : shared + (index + 1) * len(moved)]
-    return q
 
 
 def fit(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray, frozen: Sequence[int] = (), anchor: np.ndarray | None = None,
@@ -209,16 +110,9 @@ def _bounds(model: AnyModel, runs: Sequence[AnyRun], total: int) -> tuple[np.nda
     own = [(r, *shares.get(n, (-np.inf, np.inf))) for n, r in zip(model.own, model.rows, strict=True)]
     low = [np.log(max(table[n].min, 1e-6)) for n in model.base] + [max(r.min, least * largest) for r, least, _ in own]
     high = [np.log(table[n].max) for n in model.base] + [min(r.max, most * largest) for r, _, most in own]
-    places, sizes = _of_runs(model, total)
+    places, sizes = of_runs(model, total)
     rest = np.where(places < len(model.base), 1.0, MOST_OFF * sizes)
     return np.concatenate([low, -rest]), np.concatenate([high, rest])
-
-
-def _of_runs(model: AnyModel, total: int) -> tuple[np.ndarray, np.ndarray]:
-    """The deviations at the end of x, run by run: their places in the model's vector (k,), and what they are known to be (k,)."""
-    places = deviating(model.stand)
-    runs = (total - len(model.names)) // max(len(places), 1)
-    return np.tile(np.array(list(places), int), runs), np.tile(np.array(list(places.values()), float), runs)
 
 
 def _within(move: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -232,7 +126,7 @@ def _reach(model: AnyModel, x: np.ndarray) -> np.ndarray:
     nb = len(model.base)
     for i in range(len(model.own)):
         reach[nb + i] = np.inf if i in model.sizes else 0.7 * abs(x[nb + i])
-    reach[len(model.names) :] = np.where(_of_runs(model, len(x))[0] < nb, 0.7, np.inf)
+    reach[len(model.names) :] = np.where(of_runs(model, len(x))[0] < nb, 0.7, np.inf)
     return reach
 
 
@@ -249,7 +143,7 @@ class _Problem:
         """(m,). Raises InputError where the model cannot be simulated."""
         left = []
         for index, run in enumerate(self.runs):
-            q = _vector(x, self.model, index)
+            q = vector_of(x, self.model, index)
             if self.predicted is None:
                 predicted, self.kept[index] = self.model.reduced(run, q)
             else:
@@ -261,7 +155,7 @@ class _Problem:
         """(m, len(x)), where the residuals were asked for last."""
         shared, moved, rows = len(self.model.names), self.moved, []
         for index, run in enumerate(self.runs):
-            slopes = self.kept[index] if index in self.kept else self.model.reduced(run, _vector(x, self.model, index))[1]
+            slopes = self.kept[index] if index in self.kept else self.model.reduced(run, vector_of(x, self.model, index))[1]
             block = np.zeros((len(slopes), len(x)))
             block[:, :shared] = slopes
             block[:, shared + index * len(moved) : shared + (index + 1) * len(moved)] = slopes[:, moved]
@@ -271,7 +165,7 @@ class _Problem:
 
 def _priors(model: AnyModel, total: int) -> tuple[np.ndarray, np.ndarray]:
     """What is known beside the data, as rows (k, total) times x = known (k,), in units of the errors."""
-    sizes, shared = _of_runs(model, total)[1], len(model.names)
+    sizes, shared = of_runs(model, total)[1], len(model.names)
     rows, known = [np.zeros(total) for _ in sizes], [0.0] * len(sizes)
     for at, (row, size) in enumerate(zip(rows, sizes, strict=True)):
         row[shared + at] = 1 / size
@@ -288,22 +182,3 @@ def _priors(model: AnyModel, total: int) -> tuple[np.ndarray, np.ndarray]:
             rows[-1][model.names.index(name)] = 1 / error
         known.append(value / error)
     return np.array(rows).reshape(-1, total), np.array(known)
-
-
-def zeros_of(found: Fit) -> list[dict[str, tuple[float, float]]]:
-    """For every run, what its sensors' zeros are off by: value and standard error by the parameter's name."""
-    model, errors = found.model, np.sqrt(np.maximum(np.diag(found.covariance()), 0.0))
-    places, count = _of_runs(model, len(found.x))[0], len(deviating(model.stand))
-    zeros: list[dict[str, tuple[float, float]]] = [{} for _ in found.runs]
-    for at, place in enumerate(places):
-        if place >= len(model.base):
-            zeros[at // count][model.names[place]] = (float(found.x[len(model.names) + at]), float(errors[len(model.names) + at]))
-    return zeros
-
-
-def parameters_of(found: Fit) -> Mapping[str, tuple[float, float, str]]:
-    """Value, standard error and unit by name: the base's common values, then the effects'."""
-    model, errors = found.model, np.sqrt(np.maximum(np.diag(found.covariance()), 0.0))
-    values = model.values(found.shared)
-    scale = [abs(values[n]) for n in model.base] + [1.0] * len(model.own)  # errors of the base are those of logarithms
-    return {n: (float(values[n]), float(errors[i] * scale[i]), model.component.table[n].unit) for i, n in enumerate(model.names)}

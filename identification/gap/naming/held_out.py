@@ -16,7 +16,7 @@ import numpy as np
 from fmus.errors import InputError
 from identification.gap.models.model import AnyRun
 from identification.gap.naming.candidate import knows_its_noise
-from identification.gap.naming.fitting import Fit
+from identification.gap.naming.fitted import Fit
 from identification.gap.naming.showing import FORETOLD, Closeness, on_holdout, surprise
 
 CLOSED = 0.85  # share of what the base misses that a family with an open form closes

@@ -11,7 +11,8 @@ from fmus.errors import InputError
 from fmus.parallel import spread
 from identification.gap.models.model import AnyModel
 from identification.gap.naming.candidate import CLEAR, SIGNIFICANT, Candidate, adequate, one_each, ranked
-from identification.gap.naming.fitting import Answer, Fit, attempt, fit, lost, memories, remembering, with_all_felt
+from identification.gap.naming.fitted import Answer, Fit, memories, remembering
+from identification.gap.naming.fitting import attempt, fit, lost, with_all_felt
 from identification.gap.naming.screening import Signature
 
 FAR = 30.0  # reduced chi-square of a base from which no effect is a small step

@@ -11,7 +11,7 @@ motion tell the two apart, and any nonlinearity makes those up. Driven by a forc
 import numpy as np
 
 from fmus.imposed import Imposed
-from identification.gap.naming.fitting import Fit
+from identification.gap.naming.fitted import Fit
 
 ALIKE = 0.99  # cosine of two parameters' slopes
 INERTIA = ("kg", "kg.m2")

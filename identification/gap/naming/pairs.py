@@ -23,7 +23,8 @@ from identification.gap.naming.candidate import (
     reduced_by_noise,
 )
 from identification.gap.naming.competing import NEAR, compete
-from identification.gap.naming.fitting import Fit, fit, price
+from identification.gap.naming.fitted import Fit, price
+from identification.gap.naming.fitting import fit
 from identification.gap.naming.joining import as_found, fit_each
 from identification.gap.naming.screening import screen
 

@@ -18,7 +18,7 @@ from fmus.effects import Effect
 from fmus.errors import InputError
 from fmus.parallel import spread
 from identification.gap.models.model import AnyModel
-from identification.gap.naming.fitting import Fit, memories, remembering
+from identification.gap.naming.fitted import Fit, memories, remembering
 
 TOGETHER = 6  # shapes of an effect that one process tries, which makes the model once
 

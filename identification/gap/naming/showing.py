@@ -13,7 +13,8 @@ import numpy as np
 
 from fmus.errors import InputError
 from identification.gap.models.model import AnyRun
-from identification.gap.naming.fitting import Fit, deviating, fit
+from identification.gap.naming.fitted import Fit, deviating
+from identification.gap.naming.fitting import fit
 
 FORETOLD = 1.5  # reduced chi-square of a held-out run above which it was not foretold
 ELSEWHERE = (0.0, 0.3, -0.3, 0.7, -0.7)  # of the deviation of a sensor's zero: from where it is estimated

@@ -13,7 +13,8 @@ from scipy.stats import qmc
 from fmus.parallel import spread
 from identification.gap.models.model import AnyModel, AnyRun
 from identification.gap.naming.candidate import adequate
-from identification.gap.naming.fitting import Answer, Fit, attempt, fit
+from identification.gap.naming.fitted import Answer, Fit
+from identification.gap.naming.fitting import attempt, fit
 
 FEW, MOST = 8, 32
 SPREAD = float(np.log(2.0))

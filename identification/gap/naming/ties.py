@@ -16,7 +16,7 @@ from fmus.effects import Effect
 from fmus.errors import InputError
 from fmus.parallel import spread
 from identification.gap.naming.candidate import TIE, Candidate, one_each
-from identification.gap.naming.fitting import Fit
+from identification.gap.naming.fitted import Fit
 
 INDEPENDENT = 1e-9  # of the largest singular value
 ROUNDING = 1e-9  # of the squared length: what is less is in the base itself

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from fmus.effects import Effect, unlisted
 from fmus.effects.library import declared_by
 from identification.gap.naming.candidate import TIE, Candidate, adequate, best_of, ranked
-from identification.gap.naming.fitting import Fit
+from identification.gap.naming.fitted import Fit
 from identification.gap.naming.joining import fit_each
 from identification.gap.naming.screening import screen
 

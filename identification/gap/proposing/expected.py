@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from identification.gap.models.model import AnyRun
-from identification.gap.naming.fitting import Fit, deviating
+from identification.gap.naming.fitted import Fit, deviating
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from fmus.effects import Effect
 from fmus.errors import InputError
 from fmus.progress import track
 from identification.gap.naming.candidate import SIGNIFICANT, TIE
-from identification.gap.naming.fitting import Fit
+from identification.gap.naming.fitted import Fit
 from identification.gap.naming.screening import shapes_of
 
 RELIABLE = 40.0  # delta chi-square from which names have proved right

@@ -18,7 +18,7 @@ from identification.gap.data.runs import Run
 from identification.gap.models.model import Model
 from identification.gap.naming.candidate import CLEAR, Candidate, one_each
 from identification.gap.naming.decide import FAR_FROM_NOISE, Verdict
-from identification.gap.naming.fitting import Fit
+from identification.gap.naming.fitted import Fit
 from identification.gap.proposing.expected import Foresight, separation, through
 from identification.gap.proposing.planned import Channels, planned
 

@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 
 from fmus.errors import InputError
 from identification.gap.data.sampled import Sampled
-from identification.gap.naming.fitting import Fit, fit
+from identification.gap.naming.fitted import Fit
+from identification.gap.naming.fitting import fit
 from identification.gap.proposing.expected import Foresight, through
 from identification.gap.proposing.next_test import ENOUGH, Proposal
 

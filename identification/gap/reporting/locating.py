@@ -16,7 +16,7 @@ import numpy as np
 from scipy.stats import chi2, f, false_discovery_control
 
 from identification.gap.models.model import AnyRun
-from identification.gap.naming.fitting import Fit
+from identification.gap.naming.fitted import Fit
 
 FALSE_DISCOVERIES = 0.01
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from identification.gap.naming.candidate import Candidate, adequate
 from identification.gap.naming.decide import Verdict
-from identification.gap.naming.fitting import parameters_of
+from identification.gap.naming.fitted import parameters_of
 from identification.gap.naming.showing import FORETOLD, HeldOutGap, closeness, floor
 from identification.gap.naming.ties import equivalent
 from identification.gap.reporting.harmonic_places import cells as of_harmonics
