@@ -59,7 +59,7 @@ def find(folder: Path, laboratory: Callable[[Path, dict[str, Any]], Path]) -> di
     fitted = prepared([p for p in (folder / "sweep_up.csv", folder / "stepped.csv") if p.exists()], stand)
     held = prepared([folder / "holdout.csv"], stand)
     verdict = decide(Model(stand), fitted, library, held)
-    result = as_result(verdict, verdict.on(held), "N.m")
+    result = as_result(verdict, verdict.held_out, "N.m")
     proposed = next_experiment(verdict, rig_proposals)
     found = _short(result) | {"next_experiment": proposed}
     if result["verdict"] == "tied" and proposed is not None:

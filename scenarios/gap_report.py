@@ -7,7 +7,6 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from identification.gap.naming.decide import Verdict
-from identification.gap.naming.showing import HeldOutGap
 from identification.gap.reporting.harmonic_places import cells
 from identification.gap.reporting.locating import FALSE_DISCOVERIES, locate
 from scenarios.gap_before_after import figures, told, without_and_with
@@ -27,12 +26,12 @@ class Pictures:
     shown: str
 
 
-def pictures(verdict: Verdict, held: HeldOutGap) -> Pictures:
-    """What a report shows of a verdict, and of held-out runs."""
+def pictures(verdict: Verdict) -> Pictures:
+    """What a report shows of a verdict."""
     missed = locate(verdict.base, cells)
     maps = [(gap_map(verdict.base, missed, i, k), f"{r.name}, {output.column}: recording, response, and what the base leaves by order, band, amplitude and direction.")
             for i, r in enumerate(verdict.base.runs) for k, output in enumerate(r.outputs)]  # fmt: skip
-    return Pictures(maps, figures(without_and_with(verdict, held)), told(held))
+    return Pictures(maps, figures(without_and_with(verdict, verdict.held_out)), told(verdict.held_out))
 
 
 def write_report(shown: Pictures, result: dict[str, Any], folder: Path) -> str:

@@ -41,7 +41,7 @@ def run_on_eigenvalues(arguments: argparse.Namespace) -> dict[str, Any]:
     measured, held = ([with_names(read_eigenvalues(path), stand) for path in files] for files in (arguments.files, arguments.holdout))
     so_far = writing_so_far(folder, lambda verdict: as_result(verdict, None, "1/s", "given", cells))
     verdict = decide_on_eigenvalues(stand, measured, vehicle_effects(vehicle, arguments.effects, linear=True), held, so_far)
-    result = as_result(verdict, verdict.on(held), "1/s", "given", cells)
+    result = as_result(verdict, verdict.held_out, "1/s", "given", cells)
     result["limitations"] += _limitations(vehicle, measured, held)
     write_verdict(result, folder)
     result["next_experiment"] = next_measurement(verdict, stand)

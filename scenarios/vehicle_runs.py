@@ -72,7 +72,7 @@ def _by_equations(arguments: argparse.Namespace, vehicle: Component, device: Com
     runs, checked = (weak_runs(each, stand) for each in (recordings, held))
     so_far = writing_so_far(Path(arguments.out), lambda verdict: as_result(verdict, None, "rad/s2", "flexible_model", cells))
     verdict, checked = verdict_on_runs(stand, runs, checked, runs_effects(vehicle, arguments.effects), so_far)
-    result = as_result(verdict, verdict.on(checked), "rad/s2", "flexible_model", cells)
+    result = as_result(verdict, verdict.held_out, "rad/s2", "flexible_model", cells)
     _with_open(result, verdict, stand)
     result["limitations"] += _limitations([*runs, *checked])
     said = "What the equations of motion leave over frequency: as given, base, with what was found, and the disturbance."
@@ -88,7 +88,7 @@ def _by_prediction(arguments: argparse.Namespace, vehicle: Component, device: Co
     library = vehicle_predictions.predictable_effects(vehicle, stand, runs, arguments.effects)
     so_far = writing_so_far(Path(arguments.out), lambda verdict: as_result(verdict, None, "1", "flexible_model", predicted_verdict.cells))
     verdict, checked = vehicle_predictions.verdict_on_predictions(stand, runs, checked, library, so_far)
-    result = as_result(verdict, verdict.on(checked), "1", "flexible_model", predicted_verdict.cells)
+    result = as_result(verdict, verdict.held_out, "1", "flexible_model", predicted_verdict.cells)
     _with_open(result, verdict, stand)
     result["base"] = {n: entry for n, entry in result["base"].items() if n in fitted_of(verdict.best)}
     result["limitations"] += [*_notes(every), *vehicle_predictions.limitations(stand, every)]

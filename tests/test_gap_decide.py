@@ -40,7 +40,7 @@ def test_a_form_that_fails_further_out_leaves_its_family_or_another_form():
     plain = [e for e in library("hardening_stiffness") if e.form != "exponential"]
     verdict = decide(Model(rig_test(RIG)), runs[:1], plain, runs[1:])
     assert (verdict.verdict, [c.family for c in verdict.effects], verdict.open_form) == ("named", ["hardening_stiffness"], True)
-    assert any("parameters are those of the nearest form" in sentence for sentence in as_result(verdict, verdict.on(runs[1:]), "N.m")["limitations"])
+    assert any("parameters are those of the nearest form" in sentence for sentence in as_result(verdict, verdict.held_out, "N.m")["limitations"])
     assert decide(Model(rig_test(RIG)), runs[:1], plain).open_form is False
     verdict = decide(Model(rig_test(RIG)), runs[:1], library("hardening_stiffness"), runs[1:])
     assert (verdict.verdict, [c.effect.form for c in verdict.effects], verdict.open_form) == ("named", ["exponential"], False)
@@ -106,7 +106,7 @@ def test_what_errors_of_the_values_explain_refutes_no_name():
     held = on_holdout(verdict.best, runs[1:])
     assert held.chi2 > 2  # all frozen
     assert surprise(verdict.best, held) == pytest.approx(1.0, abs=0.2)  # 448 numbers: 3 standard deviations
-    said = as_result(verdict, verdict.on(runs[1:]), "N.m")["limitations"]
+    said = as_result(verdict, verdict.held_out, "N.m")["limitations"]
     assert any("too uncertain to foretell" in sentence for sentence in said)
 
 
@@ -117,7 +117,7 @@ def test_a_held_out_run_that_was_not_foretold_leaves_no_none():
     assert decide(model, runs[:1], families).verdict == "none"
     verdict = decide(model, runs[:1], families, runs[1:])
     assert verdict.verdict == "unknown"
-    assert any("Fit that run too" in sentence for sentence in as_result(verdict, verdict.on(runs[1:]), "N.m")["limitations"])
+    assert any("Fit that run too" in sentence for sentence in as_result(verdict, verdict.held_out, "N.m")["limitations"])
 
 
 def test_a_slow_recording_is_simulated_between_its_samples():
@@ -288,7 +288,8 @@ def test_nothing_rests_on_what_cannot_be_simulated_on_the_held_out_run(coupled, 
         return on_holdout(found, runs)
 
     monkeypatch.setattr(HeldOut, "refute", lambda *_: False)
-    monkeypatch.setattr("identification.gap.naming.held_out.on_holdout", diverges)
+    for place in ("held_out", "showing"):
+        monkeypatch.setattr(f"identification.gap.naming.{place}.on_holdout", diverges)
     verdict = decide(Model(rig_test(RIG)), coupled[:1], library("cross_inertia"), coupled[1:])
     assert (verdict.verdict, verdict.effects) == ("unknown", [])
     assert not verdict.best.model.effects
@@ -328,3 +329,11 @@ def test_a_held_out_run_that_cannot_be_simulated_at_once_is_led_in():
     later, stiffer = verdict.base.model.joined_by(verdict.effects[0].effect), verdict.best.shared.copy()
     stiffer[later.names.index("device.hardening_stiffness.cubic_stiffness")] *= 2  # it knows that run from the base alone, whose motion leads nowhere here
     assert np.all(np.isfinite(later.predicted(held[0], stiffer)))
+    soft = np.where(np.arange(len(stiffer)) == later.names.index("device.hardening_stiffness.cubic_stiffness"), 0.0, stiffer)
+    later.predicted(held[0], soft)
+    with pytest.raises(InputError, match="diverges"):
+        later.predicted(held[0], stiffer)  # no trial of a fit is led in
+    assert np.all(np.isfinite(later.with_noise_beside(held[0], stiffer).deviation))
+    found = fit(later, fitted, stiffer, frozen=range(len(later.names)))
+    later.predicted(held[0], soft)
+    assert np.isfinite(on_holdout(found, held).chi2)

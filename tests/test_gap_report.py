@@ -26,7 +26,7 @@ def case():
     up, down = (prepare(r, "steer_angle", "steer_torque", "steer_angle_command") for r in recordings)
     rig = {"handlebar_inertia": {"value": 0.125, "standard_error": 0.00125}}
     verdict = decide(Model(rig_test(rig)), [up], [e for e in rig_effects() if e.family == "coulomb_friction"], [down])
-    return verdict, verdict.on([down])
+    return verdict, verdict.held_out
 
 
 def test_pictures_are_of_the_held_out_run_and_leave_what_the_verdict_says(case):

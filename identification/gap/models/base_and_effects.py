@@ -33,6 +33,9 @@ class BaseAndEffects:
         """How many numbers of a run alone are taken out of it beside the parameters."""
         return 0
 
+    def anew(self, run: Any) -> None:
+        """What is simulated of a run next is no trial of a fit: whatever it takes may be tried, as when the run was new to the model."""
+
     def start(self, shapes: Mapping[str, float] | None = None) -> np.ndarray:
         """The vector of the component's own values, some of the effects' replaced."""
         values = {**self.component.values, **(shapes or {})}

@@ -70,6 +70,9 @@ class AnyModel(Protocol):
         Raises InputError where an effect cannot join.
         """
 
+    def anew(self, run: Any) -> None:
+        """What is simulated of a run next is no trial of a fit."""
+
     def start(self, shapes: Mapping[str, float] | None = None) -> np.ndarray:
         """The vector of the component's own values, some of the effects' replaced."""
 
@@ -118,6 +121,9 @@ class Model(BaseAndEffects):
         joined.found = dict(self.found)
         return joined
 
+    def anew(self, run: Run) -> None:
+        self.begun.discard(id(run.recording))
+
     def outputs(self, run: Run, q: np.ndarray, slopes: bool = True) -> tuple[np.ndarray, np.ndarray]:
         """Simulated outputs (n, ny) over the whole run, as it measures them, and their slopes (n, ny, np)."""
         values = self.values(q) | dict.fromkeys(self.durations, run.duration)
@@ -157,6 +163,7 @@ class Model(BaseAndEffects):
 
     def with_noise_beside(self, run: Run, q: np.ndarray) -> Run:
         """The run with the noise of what this model leaves."""
+        self.anew(run)
         return run.with_noise_beside(self.outputs(run, q, slopes=False)[0])
 
     def _simulated(self, run: Run, values: Mapping[str, float]) -> Trajectory:

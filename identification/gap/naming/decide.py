@@ -14,8 +14,6 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
 from fmus.effects import Effect
 from fmus.errors import InputError
 from identification.gap.models.model import AnyModel, AnyRun
@@ -57,9 +55,10 @@ class Verdict:
     open_form: bool = False
     refuted: list[str] = field(default_factory=list)  # what fits best, but not the held-out runs
     unlisted: Candidate | None = None  # a law without a name that explains more than any name
+    held_out: HeldOutGap = None  # before and after on the runs that were held out
 
     def on(self, held: Sequence[AnyRun]) -> HeldOutGap:
-        """The gap before and after on runs that were held out."""
+        """The gap before and after on runs that were held out. Raises InputError where they cannot be simulated."""
         return before_and_after(self.base, self.best, held)
 
 
@@ -85,10 +84,13 @@ def decide(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effec
     verdict = _unless_unlisted(verdict, library, held)
     with suppress(InputError):
         verdict.base, verdict.best = _quieter(verdict)
-        if not held or np.isfinite(held.missed(verdict.best)):
-            return verdict
+        verdict.held_out = verdict.on(holdout)
+        return verdict
     # It was simulated on the way to it only: nothing may rest on that.
-    return replace(verdict, verdict="unknown", best=verdict.base, effects=[], tied=[], open_form=False)
+    verdict = replace(verdict, verdict="unknown", best=verdict.base, effects=[], tied=[], open_form=False)
+    with suppress(InputError):
+        verdict.held_out = verdict.on(holdout)
+    return verdict
 
 
 def _quieter(verdict: Verdict) -> tuple[Fit, Fit]:

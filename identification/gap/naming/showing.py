@@ -40,6 +40,8 @@ def on_holdout(found: Fit, runs: Sequence[AnyRun]) -> Closeness:
     """Of runs that were not used: effects and common values frozen, the runs' own deviations estimated."""
     shared = len(found.model.names)
     begun = np.concatenate([found.x[:shared], *(_deviations(found, run) for run in runs)])
+    for run in runs:
+        found.model.anew(run)
     again = fit(found.model, runs, begun, frozen=range(shared))
     # Each deviation is one number fitted and one prior: they cancel in the degrees of freedom.
     left = again.residuals[: again.count + len(deviating(found.model.stand)) * len(runs)]
