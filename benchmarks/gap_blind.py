@@ -59,14 +59,14 @@ def find(folder: Path, laboratory: Callable[[Path, dict[str, Any]], Path]) -> di
     fitted = prepared([p for p in (folder / "sweep_up.csv", folder / "stepped.csv") if p.exists()], stand)
     held = prepared([folder / "holdout.csv"], stand)
     verdict = decide(Model(stand), fitted, library, held)
-    result = as_result(verdict, verdict.held_out, "N.m")
+    result = as_result(verdict, "N.m")
     proposed = next_experiment(verdict, rig_proposals)
     found = _short(result) | {"next_experiment": proposed}
     if result["verdict"] == "tied" and proposed is not None:
         more = {run["experiment"]: prepared([laboratory(folder, run)], stand) for run in proposed["runs"]}
         known = with_bare_bar(stand, more.pop("bare_bar")) if "bare_bar" in more else stand
         again = decide(Model(known), [*fitted, *chain.from_iterable(more.values())], library, held)
-        found["settled"] = _short(as_result(again, None, "N.m"))
+        found["settled"] = _short(as_result(again, "N.m"))
     return found
 
 

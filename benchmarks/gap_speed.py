@@ -62,8 +62,7 @@ def measured(case: str, duration: float, share: float) -> dict[str, Any]:
     runs = [prepare(r, "steer_angle", "steer_torque", "steer_angle_command") for r in recordings]
     model = Model(rig_test(RIG))
     prepared = _processor_time()
-    verdict = decide(model, runs[:2], library)
-    result = as_result(verdict, verdict.on(runs[2:]), "N.m")
+    result = as_result(decide(model, runs[:2], library, runs[2:]), "N.m")
     wall, decided = time.perf_counter() - wall, _processor_time()
     base = fit(model, runs[:2], model.start())
     fitted = _processor_time()

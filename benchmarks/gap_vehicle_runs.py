@@ -47,7 +47,7 @@ def find(case: Case, folder: Path) -> dict[str, Any]:
     stand = runs_stand(vehicle, predicted=True)
     try:
         runs = predicted_runs([read_recording(file) for file in case.files], stand)
-        verdict = verdict_on_predictions(stand, runs, [], predictable_effects(vehicle, stand, runs))[0]
+        verdict = verdict_on_predictions(stand, runs, [], predictable_effects(vehicle, stand, runs))
     except InputError as error:
         return {"verdict": "refused", "names": [], "tied": [], "why": str(error), "delta_chi2": 0.0, "closest": []}
     gain = max((c.delta_chi2 for c in verdict.candidates if c.family == case.family), default=0.0)

@@ -13,7 +13,6 @@ from scipy.signal import csd, spectrogram, welch
 from identification.gap.data.sampled import Sampled
 from identification.gap.naming.decide import Verdict
 from identification.gap.naming.fitted import Fit
-from identification.gap.naming.showing import HeldOutGap
 from scenarios.gap_before_after import told, whiteness, without_and_with
 from scenarios.gap_report import FILE
 from scenarios.gap_tables import before_and_after, places, verdict_section
@@ -25,15 +24,15 @@ LEAST = 0.5  # of the noise: what is darkest in the map
 PERIODS, SHORTEST = 3.0, 16  # of the middle frequency in a window of the map, and its samples
 
 
-def write_report(verdict: Verdict, result: dict[str, Any], held: HeldOutGap, folder: Path, modes: Section) -> str:
+def write_report(verdict: Verdict, result: dict[str, Any], folder: Path, modes: Section) -> str:
     """Write the report, with a section on modes, into the folder; its name there."""
-    shown = without_and_with(verdict, held)
+    shown = without_and_with(verdict)
     sections = [
         verdict_section(result),
         Section("Where the base model misses", ["Cells that pass a false-discovery rate of 1 %."],
                 [(_map(verdict.base), "Residuals of the base over time and frequency, in units of the noise.")],
                 [places(result)]),
-        Section("Before and after", [told(held)],
+        Section("Before and after", [told(verdict)],
                 [(_recording(shown), "The recording and what is left of it, before and after."), *_loops(shown), *_responses(shown),
                  (whiteness(shown), "Residuals in units of the noise against the normal distribution, and how they depend on their neighbours in "
                   "frequency; noise alone stays within the grey lines (95 %).")],

@@ -17,7 +17,6 @@ from identification.gap.naming.any_component import MOST_MISSED, Investigation, 
 from identification.gap.naming.common_factor import forceful
 from identification.gap.naming.decide import Verdict
 from identification.gap.naming.fitted import parameters_of, zeros_of
-from identification.gap.naming.showing import HeldOutGap
 from identification.gap.proposing.next_test import next_experiment
 from identification.gap.proposing.scaled_runs import scaled_runs
 from identification.gap.reporting.sampled_places import cells
@@ -56,13 +55,13 @@ def run_on_component(arguments: argparse.Namespace) -> dict[str, Any]:
         runs = [replace(run, test=test) for run in runs]
         notes += [f"No input is recorded or it is zero: only ratios of the parameters show, with {anchor} as given."] if anchor else []
     given = read_rig(arguments.rig or Path(arguments.files[0]).parent).get("noise", {})
-    found = investigate(test, runs, more, given, writing_so_far(folder, lambda verdict: result_of(verdict, None, [])), held)
-    result = result_of(found.verdict, found.held_out_gap, notes)
+    found = investigate(test, runs, more, given, writing_so_far(folder, lambda verdict: result_of(verdict, [])), held)
+    result = result_of(found.verdict, notes)
     result["limitations"] += limitations_of(found, result, component, bool(held))
     write_verdict(result, folder)
     result["next_experiment"] = next_experiment(found.verdict, scaled_runs)
     _add(found, result, arguments, folder)
-    result["report"] = write_report(found.verdict, result, found.held_out_gap, folder, modes_at_rest(result))
+    result["report"] = write_report(found.verdict, result, folder, modes_at_rest(result))
     write_verdict(result, folder)
     return result
 
@@ -101,11 +100,11 @@ def _usable(recordings: Sequence[Recording], test: ComponentTest) -> None:
                 raise InputError(f"{recording.name}: {warning}; a clipped channel looks like a physical effect, so nothing can be named")
 
 
-def result_of(verdict: Verdict, held: HeldOutGap, notes: Sequence[str]) -> dict[str, Any]:
+def result_of(verdict: Verdict, notes: Sequence[str]) -> dict[str, Any]:
     """What `verdict.json` says of a verdict on sampled runs."""
     run: Sampled = verdict.best.runs[0]
     unit = run.recording.units[run.test.outputs[0]]
-    result = as_result(verdict, held, unit, run.noise_source or "flexible_model", cells)
+    result = as_result(verdict, unit, run.noise_source or "flexible_model", cells)
     result["limitations"] = [*dict.fromkeys(notes), *result["limitations"]]
     return result
 

@@ -13,23 +13,22 @@ from identification.gap.data.reduction import Column
 from identification.gap.data.runs import Run
 from identification.gap.naming.decide import Verdict
 from identification.gap.naming.fitted import Fit
-from identification.gap.naming.showing import HeldOutGap
 from scenarios.report import COLOURS, new_figure
 
 ORDERS = (1, 2, 3)
 LAGS = 20
 
 
-def without_and_with(verdict: Verdict, held: HeldOutGap) -> list[tuple[Fit, str, str]]:
+def without_and_with(verdict: Verdict) -> list[tuple[Fit, str, str]]:
     """Fit, colour and label of base and best on the held-out runs, else on the fitted ones; of the base alone where nothing was found."""
-    found = [each.fit for each in held] if held else [verdict.base, verdict.best]
+    found = [each.fit for each in verdict.held_out] if verdict.held_out else [verdict.base, verdict.best]
     both = list(zip(found, (COLOURS["damper"], COLOURS["rider"]), ("base", "with what was found"), strict=True))
     return both if verdict.best.model.effects else both[1:]
 
 
-def told(held: HeldOutGap) -> str:
+def told(verdict: Verdict) -> str:
     """Which run is shown."""
-    names = [run.name for run in held[1].fit.runs] if held else []
+    names = [run.name for run in verdict.held_out[1].fit.runs] if verdict.held_out else []
     return f"Held out, and not used to fit: {', '.join(names)}. Shown is {names[0]}." if names else "No run was held out: shown is the first that was fitted."
 
 

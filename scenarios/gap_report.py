@@ -31,7 +31,7 @@ def pictures(verdict: Verdict) -> Pictures:
     missed = locate(verdict.base, cells)
     maps = [(gap_map(verdict.base, missed, i, k), f"{r.name}, {output.column}: recording, response, and what the base leaves by order, band, amplitude and direction.")
             for i, r in enumerate(verdict.base.runs) for k, output in enumerate(r.outputs)]  # fmt: skip
-    return Pictures(maps, figures(without_and_with(verdict, verdict.held_out)), told(verdict.held_out))
+    return Pictures(maps, figures(without_and_with(verdict)), told(verdict))
 
 
 def write_report(shown: Pictures, result: dict[str, Any], folder: Path) -> str:

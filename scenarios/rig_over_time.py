@@ -28,9 +28,9 @@ def run_over_time(arguments: argparse.Namespace, stand: TestStand, library: Sequ
     recordings, held = (_read(files, stand, arguments.map) for files in (arguments.files, arguments.holdout))
     runs = [prepare_sampled(r, test) for r in recordings]
     notes = [OVER_TIME, *(note for r in (*recordings, *held) for note in r.warnings), *(note for r in runs for note in r.notes)]
-    so_far = writing_so_far(Path(arguments.out), lambda verdict: result_of(verdict, None, []))
+    so_far = writing_so_far(Path(arguments.out), lambda verdict: result_of(verdict, []))
     found = investigate(test, runs, so_far=so_far, holdout=held, library=library)
-    result = result_of(found.verdict, found.held_out_gap, notes)
+    result = result_of(found.verdict, notes)
     result["limitations"] += limitations_of(found, result, stand.component, bool(held))
     return found, result
 

@@ -82,8 +82,8 @@ def predictable_effects(vehicle: Component, stand: LinearStand, runs: Sequence[P
 
 
 def verdict_on_predictions(stand: LinearStand, runs: Sequence[PredictedRun], held: Sequence[PredictedRun],
-                           library: Sequence[type[Effect]], so_far: Callable[[Verdict], None] = lambda verdict: None) -> tuple[Verdict, list[PredictedRun]]:  # fmt: skip
-    """The verdict, and the held-out runs with their disturbances.
+                           library: Sequence[type[Effect]], so_far: Callable[[Verdict], None] = lambda verdict: None) -> Verdict:  # fmt: skip
+    """The verdict on runs, each with the disturbances that are in it.
 
     A first guess of disturbances and noises is found beside the base. A linear effect that makes up for less than FEIGNED of
     the noise is not named.
@@ -93,23 +93,23 @@ def verdict_on_predictions(stand: LinearStand, runs: Sequence[PredictedRun], hel
     held = [replace(r, held=base.runs[0].held) for r in held]
     ready = [model.with_disturbances_beside(r, base.of_run(i)) for i, r in enumerate(base.runs)]
     held = [model.with_disturbances_beside(r, base.shared) for r in held]
-    verdict, held = _decided(model, ready, library, held, so_far)
+    verdict = _decided(model, ready, library, held, so_far)
     if doubtful := _doubtful(verdict):
-        again, held = _decided(model, ready, [e for e in library if e.family not in doubtful], held, so_far)
+        again = _decided(model, ready, [e for e in library if e.family not in doubtful], held, so_far)
         verdict = replace(again, candidates=again.candidates or verdict.candidates)
-    return verdict, list(held)
+    return verdict
 
 
 def _decided(model: PredictorModel, runs: Sequence[PredictedRun], library: Sequence[type[Effect]], held: Sequence[PredictedRun],
-             so_far: Callable[[Verdict], None]) -> tuple[Verdict, Sequence[PredictedRun]]:  # fmt: skip
+             so_far: Callable[[Verdict], None]) -> Verdict:  # fmt: skip
     """The verdict, without held-out runs where a vehicle that fits the others cannot be predicted in them."""
     second = (feigned(runs) * sum(len(r.data) for r in runs), BESIDE)
     try:
-        return decide(model, runs, library, held, so_far, second), held
+        return decide(model, runs, library, held, so_far, second)
     except InputError:
         if not held:
             raise
-        return decide(model, runs, library, (), so_far, second), ()
+        return decide(model, runs, library, (), so_far, second)
 
 
 def _doubtful(verdict: Verdict) -> set[str]:

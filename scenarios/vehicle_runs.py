@@ -70,9 +70,9 @@ def _by_equations(arguments: argparse.Namespace, vehicle: Component, device: Com
     del device
     stand = runs_stand(vehicle, arguments.free)
     runs, checked = (weak_runs(each, stand) for each in (recordings, held))
-    so_far = writing_so_far(Path(arguments.out), lambda verdict: as_result(verdict, None, "rad/s2", "flexible_model", cells))
-    verdict, checked = verdict_on_runs(stand, runs, checked, runs_effects(vehicle, arguments.effects), so_far)
-    result = as_result(verdict, verdict.held_out, "rad/s2", "flexible_model", cells)
+    so_far = writing_so_far(Path(arguments.out), lambda verdict: as_result(verdict, "rad/s2", "flexible_model", cells))
+    verdict = verdict_on_runs(stand, runs, checked, runs_effects(vehicle, arguments.effects), so_far)
+    result = as_result(verdict, "rad/s2", "flexible_model", cells)
     _with_open(result, verdict, stand)
     result["limitations"] += _limitations([*runs, *checked])
     said = "What the equations of motion leave over frequency: as given, base, with what was found, and the disturbance."
@@ -86,9 +86,9 @@ def _by_prediction(arguments: argparse.Namespace, vehicle: Component, device: Co
     every = vehicle_predictions.predicted_runs([*recordings, *held], stand)
     runs, checked = every[: len(recordings)], every[len(recordings) :]
     library = vehicle_predictions.predictable_effects(vehicle, stand, runs, arguments.effects)
-    so_far = writing_so_far(Path(arguments.out), lambda verdict: as_result(verdict, None, "1", "flexible_model", predicted_verdict.cells))
-    verdict, checked = vehicle_predictions.verdict_on_predictions(stand, runs, checked, library, so_far)
-    result = as_result(verdict, verdict.held_out, "1", "flexible_model", predicted_verdict.cells)
+    so_far = writing_so_far(Path(arguments.out), lambda verdict: as_result(verdict, "1", "flexible_model", predicted_verdict.cells))
+    verdict = vehicle_predictions.verdict_on_predictions(stand, runs, checked, library, so_far)
+    result = as_result(verdict, "1", "flexible_model", predicted_verdict.cells)
     _with_open(result, verdict, stand)
     result["base"] = {n: entry for n, entry in result["base"].items() if n in fitted_of(verdict.best)}
     result["limitations"] += [*_notes(every), *vehicle_predictions.limitations(stand, every)]
@@ -153,8 +153,8 @@ def runs_effects(vehicle: Component, folder: str | None = None) -> list[type[Eff
 
 
 def verdict_on_runs(stand: LinearStand, runs: Sequence[WeakRun], held: Sequence[WeakRun], library: Sequence[type[Effect]],
-                    so_far: Callable[[Verdict], None] = lambda verdict: None) -> tuple[Verdict, list[WeakRun]]:  # fmt: skip
-    """The verdict on runs, and the held-out ones, with the disturbances that are in each.
+                    so_far: Callable[[Verdict], None] = lambda verdict: None) -> Verdict:  # fmt: skip
+    """The verdict on runs, with the disturbances that are in each.
 
     Feedback makes the motion depend on the disturbance, which the equations in a band of frequencies feel as a small linear
     effect: one that makes up for less than FEIGNED of the disturbance is not named. Whether inputs are held between samples, or are what they are at each, is decided by what leaves less disturbance.
@@ -166,7 +166,7 @@ def verdict_on_runs(stand: LinearStand, runs: Sequence[WeakRun], held: Sequence[
     while doubtful := {c.family for c in (*verdict.effects, *verdict.tied) if c.family not in NOT_LINEAR and c.delta_chi2 < FEIGNED * verdict.base.count}:
         library = [e for e in library if e.family not in doubtful]
         verdict = decide(model, ready, library, checked, so_far)
-    return verdict, checked
+    return verdict
 
 
 def as_given(stand: LinearStand, runs: Sequence[WeakRun]) -> Fit:

@@ -88,6 +88,10 @@ def test_rivals_of_an_adequate_effect_and_its_other_forms_are_fitted_side_by_sid
                             found=SimpleNamespace(chi2=1.0, count=1500), order=list("abcde"), of_family=signatures, promised=dict.fromkeys("abcde", 100.0),
                             top=100.0, seen=[s for each in signatures.values() for s in each])  # fmt: skip
     assert len(_in_waves(field, [], 4, True, np.inf, [])) >= 5 and made == calls
+    led = fitted(field.found, signatures["a"], [], np.inf, [])
+    made.clear()
+    _in_waves(field, led, 4, True, np.inf, [])  # the first family has led: it is among those of the wave, and its other forms wait until that is fitted
+    assert all(names.count("a") == 0 for names in made)
 
 
 @pytest.mark.parametrize("behind, again", [(0.9, False), (5.0, True)])

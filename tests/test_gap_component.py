@@ -171,7 +171,7 @@ def test_friction_that_lags_is_found_with_its_lag(late):
 
 
 def test_loops_show_what_an_imposed_motion_takes(late):
-    [(figure, _)] = _loops(without_and_with(late, None))
+    [(figure, _)] = _loops(without_and_with(late))
     recording = late.best.runs[0].recording
     time, *_ = left_over(late.best)
     motion = np.interp(time, recording.time, recording["angle"])

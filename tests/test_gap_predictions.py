@@ -40,7 +40,7 @@ def investigated(folder, seed, hidden, speed=20.0, duration=60.0, **logged):
     file = write_ride(folder / "run.csv", ride(rng, real, speed, hidden, duration, pushed, gain=STEERED), rng, **logged)
     stand = runs_stand(base)
     runs = predicted_runs([read_recording(file)], stand)
-    return verdict_on_predictions(stand, runs, [], predictable_effects(base, stand, runs))[0]
+    return verdict_on_predictions(stand, runs, [], predictable_effects(base, stand, runs))
 
 
 def test_the_gain_is_that_of_another_solver():
@@ -215,7 +215,7 @@ def test_without_its_torque_nothing_is_looked_for_that_hands_do_too(tmp_path):
     runs = predicted_runs([read_recording(file)], stand)
     families = {e.family for e in predictable_effects(base, stand, runs)}
     assert "frame_compliance" in families and not families & {"steering_friction", "steer_damping", "steer_stiffness", "added_inertia", "motor_gain"}
-    assert verdict_on_predictions(stand, runs, [], predictable_effects(base, stand, runs))[0].verdict in ("none", "unknown")
+    assert verdict_on_predictions(stand, runs, [], predictable_effects(base, stand, runs)).verdict in ("none", "unknown")
 
 
 def test_a_front_frame_that_twists_is_named_and_sized_and_the_vehicle_written(tmp_path):

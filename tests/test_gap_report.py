@@ -1,5 +1,7 @@
 """The report's pictures and its modes show the run that was held out, and what verdict.json says of it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -25,27 +27,26 @@ def case():
     recordings = [as_recording(name, record(e, {"Tc": FRICTION}, RIDER, rng)) for name, e in excitations.items()]
     up, down = (prepare(r, "steer_angle", "steer_torque", "steer_angle_command") for r in recordings)
     rig = {"handlebar_inertia": {"value": 0.125, "standard_error": 0.00125}}
-    verdict = decide(Model(rig_test(rig)), [up], [e for e in rig_effects() if e.family == "coulomb_friction"], [down])
-    return verdict, verdict.held_out
+    return decide(Model(rig_test(rig)), [up], [e for e in rig_effects() if e.family == "coulomb_friction"], [down])
 
 
 def test_pictures_are_of_the_held_out_run_and_leave_what_the_verdict_says(case):
-    verdict, held = case
-    gap = as_result(verdict, held, "N.m")["gap"]
-    shown = without_and_with(verdict, held)
-    assert [label for _, _, label in shown] == ["base", "with what was found"] and "Held out" in told(held)
+    gap = as_result(case, "N.m")["gap"]
+    shown = without_and_with(case)
+    assert [label for _, _, label in shown] == ["base", "with what was found"] and "Held out" in told(case)
     for (fit, _, _), key in zip(shown, ("holdout_before", "holdout_after"), strict=True):
         assert fit.runs[0].name == "down"
         left = _Left.of(fit)
         samples = np.array([last - first for first, last, _ in left.run.reduction.bases])
         assert np.sqrt(left.windows(left.left) ** 2 @ samples / samples.sum()) == pytest.approx(gap["rms"][key])
     assert len(figures(shown)) == 5
-    assert without_and_with(verdict, None)[0][0].runs[0].name == "up" and "No run was held out" in told(None)
+    fitted = replace(case, held_out=None)
+    assert without_and_with(fitted)[0][0].runs[0].name == "up" and "No run was held out" in told(fitted)
 
 
 def test_the_amplitude_of_an_order_is_that_of_its_sine(case):
-    run = case[1][1].fit.runs[0]
-    left, time = _Left.of(without_and_with(*case)[0][0]), run.recording.time
+    run = case.held_out[1].fit.runs[0]
+    left, time = _Left.of(without_and_with(case)[0][0]), run.recording.time
     angle, rate, _ = run.moved(time)
     phase = np.unwrap(np.arctan2(-rate / (2 * np.pi * np.interp(time, [0, 60], [10, 0.5])), angle))
     for k in (1, 3):
@@ -55,7 +56,7 @@ def test_the_amplitude_of_an_order_is_that_of_its_sine(case):
 
 
 def test_what_is_in_time_is_one_kind_of_number_after_the_other(case):
-    columns = case[1][1].fit.runs[0].reduction.columns
+    columns = case.held_out[1].fit.runs[0].reduction.columns
     windows = [columns[i].window for i in _in_time(columns)]
     assert sorted(_in_time(columns)) == list(range(len(columns)))
     kinds = 1 + np.count_nonzero(np.diff(windows) < 0)
@@ -64,10 +65,9 @@ def test_what_is_in_time_is_one_kind_of_number_after_the_other(case):
 
 def test_in_motion_friction_is_a_damper_and_not_a_lock(case):
     """Under a sweep of amplitude a it is between 4 F / (pi a w) at the lowest and at the highest frequency; at rest it locks the bar."""
-    verdict, _ = case
     plain = riders.load("mean_2011")
     rubbing = plain.with_effects(SteeringFriction()).with_values(**{"coulomb_friction.friction_torque": FRICTION})
-    motion = motion_of(verdict.best, rubbing)
+    motion = motion_of(case.best, rubbing)
     assert set(motion) == {"vehicle.steer_angle", "vehicle.steer_rate", "device.torso_angle", "device.torso_momentum"}
     assert np.std(motion["vehicle.steer_angle"]) == pytest.approx(np.radians(2) / np.sqrt(2), rel=0.05)
     found = effect_on_modes(plain, rubbing, motion)

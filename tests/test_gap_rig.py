@@ -30,8 +30,8 @@ KEYS = {"verdict", "effects", "tied", "closest", "candidates", "where", "gap", "
 def test_a_hidden_effect_is_named_with_its_size(hidden, family, parameter, value):
     made, _ = case(hidden, seed=11)
     runs = prepared(made)
-    verdict = decide(Model(rig_test(RIG)), runs[:2], rig_effects())
-    result = as_result(verdict, verdict.on(runs[2:]), "N.m")
+    verdict = decide(Model(rig_test(RIG)), runs[:2], rig_effects(), runs[2:])
+    result = as_result(verdict, "N.m")
     assert result["verdict"] == "named"
     assert [e["name"] for e in result["effects"]] == [family]
     found = result["effects"][0]["parameters"][parameter]
@@ -46,8 +46,8 @@ def test_a_hidden_effect_is_named_with_its_size(hidden, family, parameter, value
 def test_nothing_is_found_where_nothing_is_hidden():
     made, rider = case({}, seed=12)
     runs = prepared(made)
-    verdict = decide(Model(rig_test(RIG)), runs[:2], rig_effects())
-    result = as_result(verdict, verdict.on(runs[2:]), "N.m")
+    verdict = decide(Model(rig_test(RIG)), runs[:2], rig_effects(), runs[2:])
+    result = as_result(verdict, "N.m")
     assert set(result) >= KEYS
     assert (result["verdict"], result["effects"], result["tied"]) == ("none", [], [])
     assert result["base"]["device.arm_stiffness"]["value"] == pytest.approx(rider["ka"], rel=0.1)  # the rider changes by 3 %, three deviations

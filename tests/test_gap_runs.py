@@ -22,7 +22,7 @@ def investigated(folder, seed, **hidden):
     rng = np.random.default_rng(seed)
     file = write_ride(folder / "run.csv", ride(rng, bicycle(rng, SHARE), **hidden))
     stand = runs_stand(names.vehicle(write_matrices(folder / "bicycle.toml")))
-    return verdict_on_runs(stand, read_runs([file], stand), [], runs_effects(stand.component))[0]
+    return verdict_on_runs(stand, read_runs([file], stand), [], runs_effects(stand.component))
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -113,6 +113,6 @@ def test_the_steer_by_wire_bicycle_lacks_something_and_friction_leads_without_be
     (tmp_path / "authors.toml").write_text(AUTHORS)
     stand = runs_stand(names.vehicle(str(tmp_path / "authors.toml")), ["all"])
     runs = read_runs([str(MEASURED / f"bode_4mps_{f}Hz.csv") for f in ("1.0", "1.8")], stand)
-    verdict = verdict_on_runs(stand, runs, [], runs_effects(stand.component))[0]
+    verdict = verdict_on_runs(stand, runs, [], runs_effects(stand.component))
     assert verdict.verdict != "none" and verdict.candidates[0].family == "steering_friction"
     assert verdict.best.reduced < verdict.base.reduced

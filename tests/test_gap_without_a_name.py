@@ -30,7 +30,7 @@ def test_a_law_without_a_name_takes_a_name_back(monkeypatch):
     some = library("hardening_stiffness", "sensor_nonlinearity", "asymmetry")
     verdict = decide(Model(rig_test(RIG)), runs[:1], some, runs[1:])
     assert (verdict.verdict, verdict.effects, verdict.unlisted.effect.form) == ("unknown", [], "product")
-    assert any("the damping is larger to one side" in sentence.lower() for sentence in as_result(verdict, verdict.held_out, "N.m")["limitations"])
+    assert any("the damping is larger to one side" in sentence.lower() for sentence in as_result(verdict, "N.m")["limitations"])
     assert "unlisted" in {rival["rival"] for rival in next_experiment(verdict)["rivals"]}
     monkeypatch.setattr("identification.gap.naming.decide.better_unlisted", lambda *_, **__: None)
     assert decide(Model(rig_test(RIG)), runs[:1], some, runs[1:]).verdict == "named"
@@ -43,7 +43,7 @@ def test_what_is_unknown_may_be_a_law_without_a_name():
     assert (verdict.verdict, verdict.effects, verdict.unlisted.effect.form) == ("unknown", [], "softening")
     size, error, _ = parameters_of(verdict.unlisted.fit)["device.unlisted.size"]
     assert size == pytest.approx(2300, abs=3 * error) and error < 150
-    assert any("spring softens" in sentence for sentence in as_result(verdict, verdict.held_out, "N.m")["limitations"])
+    assert any("spring softens" in sentence for sentence in as_result(verdict, "N.m")["limitations"])
 
 
 def test_a_bar_whose_inertia_grows_with_its_angle_is_unknown_and_said_to():
@@ -53,7 +53,7 @@ def test_a_bar_whose_inertia_grows_with_its_angle_is_unknown_and_said_to():
     assert (verdict.verdict, verdict.effects, verdict.unlisted.effect.form) == ("unknown", [], "centrifugal")
     size, error, _ = parameters_of(verdict.unlisted.fit)["device.unlisted.size"]
     assert size == pytest.approx(3.0, abs=3 * error) and error < 0.3
-    assert any("an inertia that changes with the angle" in sentence for sentence in as_result(verdict, verdict.held_out, "N.m")["limitations"])
+    assert any("an inertia that changes with the angle" in sentence for sentence in as_result(verdict, "N.m")["limitations"])
 
 
 @pytest.mark.parametrize("lag", [0.3, -0.3])

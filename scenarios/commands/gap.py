@@ -89,9 +89,9 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         runs, held = _runs(arguments.files, stand, arguments.map), _runs(arguments.holdout, stand, arguments.map)
     except NotSweptError:
         return _over_time(arguments, rig, stand, library)
-    verdict = decide(Model(stand), runs, library, held, writing_so_far(folder, lambda verdict: as_result(verdict, None, "N.m")))
+    verdict = decide(Model(stand), runs, library, held, writing_so_far(folder, lambda verdict: as_result(verdict, "N.m")))
     with _adding(verdict, arguments, folder) as add_to:
-        result = as_result(verdict, verdict.held_out, "N.m")
+        result = as_result(verdict, "N.m")
         result["limitations"] += _limitations(rig, runs, held, bool(arguments.bare))
         write_verdict(result, folder)
         result["next_experiment"] = next_experiment(verdict, rig_proposals)
@@ -111,7 +111,7 @@ def _over_time(arguments: argparse.Namespace, rig: dict[str, Any], stand: TestSt
     with _adding(found.verdict, arguments, folder, swept=False) as add_to:
         result["next_experiment"] = next_experiment(found.verdict, scaled_runs)
         add_to(result)
-    result["report"] = write_component_report(found.verdict, result, found.held_out_gap, folder, modes_over_speed(result))
+    result["report"] = write_component_report(found.verdict, result, folder, modes_over_speed(result))
     write_verdict(result, folder)
     return result
 

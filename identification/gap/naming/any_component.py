@@ -7,7 +7,6 @@ the noise that is left beside it.
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -26,7 +25,6 @@ from identification.gap.naming.decide import FAR_FROM_NOISE, Verdict, decide
 from identification.gap.naming.fitted import Fit
 from identification.gap.naming.fitting import fit
 from identification.gap.naming.one_frequency import not_told_apart
-from identification.gap.naming.showing import HeldOutGap
 from identification.gap.stands.component_test import ComponentTest
 from identification.recordings import Recording
 from identification.sampling import white_noise
@@ -39,7 +37,7 @@ STEADY = 0.1  # change of the noise, relative, below which a verdict stands
 
 @dataclass(frozen=True)
 class Investigation:
-    """The verdict, with the test as it was scaled, and the held-out runs with the noise of the fitted ones.
+    """The verdict, whose held-out runs have the noise of the fitted ones, with the test as it was scaled.
 
     factor is that by which the base came out from where it started (see `common_factor`); with another than 1 nothing is named.
     missed is the share of the measured motion that the best model misses; beyond MOST_MISSED it is no noise.
@@ -48,15 +46,9 @@ class Investigation:
 
     verdict: Verdict
     test: ComponentTest
-    held: list[Sampled]
     factor: float = 1.0
     missed: float = 0.0
     kept: tuple[str, ...] = ()
-
-    @cached_property
-    def held_out_gap(self) -> HeldOutGap:
-        """Before and after on the held-out runs."""
-        return self.verdict.on(self.held)
 
 
 def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequence[type[Effect]] = (), given: Mapping[str, float] | None = None,
@@ -103,7 +95,9 @@ def investigate(test: ComponentTest, runs: Sequence[Sampled], more_effects: Sequ
     missed = _missed(verdict.best)
     if missed > MOST_MISSED and verdict.verdict == "none":
         verdict = replace(verdict, verdict="unknown")
-    return Investigation(verdict, test, _like(held, verdict.best.runs[0]), factor, missed, tuple(kept))
+    with suppress(InputError):  # else they stay as they were compared with the noise of the last round
+        verdict.held_out = verdict.on(_like(held, verdict.best.runs[0]))
+    return Investigation(verdict, test, factor, missed, tuple(kept))
 
 
 def _untold(verdict: Verdict) -> None:

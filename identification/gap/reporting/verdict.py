@@ -8,19 +8,19 @@ import numpy as np
 from identification.gap.naming.candidate import Candidate, adequate
 from identification.gap.naming.decide import Verdict
 from identification.gap.naming.fitted import parameters_of
-from identification.gap.naming.showing import FORETOLD, HeldOutGap, closeness, floor
+from identification.gap.naming.showing import FORETOLD, closeness, floor
 from identification.gap.naming.ties import equivalent
 from identification.gap.reporting.harmonic_places import cells as of_harmonics
 from identification.gap.reporting.locating import Cells, locate
 
 
-def as_result(verdict: Verdict, held: HeldOutGap, unit: str, noise_source: str = "orders", cells: Cells = of_harmonics) -> dict[str, Any]:
+def as_result(verdict: Verdict, unit: str, noise_source: str = "orders", cells: Cells = of_harmonics) -> dict[str, Any]:
     """The verdict under the keys of the file; what is written beside it (model, FMU, report) is null yet.
 
     cells says what the places of misfit are.
     """
     best = verdict.best
-    chances, left = _probabilities(verdict), gap(verdict, held, unit)
+    chances, left = _probabilities(verdict), gap(verdict, unit)
     return {
         "verdict": verdict.verdict,
         "effects": [_effect(verdict, c, chances) for c in verdict.effects] if verdict.verdict == "named" else [],
@@ -78,9 +78,9 @@ def _foretold(verdict: Verdict, left: dict[str, Any]) -> list[str]:
     return []
 
 
-def gap(verdict: Verdict, held: HeldOutGap, unit: str) -> dict[str, Any]:
+def gap(verdict: Verdict, unit: str) -> dict[str, Any]:
     """Before, after and on the held-out runs, as reduced chi-square and as rms."""
-    before, after = closeness(verdict.base), closeness(verdict.best)
+    before, after, held = closeness(verdict.base), closeness(verdict.best), verdict.held_out
     return {
         "before": before.chi2, "after": after.chi2,
         "holdout_before": held[0].chi2 if held else None, "holdout_after": held[1].chi2 if held else None, "noise_floor": 1.0,
