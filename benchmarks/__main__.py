@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import benchmarks
-from fmus.progress import track
+from fmus.support.progress import track
 
 RESULTS = Path(__file__).parent / "results.json"
 
@@ -26,12 +26,19 @@ def machine() -> dict[str, Any]:
     """What the numbers depend on besides the code."""
     model = next((line.split(":")[1].strip() for line in Path("/proc/cpuinfo").read_text().splitlines()
                   if line.startswith("model name")), platform.processor()) if Path("/proc/cpuinfo").exists() else platform.processor()  # fmt: skip
-    return {"processor": model, "cores": os.cpu_count(), "system": platform.system(), "python": platform.python_version()}
+    return {
+        "processor": model,
+        "cores": os.cpu_count(),
+        "system": platform.system(),
+        "python": platform.python_version(),
+    }
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
-    parser.add_argument("names", nargs="*", metavar="NAME", help=f"studies to run (default: all): {', '.join(studies())}")
+    parser.add_argument(
+        "names", nargs="*", metavar="NAME", help=f"studies to run (default: all): {', '.join(studies())}"
+    )
     parser.add_argument("--json", metavar="FILE", help="write these results there as well; - for standard output")
     arguments = parser.parse_args()
     for name in arguments.names:

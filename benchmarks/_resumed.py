@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import Any
 
 
-def resumed(progress: Callable[..., Iterable], cases: int, out: str | Path | None, one: Callable[[int], dict[str, Any]]) -> list[dict[str, Any]]:
+def resumed(
+    progress: Callable[..., Iterable], cases: int, out: str | Path | None, one: Callable[[int], dict[str, Any]]
+) -> list[dict[str, Any]]:
     """The row of every case, as one(number) gives it, or as out/cases.jsonl holds it already."""
     folder = Path(out or tempfile.mkdtemp())
     folder.mkdir(parents=True, exist_ok=True)

@@ -1,6 +1,6 @@
 """Couplings and masters on the same FMUs with the same steps: steps per second, errors of modes and of the trajectory.
 
-The case is the mean rider on a bar of 0.6 kg.m2, struck. Ours are all couplings of `fmus.coupling`; the others are
+The case is the mean rider on a bar of 0.6 kg.m2, struck. Ours are all couplings of `fmus.cosimulation.coupling`; the others are
 the loops of other people's tools, as far as they are installed, and the plainest loop in C. Set-up is excluded: a rate, in
 steps per second of processor time, so that it tells the same on a busy machine,
 is the difference of two runs of different length. Also: what 2 to 200 riders on one bar cost.
@@ -17,14 +17,13 @@ from typing import Any
 
 import numpy as np
 
-from fmus.compilers import FLAGS, host_compiler
-from fmus.cosimulation import cosimulate
-from fmus.coupling import COUPLINGS
-from fmus.errors import InputError
-from fmus.importer import FmuUnit
-from fmus.ssp import write_ssp
-from scenarios.hosts import cofmpy_bar, container_bar, fmpy_bar, libcosim_bar
-from scenarios.hosts.rider_on_a_bar import CONNECTIONS, SAMPLED, STRIKE, archives, mode_errors, trajectory_error
+from fmus.cosimulation.cosimulate import cosimulate
+from fmus.cosimulation.coupling import COUPLINGS
+from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem
+from fmus.export.compilers import FLAGS, host_compiler
+from fmus.support.errors import InputError
+from motofmi.scenarios.hosts import container_bar, hosts
+from motofmi.scenarios.hosts.rider_on_a_bar import SAMPLED, STRIKE, archives, mode_errors, trajectory_error
 
 SOURCES = Path(__file__).parent / "c"
 STEPS = (1e-3, 1e-2)
@@ -34,37 +33,37 @@ ROUNDS = 15
 Rows = Callable[[Mapping[str, Path], float, int], np.ndarray]
 
 
-def opened(fmus: Mapping[str, Path], devices: int = 1) -> dict[str, FmuUnit]:
+def opened(fmus: Mapping[str, Path], devices: int = 1) -> dict[str, FmuSubsystem]:
     """The bar, struck, and its riders."""
-    units = {"vehicle": FmuUnit(fmus["vehicle"], "vehicle", {"steer_rate": STRIKE})}
+    subsystems = {"vehicle": FmuSubsystem(fmus["vehicle"], "vehicle", {"steer_rate": STRIKE})}
     names = ["device"] if devices == 1 else [f"device_{k}" for k in range(devices)]
-    return units | {name: FmuUnit(fmus["device"], name) for name in names}
+    return subsystems | {name: FmuSubsystem(fmus["device"], name) for name in names}
 
 
-def closed(units: Mapping[str, FmuUnit]) -> None:
-    for unit in units.values():
-        unit.close()
+def closed(subsystems: Mapping[str, FmuSubsystem]) -> None:
+    for subsystem in subsystems.values():
+        subsystem.close()
 
 
 def ours(fmus: Mapping[str, Path], name: str, step: float, count: int) -> np.ndarray:
     """Samples (count, 5) of one of our couplings."""
-    units = opened(fmus)
+    subsystems = opened(fmus)
     try:
-        found = cosimulate(units, step, (count - 1) * step, name)
+        found = cosimulate(subsystems, step, (count - 1) * step, name)
     finally:
-        closed(units)
+        closed(subsystems)
     return np.column_stack([found[signal] for signal in SAMPLED])
 
 
 def our_seconds(fmus: Mapping[str, Path], name: str, step: float, count: int) -> float:
     """Processor time of one run of ours, set-up included."""
-    units = opened(fmus)
+    subsystems = opened(fmus)
     try:
         began = time.thread_time()
-        cosimulate(units, step, count * step, name)
+        cosimulate(subsystems, step, count * step, name)
         return time.thread_time() - began
     finally:
-        closed(units)
+        closed(subsystems)
 
 
 def rates(fmus: Mapping[str, Path], step: float, count: int, rounds: int) -> dict[str, float]:
@@ -87,20 +86,10 @@ def errors(samples: np.ndarray, step: float) -> dict[str, Any]:
     return {**modes, "trajectory_error": trajectory_error(step * np.arange(len(samples)), samples[:, 0])}
 
 
-def _libcosim(fmus: Mapping[str, Path], step: float, count: int) -> np.ndarray:
-    return libcosim_bar.rows(libcosim_bar.Wired(fmus, libcosim_bar.fixed(step)), (count - 1) * step)[1]
-
-
-def _cofmpy(fmus: Mapping[str, Path], step: float, count: int) -> np.ndarray:
-    return cofmpy_bar.rows({name: cofmpy_bar.without_step_size(path) for name, path in fmus.items()}, step, count, "jacobi", False)
-
-
-def _ssp(fmus: Mapping[str, Path], step: float, count: int) -> np.ndarray:
-    wiring = {f"{target}.{name}": [f"{source}.{name}"] for source, target, name in CONNECTIONS}
-    return fmpy_bar.rows_of_ssp(write_ssp(fmus["vehicle"].with_name("wired.ssp"), fmus, wiring), step, count)
-
-
-PEERS: dict[str, Rows] = {"fmpy loop": fmpy_bar.rows_of_loop, "fmpy SSP runner": _ssp, "fmucontainer in fmpy": container_bar.rows, "libcosim": _libcosim, "CoFMPy": _cofmpy}
+# Samples of every host that has the case of a rider on a bar.
+PEERS: dict[str, Rows] = {
+    name: rows for host in hosts().values() for name, rows in getattr(host, "SAMPLES", {}).items()
+}
 
 
 def peer(rows: Rows, fmus: Mapping[str, Path], step: float, samples: int, count: int) -> dict[str, Any] | None:
@@ -123,7 +112,17 @@ def in_c(source: str) -> ctypes.CDLL:
     """A loop of benchmarks/c, compiled with the FMUs' own flags."""
     with tempfile.TemporaryDirectory() as folder:
         library = Path(folder, "loop.so")
-        subprocess.run([*(host_compiler() or ("cc",)), *(f for f in FLAGS if f != "-fvisibility=hidden"), "-fPIC", "-o", str(library), str(SOURCES / source)], check=True)
+        subprocess.run(
+            [
+                *(host_compiler() or ("cc",)),
+                *(f for f in FLAGS if f != "-fvisibility=hidden"),
+                "-fPIC",
+                "-o",
+                str(library),
+                str(SOURCES / source),
+            ],
+            check=True,
+        )
         return ctypes.CDLL(str(library))
 
 
@@ -146,28 +145,44 @@ def container_rate(fmus: Mapping[str, Path], step: float, count: int, rounds: in
     return best
 
 
-class _Unit(ctypes.Structure):
-    _fields_ = [(n, ctypes.c_void_p) for n in ("instance", "set", "get", "step", "inputs", "outputs")] + [(n, ctypes.c_size_t) for n in ("n_inputs", "n_outputs")]
+class _Subsystem(ctypes.Structure):
+    _fields_ = [(n, ctypes.c_void_p) for n in ("instance", "set", "get", "step", "inputs", "outputs")] + [
+        (n, ctypes.c_size_t) for n in ("n_inputs", "n_outputs")
+    ]
 
 
 def bare_rate(fmus: Mapping[str, Path], step: float, count: int) -> float:
     """Steps per second of Jacobi in the plainest C loop over the same binaries."""
     motion, torques = ("steer_angle", "steer_rate", "frame_rate"), ("handlebar_torque", "frame_torque")
-    units, arrays = opened(fmus), []
+    subsystems, arrays = opened(fmus), []
     loop = in_c("jacobi.c").jacobi
     both = []
     for name, told, answered in (("vehicle", torques, motion), ("device", motion, torques)):
-        unit = units[name]
-        references = [np.array([unit.variables[n].valueReference for n in names], np.uint32) for names in (told, answered)]
+        subsystem = subsystems[name]
+        references = [
+            np.array([subsystem.variables[n].valueReference for n in names], np.uint32) for names in (told, answered)
+        ]
         arrays += references
-        functions = [ctypes.cast(getattr(unit.calls.fmu.dll, f), ctypes.c_void_p) for f in ("fmi2SetReal", "fmi2GetReal", "fmi2DoStep")]
-        both.append(_Unit(unit.calls.fmu.component, *functions, *(r.ctypes.data for r in references), *map(len, references)))
+        functions = [
+            ctypes.cast(getattr(subsystem.calls.fmu.dll, f), ctypes.c_void_p)
+            for f in ("fmi2SetReal", "fmi2GetReal", "fmi2DoStep")
+        ]
+        both.append(
+            _Subsystem(
+                subsystem.calls.fmu.component, *functions, *(r.ctypes.data for r in references), *map(len, references)
+            )
+        )
     values = np.zeros(3), np.zeros(2)
     began = time.thread_time()
-    loop(*(ctypes.byref(u) for u in both), *(ctypes.c_void_p(v.ctypes.data) for v in values), ctypes.c_double(step), ctypes.c_long(count))
+    loop(
+        *(ctypes.byref(u) for u in both),
+        *(ctypes.c_void_p(v.ctypes.data) for v in values),
+        ctypes.c_double(step),
+        ctypes.c_long(count),
+    )
     rate = count / (time.thread_time() - began)
     assert np.isfinite(values[0]).all() and arrays
-    closed(units)
+    closed(subsystems)
     return rate
 
 
@@ -175,20 +190,24 @@ def scaling(fmus: Mapping[str, Path], count: int, numbers: Sequence[int]) -> dic
     """Microseconds per step and rider for several numbers of riders on one bar, Jacobi."""
     found = {}
     for devices in numbers:
-        units = opened(fmus, devices)
-        rate = cosimulate(units, 1e-4, count * 1e-4, "jacobi").steps_per_second
+        subsystems = opened(fmus, devices)
+        rate = cosimulate(subsystems, 1e-4, count * 1e-4, "jacobi").steps_per_second
         found[str(devices)] = 1e6 / rate / devices
-        closed(units)
+        closed(subsystems)
     return found
 
 
-def run(progress: Callable, count: int = COUNT, samples: int = 500, rounds: int = ROUNDS, devices: Sequence[int] = DEVICES) -> dict[str, Any]:
+def run(
+    progress: Callable, count: int = COUNT, samples: int = 500, rounds: int = ROUNDS, devices: Sequence[int] = DEVICES
+) -> dict[str, Any]:
     """All couplings and peers at 1 and 10 ms; count steps for a measurement of a rate, samples for the errors."""
     short = f"{STEPS[0]:g}"
     with tempfile.TemporaryDirectory() as folder:
         fmus = archives(folder)
         rate = rates(fmus, STEPS[0], count, rounds)
-        found: dict[str, Any] = {name: {"steps_per_second": rate[name]} for name in ("bare_c_loop", "fmucontainer_in_c")}
+        found: dict[str, Any] = {
+            name: {"steps_per_second": rate[name]} for name in ("bare_c_loop", "fmucontainer_in_c")
+        }
         found |= {"ours": {}, "peers": {}}
         for name in progress(COUPLINGS, "couplings"):
             found["ours"][name] = {f"{step:g}": _our_errors(fmus, name, step, samples) for step in STEPS}

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from fmus.build import source_contents
-from fmus.compilers import host_compiler
-from fmus.component import Component
-from fmus.effects.library import joining
-from fmus.interface import Interface
+from fmus.declaration.component import Component
+from fmus.effects.library import applicable_effects
+from fmus.export.build import source_contents
+from fmus.export.compilers import host_compiler
+from fmus.export.interface import Interface
+from motofmi.workflows import components
 from rider_fmu import riders
-from scenarios import names
 from vehicle_fmu import motorcycles
 
 SOURCES = Path(__file__).parent.parent / "tests" / "c"
@@ -56,7 +56,11 @@ def compiled_misuse(component: Component, fmi: int, folder: Path, sanitised: boo
     for name in (f"misuse{fmi}.c", "random_values.h"):
         (folder / name).write_bytes((SOURCES / name).read_bytes())
     options = ["-std=c99", "-g", "-O1", *(SANITISERS if sanitised else [])]
-    subprocess.run([*(host_compiler() or ("cc",)), *options, "-o", "misuse", f"misuse{fmi}.c", f"fmi{fmi}_fmu.c", "-lm"], cwd=folder, check=True)
+    subprocess.run(
+        [*(host_compiler() or ("cc",)), *options, "-o", "misuse", f"misuse{fmi}.c", f"fmi{fmi}_fmu.c", "-lm"],
+        cwd=folder,
+        check=True,
+    )
     guid = re.search(rb'(?:guid|instantiationToken)="([^"]*)"', contents["modelDescription.xml"])
     assert guid is not None
     return Program(str(folder / "misuse"), guid[1].decode(), len(interface.variables))
@@ -65,7 +69,9 @@ def compiled_misuse(component: Component, fmi: int, folder: Path, sanitised: boo
 def calls_under(command: Sequence[str], program: Program, calls: int, seed: int) -> dict:
     """Runs the calls; the counts by status, and what a sanitiser or valgrind reported ("" when nothing)."""
     arguments = [*command, program.guid, str(program.variables), str(calls), str(seed)]
-    done = subprocess.run(arguments, capture_output=True, text=True, check=False, env={**os.environ, "ASAN_OPTIONS": "detect_leaks=1"})
+    done = subprocess.run(
+        arguments, capture_output=True, text=True, check=False, env={**os.environ, "ASAN_OPTIONS": "detect_leaks=1"}
+    )
     counts = {word: int(number) for word, number in re.findall(r"(ok|discard|error|steps) (\d+)", done.stdout)}
     report = done.stderr.strip() if done.returncode or done.stderr else ""
     return {**counts, "report": report or ("" if done.returncode == 0 else f"exit status {done.returncode}")}
@@ -73,10 +79,10 @@ def calls_under(command: Sequence[str], program: Program, calls: int, seed: int)
 
 def one_of_each() -> dict[str, Component]:
     """A component of every class, with values that ship where there are some, and the rider and a motorcycle with effects."""
-    shipped = {type(c).__name__: c for c in map(names.component, names.every_name())}
-    found = {title: shipped.get(title) or kind() for title, kind in names.COMPONENTS.items()}
+    shipped = {type(c).__name__: c for c in map(components.component, components.every_name())}
+    found = {title: shipped.get(title) or kind() for title, kind in components.COMPONENTS.items()}
     for component in (riders.load("mean_2011"), motorcycles.load("sharp_1971")):
-        effects = joining(component, names.EFFECTS[type(component).__name__])
+        effects = applicable_effects(component, components.EFFECTS[type(component).__name__])
         found[f"{component.title} with effects"] = component.with_effects(*(e() for e in effects[:EFFECTS]))
     return found
 

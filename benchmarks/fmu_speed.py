@@ -16,12 +16,12 @@ import numpy as np
 from fmpy.fmi2 import FMU2Slave
 from scipy.linalg import expm
 
-from fmus.build import build, source_contents
-from fmus.compilers import FLAGS, host_compiler
-from fmus.component import Component
-from fmus.interface import Interface
-from fmus.linear import linearise
-from fmus.symbolic import symbolic
+from fmus.declaration.component import Component
+from fmus.equations.sympy_form import symbolic
+from fmus.export.build import build, source_contents
+from fmus.export.compilers import FLAGS, host_compiler
+from fmus.export.interface import Interface
+from fmus.linear_analysis.linearisation import linearise
 from rider_fmu import riders
 from vehicle_fmu import motorcycles
 
@@ -48,10 +48,14 @@ class Loaded:
         self.fmu.exitInitializationMode()
         variables = description.modelVariables
         # The speed keeps its value: with another in each step the exact step needs other matrices each time.
-        self.inputs = np.array([v.valueReference for v in variables if v.causality == "input" and v.name != "speed"], np.uint32)
+        self.inputs = np.array(
+            [v.valueReference for v in variables if v.causality == "input" and v.name != "speed"], np.uint32
+        )
         self.outputs = np.array([v.valueReference for v in variables if v.causality == "output"], np.uint32)
         self.instance = self.fmu.component
-        self.functions = [ctypes.cast(getattr(self.fmu.dll, f), ctypes.c_void_p) for f in ("fmi2SetReal", "fmi2DoStep", "fmi2GetReal")]
+        self.functions = [
+            ctypes.cast(getattr(self.fmu.dll, f), ctypes.c_void_p) for f in ("fmi2SetReal", "fmi2DoStep", "fmi2GetReal")
+        ]
 
 
 def compiled_loop(component: Component, folder: Path) -> ctypes.CDLL:
@@ -60,7 +64,10 @@ def compiled_loop(component: Component, folder: Path) -> ctypes.CDLL:
         (folder / name.rpartition("/")[2]).write_bytes(data)
     library = folder / "loop.so"
     flags = [f for f in FLAGS if f != "-fvisibility=hidden"]
-    subprocess.run([*(host_compiler() or ("cc",)), *flags, "-fPIC", "-I", str(folder), "-o", str(library), str(LOOP), "-lm"], check=True)
+    subprocess.run(
+        [*(host_compiler() or ("cc",)), *flags, "-fPIC", "-I", str(folder), "-o", str(library), str(LOOP), "-lm"],
+        check=True,
+    )
     return ctypes.CDLL(str(library))
 
 
@@ -110,7 +117,11 @@ def in_python(loaded: Loaded, steps: int) -> Callable[[], float]:
                    for r, v in zip((loaded.inputs, loaded.outputs), values, strict=True))  # fmt: skip
     access = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_size_t, ctypes.c_void_p)
     advance = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double, ctypes.c_double, ctypes.c_int)
-    set_real, get_real, do_step = access(("fmi2SetReal", dll)), access(("fmi2GetReal", dll)), advance(("fmi2DoStep", dll))
+    set_real, get_real, do_step = (
+        access(("fmi2SetReal", dll)),
+        access(("fmi2GetReal", dll)),
+        advance(("fmi2DoStep", dll)),
+    )
     clock = [0.0]
 
     def timed() -> float:
@@ -134,13 +145,22 @@ def measured(component: Component, folder: Path, steps: int, rounds: int = ROUND
     fmus = {b: (Loaded(built[b].path), Loaded(built[b].path)) for b in built}  # one for each loop
     bare, kept = bare_instance(component, library)
     like = fmus["compiled"][0]
-    plain = {kind: [ctypes.cast(getattr(library, f"{kind}_{f}"), ctypes.c_void_p) for f in ("set", "step", "get")] for kind in ("bare", "empty")}
+    plain = {
+        kind: [ctypes.cast(getattr(library, f"{kind}_{f}"), ctypes.c_void_p) for f in ("set", "step", "get")]
+        for kind in ("bare", "empty")
+    }
     python_steps = max(steps // 300, 100)
     loops = {
         "compiled, C loop": in_c(library, like.functions, ctypes.c_void_p(like.instance), like, steps),
         "bare arithmetic, C loop": in_c(library, plain["bare"], ctypes.byref(bare), like, steps),
         "empty calls, C loop": in_c(library, plain["empty"], None, like, steps),
-        "pythonfmu, C loop": in_c(library, fmus["python"][0].functions, ctypes.c_void_p(fmus["python"][0].instance), fmus["python"][0], python_steps),
+        "pythonfmu, C loop": in_c(
+            library,
+            fmus["python"][0].functions,
+            ctypes.c_void_p(fmus["python"][0].instance),
+            fmus["python"][0],
+            python_steps,
+        ),
         "compiled, ctypes loop": in_python(fmus["compiled"][1], max(steps // 30, 100)),
         "pythonfmu, ctypes loop": in_python(fmus["python"][1], python_steps),
     }

@@ -14,10 +14,10 @@ import fmpy
 import numpy as np
 from fmpy.fmi2 import FMU2Slave
 
-from fmus.build import build
+from fmus.export.build import build
+from motofmi.scenarios.hosts.exudyn_full_rider import response
 from rider_fmu import riders
-from rider_fmu.full_rider import on_rig
-from scenarios.hosts.exudyn_full_rider import response
+from rider_fmu.components.full_rider import on_rig
 
 STEP = 1e-3
 INPUTS, OUTPUTS = ("steer_angle", "steer_rate", "frame_rate"), ("handlebar_torque", "frame_torque")
@@ -34,14 +34,24 @@ def run(progress, steps: int = 5000, rounds: int = 3) -> dict:
     numpy_step = min(numpy_time(full, 30) for _ in progress(range(rounds), "numpy"))
     times = {**fmus, "numpy": numpy_step, "exudyn": exudyn_time(full, 500)}
     ratios = {f"full_fmu_over_{name}": fmus["full"] / t for name, t in times.items() if name != "full" and t}
-    return {"microseconds_per_step": {n: t and round(1e6 * t, 2) for n, t in times.items()}, "real_time_factor": STEP / fmus["full"], **ratios, "build_s": built}
+    return {
+        "microseconds_per_step": {n: t and round(1e6 * t, 2) for n, t in times.items()},
+        "real_time_factor": STEP / fmus["full"],
+        **ratios,
+        "build_s": built,
+    }
 
 
 def fmu_time(path: Path, steps: int) -> float:
     """Seconds a step."""
     description = fmpy.read_model_description(str(path))
     folder = fmpy.extract(str(path))
-    fmu = FMU2Slave(guid=description.guid, unzipDirectory=folder, instanceName="timed", modelIdentifier=description.coSimulation.modelIdentifier)
+    fmu = FMU2Slave(
+        guid=description.guid,
+        unzipDirectory=folder,
+        instanceName="timed",
+        modelIdentifier=description.coSimulation.modelIdentifier,
+    )
     fmu.instantiate()
     fmu.setupExperiment(startTime=0.0)
     fmu.enterInitializationMode()

@@ -1,4 +1,4 @@
-"""Blind cases of the gap workflow: how often it alarms for nothing, names right, names wrong, and what it owns not to know.
+"""Blind cases of the gap workflow: how often it alarms for nothing, names right, names wrong, and what it leaves unknown.
 
     python -m benchmarks.gap_blind --cases 500 --seed 1 --out blind
 
@@ -23,22 +23,29 @@ import numpy as np
 from scipy.stats import binomtest
 
 from benchmarks._resumed import resumed
-from fmus.progress import track
-from identification.gap.data.runs import Run, prepare
-from identification.gap.models.model import Model
-from identification.gap.naming.decide import decide
-from identification.gap.proposing.next_test import next_experiment
-from identification.gap.reporting.verdict import as_result
-from identification.gap.stands.test_stand import TestStand
-from identification.recordings import read_recording, read_rig
-from scenarios.rig_proposals import rig_proposals
-from scenarios.rig_test import rig_effects, rig_test, with_bare_bar
+from fmus.support.progress import track
+from motofmi.gap.experiment_design.next_experiment import next_experiment
+from motofmi.gap.experiments.experiment import ImposedMotionExperiment
+from motofmi.gap.models.harmonic_model import HarmonicModel
+from motofmi.gap.preprocessing.steer_test_run import SteerTestRun, prepare_steer_test_run
+from motofmi.gap.selection.model_selection import select_model
+from motofmi.gap.verdict import as_result
+from motofmi.recordings.reading import read_recording
+from motofmi.recordings.rig_file import read_rig
+from motofmi.workflows.gap.rig import rig_effects, rig_experiment, with_bare_bar
+from motofmi.workflows.gap.rig_proposals import rig_proposals
 from tests.simulators.blind_cases import Laboratory, draw
 
 NAMEABLE, CLEAR = 40.0, 100.0  # delta chi-square
 
 
-def run(progress: Callable[..., Iterable], cases: int = 50, seed: int = 1, out: str | Path | None = None, kinds: Sequence[str] = ()) -> dict[str, Any]:
+def run(
+    progress: Callable[..., Iterable],
+    cases: int = 50,
+    seed: int = 1,
+    out: str | Path | None = None,
+    kinds: Sequence[str] = (),
+) -> dict[str, Any]:
     """The summary over the cases; those that `out`/cases.jsonl holds already are not run again."""
 
     def one(number: int) -> dict[str, Any]:
@@ -55,25 +62,30 @@ def run(progress: Callable[..., Iterable], cases: int = 50, seed: int = 1, out: 
 
 def find(folder: Path, laboratory: Callable[[Path, dict[str, Any]], Path]) -> dict[str, Any]:
     """What the workflow says of a folder with recordings; a tie is taken to the laboratory with the proposed run."""
-    stand, library = rig_test(read_rig(folder)), rig_effects()
-    fitted = prepared([p for p in (folder / "sweep_up.csv", folder / "stepped.csv") if p.exists()], stand)
-    held = prepared([folder / "holdout.csv"], stand)
-    verdict = decide(Model(stand), fitted, library, held)
+    experiment, library = rig_experiment(read_rig(folder)), rig_effects()
+    fitted = prepared([p for p in (folder / "sweep_up.csv", folder / "stepped.csv") if p.exists()], experiment)
+    held = prepared([folder / "holdout.csv"], experiment)
+    verdict = select_model(HarmonicModel(experiment), fitted, library, held)
     result = as_result(verdict, "N.m")
     proposed = next_experiment(verdict, rig_proposals)
     found = _short(result) | {"next_experiment": proposed}
     if result["verdict"] == "tied" and proposed is not None:
-        more = {run["experiment"]: prepared([laboratory(folder, run)], stand) for run in proposed["runs"]}
-        known = with_bare_bar(stand, more.pop("bare_bar")) if "bare_bar" in more else stand
-        again = decide(Model(known), [*fitted, *chain.from_iterable(more.values())], library, held)
+        more = {run["experiment"]: prepared([laboratory(folder, run)], experiment) for run in proposed["runs"]}
+        known = with_bare_bar(experiment, more.pop("bare_bar")) if "bare_bar" in more else experiment
+        again = select_model(HarmonicModel(known), [*fitted, *chain.from_iterable(more.values())], library, held)
         found["settled"] = _short(as_result(again, "N.m"))
     return found
 
 
-def prepared(paths: Iterable[Path], stand: TestStand) -> list[Run]:
+def prepared(paths: Iterable[Path], experiment: ImposedMotionExperiment) -> list[SteerTestRun]:
     """The runs in files of a rig test."""
-    columns = stand.columns
-    return [prepare(read_recording(path), columns["imposed"], columns["measured"], columns["command"], tuple(stand.further)) for path in paths]
+    columns = experiment.columns
+    return [
+        prepare_steer_test_run(
+            read_recording(path), columns["imposed"], columns["measured"], columns["command"], tuple(experiment.further)
+        )
+        for path in paths
+    ]
 
 
 def _short(result: dict[str, Any]) -> dict[str, Any]:
@@ -83,7 +95,10 @@ def _short(result: dict[str, Any]) -> dict[str, Any]:
 
 def summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """Confusion matrix, rates, sizes and what is left on held-out runs."""
-    hidden = {kind: [r for r in rows if r["truth"]["kind"] == kind] for kind in ("none", "single", "unlike", "outside", "trio", "pair")}
+    hidden = {
+        kind: [r for r in rows if r["truth"]["kind"] == kind]
+        for kind in ("none", "single", "unlike", "outside", "trio", "pair")
+    }
     alone = hidden["single"] + hidden["trio"]
     ties = [r for r in rows if r["verdict"] == "tied"]
     pairs = [r for r in hidden["pair"] if min(_gains(r)) >= CLEAR]
@@ -101,8 +116,14 @@ def summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
         "pairs: both": share_of([set(_named(r)) == set(r["truth"]["families"]) for r in pairs]),
         "pairs: at least one, none wrong": share_of([bool(_named(r)) and set(_named(r)) <= set(r["truth"]["families"]) for r in pairs]),
     }  # fmt: skip
-    confusion = Counter((" + ".join(r["truth"]["families"]) or "none", " + ".join(_named(r)) or r["verdict"]) for r in rows)
-    held = [r["gap"]["holdout_after"] for r in rows if r["verdict"] in ("named", "none") and r["truth"]["kind"] in ("none", "single", "pair", "trio")]
+    confusion = Counter(
+        (" + ".join(r["truth"]["families"]) or "none", " + ".join(_named(r)) or r["verdict"]) for r in rows
+    )
+    held = [
+        r["gap"]["holdout_after"]
+        for r in rows
+        if r["verdict"] in ("named", "none") and r["truth"]["kind"] in ("none", "single", "pair", "trio")
+    ]
     return {
         "cases": len(rows), "rates": rates, "mean_size_of_tied_sets": float(np.mean([len(r["tied"]) for r in ties])) if ties else 0.0,
         "confusion": {f"{truth} -> {answer}": n for (truth, answer), n in sorted(confusion.items())},
@@ -151,11 +172,14 @@ def _wrong(row: dict[str, Any]) -> bool:
 
 
 def _gains(row: dict[str, Any]) -> list[float]:
-    return [max((c["delta_chi2"] for c in row["candidates"] if c["name"] == family), default=0.0) for family in row["truth"]["families"]]
+    return [
+        max((c["delta_chi2"] for c in row["candidates"] if c["name"] == family), default=0.0)
+        for family in row["truth"]["families"]
+    ]
 
 
 def _gain(row: dict[str, Any]) -> float:
-    """The delta chi-square of the truth: the most that any effect gains, since a truth whose fit went astray gains as much all the same."""
+    """The delta chi-square of the truth: the most that any effect gains, since a truth whose fit did not converge gains as much all the same."""
     return max((c["delta_chi2"] for c in row["candidates"]), default=0.0)
 
 
@@ -176,7 +200,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.gap_blind", description=__doc__)
     parser.add_argument("--cases", type=int, default=500)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--kinds", nargs="*", default=[], help="only these, in turn: none single unlike outside trio pair")
+    parser.add_argument(
+        "--kinds", nargs="*", default=[], help="only these, in turn: none single unlike outside trio pair"
+    )
     parser.add_argument("--out", default="gap_blind", metavar="DIR", help="where cases.jsonl is, or goes")
     arguments = parser.parse_args()
     print(json.dumps(run(track, arguments.cases, arguments.seed, arguments.out, arguments.kinds), indent=1))

@@ -11,7 +11,6 @@ taken up again. confusion counts truth -> answer.
 
 import argparse
 import json
-import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
@@ -22,17 +21,15 @@ import numpy as np
 
 from benchmarks._resumed import resumed
 from benchmarks.gap_blind import share_of
-from fmus.component import Component
-from fmus.errors import InputError
+from fmus.declaration.component import Component
 from fmus.mechanisms import DrivenJoint, MassSpringDamper, Pendulum, TwoMass
-from fmus.progress import track
-from identification.gap.data.sampled import prepare_sampled
-from identification.gap.naming.any_component import investigate
-from identification.gap.stands.component_test import component_test
-from identification.recordings import Recording
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
-from simulators.mechanism_cases import FAMILY, OUTSIDE, UNLIKE, Case, draw
+from fmus.support.errors import InputError
+from fmus.support.progress import track
+from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.selection.any_component import investigate
+from motofmi.recordings.recording import Recording
+from tests.simulators.mechanism_cases import FAMILY, OUTSIDE, UNLIKE, Case, draw
 
 CASES = 150
 UNITS = {"torque": "N.m", "angle": "rad", "load_angle": "rad", "force": "N", "displacement": "m"}
@@ -45,7 +42,14 @@ def mechanism(case: Case) -> Component:
     if case.setting == "mass_spring_damper":
         return MassSpringDamper(mass=near["J"], spring_stiffness=near["k"], spring_damping=near["c"])
     if case.setting == "two_mass":
-        return TwoMass(drive_inertia=near["J"], load_inertia=near["J2"], stiffness=near["k"], damping=near["c"], drive_damping=near["c1"], load_damping=near["c2"])
+        return TwoMass(
+            drive_inertia=near["J"],
+            load_inertia=near["J2"],
+            stiffness=near["k"],
+            damping=near["c"],
+            drive_damping=near["c1"],
+            load_damping=near["c2"],
+        )
     if case.hidden == "sine":
         return Pendulum(inertia=near["J"], gravity_stiffness=near["k"], damping=near["c"])
     return DrivenJoint(inertia=near["J"], stiffness=near["k"], damping=near["c"])
@@ -55,17 +59,21 @@ def find(case: Case) -> dict[str, Any]:
     """What the workflow says of a case."""
     recording = Recording(f"{case.hidden}_{case.number}", case.time, case.columns, {n: UNITS[n] for n in case.columns})
     try:
-        test = component_test(mechanism(case), list(recording.columns), "angle" if case.setting == "imposed" else "")
-        verdict = investigate(test, [prepare_sampled(recording, test)]).verdict
+        test = input_output_experiment(
+            mechanism(case), list(recording.columns), "angle" if case.setting == "imposed" else ""
+        )
+        verdict = investigate(test, [prepare_sampled_run(recording, test)]).verdict
     except InputError as error:
         return {"verdict": "refused", "names": [], "why": str(error)}
     gain = verdict.base.chi2 - verdict.best.chi2
     return {"verdict": verdict.verdict, "names": sorted(c.family for c in verdict.effects), "forms": [c.effect.form for c in verdict.effects],
-            "open_form": verdict.open_form, "tied": [c.family for c in verdict.tied], "closest": [c.family for c in verdict.candidates[:1]],
+            "open_form": verdict.unspecified_form, "tied": [c.family for c in verdict.tied], "closest": [c.family for c in verdict.candidates[:1]],
             "reduced": verdict.best.reduced, "delta_chi2": gain}  # fmt: skip
 
 
-def run(progress: Callable[..., Iterable], cases: int = CASES, out: str | Path | None = None, first: int = 0) -> dict[str, Any]:
+def run(
+    progress: Callable[..., Iterable], cases: int = CASES, out: str | Path | None = None, first: int = 0
+) -> dict[str, Any]:
     """Rates and the confusion matrix of cases from the first on; those that `out`/cases.jsonl holds already are not run again."""
 
     def one(number: int) -> dict[str, Any]:

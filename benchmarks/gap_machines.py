@@ -4,23 +4,19 @@ An electro-mechanical positioning system with dry friction, the Silverbox with i
 simulated from its published equations (see `tests/simulators/machines.py`), with a held-out run of another excitation.
 """
 
-import sys
 import time
 from collections.abc import Callable, Iterable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fmus.mechanisms import MassSpringDamper
-from identification.gap.data.sampled import prepare_sampled
-from identification.gap.naming.any_component import investigate
-from identification.gap.naming.fitted import parameters_of
-from identification.gap.stands.component_test import component_test
-from identification.recordings import Recording
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
-from simulators.machines import BOUC_WEN, POSITIONING, SILVERBOX, bouc_wen, positioning, silverbox
+from motofmi.gap.estimation.fit_result import parameters_of
+from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.selection.any_component import investigate
+from motofmi.recordings.recording import Recording
+from tests.simulators.machines import BOUC_WEN, POSITIONING, SILVERBOX, bouc_wen, positioning, silverbox
 
 # Fitted run, held-out run, and the published values by their names here.
 LOOP = BOUC_WEN["beta"] * BOUC_WEN["gamma"]
@@ -47,9 +43,9 @@ def run(progress: Callable[..., Iterable]) -> dict[str, Any]:
     results = {}
     for name, (fitted, held, published) in progress(MACHINES.items(), "machines"):
         recordings = [as_recording(f"{name}_{i}", made()) for i, made in enumerate((fitted, held))]
-        test = component_test(MassSpringDamper(), ["force", "displacement"])
+        test = input_output_experiment(MassSpringDamper(), ["force", "displacement"])
         begun = time.perf_counter()
-        verdict = investigate(test, [prepare_sampled(recordings[0], test)], holdout=recordings[1:]).verdict
+        verdict = investigate(test, [prepare_sampled_run(recordings[0], test)], validation=recordings[1:]).verdict
         seconds, found = time.perf_counter() - begun, parameters_of(verdict.best)
         results[name] = {
             "verdict": verdict.verdict, "effects": [f"{c.family}.{c.effect.form}" for c in verdict.effects], "reduced_chi2": verdict.best.reduced,

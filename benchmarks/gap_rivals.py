@@ -16,16 +16,16 @@ import numpy as np
 from scipy.signal import lsim
 
 from benchmarks.gap_blind import prepared, share_of
-from identification.gap.data.runs import Run
-from identification.gap.models.model import Model
-from identification.gap.naming.candidate import one_each
-from identification.gap.naming.competing import compete
-from identification.gap.naming.decide import decide
-from identification.gap.naming.fitted import Fit
-from identification.gap.naming.fitting import fit
-from identification.gap.naming.starting import fit_base
-from identification.recordings import read_rig
-from scenarios.rig_test import rig_effects, rig_test
+from motofmi.gap.estimation.candidate import one_each
+from motofmi.gap.estimation.fit_result import Fit
+from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.estimation.multi_start import fit_base
+from motofmi.gap.models.harmonic_model import HarmonicModel
+from motofmi.gap.preprocessing.steer_test_run import SteerTestRun
+from motofmi.gap.selection.candidate_search import search_candidates
+from motofmi.gap.selection.model_selection import select_model
+from motofmi.recordings.rig_file import read_rig
+from motofmi.workflows.gap.rig import rig_effects, rig_experiment
 from tests.simulators.blind_cases import Laboratory, draw
 
 try:
@@ -64,11 +64,11 @@ def run(progress: Callable[..., Iterable], cases: int = 40, seed: int = 5) -> di
 
 def name(folder: Path) -> dict[str, str]:
     """What every way says of the recordings in a folder: a family, none, tied or unknown; ours first."""
-    model = Model(rig_test(read_rig(folder)))
-    runs = prepared([p for p in (folder / "sweep_up.csv", folder / "stepped.csv") if p.exists()], model.stand)
+    model = HarmonicModel(rig_experiment(read_rig(folder)))
+    runs = prepared([p for p in (folder / "sweep_up.csv", folder / "stepped.csv") if p.exists()], model.experiment)
     library = rig_effects()
     base = fit_base(model, runs)
-    verdict = decide(model, runs, library)
+    verdict = select_model(model, runs, library)
     said = {"motofmi gap": " + ".join(c.family for c in verdict.effects) or verdict.verdict}
     terms, left = regression(base)
     if STLSQ is not None:
@@ -82,15 +82,17 @@ def regression(base: Fit) -> tuple[np.ndarray, np.ndarray]:
     """Terms (n, k), each of unit rms, and the residual torque (n,) of the base at the samples of all windows."""
     matrices, targets = [], []
     for index, made in enumerate(base.runs):
-        run: Run = made
+        run: SteerTestRun = made
         time = run.recording.time
-        x, s, _ = run.moved(time)
+        x, s, _ = run.motion_at(time)
         d = x - _torso(base, index, time, x)
         v = np.gradient(d, time)
         inside = np.concatenate([np.arange(first, last) for first, last, _ in run.reduction.bases])
         share = time / run.duration
         matrices.append(np.column_stack([term(x, s, d, v, share) for term in TERMS.values()])[inside])
-        targets.append((run.effort.measured - base.model.outputs(run, base.of_run(index), slopes=False)[0][:, 0])[inside])
+        targets.append(
+            (run.effort.measured - base.model.outputs(run, base.of_run(index), slopes=False)[0][:, 0])[inside]
+        )
     matrix, target = np.concatenate(matrices), np.concatenate(targets)
     return matrix / np.sqrt(np.mean(matrix**2, axis=0)), target - target.mean()
 
@@ -99,7 +101,9 @@ def _torso(base: Fit, index: int, time: np.ndarray, angle: np.ndarray) -> np.nda
     """The torso's angle (n,) as the base has it: I_t theta'' = k_a d + c_a d' - k_t theta - c_t theta',  d = angle - theta."""
     names = ("torso_inertia", "arm_stiffness", "waist_stiffness", "arm_damping", "waist_damping")
     It, ka, kt, ca, ct = (float(np.exp(base.of_run(index)[base.model.base.index(f"device.{n}")])) for n in names)
-    return lsim(([ca, ka], [It, ca + ct, ka + kt]), angle, np.arange(len(time)) * (time[-1] - time[0]) / (len(time) - 1))[1]
+    return lsim(
+        ([ca, ka], [It, ca + ct, ka + kt]), angle, np.arange(len(time)) * (time[-1] - time[0]) / (len(time) - 1)
+    )[1]
 
 
 def _sparsest(terms: np.ndarray, left: np.ndarray) -> np.ndarray:
@@ -140,7 +144,9 @@ def by_aic(base: Fit) -> str:
     seen = [replace(r, outputs=(replace(r.effort, deviation=np.where([c.order == 1 and c.degree == 0 for c in r.reduction.columns], 1.0, blind) * r.effort.deviation),))
             for r in base.runs]  # fmt: skip
     found = fit(base.model, seen, base.x)
-    best = max(one_each(compete(found, rig_effects())), key=lambda c: c.delta_chi2 - 2 * len(c.effect.parameters()))
+    best = max(
+        one_each(search_candidates(found, rig_effects())), key=lambda c: c.delta_chi2 - 2 * len(c.effect.parameters())
+    )
     return best.family if best.delta_chi2 > 2 * len(best.effect.parameters()) else "none"
 
 

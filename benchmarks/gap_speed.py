@@ -7,28 +7,30 @@ are the same work in every case, and show how the cost grows; how many fits foll
 
 import multiprocessing
 import resource
-import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from identification.gap.data.runs import prepare
-from identification.gap.models.model import Model
-from identification.gap.naming.decide import decide
-from identification.gap.naming.fitting import fit
-from identification.gap.naming.screening import screen
-from identification.gap.reporting.verdict import as_result
-from scenarios.rig_test import rig_effects, rig_test
+from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.estimation.screening import screen
+from motofmi.gap.models.harmonic_model import HarmonicModel
+from motofmi.gap.preprocessing.steer_test_run import prepare_steer_test_run
+from motofmi.gap.selection.model_selection import select_model
+from motofmi.gap.verdict import as_result
+from motofmi.workflows.gap.rig import rig_effects, rig_experiment
+from rider_fmu.rigs.handlebar import HANDLEBAR_INERTIA
+from tests.simulators.as_recordings import as_recording
+from tests.simulators.hidden_rig import RIDER, RUNS, record, sweep
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
-from simulators.as_recordings import as_recording
-from simulators.hidden_rig import RIDER, RUNS, record, sweep
-
-RIG = {"handlebar_inertia": {"value": 0.125, "standard_error": 0.00125}}
-CASES: dict[str, dict[str, float]] = {"none": {}, "friction": {"Tc": 0.5}, "reflex": {"kr": 18.0, "tau": 0.09}, "two": {"Tc": 0.7, "g": 0.0023}}
+RIG = {"handlebar_inertia": {"value": HANDLEBAR_INERTIA, "standard_error": 0.01 * HANDLEBAR_INERTIA}}
+CASES: dict[str, dict[str, float]] = {
+    "none": {},
+    "friction": {"Tc": 0.5},
+    "reflex": {"kr": 18.0, "tau": 0.09},
+    "two": {"Tc": 0.7, "g": 0.0023},
+}
 DURATIONS = (200.0, 400.0, 800.0)
 HOUR = 1200.0  # s of each of three runs
 SHARES = (0.25, 0.5, 1.0)  # of the library
@@ -59,10 +61,10 @@ def measured(case: str, duration: float, share: float) -> dict[str, Any]:
     library = rig_effects()
     library = library[: max(round(share * len(library)), 1)]
     wall, start = time.perf_counter(), _processor_time()
-    runs = [prepare(r, "steer_angle", "steer_torque", "steer_angle_command") for r in recordings]
-    model = Model(rig_test(RIG))
+    runs = [prepare_steer_test_run(r, "steer_angle", "steer_torque", "steer_angle_command") for r in recordings]
+    model = HarmonicModel(rig_experiment(RIG))
     prepared = _processor_time()
-    result = as_result(decide(model, runs[:2], library, runs[2:]), "N.m")
+    result = as_result(select_model(model, runs[:2], library, runs[2:]), "N.m")
     wall, decided = time.perf_counter() - wall, _processor_time()
     base = fit(model, runs[:2], model.start())
     fitted = _processor_time()

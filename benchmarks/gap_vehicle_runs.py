@@ -9,7 +9,6 @@ goes to cases.jsonl in the --out folder, so that a run can be taken up again. co
 
 import argparse
 import json
-import sys
 import tempfile
 import time
 from collections import Counter
@@ -21,18 +20,16 @@ import numpy as np
 
 from benchmarks._resumed import resumed
 from benchmarks.gap_blind import share_of
-from fmus.errors import InputError
-from fmus.progress import track
-from identification.recordings import read_recording
-from scenarios import names
-from scenarios.vehicle_predictions import predictable_effects, predicted_runs, verdict_on_predictions
-from scenarios.vehicle_runs import runs_stand
+from fmus.support.errors import InputError
+from fmus.support.progress import track
+from motofmi.recordings.reading import read_recording
+from motofmi.workflows import components
+from motofmi.workflows.gap.vehicle import vehicle_runs_experiment
+from motofmi.workflows.gap.vehicle_predictions import predictable_effects, predicted_runs, verdict_on_predictions
+from tests.simulators.hidden_bicycle import write_matrices
+from tests.simulators.ride_cases import Case, draw
+from tests.vehicle_fmu.test_motorcycle import KANE_NAMES
 from vehicle_fmu import Motorcycle
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
-from simulators.hidden_bicycle import write_matrices
-from simulators.ride_cases import Case, draw
-from test_motorcycle import KANE_NAMES
 
 CASES, FIRST = 120, 1000
 CLEAR = 40.0  # delta chi-square of the true family from which it is strong enough
@@ -41,22 +38,24 @@ CLEAR = 40.0  # delta chi-square of the true family from which it is strong enou
 def find(case: Case, folder: Path) -> dict[str, Any]:
     """What the workflow says of a case."""
     if case.vehicle == "bicycle":
-        vehicle = names.vehicle(write_matrices(folder / "bicycle.toml"))
+        vehicle = components.vehicle(write_matrices(folder / "bicycle.toml"))
     else:
         vehicle = Motorcycle("known", **{KANE_NAMES[n]: x for n, x in case.known.items() if n in KANE_NAMES})
-    stand = runs_stand(vehicle, predicted=True)
+    experiment = vehicle_runs_experiment(vehicle, predicted=True)
     try:
-        runs = predicted_runs([read_recording(file) for file in case.files], stand)
-        verdict = verdict_on_predictions(stand, runs, [], predictable_effects(vehicle, stand, runs))
+        runs = predicted_runs([read_recording(file) for file in case.files], experiment)
+        verdict = verdict_on_predictions(experiment, runs, [], predictable_effects(vehicle, experiment, runs))
     except InputError as error:
         return {"verdict": "refused", "names": [], "tied": [], "why": str(error), "delta_chi2": 0.0, "closest": []}
     gain = max((c.delta_chi2 for c in verdict.candidates if c.family == case.family), default=0.0)
     return {"verdict": verdict.verdict, "names": sorted(c.family for c in verdict.effects), "forms": [c.effect.form for c in verdict.effects],
-            "open_form": verdict.open_form, "tied": [c.family for c in verdict.tied], "before": verdict.base.reduced, "after": verdict.best.reduced,
+            "open_form": verdict.unspecified_form, "tied": [c.family for c in verdict.tied], "before": verdict.base.reduced, "after": verdict.best.reduced,
             "delta_chi2": gain, "closest": [(c.family, c.effect.form, round(c.delta_chi2, 1)) for c in verdict.candidates[:3]]}  # fmt: skip
 
 
-def run(progress: Callable[..., Iterable], cases: int = CASES, out: str | Path | None = None, first: int = FIRST) -> dict[str, Any]:
+def run(
+    progress: Callable[..., Iterable], cases: int = CASES, out: str | Path | None = None, first: int = FIRST
+) -> dict[str, Any]:
     """Rates and the confusion matrix; cases that `out`/cases.jsonl holds already are not run again."""
 
     def one(number: int) -> dict[str, Any]:
@@ -73,18 +72,31 @@ def run(progress: Callable[..., Iterable], cases: int = CASES, out: str | Path |
 def summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """Rates with Wilson's intervals, and the confusion matrix."""
     quiet = [r for r in rows if r["hidden"] == "none"]
-    inside, outside = ([r for r in rows if r["hidden"] != "none" and bool(r["family"]) == known] for known in (True, False))
+    inside, outside = (
+        [r for r in rows if r["hidden"] != "none" and bool(r["family"]) == known] for known in (True, False)
+    )
     clear = [r for r in inside if r["delta_chi2"] >= CLEAR]
     rates = {
         "nothing hidden: false alarms": share_of([_says(r) for r in quiet]),
         "nothing hidden: none": share_of([r["verdict"] == "none" for r in quiet]),
-        "effect of the library, delta chi-square from 40: its name, or a tied set with it": share_of([_holds(r) for r in clear]),
+        "effect of the library, delta chi-square from 40: its name, or a tied set with it": share_of(
+            [_holds(r) for r in clear]
+        ),
         "the same: its name alone": share_of([r["names"] == [r["family"]] for r in clear]),
         "effect of the library of any strength: its name, or a tied set with it": share_of([_holds(r) for r in inside]),
-        "effect of the library of any strength: a wrong name": share_of([any(n != r["family"] for n in r["names"]) for r in inside]),
+        "effect of the library of any strength: a wrong name": share_of(
+            [any(n != r["family"] for n in r["names"]) for r in inside]
+        ),
         "outside of the library: a name": share_of([bool(r["names"]) for r in outside]),
     }
-    confusion = Counter((r["hidden"], " + ".join(r["names"]) or (f"tied({', '.join(sorted(r['tied']))})" if r["verdict"] == "tied" else r["verdict"])) for r in rows)
+    confusion = Counter(
+        (
+            r["hidden"],
+            " + ".join(r["names"])
+            or (f"tied({', '.join(sorted(r['tied']))})" if r["verdict"] == "tied" else r["verdict"]),
+        )
+        for r in rows
+    )
     return {"cases": len(rows), "rates": rates, "confusion": {f"{truth} -> {answer}": n for (truth, answer), n in sorted(confusion.items())},
             "vehicles": dict(Counter(r["vehicle"] for r in rows)), "median_seconds": float(np.median([r["seconds"] for r in rows]))}  # fmt: skip
 

@@ -15,21 +15,24 @@ from time import perf_counter
 import numpy as np
 from scipy.optimize import curve_fit
 
-from identification.bootstrap import bootstrap, cores
-from identification.excitation import sweep
-from identification.fit import Problem, identify
-from identification.frf import estimate, exact_frf
-from identification.recordings import read_recording, write_recording
+from fmus.support.parallel import processes
+from motofmi.frequency_response.estimators import estimate
+from motofmi.frequency_response.excitation import sweep
+from motofmi.frequency_response.frf import exact_frf
+from motofmi.identification.bootstrap import bootstrap
+from motofmi.identification.parameter_fit import Problem, identify
+from motofmi.recordings.reading import read_recording, write_recording
+from motofmi.virtual_rig.simulated_rig import steer_test
+from motofmi.workflows.measured_rider import rig_response
 from rider_fmu import riders
-from scenarios.measured_rider import rig_response
-from scenarios.virtual_rig import steer_test
+from rider_fmu.rigs.handlebar import HANDLEBAR_INERTIA
 
 TYPICAL = np.array([0.2, 0.8, 1000.0, 100.0, 20.0, 5.0])
 
 
 def run(progress, starts: int = 40, fits: int = 1000, rounds: int = 5) -> dict:
     """Seconds and ratios, medians over paired rounds."""
-    recording = steer_test(riders.load("mean_2011"), 0.125, sweep(), seed=1)
+    recording = steer_test(riders.load("mean_2011"), HANDLEBAR_INERTIA, sweep(), seed=1)
     return {"fit": fit(recording, progress(range(starts), "fits")), "bootstrap": resampled(recording, fits),
             "reading": reading(recording, progress(range(rounds), "reading"))}  # fmt: skip
 
@@ -68,7 +71,7 @@ def _timed(solve, start) -> tuple[float, float]:
     before = perf_counter()
     try:
         cost = solve(start)
-    except RuntimeError:  # curve_fit gives up
+    except RuntimeError:  # curve_fit does not converge
         cost = np.inf
     return perf_counter() - before, cost
 
@@ -82,10 +85,10 @@ def resampled(recording, fits: int) -> dict:
     model = rig_response()
     found = identify([estimate(recording)], model)
     seconds = {}
-    for processes in sorted({1, cores()}):
+    for count in sorted({1, processes()}):
         before = perf_counter()
-        bootstrap(found, model, fits, processes=processes)
-        seconds[processes] = perf_counter() - before
+        bootstrap(found, model, fits, processes=count)
+        seconds[count] = perf_counter() - before
     return {"fits": fits, "seconds": seconds, "speed_up": seconds[1] / seconds[max(seconds)]}
 
 

@@ -1,4 +1,4 @@
-"""Are the identified parameters as certain as they say? Simulated tests by the hundred.
+"""Are the standard errors of identified parameters correct? Hundreds of simulated tests.
 
 One rider, 200 noisy sweeps: bias and scatter in standard errors, and how many of the 95 % intervals hold.
 A rider who differs by 3 % from run to run: the same for the mean of several runs, and for single recordings
@@ -9,15 +9,15 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from identification.excitation import sweep
-from identification.fit import identify
-from identification.frf import estimate
-from scenarios.measured_rider import PARAMETERS, rider_from, rig_response
-from scenarios.virtual_rig import steer_test
+from motofmi.frequency_response.estimators import estimate
+from motofmi.frequency_response.excitation import sweep
+from motofmi.identification.parameter_fit import identify
+from motofmi.virtual_rig.simulated_rig import steer_test
+from motofmi.workflows.measured_rider import PARAMETERS, rider_from, rig_response
 
 MODEL = rig_response()
 TRUTH = MODEL.values
-MOOD = 0.03
+RUN_TO_RUN = 0.03
 
 
 def run(progress, seeds: int = 200, runs: int = 4) -> dict:
@@ -26,8 +26,12 @@ def run(progress, seeds: int = 200, runs: int = 4) -> dict:
         "one_rider": one_rider(progress(range(seeds), "one rider")),
         "papers_estimator": one_rider(progress(range(seeds), "the papers' estimator"), "steer_torque"),
         "estimators_1_to_1.5_Hz": estimators(progress(range(seeds), "estimators")),
-        "single_recordings_of_a_changing_rider": changing_rider(progress(range(seeds), "changing rider, single"), 1, MOOD),
-        f"{runs}_runs_of_a_changing_rider": changing_rider(progress(range(seeds), f"changing rider, {runs} runs"), runs),
+        "single_recordings_of_a_changing_rider": changing_rider(
+            progress(range(seeds), "changing rider, single"), 1, RUN_TO_RUN
+        ),
+        f"{runs}_runs_of_a_changing_rider": changing_rider(
+            progress(range(seeds), f"changing rider, {runs} runs"), runs
+        ),
     }
 
 
@@ -39,17 +43,17 @@ def recording(values: np.ndarray, seed: int):
 def one_rider(seeds: Iterable[int], reference: str = "") -> dict:
     """Per parameter: bias and scatter in standard errors, coverage of the 95 % interval."""
     found = [identify([estimate(recording(TRUTH, seed), reference)], MODEL, starts=1) for seed in seeds]
-    return _judged(found)
+    return _statistics(found)
 
 
 def changing_rider(seeds: Iterable[int], runs: int, run_to_run: float | None = None) -> dict:
     """The same for the means of `runs` recordings of a rider whose parameters differ by 3 % from run to run."""
     found = []
     for seed in seeds:
-        moods = np.random.default_rng(10_000 + seed).normal(0, MOOD, (runs, len(TRUTH)))
-        frfs = [estimate(recording(TRUTH * np.exp(mood), 1000 * seed + k)) for k, mood in enumerate(moods)]
+        changes = np.random.default_rng(10_000 + seed).normal(0, RUN_TO_RUN, (runs, len(TRUTH)))
+        frfs = [estimate(recording(TRUTH * np.exp(change), 1000 * seed + k)) for k, change in enumerate(changes)]
         found.append(identify(frfs, MODEL, starts=1, run_to_run=run_to_run))
-    return {"run_to_run": float(np.sqrt(np.mean([f.run_to_run**2 for f in found]))), "parameters": _judged(found)}
+    return {"run_to_run": float(np.sqrt(np.mean([f.run_to_run**2 for f in found]))), "parameters": _statistics(found)}
 
 
 def estimators(seeds: Iterable[int]) -> dict:
@@ -63,7 +67,7 @@ def estimators(seeds: Iterable[int]) -> dict:
     return {reference: (1 / np.abs(np.mean(values, axis=0))).tolist() for reference, values in ratios.items()}
 
 
-def _judged(found) -> dict:
+def _statistics(found) -> dict:
     errors = np.log([f.values for f in found]) - np.log(TRUTH)
     stated = np.sqrt([np.diag(f.covariance) for f in found])
     return {

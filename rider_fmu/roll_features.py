@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fmus.component import Component
-from fmus.linear import linearise
-from rider_fmu.rider_in_roll import POINTS, point_heights
+from fmus.declaration.component import Component
+from fmus.linear_analysis.linearisation import linearise
+from rider_fmu.components.rider_in_roll import POINTS, point_heights
 
 FREQUENCIES = np.arange(0.5, 7.01, 0.25)  # Hz
 HIGH = 4.0  # Hz: "high frequency" where the paper gives no number
@@ -30,7 +30,9 @@ def roll_frf(rider: Component, frequency: np.ndarray = FREQUENCIES) -> Curves:
     heights = point_heights(rider)
     found = {}
     for point in POINTS:
-        to_angle, to_rate = (space.frequency_response(omega, f"{point}_velocity", name) for name in ("roll_angle", "roll_rate"))
+        to_angle, to_rate = (
+            space.frequency_response(omega, f"{point}_velocity", name) for name in ("roll_angle", "roll_rate")
+        )
         velocity = to_angle + 1j * omega * to_rate
         found[point] = 1j * omega * velocity / (-(omega**2) * heights[point])
     return found
@@ -43,7 +45,9 @@ def relative(curves: Curves) -> Curves:
 
 @dataclass(frozen=True)
 class Feature:
-    """A printed feature: its range of values [low, high], how it is read off a curve (the least and the largest), of which riders."""
+    """A published feature: its range [low, high], the function that reads its least and largest value off a curve,
+    its riders.
+    """
 
     quantity: str
     point: str
@@ -117,7 +121,9 @@ def readings(curves: Curves, frequency: np.ndarray = FREQUENCIES) -> list[tuple[
 
 
 def misses(curves: Curves, frequency: np.ndarray = FREQUENCIES) -> np.ndarray:
-    """By how much each feature is missed, (14,), in widths of its range (in its own unit where that is zero)."""
+    """The distance of each feature to its range (14,), in widths of the range (in the unit of the feature where that
+    is zero).
+    """
     found = []
     for feature, (low, high) in zip(FEATURES, readings(curves, frequency), strict=True):
         width = feature.high - feature.low or 1.0

@@ -1,8 +1,8 @@
-"""Rider and handlebar on the rig as a two-degree-of-freedom system: what the 2008 paper tabulates.
+"""Rider and handlebar on the rig as a two-degree-of-freedom system: frequencies and damping ratios of the 2008 paper.
 
     M = [I_s I_cc; I_cc I_t],   K = [k_a -k_a; -k_a k_a + k_t],   C likewise with c_a, c_t
     nu_1, nu_2 = sqrt(eig(M^-1 K)) / 2 pi        undamped; 2008, Table 2
-    zeta_1, zeta_2 = -Re(lambda) / |lambda|      of the damped pairs; none where a pair has become two real roots
+    zeta_1, zeta_2 = -Re(lambda) / |lambda|      of the damped pairs; none for two real roots
     nu_t, zeta_t                                 the torso with the steer locked; 2011, eqs 8, 9
 
 Source: Cossalter, Doria, Fabris, Maso (2008), eqs 3, 4; Cossalter, Doria, Lot, Massaro, Meccanica 46 (2011).
@@ -13,10 +13,18 @@ from math import pi
 import numpy as np
 
 from fmus import Component, System, linearise
-from rider_fmu.handlebar import Handlebar
-from rider_fmu.passive_rider import PassiveRider, locked_steer_mode
+from rider_fmu.components.passive_rider import PassiveRider, locked_steer_mode
+from rider_fmu.rigs.handlebar import Handlebar
 
-DERIVED_UNITS = {"nu1": "Hz", "nu2": "Hz", "zeta1": "1", "zeta2": "1", "nu_t": "Hz", "zeta_t": "1", "added_steer_inertia": "kg.m2"}
+DERIVED_UNITS = {
+    "nu1": "Hz",
+    "nu2": "Hz",
+    "zeta1": "1",
+    "zeta2": "1",
+    "nu_t": "Hz",
+    "zeta_t": "1",
+    "added_steer_inertia": "kg.m2",
+}
 
 
 def derived(rider: PassiveRider, steer_inertia: float, handlebar_inertia: float) -> dict[str, float | None]:
@@ -33,13 +41,19 @@ def derived(rider: PassiveRider, steer_inertia: float, handlebar_inertia: float)
 
 
 def _roots(rider: Component, steer_inertia: float) -> np.ndarray:
-    """The eigenvalues (4,) of rider and bar; the bar carries what a cross inertia leaves of its inertia."""
-    carried = steer_inertia - rider.values["cross_inertia"] ** 2 / rider.values["torso_inertia"]
-    return np.linalg.eigvals(linearise(System("rig", {"bar": Handlebar("bar", steer_inertia=carried), "rider": rider})).A)
+    """The eigenvalues (4,) [1/s] of rider and bar; the inertia of the bar is reduced by the cross inertia of the
+    rider.
+    """
+    reduced = steer_inertia - rider.values["cross_inertia"] ** 2 / rider.values["torso_inertia"]
+    return np.linalg.eigvals(
+        linearise(System("rig", {"bar": Handlebar("bar", steer_inertia=reduced), "rider": rider})).A
+    )
 
 
 def _damping_ratios(roots: np.ndarray) -> tuple[float | None, float | None]:
-    """Of the pairs by rising |lambda|; a pair of real roots takes the place that its product gives it."""
+    """Damping ratios of the two pairs by rising |lambda|; two real roots a, b count as a pair with |lambda| = sqrt(a
+    b).
+    """
     pairs = roots[roots.imag > 0]
     ratios: list[tuple[float, float | None]] = [(abs(r), float(-r.real / abs(r))) for r in pairs]
     real = np.sort(-roots[roots.imag == 0].real)

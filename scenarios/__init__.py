@@ -1,6 +1,1 @@
-"""One question per file, answered on the screen and in files; and the command line."""
-
-import os
-
-# Matrices are small here: threads inside one multiplication would wait for each other longer than it takes.
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+"""Questions, one per file, each answered by `run`; and hosts, other people's simulators with our FMUs inside."""

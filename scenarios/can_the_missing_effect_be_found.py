@@ -1,10 +1,9 @@
 """Can the effect that a model misses be found in recordings?
 
-A process of its own draws a rider and an effect by a seed and writes recordings; the gap workflow, which cannot read
-what was drawn, says what it finds; then the two are compared.
+A separate process draws a rider and an effect by a seed and writes recordings. The gap workflow, which has no access to
+what was drawn, gives its verdict; then the two are compared.
 """
 
-import argparse
 import json
 import subprocess
 import sys
@@ -15,13 +14,17 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from scenarios.commands import gap
-from scenarios.report import COLOURS, Section, Table, new_figure
+from motofmi.reports.gap_report import draw_before_and_after
+from motofmi.reports.report import Section, Table, new_figure
+from motofmi.workflows.gap.find_gap import find_gap
+from motofmi.workflows.scenarios import InReport
+
+REPORT = InReport("tour", 50, "a hidden effect, found in recordings")
 
 
 @dataclass(frozen=True)
 class Finding:
-    """What the workflow said, and what had been hidden."""
+    """The verdict (the contents of verdict.json), and the hidden effect with its size."""
 
     verdict: dict[str, Any]
     truth: dict[str, Any]
@@ -32,26 +35,19 @@ def run(out: Path, seed: int = 1) -> Finding:
     recordings = out / "recordings"
     with tempfile.TemporaryDirectory() as vault:
         truth = Path(vault) / "truth.json"
-        subprocess.run([sys.executable, "-m", "scenarios.rig_with_a_secret", str(seed), str(recordings), str(truth)], check=True)
-        parser = argparse.ArgumentParser()
-        gap.add_arguments(parser)
-        fitted = [str(recordings / f"{name}.csv") for name in ("sweep_up_2deg", "stepped_4deg")]
-        held = str(recordings / "holdout_sweep_down_3deg.csv")
-        verdict = gap.run(parser.parse_args([*fitted, "--holdout", held, "--out", str(out / "gap")]))
+        subprocess.run(
+            [sys.executable, "-m", "motofmi.virtual_rig.hidden_effect", str(seed), str(recordings), str(truth)],
+            check=True,
+        )
+        fitted = [recordings / f"{name}.csv" for name in ("sweep_up_2deg", "stepped_4deg")]
+        verdict = find_gap(fitted, validation=recordings / "holdout_sweep_down_3deg.csv", out=out / "gap").to_dict()
         return Finding(verdict, json.loads(truth.read_text()))
 
 
 def figure(found: Finding) -> Figure:
-    """The gap before and after, on the runs that were fitted and on the one that was held out."""
+    """The gap before and after, on the runs that were fitted and on the validation run."""
     picture, ax = new_figure(width=7, height=2.6)
-    gap_ = found.verdict["gap"]
-    names = [("before", "fitted runs, before"), ("after", "fitted runs, after"), ("holdout_before", "held-out run, before"),
-             ("holdout_after", "held-out run, after")]  # fmt: skip
-    shown = [(label, gap_[key]) for key, label in names if gap_[key] is not None][::-1]
-    colours = [COLOURS["reference"] if "before" in label else COLOURS["rider"] for label, _ in shown]
-    ax.barh([label for label, _ in shown], [value for _, value in shown], color=colours)
-    ax.axvline(1, color="#c00000", linewidth=1)
-    ax.set(xscale="log", xlabel="reduced chi-square [1]; the line is the noise floor", ylabel="run [-]")
+    draw_before_and_after(ax, found.verdict)
     return picture
 
 
@@ -61,10 +57,16 @@ def section(found: Finding) -> Section:
     effects = {effect["name"]: effect for effect in verdict["effects"]}
     right = truth["name"] in effects or truth["name"] in verdict["tied"]
     said = f"{verdict['verdict']}: {' and '.join(effects) or ', '.join(verdict['tied']) or '-'}"
-    text = (f"Hidden was {truth['name']} ({truth['parameter']} = {truth['value']:.4g}); the workflow said {said}, which is "
+    text = (f"The hidden effect was {truth['name']} ({truth['parameter']} = {truth['value']:.4g}); the verdict was "
+            f"{said}, which is "
             f"{'right' if right else 'wrong'}.")  # fmt: skip
     rows = [[name, effect["form"], parameter, f"{value['value']:.4g} +- {value['standard_error']:.2g} {value['unit']}",
              f"{truth['value']:.4g}" if parameter.endswith(truth["parameter"]) and name == truth["name"] else ""]
             for name, effect in effects.items() for parameter, value in effect["parameters"].items()]  # fmt: skip
-    table = Table(("effect", "form", "parameter", "found", "hidden"), rows, "What was found")
-    return Section("Can the missing effect be found?", [text], [(figure(found), "The gap between model and recordings")], [table] if rows else [])
+    table = Table(("effect", "form", "parameter", "found", "hidden"), rows, "The effects found")
+    return Section(
+        "Can the missing effect be found?",
+        [text],
+        [(figure(found), "The gap between model and recordings")],
+        [table] if rows else [],
+    )

@@ -1,32 +1,40 @@
 """Does anthropometry give the inertias that were identified? Rider by rider, the ten of 2011.
 
-Height, mass and torso inclination of the paper's Table 1 give the segments (de Leva 1996) and the posture; the full
-rider in it, reduced to the two freedoms, gives I_t, I_cc and the share I_s of the rider's inertia at the steer. The
-paper's Table 2 has what the FRFs gave. How well the identified stiffnesses spread over the joints is in the last column.
+Height, mass and torso inclination of the paper's Table 1 give the segments (de Leva 1996) and the posture;
+the full rider in it, reduced to the two freedoms, gives I_t, I_cc and the share I_s of the rider's inertia at
+the steer. The paper's Table 2 has what the FRFs gave. How well the identified stiffnesses spread over the
+joints is in the last column.
 """
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from fmus.units import convert
+from fmus.declaration.units import convert
+from motofmi.reports.report import Section, Table, new_figure
+from motofmi.workflows.scenarios import InReport
 from rider_fmu import riders
 from rider_fmu.anthropometry import full_rider_values
-from rider_fmu.full_rider import FullRider
-from rider_fmu.reduction import reduce, spread
-from scenarios.report import Section, Table, new_figure
+from rider_fmu.components.full_rider import FullRider
+from rider_fmu.full_rider.reduction import joint_values, reduce
+
+REPORT = InReport("full rider", 10, "inertias from anthropometry")
 
 KINDS = {"stiffness": "N.m/rad", "damping": "N.m.s/rad"}
 RIDERS = tuple(f"{k}_2011" for k in range(1, 11))
 
 
 def run() -> list[dict]:
-    """One row for every rider: inertias [kg.m2] from anthropometry and as identified; an `error` where he cannot reach."""
+    """One row for every rider: inertias [kg.m2] from anthropometry and as identified; an `error`
+    where he cannot reach."""
     rows = []
     for name in RIDERS:
         about, linear = riders.contents(name)["about"], riders.load(name)
-        height, mass, lean = (convert(about[k]["value"], about[k]["unit"], unit) for k, unit in (("height", "m"), ("mass", "kg"), ("torso_inclination", "rad")))
+        height, mass, lean = (
+            convert(about[k]["value"], about[k]["unit"], unit)
+            for k, unit in (("height", "m"), ("mass", "kg"), ("torso_inclination", "rad"))
+        )
         full = FullRider(f"full_{name}", "", (), **full_rider_values(height, mass, lean))
-        r, joints = reduce(full), spread(full, linear)
+        r, joints = reduce(full), joint_values(full, linear)
         rows.append({"rider": name, "torso_inertia": r.torso_inertia, "steer_inertia": r.steer_inertia, "cross_inertia": r.cross_inertia,
                      "identified_torso_inertia": linear.values["torso_inertia"], "identified_steer_inertia": linear.values["added_steer_inertia"],
                      "spread": joints})  # fmt: skip
@@ -40,8 +48,18 @@ def figure(rows: list[dict]) -> Figure:
     axis.plot([0, 1.1], [0, 1.1], "k:")
     axis.plot(own, found, "o")
     for row in rows:
-        axis.annotate(row["rider"].split("_")[0], (row["torso_inertia"], row["identified_torso_inertia"]), xytext=(4, 2), textcoords="offset points")
-    axis.set(xlabel="torso inertia from anthropometry [kg.m2]", ylabel="torso inertia identified [kg.m2]", xlim=(0.2, 0.8), ylim=(0.4, 1.1))
+        axis.annotate(
+            row["rider"].split("_")[0],
+            (row["torso_inertia"], row["identified_torso_inertia"]),
+            xytext=(4, 2),
+            textcoords="offset points",
+        )
+    axis.set(
+        xlabel="torso inertia from anthropometry [kg.m2]",
+        ylabel="torso inertia identified [kg.m2]",
+        xlim=(0.2, 0.8),
+        ylim=(0.4, 1.1),
+    )
     return picture
 
 
@@ -50,19 +68,40 @@ def section(rows: list[dict]) -> Section:
     ratio = np.array([r["identified_torso_inertia"] / r["torso_inertia"] for r in rows])
     correlation = np.corrcoef([r["torso_inertia"] for r in rows], [r["identified_torso_inertia"] for r in rows])[0, 1]
     shares = np.array([r["steer_inertia"] for r in rows])
-    text = [f"Torso: the identified inertia is {ratio.min():.2f} to {ratio.max():.2f} times that of the segments (mean {ratio.mean():.2f}); "
+    text = [f"Torso: the identified inertia is {ratio.min():.2f} to {ratio.max():.2f} times that of the segments (mean "
+            f"{ratio.mean():.2f}); "
             f"across riders the two correlate by {correlation:+.2f}.",
-            f"Steer: hands held fast on the grips, with the arms that follow them, are {shares.min():.2f} to {shares.max():.2f} kg.m2. The FRFs gave next to "
-            "nothing (0 to 0.003 kg.m2, rider 10: 0.143). This is a disagreement of the model with the measurement, not of two measurements: hands that "
-            "are fixed to the grips and limbs that are rigid carry their whole mass to 12 Hz, flesh and a loose grip do not. The bar's geometry is "
-            "assumed; no plausible one brings the share near zero, because the hands alone have 0.09 to 0.14 kg.m2."]  # fmt: skip
-    headings = ["rider", "I_t [kg.m2]", "identified", "I_s without bar [kg.m2]", "identified", "I_cc [kg.m2]", "stiffness not spread", "damping not spread"]
+            f"Steer: hands held fast on the grips, with the arms that follow them, are {shares.min():.2f} to "
+            f"{shares.max():.2f} kg.m2. The FRFs gave next to "
+            "nothing (0 to 0.003 kg.m2, rider 10: 0.143). This is a disagreement of the model with the measurement, "
+            "not of two measurements: hands that "
+            "are fixed to the grips and limbs that are rigid carry their whole mass to 12 Hz, flesh and a loose grip "
+            "do not. The bar's geometry is "
+            "assumed; no plausible one brings the share near zero, because the hands alone have 0.09 to 0.14 "
+            "kg.m2."]  # fmt: skip
+    headings = [
+        "rider",
+        "I_t [kg.m2]",
+        "identified",
+        "I_s without bar [kg.m2]",
+        "identified",
+        "I_cc [kg.m2]",
+        "stiffness not spread",
+        "damping not spread",
+    ]
     cells = [[r["rider"], f"{r['torso_inertia']:.3f}", f"{r['identified_torso_inertia']:.3f}", f"{r['steer_inertia']:.3f}", f"{r['identified_steer_inertia']:.4f}",
               f"{r['cross_inertia']:+.3f}", *(f"{100 * r['spread'][kind].residual:.2g} %" for kind in KINDS)] for r in rows]  # fmt: skip
     outside = [[r["rider"], f"{kind} [{unit}]", *(", ".join(f"{x:.4g}" for x in numbers) for numbers in (s.wanted, s.reached)), ", ".join(s.at_zero)]
                for r in rows for kind, unit in KINDS.items() if (s := r["spread"][kind]).at_zero]  # fmt: skip
-    text.append("Four joints make three coefficients: one direction is free, and the middle of what it allows is taken. Not every fitted rider is within what springs "
-                "of positive stiffness can make: bent arms that couple bar and torso stiffen the torso as well, by more than the waist of the riders in the second "
+    text.append("Four joints make three coefficients: one direction is free, and the middle of what it allows is "
+                "taken. Not every fitted rider is within what springs "
+                "of positive stiffness can make: bent arms that couple bar and torso stiffen the torso as well, by "
+                "more than the waist of the riders in the second "
                 "table has been given by the fit, whose equations know no stiffness of the steer.")  # fmt: skip
-    tables = [Table(headings, cells), Table(["rider", "of", "k_a, k_t, k_s wanted", "nearest reached", "joints that would be negative"], outside)]
-    return Section("Does anthropometry give the inertias?", text, [(figure(rows), "Torso inertia, rider by rider")], tables)
+    tables = [
+        Table(headings, cells),
+        Table(["rider", "of", "k_a, k_t, k_s wanted", "nearest reached", "joints that would be negative"], outside),
+    ]
+    return Section(
+        "Does anthropometry give the inertias?", text, [(figure(rows), "Torso inertia, rider by rider")], tables
+    )

@@ -11,10 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.figure import Figure
 
-from fmus.component import Component
+from fmus.declaration.component import Component
+from motofmi.reports.report import COLOURS, Section, Table, new_figure
+from motofmi.workflows.scenarios import InReport
 from rider_fmu import riders
-from scenarios.report import COLOURS, Section, Table, new_figure
 from vehicle_fmu import MODES, LinearDamper, Modes, modes, motorcycles, over_speed, ridden
+
+REPORT = InReport("tour", 10, "root loci: rider, damper, changed damping")
 
 SPEEDS = np.arange(1, 60.01, 0.5)
 ARM_VARIATION, WAIST_VARIATION = 0.55, 0.45  # sigma/mu of c_a and c_t, 2011, Table 2
@@ -43,7 +46,12 @@ def cases() -> dict[str, Case]:
     return {
         "reference": Case("reference, no rider impedance", None, COLOURS["reference"], "o"),
         "rider": Case("mean rider", mean, COLOURS["rider"], "o"),
-        "damper": Case(f"damper of {ADDED_DAMPING} N.m.s/rad added", LinearDamper("damper", damping=ADDED_DAMPING), COLOURS["damper"], "s"),
+        "damper": Case(
+            f"damper of {ADDED_DAMPING} N.m.s/rad added",
+            LinearDamper("damper", damping=ADDED_DAMPING),
+            COLOURS["damper"],
+            "s",
+        ),
         "less arm damping": changed("arm_damping", arms * (1 - ARM_VARIATION)),
         "more arm damping": changed("arm_damping", arms * (1 + ARM_VARIATION)),
         "less waist damping": changed("waist_damping", waist * (1 - WAIST_VARIATION)),
@@ -83,7 +91,14 @@ def figure(found: dict[str, Modes], names: tuple[str, ...]) -> Figure:
         shown = values[(values.imag > 0.5) & (values.real > -50)]
         if len(shown):
             place = shown[len(shown) // 2]
-            ax.annotate(mode.replace("_", "-"), (place.real, place.imag), xytext=(-8, 10), textcoords="offset points", ha="right", fontsize=9)
+            ax.annotate(
+                mode.replace("_", "-"),
+                (place.real, place.imag),
+                xytext=(-8, 10),
+                textcoords="offset points",
+                ha="right",
+                fontsize=9,
+            )
     ax.set(xlim=(-50, 6), ylim=(-2, 92), xlabel="real part [1/s]", ylabel="imaginary part [rad/s]")
     ax.legend(loc="upper left", fontsize=8, framealpha=0.9)
     return picture
@@ -98,14 +113,25 @@ def bands(result: Modes, mode: str) -> str:
 
 def section(found: dict[str, Modes]) -> Section:
     """The answer, with the loci of the paper's figures and a table of the unstable bands."""
-    rows = [[cases()[name].label, *(bands(result, m) for m in ("weave", "wobble", "rider_wobble", "capsize"))] for name, result in found.items()]
+    rows = [
+        [cases()[name].label, *(bands(result, m) for m in ("weave", "wobble", "rider_wobble", "capsize"))]
+        for name, result in found.items()
+    ]
     at_50 = {n: r["wobble"].eigenvalue[np.argmin(np.abs(r.speed - 50))] for n, r in found.items()}
-    text = (f"At 50 m/s the reference's wobble has a real part of {at_50['reference'].real:.2f} 1/s; with the mean rider it is "
+    text = (f"At 50 m/s the reference's wobble has a real part of {at_50['reference'].real:.2f} 1/s; with the mean "
+            "rider it is "
             f"{at_50['rider'].real:.1f}, with the added damper {at_50['damper'].real:.1f}. The rider upsets the weave "
-            f"({bands(found['rider'], 'weave')} m/s); the damper's weave is unstable at {bands(found['damper'], 'weave')} m/s.")  # fmt: skip
-    note = ("Changed dampings: the paper's text gives no amounts, so each is changed by one coefficient of variation of its Table 2, "
+            f"({bands(found['rider'], 'weave')} m/s). With the added damper it is unstable at "
+            f"{bands(found['damper'], 'weave')} m/s, "
+            f"without either at {bands(found['reference'], 'weave')} m/s.")  # fmt: skip
+    note = ("Changed dampings: the paper's text gives no amounts, so each is changed by one coefficient of variation "
+            "of its Table 2, "
             f"{ARM_VARIATION:.0%} for the arms and {WAIST_VARIATION:.0%} for the waist.")  # fmt: skip
     captions = [(figure(found, names), f"{title} of the 2011 paper, as computed; 1 to 60 m/s, marks grow with speed. "
                  "Shaded: unstable.") for title, names in FIGURES.items()]  # fmt: skip
-    table = Table(("at the handlebar", "weave unstable [m/s]", "wobble", "rider-wobble", "capsize"), rows, "Unstable bands of speed, 1 to 60 m/s")
+    table = Table(
+        ("at the handlebar", "weave unstable [m/s]", "wobble", "rider-wobble", "capsize"),
+        rows,
+        "Unstable bands of speed, 1 to 60 m/s",
+    )
     return Section("Does the rider calm the wobble?", [text, note], captions, [table])

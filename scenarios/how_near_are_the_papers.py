@@ -10,7 +10,8 @@ tolerance that goes with the table, else `missed`. No parameter is tuned. The to
   2008, riders                one unit of the last printed digit
 
 The dampings of the riders of 2008 are not printed but worked out from their zeta1 and zeta2: those rows carry a note,
-because only nu1 and nu2 are evidence there. Sharp's steering damper is 6.78 N.m.s/rad, the 2011 paper prints 6.7 for it: its modes are compared with both.
+because only nu1 and nu2 are evidence there. Sharp's steering damper is 6.78 N.m.s/rad, the 2011 paper prints 6.7 for
+it: its modes are compared with both.
 """
 
 from collections import Counter
@@ -24,20 +25,29 @@ from rich.table import Table
 from scipy.optimize import brentq
 
 from fmus import Component, System, linearise
-from fmus.published import last_digit, table
+from fmus.support.published import last_digit, table
+from motofmi.reports.report import Section
+from motofmi.reports.report import Table as ReportTable
+from motofmi.workflows.scenarios import InReport
 from rider_fmu import Handlebar, riders
-from rider_fmu.passive_rider import locked_steer_mode
-from scenarios.report import Section
-from scenarios.report import Table as ReportTable
+from rider_fmu.components.passive_rider import locked_steer_mode
 from vehicle_fmu import LinearDamper, Modes, modes, motorcycles, over_speed, ridden
 from vehicle_fmu.published import MODES_2011, SHARP_1971_EIGENVALUES
 
+REPORT = InReport("tour", 60, "printed against computed")
+
 FOOT = 0.3048  # m
 SPEEDS = np.linspace(1, 60, 591)  # m/s
-TOLERANCES = ("Tolerances: one unit of the last printed digit for Sharp's eigenvalues and the riders of 2008; what the rounding of the "
-              "printed inputs allows for the riders of 2011; for the modes of 2011 1 % of a wobble's or rider-wobble's frequency, "
+TOLERANCES = ("Tolerances: one unit of the last printed digit for Sharp's eigenvalues and the riders of 2008; what the "
+              "rounding of the "
+              "printed inputs allows for the riders of 2011; for the modes of 2011 1 % of a wobble's or rider-wobble's "
+              "frequency, "
               "3.5 % of a weave's, 1 m/s at the ends of the weave band, 4 m/s for the reference's wobble.")  # fmt: skip
-MODE_TOLERANCE = {("wobble", "frequency"): 0.01, ("rider_wobble", "frequency"): 0.01, ("weave", "frequency"): 0.035}  # of the value
+MODE_TOLERANCE = {
+    ("wobble", "frequency"): 0.01,
+    ("rider_wobble", "frequency"): 0.01,
+    ("weave", "frequency"): 0.035,
+}  # of the value
 SPEED_TOLERANCE = {("rider", "weave"): 1.0, ("reference", "wobble"): 4.0}  # m/s, at the ends of unstable bands
 # One unit of the last digit in the tables of riders.
 DIGITS_2011 = {"torso_inertia": 1e-4, "arm_stiffness": 0.1, "waist_stiffness": 0.1, "arm_damping": 0.01, "waist_damping": 0.01,
@@ -52,12 +62,28 @@ def run() -> dict[str, Any]:
 
 
 def compared(computed: float, lo: float, hi: float, tolerance: float, note: str = "", **about: Any) -> dict[str, Any]:
-    """One row of the table. residual is what the computed value lies off the middle of [lo, hi], or off its one bound."""
+    """One row of the table. residual is what the computed value lies off the middle of [lo, hi],
+    or off its one bound."""
     middle = (lo + hi) / 2 if np.isfinite([lo, hi]).all() else (hi if np.isinf(lo) else lo)
     # Printed bounds are decimal numbers: what lies on one to rounding is not a miss.
     slack = 1e-9 * max(1.0, abs(middle))
-    met = "met" if lo - slack <= computed <= hi + slack else "within tolerance" if abs(computed - middle) <= tolerance + slack else "missed"
-    return {**about, "lo": lo, "hi": hi, "computed": computed, "residual": computed - middle, "tolerance": tolerance, "met": met, "note": note}
+    met = (
+        "met"
+        if lo - slack <= computed <= hi + slack
+        else "within tolerance"
+        if abs(computed - middle) <= tolerance + slack
+        else "missed"
+    )
+    return {
+        **about,
+        "lo": lo,
+        "hi": hi,
+        "computed": computed,
+        "residual": computed - middle,
+        "tolerance": tolerance,
+        "met": met,
+        "note": note,
+    }
 
 
 def sharp_1971() -> list[dict[str, Any]]:
@@ -206,7 +232,9 @@ def rig_modes(rider: Component, steer_inertia: float) -> dict[str, float]:
 
     undamped = np.sort(np.abs(eigenvalues(rider.with_values(arm_damping=0, waist_damping=0))))[::2]
     damped = eigenvalues(rider)
-    damped = damped[np.lexsort((np.abs(damped), damped.imag == 0))].reshape(2, 2)  # the slow pair first, real roots last
+    damped = damped[np.lexsort((np.abs(damped), damped.imag == 0))].reshape(
+        2, 2
+    )  # the slow pair first, real roots last
     zeta = -damped.sum(axis=1).real / (2 * np.sqrt(damped.prod(axis=1).real))
     return {"nu1": undamped[0] / (2 * np.pi), "nu2": undamped[1] / (2 * np.pi), "zeta1": zeta[0], "zeta2": zeta[1]}
 
@@ -215,26 +243,64 @@ def section(found: dict[str, Any]) -> Section:
     """Every row, what is missed marked."""
     rows = found["rows"]
     cells = [[row["source"].replace("Cossalter et al.", "Cossalter"), ", ".join(filter(None, (row["model"], row["vehicle"]))),
-              f"{row['mode'].replace('_', '-')}: {row['feature'].replace('_', ' ')}", "" if np.isnan(row["speed"]) else f"{row['speed']:.4g}",
+              f"{row['mode'].replace('_', '-')}: "
+              f"{row['feature'].replace('_', ' ')}", "" if np.isnan(row["speed"]) else f"{row['speed']:.4g}",
               row["printed"], *(f"{row[key]:.4g}" for key in ("computed", "residual", "tolerance")), row["unit"],
               ", ".join(filter(None, (row["met"], row["note"])))]
              for row in rows]  # fmt: skip
     marks = [{"met": "met", "within tolerance": "near", "missed": "missed"}[row["met"]] for row in rows]
     counts = ", ".join(f"{count} {word}" for word, count in found["counts"].items())
     text = f"Of {len(rows)} printed numbers: {counts}. No parameter was tuned; what is missed is shown as missed."
-    headings = ("source", "model", "number", "at [m/s]", "printed", "computed", "residual", "tolerance", "unit", "verdict")
-    return Section("How near are the papers?", [text, TOLERANCES], (), [ReportTable(headings, cells, "Printed against computed", marks)])
+    headings = (
+        "source",
+        "model",
+        "number",
+        "at [m/s]",
+        "printed",
+        "computed",
+        "residual",
+        "tolerance",
+        "unit",
+        "verdict",
+    )
+    return Section(
+        "How near are the papers?",
+        [text, TOLERANCES],
+        (),
+        [ReportTable(headings, cells, "Printed against computed", marks)],
+    )
 
 
 def show(rows: list[dict[str, Any]], console: Console) -> None:
     """The table on a console, misses in red."""
     view = Table(title="printed against computed", box=None)
-    for heading in ("source", "vehicle", "model", "mode", "feature", "at [m/s]", "printed", "computed", "residual", "tolerance", "unit", "", "note"):
-        view.add_column(heading, justify="right" if heading in ("at [m/s]", "computed", "residual", "tolerance") else "left")
+    for heading in (
+        "source",
+        "vehicle",
+        "model",
+        "mode",
+        "feature",
+        "at [m/s]",
+        "printed",
+        "computed",
+        "residual",
+        "tolerance",
+        "unit",
+        "",
+        "note",
+    ):
+        view.add_column(
+            heading, justify="right" if heading in ("at [m/s]", "computed", "residual", "tolerance") else "left"
+        )
     styles = {"met": "", "within tolerance": "yellow", "missed": "red"}
     for row in rows:
         speed = "" if np.isnan(row["speed"]) else f"{row['speed']:.4g}"
         numbers = [f"{row[key]:.4g}" for key in ("computed", "residual", "tolerance")]
-        words = [row[key].replace("_", " ") if key != "vehicle" else row[key] for key in ("source", "vehicle", "model", "mode", "feature")]
-        view.add_row(*words, speed, row["printed"], *numbers, row["unit"], row["met"], row["note"], style=styles[row["met"]])
+        words = [
+            row[key].replace("_", " ") if key != "vehicle" else row[key]
+            for key in ("source", "vehicle", "model", "mode", "feature")
+        ]
+        view.add_row(
+            *words, speed, row["printed"], *numbers, row["unit"], row["met"], row["note"], style=styles[row["met"]]
+        )
     console.print(view)

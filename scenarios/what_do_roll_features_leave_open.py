@@ -1,27 +1,37 @@
 """What do the roll test's features leave open? All riders in roll that meet every printed feature at once (2008).
 
-Random walks over the logarithms of joints, accelerometer places and the height of the roll axis, which is not
-printed: a step is taken when every one of the 14 features still holds. What the walks visit is at least what the features
-allow within WIDEST around the shipped rider's joints and within PLACES. Modulus and phase curves are those of the paper's
+Random walks over the logarithms of joints, accelerometer places and the height of the roll axis, which is not printed:
+a step is taken when every one of the 14 features still holds. What the walks visit is at least what the features allow
+within WIDEST around the shipped rider's joints and within PLACES. Modulus and phase curves are those of the paper's
 Figs 16 to 23, of the three riders that ship: inertias from height and mass, joints found by the search.
 """
+
+from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.figure import Figure
 from scipy.optimize import differential_evolution
 
-from fmus.component import Component
-from fmus.linear import linearise
-from fmus.progress import track
+from fmus.declaration.component import Component
+from fmus.linear_analysis.linearisation import linearise
+from fmus.support.progress import track
+from motofmi.reports.report import Section, Table, new_figure
+from motofmi.scenarios.what_does_lean_do_to_weave import systems
+from motofmi.workflows.scenarios import InReport
 from rider_fmu import RiderInRoll, riders
-from rider_fmu.rider_in_roll import POINTS
+from rider_fmu.components.rider_in_roll import POINTS
 from rider_fmu.roll_features import FEATURES, FREQUENCIES, NUMBER, RIDERS, misses, readings, relative, roll_frf
-from scenarios.report import Section, Table, new_figure
-from scenarios.what_does_lean_do_to_weave import systems
 from vehicle_fmu import modes, over_speed
 
+REPORT = InReport("full rider", 40, "riders that meet the roll features")
+
 JOINTS = tuple(f"{joint}_{kind}" for joint in ("saddle", "lean", "neck_roll") for kind in ("stiffness", "damping"))
-PLACES = {"saddle_height": (0.5, 2.0), "waist_point": (0.05, 0.3), "shoulder_point": (0.3, 0.55), "head_point": (0.05, 0.3)}  # m
+PLACES = {
+    "saddle_height": (0.5, 2.0),
+    "waist_point": (0.05, 0.3),
+    "shoulder_point": (0.3, 0.55),
+    "head_point": (0.05, 0.3),
+}  # m
 FREE = (*JOINTS, *PLACES)
 WIDEST = 8.0  # factor either way for a joint; what ends here is not bounded by the features
 UNSTABLE, VALLEY = 100.0, 0.02
@@ -29,22 +39,47 @@ STEP = 0.08  # of the logarithm
 SPEED = np.array([40.0])  # m/s, where a turning rider's weave grows fastest
 
 
-def run(rider: str = "roll_3_2008", starts: int = 4, proposals: int = 1500, generations: int = 250) -> dict:
-    """The shipped riders' curves by number, the walks' riders (n, parameters), and the weave of some of them.
+@dataclass(frozen=True)
+class OpenFeatures:
+    """The shipped riders' curves by number, the riders (n, parameters) that the walks visited, and
+    what they have in common.
 
-    Walks start from the shipped rider and from riders found by a global search (`starts` of them, less where it fails
-    within `generations`). ranges maps every free parameter to the least, the median and the largest value visited;
-    weave is the real part [1/s] at 40 m/s of a motorcycle with a turning and leaning rider.
+    taken is the share of steps that each walk took; ranges maps every free parameter to the least, the median and the
+    largest value visited; weave (k,) is the real part [1/s] at 40 m/s of a motorcycle with a turning and leaning
+    rider, for some of them.
     """
+
+    curves: dict[int, dict[str, np.ndarray]]
+    visited: np.ndarray
+    taken: list[float]
+    weave: np.ndarray
+    ranges: dict[str, np.ndarray]
+
+
+def run(rider: str = "roll_3_2008", starts: int = 4, proposals: int = 1500, generations: int = 250) -> OpenFeatures:
+    """Walks from the shipped rider and from riders found by a global search (`starts` of them, less where it fails
+    within `generations`)."""
     shipped = riders.load(rider)
-    found = [shipped, *(one for seed in track(range(1, starts + 1), "search") if allowed(one := searched(shipped, seed, generations)))]
+    found = [
+        shipped,
+        *(
+            one
+            for seed in track(range(1, starts + 1), "search")
+            if allowed(one := searched(shipped, seed, generations))
+        ),
+    ]
     walks = [walk(one, proposals, np.random.default_rng(seed)) for seed, one in enumerate(found)]
     visited, taken = np.concatenate([v for v, _ in walks]), [t for _, t in walks]
     curves = {k: roll_frf(riders.load(f"roll_{k}_2008")) for k in RIDERS}
     chosen = visited[:: max(len(visited) // 30, 1)]
     growth = [_weave(values) for values in track(chosen, "weave")]
-    return {"curves": curves, "visited": visited, "taken": taken, "weave": np.array(growth),
-            "ranges": dict(zip(FREE, np.percentile(visited, (0, 50, 100), axis=0).T, strict=True))}  # fmt: skip
+    return OpenFeatures(
+        curves,
+        visited,
+        taken,
+        np.array(growth),
+        dict(zip(FREE, np.percentile(visited, (0, 50, 100), axis=0).T, strict=True)),
+    )
 
 
 def limits(rider: Component) -> np.ndarray:
@@ -102,20 +137,21 @@ def stable(rider: Component) -> bool:
 
 
 def _weave(values: np.ndarray) -> float:
-    """The real part of weave at 40 m/s with these joints, on the motorcycle's saddle and with the masses of Sharp's rider."""
+    """The real part of weave at 40 m/s with these joints, on the motorcycle's saddle and with the
+    masses of Sharp's rider."""
     joints = {n: x for n, x in zip(FREE, values, strict=True) if n in JOINTS}
     both = systems(leaning=riders.load("roll_1971", **joints))["both"]
     return float(modes(over_speed(both), SPEED)["weave"].eigenvalue[0].real)
 
 
-def figure(found: dict) -> Figure:
+def figure(found: OpenFeatures) -> Figure:
     """Moduli and phases of the FRFs of three riders, point by point, and of rider 3's relative FRFs."""
     picture, axes = new_figure(2, 4, width=10, height=12)
     for row, point in zip(axes, POINTS, strict=False):
-        for rider, curves in found["curves"].items():
+        for rider, curves in found.curves.items():
             _draw(row, curves[point], f"rider {rider}")
         _label(row, f"FRF_{NUMBER[point]}")
-    for point, curve in relative(found["curves"][3]).items():
+    for point, curve in relative(found.curves[3]).items():
         _draw(axes[-1], curve, f"{NUMBER[point]}: {point}")
     _label(axes[-1], "rFRF of rider 3")
     for row in axes:
@@ -134,18 +170,25 @@ def _draw(row: np.ndarray, curve: np.ndarray, label: str) -> None:
     row[1].plot(FREQUENCIES, phase, "o-", markersize=3)
 
 
-def section(found: dict) -> Section:
+def section(found: OpenFeatures) -> Section:
     """Every feature with its reading, and what stays open."""
-    low, high = found["weave"].min(), found["weave"].max()
-    text = [f"Every one of the {len(FEATURES)} printed features is met at once by riders of three freedoms: a pelvis that shifts on the saddle, a torso that "
-            "leans, a head on the neck. (The head of rider 2 is the exception of the paper: above 4 Hz it does not come to rest.)",
-            "The features do not single him out: the table gives how far riders that meet all of them were found apart, at least; with the motorcycle's turning rider added, "
-            f"the real part of weave at 40 m/s is {low:+.2f} to {high:+.2f} 1/s for them, +0.34 without lean."]  # fmt: skip
-    read = {rider: readings(curves) for rider, curves in found["curves"].items()}
+    low, high = found.weave.min(), found.weave.max()
+    text = [f"Every one of the {len(FEATURES)} printed features is met at once by riders of three freedoms: a pelvis "
+            "that shifts on the saddle, a torso that "
+            "leans, a head on the neck. (The head of rider 2 is the exception of the paper: above 4 Hz it does not "
+            "come to rest.)",
+            "The features do not single him out: the table gives how far riders that meet all of them were found "
+            "apart, at least; with the motorcycle's turning rider added, "
+            f"the real part of weave at 40 m/s is {low:+.2f} to {high:+.2f} 1/s for them, +0.34 without "
+            "lean."]  # fmt: skip
+    read = {rider: readings(curves) for rider, curves in found.curves.items()}
     rows = [[f.quantity, str(NUMBER[f.point]), f.name.replace("_", " "), f"{f.low:g} to {f.high:g} {f.unit}",
              *("{:.3g} to {:.3g}".format(*read[rider][k]) + ("" if rider in f.riders else " (not printed)") for rider in read)]
             for k, f in enumerate(FEATURES)]  # fmt: skip
     units = {n: RiderInRoll.declared[n].unit for n in FREE}
-    ranges = [[n.replace("_", " "), units[n], *(f"{x:.3g}" for x in found["ranges"][n])] for n in FREE]
-    return Section("What do roll features leave open?", text, [(figure(found), "The paper's Figs 16 to 23, as computed: FRFs of three riders at waist, shoulders and head, relative FRFs of rider 3")],
+    ranges = [[n.replace("_", " "), units[n], *(f"{x:.3g}" for x in found.ranges[n])] for n in FREE]
+    return Section("What do roll features leave open?", text, [(figure(found), "The paper's Figs 16 to 23, as "
+                                                                               "computed: FRFs of three riders at "
+                                                                               "waist, shoulders and head, relative "
+                                                                               "FRFs of rider 3")],
                    [Table(["quantity", "point", "feature", "printed", *(f"rider {k}" for k in read)], rows), Table(["parameter", "unit", "least", "median", "largest"], ranges)])  # fmt: skip

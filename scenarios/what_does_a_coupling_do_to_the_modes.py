@@ -1,4 +1,5 @@
-"""What does a coupling do to the modes? Errors of frequency and damping over the step, for every coupling, known before a run.
+"""What does a coupling do to the modes? Errors of frequency and damping over the step, for every
+coupling, known before a run.
 
 The FMUs of the mean rider and of the motorcycle at 30 m/s are linearised; each coupling's own algorithm is run on the
 linear models and its eigenvalues are compared with those of the two coupled without error.
@@ -7,12 +8,12 @@ linear models and its eigenvalues are compared with those of the two coupled wit
 import numpy as np
 from matplotlib.figure import Figure
 
-from fmus.cosimulation import join
-from fmus.coupling import COUPLINGS
-from fmus.prediction import Prediction, linear_network, predict
+from fmus.cosimulation.cosimulate import join
+from fmus.cosimulation.coupling import COUPLINGS
+from fmus.cosimulation.coupling_error import Prediction, linear_network, predict
+from motofmi.reports.report import Section, Table, new_figure
+from motofmi.workflows.ridden_fmus import ridden_fmus
 from rider_fmu import riders
-from scenarios.report import Section, Table, new_figure
-from scenarios.ridden_fmus import ridden_fmus
 from vehicle_fmu import motorcycles
 
 STEPS = np.geomspace(2e-4, 5e-2, 13)  # s
@@ -27,7 +28,10 @@ def run(speed: float = 30.0) -> dict[str, dict[float, Prediction]]:
     network = linear_network(units, join(units))
     for unit in units.values():
         unit.close()
-    return {name: {float(step): predict(c, network, float(step)) for step in (*STEPS, *SHOWN)} for name, c in COUPLINGS.items()}
+    return {
+        name: {float(step): predict(c, network, float(step)) for step in (*STEPS, *SHOWN)}
+        for name, c in COUPLINGS.items()
+    }
 
 
 def worst(prediction: Prediction) -> tuple[float, float]:
@@ -55,10 +59,26 @@ def section(found: dict[str, dict[float, Prediction]]) -> Section:
     """The errors over the step, and a table of what the couplings are."""
     rows = []
     for name, by_step in found.items():
-        cells = [f"{100 * error:.2g}" if np.isfinite(error) else "unstable" for step in SHOWN for error in worst(by_step[step])]
+        cells = [
+            f"{100 * error:.2g}" if np.isfinite(error) else "unstable"
+            for step in SHOWN
+            for error in worst(by_step[step])
+        ]
         rows.append([name, COUPLINGS[name].summary, str(COUPLINGS[name].order), *cells])
-    headings = ["coupling", "what it does", "order", *(f"{what} at {1e3 * step:g} ms [%]" for step in SHOWN for what in ("frequency", "damping"))]
-    text = ("A torque that is held for a step comes late, and a late damper is a weaker damper. The largest error of any "
-            "mode below 15 Hz, rider on the motorcycle at 30 m/s, predicted from the linearised FMUs by running each coupling's "
+    headings = [
+        "coupling",
+        "what it does",
+        "order",
+        *(f"{what} at {1e3 * step:g} ms [%]" for step in SHOWN for what in ("frequency", "damping")),
+    ]
+    text = ("A torque that is held for a step comes late, and a late damper is a weaker damper. The largest error of "
+            "any "
+            "mode below 15 Hz, rider on the motorcycle at 30 m/s, predicted from the linearised FMUs by running each "
+            "coupling's "
             "own algorithm on them.")  # fmt: skip
-    return Section("What does a coupling do to the modes?", [text], [(figure(found), "Errors of the modes over the step")], [Table(headings, rows)])
+    return Section(
+        "What does a coupling do to the modes?",
+        [text],
+        [(figure(found), "Errors of the modes over the step")],
+        [Table(headings, rows)],
+    )

@@ -8,20 +8,35 @@ developments of its model.
 import numpy as np
 from matplotlib.figure import Figure
 
-from fmus.component import Component
-from fmus.system import System
+from fmus.composition.system import System
+from fmus.declaration.component import Component
+from motofmi.reports.report import Section, Table, new_figure
+from motofmi.workflows.scenarios import InReport
 from rider_fmu import riders
-from scenarios.report import Section, Table, new_figure
 from vehicle_fmu import Modes, modes, motorcycles, over_speed, ridden
 
+REPORT = InReport("full rider", 50, "weave with a leaning rider")
+
 SPEEDS = np.arange(2.0, 60.1, 0.5)  # m/s
-NAMES = {"rigid": "no moving rider", "turning": "turning rider", "leaning": "leaning rider", "both": "turning and leaning"}
+NAMES = {
+    "rigid": "no moving rider",
+    "turning": "turning rider",
+    "leaning": "leaning rider",
+    "both": "turning and leaning",
+}
 
 
-def systems(vehicle: str = "sharp_1971", turning: str = "mean_2011", leaning: Component | None = None) -> dict[str, System]:
+def systems(
+    vehicle: str = "sharp_1971", turning: str = "mean_2011", leaning: Component | None = None
+) -> dict[str, System]:
     """The four systems by name."""
     motorcycle, turns, leans = motorcycles.load(vehicle), riders.load(turning), leaning or riders.load("roll_1971")
-    return {"rigid": ridden(motorcycle), "turning": ridden(motorcycle, turns), "leaning": ridden(motorcycle, leans), "both": ridden(motorcycle, turns, leans)}
+    return {
+        "rigid": ridden(motorcycle),
+        "turning": ridden(motorcycle, turns),
+        "leaning": ridden(motorcycle, leans),
+        "both": ridden(motorcycle, turns, leans),
+    }
 
 
 def run(speeds: np.ndarray = SPEEDS, **given) -> dict[str, Modes]:
@@ -47,18 +62,36 @@ def section(found: dict[str, Modes]) -> Section:
     """What leaning does, with numbers."""
 
     def bands(mode: str) -> str:
-        each = {name: ", ".join(f"{a:.1f} to {b:.1f}" for a, b in one.unstable[mode]) or "nowhere" for name, one in found.items()}
+        each = {
+            name: ", ".join(f"{a:.1f} to {b:.1f}" for a, b in one.unstable[mode]) or "nowhere"
+            for name, one in found.items()
+        }
         return "; ".join(f"{NAMES[name]} {band}" for name, band in each.items())
 
     first, last = found["rigid"].speed[[0, -1]]
-    text = [f"Where weave grows, from {first:g} to {last:g} m/s: {bands('weave')} m/s. Lean on springs takes away the instability that turning brings at speed: "
-            "the body follows the roll of weave late, and its saddle and waist dissipate. This is the answer to the further developments of the 2011 paper "
-            "(Sect. 5) for a rider whose joints meet every printed feature of the 2008 roll test; the features do not single him out.",
-            f"Where wobble grows: {bands('wobble')} m/s. Lean does little to wobble; what calms it is the rider's arms."]  # fmt: skip
+    text = [f"Where weave grows, from {first:g} to {last:g} m/s: {bands('weave')} m/s. Lean on springs takes away the "
+            "instability that turning brings at speed: "
+            "the body follows the roll of weave late, and its saddle and waist dissipate. This is the answer to the "
+            "further developments of the 2011 paper "
+            "(Sect. 5) for a rider whose joints meet every printed feature of the 2008 roll test; the features do not "
+            "single him out.",
+            f"Where wobble grows: {bands('wobble')} m/s. Lean does little to wobble; what calms it is the rider's "
+            "arms."]  # fmt: skip
     at = [v for v in (5, 10, 15, 20, 30, 40, 50, 60) if first <= v <= last]
     tables = [Table(["rider", *(f"{v} m/s" for v in at)], [[NAMES[name], *(_cell(one, mode, v) for v in at)] for name, one in found.items()],
                     f"{mode.capitalize()}: real part [1/s], frequency [Hz]") for mode in ("weave", "wobble")]  # fmt: skip
-    return Section("What does lean do to weave?", text, [(figure(found), f"Root loci from {first:g} to {last:g} m/s, and the real part of weave (the step near 9 m/s: weave and the lean exchange character)")], tables)
+    return Section(
+        "What does lean do to weave?",
+        text,
+        [
+            (
+                figure(found),
+                f"Root loci from {first:g} to {last:g} m/s, and the real part of weave (the step near 9 m/s: weave and "
+                "the lean exchange character)",
+            )
+        ],
+        tables,
+    )
 
 
 def _cell(one: Modes, mode: str, speed: float) -> str:

@@ -1,4 +1,5 @@
-"""What if the device is another? The same motorcycle and wiring with a rider, dampers, an inerter, a rider and a damper.
+"""What if the device is another? The same motorcycle and wiring with a rider, dampers, an
+inerter, a rider and a damper.
 
 Every device is an FMU with the same port. Torques of several devices add up. The modes are those of the linearised
 FMUs coupled without error; the time histories begin with the same jump of the steer rate.
@@ -9,14 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.figure import Figure
 
-from fmus.build import build
-from fmus.component import Component
-from fmus.cosimulation import Run, cosimulate, join
-from fmus.coupling import Network
-from fmus.importer import FmuUnit
-from fmus.participation import participation
+from fmus.cosimulation.cosimulate import CosimulationRun, cosimulate, join
+from fmus.cosimulation.network import Network
+from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem
+from fmus.declaration.component import Component
+from fmus.export.build import build
+from fmus.linear_analysis.participation import participation
+from motofmi.reports.report import Section, Table, new_figure
 from rider_fmu import riders
-from scenarios.report import Section, Table, new_figure
 from vehicle_fmu import LinearDamper, dampers, motorcycles
 
 SPEED, DURATION, STEP = 50.0, 2.0, 2e-3  # m/s, s, s
@@ -25,9 +26,9 @@ START = {"steer_rate": 0.5}  # rad/s
 
 @dataclass(frozen=True)
 class Answer:
-    """The run, and the oscillatory eigenvalues [1/s] with each unit's share in them."""
+    """The run, and the oscillatory eigenvalues [1/s] with each subsystem's share in them."""
 
-    run: Run
+    run: CosimulationRun
     eigenvalues: np.ndarray
     shares: dict[str, np.ndarray]
 
@@ -44,13 +45,19 @@ def run(folder: str) -> dict[str, Answer]:
     vehicle, found = build(motorcycles.load("reference_2011"), folder).path, {}
     for name, held in devices().items():
         # The mean rider's inertia at the port is zero: nothing of the motorcycle changes with the device.
-        units = {"vehicle": FmuUnit(vehicle, "vehicle", {"speed": SPEED, **START})}
-        units |= {component.name: FmuUnit(build(component, folder).path, component.name) for component in held}
-        eigenvalues, shares = participation(Network(units, join(units)).linearised())
+        subsystems = {"vehicle": FmuSubsystem(vehicle, "vehicle", {"speed": SPEED, **START})}
+        subsystems |= {
+            component.name: FmuSubsystem(build(component, folder).path, component.name) for component in held
+        }
+        eigenvalues, shares = participation(Network(subsystems, join(subsystems)).linearised())
         swings = eigenvalues.imag > 1e-9 * np.abs(eigenvalues)
-        found[name] = Answer(cosimulate(units, STEP, DURATION), eigenvalues[swings], {unit: share[swings] for unit, share in shares.items()})
-        for unit in units.values():
-            unit.close()
+        found[name] = Answer(
+            cosimulate(subsystems, STEP, DURATION),
+            eigenvalues[swings],
+            {subsystem: share[swings] for subsystem, share in shares.items()},
+        )
+        for subsystem in subsystems.values():
+            subsystem.close()
     return found
 
 
@@ -69,7 +76,11 @@ def section(found: dict[str, Answer]) -> Section:
     for name, answer in found.items():
         for k, value in enumerate(answer.eigenvalues):
             held = abs(1.0 - answer.shares["vehicle"][k])
-            rows.append([name, f"{value.imag / (2 * np.pi):.2f}", f"{-value.real / abs(value):.3f}", f"{100 * held:.0f}"])
+            rows.append(
+                [name, f"{value.imag / (2 * np.pi):.2f}", f"{-value.real / abs(value):.3f}", f"{100 * held:.0f}"]
+            )
     text = f"The motorcycle at {SPEED:g} m/s after a jump of the steer rate of {START['steer_rate']:g} rad/s, with what is held at its handlebar exchanged."
-    table = Table(["device", "frequency [Hz]", "damping ratio", "share of the device in the mode [%]"], rows, "Oscillatory modes")
+    table = Table(
+        ["device", "frequency [Hz]", "damping ratio", "share of the device in the mode [%]"], rows, "Oscillatory modes"
+    )
     return Section("What if the device is another?", [text], [(figure(found), "Steer angle with each device")], [table])

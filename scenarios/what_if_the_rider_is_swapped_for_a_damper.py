@@ -11,14 +11,17 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from fmus.build import build
-from fmus.component import Component
-from fmus.cosimulation import Run, cosimulate
-from fmus.importer import FmuUnit
-from fmus.prediction import Prediction
+from fmus.cosimulation.cosimulate import CosimulationRun, cosimulate
+from fmus.cosimulation.coupling_error import Prediction
+from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem
+from fmus.declaration.component import Component
+from fmus.export.build import build
+from motofmi.reports.report import COLOURS, Section, Table, new_figure
+from motofmi.workflows.scenarios import InReport
 from rider_fmu import riders
-from scenarios.report import COLOURS, Section, Table, new_figure
 from vehicle_fmu import LinearDamper, modes, motorcycles, over_speed, ridden
+
+REPORT = InReport("tour", 40, "FMUs built, co-simulated, rider swapped for damper")
 
 SPEED, STEP, HALF = 50.0, 0.001, 8.0  # m/s, s, s
 START = {"steer_rate": 0.1}  # rad/s
@@ -29,9 +32,9 @@ ADDED_DAMPING = 7.5  # N.m.s/rad
 class Swap:
     """The run with the rider, what follows with him, what follows with the damper; exact weaves [1/s]; the FMUs."""
 
-    before: Run
-    stays: Run
-    swapped: Run
+    before: CosimulationRun
+    stays: CosimulationRun
+    swapped: CosimulationRun
     weave: dict[str, complex]
     fmus: list[Path]
 
@@ -42,11 +45,11 @@ def run(out: Path) -> Swap:
     damper = LinearDamper("damper_7_5", "2011, Fig. 14", damping=ADDED_DAMPING)
     fmus = {component.name: build(component, out).path for component in (vehicle, rider, damper)}
 
-    def together(device: Component, name: str, motion: dict[str, float], posture: dict[str, float]) -> Run:
+    def together(device: Component, name: str, motion: dict[str, float], posture: dict[str, float]) -> CosimulationRun:
         # The mean rider's inertia at the port is zero, so that nothing of the vehicle changes with the device.
-        units = {"vehicle": FmuUnit(fmus[vehicle.name], values={"speed": SPEED, **motion}),
-                 "device": FmuUnit(fmus[device.name], values=posture)}  # fmt: skip
-        done = cosimulate(units, STEP, HALF)
+        subsystems = {"vehicle": FmuSubsystem(fmus[vehicle.name], values={"speed": SPEED, **motion}),
+                 "device": FmuSubsystem(fmus[device.name], values=posture)}  # fmt: skip
+        done = cosimulate(subsystems, STEP, HALF)
         np.savetxt(out / f"{name}.csv", done.rows, "%.9g", ",", header=",".join(done.columns), comments="")
         return done
 
@@ -54,7 +57,10 @@ def run(out: Path) -> Swap:
     motion = {name: float(before[f"vehicle.{name}"][-1]) for name in vehicle.states}
     posture = {"torso_angle": float(before["device.torso_angle"][-1]),
                "torso_momentum": float(before["device.torso_rate"][-1]) * rider.values["torso_inertia"]}  # fmt: skip
-    stays, swapped = together(rider, "the_rider_stays", motion, posture), together(damper, "swapped_for_the_damper", motion, {})
+    stays, swapped = (
+        together(rider, "the_rider_stays", motion, posture),
+        together(damper, "swapped_for_the_damper", motion, {}),
+    )
     weave = {device.name: complex(modes(over_speed(ridden(vehicle, device)), np.array([SPEED]))["weave"].eigenvalue[0])
              for device in (rider, damper)}  # fmt: skip
     return Swap(before, stays, swapped, weave, list(fmus.values()))
@@ -68,7 +74,9 @@ def figure(swap: Swap) -> Figure:
              (swap.stays, HALF, COLOURS["reference"], ":", "had the rider stayed"),
              (swap.swapped, HALF, COLOURS["damper"], "-", "damper's FMU")]  # fmt: skip
     for part, offset, colour, style, label in parts:
-        angle.plot(time + offset, np.degrees(part["vehicle.steer_angle"]), style, color=colour, linewidth=1, label=label)
+        angle.plot(
+            time + offset, np.degrees(part["vehicle.steer_angle"]), style, color=colour, linewidth=1, label=label
+        )
         torque.plot(time + offset, part["device.handlebar_torque"], style, color=colour, linewidth=1)
     angle.set(ylabel="steer angle [deg]")
     torque.set(xlabel="time [s]", ylabel="torque on the bar [N.m]")
@@ -79,23 +87,31 @@ def figure(swap: Swap) -> Figure:
 def section(swap: Swap) -> Section:
     """What happens to the weave, and how far the coupling can be trusted."""
     growth = {name: value.real for name, value in swap.weave.items()}
-    after = [f"{np.abs(np.degrees(part['vehicle.steer_angle'][-1000:])).max():.3g} deg" for part in (swap.stays, swap.swapped)]
-    text = (f"At {SPEED:g} m/s the weave grows with the rider (real part {growth['rider_mean_2011']:+.3f} 1/s) and decays with the damper "
-            f"({growth['damper_7_5']:+.3f} 1/s). {HALF:g} s after the swap the steer angle is within {after[1]}; had the rider "
+    after = [
+        f"{np.abs(np.degrees(part['vehicle.steer_angle'][-1000:])).max():.3g} deg"
+        for part in (swap.stays, swap.swapped)
+    ]
+    text = (f"At {SPEED:g} m/s the weave grows with the rider (real part {growth['rider_mean_2011']:+.3f} 1/s) and "
+            "decays with the damper "
+            f"({growth['damper_7_5']:+.3f} 1/s). {HALF:g} s after the swap the steer angle is within {after[1]}; had "
+            "the rider "
             f"stayed, within {after[0]}.")  # fmt: skip
     rows = [[name, part.coupling, f"{part.step:g}", f"{part.steps_per_second:.0f}", f"{part.power_residual:.2g}", _errors(part.predicted)]
             for name, part in (("rider", swap.before), ("damper", swap.swapped))]  # fmt: skip
     table = Table(("device", "coupling", "step [s]", "steps per second", "largest residual power [W]",
-                   "predicted relative error of each mode's frequency and damping ratio"), rows, "How the FMUs were coupled")  # fmt: skip
+                   "predicted relative error of each mode's frequency and damping "
+                   "ratio"), rows, "How the FMUs were coupled")  # fmt: skip
     built = "FMUs built for this: " + ", ".join(path.name for path in swap.fmus) + "."
     return Section("What if the rider is swapped for a damper?", [text, built],
-                   [(figure(swap), f"{2 * HALF:g} s at {SPEED:g} m/s; the FMUs are exchanged at {HALF:g} s")], [table])  # fmt: skip
+                   [(figure(swap), f"{2 * HALF:g} s at {SPEED:g} m/s; the FMUs are exchanged at {HALF:g} "
+                                   "s")], [table])  # fmt: skip
 
 
 def _errors(predicted: Prediction | None) -> str:
     """The predicted errors of the oscillatory modes in words."""
     if predicted is None:
         return "not known"
-    return "; ".join(f"{value.imag / 2 / np.pi:.2f} Hz: {frequency:+.0e}, {damping:+.0e}" for value, frequency, damping, swings
+    return "; ".join(f"{value.imag / 2 / np.pi:.2f} Hz: {frequency:+.0e}, "
+                     f"{damping:+.0e}" for value, frequency, damping, swings
                      in zip(predicted.exact, predicted.frequency_error, predicted.damping_error, predicted.oscillatory, strict=True)
                      if swings)  # fmt: skip

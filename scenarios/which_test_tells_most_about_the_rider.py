@@ -1,17 +1,19 @@
-"""Which test tells most about the rider? Sweeps, stepped sine and multisine of 200 s on the virtual rig, compared by error bars."""
+"""Which test tells most about the rider? Sweeps, stepped sine and multisine of 200 s on the virtual rig,
+compared by error bars."""
 
 from math import radians
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from identification.excitation import Excitation, multisine, stepped_sine, sweep
-from identification.fit import Identification, identify
-from identification.frf import estimate
+from motofmi.frequency_response.estimators import estimate
+from motofmi.frequency_response.excitation import Excitation, multisine, stepped_sine, sweep
+from motofmi.identification.parameter_fit import Identification, identify
+from motofmi.reports.report import Section, Table, new_figure
+from motofmi.virtual_rig.simulated_rig import steer_test
+from motofmi.workflows.measured_rider import PARAMETERS, rig_response
 from rider_fmu import riders
-from scenarios.measured_rider import HANDLEBAR_INERTIA, PARAMETERS, rig_response
-from scenarios.report import Section, Table, new_figure
-from scenarios.virtual_rig import steer_test
+from rider_fmu.rigs.handlebar import HANDLEBAR_INERTIA
 
 TESTS: dict[str, Excitation] = {
     "sweep up, 2 deg (2011)": sweep(),
@@ -33,7 +35,9 @@ def figure(found: dict[str, Identification]) -> Figure:
     picture, axis = new_figure(width=8.5, height=4.2)
     width = 0.8 / len(found)
     for k, (name, identification) in enumerate(found.items()):
-        axis.bar(np.arange(6) + k * width, 100 * identification.standard_error / identification.values, width, label=name)
+        axis.bar(
+            np.arange(6) + k * width, 100 * identification.standard_error / identification.values, width, label=name
+        )
     axis.set_yscale("log")
     axis.set_xticks(np.arange(6) + 0.4 - width / 2, [name.replace("_", "\n") for name in PARAMETERS])
     axis.set_xlabel("parameter [-]")
@@ -46,9 +50,16 @@ def section(found: dict[str, Identification]) -> Section:
     """The error bars, and the test with the smallest."""
     worst = {name: float(np.max(f.standard_error / f.values)) for name, f in found.items()}
     best = min(worst, key=worst.__getitem__)
-    text = (f"With the same 200 s, potentiometer, torsiometer, converters and remnant, the {best} leaves the smallest worst error, "
-            f"{100 * worst[best]:.2g} %; the others {', '.join(f'{100 * w:.2g} % ({n})' for n, w in worst.items() if n != best)}. "
-            "These errors are of one run's rider: a rider differs by more from run to run, so repeats tell more than longer tests.")  # fmt: skip
-    rows = [(name, *(f"{100 * e / v:.2g}" for e, v in zip(f.standard_error, f.values, strict=True))) for name, f in found.items()]
-    return Section("Which test tells most about the rider?", [text], [(figure(found), "Standard errors by test, one simulated run each")],
+    text = (f"With the same 200 s, potentiometer, torsiometer, converters and remnant, the {best} leaves the smallest "
+            "worst error, "
+            f"{100 * worst[best]:.2g} %; the others "
+            f"{', '.join(f'{100 * w:.2g} % ({n})' for n, w in worst.items() if n != best)}. "
+            "These errors are of one run's rider: a rider differs by more from run to run, so repeats tell more than "
+            "longer tests.")  # fmt: skip
+    rows = [
+        (name, *(f"{100 * e / v:.2g}" for e, v in zip(f.standard_error, f.values, strict=True)))
+        for name, f in found.items()
+    ]
+    return Section("Which test tells most about the rider?", [text], [(figure(found), "Standard errors by test, one "
+                                                                                      "simulated run each")],
                    [Table(("test", *PARAMETERS), rows, "standard errors [%]")])  # fmt: skip

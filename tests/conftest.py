@@ -7,9 +7,9 @@ if "PYTEST_XDIST_WORKER" in os.environ:  # the other processors have workers of 
 
 import pytest
 from hypothesis import settings
-from importer import Opened
 
-from fmus.build import build
+from fmus.export.build import build
+from tests.importer import Opened
 
 # The same examples in every run, on every machine, however slow.
 settings.register_profile("reproducible", derandomize=True, deadline=None)
@@ -18,7 +18,11 @@ settings.load_profile("reproducible")
 
 @pytest.fixture(scope="session")
 def cache(tmp_path_factory):
-    return tmp_path_factory.mktemp("cache")
+    """The folder of built FMUs, which all workers of a run share: archives are stored atomically."""
+    run = tmp_path_factory.getbasetemp()
+    folder = (run.parent if "PYTEST_XDIST_WORKER" in os.environ else run) / "cache"
+    folder.mkdir(exist_ok=True)
+    return folder
 
 
 @pytest.fixture(autouse=True)

@@ -4,12 +4,13 @@ from functools import cache
 
 import numpy as np
 
-from fmus.component import Component
-from fmus.cosimulation import join
-from fmus.coupling import LinearUnit, Network
-from fmus.linear import StateSpace, linearise
+from fmus.cosimulation.cosimulate import join
+from fmus.cosimulation.network import Network
+from fmus.cosimulation.subsystems.subsystem import LinearSubsystem
+from fmus.declaration.component import Component
+from fmus.linear_analysis.linearisation import StateSpace, linearise
 from rider_fmu import riders
-from rider_fmu.handlebar import Handlebar
+from rider_fmu.rigs.handlebar import Handlebar
 from vehicle_fmu import motorcycles, ridden
 
 RIDER = riders.load("mean_2011")
@@ -20,7 +21,9 @@ MOTORCYCLE = motorcycles.load("sharp_1971")
 def carrying(vehicle: Component, rider: Component = RIDER) -> Component:
     """The vehicle with the rider's inertia at the bar, as `ridden` binds it."""
     ratio = rider.values["cross_inertia"] / rider.values["torso_inertia"]
-    return vehicle.with_values(added_steer_inertia=rider.values["added_steer_inertia"] - ratio * rider.values["cross_inertia"])
+    return vehicle.with_values(
+        added_steer_inertia=rider.values["added_steer_inertia"] - ratio * rider.values["cross_inertia"]
+    )
 
 
 @cache
@@ -32,9 +35,9 @@ def spaces(speed: float | None, name: str = "mean_2011") -> dict[str, StateSpace
 
 
 def network(speed: float | None = None, rider: str = "mean_2011", **ability) -> Network:
-    """The two as linear units."""
-    units = {name: LinearUnit(space, **ability) for name, space in spaces(speed, rider).items()}
-    return Network(units, join(units))
+    """The two as linear subsystems."""
+    subsystems = {name: LinearSubsystem(space, **ability) for name, space in spaces(speed, rider).items()}
+    return Network(subsystems, join(subsystems))
 
 
 def exact_eigenvalues(speed: float | None = None) -> np.ndarray:
@@ -49,6 +52,8 @@ def exact_eigenvalues(speed: float | None = None) -> np.ndarray:
 def bar_matrix() -> np.ndarray:
     """Rider on the bar by hand: states delta, s, theta, Omega (eqs 1, 2, 5 of the 2011 paper)."""
     p, inertia = RIDER.values, BAR.values["steer_inertia"]
-    ka, kt, ca, ct, it = (p[n] for n in ("arm_stiffness", "waist_stiffness", "arm_damping", "waist_damping", "torso_inertia"))
+    ka, kt, ca, ct, it = (
+        p[n] for n in ("arm_stiffness", "waist_stiffness", "arm_damping", "waist_damping", "torso_inertia")
+    )
     return np.array([[0, 1, 0, 0], [-ka / inertia, -ca / inertia, ka / inertia, ca / inertia],
                      [0, 0, 0, 1], [ka / it, ca / it, -(ka + kt) / it, -(ca + ct) / it]])  # fmt: skip

@@ -9,7 +9,7 @@ from scipy.linalg import expm
 
 from fmus import Component, System, linearise, output, parameter, state
 from fmus import input as told
-from fmus.symbolic import symbolic
+from fmus.equations.sympy_form import symbolic
 from rider_fmu import riders
 from vehicle_fmu import dampers, motorcycles
 
@@ -32,7 +32,11 @@ class Oscillator(Component):
         push = v.force + m.where(m.sin(v.time) > 0.5, 1.0, 0.0)
         return {
             "der(position)": v.velocity,
-            "der(velocity)": push - 9 * v.position - v.hardening * v.position**3 - v.friction * m.tanh(50 * v.velocity) - m.absolute(v.velocity) * v.velocity,
+            "der(velocity)": push
+            - 9 * v.position
+            - v.hardening * v.position**3
+            - v.friction * m.tanh(50 * v.velocity)
+            - m.absolute(v.velocity) * v.velocity,
             "power": v.force * v.velocity,
         }
 
@@ -62,8 +66,12 @@ class Opened:
         kind = self.description.modelExchange if exchange else self.description.coSimulation
         self.reference = {v.name: v.valueReference for v in self.description.modelVariables}
         self.log = []
-        self._logger = fmi2CallbackLoggerTYPE(lambda env, name, status, category, message: self.log.append((category.decode(), message.decode())))
-        self.callbacks = fmi2CallbackFunctions(self._logger, defaultCallbacks.allocateMemory, defaultCallbacks.freeMemory)
+        self._logger = fmi2CallbackLoggerTYPE(
+            lambda env, name, status, category, message: self.log.append((category.decode(), message.decode()))
+        )
+        self.callbacks = fmi2CallbackFunctions(
+            self._logger, defaultCallbacks.allocateMemory, defaultCallbacks.freeMemory
+        )
         self.fmu = (FMU2Model if exchange else FMU2Slave)(
             guid=self.description.guid, unzipDirectory=fmpy.extract(path), modelIdentifier=kind.modelIdentifier, instanceName="test")  # fmt: skip
         self.fmu.instantiate(callbacks=self.callbacks, loggingOn=logging)
@@ -120,10 +128,17 @@ class Opened3(Opened):
         self.log, self.updates, self.moves, self.returns_at = [], [], moves, returns_at
         self.fmu = (FMU3Model if exchange else FMU3Slave)(
             guid=self.description.guid, unzipDirectory=fmpy.extract(path), modelIdentifier=kind.modelIdentifier, instanceName="test")  # fmt: skip
-        options = {"loggingOn": True, "logMessage": lambda env, status, category, message: self.log.append((category.decode(), message.decode()))}
+        options = {
+            "loggingOn": True,
+            "logMessage": lambda env, status, category, message: self.log.append((category.decode(), message.decode())),
+        }
         if moves is not None:
             inputs = [v.valueReference for v in self.description.modelVariables if v.causality == "input"]
-            options |= {"intermediateUpdate": self._update, "requiredIntermediateVariables": inputs, "earlyReturnAllowed": returns_at is not None}
+            options |= {
+                "intermediateUpdate": self._update,
+                "requiredIntermediateVariables": inputs,
+                "earlyReturnAllowed": returns_at is not None,
+            }
         self.fmu.instantiate(**options)
 
     def _update(self, env, time, set_requested, get_allowed, finished, can_return, early_requested, early_time):
@@ -154,7 +169,10 @@ def drive_of(component):
     inputs = component.rows("input")
 
     def drive(t):
-        values = {n: row.start + (0.02 if row.unit.startswith("rad") else 2.0) * np.sin((3 + i) * t) for i, (n, row) in enumerate(inputs.items())}
+        values = {
+            n: row.start + (0.02 if row.unit.startswith("rad") else 2.0) * np.sin((3 + i) * t)
+            for i, (n, row) in enumerate(inputs.items())
+        }
         return {n: (20.0 + 5 * np.floor(5 * t) if n.endswith("speed") else x) for n, x in values.items()}
 
     return drive

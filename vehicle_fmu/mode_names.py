@@ -1,23 +1,23 @@
-"""Which eigenvalue is weave, which is wobble: names by what moves in a mode, carried along its branch.
+"""Names of modes: weave, wobble and the others by mode shape, kept along the branches of the eigenvalues.
 
-At 60 m/s the characters are distinct, so names are given there and kept along each branch:
-  other          what a device or an effect brings besides a torso (heads, lean, delays): its states take the larger part
+At 60 m/s the mode shapes are distinct. Names are given there and kept along each branch:
+  other          modes in which further states of a device or an effect (heads, lean, delays) participate most
   weave          the oscillation in which roll exceeds the steer most, by their participation factors
   wobble         of the two oscillations in which steer and torso take the largest part the one in which the torso
-                 moves more against the bar; without a torso the one in which the steer takes the largest part
+                 moves more against the bar; without a torso the one in which the steer has the largest part
   rider-wobble   the other one of the two
   capsize        the slowest real root
   rear wobble    the pair that unnamed real roots form on the way down (near 18 m/s for Sharp's motorcycle)
 A wobble that is overdamped there is the two real roots in which the steer takes the largest part.
 
-Below the speed at which another pair is born the branches of wobble, rider-wobble and rear wobble veer and exchange
-character. There the names follow the character:
+Below the speed at which another pair forms, the branches of wobble, rider-wobble and rear wobble veer and exchange
+their mode shapes. There the names follow the mode shapes:
   rear wobble    the largest |Y_r / Y_f|, rear over front tyre side force, if above one
   wobble         of the other two the one in which the torso moves more against the bar:
                  the smaller Re(theta delta*) / (|theta|^2 + |delta|^2)
   rider-wobble   the last; where only one is left beside rear wobble, wobble is overdamped
-A pair in which what a device brings besides takes more than a quarter has none of these names. Where weave veers with
-a mode that the device brings, weave is the one in which that takes the smaller part.
+A pair in which further states of a device have more than a quarter of the participation has none of these names. Where
+weave veers with such a mode, weave is the one in which those states have the smaller part.
 Names are called mixed where the second largest |Y_r / Y_f| is more than half of the largest.
 
 Modes and their usual bands: Sharp 1971; Cossalter et al., Meccanica 46 (2011), Sect. 5.
@@ -29,23 +29,26 @@ from itertools import pairwise
 
 import numpy as np
 
-from fmus.linear import StateSpace
-from fmus.modes import Branches
+from fmus.linear_analysis.eigenvalue_tracking import Branches
+from fmus.linear_analysis.linearisation import StateSpace
 
 MODES = ("weave", "wobble", "capsize", "rear_wobble", "rider_wobble")
-FRONT = ("wobble", "rider_wobble", "rear_wobble")  # those that exchange character
-OTHER = "other"  # what a device brings besides: heads, delays
-COARSE, FINE = 1.0, 0.1  # m/s: steps at which exchanges are looked for, and located
+FRONT = ("wobble", "rider_wobble", "rear_wobble")  # modes that exchange their shapes
+OTHER = "other"  # modes of further states of a device: heads, delays
+COARSE, FINE = 1.0, 0.1  # m/s: steps at which exchanges are searched for, and located
 MIXED = 0.5
-MAJORITY, SHARE = 0.5, 0.25  # of the participation: above it a mode is another's, at the naming speed and below
+MAJORITY, SHARE = (
+    0.5,
+    0.25,
+)  # of the participation, above which a mode belongs to a device, at the naming speed and below
 
 Linearised = Callable[[np.ndarray], StateSpace]  # speeds (n,) -> stacked state spaces
 Columns = tuple[int, ...]  # the branches of a mode: a pair, or real roots
 
 
 @dataclass(frozen=True)
-class Shapes:
-    """What moves in each mode, (n, nx) over speeds and eigenvalues; zeros for signals that a vehicle lacks.
+class ModeShapes:
+    """Mode shapes (n, nx) over speeds and eigenvalues; zeros for signals that a vehicle lacks.
 
     column is the branch of each eigenvalue. tyres is |Y_r / Y_f|, together is
     Re(theta delta*) / (|theta|^2 + |delta|^2), from -1/2 (torso against bar) to 1/2 (with it).
@@ -59,8 +62,8 @@ class Shapes:
     together: np.ndarray
 
     @classmethod
-    def at(cls, speeds: np.ndarray, linearised: Linearised, branches: Branches) -> "Shapes":
-        """The shapes at speeds that are on the grid of the branches."""
+    def at(cls, speeds: np.ndarray, linearised: Linearised, branches: Branches) -> "ModeShapes":
+        """The mode shapes at speeds of the grid of the branches."""
         space = linearised(speeds)
         eigenvalues, right = np.linalg.eig(space.A)
         rows = {n.split(".")[-1]: i for i, n in enumerate(space.outputs)}
@@ -76,21 +79,28 @@ class Shapes:
                    _ratio((torso * steer.conj()).real, np.abs(torso) ** 2 + np.abs(steer) ** 2))  # fmt: skip
 
     def upper(self, k: int) -> list[int]:
-        """The places of the eigenvalues with positive imaginary part at speed k."""
+        """The indices of the eigenvalues with positive imaginary part at speed k."""
         return np.flatnonzero(self.eigenvalues[k].imag > 0).tolist()
 
     def pair(self, k: int, i: int) -> Columns:
-        """The branches of the pair to which eigenvalue i belongs at speed k; LAPACK puts the two side by side."""
+        """The branches of the pair to which eigenvalue i belongs at speed k;
+
+        LAPACK returns pairs in adjacent positions.
+        """
         return int(self.column[k, i]), int(self.column[k, i + 1])
 
     def part(self, k: int, motion: str) -> np.ndarray:
-        """The participation factors of a motion's states (`steer`, `roll`, `torso`) in the modes at speed k, from 0 to 1."""
+        """The participation factors of a motion's states (`steer`, `roll`, `torso`) in the modes at speed k, from 0
+        to 1.
+        """
         part = np.abs(np.linalg.inv(self.right[k]).T * self.right[k])
         own = [i for i, n in enumerate(self.states) if n.split(".")[-1].startswith(motion)]
         return part[own].sum(axis=0) / part.sum(axis=0)
 
-    def brought(self, k: int) -> np.ndarray:
-        """The part that states take which are neither the vehicle's (an effect's are not), the owner of the steer, nor a torso's."""
+    def foreign_participation(self, k: int) -> np.ndarray:
+        """The participation of states that belong neither to the part with the steer angle nor to a torso; states of
+        effects count.
+        """
         places = [n.rpartition(".")[::2] for n in self.states]
         owner = next((place for place, n in places if n.startswith("steer")), None)
         part = np.abs(np.linalg.inv(self.right[k]).T * self.right[k])
@@ -104,23 +114,25 @@ def _ratio(above: np.ndarray, below: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Names:
-    """From speed to the branches of each mode: at and below `below` m/s the columns given there hold, last one first."""
+    """The branches of each mode: `above` at the naming speed; from each speed [m/s] in `below` downward the columns
+    given there.
+    """
 
     above: dict[str, Columns]
     below: list[tuple[float, dict[str, Columns]]]
     mixed: list[list[float]]
 
 
-def name(linearised: Linearised, branches: Branches, naming_speed: float) -> Names:
-    """The names of the branches at all speeds. The branches' grid has every multiple of 0.1 m/s."""
-    above = _named_at(naming_speed, linearised, branches)
-    birth, another = _birth_of_another_pair(linearised, branches, above, naming_speed)
+def name_modes(linearised: Linearised, branches: Branches, reference_speed: float) -> Names:
+    """The names of the branches at all speeds. The grid of the branches has every multiple of 0.1 m/s."""
+    above = _named_at(reference_speed, linearised, branches)
+    formation, another = _formation_of_another_pair(linearised, branches, above, reference_speed)
     if not another:
         return Names(above, [], [])
     if not {c for mode, columns in above.items() if not mode.startswith(OTHER) for c in columns} & set(another):
         above["rear_wobble"] = another
     low = branches.parameter[0]
-    tenths = FINE * np.arange(np.floor(birth / FINE + 1e-9), np.ceil(low / FINE - 1e-9) - 1, -1)
+    tenths = FINE * np.arange(np.floor(formation / FINE + 1e-9), np.ceil(low / FINE - 1e-9) - 1, -1)
     stride = round(COARSE / FINE)
     coarse = np.unique(np.append(np.arange(0, len(tenths), stride), len(tenths) - 1))
     characters = dict(zip(coarse.tolist(), _characters(tenths[coarse], linearised, branches, above), strict=True))
@@ -143,10 +155,10 @@ def name(linearised: Linearised, branches: Branches, naming_speed: float) -> Nam
 
 
 def _named_at(speed: float, linearised: Linearised, branches: Branches) -> dict[str, Columns]:
-    """The branches of weave, wobble, rider-wobble and capsize by their shapes at the naming speed."""
-    shapes = Shapes.at(np.array([speed]), linearised, branches)
+    """The branches of weave, wobble, rider-wobble and capsize by their mode shapes at the naming speed."""
+    shapes = ModeShapes.at(np.array([speed]), linearised, branches)
     part, roll, torso = (shapes.part(0, motion) for motion in ("steer", "roll", "torso"))
-    other = shapes.brought(0) > MAJORITY
+    other = shapes.foreign_participation(0) > MAJORITY
     upper = shapes.upper(0)
     in_pairs = {c for i in upper for c in shapes.pair(0, i)}
     real = [i for i in range(len(part)) if int(shapes.column[0, i]) not in in_pairs and not other[i]]
@@ -168,47 +180,56 @@ def _named_at(speed: float, linearised: Linearised, branches: Branches) -> dict[
         else:
             names.update({mode: shapes.pair(0, i) for mode, i in zip(("wobble", "rider_wobble"), front, strict=False)})
         names.update({f"{OTHER} {k}": shapes.pair(0, i) for k, i in enumerate(rest[1 + has_torso :])})
-    brings = [shapes.pair(0, i) for i in upper if other[i]] + [(int(c),) for i, c in enumerate(shapes.column[0]) if other[i] and int(c) not in in_pairs]
-    names.update({f"{OTHER} brought {k}": columns for k, columns in enumerate(brings)})
+    of_devices = [shapes.pair(0, i) for i in upper if other[i]] + [
+        (int(c),) for i, c in enumerate(shapes.column[0]) if other[i] and int(c) not in in_pairs
+    ]
+    names.update({f"{OTHER} of device {k}": columns for k, columns in enumerate(of_devices)})
     return names
 
 
-def _birth_of_another_pair(linearised: Linearised, branches: Branches, named: dict[str, Columns], naming_speed: float) -> tuple[float, Columns]:
-    """The highest speed below the naming speed at which a pair of the vehicle's is not that of one name, and its branches."""
+def _formation_of_another_pair(
+    linearised: Linearised, branches: Branches, named: dict[str, Columns], reference_speed: float
+) -> tuple[float, Columns]:
+    """The highest speed below the naming speed with a pair of the vehicle that has not one name, and its branches."""
     values = branches.eigenvalues
     partner = np.arange(values.shape[1])
     for columns in named.values():
         if len(columns) == 2:
             partner[list(columns)] = columns[::-1]
-    of_one_name = (partner != np.arange(len(partner))) & (np.abs(values[:, partner] - values.conj()) <= 1e-6 * np.abs(values))
+    of_one_name = (partner != np.arange(len(partner))) & (
+        np.abs(values[:, partner] - values.conj()) <= 1e-6 * np.abs(values)
+    )
     apart = (values.imag > 0) & ~of_one_name
-    born = np.flatnonzero(apart.any(axis=1) & (branches.parameter < naming_speed))
-    if not len(born):
+    formed = np.flatnonzero(apart.any(axis=1) & (branches.parameter < reference_speed))
+    if not len(formed):
         return 0.0, ()
     if not any(mode.startswith(OTHER) for mode in named):
-        born = born[-1:]
-    shapes = Shapes.at(branches.parameter[born], linearised, branches)
-    for k in range(len(born))[::-1]:
-        brought = shapes.brought(k)
+        formed = formed[-1:]
+    shapes = ModeShapes.at(branches.parameter[formed], linearised, branches)
+    for k in range(len(formed))[::-1]:
+        foreign = shapes.foreign_participation(k)
         for i in shapes.upper(k):
-            if apart[born[k], shapes.column[k, i]] and brought[i] < SHARE:
-                return float(branches.parameter[born[k]]), shapes.pair(k, i)
+            if apart[formed[k], shapes.column[k, i]] and foreign[i] < SHARE:
+                return float(branches.parameter[formed[k]]), shapes.pair(k, i)
     return 0.0, ()
 
 
 def _characters(speeds: np.ndarray, linearised: Linearised, branches: Branches, above: dict[str, Columns]) -> list:
-    """For each speed below the birth of rear wobble: the branches of the front modes, and whether they are mixed."""
-    shapes = Shapes.at(speeds, linearised, branches)
+    """For each speed below the formation of rear wobble: the branches of the front modes, and whether they are mixed.
+    """
+    shapes = ModeShapes.at(speeds, linearised, branches)
     return [_character(shapes, k, above) for k in range(len(speeds))]
 
 
-def _character(shapes: Shapes, k: int, above: dict[str, Columns]) -> tuple[tuple[tuple[str, Columns], ...], bool]:
-    rivals = [columns for mode, columns in above.items() if len(columns) == 2 and (mode == "weave" or mode.startswith(OTHER))]
+def _character(shapes: ModeShapes, k: int, above: dict[str, Columns]) -> tuple[tuple[tuple[str, Columns], ...], bool]:
+    rivals = [
+        columns for mode, columns in above.items() if len(columns) == 2 and (mode == "weave" or mode.startswith(OTHER))
+    ]
     elsewhere = {c for columns in rivals for c in columns}
-    brought, own = shapes.brought(k), shapes.column[k]
+    foreign, own = shapes.foreign_participation(k), shapes.column[k]
     pairs = {i: shapes.pair(k, i) for i in shapes.upper(k)}
-    pairs = {i: columns for i, columns in pairs.items() if brought[i] < SHARE or not elsewhere.isdisjoint(columns)}
-    weave = {"weave": min(rivals, key=lambda columns: brought[np.isin(own, columns)].sum())} if "weave" in above else {}
+    pairs = {i: columns for i, columns in pairs.items() if foreign[i] < SHARE or not elsewhere.isdisjoint(columns)}
+    weave = {"weave": min(rivals, key=lambda columns: foreign[np.isin(own, columns)].sum())} if "weave" in above else {}
     tyres, together = shapes.tyres[k].tolist(), shapes.together[k].tolist()
     front = sorted((i for i, columns in pairs.items() if elsewhere.isdisjoint(columns)), key=lambda i: -tyres[i])
     if not front:

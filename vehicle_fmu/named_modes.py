@@ -1,42 +1,56 @@
-"""The modes of a single-track vehicle over speed: eigenvalues, frequencies, damping ratios, unstable bands."""
+"""The modes of a single-track vehicle over speed: eigenvalues, frequencies, damping ratios, unstable intervals."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from fmus.errors import InputError
-from fmus.modes import crossings, follow
-from vehicle_fmu.mode_names import FINE, MODES, Columns, Linearised, name
+from fmus.linear_analysis.eigenvalue_tracking import track_eigenvalues, unstable_intervals
+from fmus.support.errors import InputError, unknown
+from fmus.support.notebook import html, new_axes
+from vehicle_fmu.mode_names import FINE, MODES, Columns, Linearised, name_modes
 
-NAMING_SPEED = 60.0  # m/s
+REFERENCE_SPEED = 60.0  # m/s
 ABSENT = complex(np.nan, np.nan)
-LOWEST_SPEED = 1.0  # m/s: the internal grid goes down to here, or lower where that is asked for
+LOWEST_SPEED = 1.0  # m/s: lower end of the internal grid, unless lower speeds are requested
+UNSTABLE_HALF = "unstable half-plane"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Mode:
-    """One mode over speeds (n,). eigenvalue (n,) complex with Im >= 0, NaN where the mode is absent [1/s]."""
+    """One mode over speeds (n,). eigenvalue (n,) complex with Im >= 0 [1/s], NaN where the mode is absent."""
 
     eigenvalue: np.ndarray
 
     @property
     def frequency(self) -> np.ndarray:
-        """Damped frequency Im / 2 pi [Hz]; 0 where the mode has split into real roots, NaN where it is absent."""
+        """Damped frequency Im / 2 pi (n,) [Hz]; 0 where the mode has split into real roots, NaN where it is absent."""
         return self.eigenvalue.imag / (2 * np.pi)
 
     @property
     def damping_ratio(self) -> np.ndarray:
-        """-Re / |lambda|; NaN where the mode does not oscillate."""
+        """-Re / |lambda| (n,) [1]; NaN where the mode does not oscillate."""
         ratio = np.full(self.eigenvalue.shape, np.nan)
         return np.divide(-self.eigenvalue.real, np.abs(self.eigenvalue), out=ratio, where=self.eigenvalue.imag > 0)
 
+    def __repr__(self) -> str:
+        present = self.eigenvalue[~np.isnan(self.eigenvalue)]
+        if not len(present):
+            return "Mode(absent)"
+        low, high = present.imag.min() / (2 * np.pi), present.imag.max() / (2 * np.pi)
+        where = f"{len(present)} of {len(self.eigenvalue)} speeds"
+        return f"Mode({where}, {low:.2f} to {high:.2f} Hz, largest real part {present.real.max():.3g} 1/s)"
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class Modes:
-    """The spectrum over speeds (n,): all eigenvalues (n, nx), the named modes, and where each is unstable.
+    """The spectrum over speeds (n,) [m/s]: all eigenvalues (n, nx) [1/s], the named modes, and where each is unstable.
 
     unstable maps every present mode to its intervals [from, to] in m/s. mixed holds the intervals of speed in
-    which rider-wobble and rear wobble share their character, so that either name would do.
+    which rider-wobble and rear wobble have exchanged so much character that either name applies.
+
+        found = modes(over_speed(ridden(motorcycles.load("sharp_1971"))), np.arange(1, 60))
+        found["weave"].damping_ratio, found.unstable["weave"]
     """
 
     speed: np.ndarray
@@ -46,24 +60,135 @@ class Modes:
     mixed: list[list[float]]
 
     def __getitem__(self, mode: str) -> Mode:
+        """The mode of that name. Raises InputError with the valid names for any other."""
+        if mode not in self.named:
+            raise unknown("mode", mode, self.named)
         return self.named[mode]
 
+    @property
+    def title(self) -> str:
+        """What a figure or a table of the modes is called."""
+        return "modes"
 
-def modes(linearised: Linearised, speeds: np.ndarray, naming_speed: float = NAMING_SPEED) -> Modes:
-    """The named modes of a vehicle at ascending speeds [m/s]; names do not depend on the speeds asked for.
+    def __repr__(self) -> str:
+        speeds = f"{len(self.speed)} speeds, {self.speed[0]:g} to {self.speed[-1]:g} m/s"
+        return f"{type(self).__name__}({self.title}: {speeds}; {', '.join(self.unstable)})"
 
-    linearised: from an array of speeds to stacked state spaces, outputs included.
-    Raises InputError for speeds that are not finite, positive and ascending.
+    def _repr_html_(self) -> str:
+        rows = [
+            (mode, _hertz(self[mode]), ", ".join(f"{a:.1f} to {b:.1f}" for a, b in bands) or "none")
+            for mode, bands in self.unstable.items()
+        ]
+        return html(
+            f"{self.title}, {self.speed[0]:g} to {self.speed[-1]:g} m/s",
+            ("mode", "damped frequency [Hz]", "unstable at [m/s]"),
+            rows,
+            self.plot,
+        )
+
+    def plot(self, axes: Any = None, label: str = "") -> Any:
+        """The root locus of the named modes on axes of matplotlib, which are returned; new ones unless given.
+
+        Real roots lie on the axis Im = 0; the unstable half-plane is shaded. With a label all modes have one colour
+        and the legend shows the label, so that several spectra fit into one figure.
+        """
+        axes = new_axes() if axes is None else axes
+        (colour,) = {line.get_color() for line in axes.plot([], [], ".-", label=label)} if label else (None,)
+        for mode in self.unstable:
+            values = self[mode].eigenvalue
+            (line,) = axes.plot(
+                values.real,
+                values.imag,
+                ".-",
+                markersize=3,
+                linewidth=0.8,
+                color=colour,
+                label="" if label else mode.replace("_", "-"),
+            )
+            end = np.flatnonzero(~np.isnan(values))[-1:]
+            if label and len(end):
+                axes.annotate(
+                    mode.replace("_", "-"),
+                    (values[end[0]].real, values[end[0]].imag),
+                    fontsize="small",
+                    color=line.get_color(),
+                )
+        if all(patch.get_gid() != UNSTABLE_HALF for patch in axes.patches):
+            limits = axes.dataLim.frozen()
+            axes.axvspan(0.0, 1e6, color="#f4d6d6", zorder=0, gid=UNSTABLE_HALF)
+            axes.dataLim.set(limits)  # the shaded half must not set the limits of the axis
+            axes.autoscale_view()
+        axes.set(xlabel="real part [1/s]", ylabel="imaginary part [rad/s]", title=self.title)
+        axes.legend()
+        return axes
+
+    def to_dict(self) -> dict[str, Any]:
+        """speed, eigenvalues, modes, unstable, mixed: the keys that `motofmi modes --json` writes."""
+        named = {
+            n: {"eigenvalue": list(m.eigenvalue), "frequency": m.frequency, "damping_ratio": m.damping_ratio}
+            for n, m in self.named.items()
+        }
+        return {
+            "speed": self.speed,
+            "eigenvalues": self.eigenvalues,
+            "modes": named,
+            "unstable": self.unstable,
+            "mixed": self.mixed,
+        }
+
+    def to_dataframe(self) -> Any:
+        """One row for each speed (pandas.DataFrame); the unit is in the name of every column."""
+        import pandas as pd  # noqa: PLC0415 - imported on use
+
+        columns = {"speed [m/s]": self.speed}
+        for mode in self.unstable:
+            found = self[mode]
+            columns |= {f"{mode} real [1/s]": found.eigenvalue.real, f"{mode} imag [rad/s]": found.eigenvalue.imag,
+                        f"{mode} frequency [Hz]": found.frequency,
+                        f"{mode} damping ratio [1]": found.damping_ratio}  # fmt: skip
+        return pd.DataFrame(columns)
+
+    def to_xarray(self) -> Any:
+        """eigenvalue, frequency and damping_ratio over mode and speed (xarray.Dataset), units as attributes."""
+        import xarray as xr  # noqa: PLC0415 - imported on use
+
+        def over(quantity: str, unit: str) -> Any:
+            return (
+                ("mode", "speed"),
+                np.array([getattr(self[mode], quantity) for mode in self.unstable]),
+                {"units": unit},
+            )
+
+        units = {"eigenvalue": "1/s", "frequency": "Hz", "damping_ratio": "1"}
+        return xr.Dataset(
+            {quantity: over(quantity, unit) for quantity, unit in units.items()},
+            {"mode": list(self.unstable), "speed": ("speed", self.speed, {"units": "m/s"})},
+        )
+
+
+def _hertz(mode: Mode) -> str:
+    """The range of a mode's damped frequency as text."""
+    present = mode.frequency[~np.isnan(mode.frequency)]
+    return f"{present.min():.2f} to {present.max():.2f}" if len(present) else "-"
+
+
+def modes(linearised: Linearised, speeds: np.ndarray, reference_speed: float = REFERENCE_SPEED) -> Modes:
+    """The named modes of a vehicle at ascending speeds (n,) [m/s]; names do not depend on the requested speeds.
+
+    linearised maps speeds (m,) to stacked state spaces with outputs, as `over_speed` returns it. Raises InputError for
+    speeds that are not finite, positive and ascending. Modes: Sharp, J. Mech. Eng. Sci. 13(5) (1971).
     """
     speeds = np.atleast_1d(np.asarray(speeds, float))
     if not (np.isfinite(speeds).all() and (speeds > 0).all() and (np.diff(speeds) > 0).all()):
-        raise InputError(f"speeds must be finite, positive and ascending [m/s], not {np.array2string(speeds, threshold=6)}")
+        raise InputError(
+            f"speeds must be finite, positive and ascending [m/s], not {np.array2string(speeds, threshold=6)}"
+        )
 
     def matrices(v: np.ndarray) -> np.ndarray:
         return linearised(v).A
 
-    branches = follow(matrices, _grid(speeds, naming_speed))
-    names = name(linearised, branches, naming_speed)
+    branches = track_eigenvalues(matrices, _grid(speeds, reference_speed))
+    names = name_modes(linearised, branches, reference_speed)
     where = np.searchsorted(branches.parameter, speeds)
     inside = slice(where[0], where[-1] + 1)
     curves = {mode: _curve(branches.eigenvalues, columns) for mode, columns in names.above.items()}
@@ -73,23 +198,24 @@ def modes(linearised: Linearised, speeds: np.ndarray, naming_speed: float = NAMI
             curves.setdefault(mode, np.full(len(part), ABSENT))[part] = _curve(branches.eigenvalues[part], columns)
     absent = Mode(np.full(len(speeds), ABSENT))
     named = {mode: Mode(curves[mode][where]) if mode in curves else absent for mode in MODES}
-    unstable = {mode: crossings(matrices, branches.parameter[inside], curves[mode].real[inside])
+    unstable = {mode: unstable_intervals(matrices, branches.parameter[inside], curves[mode].real[inside])
                 for mode in MODES if mode in curves}  # fmt: skip
     return Modes(speeds, branches.eigenvalues[where], named, unstable, names.mixed)
 
 
-def _grid(speeds: np.ndarray, naming_speed: float) -> np.ndarray:
-    """The internal grid: tenths of m/s from the lowest to the naming speed, and the speeds asked for."""
-    low, high = min(speeds[0], LOWEST_SPEED), max(speeds[-1], naming_speed)
+def _grid(speeds: np.ndarray, reference_speed: float) -> np.ndarray:
+    """The internal grid: tenths of m/s from the lowest to the naming speed, and the requested speeds."""
+    low, high = min(speeds[0], LOWEST_SPEED), max(speeds[-1], reference_speed)
     tenths = FINE * np.arange(np.ceil(low / FINE - 1e-9), np.floor(high / FINE + 1e-9) + 1)
     nearest = np.abs(tenths[np.searchsorted(tenths, speeds - FINE / 2).clip(max=len(tenths) - 1)] - speeds)
     return np.sort(np.concatenate([tenths, speeds[nearest > 1e-9]]))
 
 
 def _curve(eigenvalues: np.ndarray, columns: Columns) -> np.ndarray:
-    """From a mode's branches its eigenvalue (n,): the oscillatory one, else the least stable; NaN without branches.
+    """The eigenvalue (n,) of a mode from its branches: the oscillatory one, otherwise the least stable; NaN without
+    branches.
 
-    Before a mode's own pair is born one of its roots may be of a pair with another mode's; the other root counts then.
+    Where one root of a mode forms a pair with a root of another mode, the other root counts.
     """
     if not columns:
         return np.full(len(eigenvalues), ABSENT)

@@ -1,7 +1,8 @@
-"""A vehicle with devices at its ports (a rider, a damper, a rider who leans), as one system, and as a function of speed.
+"""A vehicle with devices at its ports (riders, dampers) as one system, and its linearisation over speed.
 
-What of a rider moves with the vehicle is bound to it: his inertia at the handlebar, `port_inertia`, becomes the vehicle's
-`added_steer_inertia`, and where it changes with posture the vehicle carries that, too. A rider who leans brings his mass himself, and the vehicle's rear frame is lightened by it.
+The inertia of a rider at the handlebar, `port_inertia`, is bound to the vehicle's `added_steer_inertia`; where it
+changes with posture the vehicle gets the effect `PostureInertia`. The mass of a leaning rider is removed from the rear
+frame.
 """
 
 from collections.abc import Collection, Iterable
@@ -9,39 +10,46 @@ from typing import TypeVar
 
 import numpy as np
 
-from fmus.component import Component
-from fmus.errors import InputError
-from fmus.linear import StateSpace, linearise
-from fmus.mathematics import NUMERIC
-from fmus.posture import POSTURE, CarriesPosture
-from fmus.system import System
-from vehicle_fmu.lightened import BODY, lightened
+from fmus.composition.system import System
+from fmus.declaration.component import Component
+from fmus.expressions.functions import NUMERIC
+from fmus.interfaces.posture_inertia import POSTURE, PostureInertia
+from fmus.linear_analysis.linearisation import StateSpace, linearise
+from fmus.support.errors import InputError
 from vehicle_fmu.mode_names import Linearised
+from vehicle_fmu.rider_mass_removed import RIDER_BODY, without_rider_mass
 
 Part = TypeVar("Part")
 
 
 def ridden(vehicle: Component, *devices: Component | None) -> System:
-    """The vehicle with devices at its ports, or alone; devices that are None are left out.
+    """The vehicle with devices at its ports, or alone; devices that are None are ignored.
 
-    Its parts are `vehicle`, `device`, `device_2` and so on. Raises InputError when the vehicle cannot spare the mass of
-    a rider who leans, or when two riders hold the handlebar.
+    The parts are `vehicle`, `device`, `device_2` and so on. Raises InputError when the rear frame does not contain the
+    mass of a leaning rider, and when two riders hold the handlebar.
+
+        ridden(motorcycles.load("sharp_1971"), riders.load("mean_2011"))
     """
     held = [device for device in devices if device is not None]
     for body in map(rigid_body, held):
-        vehicle = lightened(vehicle, *body) if body else vehicle
-    vehicle = carrying(vehicle, {name for device in held for name in device.outputs})
+        vehicle = without_rider_mass(vehicle, *body) if body else vehicle
+    vehicle = with_posture_inertia(vehicle, {name for device in held for name in device.outputs})
     parts = {"vehicle": vehicle, **by_name(held)}
     at_the_bar = [part for part, c in parts.items() if "port_inertia" in c.table]
     if len(at_the_bar) > 1:
-        raise InputError(f"{' and '.join(parts[part].name for part in at_the_bar)} cannot both hold the handlebar; give one rider there")
+        raise InputError(
+            f"{' and '.join(parts[part].name for part in at_the_bar)} cannot both hold the handlebar; "
+            "give one rider there"
+        )
     bindings = {"vehicle.added_steer_inertia": f"{at_the_bar[0]}.port_inertia"} if at_the_bar else {}
     return System("_".join(c.name for c in (vehicle, *held)), parts, bindings=bindings)
 
 
-def carrying(vehicle: Component, answered: Collection[str]) -> Component:
-    """The vehicle, which carries a rider's inertia as it changes with his posture where that is answered."""
-    return vehicle.with_effects(CarriesPosture()) if set(POSTURE) <= set(answered) else vehicle
+def with_posture_inertia(vehicle: Component, outputs: Collection[str]) -> Component:
+    """The vehicle with the effect `PostureInertia`, if the outputs of its devices contain the variables of that
+    effect.
+    """
+    return vehicle.with_effects(PostureInertia()) if set(POSTURE) <= set(outputs) else vehicle
 
 
 def by_name(devices: Iterable[Part]) -> dict[str, Part]:
@@ -50,15 +58,15 @@ def by_name(devices: Iterable[Part]) -> dict[str, Part]:
 
 
 def rigid_body(device: Component) -> list[float]:
-    """Mass [kg], height [m] and roll inertia [kg.m2] of a rider who leans, held stiff; [] for any other device."""
-    if not set(BODY) <= device.table.keys():
+    """Mass [kg], height [m] and roll inertia [kg.m2] of a leaning rider as a rigid body; [] for any other device."""
+    if not set(RIDER_BODY) <= device.table.keys():
         return []
     results = device.run(device.start_values(), NUMERIC)
-    return [float(results[name]) for name in BODY]
+    return [float(results[name]) for name in RIDER_BODY]
 
 
 def over_speed(system: System) -> Linearised:
-    """The system linearised about straight running, as a function of speeds (n,) in m/s."""
+    """The linearisation about straight running as a function of speeds (n,) [m/s], for `modes`."""
 
     def linearised(speeds: np.ndarray) -> StateSpace:
         return linearise(system, **{"vehicle.speed": speeds})

@@ -1,1 +1,1 @@
-"""What can be wrong with an FMU, one file for each place where it can be wrong."""
+"""Checks of FMUs, one file for each place where an FMU can be wrong: see `fmus.checks.check`."""

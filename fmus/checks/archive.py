@@ -1,12 +1,14 @@
-"""The archive before anything is unpacked: no way out of its folder, no links, no bombs, no XML that loads files."""
+"""The archive before it is unpacked: no path out of its folder, no links, no archive bombs, no XML that loads files."""
 
 import stat
 import zipfile
 import zlib
-from pathlib import Path, PurePosixPath
+from pathlib import PurePosixPath
 
+from fmus.checks.checked_fmu import CheckedFmu
 from fmus.checks.problem import Problem
 
+STAGE = "archive"
 LARGEST_MEMBER = 512 * 2**20
 LARGEST_ARCHIVE = 2 * 2**30
 LARGEST_RATIO = 1000  # of a member of some size; deflate reaches 1032 with nothing but zeros
@@ -15,13 +17,13 @@ LONGEST_NAME = 255  # of a file in most file systems
 LONGEST_PATH = 1000
 
 
-def problems(path: Path) -> list[Problem]:
+def check(fmu: CheckedFmu) -> list[Problem]:
     """Errors that forbid unpacking; [] for an archive that can be unpacked."""
     try:
-        with zipfile.ZipFile(path) as archive:
+        with zipfile.ZipFile(fmu.path) as archive:
             return _members(archive) or _xml(archive)
     except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError, OSError) as error:
-        return [Problem("archive", "error", f"is no readable zip archive: {error}", path.name)]
+        return [Problem("archive", "error", f"is no readable zip archive: {error}", fmu.path.name)]
 
 
 def _members(archive: zipfile.ZipFile) -> list[Problem]:
@@ -32,15 +34,28 @@ def _members(archive: zipfile.ZipFile) -> list[Problem]:
         if _leaves_folder(name):
             found.append(Problem("archive", "error", "the path leaves the folder of the archive", where))
         if len(name.encode()) > LONGEST_PATH or any(len(part.encode()) > LONGEST_NAME for part in name.split("/")):
-            found.append(Problem("archive", "error", f"the path is too long for a file ({len(name)} characters)", f"{where[:60]}..."))
+            found.append(
+                Problem(
+                    "archive", "error", f"the path is too long for a file ({len(name)} characters)", f"{where[:60]}..."
+                )
+            )
         if stat.S_ISLNK(member.external_attr >> 16):
             found.append(Problem("archive", "error", "is a symbolic link", where))
         if member.flag_bits & 1:
             found.append(Problem("archive", "error", "is encrypted", where))
         if member.file_size > LARGEST_MEMBER:
-            found.append(Problem("archive", "error", f"unpacks to {member.file_size} bytes, more than {LARGEST_MEMBER}", where))
+            found.append(
+                Problem("archive", "error", f"unpacks to {member.file_size} bytes, more than {LARGEST_MEMBER}", where)
+            )
         elif member.file_size > 2**20 and member.file_size > LARGEST_RATIO * max(member.compress_size, 1):
-            found.append(Problem("archive", "error", f"unpacks to {member.file_size / max(member.compress_size, 1):.0f} times its size", where))
+            found.append(
+                Problem(
+                    "archive",
+                    "error",
+                    f"unpacks to {member.file_size / max(member.compress_size, 1):.0f} times its size",
+                    where,
+                )
+            )
         if name in seen:
             found.append(Problem("archive", "error", "is there twice", where))
         seen.add(name)
@@ -55,7 +70,10 @@ def _members(archive: zipfile.ZipFile) -> list[Problem]:
 def _not_together(names: set[str]) -> list[Problem]:
     """Paths that are file and folder in one, and paths that some file systems take for each other."""
     files = {n for n in names if not n.endswith("/")}
-    found = [Problem("archive", "error", "is a file and a folder", str(p)) for p in sorted({str(p) for n in names for p in PurePosixPath(n).parents} & files)]
+    found = [
+        Problem("archive", "error", "is a file and a folder", str(p))
+        for p in sorted({str(p) for n in names for p in PurePosixPath(n).parents} & files)
+    ]
     spellings: dict[str, str] = {}
     for name in sorted(names):
         other = spellings.setdefault(name.casefold(), name)
@@ -76,10 +94,18 @@ def _xml(archive: zipfile.ZipFile) -> list[Problem]:
         if not member.filename.lower().endswith(".xml"):
             continue
         if member.file_size > XML_LIMIT:
-            found.append(Problem("archive", "error", f"is XML of {member.file_size} bytes, more than {XML_LIMIT}", member.filename))
+            found.append(
+                Problem(
+                    "archive", "error", f"is XML of {member.file_size} bytes, more than {XML_LIMIT}", member.filename
+                )
+            )
             continue
         # Without its zero bytes, UTF-16 and UTF-32 of ASCII text read like ASCII.
         text = archive.read(member).replace(b"\0", b"").upper()
         if b"<!DOCTYPE" in text or b"<!ENTITY" in text:
-            found.append(Problem("archive", "error", "declares a document type or entities, which FMI does not use", member.filename))
+            found.append(
+                Problem(
+                    "archive", "error", "declares a document type or entities, which FMI does not use", member.filename
+                )
+            )
     return found

@@ -1,4 +1,4 @@
-"""What an FMU does when it runs, tried in a process of its own: it may crash, hang or write wherever it likes.
+"""The behaviour of an FMU in short trial runs, in a separate process, because an FMU may crash or hang.
 
     python -m fmus.checks.behaviour FOLDER TYPE
 
@@ -20,6 +20,7 @@ import fmpy
 import numpy as np
 from fmpy.model_description import ModelDescription
 
+from fmus.checks.checked_fmu import TIME_LIMIT, CheckedFmu
 from fmus.checks.problem import Problem
 from fmus.checks.subject import Subject
 
@@ -28,14 +29,22 @@ try:
 except ImportError:  # on Windows
     resource = None  # type: ignore[assignment]
 
-TIME_LIMIT = 60.0
+STAGE = "run"
+KINDS = ("CoSimulation", "ModelExchange")
 MEMORY = 8 * 2**30
 STEPS = 20
 
 
-def problems(folder: Path, kind: str, time_limit: float = TIME_LIMIT) -> list[Problem]:
-    """Problems of the FMU unpacked in a folder when it runs as one kind, whatever it does to its process."""
-    output, status = _run_apart([sys.executable, "-m", "fmus.checks.behaviour", str(folder), kind], folder, time_limit)
+def check(fmu: CheckedFmu) -> list[Problem]:
+    """Problems of the FMU when it runs, as each kind that its description has."""
+    return [p for kind in KINDS if fmu.root.find(kind) is not None for p in run_as(kind, fmu.folder, fmu.time_limit)]
+
+
+def run_as(kind: str, folder: Path, time_limit: float = TIME_LIMIT) -> list[Problem]:
+    """Problems of the FMU unpacked in a folder when it runs as one kind, also when it crashes or hangs."""
+    output, status = _run_apart(
+        [sys.executable, "-P", "-m", "fmus.checks.behaviour", str(folder), kind], folder, time_limit
+    )
     found, trial = [], "load"
     for line in output.decode("utf-8", "replace").splitlines():
         said = json.loads(line)
@@ -52,8 +61,14 @@ def problems(folder: Path, kind: str, time_limit: float = TIME_LIMIT) -> list[Pr
 
 
 def _run_apart(command: list[str], folder: Path, time_limit: float) -> tuple[bytes, int | None]:
-    """What the command writes, and its status: None when it had to be ended. Whatever it has started ends with it."""
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, cwd=folder, start_new_session=True) as child:
+    """What the command writes, and its status: None when it had to be ended. Processes that it has started end with it.
+
+    Modules are imported from where this process imports them, never from the FMU's folder.
+    """
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(os.path.abspath(place) for place in sys.path)}
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, cwd=folder, env=environment, start_new_session=True
+    ) as child:
         try:
             output, status = child.communicate(timeout=time_limit)[0], child.returncode
         except subprocess.TimeoutExpired as error:
@@ -96,15 +111,24 @@ def _state(subject: Subject, step: float, serialises: bool) -> Iterator[Problem]
     first = subject.trajectory(3, step).tobytes()
     subject.restore(state)
     if subject.trajectory(3, step).tobytes() != first:
-        yield Problem("state", "error", "steps after a restored state differ from those after the saved one", subject.kind)
+        yield Problem(
+            "state", "error", "steps after a restored state differ from those after the saved one", subject.kind
+        )
     if serialises:
         data = subject.to_bytes(state)
         again = subject.from_bytes(data)
         if subject.to_bytes(again) != data:
-            yield Problem("state", "error", "a state written to bytes, read and written again gives other bytes", subject.kind)
+            yield Problem(
+                "state", "error", "a state written to bytes, read and written again gives other bytes", subject.kind
+            )
         subject.restore(again)
         if subject.trajectory(3, step).tobytes() != first:
-            yield Problem("state", "error", "steps after a state read from bytes differ from those after the saved one", subject.kind)
+            yield Problem(
+                "state",
+                "error",
+                "steps after a state read from bytes differ from those after the saved one",
+                subject.kind,
+            )
         subject.free(again)
     subject.free(state)
 
@@ -126,11 +150,16 @@ def _derivatives(subject: Subject) -> Iterator[Problem]:
         allowed = 1e-3 * np.abs(difference) + 1e-10 * np.abs(ends[0]) / change + 1e-6
         for unknown in np.flatnonzero(np.abs(exact - difference) > allowed):
             names = subject.name(subject.unknowns[unknown]), subject.name(known)
-            yield Problem("derivatives", "error", f"d {names[0]} / d {names[1]} is {exact[unknown]:g}, differences give {difference[unknown]:g}", subject.kind)
+            yield Problem(
+                "derivatives",
+                "error",
+                f"d {names[0]} / d {names[1]} is {exact[unknown]:g}, differences give {difference[unknown]:g}",
+                subject.kind,
+            )
 
 
 def _misuse(subject: Subject, step: float, lenient: bool) -> Iterator[Problem]:
-    """Calls that an FMU should refuse without falling over; what it needs a tool for is not its own fault."""
+    """Calls that an FMU should refuse without a crash; only warnings for FMUs that need an execution tool."""
     for what, was_refused, must in subject.wrong_calls(step):
         if not was_refused:
             yield Problem("misuse", "error" if must and not lenient else "warning", f"accepts {what}", subject.kind)

@@ -1,4 +1,5 @@
-"""The model description: fmpy's validation with its schemas, fmutool where it is installed, and what neither looks at."""
+"""The model description: fmpy's validation with its schemas, fmutool where it is installed, and checks
+that neither makes."""
 
 import json
 import re
@@ -9,29 +10,26 @@ from math import inf, nan
 from pathlib import Path
 from xml.etree import ElementTree as Xml
 
+from fmus.checks.checked_fmu import FILE, CheckedFmu
 from fmus.checks.problem import Problem
 
-FILE = "modelDescription.xml"
-TIME_LIMIT = 60.0
+STAGE = "description"
+TIME_LIMIT = 60.0  # s, of another tool
 UTC = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ")
-VARIABLES = {"2": "ModelVariables/ScalarVariable", "3": "ModelVariables/*"}
 
 
-def problems(path: Path, folder: Path) -> list[Problem]:
-    """Problems of the model description in the unpacked folder of an archive that may be read."""
-    try:
-        root = Xml.parse(folder / FILE).getroot()
-    except (Xml.ParseError, ValueError, LookupError) as error:  # the last two for encodings
-        return [Problem("description", "error", f"is no XML: {error}", FILE)]
-    version = (root.get("fmiVersion") or "")[:1]
-    if version not in VARIABLES:
-        return [Problem("description", "error", f"fmiVersion {root.get('fmiVersion')!r} is not checked (valid: 2.0, 3.0)", FILE)]
-    return _fmpy(path) + _fmutool(path) + _date(root) + _bounds(root, version) + _references(root, version) + _units(root, version)
+def check(fmu: CheckedFmu) -> list[Problem]:
+    """Problems of the model description."""
+    return _fmpy(fmu.path) + _fmutool(fmu.path) + _date(fmu.root) + _bounds(fmu) + _references(fmu) + _units(fmu)
 
 
 def _fmpy(path: Path) -> list[Problem]:
     """What fmpy's validation reports."""
-    said = _from_python("import json, sys; from fmpy.validation import validate_fmu; print(json.dumps([str(p) for p in validate_fmu(sys.argv[1])]))", path)
+    said = _from_python(
+        "import json, sys; from fmpy.validation import validate_fmu; print(json.dumps([str(p) for p in "
+        "validate_fmu(sys.argv[1])]))",
+        path,
+    )
     if said is None:
         return [Problem("fmpy", "warning", f"did not finish within {TIME_LIMIT:g} s", FILE)]
     try:
@@ -44,16 +42,30 @@ def _fmutool(path: Path) -> list[Problem]:
     """What `fmutool -check` reports, where it is installed."""
     if find_spec("fmu_manipulation_toolbox") is None:
         return []
-    said = _from_python("import sys; from fmu_manipulation_toolbox.cli.fmutool import fmutool; sys.exit(fmutool())", "-input", path, "-check")
+    said = _from_python(
+        "import sys; from fmu_manipulation_toolbox.cli.fmutool import fmutool; sys.exit(fmutool())",
+        "-input",
+        path,
+        "-check",
+    )
     if said is None:
         return [Problem("fmutool", "warning", f"did not finish within {TIME_LIMIT:g} s", path.name)]
-    return [Problem("fmutool", "error", line, FILE) for line in re.findall(r"^ERROR\s*\|\s*(.*)$", "".join(said), re.MULTILINE)]
+    return [
+        Problem("fmutool", "error", line, FILE)
+        for line in re.findall(r"^ERROR\s*\|\s*(.*)$", "".join(said), re.MULTILINE)
+    ]
 
 
 def _from_python(code: str, *arguments: str | Path) -> tuple[str, str] | None:
     """What a line of Python writes in a process of its own; None when it takes too long."""
     try:
-        done = subprocess.run([sys.executable, "-c", code, *map(str, arguments)], capture_output=True, text=True, timeout=TIME_LIMIT, check=False)
+        done = subprocess.run(
+            [sys.executable, "-c", code, *map(str, arguments)],
+            capture_output=True,
+            text=True,
+            timeout=TIME_LIMIT,
+            check=False,
+        )
     except subprocess.TimeoutExpired:
         return None
     return done.stdout, done.stderr
@@ -73,10 +85,10 @@ def _number(text: str | None, otherwise: float) -> float:
         return nan
 
 
-def _bounds(root: Xml.Element, version: str) -> list[Problem]:
+def _bounds(fmu: CheckedFmu) -> list[Problem]:
     found = []
-    for variable in root.iterfind(VARIABLES[version]):
-        element = variable if version == "3" else next(iter(variable), variable)
+    for variable in fmu.variables:
+        element = variable if fmu.version == "3" else next(iter(variable), variable)
         low, high = _number(element.get("min"), -inf), _number(element.get("max"), inf)
         start, name = _number(element.get("start"), nan), str(variable.get("name"))
         if low > high:
@@ -88,27 +100,41 @@ def _bounds(root: Xml.Element, version: str) -> list[Problem]:
     return found
 
 
-def _references(root: Xml.Element, version: str) -> list[Problem]:
+def _references(fmu: CheckedFmu) -> list[Problem]:
     """Every index (FMI 2) or value reference (FMI 3) of the model structure names a variable."""
-    variables = root.findall(VARIABLES[version])
-    if version == "2":
-        known, attribute, meaning = {str(i + 1) for i in range(len(variables))}, "index", f"variable (valid: 1 to {len(variables)})"
+    variables = fmu.variables
+    if fmu.version == "2":
+        known, attribute, meaning = (
+            {str(i + 1) for i in range(len(variables))},
+            "index",
+            f"variable (valid: 1 to {len(variables)})",
+        )
     else:
-        known, attribute, meaning = {str(v.get("valueReference")) for v in variables}, "valueReference", "value reference of a variable"
+        known, attribute, meaning = (
+            {str(v.get("valueReference")) for v in variables},
+            "valueReference",
+            "value reference of a variable",
+        )
     found = []
-    for unknown in root.iterfind("ModelStructure//*[@" + attribute + "]"):
+    for unknown in fmu.root.iterfind("ModelStructure//*[@" + attribute + "]"):
         given = [str(unknown.get(attribute)), *(unknown.get("dependencies") or "").split()]
-        found += [Problem("structure", "error", f"{number} is no {meaning}", f"ModelStructure, {unknown.tag} {given[0]}") for number in given if number not in known]
+        found += [
+            Problem("structure", "error", f"{number} is no {meaning}", f"ModelStructure, {unknown.tag} {given[0]}")
+            for number in given
+            if number not in known
+        ]
     return found
 
 
-def _units(root: Xml.Element, version: str) -> list[Problem]:
+def _units(fmu: CheckedFmu) -> list[Problem]:
     """Units that are defined and used; a real variable without one is worth a warning."""
-    defined = {u.get("name") for u in root.iterfind("UnitDefinitions/Unit")}
-    typed = {t.get("name"): (t if version == "3" else next(iter(t), t)) for t in root.iterfind("TypeDefinitions/*")}
+    defined = {u.get("name") for u in fmu.root.iterfind("UnitDefinitions/Unit")}
+    typed = {
+        t.get("name"): (t if fmu.version == "3" else next(iter(t), t)) for t in fmu.root.iterfind("TypeDefinitions/*")
+    }
     found, without = [], []
-    for variable in root.iterfind(VARIABLES[version]):
-        element = variable if version == "3" else next(iter(variable), variable)
+    for variable in fmu.variables:
+        element = variable if fmu.version == "3" else next(iter(variable), variable)
         if element.tag not in ("Real", "Float64"):
             continue
         declared = typed.get(element.get("declaredType"))
@@ -118,5 +144,7 @@ def _units(root: Xml.Element, version: str) -> list[Problem]:
         elif unit not in defined:
             found.append(Problem("units", "error", f"unit [{unit}] is not defined", str(variable.get("name"))))
     if without:
-        found.append(Problem("units", "warning", f"{len(without)} real variables have no unit, the first is {without[0]}", FILE))
+        found.append(
+            Problem("units", "warning", f"{len(without)} real variables have no unit, the first is {without[0]}", FILE)
+        )
     return found

@@ -107,7 +107,7 @@ class Subject:
     # Time --------------------------------------------------------------------------------------------------
 
     def trajectory(self, steps: int, step: float) -> np.ndarray:
-        """Outputs (steps + 1, ny); in model exchange by the explicit Euler method, which is as reproducible as any."""
+        """Outputs (steps + 1, ny); in model exchange by the explicit Euler method, which is reproducible."""
         rows = [self.get(self.outputs)]
         for _ in range(steps):
             if self.kind == "CoSimulation":
@@ -146,7 +146,8 @@ class Subject:
     # Misuse ------------------------------------------------------------------------------------------------
 
     def wrong_calls(self, step: float) -> Iterator[tuple[str, bool, bool]]:
-        """(what was tried, whether it was refused, whether it must be refused); a good FMU works on afterwards."""
+        """(what was tried, whether it was refused, whether it must be refused); a correct FMU continues
+        to work afterwards."""
         nowhere = 1 + max(v.valueReference for v in self.description.modelVariables)
         yield "a value reference that does not exist", refused(lambda: self.get([nowhere])), True
         if self.inputs:
@@ -154,10 +155,25 @@ class Subject:
         fixed = [v for v in self.description.modelVariables
                  if v.causality == "parameter" and v.variability == "fixed" and v.type in ("Real", "Float64")]  # fmt: skip
         if fixed:
-            yield "a fixed parameter after initialisation", refused(lambda: self.set([fixed[0].valueReference], [float(fixed[0].start)])), True
-        bounded = next((v for v in self.description.modelVariables if v.causality == "input" and v.max is not None and v.valueReference in self.inputs), None)
+            yield (
+                "a fixed parameter after initialisation",
+                refused(lambda: self.set([fixed[0].valueReference], [float(fixed[0].start)])),
+                True,
+            )
+        bounded = next(
+            (
+                v
+                for v in self.description.modelVariables
+                if v.causality == "input" and v.max is not None and v.valueReference in self.inputs
+            ),
+            None,
+        )
         if bounded is not None:
-            yield "an input above its maximum", refused(lambda: self.set([bounded.valueReference], [2 * abs(float(bounded.max)) + 1])), False
+            yield (
+                "an input above its maximum",
+                refused(lambda: self.set([bounded.valueReference], [2 * abs(float(bounded.max)) + 1])),
+                False,
+            )
         if self.kind == "CoSimulation":
             yield "a negative step", refused(lambda: self.fmu.doStep(self.now, -step)), True
             yield "a step that is not a number", refused(lambda: self.fmu.doStep(self.now, float("nan"))), False

@@ -1,10 +1,10 @@
-"""A component with one of its states imposed and the force that this takes as output: a forward model seen backwards.
+"""Imposed motion: a component with one of its states as input and the force that this requires as output.
 
-    forward   x' = s,   m s' = f(x, s, z, u)       u is told, x is measured
-    imposed   u such that m s' = f(x, s, z, u)     x, s, s' are told, u is measured;  f is affine in u
+    forward   x' = s,   m s' = f(x, s, z, u)       input u, output x
+    imposed   u such that m s' = f(x, s, z, u)     inputs x, s, s', output u;  f is affine in u
 
-A servo-driven rig imposes the angle and measures the torque. Between servo and component there may be a spring that gives
-way by C u. Then u is a state: x = x_servo - C u is the difference of nearly equal angles, and u no small part of it.
+A servo-driven rig imposes the angle and measures the torque. A compliant shaft between servo and component deflects by
+C u. Then u is a state, because x = x_servo - C u is the difference of nearly equal angles.
 
     u' = w,   m (s_servo' - C w') = f(x_servo - C u, s_servo - C w, z, u)
 """
@@ -14,39 +14,54 @@ from typing import Any
 
 import sympy
 
-from fmus.component import Component, Scope
-from fmus.effects.channel import ShaftCompliance
-from fmus.elements import Element
-from fmus.errors import InputError, unknown
-from fmus.mathematics import SYMBOLIC
-from fmus.traced import depends_on, traced
-from fmus.variables import Variable
+from fmus.declaration.component import Component, Scope
+from fmus.declaration.elements import Element
+from fmus.declaration.variables import Variable
+from fmus.effects.measuring_channel import ShaftCompliance
+from fmus.equations.numpy_program import depends_on, recorded_equations
+from fmus.expressions.functions import SYMBOLIC
+from fmus.support.errors import InputError, unknown
 
 COMPLIANCE = "shaft_compliance.compliance"
 
 
 class _Wrapped(Component):
-    """What both share: the inner component's table, and its values. `also` are outputs of its own that it keeps."""
+    """Base of both: the table and values of the inner component. `also` are outputs of it that are kept."""
 
     def __init__(self, inner: Component, imposed: str, effort: str, effects: tuple = (), also: tuple[str, ...] = ()):
-        for kind, name, valid in (("state", imposed, inner.states), ("input", effort, inner.inputs), *(("output", n, inner.outputs) for n in also)):
+        for kind, name, valid in (
+            ("state", imposed, inner.states),
+            ("input", effort, inner.inputs),
+            *(("output", n, inner.outputs) for n in also),
+        ):
             if name not in valid:
                 raise unknown(f"{kind} of {inner.name}", name, valid)
         self.inner, self.imposed, self.effort, self.also = inner, imposed, effort, also
         Component.__init__(self, f"{inner.name}_imposed", inner.source)
         self.delays = dict(inner.delays)
-        self.rate = rate_among(inner, imposed)
+        self.rate = rate_state(inner, imposed)
         self.acceleration = f"der({self.rate})"
-        self.table = self._told(inner) | self._table(inner) | {n: inner.table[n] for n in also}
+        self.table = self._turned_table(inner) | self._table(inner) | {n: inner.table[n] for n in also}
         self.elements = {"channel": Element(effort, imposed, "")}  # type: ignore[misc]
         self.effects = tuple(effects)
         for effect in self.effects:
             effect.join(self)
-        self.values = {**inner.values, **{n: r.start for n, r in self.rows("parameter").items() if n not in inner.values}}
+        self.values = {
+            **inner.values,
+            **{n: r.start for n, r in self.rows("parameter").items() if n not in inner.values},
+        }
 
     @property
     def structure(self) -> tuple:
-        return (type(self), self.inner.structure, self.imposed, self.effort, self.also, *(e.structure for e in self.effects))
+        """What the equations depend on besides values (see `Component.structure`)."""
+        return (
+            type(self),
+            self.inner.structure,
+            self.imposed,
+            self.effort,
+            self.also,
+            *(e.structure for e in self.effects),
+        )
 
     def _remade(self, effects: tuple, values: Any) -> Component:
         own = {n: v for n, v in values.items() if n in self.inner.values}
@@ -54,21 +69,25 @@ class _Wrapped(Component):
         twin._set_values({n: v for n, v in values.items() if n in twin.values})
         return twin
 
-    def _told(self, inner: Component) -> dict[str, Variable]:
-        """What is kept of the inner component's table; the imposed state, its rate and its acceleration as inputs, the effort as output."""
+    def _turned_table(self, inner: Component) -> dict[str, Variable]:
+        """The table of the inner component with the imposed state, its rate and acceleration as inputs, the effort as
+        output.
+        """
         rate = inner.table[self.rate]
-        table = {n: r for n, r in inner.table.items() if r.role == "parameter" or (r.role == "state" and n not in (self.imposed, self.rate))
-                 or (r.role == "input" and n != self.effort)}  # fmt: skip
+        kept, replaced = inner.rows("parameter", "state", "input"), (self.imposed, self.rate, self.effort)
+        table = {n: r for n, r in kept.items() if n not in replaced}
         table |= {n: _row("input", inner.table[n], n) for n in (self.imposed, self.rate)}
-        table[self.acceleration] = Variable("input", f"{rate.unit}2", f"{rate.description}, its rate", name=self.acceleration)
+        table[self.acceleration] = Variable(
+            "input", f"{rate.unit}2", f"{rate.description}, its rate", name=self.acceleration
+        )
         return table | {self.effort: _row("output", inner.table[self.effort], self.effort)}
 
     def _table(self, inner: Component) -> dict[str, Variable]:
-        """What is in the table besides. Raises InputError where the state cannot be imposed."""
+        """The further variables of the table. Raises InputError where the state cannot be imposed."""
         raise NotImplementedError
 
     def _known(self, v: Scope) -> dict[str, Any]:
-        """The values that the inner component may read, its effort zero."""
+        """The values for the inner component, its effort zero."""
         return {n: v[n] for n in ("time", *self.table) if n in v.__dict__} | {self.effort: 0.0}
 
 
@@ -76,15 +95,27 @@ def _row(role: str, like: Variable, name: str, unit: str = "") -> Variable:
     return Variable(role, unit or like.unit, like.description, name=name)
 
 
-class Imposed(_Wrapped):
-    """The component with a state, its rate and its acceleration as inputs, and the effort as output."""
+class ImposedMotion(_Wrapped):
+    """The component with a state, its rate and its acceleration as inputs, and the effort as output.
+
+    Raises InputError where the state is not an angle or displacement with its rate as another state, where the mass
+    matrix couples that rate with others, and where the effort does not accelerate it.
+
+        ImposedMotion(DrivenJoint(), "angle", "torque")      # inputs angle, rate, der(rate); output torque
+    """
 
     def _table(self, inner: Component) -> dict[str, Variable]:
-        form = traced(inner)
+        form = recorded_equations(inner)
         if any(self.rate in (r, c) and r != c and entry != 0.0 for (r, c), entry in form.mass.items()):
-            raise InputError(f"the mass matrix of {inner.name} couples {self.rate} with other states: it cannot be imposed")
+            raise InputError(
+                f"the mass matrix of {inner.name} couples {self.rate} with other states: it cannot be imposed; "
+                "impose a state whose rate is uncoupled"
+            )
         if self.effort not in depends_on(form.rates[inner.states.index(self.rate)]):
-            raise InputError(f"{self.effort} does not accelerate {self.imposed} of {inner.name}: it does not follow from that motion; impose a state on which it acts")
+            raise InputError(
+                f"{self.effort} does not accelerate {self.imposed} of {inner.name}, so that its motion does not "
+                "determine it; impose a state on which it acts"
+            )
         return {}
 
     def equations(self, v: Scope, m: Any) -> dict[str, Any]:
@@ -97,52 +128,74 @@ class Imposed(_Wrapped):
         effort = (inertia * v[self.acceleration] - rest) / slope
         states = [n for n in self.inner.states if n not in (self.imposed, self.rate)]
         driven = self.inner.run({**known, self.effort: effort}, m)
-        return {**{f"der({n})": driven[f"der({n})"] for n in states}, self.effort: effort, **{n: driven[self.inner.shown(n)] for n in self.also}}
+        return {
+            **{f"der({n})": driven[f"der({n})"] for n in states},
+            self.effort: effort,
+            **{n: driven[self.inner.sensor_output(n)] for n in self.also},
+        }
 
     def mass(self, v: Scope, m: Any) -> dict[tuple[str, str], Any]:
         return {k: e for k, e in self.inner.mass_entries(self._known(v), m).items() if self.rate not in k}
 
 
-class ThroughSpring(_Wrapped):
-    """The component behind a spring whose far end is imposed, with its rate and acceleration; the effort is the spring's."""
+class ImposedThroughSpring(_Wrapped):
+    """The component behind a compliant shaft whose far end has imposed motion; the effort is the torque of the shaft.
+    """
 
     def _table(self, inner: Component) -> dict[str, Variable]:
         state, effort = inner.table[self.imposed], inner.table[self.effort]
         self.held, self.held_rate = f"{self.effort}_of_spring", f"{self.effort}_rate_of_spring"
-        compliance = replace(ShaftCompliance.declared["compliance"], name=COMPLIANCE, unit=f"{state.unit}/{effort.unit}")
-        return {self.held: _row("state", effort, self.held), self.held_rate: _row("state", effort, self.held_rate, f"{effort.unit}/s"), COMPLIANCE: compliance}
+        compliance = replace(
+            ShaftCompliance.declared["compliance"], name=COMPLIANCE, unit=f"{state.unit}/{effort.unit}"
+        )
+        return {
+            self.held: _row("state", effort, self.held),
+            self.held_rate: _row("state", effort, self.held_rate, f"{effort.unit}/s"),
+            COMPLIANCE: compliance,
+        }
 
     def _behind(self, v: Scope) -> dict[str, Any]:
-        """What the component sees behind the spring."""
+        """The values for the component behind the spring."""
         compliance = v[COMPLIANCE]
-        moved = {self.imposed: v[self.imposed] - compliance * v[self.held], self.rate: v[self.rate] - compliance * v[self.held_rate]}
-        return self._known(v) | moved | {self.effort: v[self.held]}
+        motion = {
+            self.imposed: v[self.imposed] - compliance * v[self.held],
+            self.rate: v[self.rate] - compliance * v[self.held_rate],
+        }
+        return self._known(v) | motion | {self.effort: v[self.held]}
 
     def equations(self, v: Scope, m: Any) -> dict[str, Any]:
         known = self._behind(v)
         rates, entries = self.inner.run(known, m), self._entries(known, m)
-        left = {n: rates[f"der({n})"] - entries.get((n, self.rate), 0.0) * v[self.acceleration] for n in self.inner.states if n != self.imposed}
+        left = {
+            n: rates[f"der({n})"] - entries.get((n, self.rate), 0.0) * v[self.acceleration]
+            for n in self.inner.states
+            if n != self.imposed
+        }
         turned = -left.pop(self.rate)
         spring = {f"der({self.held_rate})": turned, f"der({self.held})": v[self.held_rate], self.effort: v[self.held]}
         return {**{f"der({n})": x for n, x in left.items()}, **spring, **{n: rates[n] for n in self.also}}
 
     def mass(self, v: Scope, m: Any) -> dict[tuple[str, str], Any]:
-        # The rate's own row is written the other way around, so that its diagonal stays positive.
+        # The row of the rate changes its sign, so that the diagonal stays positive.
         entries, renamed = {}, {self.rate: self.held_rate}
         for (row, column), entry in self._entries(self._behind(v), m).items():
             turned = -entry if (row == self.rate) != (column == self.rate) else entry
-            entries[renamed.get(row, row), renamed.get(column, column)] = v[COMPLIANCE] * turned if column == self.rate else turned
+            entries[renamed.get(row, row), renamed.get(column, column)] = (
+                v[COMPLIANCE] * turned if column == self.rate else turned
+            )
         return entries
 
     def _entries(self, known: dict[str, Any], m: Any) -> dict[tuple[str, str], Any]:
         return {(self.rate, self.rate): 1.0} | self.inner.mass_entries(known, m)
 
 
-def rate_among(component: Component, state: str) -> str:
-    """The state that is the rate of a state. Raises InputError where none is."""
-    form = traced(component)
+def rate_state(component: Component, state: str) -> str:
+    """The name of the state that is the time derivative of a state. Raises InputError where there is none."""
+    form = recorded_equations(component)
     rate = form.rates[component.states.index(state)]
     found = next((n for n in component.states if form.symbols[n] is rate), "")
     if not found:
-        raise InputError(f"der({state}) is not itself a state of {component.name}: only an angle or a displacement can be imposed")
+        raise InputError(
+            f"der({state}) is not itself a state of {component.name}: only an angle or a displacement can be imposed"
+        )
     return found

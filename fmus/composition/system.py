@@ -1,36 +1,39 @@
-"""A system: components joined by the names of their ports. It is itself a component.
+"""Systems of components, connected by equal port names. A system is itself a component.
 
-So it can be linearised, packed as one FMU without coupling error, and be a part of a larger system. Its
-variables are `part.variable`; an input that nothing drives stays an input of the system.
+It can be linearised, exported as one FMU without coupling error, and be a part of a larger system. Its variables are
+`part.variable`; an input without a source is an input of the system.
+
+    System("coupled", {"vehicle": motorcycle, "device": rider})
 """
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property, partial
 from typing import Any
 
-from fmus.component import Component, Scope, prefixed
-from fmus.elements import Element
-from fmus.errors import InputError, unknown
-from fmus.traced import depends_on, traced
-from fmus.units import unit
-from fmus.wiring import join as by_names
+from fmus.composition.wiring import join as by_names
+from fmus.declaration.component import Component, Scope, prefixed
+from fmus.declaration.elements import Element
+from fmus.declaration.units import unit
+from fmus.equations.numpy_program import depends_on, recorded_equations
+from fmus.support.errors import InputError, unknown
 
 Wiring = Mapping[str, Sequence[str]]
 
 
 def join(parts: Mapping[str, Component]) -> dict[str, list[str]]:
-    """The wiring `input -> sources` in which equal names meet; flows (torques) of several sources add up.
+    """The wiring {input: sources} by equal names; flows (torques, forces) of several sources are summed.
 
-    Raises InputError when two parts write the same signal.
+    Raises InputError when a signal other than a flow has two sources.
     """
     return by_names(parts, lambda part, name: parts[part].table[name].flow)
 
 
 class System(Component):
-    """Components in one, joined by `wiring` (by equal names where none is given).
+    """Components connected by `wiring`, a mapping of `part.input` to sources `part.output`; by equal names by default.
 
-    `bindings` gives a parameter of one part the calculated parameter of another:
-    {"vehicle.added_steer_inertia": "device.port_inertia"}.
+    `bindings` sets a parameter of one part to a calculated parameter of another:
+    {"vehicle.added_steer_inertia": "device.port_inertia"}. Raises InputError for unknown names, units that differ, and
+    an algebraic loop, which the message spells out.
     """
 
     def __init__(self, name: str, parts: Mapping[str, Component], wiring: Wiring | None = None,
@@ -41,8 +44,12 @@ class System(Component):
         self.elements: dict[str, Element] = {}  # type: ignore[misc]
         super().__init__(name, source)
         for part, component in self.parts.items():
-            self.delays |= {f"{part}.{n}": (f"{part}.{source}", f"{part}.{delay}") for n, (source, delay) in component.delays.items()}
-            self.elements |= {f"{part}.{n}": element.renamed(partial(self._whole, part)) for n, element in component.elements.items()}  # type: ignore[misc]
+            self.delays |= {
+                f"{part}.{n}": (f"{part}.{source}", f"{part}.{delay}")
+                for n, (source, delay) in component.delays.items()
+            }
+            rename, elements = partial(self._whole, part), component.elements.items()
+            self.elements |= {f"{part}.{n}": e.renamed(rename) for n, e in elements}  # type: ignore[misc]
             for key, row in prefixed(component.table, part).items():
                 if key not in self.wiring and key not in self.bindings:
                     self.table[key] = row
@@ -51,8 +58,13 @@ class System(Component):
                           if f"{p}.{k}" not in self.bindings})  # fmt: skip
         self.order = self._order()
 
+    def __repr__(self) -> str:
+        parts = ", ".join(f"{name}={type(c).__name__}({c.name!r})" for name, c in self.parts.items())
+        return f"System({self.name!r}, {parts})"
+
     @property
     def structure(self) -> tuple:
+        """What the equations depend on besides values (see `Component.structure`)."""
         parts = tuple((name, c.structure) for name, c in self.parts.items())
         return (System, parts, tuple(sorted(self.wiring.items())), tuple(sorted(self.bindings.items())))
 
@@ -64,7 +76,7 @@ class System(Component):
         return twin
 
     def _whole(self, part: str, name: str) -> str:
-        """What a part's variable is called in the whole: where one source drives it, as that."""
+        """The name of a part's variable in the system; of an input with one source the name of the source."""
         key = f"{part}.{name}"
         sources = self.wiring.get(key, ())
         return sources[0] if len(sources) == 1 else key
@@ -87,7 +99,9 @@ class System(Component):
         return rows[name]
 
     def _order(self) -> list[tuple[str, tuple[str, ...]]]:
-        """Rounds of (part, outputs that its known inputs determine), until every wired source is known."""
+        """The order of evaluation: (part, outputs that depend on known inputs only), until every wired source is
+        known.
+        """
         needed = {source for sources in self.wiring.values() for source in sources}
         known: set[str] = set()
         order = []
@@ -95,22 +109,23 @@ class System(Component):
             before = len(known)
             for part, component in self.parts.items():
                 waiting = {n for n in component.inputs if not set(self.wiring.get(f"{part}.{n}", ())) <= known}
-                ready = tuple(name for name, node in zip(component.outputs, traced(component).outputs, strict=True)
-                              if f"{part}.{name}" in needed - known and not depends_on(node) & waiting)  # fmt: skip
-                if ready:
-                    order.append((part, ready))
-                    known |= {f"{part}.{name}" for name in ready}
+                nodes = zip(component.outputs, recorded_equations(component).outputs, strict=True)
+                wanted = needed - known
+                computable = tuple(n for n, node in nodes if f"{part}.{n}" in wanted and not depends_on(node) & waiting)
+                if computable:
+                    order.append((part, computable))
+                    known |= {f"{part}.{name}" for name in computable}
             if len(known) == before:
                 raise InputError(f"algebraic loop: {self._loop(needed - known)}; break it with a state or a delay")
         return order
 
     def _loop(self, unresolved: set[str]) -> str:
-        """The loop spelled port by port."""
+        """The algebraic loop as a chain of ports."""
         path = [min(unresolved)]
         while path.count(path[-1]) == 1:
             part, _, name = path[-1].partition(".")
             component = self.parts[part]
-            used = depends_on(traced(component).outputs[component.outputs.index(name)])
+            used = depends_on(recorded_equations(component).outputs[component.outputs.index(name)])
             path.append(next(source for n in component.inputs if n in used
                              for source in self.wiring.get(f"{part}.{n}", ()) if source in unresolved))  # fmt: skip
         return " <- ".join(path[path.index(path[-1]) :])
@@ -137,8 +152,8 @@ class System(Component):
             known[source] = results[name]
         return known
 
-    def _told(self, v: Scope, m: Any) -> dict[str, Any]:
-        """What the parts tell each other, besides the bound calculated parameters."""
+    def _signals(self, v: Scope, m: Any) -> dict[str, Any]:
+        """The connected signals and the bound calculated parameters."""
         known = self._calculated(v, m)
         for part, names in self.order:
             results = self.parts[part].run(self._values_of(part, v, known), m)
@@ -146,7 +161,7 @@ class System(Component):
         return known
 
     def equations(self, v: Scope, m: Any) -> dict[str, Any]:
-        known = self._told(v, m)
+        known = self._signals(v, m)
         everything = {}
         for part, component in self.parts.items():
             results = component.run(self._values_of(part, v, known), m)
@@ -159,13 +174,17 @@ class System(Component):
         return everything
 
     @cached_property
-    def _mass_is_told(self) -> bool:
-        """Whether the mass matrix of a part depends on what another part answers."""
-        return any(f"{part}.{name}" in self.wiring for part, component in self.parts.items()
-                   for entry in traced(component).mass.values() for name in depends_on(entry) & set(component.inputs))  # fmt: skip
+    def _mass_depends_on_signals(self) -> bool:
+        """Whether the mass matrix of a part depends on a connected signal."""
+        return any(
+            f"{part}.{name}" in self.wiring
+            for part, component in self.parts.items()
+            for entry in recorded_equations(component).mass.values()
+            for name in depends_on(entry) & set(component.inputs)
+        )
 
     def mass(self, v: Scope, m: Any) -> dict[tuple[str, str], Any]:
-        known = self._told(v, m) if self._mass_is_told else self._calculated(v, m)
+        known = self._signals(v, m) if self._mass_depends_on_signals else self._calculated(v, m)
         entries = {}
         for part, component in self.parts.items():
             values = {**self._values_of(part, v, known)}

@@ -1,9 +1,9 @@
-"""Values from files: a `.toml` names a component, gives its parameters with units, and says where they are from.
+"""Value files: a `.toml` names a component class and gives its parameters with units and their source.
 
     component = "PassiveRider"
-    component_file = "mine.py"                  # where its class is, relative to this file, if it does not ship
-    effects = ["coulomb_friction.coulomb"]      # family.form, if any; their parameters are "family.name"
-    effects_folder = "mine"                     # where those are that do not ship, relative to this file
+    component_file = "mine.py"                  # file of a class of your own, relative to this file
+    effects = ["coulomb_friction.coulomb"]      # family.form; their parameters are "family.name"
+    effects_folder = "mine"                     # folder of effects of your own, relative to this file
     description = "..."
     source = "..."
     [parameters]
@@ -11,7 +11,7 @@
     arm_damping = { value = 30.0, unit = "N.m.s/rad", assumed = "only bounded from below" }
     waist_damping = { value = 4.8, unit = "N.m.s/rad", standard_error = 0.1 }
     [correlation.arm_stiffness]
-    waist_damping = -0.3         # of the errors, where the values were identified together
+    waist_damping = -0.3         # of the errors of parameters that were identified together
     [printed]    numbers of the source to compare with
     [about]      anything else that is known
 """
@@ -25,31 +25,51 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from fmus.component import Component
+from fmus.declaration.component import Component
+from fmus.declaration.units import convert
+from fmus.declaration.variables import Variable
 from fmus.effects import Effect, load_folder
-from fmus.errors import InputError, unknown
-from fmus.units import convert
-from fmus.variables import Variable
+from fmus.support.errors import InputError, unknown
 
-SECTIONS = ("component", "component_file", "effects", "effects_folder", "description", "source", "parameters", "correlation", "printed", "about")
+SECTIONS = (
+    "component",
+    "component_file",
+    "effects",
+    "effects_folder",
+    "description",
+    "source",
+    "parameters",
+    "correlation",
+    "printed",
+    "about",
+)
 ENTRY = ("value", "unit", "assumed", "standard_error")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Library:
-    """A folder of value files and the components that they may name, under one word (`rider`)."""
+    """A folder of value files, the component classes that they may name, and the kind of these (`rider`).
+
+        riders.load("mean_2011", arm_damping=20.0)
+    """
 
     kind: str
     folder: Path
     components: Mapping[str, type[Component]]
 
+    def __repr__(self) -> str:
+        return f"Library({self.kind!r}, {len(self.names())} names: {', '.join(self.names())})"
+
     def names(self) -> list[str]:
-        """The names in the folder, numbers in numerical order."""
-        return sorted((p.stem for p in self.folder.glob("*.toml")),
-                      key=lambda n: [(not t.isdigit(), int(t) if t.isdigit() else 0, t) for t in reversed(n.split("_"))])  # fmt: skip
+        """The names of the files, numbers in numerical order."""
+
+        def by_number(name: str) -> list[tuple[bool, int, str]]:
+            return [(not t.isdigit(), int(t) if t.isdigit() else 0, t) for t in reversed(name.split("_"))]
+
+        return sorted((p.stem for p in self.folder.glob("*.toml")), key=by_number)
 
     def contents(self, name: str | Path) -> dict[str, Any]:
-        """The file of that name, or at that path, as it stands. Raises InputError when there is none."""
+        """The parsed file of that name or path. Raises InputError when there is none, or the file is invalid."""
         path = Path(name)
         if path.suffix != ".toml":
             path = self.folder / f"{name}.toml"
@@ -58,9 +78,14 @@ class Library:
         return read_values(path)
 
     def load(self, name: str | Path, **values: float) -> Component:
-        """The component with the file's values, some of them replaced. Its name is `kind_name`."""
+        """The component with the values of the file, some of them replaced (SI). Its name is `kind_name`.
+
+        Raises InputError for an unknown name, key or parameter and for a value outside its bounds.
+        """
         contents = self.contents(name)
-        return component_from(contents, self.components, f"{self.kind}_{Path(name).stem}", str(name)).with_values(**values)
+        return component_from(contents, self.components, f"{self.kind}_{Path(name).stem}", str(name)).with_values(
+            **values
+        )
 
 
 @lru_cache(maxsize=256)
@@ -73,12 +98,14 @@ def _parsed(path: Path, modified: float) -> dict[str, Any]:
         if key not in SECTIONS:
             raise InputError(str(unknown("key", key, SECTIONS)) + f" in {path.name}")
     if not isinstance(contents.get("parameters", {}), dict):
-        raise InputError(f"{path.name}: parameters is not a table, as in [parameters] and then a line for each")
+        raise InputError(
+            f"{path.name}: parameters is not a table; write [parameters] and below it one line for each parameter"
+        )
     return contents
 
 
 def read_values(path: Path) -> dict[str, Any]:
-    """The contents of a value file. Raises InputError for a file that is missing, broken or has unknown keys."""
+    """The parsed value file. Raises InputError for a file that is missing, is not TOML, or has unknown keys."""
     try:
         return _parsed(path, path.stat().st_mtime)
     except OSError as error:
@@ -86,10 +113,13 @@ def read_values(path: Path) -> dict[str, Any]:
 
 
 def value_file(component: str, parameters: Mapping[str, tuple[float, float | None, str]], description: str, source: str,
-               effects: Sequence[type[Effect]] = (), component_file: str | None = None, effects_folder: str | None = None) -> str:  # fmt: skip
-    """The text of a value file. parameters hold (value, standard error if known, unit); folders are written as absolute paths."""
-    words = {"component": component, "component_file": _absolute(component_file), "effects_folder": _absolute(effects_folder),
-             "description": description, "source": source}  # fmt: skip
+               effects: Sequence[type[Effect]] = (), component_file: str | None = None,
+               effects_folder: str | None = None) -> str:  # fmt: skip
+    """The text of a value file. parameters maps names to (value, standard error or None, unit); paths are written
+    absolute.
+    """
+    words = {"component": component, "component_file": _absolute(component_file),
+             "effects_folder": _absolute(effects_folder), "description": description, "source": source}  # fmt: skip
     lines = [f"{key} = {_quoted(text)}" for key, text in words.items() if text is not None]
     if effects:
         lines.append(f"effects = {json.dumps([f'{e.family}.{e.form}' for e in effects])}")
@@ -101,7 +131,7 @@ def value_file(component: str, parameters: Mapping[str, tuple[float, float | Non
 
 
 def _quoted(text: str) -> str:
-    """A string of TOML, which has JSON's escapes but bars one more character."""
+    """A TOML string: a JSON string with DEL escaped as well."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
@@ -111,7 +141,10 @@ def _absolute(path: str | None) -> str | None:
 
 def component_from(contents: Mapping[str, Any], components: Mapping[str, type[Component]], name: str, file: str,
                    effects: Sequence[type[Effect]] = ()) -> Component:  # fmt: skip
-    """The component that the contents of a value file describe, with effects from those that are given."""
+    """The component that a parsed value file describes. `effects` are those that the file may name.
+
+    Raises InputError, with the name of the file, for everything that is unknown or out of bounds.
+    """
     if contents.get("component") not in components:
         raise unknown(f"component in {file}", contents.get("component"), components)
     kind = components[contents["component"]]
@@ -150,22 +183,30 @@ def _effects(contents: Mapping[str, Any], effects: Sequence[type[Effect]], file:
 
 
 def _number(entry: Mapping[str, Any], word: str, row: Variable, file: str) -> float:
-    """One of the numbers of a parameter's entry, in the declared unit."""
-    if type(entry.get(word)) not in (int, float):  # true is a number to Python, not to physics
-        raise InputError(f"{file}: {row.name} needs a number [{row.unit}], as in {row.name} = {{ value = 1.0, unit = \"{row.unit}\" }}")
+    """One number of a parameter's entry, converted to the declared unit."""
+    if type(entry.get(word)) not in (int, float):  # bool is a subclass of int
+        raise InputError(
+            f'{file}: {row.name} needs a number [{row.unit}], as in {row.name} = {{ value = 1.0, unit = "{row.unit}" }}'
+        )
     try:
         return convert(entry[word], str(entry.get("unit", row.unit)), row.unit)
     except InputError as error:
         raise InputError(f"{file}: {row.name}: {error}") from None
 
 
-def _correlation(given: Mapping[str, Mapping[str, float]], errors: Mapping[str, float], file: str) -> dict[str, dict[str, float]]:
-    """The correlations of the errors by pairs of parameters, as they stand, once they are known to make sense."""
+def _correlation(
+    given: Mapping[str, Mapping[str, float]], errors: Mapping[str, float], file: str
+) -> dict[str, dict[str, float]]:
+    """The correlations by pairs of parameters, after a check of names and range."""
     for first, row in given.items():
         for second, value in row.items():
             for name in (first, second):
                 if name not in errors:
-                    raise InputError(f"{file}: {unknown('parameter with a standard_error in [correlation]', name, errors)}")
+                    raise InputError(
+                        f"{file}: {unknown('parameter with a standard_error in [correlation]', name, errors)}"
+                    )
             if not (isinstance(value, (int, float)) and -1 <= value <= 1):
-                raise InputError(f"{file}: correlation of {first} and {second} is {value!r}, expected a number from -1 to 1")
+                raise InputError(
+                    f"{file}: correlation of {first} and {second} is {value!r}, expected a number from -1 to 1"
+                )
     return {first: dict(row) for first, row in given.items()}

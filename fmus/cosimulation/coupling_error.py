@@ -1,12 +1,12 @@
-"""What a coupling does to the modes, known before the run.
+"""The errors that a coupling makes in the modes, predicted before the run.
 
-The coupling's own algorithm is run for one step on the linearised units, started from every column of the
-identity: that gives the matrix P of the discrete-time system (states of the units and memory of the coupling).
+The coupling's own algorithm is run for one step on the linearised subsystems, started from every column of the
+identity: that gives the matrix P of the discrete-time system (states of the subsystems and memory of the coupling).
 Its eigenvalues mu are those of the coupled simulation,
 
     lambda = log(mu) / H
 
-and are compared with the eigenvalues of the same units coupled without error.
+and are compared with the eigenvalues of the same subsystems coupled without error.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,18 +15,22 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from fmus.coupling import COUPLINGS, Coupling, LinearUnit, Network, Unit, coupling
-from fmus.errors import InputError, SimulationError
+from fmus.cosimulation.coupling import COUPLINGS, Coupling, coupling
+from fmus.cosimulation.network import Network
+from fmus.cosimulation.subsystems.subsystem import LinearSubsystem, Subsystem
+from fmus.support.errors import InputError, SimulationError
 
 VANISHED = 1e-14  # a discrete eigenvalue this small is forgotten within one step
 GROWS = 1e-6  # 1/s
 LONGEST = 1e-2  # s: an automatic step still shows motions of 15 Hz
 SHORTEST = 1e-6  # s
+GROWTH = 10**0.1  # ratio of the steps that are tried
 
 
 @dataclass(frozen=True)
 class Prediction:
-    """The exact eigenvalues (n,), those of the coupled simulation that belong to them (n,), and all of the latter [1/s].
+    """The exact eigenvalues (n,), those of the coupled simulation that belong to them (n,), and
+    all of the latter [1/s].
 
     stable: nothing grows but what belongs to an eigenvalue of the exact system that grows.
     """
@@ -66,9 +70,17 @@ class Prediction:
         if not self.stable or np.isnan(self.coupled).any():
             return np.inf
         exact, coupled, swings = self.exact, self.coupled, self.oscillatory
-        damping = np.abs(_damping(coupled[swings]) - _damping(exact[swings])) / np.maximum(np.abs(_damping(exact[swings])), 1e-3)
+        damping = np.abs(_damping(coupled[swings]) - _damping(exact[swings])) / np.maximum(
+            np.abs(_damping(exact[swings])), 1e-3
+        )
         real = np.abs(coupled - exact)[~swings] / np.maximum(np.abs(exact[~swings]), 1.0)
-        return float(max(np.abs(self.frequency_error[swings]).max(initial=0.0), damping.max(initial=0.0) / 10, real.max(initial=0.0) / 10))
+        return float(
+            max(
+                np.abs(self.frequency_error[swings]).max(initial=0.0),
+                damping.max(initial=0.0) / 10,
+                real.max(initial=0.0) / 10,
+            )
+        )
 
 
 def _damping(eigenvalue: np.ndarray) -> np.ndarray:
@@ -79,47 +91,55 @@ def _ratio(found: np.ndarray, exact: np.ndarray, where: np.ndarray) -> np.ndarra
     return np.divide(found - exact, exact, out=np.full(len(exact), np.nan), where=where)
 
 
-def linear_network(units: Mapping[str, Unit], wiring: Mapping[str, Sequence[str]]) -> Network:
-    """The units' linear models, where the units are, with the same abilities and the same wiring.
+def linear_network(subsystems: Mapping[str, Subsystem], wiring: Mapping[str, Sequence[str]]) -> Network:
+    """The subsystems' linear models, where the subsystems are, with the same abilities and the same wiring.
 
     Units that are alike and wired alike are one, whose outputs are those of all: what they do against each other meets
-    no other unit, so that no coupling has an error there.
+    no other subsystem, so that no coupling has an error there.
     """
-    models = {n: LinearUnit(u.linearised(), u.input_order, u.output_order, u.can_go_back) for n, u in units.items()}
+    models = {
+        n: LinearSubsystem(u.linearised(), u.input_order, u.output_order, u.can_restore) for n, u in subsystems.items()
+    }
     drives: dict[str, list[str]] = {}
     for target, sources in wiring.items():
         for source in sources:
             drives.setdefault(source, []).append(target)
     alike: dict[tuple, list[str]] = {}
     for name, m in models.items():
-        told = tuple(tuple(wiring.get(f"{name}.{i}", ())) for i in m.inputs)
-        tells = tuple(tuple(drives.get(f"{name}.{o}", ())) for o in m.outputs)
+        driven_by = tuple(tuple(wiring.get(f"{name}.{i}", ())) for i in m.inputs)
+        driving = tuple(tuple(drives.get(f"{name}.{o}", ())) for o in m.outputs)
         matrices = tuple(getattr(m.space, matrix).tobytes() for matrix in "ABCD")
-        alike.setdefault((m.inputs, m.outputs, m.input_order, m.output_order, m.can_go_back, told, tells, matrices), []).append(name)
+        alike.setdefault(
+            (m.inputs, m.outputs, m.input_order, m.output_order, m.can_restore, driven_by, driving, matrices), []
+        ).append(name)
     merged = {names[0]: models[names[0]].multiplied(len(names)) for names in alike.values()}
-    kept = {target: [s for s in sources if s.partition(".")[0] in merged] for target, sources in wiring.items() if target.partition(".")[0] in merged}
+    kept = {
+        target: [s for s in sources if s.partition(".")[0] in merged]
+        for target, sources in wiring.items()
+        if target.partition(".")[0] in merged
+    }
     return Network(merged, kept)
 
 
 def transition(chosen: Coupling, network: Network, step: float) -> np.ndarray:
-    """The matrix of one step of a coupling on linear units: states of all units, then the coupling's memory.
+    """The matrix of one step of a coupling on linear subsystems: states of all subsystems, then the coupling's memory.
 
     Raises SimulationError when an iteration does not converge at this step.
     """
     run = chosen.prepare(network, step)
-    units = [unit for unit, _, _ in network.part if isinstance(unit, LinearUnit)]
-    sizes = [len(unit.space.states) for unit in units]
+    subsystems = [subsystem for subsystem, _, _ in network.parts if isinstance(subsystem, LinearSubsystem)]
+    sizes = [len(subsystem.space.states) for subsystem in subsystems]
     total = sum(sizes) + run.memory.size
     columns = np.split(np.eye(total), np.cumsum(sizes))
-    for unit, state in zip(units, columns[:-1], strict=True):
-        unit.state = state
+    for subsystem, state in zip(subsystems, columns[:-1], strict=True):
+        subsystem.state = state
     run.memory = columns[-1].reshape(*run.memory.shape, total)
     run.advance(network.read(np.zeros((len(network.outputs), total))))
-    return np.vstack([*(unit.state for unit in units), run.memory.reshape(-1, total)])
+    return np.vstack([*(subsystem.state for subsystem in subsystems), run.memory.reshape(-1, total)])
 
 
 def predict(chosen: Coupling, network: Network, step: float) -> Prediction:
-    """The modes of a coupling at a step [s] on a network of linear units, beside the exact ones."""
+    """The modes of a coupling at a step [s] on a network of linear subsystems, beside the exact ones."""
     exact = np.linalg.eigvals(network.linearised().A).astype(complex)
     exact = exact[exact.imag > -1e-9 * np.abs(exact)]
     exact = exact[np.argsort(np.abs(exact))]
@@ -155,15 +175,65 @@ def largest_stable_step(chosen: Coupling, network: Network, smallest: float = 1e
     return float(stable)
 
 
+class ToleranceWarning(UserWarning):
+    """No coupling is within the tolerance at this step."""
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """Whether a coupling meets the tolerance at a step; where not, one sentence with what meets it."""
+
+    meets_tolerance: bool
+    advice: str | None = None
+
+
+def assess(chosen: Coupling, predicted: Prediction, network: Network, step: float, tolerance: float) -> Assessment:
+    """A coupling's prediction at a step [s] compared with a tolerance (as `Prediction.worst`) on a
+    network of linear subsystems.
+
+    Where the tolerance is exceeded, the advice names the cheapest coupling that meets it at this step, and otherwise
+    the largest smaller step at which one does, to two digits.
+    """
+    if predicted.worst <= tolerance:
+        return Assessment(True)
+    missed = (f"the coupling {chosen.name} is unstable at a step of {step:g} s" if not np.isfinite(predicted.worst) else
+              f"the coupling {chosen.name} exceeds the tolerance of {tolerance:g} at a step of {step:g} s (largest "
+              f"error of a mode {predicted.worst:.2g})")  # fmt: skip
+    able = [c for c in COUPLINGS.values() if not c.missing_capability(network)]
+    for candidate in able:
+        if predict(candidate, network, step).worst <= tolerance:
+            return Assessment(False, f"{missed}; {candidate.name} meets it at this step")
+    while (step := _two_digits(step / GROWTH)) > SHORTEST:
+        for candidate in able:
+            if predict(candidate, network, step).worst <= tolerance:
+                return Assessment(
+                    False,
+                    f"{missed}; no coupling meets it at this step; take a step of at most {step:g} s, with "
+                    f"{candidate.name}",
+                )
+    return Assessment(
+        False, f"{missed}; no coupling meets it at any step above {SHORTEST:g} s; take a larger tolerance"
+    )
+
+
+def _two_digits(value: float) -> float:
+    """A positive number rounded down to two digits."""
+    unit = 10.0 ** (np.floor(np.log10(value)) - 1)
+    return float(f"{np.floor(value / unit) * unit:.2g}")
+
+
 def longest_step(network: Network, name: str | None, tolerance: float) -> float:
     """The longest step [s], at most 10 ms, at which the coupling of that name, or any, is within the tolerance.
 
     Raises InputError when there is none above a microsecond.
     """
     candidates = [coupling(name)] if name else list(COUPLINGS.values())
-    candidates = [c for c in candidates if not c.lacks(network)]
+    candidates = [c for c in candidates if not c.missing_capability(network)]
     for step in LONGEST / 10 ** (np.arange(41) / 10):
         if any(predict(c, network, float(step)).worst <= tolerance for c in candidates):
             return float(step)
     names = ", ".join(c.name for c in candidates)
-    raise InputError(f"no step above {SHORTEST:g} s is within a tolerance of {tolerance:g} with {names}; give --step or another coupling")
+    raise InputError(
+        f"no step above {SHORTEST:g} s is within a tolerance of {tolerance:g} with {names}; give --step or another "
+        "coupling"
+    )

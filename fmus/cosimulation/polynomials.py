@@ -1,4 +1,4 @@
-"""Polynomials over one step: through what is known of a signal (knots), and onto the order that an FMU takes.
+"""Polynomials over one step: interpolation of a signal at knots, and projection to the order that an FMU accepts.
 
     p(s) = c_0 + c_1 s + c_2 s^2 + c_3 s^3,   s = (time - t_n) / H in [0, 1]
 
@@ -18,7 +18,7 @@ from numpy.polynomial import Legendre, Polynomial
 Knot = tuple[int, int]
 Knots = tuple[Knot, ...]
 
-ORDER = 3  # the highest that the FMUs of this project take
+ORDER = 3  # the highest order that the FMUs of this project accept
 COEFFICIENTS = ORDER + 1
 
 HELD: Knots = ((0, 0),)

@@ -1,4 +1,4 @@
-"""Inputs that come from outside, over time: a speed, a disturbance; straight lines between the given points."""
+"""External inputs over time, as a speed or a disturbance; linear between the given points."""
 
 import csv
 from collections.abc import Mapping
@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from fmus.coupling import Network
-from fmus.errors import InputError, unknown
-from fmus.units import unit
+from fmus.cosimulation.network import Network
+from fmus.declaration.units import unit
+from fmus.support.errors import InputError, unknown
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Profile:
 
     @classmethod
     def constant(cls, network: Network) -> "Profile":
-        """Every input that nothing drives stays where it is."""
+        """Every input that is not driven keeps its present value."""
         return cls.over_time(network, np.zeros(1), {})
 
     @classmethod
@@ -45,7 +45,7 @@ class Profile:
         return cls(network.external[0].copy(), times, np.array(places, int), values)
 
     def at(self, times: np.ndarray) -> np.ndarray:
-        """All inputs (n, nu) at times (n,) as far as they come from outside; zero where an output drives one. To be read only."""
+        """All external inputs (n, nu) at times (n,); zero where an output drives the input. Read-only."""
         if not len(self.moving):
             return np.broadcast_to(self.constant_values, (len(times), len(self.constant_values)))
         inputs = np.tile(self.constant_values, (len(times), 1))
@@ -57,17 +57,21 @@ class Profile:
 def read_profile(path: str | Path) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Times (n,) [s] and columns by name from a CSV file with a header; units in brackets are converted to SI.
 
-    Raises InputError for a file without a column `time`, with something that is no number, or that cannot be read.
+    Raises InputError for a file without a column `time`, with a value that is not a number, or that cannot be read.
     """
     try:
         with open(path, newline="", encoding="utf-8") as file:
             header, *rows = [row for row in csv.reader(file) if row]
     except (OSError, ValueError, UnicodeDecodeError) as error:
-        raise InputError(f"cannot read inputs from {path}: {getattr(error, 'strerror', None) or 'it has no header and rows'}") from None
+        raise InputError(
+            f"cannot read inputs from {path}: {getattr(error, 'strerror', None) or 'it has no header and rows'}"
+        ) from None
     try:
         table = np.array(rows, float).reshape(len(rows), len(header))
     except ValueError:
-        raise InputError(f"{path}: every row needs {len(header)} numbers, one for each of {', '.join(header)}") from None
+        raise InputError(
+            f"{path}: every row needs {len(header)} numbers, one for each of {', '.join(header)}"
+        ) from None
     if not rows or not np.isfinite(table).all():
         raise InputError(f"{path}: needs rows of finite numbers below its header")
     columns = {}

@@ -1,7 +1,7 @@
-"""The rows of a run: to a CSV file, written in blocks and flushed, or kept.
+"""The rows of a run, written to a CSV file in blocks or kept in memory.
 
-The header is `time [s]` and every output as `instance.variable [unit]`. What has been written can be read at
-any moment, also when the run is killed; memory does not grow with the duration.
+The header is `time [s]` and every output as `instance.variable [unit]`. Every block is flushed: the file is
+readable during the run and after it was killed, and memory does not grow with the duration.
 """
 
 from collections.abc import Sequence
@@ -10,11 +10,12 @@ from typing import TextIO
 
 import numpy as np
 
-from fmus.errors import InputError
+from fmus.support.errors import InputError
+from fmus.support.files import note_written
 
 
 class Rows:
-    """Where the rows of a run go: to `path`, or without one into memory, with room for those expected.
+    """The rows of a run, in the file `path`, or without one in memory, allocated for `expected` rows.
 
     Raises InputError when it cannot be written.
     """
@@ -29,7 +30,10 @@ class Rows:
                 self.path.parent.mkdir(parents=True, exist_ok=True)
                 self._file = self.path.open("w", encoding="utf-8", newline="\n")
             except OSError as error:
-                raise InputError(f"cannot write {self.path}: {error.strerror}; choose another place for the results") from None
+                raise InputError(
+                    f"cannot write {self.path}: {error.strerror}; choose another place for the results"
+                ) from None
+            note_written(self.path)
             self._file.write(",".join(self.columns) + "\n")
             self._file.flush()
 

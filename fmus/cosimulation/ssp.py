@@ -4,8 +4,8 @@
     resources/NAME.fmu     the FMUs
 
 Values of parameters and starts of states are bound inline. SSP has no sums: an input takes one connection. An input
-without a connection is no connector: it keeps the value that is bound to it, where fmpy's runner would give it the
-value of another. Read are flat systems of FMUs, which is what SSP 1.0 requires of every tool. Standard: System Structure and
+without a connection is not listed as a connector: it keeps its bound value, while fmpy's runner would give it the value
+of another. Flat systems of FMUs can be read, as SSP 1.0 requires of every tool. Standard: System Structure and
 Parameterization 1.0, Modelica Association, 2019.
 """
 
@@ -17,11 +17,11 @@ from xml.etree import ElementTree as Xml
 
 from fmpy.model_description import ModelDescription
 
-from fmus.coupling.network import agree
-from fmus.errors import InputError, unknown
-from fmus.files import write_beside
-from fmus.importer import FmuUnit, model_description
-from fmus.units import BASE, unit
+from fmus.cosimulation.network import agree
+from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem, model_description
+from fmus.declaration.units import BASE, unit
+from fmus.support.errors import InputError, unknown
+from fmus.support.files import write_atomically
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
@@ -49,7 +49,14 @@ def write_ssp(path: str | Path, fmus: Mapping[str, str | Path], wiring: Mapping[
     for target, sources in wiring.items():
         for source in sources:
             (start, output), (end, given) = (s.split(".", 1) for s in (source, target))
-            Xml.SubElement(connections, f"{{{SSD}}}Connection", startElement=start, startConnector=output, endElement=end, endConnector=given)
+            Xml.SubElement(
+                connections,
+                f"{{{SSD}}}Connection",
+                startElement=start,
+                startConnector=output,
+                endElement=end,
+                endConnector=given,
+            )
     _units(root, descriptions)
     Xml.indent(root)
 
@@ -59,7 +66,7 @@ def write_ssp(path: str | Path, fmus: Mapping[str, str | Path], wiring: Mapping[
             for fmu in {Path(f).name: Path(f) for f in fmus.values()}.values():
                 archive.write(fmu, f"resources/{fmu.name}")
 
-    return write_beside(path, write)
+    return write_atomically(path, write)
 
 
 def _component(parent: Xml.Element, name: str, file: str, description: ModelDescription, wiring: Mapping[str, Sequence[str]],
@@ -73,13 +80,20 @@ def _component(parent: Xml.Element, name: str, file: str, description: ModelDesc
     if values:
         bindings = Xml.SubElement(component, f"{{{SSD}}}ParameterBindings")
         holder = Xml.SubElement(Xml.SubElement(bindings, f"{{{SSD}}}ParameterBinding"), f"{{{SSD}}}ParameterValues")
-        parameters = Xml.SubElement(Xml.SubElement(holder, f"{{{SSV}}}ParameterSet", version="1.0", name=f"{name}_values"), f"{{{SSV}}}Parameters")
+        parameters = Xml.SubElement(
+            Xml.SubElement(holder, f"{{{SSV}}}ParameterSet", version="1.0", name=f"{name}_values"),
+            f"{{{SSV}}}Parameters",
+        )
         known = {v.name: v for v in description.modelVariables}
         for key, value in values.items():
             if key not in known:
                 raise unknown(f"variable of {name}", key, known)
             parameter = Xml.SubElement(parameters, f"{{{SSV}}}Parameter", name=key)
-            Xml.SubElement(parameter, f"{{{SSV}}}Real", {"value": repr(float(value)), **({"unit": known[key].unit} if known[key].unit else {})})
+            Xml.SubElement(
+                parameter,
+                f"{{{SSV}}}Real",
+                {"value": repr(float(value)), **({"unit": known[key].unit} if known[key].unit else {})},
+            )
 
 
 def _units(root: Xml.Element, descriptions: Mapping[str, ModelDescription]) -> None:
@@ -93,15 +107,25 @@ def _units(root: Xml.Element, descriptions: Mapping[str, ModelDescription]) -> N
             continue
         exponents = {base: str(e) for base, e in zip(BASE, found.exponents, strict=True) if e}
         factor = {"factor": repr(found.factor)} if found.factor != 1.0 else {}
-        Xml.SubElement(Xml.SubElement(units, f"{{{SSC}}}Unit", name=name), f"{{{SSC}}}BaseUnit", {**exponents, **factor})
+        Xml.SubElement(
+            Xml.SubElement(units, f"{{{SSC}}}Unit", name=name), f"{{{SSC}}}BaseUnit", {**exponents, **factor}
+        )
 
 
 def check_wiring(descriptions: Mapping[str, ModelDescription], wiring: Mapping[str, Sequence[str]]) -> None:
     """Raises InputError for a signal that does not exist, an input with two writers, or units that differ."""
-    signals = {f"{name}.{v.name}": v for name, d in descriptions.items() for v in d.modelVariables if v.causality in ("input", "output")}
+    signals = {
+        f"{name}.{v.name}": v
+        for name, d in descriptions.items()
+        for v in d.modelVariables
+        if v.causality in ("input", "output")
+    }
     for target, sources in wiring.items():
         if len(sources) != 1:
-            raise InputError(f"{target} has {len(sources)} writers: {', '.join(sources)}; an SSP has no sums, join the parts into one FMU")
+            raise InputError(
+                f"{target} has {len(sources)} writers: {', '.join(sources)}; an SSP has no sums, join the parts into "
+                "one FMU"
+            )
         for role, name in (("input", target), ("output", sources[0])):
             if name not in signals or signals[name].causality != role:
                 raise unknown(role, name, [n for n, v in signals.items() if v.causality == role])
@@ -110,10 +134,11 @@ def check_wiring(descriptions: Mapping[str, ModelDescription], wiring: Mapping[s
             raise InputError(f"{sources[0]} [{given}] cannot drive {target} [{wanted}]: the units differ")
 
 
-def read_ssp(path: str | Path) -> tuple[dict[str, FmuUnit], dict[str, list[str]]]:
+def read_ssp(path: str | Path) -> tuple[dict[str, FmuSubsystem], dict[str, list[str]]]:
     """The FMUs of an archive, initialised with the values bound to them, and their wiring.
 
-    Raises InputError for what is no SSP, for something other than FMUs in a flat system, and for wrong wiring.
+    Raises InputError for a file that is not an SSP, for elements other than FMUs in a flat system, and
+    for invalid connections.
     """
     with TemporaryDirectory() as folder:
         try:
@@ -125,16 +150,20 @@ def read_ssp(path: str | Path) -> tuple[dict[str, FmuUnit], dict[str, list[str]]
         components = list(system.iterfind(f"{{{SSD}}}Elements/*")) if system is not None else []
         for component in components:
             if component.tag != f"{{{SSD}}}Component" or component.get("type", FMU) != FMU:
-                raise InputError(f"{path}: {component.get('name')} is no FMU; only flat systems of FMUs can be read")
+                raise InputError(
+                    f"{path}: {component.get('name')} is not an FMU; only flat systems of FMUs can be read"
+                )
         assert system is not None or not components
         files = {c.get("name", ""): Path(folder, PurePosixPath(c.get("source", ""))) for c in components}
         wiring: dict[str, list[str]] = {}
         for c in system.iterfind(f"{{{SSD}}}Connections/{{{SSD}}}Connection") if system is not None else ():
             if c.get("startElement") and c.get("endElement"):
-                wiring.setdefault(f"{c.get('endElement')}.{c.get('endConnector')}", []).append(f"{c.get('startElement')}.{c.get('startConnector')}")
+                wiring.setdefault(f"{c.get('endElement')}.{c.get('endConnector')}", []).append(
+                    f"{c.get('startElement')}.{c.get('startConnector')}"
+                )
         check_wiring({name: model_description(file) for name, file in files.items()}, wiring)
         values = {c.get("name", ""): _values(c) for c in components}
-        return {name: FmuUnit(file, name, values[name]) for name, file in files.items()}, wiring
+        return {name: FmuSubsystem(file, name, values[name]) for name, file in files.items()}, wiring
 
 
 def _values(component: Xml.Element) -> dict[str, float]:

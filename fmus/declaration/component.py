@@ -1,29 +1,33 @@
-"""A component: a table of variables and one pure function of it. Everything else is rendered from these two.
+"""A component: a table of variables and one pure function of it. Everything else is derived from these two.
 
     mass(v, m) der(x) = equations(v, m)["der(x)"],   y = equations(v, m)["y"]
 
-`v` holds the values by name, `m` the words of mathematics; both may be numbers, arrays or SymPy symbols.
-An effect (see `fmus.effects`) adds to named quantities of a component without touching its file.
+`v` holds the values by name and `m` the mathematical functions (`m.sin`, `m.where`, see `fmus.expressions.functions`).
+The same function runs on numbers, arrays, SymPy symbols and recorded operations. An effect (see `fmus.effects`) adds
+terms to named quantities of a component from a file of its own.
 """
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from textwrap import shorten
 from typing import Any, ClassVar
 
 import numpy as np
 
-from fmus.elements import Element
-from fmus.errors import InputError, unknown
-from fmus.mathematics import NUMERIC
-from fmus.variables import Variable
+from fmus.declaration.elements import Element
+from fmus.declaration.variables import Variable
+from fmus.expressions.functions import NUMERIC
+from fmus.support.errors import InputError, unknown
+from fmus.support.notebook import html
 
-SHOWN = "_shown"  # of an exposed state whose sensor has an effect: the state's own name shows what is true
+SHOWN = "_shown"  # suffix of the sensor reading of an exposed state; the name without it is the true value
 
 
 class Scope:
-    """The values that equations read, and the named points that they set.
+    """The argument `v` of equations: values to read by name, and local variables to set.
 
-    Setting a local variable, and returning a rate or an output, is where effects add their part.
+    Effects add their terms when an input or a parameter is read, when a local variable is set, and to the rates and
+    outputs that the equations return. An unknown name is an AttributeError with the valid names.
     """
 
     def __init__(self, values: Mapping[str, Any], component: "Component", m: Any):
@@ -41,21 +45,35 @@ class Scope:
     def __setattr__(self, name: str, value: Any) -> None:
         variable = self._component.table.get(name)
         if variable is None or variable.role != "local":
-            raise AttributeError(f"{self._component.title} sets {name!r}, which its table does not declare as local(...)")
+            raise AttributeError(
+                f"{self._component.title} sets {name!r}, which its table does not declare as local(...)"
+            )
         self.__dict__[name] = self._with_additions(name, value)
 
     def _with_additions(self, target: str, value: Any) -> Any:
         for addition in self._component.additions.get(target, ()):
-            self.__dict__[target] = value  # what an effect adds may depend on what is there so far
+            self.__dict__[target] = value  # an effect may read the value of its target so far
             value = value + addition(self, self._m)
         return value
 
 
 class Component:
-    """Base of everything that becomes an FMU: riders, motorcycles, dampers, rigs, systems.
+    """Base class of all models that are exported as FMUs: riders, motorcycles, dampers, rigs, systems.
 
-    A subclass declares variables as class attributes and defines `equations`, and `mass` where der(x) is
-    not given explicitly. An instance holds parameter values, a name and the source of the values.
+    A subclass declares its variables as class attributes and defines `equations`, and `mass` where the equations are
+    implicit in der(x). An instance holds a name, the source of its values, the parameter values by name (SI), effects,
+    and, of identified parameters, `standard_error` and `correlation`; `assumed` holds the reason for each parameter
+    that the source does not give. Raises InputError for an unknown parameter and for a value outside its bounds.
+
+        class Spring(Component):
+            '''Torsion spring.'''
+
+            stiffness = parameter("N.m/rad", "Stiffness", min=0, start=10.0)
+            angle = input("rad", "Deflection")
+            torque = output("N.m", "Torque against the deflection")
+
+            def equations(self, v, m):
+                return {"torque": -v.stiffness * v.angle}
     """
 
     declared: ClassVar[dict[str, Variable]] = {}
@@ -79,7 +97,9 @@ class Component:
         self.effects = tuple(effects)
         self.table: dict[str, Variable] = dict(self.declared)
         self.additions: dict[str, list] = {}
-        self.delays: dict[str, tuple[str, str]] = {}  # input: (what it is, the parameter by which it lags)
+        self.delays: dict[
+            str, tuple[str, str]
+        ] = {}  # delayed input: (the variable that is delayed, the parameter that is the delay)
         for effect in self.effects:
             effect.join(self)
         self._set_values(values)
@@ -91,54 +111,84 @@ class Component:
                 raise unknown(f"parameter of {self.title}", key, parameters)
         self.values = {key: in_bounds(values.get(key, row.start), row, self.name) for key, row in parameters.items()}
 
+    def __repr__(self) -> str:
+        with_effects = f", effects: {', '.join(type(e).__name__ for e in self.effects)}" if self.effects else ""
+        source = f", source={shorten(self.source, 60, placeholder='...')!r}" if self.source else ""
+        count = f"{len(self.values)} parameter{'' if len(self.values) == 1 else 's'}"
+        return f"{self.title}({self.name!r}, {count}{with_effects}{source})"
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (n, row.symbol, f"{self.values[n]:.6g}", row.unit, row.description, self.assumed.get(n, ""))
+            for n, row in self.rows("parameter").items()
+        ]
+        return html(
+            f"{self.title} {self.name}. {self.source}",
+            ("parameter", "symbol", "value", "unit", "meaning", "assumed"),
+            rows,
+        )
+
     # What a subclass defines -------------------------------------------------------------------------
 
     def equations(self, v: Scope, m: Any) -> dict[str, Any]:
-        """Outputs, calculated parameters and `der(state)` (times the mass matrix, if any) by name."""
+        """Outputs, calculated parameters and `der(state)` by name; with `mass`, the rows of mass der(x) in place of
+        der(x).
+        """
         raise NotImplementedError(f"{type(self).__name__} defines no equations")
 
     def mass(self, v: Scope, m: Any) -> dict[tuple[str, str], Any]:
-        """Entries of the mass matrix by (row, column) state; a state without an entry has 1 on its diagonal."""
+        """Entries of the mass matrix by (row, column), both names of states; a diagonal without an entry is 1."""
         return {}
 
     # The table ---------------------------------------------------------------------------------------
 
     @property
     def title(self) -> str:
+        """The name of the class, for messages."""
         return type(self).__name__
 
     def rows(self, *roles: str) -> dict[str, Variable]:
-        """The rows of the table with one of the roles, in the order of declaration."""
+        """The variables with one of the roles by name, in the order of declaration. Roles: see `Variable`."""
         return {name: row for name, row in self.table.items() if row.role in roles}
 
     @property
     def states(self) -> tuple[str, ...]:
+        """The names of the states, in the order of the table."""
         return tuple(self.rows("state"))
 
     @property
     def inputs(self) -> tuple[str, ...]:
+        """The names of the inputs, in the order of the table."""
         return tuple(self.rows("input"))
 
     @property
     def outputs(self) -> tuple[str, ...]:
-        """The outputs, the exposed states among them, in the order of the table."""
+        """The names of the outputs and exposed states, in the order of the table."""
         return tuple(n for n, row in self.table.items() if row.role == "output" or row.exposed)
 
-    def shown(self, name: str) -> str:
-        """The output that shows what the sensor of an output does: itself, unless an effect acts at the sensor of a state."""
+    def sensor_output(self, name: str) -> str:
+        """The name of an output's sensor reading: the output itself, unless an effect acts at the sensor of an
+        exposed state.
+        """
         return name + SHOWN if name + SHOWN in self.table else name
 
     @property
     def structure(self) -> tuple:
-        """What the equations depend on besides values: two components with the same structure share code."""
+        """What the equations depend on besides values: components of equal structure share derived code."""
         return (type(self), *(effect.structure for effect in self.effects))
 
     def with_values(self, **values: float) -> "Component":
-        """The same component with some parameters changed."""
+        """A copy with some parameters changed.
+
+        Raises InputError for an unknown parameter or a value outside its bounds.
+        """
         return self._remade(self.effects, {**self.values, **values})
 
     def with_effects(self, *effects: Any) -> "Component":
-        """The same component with effects added; their parameters join its table."""
+        """A copy with effects added; their variables are added to its table.
+
+        Raises InputError where an effect does not apply.
+        """
         return self._remade(self.effects + effects, self.values)
 
     def _remade(self, effects: tuple, values: Mapping[str, float]) -> "Component":
@@ -150,14 +200,16 @@ class Component:
     # Evaluation --------------------------------------------------------------------------------------
 
     def start_values(self) -> dict[str, float]:
-        """Parameters at their values, states and inputs at their starts, time zero."""
+        """All values by name: parameters, states and inputs at their start values, and time 0."""
         return {"time": 0.0, **self.values, **{n: row.start for n, row in self.rows("state", "input").items()}}
 
     def run(self, values: Mapping[str, Any], m: Any) -> dict[str, Any]:
-        """Every local, output, calculated parameter and `der(state)` (before the mass matrix) for given values."""
+        """All locals, outputs, calculated parameters and `der(state)` (before division by the mass matrix) at given
+        values.
+        """
         scope = Scope(values, self, m)
         results = dict(self.equations(scope, m))
-        for target in self._own_rates_of_effects():  # after the outputs, which they may read
+        for target in self._own_rates_of_effects():  # last, because effects may read the outputs
             results.setdefault(target, 0.0)
         for target, value in results.items():
             results[target] = scope._with_additions(target, value)
@@ -168,19 +220,28 @@ class Component:
         return results
 
     def complete(self, results: dict[str, Any]) -> dict[str, Any]:
-        """The results of `run`. Raises InputError where they miss a rate or an output, or hold what the table lacks."""
+        """The results of `run`, checked.
+
+        Raises InputError where a rate or an output is missing or is not in the table.
+        """
         expected = {f"der({n})" for n in self.states} | set(self.rows("output", "calculated"))
         returned = set(results) - set(self.rows("local")) - set(self.states)
         if returned != expected:
             missing, extra = sorted(expected - returned), sorted(returned - expected)
-            raise InputError(f"equations of {self.title}: missing {missing or 'nothing'}, not in its table {extra or 'nothing'}")
+            raise InputError(
+                f"equations of {self.title}: missing: {missing or 'nothing'}, not in its table: {extra or 'nothing'}"
+            )
         for target in self.additions:
-            if target not in results and target not in self.rows("input", "parameter") and not target.startswith("mass("):
+            if (
+                target not in results
+                and target not in self.rows("input", "parameter")
+                and not target.startswith("mass(")
+            ):
                 raise InputError(f"an effect adds to {target!r}, which {self.title} does not have")
         return results
 
     def mass_entries(self, values: Mapping[str, Any], m: Any) -> dict[tuple[str, str], Any]:
-        """The entries of the mass matrix with what effects add to them."""
+        """The entries of the mass matrix, the terms of effects included."""
         scope = Scope(values, self, m)
         entries = dict(self.mass(scope, m))
         for target, additions in self.additions.items():
@@ -194,7 +255,9 @@ class Component:
         return [f"der({name})" for name in self.states if name not in self.declared]
 
     def derivatives(self, state: np.ndarray, inputs: np.ndarray, time: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-        """State derivatives (nx,) and outputs (ny,) for states (nx,) and inputs (nu,) in the table's order, SI."""
+        """State derivatives (nx,) and outputs (ny,) at states (nx,), inputs (nu,) and time [s]; order of the table,
+        SI.
+        """
         values = {**self.values, "time": time}
         values.update(zip(self.states, state, strict=True))
         values.update(zip(self.inputs, inputs, strict=True))
@@ -210,16 +273,18 @@ class Component:
 
 
 def in_bounds(value: Any, row: Variable, owner: str) -> float:
-    """The value as a float. Raises InputError when it is no finite number within the row's bounds."""
+    """The value as a float. Raises InputError when it is not a finite number within the variable's bounds."""
     try:
         number = float(value)
     except (TypeError, ValueError):
         raise InputError(f"{owner}: {row.name} = {value!r} is not a number [{row.unit}]") from None
     if not (np.isfinite(number) and row.min <= number <= row.max):
-        raise InputError(f"{owner}: {row.name} = {number:g} {row.unit} is outside its bounds [{row.min:g}, {row.max:g}]")
+        raise InputError(
+            f"{owner}: {row.name} = {number:g} {row.unit} is outside its bounds [{row.min:g}, {row.max:g}]"
+        )
     return number
 
 
 def prefixed(rows: Mapping[str, Variable], prefix: str) -> dict[str, Variable]:
-    """The rows under `prefix.name`, as a system shows the variables of its parts."""
+    """The variables renamed to `prefix.name`, as in the table of a system."""
     return {f"{prefix}.{name}": replace(row, name=f"{prefix}.{name}") for name, row in rows.items()}

@@ -1,8 +1,10 @@
-"""Units: SI inside, in every table and file; other units only at the edge, converted on the way in.
+"""Units of measurement. All values are SI internally; other units are converted when data are read.
 
-A unit is written as in Modelica without parentheses: `N.m.s/rad`, `kg.m2`, `1`. Everything after the
-slash is a denominator. Each unit is its factor to SI and its exponents of the SI base units, which is
-also what an FMI model description needs.
+A unit is written as in Modelica, without parentheses: `N.m.s/rad`, `kg.m2`, `1`. Everything after the slash is the
+denominator. A unit is defined by its factor to SI and its exponents of the SI base units, which are also the entries of
+an FMI model description. Recordings may also have the notation of laboratories: `N·m`, `N-m`, `m/s²`, `°/s`.
+
+Factors of the foot, inch, pound and pound-force: NIST Special Publication 811 (2008), Appendix B.8.
 """
 
 import re
@@ -10,30 +12,44 @@ from dataclasses import dataclass
 from functools import cache
 from math import pi
 
-from fmus.errors import InputError
+from fmus.support.errors import InputError
 
+POUND, GRAVITY = 0.45359237, 9.80665  # kg and m/s2, both exact by definition
 BASE = ("kg", "m", "s", "A", "K", "rad")
 
 # symbol: (factor to SI, exponents of BASE)
 SYMBOLS = {
     "kg": (1.0, (1, 0, 0, 0, 0, 0)),
     "g": (1e-3, (1, 0, 0, 0, 0, 0)),
+    "lb": (POUND, (1, 0, 0, 0, 0, 0)),
     "m": (1.0, (0, 1, 0, 0, 0, 0)),
     "mm": (1e-3, (0, 1, 0, 0, 0, 0)),
+    "cm": (1e-2, (0, 1, 0, 0, 0, 0)),
     "km": (1e3, (0, 1, 0, 0, 0, 0)),
+    "ft": (0.3048, (0, 1, 0, 0, 0, 0)),
+    "in": (0.0254, (0, 1, 0, 0, 0, 0)),
     "s": (1.0, (0, 0, 1, 0, 0, 0)),
+    "sec": (1.0, (0, 0, 1, 0, 0, 0)),
     "ms": (1e-3, (0, 0, 1, 0, 0, 0)),
+    "min": (60.0, (0, 0, 1, 0, 0, 0)),
     "h": (3600.0, (0, 0, 1, 0, 0, 0)),
     "A": (1.0, (0, 0, 0, 1, 0, 0)),
     "K": (1.0, (0, 0, 0, 0, 1, 0)),
     "rad": (1.0, (0, 0, 0, 0, 0, 1)),
+    "mrad": (1e-3, (0, 0, 0, 0, 0, 1)),
     "deg": (pi / 180, (0, 0, 0, 0, 0, 1)),
+    "°": (pi / 180, (0, 0, 0, 0, 0, 1)),
     "N": (1.0, (1, 1, -2, 0, 0, 0)),
+    "mN": (1e-3, (1, 1, -2, 0, 0, 0)),
     "kN": (1e3, (1, 1, -2, 0, 0, 0)),
+    "lbf": (POUND * GRAVITY, (1, 1, -2, 0, 0, 0)),
     "Nm": (1.0, (1, 2, -2, 0, 0, 0)),
     "mNm": (1e-3, (1, 2, -2, 0, 0, 0)),
+    "Ncm": (1e-2, (1, 2, -2, 0, 0, 0)),
+    "kNm": (1e3, (1, 2, -2, 0, 0, 0)),
     "J": (1.0, (1, 2, -2, 0, 0, 0)),
     "W": (1.0, (1, 2, -3, 0, 0, 0)),
+    "gn": (GRAVITY, (0, 1, -2, 0, 0, 0)),
     "Hz": (1.0, (0, 0, -1, 0, 0, 0)),
     "rpm": (2 * pi / 60, (0, 0, -1, 0, 0, 1)),
     "V": (1.0, (1, 2, -3, -1, 0, 0)),
@@ -42,7 +58,9 @@ SYMBOLS = {
     "%": (1e-2, (0, 0, 0, 0, 0, 0)),
 }
 
-# What a person would rather read on a screen or in a simulator's dialogue.
+RAISED = str.maketrans("⁻¹²³⁴", "-1234")
+
+# Units in which simulators display a variable (FMI's display units).
 DISPLAY = {
     "rad": "deg",
     "rad/s": "deg/s",
@@ -63,20 +81,24 @@ class Unit:
     def to(self, other: "Unit") -> float:
         """The factor that turns a number in this unit into one in the other.
 
-        Raises InputError when the two do not measure the same thing.
+        Raises InputError when the dimensions differ.
         """
         if self.exponents != other.exponents:
-            raise InputError(f"unit [{self.name}] cannot be converted to [{other.name}]: they measure different things")
+            raise InputError(f"unit [{self.name}] cannot be converted to [{other.name}]: their dimensions differ")
         return self.factor / other.factor
 
 
 @cache
 def unit(name: str) -> Unit:
-    """The unit of that name. Raises InputError for a symbol that is not known."""
+    """The unit of that name. Raises InputError for an unknown symbol.
+
+        unit("N.m.s/rad").factor, unit("km/h").factor     # 1.0, 0.2777...
+    """
     factor, exponents = 1.0, [0] * len(BASE)
-    for part, side in enumerate(name.replace(" ", "").split("/")):
-        for token in re.split(r"[.*]", side):
-            match = re.fullmatch(r"(1|%|[A-Za-z]+)(?:\^?(-?\d+))?", token)
+    written = re.sub(r"(?<=[\w°]) +(?=[A-Za-z°])", ".", name.strip()).replace(" ", "").translate(RAISED)
+    for part, side in enumerate(written.split("/")):
+        for token in re.split(r"[.*·⋅]|-(?=[^\d])", side):
+            match = re.fullmatch(r"(1|%|°|[A-Za-z]+)(?:\^?(-?\d+))?", token)
             if match is None or match[1] not in SYMBOLS:
                 raise InputError(f"unknown unit [{name}] at {token!r} (known symbols: {' '.join(sorted(SYMBOLS))})")
             power = int(match[2] or 1) * (-1 if part else 1)
@@ -87,5 +109,5 @@ def unit(name: str) -> Unit:
 
 
 def convert(value: float, given: str, wanted: str) -> float:
-    """`value` in the unit `given`, as a number in the unit `wanted`."""
+    """A value in the unit `given`, converted to the unit `wanted`. Raises InputError when the dimensions differ."""
     return value * unit(given).to(unit(wanted))

@@ -1,19 +1,20 @@
-"""The rows of a component's table: one variable each, everything that is known of it said once."""
+"""Variables of components: role, unit, description, symbol, start value and bounds, declared once."""
 
 from dataclasses import dataclass, replace
 from math import inf
 
-from fmus.units import unit
+from fmus.declaration.units import unit
 
 
 @dataclass(frozen=True)
 class Variable:
-    """One row of a component's table.
+    """One variable of a component.
 
-    role is one of `parameter`, `calculated` (follows from the parameters), `input`, `output`, `state`,
-    `local` (a named point of the equations where an effect can add something).
-    `exposed` makes a state an output as well. `port` names the port that the variable belongs to and
-    `flow` marks what sums up there (torques), as `inflow` does in an FMI 3 terminal.
+    role is one of `parameter`, `calculated` (a function of the parameters), `input`, `output`, `state` and `local` (an
+    intermediate quantity of the equations to which effects can add). unit is an SI unit; start, min, max and nominal
+    are in that unit. `exposed` makes a state an output as well. `port` names the port that the variable belongs to;
+    `flow` marks a quantity that is summed at a connection (a torque or a force). `tunable=False` marks a parameter
+    that is fixed during a simulation.
     """
 
     role: str
@@ -31,12 +32,12 @@ class Variable:
     name: str = ""
 
     def named(self, name: str) -> "Variable":
-        """The same row under a name."""
+        """A copy with that name."""
         return replace(self, name=name)
 
     @property
     def latex(self) -> str:
-        """The symbol for a formula; the name itself where no symbol is declared."""
+        """The LaTeX symbol; the name in upright letters where no symbol is declared."""
         return self.symbol or r"\mathrm{" + self.name.replace("_", r"\_") + "}"
 
 
@@ -47,33 +48,35 @@ def _row(role: str, si_unit: str, description: str, options: dict) -> Variable:
 
 
 def parameter(si_unit: str, description: str, **options) -> Variable:
-    """A constant of the component. Its values live in .toml files; `start` is the default, moved into the bounds.
+    """A parameter. `start` is the default value, clipped to the bounds; value files (.toml) give others.
 
-    `tunable=False` marks one that may not change while a simulation runs.
+    options are `symbol`, `start`, `min`, `max` and `tunable` (False: fixed during a simulation).
+
+        arm_stiffness = parameter("N.m/rad", "Stiffness of the arms", symbol="k_a", min=0, start=1053.4)
     """
     return _row("parameter", si_unit, description, options)
 
 
 def calculated(si_unit: str, description: str, **options) -> Variable:
-    """A number that follows from the parameters alone."""
+    """A calculated parameter: an output of the equations that depends on the parameters alone."""
     return _row("calculated", si_unit, description, options)
 
 
 def input(si_unit: str, description: str, **options) -> Variable:
-    """What the component is told."""
+    """An input of the component."""
     return _row("input", si_unit, description, options)
 
 
 def output(si_unit: str, description: str, **options) -> Variable:
-    """What the component answers."""
+    """An output of the component, which its equations return by name."""
     return _row("output", si_unit, description, options)
 
 
 def state(si_unit: str, description: str, **options) -> Variable:
-    """A continuous state; the equations return its `der(name)`."""
+    """A continuous state; the equations return its `der(name)`. `exposed=True` makes it an output as well."""
     return _row("state", si_unit, description, options)
 
 
 def local(si_unit: str, description: str, **options) -> Variable:
-    """A named point of the equations: they set it (`v.arm_torque = ...`), effects may add to it."""
+    """An intermediate quantity that the equations set (`v.arm_torque = ...`); effects may add to it."""
     return _row("local", si_unit, description, options)

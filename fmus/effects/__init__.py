@@ -1,4 +1,8 @@
-"""Effects: physical phenomena that add to named quantities of a component. The base, and the laws of mechanics."""
+"""Effects: physical phenomena that add terms to named quantities of a component.
+
+`effect` has the base class, `library` finds effects by folder, `placement` puts the laws of mechanics at the force
+elements of any component. The other files hold one kind of law each.
+"""
 
 from fmus.effects.effect import Effect, adds_to
 from fmus.effects.library import effects_in, load_folder

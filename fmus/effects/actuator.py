@@ -1,20 +1,20 @@
-"""Actuators that give less than they are told: what arrives at the component is not what was recorded as its input.
+"""Actuators that saturate: the input that acts on the component is less than the recorded command.
 
     clip   T = u - s (u - clip(u, -L, L))
     soft   T = u - s (u - L tanh(u / L))
 
-u is the recorded input, L the limit, s the share of what is beyond that is lost: 1 where nothing gets through.
+u is the recorded command, L the limit, s the share of the command beyond the limit that is lost (1: a hard limit).
 """
 
 from typing import ClassVar
 
+from fmus.declaration.variables import parameter
 from fmus.effects.effect import Effect, adds_to
 from fmus.effects.stiffness import beyond
-from fmus.variables import parameter
 
 
 class ClippedActuator(Effect):
-    """The actuator stops at a limit: less arrives than was recorded as its command."""
+    """The actuator saturates: beyond a limit part of its command is lost."""
 
     family, form, element = "saturation", "clip", "input"
     share = parameter("1", "Share of the command beyond the limit that is lost", symbol="s_u", min=0, max=1, start=0.5)
@@ -23,16 +23,16 @@ class ClippedActuator(Effect):
     relative_to_level: ClassVar = ("limit",)
 
     @adds_to("force")
-    def lost(self, v, m):
+    def reduction(self, v, m):
         return -v.share * beyond(v.force, v.limit, m)
 
 
 class SoftActuator(ClippedActuator):
-    """The actuator tires towards a limit: less and less arrives of what was recorded as its command."""
+    """The actuator saturates smoothly towards a limit."""
 
     form = "soft"
     starts: ClassVar = {"limit": (0.5, 1.0, 2.0)}
 
     @adds_to("force")
-    def lost(self, v, m):
+    def reduction(self, v, m):
         return -v.share * (v.force - v.limit * m.tanh(v.force / v.limit))

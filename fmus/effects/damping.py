@@ -1,20 +1,21 @@
-"""Dampers that are not linear: F(d') beside the linear c d'.
+"""Nonlinear dampers and dry friction: a force F(d') in addition to the linear c d'.
 
     coulomb, soft   F = T_c tanh(d' / s_0)
     stribeck        F = (T_c + T_s exp(-(d' / s_s)^2)) tanh(d' / s_0)
     lagging         F = T_c z,   t_f z' = tanh(d' / s_0) - z
 
-Source: Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30 (1994) 1083-1138, on Stribeck's curve and frictional memory.
+Source: Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30 (1994) 1083-1138, on Stribeck's curve and frictional
+memory.
 """
 
 from typing import ClassVar
 
+from fmus.declaration.variables import parameter, state
 from fmus.effects.effect import Effect, adds_to
-from fmus.variables import parameter, state
 
 
 class AddedDamper(Effect):
-    """A viscous damper acts beside what is there."""
+    """A viscous damper acts in parallel."""
 
     form = "linear"
     damping = parameter("N.m.s/rad", "Damping of the added damper", symbol="c_s", min=0, start=0.5)
@@ -47,7 +48,7 @@ class CubicDamping(Effect):
 
 
 class AnyDamping(Effect):
-    """The damper's force has an odd curve of its own over the rate."""
+    """The damper's force is an odd polynomial of its rate."""
 
     family, form, element, flexible = "progressive_damping", "polynomial", "spring", True
     coefficient = parameter("N.m.s2/rad2", "Odd quadratic part", symbol="c_2", start=1.0)
@@ -63,7 +64,9 @@ class CoulombFriction(Effect):
 
     family, form, element = "coulomb_friction", "coulomb", "spring"
     friction_torque = parameter("N.m", "Force of dry friction", symbol="T_c", min=0, start=0.5)
-    sliding_rate = parameter("rad/s", "Rate at which friction is nearly fully there", symbol="s_0", min=1e-6, start=0.02)
+    sliding_rate = parameter(
+        "rad/s", "Rate at which friction is nearly fully developed", symbol="s_0", min=1e-6, start=0.02
+    )
     given: ClassVar[tuple[str, ...]] = ("sliding_rate",)
 
     @adds_to("force")
@@ -72,7 +75,7 @@ class CoulombFriction(Effect):
 
 
 class SoftFriction(CoulombFriction):
-    """Dry friction that comes in over a wider range of rates."""
+    """Dry friction whose transition through zero rate is wide."""
 
     form = "soft"
     given = ()
@@ -81,11 +84,13 @@ class SoftFriction(CoulombFriction):
 
 
 class LaggingFriction(SoftFriction):
-    """Dry friction that follows the rate with a lag, as a fluid's that must first be squeezed or a lubricant's film."""
+    """Dry friction that follows the rate with a lag (frictional memory), as with a fluid or a lubricant film."""
 
     form = "lagging"
-    lag = parameter("s", "Time in which friction follows the rate", symbol="t_f", min=1e-4, max=1, start=0.01)
-    following = state("1", "Friction over its largest", symbol="z")
+    lag = parameter(
+        "s", "Time constant with which friction follows the rate", symbol="t_f", min=1e-4, max=1, start=0.01
+    )
+    following = state("1", "Friction relative to its maximum", symbol="z")
     starts: ClassVar = {"sliding_rate": (0.1, 0.4), "lag": (0.003, 0.03)}
 
     @adds_to("der(following)")
@@ -98,15 +103,21 @@ class LaggingFriction(SoftFriction):
 
 
 class StribeckFriction(CoulombFriction):
-    """Dry friction that is larger near standstill than in motion."""
+    """Dry friction that is larger near standstill than during sliding (Stribeck curve)."""
 
     form = "stribeck"
-    breakaway = parameter("N.m", "Friction near standstill beyond that in motion", symbol="T_s", min=0, start=0.3)
-    stribeck_rate = parameter("rad/s", "Rate at which the excess has died", symbol="s_s", min=1e-3, max=10, start=0.1)
+    breakaway = parameter(
+        "N.m", "Friction near standstill in excess of sliding friction", symbol="T_s", min=0, start=0.3
+    )
+    stribeck_rate = parameter(
+        "rad/s", "Rate at which the excess has decayed", symbol="s_s", min=1e-3, max=10, start=0.1
+    )
     given = ("sliding_rate",)
     starts: ClassVar = {"stribeck_rate": (0.1, 0.4)}
     relative_to_rate: ClassVar = ("stribeck_rate",)
 
     @adds_to("force")
     def friction(self, v, m):
-        return (v.friction_torque + v.breakaway * m.exp(-((v.rate / v.stribeck_rate) ** 2))) * m.tanh(v.rate / v.sliding_rate)
+        return (v.friction_torque + v.breakaway * m.exp(-((v.rate / v.stribeck_rate) ** 2))) * m.tanh(
+            v.rate / v.sliding_rate
+        )

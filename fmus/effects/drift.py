@@ -1,11 +1,11 @@
-"""Springs and dampers that change while a test lasts."""
+"""Stiffness and damping that change during a test: linearly, exponentially, or in a step."""
 
 from typing import ClassVar
 
+from fmus.declaration.variables import parameter
 from fmus.effects.effect import Effect, adds_to
-from fmus.variables import parameter
 
-SUDDEN = 5e-3  # of the duration, within which a step is done
+STEP_WIDTH = 5e-3  # as a share of the duration
 
 
 class Drift(Effect):
@@ -17,7 +17,7 @@ class Drift(Effect):
     given = ("duration",)
 
     @adds_to("force")
-    def grip(self, v, m):
+    def change(self, v, m):
         return v.ratio * (v.time / v.duration - 0.5) * (v.stiffness * v.deflection + v.damping * v.rate)
 
 
@@ -27,7 +27,7 @@ class StiffnessDrift(Drift):
     form = "stiffness"
 
     @adds_to("force")
-    def grip(self, v, m):
+    def change(self, v, m):
         return v.ratio * (v.time / v.duration - 0.5) * v.stiffness * v.deflection
 
 
@@ -37,24 +37,28 @@ class DampingDrift(Drift):
     form = "damping"
 
     @adds_to("force")
-    def grip(self, v, m):
+    def change(self, v, m):
         return v.ratio * (v.time / v.duration - 0.5) * v.damping * v.rate
 
 
 class SettlingDrift(Drift):
-    """Stiffness and damping change fast at first and then settle, as what warms up does."""
+    """Stiffness and damping change fast at first and then settle, as during warm-up."""
 
     form = "settling"
-    settling = parameter("1", "When it has settled to a fraction 1/e, as a share of the duration", symbol="t_s/T", min=0.02, max=3.0, start=0.25)
+    settling = parameter(
+        "1", "Time constant of settling, as a share of the duration", symbol="t_s/T", min=0.02, max=3.0, start=0.25
+    )
     starts: ClassVar = {"settling": (0.1, 0.3)}
 
     def settled(self, v, m):
-        """The change over the duration as a share of what it is in all; its mean is zero, as that is the base's own."""
+        """The change as a share of the total change; its mean over the duration is zero, because the base includes
+        the mean.
+        """
         left = m.exp(-1 / v.settling)
         return (v.settling * (1 - left) - m.exp(-v.time / v.duration / v.settling)) / (1 - left)
 
     @adds_to("force")
-    def grip(self, v, m):
+    def change(self, v, m):
         return v.ratio * self.settled(v, m) * (v.stiffness * v.deflection + v.damping * v.rate)
 
 
@@ -64,41 +68,45 @@ class StiffnessSettling(SettlingDrift):
     form = "stiffness_settling"
 
     @adds_to("force")
-    def grip(self, v, m):
+    def change(self, v, m):
         return v.ratio * self.settled(v, m) * v.stiffness * v.deflection
 
 
 class StepDrift(Drift):
-    """Stiffness and damping change at once, at some moment of the test."""
+    """Stiffness and damping change in a step during the test."""
 
     form = "step"
-    moment = parameter("1", "When, as a share of the duration", symbol="t_1/T", min=0.02, max=0.98, start=0.5)
+    moment = parameter(
+        "1", "Time of the step, as a share of the duration", symbol="t_1/T", min=0.02, max=0.98, start=0.5
+    )
     starts: ClassVar = {"moment": (0.2, 0.35, 0.5, 0.65, 0.8)}
 
     @adds_to("force")
-    def grip(self, v, m):
-        after = m.tanh((v.time / v.duration - v.moment) / SUDDEN) / 2
+    def change(self, v, m):
+        after = m.tanh((v.time / v.duration - v.moment) / STEP_WIDTH) / 2
         return v.ratio * after * (v.stiffness * v.deflection + v.damping * v.rate)
 
 
 class StiffnessStep(StepDrift):
-    """The stiffness changes at once, at some moment of the test."""
+    """The stiffness changes in a step during the test."""
 
     form = "stiffness_step"
 
     @adds_to("force")
-    def grip(self, v, m):
-        return v.ratio * m.tanh((v.time / v.duration - v.moment) / SUDDEN) / 2 * v.stiffness * v.deflection
+    def change(self, v, m):
+        return v.ratio * m.tanh((v.time / v.duration - v.moment) / STEP_WIDTH) / 2 * v.stiffness * v.deflection
 
 
 class AnyDrift(Drift):
-    """Stiffness and damping change during the test, each in its own way."""
+    """Stiffness and damping change during the test independently of each other."""
 
     form, flexible = "quadratic", True
     damping_ratio = parameter("1", "Relative change of the damping", symbol="r_c", min=-2, max=2, start=0.05)
     bend = parameter("1", "Quadratic part of the change of the stiffness", symbol="r_2", min=-2, max=2, start=0.05)
 
     @adds_to("force")
-    def grip(self, v, m):
+    def change(self, v, m):
         tau = v.time / v.duration - 0.5
-        return (v.ratio * tau + v.bend * (tau**2 - 1 / 12)) * v.stiffness * v.deflection + v.damping_ratio * tau * v.damping * v.rate
+        return (
+            v.ratio * tau + v.bend * (tau**2 - 1 / 12)
+        ) * v.stiffness * v.deflection + v.damping_ratio * tau * v.damping * v.rate

@@ -1,4 +1,4 @@
-"""An effect: a physical phenomenon that adds to named quantities of a component, with its own variables.
+"""An effect: a physical phenomenon that adds terms to named quantities of a component, with variables of its own.
 
     class HardeningStiffness(Effect):
         cubic_stiffness = parameter("N.m/rad3", "Stiffness that grows with the square of the deflection", min=0)
@@ -7,31 +7,34 @@
         def cubic(self, v, m):
             return v.cubic_stiffness * v.arm_deflection**3
 
-A target is a local variable, an input or a parameter as the component sees it, an output (an exposed state: what is shown
-of it), `der(state)` (before the mass matrix) or `mass(row, column)`. What is added may read everything that the equations have set by then.
+A target is a local variable, an input or a parameter as the equations read it, an output (of an exposed state: its
+sensor reading), `der(state)` (before division by the mass matrix) or `mass(row, column)`. An addition may read every
+value that the equations have set so far.
 
-An effect of a library has a `family` and a `form`; its variables then are `family.name` in the component's table,
-so that several effects may use the same word. At an `element` (see `fmus.elements`) it may say `force`,
-`deflection`, `rate`, `stiffness` and `damping`; the name of an input or an output is an element too, whose force and
-deflection it is. Where the element is translational, N.m and rad become N and m.
+An effect of a library has a `family` (the law) and a `form` (its variant). Its variables are `family.name` in the
+table of the component, so that different effects may use equal names. `element` is the force element at which it acts
+(see `fmus.declaration.elements`); there it may use `force`, `deflection`, `rate`, `stiffness` and `damping`. An input
+or an output is an element as well, with itself as force and deflection. At a translational element N.m and rad become
+N and m.
 
-Its first parameter is its size: at zero the effect is absent. `starts` gives further values from which to search.
-The bounds of its parameters hold the physical sign.
+The first parameter is the magnitude: at zero the effect is absent. `starts` gives starting values for a fit. The
+bounds of the parameters express the physical sign.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import replace
 from typing import Any, ClassVar
 
-from fmus.component import SHOWN, Component, Scope
+from fmus.declaration.component import SHOWN, Component, Scope
+from fmus.declaration.elements import Element
+from fmus.declaration.variables import Variable, input, output
 from fmus.effects.delay import delay_states
-from fmus.elements import Element
-from fmus.errors import InputError, unknown
-from fmus.variables import Variable, input, output
+from fmus.effects.prior import LogNormalPrior
+from fmus.support.errors import InputError, unknown
 
 
 def adds_to(*targets: str) -> Callable[[Callable], Callable]:
-    """Marks a method of an effect as the addition to a target, or to several the same."""
+    """Mark a method `(self, v, m)` of an effect as the term that is added to each of the targets."""
 
     def mark(method: Callable) -> Callable:
         method.targets = targets  # type: ignore[attr-defined]
@@ -41,10 +44,20 @@ def adds_to(*targets: str) -> Callable[[Callable], Callable]:
 
 
 class Effect:
-    """Base of the effects. Its variables join the table of the component that it is added to.
+    """Base class of effects. Its variables are added to the table of the component that it is applied to.
 
-    `delayed` names values that lag: {"late_angle": ("deflection", "delay")}. They become states of a Pade form, or,
-    with exact_delays, inputs that whoever knows the motion supplies.
+    `delayed` declares delayed values: {"late_angle": ("deflection", "delay")}. They are states of a Pade approximation
+    or, with exact_delays=True, inputs to be supplied by the caller, who knows the past motion.
+
+        class CubicSpring(Effect):
+            '''The spring stiffens with the square of its deflection.'''
+
+            family, form, element = "hardening_stiffness", "cubic", "spring"
+            cubic_stiffness = parameter("N.m/rad3", "Stiffness per squared deflection", min=0, start=1e4)
+
+            @adds_to("force")
+            def cubic(self, v, m):
+                return v.cubic_stiffness * v.deflection**3
     """
 
     declared: ClassVar[dict[str, Variable]] = {}
@@ -54,16 +67,25 @@ class Effect:
     part: ClassVar[str] = "device"
     flexible: ClassVar[bool] = False
     starts: ClassVar[Mapping[str, tuple[float, ...]]] = {}
-    relative: ClassVar[tuple[str, ...]] = ()  # parameters whose starts are shares of the largest motion
-    at_least: ClassVar[Mapping[str, float]] = {}  # least values of parameters, as shares of the largest motion
-    at_most: ClassVar[Mapping[str, float]] = {}  # the same of their largest values
-    relative_to_rate: ClassVar[tuple[str, ...]] = ()  # the same of the largest rate, on a component that is no rig of ours
-    relative_to_level: ClassVar[tuple[str, ...]] = ()  # the same of the largest value of the input or output that it acts at
-    given: ClassVar[tuple[str, ...]] = ()  # parameters that the experiment sets (its duration)
-    named_by: ClassVar[tuple[str, ...]] = ()  # of an unlisted law: families that, where a library has them, are names for what it does
+    relative: ClassVar[tuple[str, ...]] = ()  # parameters whose starting values are shares of the largest deflection
+    at_least: ClassVar[Mapping[str, float]] = {}  # lower bounds of parameters, as shares of the largest deflection
+    at_most: ClassVar[Mapping[str, float]] = {}  # upper bounds, likewise
+    relative_to_rate: ClassVar[
+        tuple[str, ...]
+    ] = ()  # starting values as shares of the largest rate, at elements of generic components
+    relative_to_level: ClassVar[
+        tuple[str, ...]
+    ] = ()  # starting values as shares of the largest value of the input or output at which it acts
+    given: ClassVar[tuple[str, ...]] = ()  # parameters that the experiment sets, such as its duration
+    named_by: ClassVar[
+        tuple[str, ...]
+    ] = ()  # of an unspecified law: the families of a library that describe the same behaviour
     lags: ClassVar[tuple[str, ...]] = ()  # parameters that are delays
-    lag_grows: ClassVar[bool] = False  # the delay is such a parameter times the time, as a share of the duration where the experiment sets that
+    lag_grows: ClassVar[bool] = (
+        False  # the delay is the parameter times the time, or times the share of the duration that has passed
+    )
     delayed: ClassVar[Mapping[str, tuple[str, str]]] = {}
+    prior: ClassVar[LogNormalPrior | None] = None  # of all free parameters, which then are positive and have no zero
 
     def __init_subclass__(cls, **options) -> None:
         super().__init_subclass__(**options)
@@ -74,50 +96,60 @@ class Effect:
     def __init__(self, exact_delays: bool = False):
         self.exact_delays = exact_delays
 
+    def __repr__(self) -> str:
+        name = f"{self.family}.{self.form}" if self.family else "no family"
+        return f"{type(self).__name__}({name}{f' at {self.element}' if self.element else ''})"
+
     @property
     def structure(self) -> Any:
+        """What the terms depend on besides values (see `Component.structure`)."""
         return (type(self), self.exact_delays)
 
     @classmethod
     def sentence(cls) -> str:
-        """What the effect is, in one sentence."""
+        """The effect in one sentence: the first line of its docstring."""
         return (cls.__doc__ or "").strip().splitlines()[0]
 
     @classmethod
     def parameters(cls) -> dict[str, Variable]:
-        """The rows of its parameters, its size first, those that the experiment sets last."""
+        """Its parameters by name, the magnitude first, those that the experiment sets last."""
         names = sorted((n for n, row in cls.declared.items() if row.role == "parameter"), key=lambda n: n in cls.given)
         return {n: cls.declared[n] for n in names}
 
     @classmethod
-    def sought(cls) -> tuple[str, ...]:
-        """The parameters that a fit has to find, its size first."""
+    def free_parameters(cls) -> tuple[str, ...]:
+        """The parameters to be fitted, the magnitude first."""
         return tuple(n for n in cls.parameters() if n not in cls.given)
 
     @classmethod
-    def shapes(cls) -> tuple[str, ...]:
-        """The parameters in which what the effect adds is not linear: widths, frequencies, delays."""
-        first = cls.sought()[0]
+    def nonlinear_parameters(cls) -> tuple[str, ...]:
+        """The parameters in which the added term is nonlinear: widths, frequencies, delays; all that have a prior."""
+        if cls.prior is not None:
+            return cls.free_parameters()
+        first = cls.free_parameters()[0]
         return tuple(n for n in (*cls.starts, *cls.lags) if n != first)
 
     def join(self, component: Component) -> None:
-        """Put this effect's variables and additions into the component. Raises InputError on a clash."""
+        """Add the variables and terms to the component. Raises InputError for a missing element and for equal names."""
         prefix = f"{self.family}." if self.family else ""
         element = self._element_of(component)
         translational = element is not None and component.table[element.force].unit == "N"
         rows = {prefix + n: _placed(row, prefix + n, translational) for n, row in self.declared.items()}
         clash = component.table.keys() & rows.keys()
         if clash:
-            raise InputError(f"effect {type(self).__name__} and {component.title} both declare {', '.join(sorted(clash))}")
+            raise InputError(
+                f"effect {type(self).__name__} and {component.title} both declare {', '.join(sorted(clash))}"
+            )
         component.table.update(rows)
-        view = _Words(prefix, element)
+        view = _Names(prefix, element)
+        own = {n for n, row in self.declared.items() if row.role != "parameter"}
         for target, method in self.additions():
-            self._add(component, view.target(target, self.declared), method, view)
+            self._add(component, view.target(target, own), method, view)
         for name, (source, delay) in self.delayed.items():
             self._join_delayed(component, name, view.name(source), prefix + delay, view)
 
     def additions(self) -> Iterator[tuple[str, Callable]]:
-        """Every target with what is added to it: the methods that are marked."""
+        """Every target with the method that computes its term."""
         for name in dir(type(self)):
             for target in getattr(getattr(type(self), name), "targets", ()):
                 yield target, getattr(self, name)
@@ -130,13 +162,15 @@ class Effect:
         return elements.get(self.element)
 
     @staticmethod
-    def _add(component: Component, target: str, method: Callable, view: "_Words") -> None:
+    def _add(component: Component, target: str, method: Callable, view: "_Names") -> None:
         row = component.table.get(target)
         if row is not None and row.role == "state" and row.exposed:
-            component.table[target + SHOWN] = output(row.unit, f"{row.description}, as its sensor shows it").named(target + SHOWN)
+            component.table[target + SHOWN] = output(row.unit, f"{row.description}, as its sensor measures it").named(
+                target + SHOWN
+            )
         component.additions.setdefault(target, []).append(lambda scope, m: method(view.of(scope), m))
 
-    def _join_delayed(self, component: Component, name: str, source: str, delay: str, view: "_Words") -> None:
+    def _join_delayed(self, component: Component, name: str, source: str, delay: str, view: "_Names") -> None:
         key = view.prefix + name
         if source not in component.table:
             raise unknown(f"quantity of {component.title}", source, component.table)
@@ -152,18 +186,18 @@ class Effect:
         view.computed[name] = value
 
 
-class _Words:
-    """How an effect's words map to the names in the component's table."""
+class _Names:
+    """The mapping of the names that an effect uses to the names in the table of the component."""
 
     def __init__(self, prefix: str, element: Element | None):
         self.prefix, self.element = prefix, element
         self.computed: dict[str, Callable[[Scope], Any]] = {}
 
     def name(self, word: str) -> str:
-        """The component's name for a word of the element; any other word is a name already."""
+        """The component's name for `force`, `deflection` and so on of the element; any other word is a name already."""
         return (getattr(self.element, word, "") if self.element else "") or word
 
-    def target(self, target: str, own: Mapping[str, Variable]) -> str:
+    def target(self, target: str, own: Collection[str]) -> str:
         if target.startswith(("der(", "mass(")):
             what, _, inside = target[:-1].partition("(")
             return f"{what}({', '.join(self.prefix + n if n in own else n for n in inside.split(', '))})"
@@ -174,17 +208,17 @@ class _Words:
 
 
 class _View:
-    """The component's scope as an effect sees it: its own variables and the element's words by their short names."""
+    """The argument `v` of an effect's methods: its own variables and those of its element under their short names."""
 
-    def __init__(self, words: _Words, scope: Scope):
-        self._words, self._scope = words, scope
+    def __init__(self, names: _Names, scope: Scope):
+        self._names, self._scope = names, scope
 
     def __getattr__(self, word: str) -> Any:
-        words, scope = self._words, self._scope
-        if word in words.computed:
-            return words.computed[word](scope)
-        key = words.prefix + word
-        return scope[key] if key in scope.__dict__ else getattr(scope, words.name(word))
+        names, scope = self._names, self._scope
+        if word in names.computed:
+            return names.computed[word](scope)
+        key = names.prefix + word
+        return scope[key] if key in scope.__dict__ else getattr(scope, names.name(word))
 
 
 def _placed(row: Variable, name: str, translational: bool) -> Variable:

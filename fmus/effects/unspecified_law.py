@@ -1,16 +1,18 @@
-"""Laws that have no name in the library: signs that its effects must not have, mixed laws F(d, d') of spring and damper, a sensor with a memory.
+"""Laws outside the library: parameter signs that its effects exclude, mixed laws F(d, d') of spring and damper, and a
+sensor with memory.
 
-They are never named. Where one of them explains data better than any name does, what is missing is not in the library.
+They are compared with the effects of the library and never reported by name. Where one of them explains the data
+better, the missing effect is outside the library.
 """
 
 from typing import ClassVar
 
+from fmus.declaration.variables import parameter, state
 from fmus.effects.effect import Effect, adds_to
-from fmus.variables import parameter, state
 
 FAMILY = "unlisted"
-MOMENT = 0.01  # s
-SOFTENING = ("saturation", "geometric_nonlinearity")  # families that name it, where a library has them
+MEMORY = 0.01  # s, time constant of the sensor
+SOFTENING = ("saturation", "geometric_nonlinearity")  # families that describe softening, where a library has them
 
 
 class Softening(Effect):
@@ -20,7 +22,7 @@ class Softening(Effect):
     size = parameter("N.m/rad3", "Stiffness that is lost with the square of the deflection", min=0, start=1e4)
 
     @adds_to("force")
-    def lost(self, v, m):
+    def reduction(self, v, m):
         return -v.size * v.deflection**3
 
 
@@ -31,7 +33,7 @@ class SquareSoftening(Effect):
     size = parameter("N.m/rad2", "Stiffness that is lost with the deflection", min=0, start=1e3)
 
     @adds_to("force")
-    def lost(self, v, m):
+    def reduction(self, v, m):
         return -v.size * m.absolute(v.deflection) * v.deflection
 
 
@@ -42,7 +44,7 @@ class Thinning(Effect):
     size = parameter("N.m.s2/rad2", "Damping that is lost with the rate", min=0, start=1.0)
 
     @adds_to("force")
-    def lost(self, v, m):
+    def reduction(self, v, m):
         return -v.size * m.absolute(v.rate) * v.rate
 
 
@@ -53,12 +55,12 @@ class CubicThinning(Effect):
     size = parameter("N.m.s3/rad3", "Damping that is lost with the square of the rate", min=0, start=0.3)
 
     @adds_to("force")
-    def lost(self, v, m):
+    def reduction(self, v, m):
         return -v.size * v.rate**3
 
 
 class EvenDamping(Effect):
-    """A force grows with the square of the rate and pushes to the same side both ways."""
+    """A force grows with the square of the rate and has the same sign in both directions."""
 
     family, form, element = FAMILY, "even_damping", "spring"
     size = parameter("N.m.s2/rad2", "Force per squared rate", start=0.3)
@@ -102,24 +104,30 @@ class StiffnessByRate(Effect):
 
 
 class Centrifugal(StiffnessByRate):
-    """At the head a torque grows with the angle and the square of its rate, as of an inertia that changes with the angle."""
+    """A torque at the steering head grows with the angle and the square of its rate, as with a variable inertia."""
 
-    form, element = "centrifugal", "head"
+    form, element = "centrifugal", "steering_head"
 
 
 class SensorMemory(Effect):
-    """The sensor of the force has a memory: it shows a load that grows unlike one that falls."""
+    """The force sensor has a memory: rising and falling loads have different readings."""
 
     family, form, element, part = FAMILY, "sensor_memory", "channel", "channel"
-    size = parameter("N.m", "What it shows more of a growing load; less than zero where it lags", start=0.3)
-    width = parameter("N.m", "Change of the load within a moment at which that is nearly all there", min=1e-3, max=1e3, start=1.0)
-    before = state("N.m", "The load a moment ago")
+    size = parameter("N.m", "Excess of the reading for a rising load; negative for a lag", start=0.3)
+    width = parameter(
+        "N.m",
+        "Change of the load within the memory at which the excess is nearly complete",
+        min=1e-3,
+        max=1e3,
+        start=1.0,
+    )
+    before = state("N.m", "Load, delayed by the time constant of the sensor")
     starts: ClassVar = {"width": (0.3, 1.0, 3.0)}
 
     @adds_to("der(before)")
     def follow(self, v, m):
-        return (v.force - v.before) / MOMENT
+        return (v.force - v.before) / MEMORY
 
     @adds_to("force")
-    def remember(self, v, m):
+    def excess(self, v, m):
         return v.size * m.tanh((v.force - v.before) / v.width)

@@ -1,4 +1,4 @@
-"""A component on a tape: its equations recorded, and run with their slopes over whole recordings at once.
+"""The equations of a component as recorded operations, evaluated with their derivatives on whole arrays.
 
     x' = M(p, x)^-1 f(x, u, p, t),   y = g(x, u, p, t)
 """
@@ -10,21 +10,21 @@ from typing import Any
 
 import numpy as np
 
-from fmus.component import Component
-from fmus.tape import Node, Tape
+from fmus.declaration.component import Component
+from fmus.expressions.forward_ad import Node, Recorder
 
-BLOCK = 8192  # samples that are computed together, so that what is between stays in the processor's cache
+BLOCK = 8192  # samples per block, so that intermediate results stay in the processor's cache
 
 
 @dataclass
-class Traced:
-    """The equations of a component's structure as nodes; the same for all parameter values.
+class RecordedEquations:
+    """The equations of a component as nodes; the same for all parameter values of one structure.
 
-    rates are f, mass holds the entries of M that are not those of the identity, outputs are g.
+    rates holds f, mass the entries of M that differ from the identity, outputs g. symbols are the leaves by name.
     """
 
     component: Component
-    tape: Tape
+    recorder: Recorder
     symbols: dict[str, Node]
     rates: list[Any]
     mass: dict[tuple[str, str], Any]
@@ -32,7 +32,9 @@ class Traced:
 
     @cached_property
     def explicit_rates(self) -> list[Any]:
-        """M^-1 f by elimination; M is that of kinetic energy, so that no pivot vanishes."""
+        """M^-1 f by Gaussian elimination without pivoting: M belongs to the kinetic energy, so that no pivot
+        vanishes.
+        """
         names, right = self.component.states, list(self.rates)
         matrix = [[self.mass.get((r, c), float(r == c)) for c in names] for r in names]
         for k in range(len(names)):
@@ -44,26 +46,31 @@ class Traced:
         return [r if matrix[i][i] == 1.0 else r / matrix[i][i] for i, r in enumerate(right)]
 
 
-_CACHE: dict[Any, Traced] = {}
+_CACHE: dict[Any, RecordedEquations] = {}
 
 
-def traced(component: Component) -> Traced:
-    """The component's equations on a tape, recorded once for each structure.
+def recorded_equations(component: Component) -> RecordedEquations:
+    """The equations of the component as recorded operations, recorded once for each structure.
 
-    Raises InputError when the equations leave a rate or an output out, or return a name that the table lacks.
+    Raises InputError when a rate or an output is missing, or is not in the table.
     """
     if component.structure not in _CACHE:
-        tape = Tape()
-        symbols = {n: tape.leaf(n) for n in ("time", *component.rows("parameter", "input", "state"))}
-        results = component.complete(component.run(symbols, tape))
-        mass = component.mass_entries(symbols, tape)
+        recorder = Recorder()
+        symbols = {n: recorder.leaf(n) for n in ("time", *component.rows("parameter", "input", "state"))}
+        results = component.complete(component.run(symbols, recorder))
+        mass = component.mass_entries(symbols, recorder)
         rates = [results[f"der({n})"] for n in component.states]
-        _CACHE[component.structure] = Traced(component, tape, symbols, rates, mass, [results[n] for n in component.outputs])
+        _CACHE[component.structure] = RecordedEquations(
+            component, recorder, symbols, rates, mass, [results[n] for n in component.outputs]
+        )
     return _CACHE[component.structure]
 
 
 class Program:
-    """Nodes as a function of the values of leaves: what does not change is computed once, the rest in blocks."""
+    """Nodes compiled to a function of the values of their leaves.
+
+    Operations on constant values are evaluated once, all others block by block along the arrays.
+    """
 
     def __init__(self, results: Sequence[Any]):
         self.results = list(results)
@@ -77,27 +84,39 @@ class Program:
         self.nodes = [found[place] for place in sorted(found)]  # each after its arguments
         self.leaves = [n for n in self.nodes if not n.arguments]
         self.steps = [(n, *_bound(n)) for n in self.nodes if n.arguments]
+        self.orders: dict[frozenset[str], tuple[list, list, list[bool]]] = {}  # by the leaves that are arrays
 
     def __call__(self, values: Mapping[str, Any], n: int) -> list[Any]:
-        """The results, each a number, or (n,) where it depends on one of the values that are arrays (n,)."""
-        changing = {leaf.word for leaf in self.leaves if np.ndim(values[leaf.word])}
+        """The results at values by name, numbers or arrays (n,): each a number, or (n,) where it depends on an array.
+        """
+        changing = frozenset(leaf.word for leaf in self.leaves if getattr(values[leaf.word], "ndim", 0))
+        if changing not in self.orders:
+            self.orders[changing] = self._order(changing)
+        once, often, arrays = self.orders[changing]
         known: dict[Any, Any] = {leaf: values[leaf.word] for leaf in self.leaves if leaf.word not in changing}
-        _carry_out([s for s in self.steps if s[0].depends.isdisjoint(changing)], known)
-        often = [s for s in self.steps if not s[0].depends.isdisjoint(changing)]
+        _carry_out(once, known)
         moving = [leaf for leaf in self.leaves if leaf.word in changing]
-        answers = [np.empty(n) if isinstance(r, Node) and not r.depends.isdisjoint(changing) else known.get(r, r) for r in self.results]
-        written = [(r, a) for r, a in zip(self.results, answers, strict=True) if isinstance(r, Node) and not r.depends.isdisjoint(changing)]
+        results = [
+            np.empty(n) if is_array else known.get(r, r) for r, is_array in zip(self.results, arrays, strict=True)
+        ]
+        written = [(r, a) for r, a, is_array in zip(self.results, results, arrays, strict=True) if is_array]
         for first in range(0, n, BLOCK):
             part = slice(first, first + BLOCK)
             here = known | {leaf: values[leaf.word][part] for leaf in moving}
             _carry_out(often, here)
-            for node, answer in written:
-                answer[part] = here[node]
-        return answers
+            for node, result in written:
+                result[part] = here[node]
+        return results
+
+    def _order(self, changing: frozenset[str]) -> tuple[list, list, list[bool]]:
+        """With these leaves as arrays: the steps that are taken once, those of each block, and which results are arrays."""
+        once = [s for s in self.steps if s[0].depends.isdisjoint(changing)]
+        often = [s for s in self.steps if not s[0].depends.isdisjoint(changing)]
+        return once, often, [not depends_on(r).isdisjoint(changing) for r in self.results]
 
 
 def depends_on(x: Any) -> frozenset[str]:
-    """The names of the leaves that a node depends on; of a number none."""
+    """The names of the leaves that a node depends on; empty for a number."""
     return x.depends if isinstance(x, Node) else frozenset()
 
 
@@ -107,7 +126,7 @@ def _carry_out(steps: Sequence[tuple], known: dict[Any, Any]) -> None:
 
 
 def _bound(node: Node) -> tuple[Callable, list[Node]]:
-    """What computes a node from those of its arguments that are nodes, and these."""
+    """The function that computes a node from its arguments that are nodes, and these arguments."""
     function, arguments = node.function(), node.arguments
     places = [i for i, a in enumerate(arguments) if isinstance(a, Node)]
     if len(places) == len(arguments):

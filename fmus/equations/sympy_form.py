@@ -1,4 +1,4 @@
-"""A component in symbols: its equations as SymPy expressions, and their exact Jacobian.
+"""The equations of a component as SymPy expressions, and their exact Jacobian.
 
     M(p, x) x' = f(x, u, p, t),   y = g(x, u, p, t),   J = d(f - M x', g) / d(x, u)
 """
@@ -12,13 +12,13 @@ import numpy as np
 import sympy
 from sympy.core.relational import Relational
 
-from fmus.component import Component
-from fmus.mathematics import SYMBOLIC, Quantised
-from fmus.terms import common_subexpressions
+from fmus.declaration.component import Component
+from fmus.expressions.expression_graph import common_subexpressions
+from fmus.expressions.functions import SYMBOLIC, Quantised
 
 
 class Entries:
-    """Those entries of a matrix that are not zero, as one fast function of values by name."""
+    """A symbolic matrix as a function of values by name, of which only the nonzero entries are evaluated."""
 
     def __init__(self, matrix: sympy.Matrix, symbols: dict[str, sympy.Symbol]):
         self.shape = matrix.shape
@@ -26,7 +26,9 @@ class Entries:
         entries = [matrix[i, j] for i, j in self.where]
         used = set().union(*(e.free_symbols for e in entries)) if entries else set()
         self.arguments = [n for n, s in symbols.items() if s in used]
-        self.function = sympy.lambdify([symbols[n] for n in self.arguments], entries, "numpy", cse=common_subexpressions)
+        self.function = sympy.lambdify(
+            [symbols[n] for n in self.arguments], entries, "numpy", cse=common_subexpressions
+        )
 
     def __call__(self, values: dict[str, Any]) -> np.ndarray:
         arguments = [values[n] for n in self.arguments]
@@ -39,7 +41,7 @@ class Entries:
 
 @dataclass
 class Symbolic:
-    """The equations of a component's structure; the same for all parameter values.
+    """The equations of a component in symbols; the same for all parameter values of one structure.
 
     rates (nx) is f, mass (nx, nx) is M, outputs (ny) is g, calculated holds the calculated parameters.
     """
@@ -52,6 +54,7 @@ class Symbolic:
     calculated: list[sympy.Expr]
 
     def symbols_of(self, names: tuple[str, ...]) -> list[sympy.Symbol]:
+        """The symbols of these variables."""
         return [self.symbols[name] for name in names]
 
     @cached_property
@@ -61,17 +64,18 @@ class Symbolic:
 
     @cached_property
     def has_mass(self) -> bool:
+        """Whether the mass matrix differs from the identity."""
         return self.mass != sympy.eye(self.mass.rows)
 
     @cached_property
     def coupled(self) -> list[int]:
-        """The places of the states whose rates the mass matrix couples; for all others it is the identity."""
+        """The indices of the states whose rows or columns of the mass matrix differ from the identity."""
         other = self.mass - sympy.eye(self.mass.rows)
         return [i for i in range(other.rows) if any(other[i, j] != 0 or other[j, i] != 0 for j in range(other.rows))]
 
     @cached_property
     def jacobian(self) -> sympy.Matrix:
-        """d(f - M x', g)/d(x, u), shape (nx + ny, nx + nu); x' appears only where M depends on x or u."""
+        """d(f - M x', g)/d(x, u), shape (nx + ny, nx + nu); x' occurs only where M depends on x or u."""
         return self.slopes(self.component.states + self.component.inputs)
 
     def slopes(self, names: tuple[str, ...]) -> sympy.Matrix:
@@ -83,27 +87,30 @@ class Symbolic:
         rows += self.outputs
         if not rows or not unknowns:
             return sympy.zeros(len(rows), len(unknowns))
-        # The slope of a jump is zero beside it; on it there is none.
+        # The derivative of a step is taken as zero everywhere.
         return sympy.Matrix(rows).jacobian(unknowns).replace(sympy.DiracDelta, lambda *_: sympy.S.Zero)
 
     @cached_property
     def needs_derivatives(self) -> bool:
-        """Whether x' appears in the Jacobian."""
+        """Whether x' occurs in the Jacobian."""
         return bool(self.jacobian.free_symbols & set(self.derivative_symbols))
 
     @cached_property
     def jacobian_entries(self) -> Entries:
+        """The Jacobian as a function of values by name."""
         return Entries(self.jacobian, {**self.symbols, **{s.name: s for s in self.derivative_symbols}})
 
     @cached_property
     def mass_entries(self) -> Entries:
+        """The mass matrix as a function of values by name."""
         return Entries(self.mass, self.symbols)
 
     @cached_property
     def scheduling(self) -> tuple[str, ...] | None:
-        """The inputs (a motorcycle's speed) that must be held for the rates to be linear in all the rest.
+        """The inputs (the speed of a motorcycle) that must be constant for the rates to be linear in all other
+        variables.
 
-        None when no such set exists: then the rates are nonlinear, or depend on time.
+        None when no such set exists: the rates are nonlinear then, or depend on time.
         """
         component = self.component
         time, states = self.symbols["time"], set(self.symbols_of(component.states))
@@ -113,7 +120,7 @@ class Symbolic:
         held = {n for n in component.inputs if self.symbols[n] in constant}
         while True:
             varying = self._varying(range(len(states)), held)
-            # A product of a state and an input is the input's doing: holding the input may be enough.
+            # A product of a state and an input is linear once the input is constant.
             more = varying & set(component.inputs)
             if varying and not more:
                 return None
@@ -123,7 +130,7 @@ class Symbolic:
 
     @cached_property
     def linear_outputs(self) -> bool:
-        """Whether the outputs are linear, too, while the inputs in `scheduling` are held."""
+        """Whether the outputs are linear as well while the inputs in `scheduling` are constant."""
         free = {n for n in self.component.states + self.component.inputs if n not in (self.scheduling or ())}
         unsteady = {self.symbols["time"], *(self.symbols[n] for n in free)}
         rows = range(len(self.rates), self.jacobian.rows)
@@ -131,7 +138,7 @@ class Symbolic:
         return linear and not any(self.symbols["time"] in e.free_symbols for e in self.outputs)
 
     def _varying(self, rows: Iterable[int], held: set[str]) -> set[str]:
-        """The states and inputs besides the held ones that slopes with respect to these contain."""
+        """The free states and inputs on which the derivatives with respect to free states and inputs depend."""
         every = self.component.states + self.component.inputs
         free = [n for n in every if n not in held]
         slopes = self.jacobian.extract(list(rows), [every.index(n) for n in free]).free_symbols
@@ -139,17 +146,23 @@ class Symbolic:
 
 
 def switching(expressions: Iterable[sympy.Expr]) -> set[sympy.Symbol]:
-    """The symbols that make expressions jump: slopes are zero beside a jump, so the Jacobian does not show them."""
-    return set().union(*(jump.free_symbols for e in expressions for jump in e.atoms(Relational, sympy.sign, sympy.Heaviside, Quantised)))
+    """The symbols in switching functions: the Jacobian does not contain these, because it is zero beside a step."""
+    return set().union(
+        *(
+            jump.free_symbols
+            for e in expressions
+            for jump in e.atoms(Relational, sympy.sign, sympy.Heaviside, Quantised)
+        )
+    )
 
 
 _CACHE: dict[Any, Symbolic] = {}
 
 
 def symbolic(component: Component) -> Symbolic:
-    """The component's equations in symbols, made once for each structure.
+    """The equations of the component in symbols, derived once for each structure.
 
-    Raises InputError when the equations leave a rate or an output out, or return a name that the table lacks.
+    Raises InputError when a rate or an output is missing, or is not in the table.
     """
     if component.structure not in _CACHE:
         _CACHE[component.structure] = _derive(component)

@@ -1,7 +1,7 @@
-"""An FMU from a component: reproducible to the byte, validated before it is called built, complete or not there.
+"""FMUs from components: reproducible to the byte, validated and run before they are stored, written atomically.
 
-An archive is kept in a cache under a key of all that it follows from (see `fmus.origin`), so that a second build is a
-copy. The cache is the platform's folder for such things, or the folder that the environment variable MOTOFMI_CACHE names.
+Archives are cached under a key of everything that determines them (`fmus.export.cache_key`), so that a second build is
+a copy. The cache is the user's cache folder of the platform, or the folder in the environment variable MOTOFMI_CACHE.
 """
 
 import hashlib
@@ -21,29 +21,43 @@ import platformdirs
 import pythonfmu
 from fmpy.validation import validate_fmu
 
-from fmus import compilers, model_description3, python_backend, ready_made
-from fmus.c_code import model_code
-from fmus.compilers import Platform
-from fmus.component import Component
-from fmus.errors import InputError, MissingToolError, unknown
-from fmus.interface import Interface, identifier
-from fmus.model_description import compiled, model_description
-from fmus.origin import origin
+from fmus.declaration.component import Component
+from fmus.export import compilers, model_description3, prebuilt, python_backend
+from fmus.export.c_code import model_code
+from fmus.export.cache_key import cache_key
+from fmus.export.compilers import Platform
+from fmus.export.interface import Interface, identifier
+from fmus.export.model_description2 import compiled, model_description
+from fmus.support.errors import InputError, MissingToolError, unknown
+from fmus.support.files import write_atomically
 
-RUNTIME = ("call.c", "derivatives.c", "exact_step.c", "instance.c", "linear_algebra.c", "rosenbrock.c", "runtime.c", "snapshot.c", "step.c")
-API = {2: ("fmi2_fmu.c", "fmi2.c"), 3: ("fmi3_fmu.c", "fmi3.c", "fmi3_absent.c", "fmi3_step.c", "fmi3_host.h")}  # the first is compiled
+RUNTIME = (
+    "call.c",
+    "derivatives.c",
+    "exact_step.c",
+    "instance.c",
+    "linear_algebra.c",
+    "rosenbrock.c",
+    "runtime.c",
+    "snapshot.c",
+    "step.c",
+)
+API = {
+    2: ("fmi2_fmu.c", "fmi2.c"),
+    3: ("fmi3_fmu.c", "fmi3.c", "fmi3_absent.c", "fmi3_step.c", "fmi3_host.h"),
+}  # the first is compiled
 HEADERS = ("call.h", "instance.h", "linear_algebra.h", "model.h", "snapshot.h", "step.h")
 FMI_HEADERS = {
     2: ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h"),
     3: ("fmi3FunctionTypes.h", "fmi3Functions.h", "fmi3PlatformTypes.h"),
 }
-GUID = "{the identifier that follows from the content}"
+GUID = "{placeholder of the GUID}"
 BACKENDS = ("compiled", "python")
 
 
 @dataclass(frozen=True)
 class BuiltFmu:
-    """An archive on disk: the model's name, where it is, its SHA-256, the platforms that it runs on."""
+    """An archive on disk: name of the model, path, SHA-256, and the platforms that it has binaries for."""
 
     name: str
     path: Path
@@ -51,8 +65,10 @@ class BuiltFmu:
     platforms: tuple[str, ...]
 
 
-def build(component: Component, out_dir: str | Path = ".", fmi: int = 2, backend: str = "compiled", platforms: str = "host") -> BuiltFmu:
-    """Writes the component's FMU into a folder, which is made where it is missing.
+def build(
+    component: Component, out_dir: str | Path = ".", fmi: int = 2, backend: str = "compiled", platforms: str = "host"
+) -> BuiltFmu:
+    """Write the component's FMU into a folder, which is created if it does not exist.
 
     fmi is 2 or 3, backend `compiled` or `python` (FMI 2 only, its own platforms), platforms `host`, `all` or a
     comma list of names (`build_all` where one archive cannot hold them). Raises InputError for a wrong choice or a
@@ -64,28 +80,30 @@ def build(component: Component, out_dir: str | Path = ".", fmi: int = 2, backend
         raise InputError("the python back end makes FMI 2 only; choose --fmi 2 or --backend compiled")
     if fmi not in FMI_HEADERS:
         raise unknown("FMI version", fmi, map(str, FMI_HEADERS))
-    folder = writable(out_dir)
+    folder = writable_folder(out_dir)
     name, data, made_for = _python(component) if backend == "python" else _compiled(component, fmi, platforms)
     path = folder / f"{name}.fmu"
-    write(path, data)
+    write_atomically(path, lambda beside: beside.write_bytes(data))
     return BuiltFmu(identifier(component), path, hashlib.sha256(data).hexdigest(), made_for)
 
 
 def _python(component: Component) -> tuple[str, bytes, tuple[str, ...]]:
     """File name without suffix, bytes and platforms of the archive of the python back end."""
     name, made_for = f"{identifier(component)}_python", python_backend.PLATFORMS
-    found = Cached(name, component, lambda: python_backend.sources(Interface(component)), ["python", pythonfmu.__version__])
+    found = CachedArchive(
+        name, component, lambda: python_backend.sources(Interface(component)), ["python", pythonfmu.__version__]
+    )
     return name, found.archive(python_backend.packed, compilers.host().name in made_for), made_for
 
 
 def _compiled(component: Component, fmi: int, platforms: str) -> tuple[str, bytes, tuple[str, ...]]:
-    """The same of the compiled back end; without a compiler a ready-made archive, if it fits."""
+    """The same of the compiled back end; without a compiler a prebuilt archive, if it matches."""
     wanted, suffix = archive_platforms(fmi, platforms)
     name, targets = identifier(component) + suffix, tuple(p.name for p in wanted)
     try:
         tools = compiler_versions(wanted, platforms)
     except MissingToolError:
-        shipped = ready_made.find(f"{name}.fmu", source_contents(Interface(component), fmi)["modelDescription.xml"])
+        shipped = prebuilt.find(f"{name}.fmu", source_contents(Interface(component), fmi)["modelDescription.xml"])
         if shipped is None or not set(targets) <= set(shipped[1]):
             raise
         return name, *shipped
@@ -93,13 +111,13 @@ def _compiled(component: Component, fmi: int, platforms: str) -> tuple[str, byte
     def packed(sources: Mapping[str, bytes]) -> dict[str, bytes]:
         return {**sources, **binaries(identifier(component), sources, fmi, wanted, native=platforms == "host")}
 
-    found = Cached(name, component, lambda: source_contents(Interface(component), fmi), [f"FMI {fmi}", *tools])
+    found = CachedArchive(name, component, lambda: source_contents(Interface(component), fmi), [f"FMI {fmi}", *tools])
     return name, found.archive(packed, compilers.host().name in targets), targets
 
 
 @dataclass
-class Cached:
-    """An archive's place in the cache. The sources are made only where they are needed."""
+class CachedArchive:
+    """An archive in the cache. Its sources are generated only when they are needed."""
 
     name: str
     component: Component
@@ -111,17 +129,19 @@ class Cached:
         return self.make_sources()
 
     def archive(self, packed: Callable[[Mapping[str, bytes]], dict[str, bytes]], load: bool) -> bytes:
-        """The archive's bytes, made of `packed(sources)` and put into the cache first if it is new there."""
-        known = origin(self.component)
+        """The archive's bytes; if it is not in the cache, it is made of `packed(sources)` and stored there first."""
+        known = cache_key(self.component)
         key = content_key(self.sources, *self.tools) if known is None else content_key({}, known, *self.tools)
         path = cache_folder() / f"{self.name}-{key[:32]}.fmu"
         if not path.is_file():
-            finish(archive(packed(self.sources)), path, load)
+            store(archive(packed(self.sources)), path, load)
         return path.read_bytes()
 
 
-def build_all(component: Component, out_dir: str | Path = ".", fmi: int = 2, backend: str = "compiled", platforms: str = "host") -> list[BuiltFmu]:
-    """The same as `build`, in as many archives as it takes.
+def build_all(
+    component: Component, out_dir: str | Path = ".", fmi: int = 2, backend: str = "compiled", platforms: str = "host"
+) -> list[BuiltFmu]:
+    """The same as `build`, in as many archives as the platforms need.
 
     FMI 2 has one folder for Linux, which its two kinds of processor cannot share: `linux-arm64` gets an archive of
     its own there.
@@ -138,14 +158,18 @@ def archive_platforms(fmi: int, platforms: str) -> tuple[list[Platform], str]:
     if fmi == 3:
         return wanted, "_fmi3"
     if len({p.folder for p in wanted}) < len(wanted):
-        raise InputError("linux-x86_64 and linux-arm64 share one folder in FMI 2: build them apart (build_all), or use --fmi 3")
-    return wanted, "_arm64" if [p.name for p in wanted] == ["linux-arm64"] and compilers.host().name != "linux-arm64" else ""
+        raise InputError(
+            "linux-x86_64 and linux-arm64 share one folder in FMI 2: build them apart (build_all), or use --fmi 3"
+        )
+    return wanted, "_arm64" if [p.name for p in wanted] == [
+        "linux-arm64"
+    ] and compilers.host().name != "linux-arm64" else ""
 
 
 def source_contents(interface: Interface, fmi: int) -> dict[str, bytes]:
     """Model description and C source, by their path in the archive. The GUID follows from all of them."""
     name = interface.identifier
-    runtime = files("fmus").joinpath("runtime")
+    runtime = files("fmus.export").joinpath("runtime")
     code = {n: runtime.joinpath(n).read_bytes() for n in (*RUNTIME, *HEADERS, *API[fmi], "LICENSE.txt")}
     code.update({n: (Path(fmpy.__file__).parent / "c-code" / n).read_bytes() for n in FMI_HEADERS[fmi]})
     code["model.c"] = model_code(interface, name, GUID).encode()
@@ -177,11 +201,13 @@ def content_key(contents: Mapping[str, bytes], *more: str) -> str:
 
 
 def compiler_versions(wanted: list[Platform], platforms: str) -> list[str]:
-    """What compiles each platform, for the key of the cache."""
+    """The compiler of each platform with its version, for the cache key."""
     return [" ".join(c) + compilers.version(c) for p in wanted for c in compilers.commands(p, platforms == "host")]
 
 
-def binaries(name: str, contents: Mapping[str, bytes], fmi: int, wanted: list[Platform], native: bool) -> dict[str, bytes]:
+def binaries(
+    name: str, contents: Mapping[str, bytes], fmi: int, wanted: list[Platform], native: bool
+) -> dict[str, bytes]:
     """The shared libraries of that name by their path in the archive."""
     sources = {name.removeprefix("sources/"): data for name, data in contents.items() if name.startswith("sources/")}
     made = {}
@@ -192,7 +218,9 @@ def binaries(name: str, contents: Mapping[str, bytes], fmi: int, wanted: list[Pl
             libraries = compilers.compile_library(target, native, Path(folder), API[fmi][:1], name)
         library = f"{name}{target.suffix}"
         if fmi == 2:
-            made[f"binaries/{target.folder}/{library}"] = libraries[0] if len(libraries) == 1 else compilers.universal(libraries)
+            made[f"binaries/{target.folder}/{library}"] = (
+                libraries[0] if len(libraries) == 1 else compilers.universal(libraries)
+            )
         else:
             made.update({f"binaries/{t}/{library}": b for t, b in zip(target.tuples, libraries, strict=False)})
     return made
@@ -209,10 +237,10 @@ def archive(contents: Mapping[str, bytes]) -> bytes:
     return buffer.getvalue()
 
 
-def finish(data: bytes, path: Path, load: bool) -> None:
-    """Puts the archive at its path once it is valid and, where this machine can, has been loaded and stepped.
+def store(data: bytes, path: Path, load: bool) -> None:
+    """Write the archive after it has been validated and, with `load`, simulated for two steps on this machine.
 
-    Raises RuntimeError with the problems found: then nothing is at the path.
+    Raises RuntimeError with the first problem found; nothing is written then.
     """
     with tempfile.TemporaryDirectory(dir=path.parent) as folder:
         draft = Path(folder, path.name)
@@ -225,29 +253,19 @@ def finish(data: bytes, path: Path, load: bool) -> None:
         os.replace(draft, path)
 
 
-def writable(folder: str | Path) -> Path:
-    """The folder, made where it is missing. Raises InputError when nothing can be written there."""
+def writable_folder(folder: str | Path) -> Path:
+    """The folder, created if it does not exist. Raises InputError when nothing can be written there."""
     path = Path(folder)
     try:
         path.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=path).close()
     except OSError as error:
-        raise InputError(f"cannot write to folder {path}: {error.strerror}; choose another (--out, or MOTOFMI_CACHE for the cache)") from None
+        raise InputError(
+            f"cannot write to folder {path}: {error.strerror}; choose another (--out, or MOTOFMI_CACHE for the cache)"
+        ) from None
     return path
 
 
-def write(path: Path, data: bytes) -> None:
-    """Writes a file beside its place, then puts it there."""
-    with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as draft:
-        draft.write(data)
-    try:
-        os.chmod(draft.name, 0o644)
-        os.replace(draft.name, path)
-    except OSError as error:
-        os.unlink(draft.name)
-        raise InputError(f"cannot write {path}: {error.strerror}") from None
-
-
 def cache_folder() -> Path:
-    """Where archives are kept. Raises InputError when it cannot be written."""
-    return writable(os.environ.get("MOTOFMI_CACHE") or platformdirs.user_cache_dir("motofmi"))
+    """The folder of the cache. Raises InputError when it cannot be written."""
+    return writable_folder(os.environ.get("MOTOFMI_CACHE") or platformdirs.user_cache_dir("motofmi"))

@@ -1,11 +1,11 @@
-"""C99 of a component's equations, and the tables that the shared runtime (fmus/runtime) reads.
+"""C99 of a component's equations, and the tables that the shared runtime (fmus/export/runtime) reads.
 
     M(z) x' = f(z),   y = g(z),   d(f - M x', g) / d(x, u, t)
 
-`z` is the vector of all values in the order of the references (see `fmus.interface`); behind them come numbers
-that depend on the parameters alone, so that no step computes the cosine of a caster angle, and behind those the
-terms (see `fmus.terms`) that the rates share with the outputs or the Jacobian. Common subexpressions are computed
-once for each function. The mass matrix is solved in the runtime.
+`z` is the vector of all values in the order of the references (see `fmus.export.interface`); behind them come numbers
+that depend on the parameters alone, so that no step computes the cosine of a caster angle, and behind those the terms
+(see `fmus.expressions.expression_graph`) that the rates share with the outputs or the Jacobian. Common subexpressions
+are computed once for each function. The mass matrix is solved in the runtime.
 """
 
 import re
@@ -18,14 +18,21 @@ import jinja2
 import sympy
 from sympy.printing.c import C99CodePrinter
 
-from fmus.interface import TOLERANCE, Interface
-from fmus.terms import Each, Term, common_subexpressions, opened, plain_symbol
+from fmus.export.interface import TOLERANCE, Interface
+from fmus.expressions.expression_graph import Each, Term, common_subexpressions, plain_symbol, terms_in
 
-ROLES = {"time": "TIME", "calculated": "CALCULATED", "input": "INPUT", "state": "STATE", "output": "OUTPUT", "derivative": "DERIVATIVE"}
+ROLES = {
+    "time": "TIME",
+    "calculated": "CALCULATED",
+    "input": "INPUT",
+    "state": "STATE",
+    "output": "OUTPUT",
+    "derivative": "DERIVATIVE",
+}
 
 
 CONSTANT = "constant "  # a name that no variable has
-UNNAMED = (CONSTANT, "term_")  # read where they are; variables of the table get a name
+UNNAMED = (CONSTANT, "term_")  # read in place; variables of the table get a C name
 OF_EACH = " + k]"  # at the end of a place that depends on the value in a loop
 
 
@@ -56,7 +63,7 @@ class Printer(C99CodePrinter):
 def model_code(interface: Interface, identifier: str, guid: str) -> str:
     """The generated file `model.c` of an FMU."""
     template = jinja2.Environment(keep_trailing_newline=True, undefined=jinja2.StrictUndefined)
-    source = files("fmus").joinpath("runtime/model.c.in").read_text("utf-8")
+    source = files("fmus.export").joinpath("runtime", "model.c.in").read_text("utf-8")
     return template.from_string(source).render(_context(interface, identifier, guid))
 
 
@@ -104,9 +111,9 @@ Assignments = Sequence[tuple[str, sympy.Expr]]
 
 def shared_terms(functions: Mapping[str, Assignments]) -> list[Term]:
     """The terms that rates or mass matrix share with outputs or Jacobian, each after those in its definition."""
-    needed = {name: opened([e for _, e in assigned]) for name, assigned in functions.items()}
+    needed = {name: terms_in([e for _, e in assigned]) for name, assigned in functions.items()}
     elsewhere = {*needed["outputs"], *needed["jacobian"]}
-    return [t for t in opened([e for name in ("rates", "mass") for _, e in functions[name]]) if t in elsewhere]
+    return [t for t in terms_in([e for name in ("rates", "mass") for _, e in functions[name]]) if t in elsewhere]
 
 
 def met(functions: Iterable[Assignments], shared: Sequence[Term]) -> set[Term]:
@@ -115,7 +122,7 @@ def met(functions: Iterable[Assignments], shared: Sequence[Term]) -> set[Term]:
     found: set[Term] = set()
     for assigned in functions:
         expressions = [e for _, e in assigned]
-        found.update(*(e.atoms(Term) for e in (*expressions, *(t.definition for t in opened(expressions, given)))))
+        found.update(*(e.atoms(Term) for e in (*expressions, *(t.definition for t in terms_in(expressions, given)))))
     return found & given
 
 
@@ -138,7 +145,9 @@ class Constants:
     """Subexpressions that depend on the parameters alone, each given a symbol."""
 
     def __init__(self, interface: Interface):
-        self.parameters = {interface.form.symbols[v.name] for v in interface.of("parameter") if v.name in interface.form.symbols}
+        self.parameters = {
+            interface.form.symbols[v.name] for v in interface.of("parameter") if v.name in interface.form.symbols
+        }
         self.symbols: dict[sympy.Expr, Constant] = {}
         self.terms: dict[Term, sympy.Expr] = {}
 
@@ -165,7 +174,7 @@ class Constants:
 
 
 def each_of(expression: sympy.Expr) -> Each | None:
-    """What takes the values of a total in this part of its summand."""
+    """The symbols that take the values of a total in this part of its summand."""
     return next((s for s in expression.free_symbols if isinstance(s, Each)), None)
 
 
@@ -176,7 +185,8 @@ def variable_places(interface: Interface) -> dict[sympy.Symbol, str]:
 
 
 def laid_out(definitions: Mapping[sympy.Symbol, sympy.Expr], place: int) -> tuple[dict[sympy.Symbol, str], int]:
-    """Places in the vector of values from one on, in a loop over k as many as it has values; and the place behind them."""
+    """Places in the vector of values from one on, in a loop over k as many as it has values; and
+    the place behind them."""
     places = {}
     for symbol, definition in definitions.items():
         each = each_of(definition)
@@ -186,7 +196,8 @@ def laid_out(definitions: Mapping[sympy.Symbol, sympy.Expr], place: int) -> tupl
 
 
 def statements(assigned: Assignments, places: Mapping[sympy.Symbol, str], given: Collection[Term] = ()) -> list[str]:
-    """The C statements of `target = expression`: the variables that they read, loops, common subexpressions, the targets.
+    """The C statements of `target = expression`: the variables that they read, loops, common
+    subexpressions, the targets.
 
     The given terms are read from their places.
     """
@@ -194,10 +205,15 @@ def statements(assigned: Assignments, places: Mapping[sympy.Symbol, str], given:
         return []
     text = Text(places)
     outside = [(target, e) for target, e in assigned if each_of(e) is None]
-    totals = [t for t in opened([e for _, e in outside], given) if t.each is not None]
+    totals = [t for t in terms_in([e for _, e in outside], given) if t.each is not None]
     loops = {each for each in (*(t.each for t in totals), *(each_of(e) for _, e in assigned)) if each is not None}
     for each in sorted(loops, key=str):
-        text.loop(each, [t for t in totals if t.each == each], [(target, e) for target, e in assigned if each_of(e) == each], given)
+        text.loop(
+            each,
+            [t for t in totals if t.each == each],
+            [(target, e) for target, e in assigned if each_of(e) == each],
+            given,
+        )
     common, reduced = common_subexpressions([e for _, e in outside], {*given, *totals})
     text.define(common)
     text.lines += [f"{target} = {text(e)};" for (target, _), e in zip(outside, reduced, strict=True)]
@@ -229,7 +245,10 @@ class Text:
 
     def variables(self) -> list[str]:
         """The variables of the table that have been read."""
-        return [f"const double {c_name(s.name)} = {self.places[s]};" for s in sorted(self.read, key=lambda s: _order(self.places[s]))]
+        return [
+            f"const double {c_name(s.name)} = {self.places[s]};"
+            for s in sorted(self.read, key=lambda s: _order(self.places[s]))
+        ]
 
     def define(self, common: Sequence[tuple[sympy.Symbol, sympy.Expr]], indent: str = "") -> None:
         for symbol, expression in common:
@@ -238,7 +257,8 @@ class Text:
             self.lines.append(f"{indent}const double {name} = {line};")
 
     def loop(self, each: Each, totals: Sequence[Term], assigned: Assignments, given: Collection[Term]) -> None:
-        """The sums of the totals, and what is assigned for each value; what is the same for all comes before."""
+        """The sums of the totals, and what is assigned for each value; expressions that are the same for all
+        values come before."""
         common, reduced = common_subexpressions([*(t.definition for t in totals), *(e for _, e in assigned)], given)
         varying: set[sympy.Symbol] = set()
         for symbol, expression in common:
@@ -250,10 +270,14 @@ class Text:
         self.lines += [f"double {name} = 0;" for name in sums]
         self.lines.append(f"for (unsigned k = 0; k < {len(each.values)}; k++) {{")
         self.names[each] = "each"
-        self.lines.append(f"    const double each = (const double[]){{{', '.join(map(repr, map(float, each.values)))}}}[k];")
+        self.lines.append(
+            f"    const double each = (const double[]){{{', '.join(map(repr, map(float, each.values)))}}}[k];"
+        )
         self.define([pair for pair in common if pair[0] in varying], "    ")
         self.lines += [f"    {name} += {self(e)};" for name, e in zip(sums, reduced, strict=False)]
-        self.lines += [f"    {target} = {self(e)};" for (target, _), e in zip(assigned, reduced[len(totals) :], strict=True)]
+        self.lines += [
+            f"    {target} = {self(e)};" for (target, _), e in zip(assigned, reduced[len(totals) :], strict=True)
+        ]
         self.lines += ["    (void)each;", "}"]
         self.names.update({plain_symbol(t): name for t, name in zip(totals, sums, strict=True)})
 
@@ -264,7 +288,8 @@ def c_name(name: str) -> str:
 
 
 def literal(value: float) -> str:
-    """A number in C with all its digits; where there is no bound it is the largest number, so that infinity is outside."""
+    """A number in C with all its digits; an absent bound is the largest finite number, so that
+    infinity is out of bounds."""
     if abs(value) == inf:
         return "DBL_MAX" if value > 0 else "-DBL_MAX"
     return repr(float(value))

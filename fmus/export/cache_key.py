@@ -1,7 +1,7 @@
-"""What an archive follows from, without deriving anything: the key under which it is kept.
+"""The cache key of a component's archives, computed without generating them.
 
-The equations in an archive are those of classes, so they follow from the source text of the modules that these
-classes reach, from what the component holds (values, table, structure), and from the versions of what renders them.
+An archive is determined by the source text of the modules that the component's classes use, by the component's data
+(values, table, structure), and by the versions of the packages that generate the archive.
 """
 
 import sys
@@ -15,43 +15,47 @@ from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
 
-from fmus.component import Component
+from fmus.declaration.component import Component
 
-RENDERERS = ("sympy", "jinja2", "fmpy", "pythonfmu")
+GENERATORS = ("sympy", "jinja2", "fmpy", "pythonfmu")
 LIBRARIES = tuple(Path(sysconfig.get_path(kind)) for kind in ("stdlib", "platstdlib", "purelib", "platlib"))
 
 
-def origin(component: Component) -> str | None:
-    """A digest of all that the component's archives follow from but the tools that compile them.
+def cache_key(component: Component) -> str | None:
+    """A digest of everything that determines the component's archives, except the compilers.
 
-    None where that cannot be told: equations without a source file, made inside a function, or depending on more than
-    text and numbers.
+    None where it cannot be determined: equations without a source file, defined inside a function, or depending on
+    objects other than text and numbers.
     """
-    written = _written(component.structure)
+    structure = _structure_text(component.structure)
     classes = {c for c in _classes(component.structure) if c is not object}
     sources = _sources(classes)
-    if written is None or sources is None:
+    if structure is None or sources is None:
         return None
-    methods = sorted(f"{c.__module__}.{c.__qualname__}.{n} {f.__qualname__} {f.__code__.co_firstlineno}" for c in classes for n, f in _functions(c))
+    methods = sorted(
+        f"{c.__module__}.{c.__qualname__}.{n} {f.__qualname__} {f.__code__.co_firstlineno}"
+        for c in classes
+        for n, f in _functions(c)
+    )
     held = (component.name, component.source, list(component.table.items()), component.values)
-    versions = [sys.version, zlib.ZLIB_RUNTIME_VERSION, *map(version, RENDERERS)]
-    digest = sha256(repr((written, methods, held, versions)).encode())
+    versions = [sys.version, zlib.ZLIB_RUNTIME_VERSION, *map(version, GENERATORS)]
+    digest = sha256(repr((structure, methods, held, versions)).encode())
     for path in sorted({*sources, *_of_this_package()}):
         digest.update(path.name.encode() + sha256(path.read_bytes()).digest())
     return digest.hexdigest()
 
 
 def _of_this_package() -> Iterator[Path]:
-    """All that renders: this package's own code and its C."""
+    """All files that generate archives: this package's Python, C and templates."""
     return (p for p in Path(str(files("fmus"))).rglob("*") if p.suffix in (".py", ".in", ".c", ".h"))
 
 
-def _written(structure: Any) -> str | None:
-    """A component's structure as text; None when something in it has no text that stands for it."""
+def _structure_text(structure: Any) -> str | None:
+    """A component's structure as text; None where a part has no text that identifies it."""
     if isinstance(structure, type):
         return f"{structure.__module__}.{structure.__qualname__}"
     if isinstance(structure, tuple):
-        parts = [_written(part) for part in structure]
+        parts = [_structure_text(part) for part in structure]
         return None if None in parts else f"({', '.join(map(str, parts))})"
     return repr(structure) if isinstance(structure, (str, int, float, type(None))) else None
 
@@ -79,7 +83,7 @@ def _sources(classes: set[type]) -> set[Path] | None:
     for each in classes:
         functions = [f for _, f in _functions(each)]
         if any(set(f.__code__.co_freevars) - {"__class__"} for f in functions):
-            return None  # what the function around them held is nowhere to be read
+            return None  # values of an enclosing function are not in any file
         pending += [f.__globals__ for f in functions] or [_namespace(each)]
     seen: set[int] = set()
     while pending:

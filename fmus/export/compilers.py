@@ -1,7 +1,7 @@
-"""C compilers and platforms: source files in, the shared library of one platform out.
+"""C compilers and platforms: compiles source files to the shared library of one platform.
 
-The host's compiler is $CC, cc, gcc or clang, whichever is there first, else zig; every other platform is
-compiled with zig (the package ziglang), which needs no network and no further tools.
+The host's compiler is the first found of $CC, cc, gcc and clang, else zig. Every other platform is compiled with zig
+(package ziglang), which needs no network and no further tools.
 """
 
 import importlib.metadata
@@ -18,12 +18,12 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
-from fmus.errors import InputError, MissingToolError, unknown
+from fmus.support.errors import InputError, MissingToolError, unknown
 
-# -s: symbol tables name temporary files, which would make every build another one
+# -s: symbol tables contain the names of temporary files, which would make builds differ
 FLAGS = ("-std=c99", "-O3", "-g0", "-s", "-Wall", "-Wextra", "-Wpedantic", "-ffp-contract=off", "-fvisibility=hidden", "-shared",
          "-ffunction-sections")  # fmt: skip
-LINKING = ("-shared", "-s")  # those of them that are the linker's
+LINKING = ("-shared", "-s")  # the flags that belong to the linker
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,13 @@ PLATFORMS = {
         Platform("linux-x86_64", "linux64", ("x86_64-linux",), ".so", ("x86_64-linux-gnu.2.17",)),
         Platform("linux-arm64", "linux64", ("aarch64-linux",), ".so", ("aarch64-linux-gnu.2.17",)),
         Platform("windows-x86_64", "win64", ("x86_64-windows",), ".dll", ("x86_64-windows-gnu",)),
-        Platform("macos", "darwin64", ("x86_64-darwin", "aarch64-darwin"), ".dylib", ("x86_64-macos.11.0", "aarch64-macos.11.0")),
+        Platform(
+            "macos",
+            "darwin64",
+            ("x86_64-darwin", "aarch64-darwin"),
+            ".dylib",
+            ("x86_64-macos.11.0", "aarch64-macos.11.0"),
+        ),
     )
 }
 
@@ -51,7 +57,9 @@ PLATFORMS = {
 def host() -> Platform:
     """The platform of this machine. Raises InputError when it is none of the known ones."""
     arm = platform.machine().lower() in ("arm64", "aarch64")
-    name = {"Linux": "linux-arm64" if arm else "linux-x86_64", "Windows": "windows-x86_64", "Darwin": "macos"}.get(platform.system())
+    name = {"Linux": "linux-arm64" if arm else "linux-x86_64", "Windows": "windows-x86_64", "Darwin": "macos"}.get(
+        platform.system()
+    )
     if name is None:
         raise unknown("platform", platform.system(), PLATFORMS)
     return PLATFORMS[name]
@@ -69,12 +77,12 @@ def chosen(platforms: str) -> list[Platform]:
 
 
 def host_compiler() -> tuple[str, ...] | None:
-    """The command of the host's own C compiler, None where there is none. Raises InputError for a wrong $CC."""
+    """The command of the host's own C compiler; None where none is installed. Raises InputError for a wrong $CC."""
     given = os.environ.get("CC")
     if given:
         command = tuple(shlex.split(given))
         if shutil.which(command[0]) is None:
-            raise InputError(f"CC = {given!r} is no program on this machine; unset CC or set it to a C compiler")
+            raise InputError(f"CC = {given!r} is not a program on this machine; unset CC or set it to a C compiler")
         return command
     found = next((name for name in ("cc", "gcc", "clang") if shutil.which(name)), None)
     return (found,) if found else None
@@ -83,7 +91,9 @@ def host_compiler() -> tuple[str, ...] | None:
 def zig() -> tuple[str, ...]:
     """The command of zig's C compiler. Raises MissingToolError when ziglang is not installed."""
     if find_spec("ziglang") is None:
-        raise MissingToolError("no C compiler for this: install gcc or clang (for this machine only), or `pip install motofmi[platforms]`")
+        raise MissingToolError(
+            "no C compiler for this: install gcc or clang (for this machine only), or `pip install motofmi[platforms]`"
+        )
     return (sys.executable, "-m", "ziglang", "cc")
 
 
@@ -97,10 +107,12 @@ def commands(wanted: Platform, native: bool) -> list[tuple[str, ...]]:
 
 @cache
 def version(command: Sequence[str]) -> str:
-    """What the compiler says of itself; of zig the version of its package, which is quicker."""
+    """The first line of the compiler's `--version`; of zig the version of its package, which is faster."""
     if "ziglang" in command:
         return f"zig {importlib.metadata.version('ziglang')}"
-    return subprocess.run([*command, "--version"], capture_output=True, text=True, check=False).stdout.partition("\n")[0]
+    return subprocess.run([*command, "--version"], capture_output=True, text=True, check=False).stdout.partition("\n")[
+        0
+    ]
 
 
 def compile_library(wanted: Platform, native: bool, folder: Path, files: Sequence[str], name: str) -> list[bytes]:
@@ -119,14 +131,16 @@ def _compile(command: Sequence[str], wanted: Platform, folder: Path, files: Sequ
     if wanted.suffix == ".dylib":
         linking += [f"-Wl,-install_name,@rpath/{library}", "-Wl,-dead_strip"]
     else:
-        linking += ["-Wl,--gc-sections"]  # what has been inlined everywhere
+        linking += ["-Wl,--gc-sections"]  # functions that were inlined everywhere
     objects = [f"{Path(file).stem}.o" for file in files]
     steps = [[*compiling, "-c", "-o", made, file] for made, file in zip(objects, files, strict=True)]
-    # Of what zig adds to a library by itself, the small form
+    # -Os selects the small form of what zig adds to a library
     for options in (*steps, [*linking, "-Os", "-o", library, *objects, "-lm"]):
         done = subprocess.run([*command, *options], cwd=folder, capture_output=True, text=True, check=False)
         if done.returncode:
-            error = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr.strip() or "no message")
+            error = next(
+                (line for line in done.stderr.splitlines() if "error" in line), done.stderr.strip() or "no message"
+            )
             raise MissingToolError(f"{' '.join(command)} cannot compile for {wanted.name}: {error}")
     return (folder / library).read_bytes()
 

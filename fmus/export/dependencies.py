@@ -1,4 +1,5 @@
-"""What each unknown of a component depends on, and how: the ModelStructure of an FMU, exact from the equations.
+"""Dependencies of each unknown of a component with their kinds, for the ModelStructure of an FMU;
+exact, from the equations.
 
 An output depends on the symbols of its expression. A derivative depends on those of every rate that its mass
 matrix couples to it, M x' = f, and on those of that part of the matrix. The kind of a dependency is that of the
@@ -12,13 +13,13 @@ import numpy as np
 import sympy
 from scipy.sparse.csgraph import connected_components
 
-from fmus.interface import Interface
-from fmus.symbolic import switching
+from fmus.equations.sympy_form import switching
+from fmus.export.interface import Interface
 
 
 @dataclass(frozen=True)
 class Dependence:
-    """An unknown's name and, by name in the order of the references, the kinds of what it depends on."""
+    """An unknown's name, and the kind of each dependency by name in the order of the value references."""
 
     unknown: str
     kinds: dict[str, str]
@@ -46,7 +47,7 @@ def derivatives(interface: Interface) -> list[Dependence]:
 
 
 def initial_unknowns(interface: Interface) -> list[tuple[str, list[str]]]:
-    """(unknown, what it depends on) of outputs, derivatives and calculated parameters at initialisation."""
+    """(unknown, names of its dependencies) of outputs, derivatives and calculated parameters at initialisation."""
     form = interface.form
     exposed = {v.name for v in interface.of("state")}
     unknowns = [u for u in _outputs(interface) if u.name not in exposed] + _derivatives(interface)

@@ -9,10 +9,10 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from fmus.component import Component
-from fmus.errors import InputError
-from fmus.symbolic import Symbolic, symbolic
-from fmus.variables import Variable, parameter, state
+from fmus.declaration.component import Component
+from fmus.declaration.variables import Variable, parameter, state
+from fmus.equations.sympy_form import Symbolic, symbolic
+from fmus.support.errors import InputError
 
 TOLERANCE = parameter("1", "Relative error that an internal step may make where no exact step exists",
                       start=1e-10, min=1e-13, max=1e-2, tunable=False).named("relative_tolerance")  # fmt: skip
@@ -21,7 +21,8 @@ TIME = state("s", "Time").named("time")
 
 @dataclass(frozen=True)
 class FmuVariable:
-    """One variable of the FMU: its value reference, what it is there (`role` adds `time` and `derivative`), its row."""
+    """One variable of the FMU: value reference, role (that of the component, or `time` or `derivative`), row of the
+    table, start value."""
 
     reference: int
     role: str
@@ -34,7 +35,7 @@ class FmuVariable:
 
 
 class Interface:
-    """What a component shows as an FMU."""
+    """The variables of a component's FMU with their value references."""
 
     def __init__(self, component: Component):
         self.component = component
@@ -42,7 +43,10 @@ class Interface:
         self.variables = [FmuVariable(i, *entry) for i, entry in enumerate(self._entries())]
         self.references = {v.name: v.reference for v in self.variables}
         if len(self.references) < len(self.variables):
-            raise InputError(f"{component.name}: {TIME.name!r} and {TOLERANCE.name!r} name what every FMU has; rename the component's variable")
+            raise InputError(
+                f"{component.name}: {TIME.name!r} and {TOLERANCE.name!r} are variables of every FMU; rename the "
+                "component's variable"
+            )
 
     def _entries(self) -> Iterator[tuple[str, Variable, float]]:
         component = self.component
@@ -54,7 +58,11 @@ class Interface:
             if role == "parameter" and self.has_tolerance:
                 yield "parameter", TOLERANCE, TOLERANCE.start
         for name, row in component.rows("state").items():
-            yield "derivative", state(per_second(row.unit), f"Rate of change of: {row.description}").named(f"der({name})"), 0.0
+            yield (
+                "derivative",
+                state(per_second(row.unit), f"Rate of change of: {row.description}").named(f"der({name})"),
+                0.0,
+            )
 
     @property
     def exact(self) -> bool:
@@ -85,7 +93,9 @@ class Interface:
     def first(self, role: str) -> int:
         """The first reference of a role; where there is none, the one that it would have."""
         order = ["time", "parameter", "calculated", "input", "state", "output", "derivative"]
-        return next((v.reference for v in self.variables if order.index(v.role) >= order.index(role)), len(self.variables))
+        return next(
+            (v.reference for v in self.variables if order.index(v.role) >= order.index(role)), len(self.variables)
+        )
 
     def reference(self, name: str) -> int:
         return self.references[name]
@@ -98,7 +108,7 @@ def identifier(component: Component) -> str:
 
 
 def per_second(name: str) -> str:
-    """The unit divided by a second, in the notation of `fmus.units`: rad -> rad/s, rad/s -> rad/s2."""
+    """The unit divided by a second, in the notation of `fmus.declaration.units`: rad -> rad/s, rad/s -> rad/s2."""
     numerator, *denominators = name.split("/")
     match = re.fullmatch(r"(.*?)\bs(\d*)", denominators[-1]) if denominators else None
     if match:

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from math import isfinite
 from xml.etree import ElementTree as Xml
 
-from fmus import dependencies
-from fmus.interface import TOLERANCE, FmuVariable, Interface
-from fmus.units import BASE, DISPLAY, unit
+from fmus.declaration.units import BASE, DISPLAY, unit
+from fmus.export import dependencies
+from fmus.export.interface import TOLERANCE, FmuVariable, Interface
 
-DATE = "1980-01-01T00:00:00Z"  # the first date that a zip archive can hold; the true one would break reproducibility
+DATE = "1980-01-01T00:00:00Z"  # the earliest date of a zip archive; the date of the build would make builds differ
 TOOL = "motofmi"
 LOG_CATEGORIES = {
     "logStatusError": "What could not be done, with the variable, its value and its bound",
@@ -25,7 +25,7 @@ LOG_CATEGORIES = {
 
 @dataclass(frozen=True)
 class Capabilities:
-    """What a back end can do, in the words of FMI 2.0. `exchange` says whether it offers model exchange too."""
+    """Capabilities of a back end as attributes of FMI 2.0; `exchange`: whether it offers model exchange as well."""
 
     exchange: bool = True
     cosimulation: tuple[tuple[str, str], ...] = ()
@@ -55,7 +55,9 @@ def model_description(interface: Interface, identifier: str, guid: str, can: Cap
         "numberOfEventIndicators": "0",
     })  # fmt: skip
     if can.exchange:
-        shared = {k: v for k, v in can.cosimulation if k.startswith(("canNot", "canGet", "canSerialize", "provides", "canBe"))}
+        shared = {
+            k: v for k, v in can.cosimulation if k.startswith(("canNot", "canGet", "canSerialize", "provides", "canBe"))
+        }
         _interface_type(root, "ModelExchange", identifier, shared, can.sources)
     _interface_type(root, "CoSimulation", identifier, dict(can.cosimulation), can.sources)
     complete(root, interface, (_scalar_variable(interface, v) for v in interface.variables), _structure(interface))
@@ -63,18 +65,20 @@ def model_description(interface: Interface, identifier: str, guid: str, can: Cap
 
 
 def complete(root: Xml.Element, interface: Interface, variables: Iterable[Xml.Element], structure: Xml.Element) -> None:
-    """Adds what comes behind the kinds of FMU, of which variables and structure differ between FMI 2 and 3."""
+    """Add the elements that follow the kinds of FMU; variables and structure differ between FMI 2 and 3."""
     root.append(unit_definitions(interface))
     categories = Xml.SubElement(root, "LogCategories")
     for name, meaning in LOG_CATEGORIES.items():
         Xml.SubElement(categories, "Category", name=name, description=meaning)
-    Xml.SubElement(root, "DefaultExperiment", startTime="0", stopTime="1", tolerance=repr(TOLERANCE.start), stepSize="0.001")
+    Xml.SubElement(
+        root, "DefaultExperiment", startTime="0", stopTime="1", tolerance=repr(TOLERANCE.start), stepSize="0.001"
+    )
     Xml.SubElement(root, "ModelVariables").extend(variables)
     root.append(structure)
 
 
 def described(component) -> dict[str, str]:
-    """The attributes that say what the model is and where its values are from."""
+    """Attributes of the model: name, description, source of the values."""
     description = (component.__doc__ or component.title).strip().splitlines()[0]
     if component.source:
         description += f" Values: {component.source}"
@@ -88,7 +92,7 @@ def to_bytes(root: Xml.Element) -> bytes:
 
 
 def unit_definitions(interface: Interface) -> Xml.Element:
-    """Every unit in use, with its exponents of the base units and what it is displayed in."""
+    """Every unit in use, with its exponents of the base units and its display unit."""
     definitions = Xml.Element("UnitDefinitions")
     for name in sorted({v.row.unit for v in interface.variables}):
         element = Xml.SubElement(definitions, "Unit", name=name)
@@ -116,7 +120,11 @@ def causality(interface: Interface, variable: FmuVariable) -> dict[str, str]:
         return {"causality": "parameter", "variability": "tunable" if row.tunable else "fixed", "initial": "exact"}
     if variable.role == "calculated":
         tunable = any(r.tunable for r in interface.component.rows("parameter").values())
-        return {"causality": "calculatedParameter", "variability": "tunable" if tunable else "fixed", "initial": "calculated"}
+        return {
+            "causality": "calculatedParameter",
+            "variability": "tunable" if tunable else "fixed",
+            "initial": "calculated",
+        }
     if variable.role == "input":
         return {"causality": "input", "variability": "continuous"}
     if variable.role == "state":
@@ -129,7 +137,9 @@ def has_start(variable: FmuVariable) -> bool:
     return variable.role in ("parameter", "input", "state")
 
 
-def _interface_type(root: Xml.Element, kind: str, identifier: str, attributes: dict[str, str], sources: Iterable[str]) -> None:
+def _interface_type(
+    root: Xml.Element, kind: str, identifier: str, attributes: dict[str, str], sources: Iterable[str]
+) -> None:
     element = Xml.SubElement(root, kind, {"modelIdentifier": identifier, **attributes})
     if sources:
         files = Xml.SubElement(element, "SourceFiles")
@@ -159,7 +169,10 @@ def _structure(interface: Interface) -> Xml.Element:
     def index(name: str) -> str:
         return str(interface.reference(name) + 1)
 
-    for tag, rows in (("Outputs", dependencies.outputs(interface)), ("Derivatives", dependencies.derivatives(interface))):
+    for tag, rows in (
+        ("Outputs", dependencies.outputs(interface)),
+        ("Derivatives", dependencies.derivatives(interface)),
+    ):
         if rows:
             parent = Xml.SubElement(structure, tag)
         for row in rows:

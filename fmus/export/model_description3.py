@@ -7,19 +7,10 @@ torque is an `inflow` (it sums up), an angle or a rate a `signal`.
 from collections.abc import Iterable
 from xml.etree import ElementTree as Xml
 
-from fmus import dependencies
-from fmus.interface import FmuVariable, Interface
-from fmus.model_description import (
-    DATE,
-    TOOL,
-    bounds,
-    causality,
-    complete,
-    described,
-    has_start,
-    to_bytes,
-)
-from fmus.units import DISPLAY
+from fmus.declaration.units import DISPLAY
+from fmus.export import dependencies
+from fmus.export.interface import FmuVariable, Interface
+from fmus.export.model_description2 import DATE, TOOL, bounds, causality, complete, described, has_start, to_bytes
 
 COMMON = {"canGetAndSetFMUState": "true", "canSerializeFMUState": "true",
           "providesDirectionalDerivatives": "true", "providesAdjointDerivatives": "true"}  # fmt: skip
@@ -89,16 +80,21 @@ def _float64(interface: Interface, variable: FmuVariable) -> Xml.Element:
 
 
 def _structure(interface: Interface) -> Xml.Element:
-    """ModelStructure; here variables are told by their value references."""
+    """ModelStructure, with variables by their value references."""
     structure = Xml.Element("ModelStructure")
 
     def references(names: Iterable[str]) -> str:
         return " ".join(str(interface.reference(n)) for n in names)
 
-    for tag, rows in (("Output", dependencies.outputs(interface)), ("ContinuousStateDerivative", dependencies.derivatives(interface))):
+    for tag, rows in (
+        ("Output", dependencies.outputs(interface)),
+        ("ContinuousStateDerivative", dependencies.derivatives(interface)),
+    ):
         for row in rows:
             Xml.SubElement(structure, tag, valueReference=references([row.unknown]), dependencies=references(row.kinds),
                            dependenciesKind=" ".join(row.kinds.values()))  # fmt: skip
     for unknown, known in dependencies.initial_unknowns(interface):
-        Xml.SubElement(structure, "InitialUnknown", valueReference=references([unknown]), dependencies=references(known))
+        Xml.SubElement(
+            structure, "InitialUnknown", valueReference=references([unknown]), dependencies=references(known)
+        )
     return structure

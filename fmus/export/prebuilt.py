@@ -1,19 +1,20 @@
-"""Ready-made archives that an installed package carries, so that no compiler is needed for what it knows already.
+"""Prebuilt archives in an installed package, so that its own components need no compiler.
 
-A release puts them into `fmus/built` (see CONTRIBUTING). One is used when its model description is that of the
-component, byte by byte: the identifier in it follows from all of the source code.
+A release puts them into `fmus/built` (see CONTRIBUTING). An archive is used when its model description equals that of
+the component byte by byte; its GUID is computed from all of the source code.
 """
 
 import zipfile
 from importlib.resources import files
 
-from fmus.compilers import PLATFORMS
+from fmus.export.compilers import PLATFORMS
 
 FOLDER = files("fmus").joinpath("built")
 
 
 def find(archive: str, model_description: bytes) -> tuple[bytes, tuple[str, ...]] | None:
-    """The bytes and the platforms of the ready-made archive of that file name, if there is one and it still fits."""
+    """The bytes and the platforms of the prebuilt archive of that file name; None where there is none or its model
+    description differs."""
     path = FOLDER.joinpath(archive)
     if not path.is_file():
         return None

@@ -1,8 +1,8 @@
-"""The python back end: a component as a slave of pythonfmu, generated from its equations and meant to be edited.
+"""The python back end: a component as a slave of pythonfmu, generated from its equations, for users who edit the slave.
 
-The archive holds one readable Python file. It needs Python with numpy and scipy at the importer; what else it
-cannot do stands in its model description: no model exchange, no input or output derivatives, no directional
-derivatives. Its values, its names and its trajectories are those of the compiled back end.
+The archive contains one readable Python file. The importer needs Python with numpy and scipy. The archive offers no
+model exchange, no input or output derivatives and no directional derivatives, as its model description states. Names,
+values and trajectories are those of the compiled back end.
 """
 
 import hashlib
@@ -20,9 +20,9 @@ import jinja2
 import sympy
 from sympy.printing.pycode import PythonCodePrinter
 
-from fmus.interface import TOLERANCE, Interface
-from fmus.model_description import Capabilities, causality, model_description
-from fmus.terms import common_subexpressions
+from fmus.export.interface import TOLERANCE, Interface
+from fmus.export.model_description2 import Capabilities, causality, model_description
+from fmus.expressions.expression_graph import common_subexpressions
 
 PLATFORMS = ("linux-x86_64", "windows-x86_64")  # for which pythonfmu has a library
 CAPABILITIES = Capabilities(exchange=False, cosimulation=(
@@ -53,8 +53,10 @@ def slave_code(interface: Interface) -> str:
     form, component = interface.form, interface.component
     wide = form.jacobian
     n, m = len(component.states), len(component.inputs)
-    environment = jinja2.Environment(keep_trailing_newline=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    template = environment.from_string(files("fmus").joinpath("python_slave.py.in").read_text("utf-8"))
+    environment = jinja2.Environment(
+        keep_trailing_newline=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    template = environment.from_string(files("fmus.export").joinpath("python_slave.py.in").read_text("utf-8"))
     names = {symbol: python_name(name) for name, symbol in form.symbols.items()}
     names.update({symbol: f"rates[{i}]" for i, symbol in enumerate(form.derivative_symbols)})
     entries = [(i, j) for i in range(n) for j in range(n + m) if wide[i, j] != 0]
@@ -64,7 +66,11 @@ def slave_code(interface: Interface) -> str:
         source=component.source,
         identifier=f"{interface.identifier}_python",
         variables=[(v, causality(interface, v)) for v in interface.variables],
-        unpacked=", ".join(python_name(v.name) for v in interface.variables if v.role in ("time", "parameter", "calculated", "input", "state")),
+        unpacked=", ".join(
+            python_name(v.name)
+            for v in interface.variables
+            if v.role in ("time", "parameter", "calculated", "input", "state")
+        ),
         n_unpacked=sum(v.role not in ("output", "derivative") for v in interface.variables),
         first={role: interface.first(role) for role in ("calculated", "input", "state", "output", "derivative")},
         n={"calculated": len(form.calculated), "inputs": m, "states": n, "outputs": len(interface.of("output"))},
@@ -80,8 +86,11 @@ def slave_code(interface: Interface) -> str:
     )
 
 
-def body(names: dict[sympy.Symbol, str], expressions: Sequence[sympy.Expr], places: Sequence[tuple[int, int]] = ()) -> list[str]:
-    """The lines of a function: common subexpressions, then a list of results, or the entries of `matrix` at the places."""
+def body(
+    names: dict[sympy.Symbol, str], expressions: Sequence[sympy.Expr], places: Sequence[tuple[int, int]] = ()
+) -> list[str]:
+    """The lines of a function: common subexpressions, then a list of results, or the entries of
+    `matrix` at the places."""
     printer = Printer({"fully_qualified_modules": True})
     printer._print_Symbol = lambda symbol: names.get(symbol, symbol.name)
     common, reduced = common_subexpressions(expressions)

@@ -1,16 +1,15 @@
-"""Terms: symbols that stand for an expression, so that a large model stays a graph instead of growing into a tree.
+"""Expression graphs in SymPy: terms are symbols that stand for a shared subexpression.
 
-    E = m.term(expression)      # the expression itself on numbers
+    E = m.term(expression)      # on numbers the expression itself
 
-A term knows what it depends on and is differentiated through, its slopes being terms again; each is computed once.
-Where a slope is known already, as those of a mechanism's positions are (see `fmus.jets`), the term is told.
-SymPy visits an expression as a tree: the closed arm loops of a rider are 1600 operations as a graph and 30 million
-as a tree. A term must not hold a switch (`m.where`), which would be hidden from those who look for switches.
+SymPy represents an expression as a tree: the closed arm loops of a rider have 1600 operations as a graph and 30 million
+as a tree. A term is evaluated once. Its derivatives are terms again; known derivatives, such as those of positions (see
+`fmus.expressions.taylor2`), can be passed to it. A term must not contain a switch (`m.where`), because the analysis of
+switching functions does not look into terms.
 
     {key: T} = m.total(values, function)      # T = sum of function(value)[key]
 
-A total is a term whose definition is the summand for one value, so that C code can be a loop; elsewhere it is
-written out.
+A total is a term defined by its summand for one value. Generated C code has a loop for it; elsewhere it is expanded.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -23,14 +22,16 @@ _TERMS: dict[str, "Term"] = {}
 
 
 class Term(sympy.Symbol):
-    """A symbol with a definition. Its name is a digest of that, so that generated code is always the same."""
+    """A symbol with a definition. The name is a digest of the definition, so that generated code is reproducible."""
 
     definition: sympy.Expr
     each: "Each | None"
     _free: set[sympy.Symbol]
     _slopes: dict[sympy.Symbol, sympy.Expr]
 
-    def __new__(cls, definition: sympy.Expr, slopes: Mapping[sympy.Symbol, sympy.Expr] | None = None, each: "Each | None" = None) -> "Term":
+    def __new__(
+        cls, definition: sympy.Expr, slopes: Mapping[sympy.Symbol, sympy.Expr] | None = None, each: "Each | None" = None
+    ) -> "Term":
         known = (definition, *(part for pair in (slopes or {}).items() for part in pair), *([each] if each else []))
         name = "term_" + sha256("; ".join(sympy.srepr(e, order="none") for e in known).encode()).hexdigest()[:16]
         if name not in _TERMS:
@@ -42,7 +43,7 @@ class Term(sympy.Symbol):
 
     @property
     def free_symbols(self) -> set[sympy.Symbol]:
-        """The symbols that the definition depends on in the end; no terms."""
+        """The symbols that the definition depends on, terms expanded."""
         return self._free
 
     def _eval_derivative(self, symbol: sympy.Symbol) -> sympy.Expr:
@@ -67,12 +68,12 @@ class Term(sympy.Symbol):
         return self if self._free.isdisjoint(old.free_symbols) else self.like(self.definition._subs(old, new))
 
     def like(self, definition: sympy.Expr) -> sympy.Expr:
-        """A term, or a total over the same values, with another definition."""
+        """A term with another definition; of a total, a total over the same values."""
         return term(definition) if self.each is None else total(definition, self.each)
 
 
 class Each(sympy.Symbol):
-    """What takes each of some values in a total."""
+    """The symbol that takes each of the values of a total."""
 
     values: tuple[float, ...]
 
@@ -83,9 +84,9 @@ class Each(sympy.Symbol):
 
 
 def term(expression, variables: Sequence = (), slopes: Sequence = ()) -> sympy.Expr:
-    """The expression as a term; symbols and numbers stay what they are.
+    """The expression as a term; symbols and numbers are returned unchanged.
 
-    `slopes` are the known ones with respect to `variables`; a variable that is no plain symbol is passed over.
+    `slopes` are known derivatives with respect to `variables`; variables that are not plain symbols are ignored.
     """
     expression = sympy.sympify(expression)
     known_already = expression.is_Atom and not (isinstance(expression, Term) and variables)
@@ -96,23 +97,29 @@ def term(expression, variables: Sequence = (), slopes: Sequence = ()) -> sympy.E
 
 
 def total(summand: sympy.Expr, each: Each) -> sympy.Expr:
-    """The sum over the values of `each`."""
+    """The sum of the summand over the values of `each`."""
     return Term(summand, each=each) if each in summand.free_symbols else len(each.values) * summand
 
 
 def totals(values: Sequence[float], function: Callable[[Any], Mapping[Any, Any]]) -> dict[Any, sympy.Expr]:
-    """The totals of all that the function gives."""
+    """The totals of all entries that the function returns."""
     each = Each(tuple(values))
     return {key: total(sympy.sympify(summand), each) for key, summand in function(each).items()}
 
 
-def common_subexpressions(expressions: Sequence[sympy.Expr], given: Collection[Term] = ()) -> tuple[list[tuple[sympy.Symbol, sympy.Expr]], list[sympy.Expr]]:
-    """What `sympy.cse` returns; terms are plain symbols by then, each assigned after what it needs, but for those given."""
-    expressions = written_out(expressions, {}, given)
-    terms = opened(expressions, given)
+def common_subexpressions(
+    expressions: Sequence[sympy.Expr], given: Collection[Term] = ()
+) -> tuple[list[tuple[sympy.Symbol, sympy.Expr]], list[sympy.Expr]]:
+    """The result of `sympy.cse`, with terms as plain symbols assigned in order of dependence, except those in
+    `given`.
+    """
+    expressions = expand_totals(expressions, {}, given)
+    terms = terms_in(expressions, given)
     plain = {t: plain_symbol(t) for t in (*terms, *given)}
-    opened_too = [e.xreplace(plain) for e in [*(t.definition for t in terms), *expressions]] if plain else list(expressions)
-    found, reduced = sympy.cse(opened_too, symbols=sympy.numbered_symbols("common_"))
+    expanded = (
+        [e.xreplace(plain) for e in [*(t.definition for t in terms), *expressions]] if plain else list(expressions)
+    )
+    found, reduced = sympy.cse(expanded, symbols=sympy.numbered_symbols("common_"))
     pool = {**dict(found), **dict(zip(map(plain_symbol, terms), reduced[: len(terms)], strict=True))}
     ordered: dict[sympy.Symbol, sympy.Expr] = {}
 
@@ -128,13 +135,15 @@ def common_subexpressions(expressions: Sequence[sympy.Expr], given: Collection[T
 
 
 def plain_symbol(term: Term) -> sympy.Symbol:
-    """The symbol of a term's name, which stands for nothing."""
+    """A plain symbol with the name of a term."""
     return sympy.Symbol(term.name, real=True)
 
 
-def written_out(expressions: Sequence[sympy.Expr], rule: dict[sympy.Expr, sympy.Expr], given: Collection[Term] = ()) -> list[sympy.Expr]:
-    """The expressions with the totals that are not given as sums, and with what the rule replaces in them."""
-    terms = opened(expressions, given)
+def expand_totals(
+    expressions: Sequence[sympy.Expr], rule: dict[sympy.Expr, sympy.Expr], given: Collection[Term] = ()
+) -> list[sympy.Expr]:
+    """The expressions with the totals that are not in `given` expanded, and the replacements of `rule` applied."""
+    terms = terms_in(expressions, given)
     if not rule and all(t.each is None for t in terms):
         return list(expressions)
     new = dict(rule)
@@ -142,12 +151,14 @@ def written_out(expressions: Sequence[sympy.Expr], rule: dict[sympy.Expr, sympy.
         if t.each is None:
             new[t] = term(t.definition.xreplace(new))
         else:
-            new[t] = sympy.Add(*(written_out([t.definition], {**rule, t.each: sympy.sympify(x)}, given)[0] for x in t.each.values))
+            new[t] = sympy.Add(
+                *(expand_totals([t.definition], {**rule, t.each: sympy.sympify(x)}, given)[0] for x in t.each.values)
+            )
     return [e.xreplace(new) for e in expressions]
 
 
-def opened(expressions: Sequence[sympy.Expr], given: Collection[Term] = ()) -> list[Term]:
-    """The terms that the expressions need besides those given, each after those in its definition."""
+def terms_in(expressions: Sequence[sympy.Expr], given: Collection[Term] = ()) -> list[Term]:
+    """The terms of the expressions except those in `given`, each after the terms of its definition."""
     found: dict[Term, None] = {}
 
     def visit(expression: sympy.Expr) -> None:

@@ -1,16 +1,15 @@
-"""Equations as a tape: every operation once, differentiated forwards, to be run on numbers or on long arrays.
+"""Forward automatic differentiation of recorded operations.
 
     r = f(a, b):   dr/dx = f_a da/dx + f_b db/dx
 
-Running `equations(v, m)` on the tape's nodes records it. A node that is recorded already is used again, and numbers
-are folded, so that common parts cost once and what is zero costs nothing. Sums are kept flat, as weights of other
-nodes: (1 + a) - a is the number 1. Recording and differentiating take milliseconds, where symbolic algebra takes
-tenths of a second; it is for whoever tries many structures.
+Calling `equations(v, m)` with the nodes of a Recorder records every operation as a node. Equal operations share a node
+and constants are folded, so that common subexpressions are evaluated once and zero terms vanish. Sums are flat
+weighted sums of other nodes: (1 + a) - a is the number 1. Recording and differentiating take milliseconds, where
+symbolic algebra takes tenths of a second, which matters where many model structures are tried.
 
 Source: Griewank, Walther, Evaluating Derivatives, 2nd ed. (2008), ch. 3.
 """
 
-import operator
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from numbers import Number
@@ -18,59 +17,37 @@ from typing import Any
 
 import numpy as np
 
-from fmus.mathematics import NUMERIC
+from fmus.expressions.derivative_rules import FLAT, FUNCTIONS, SLOPES
+from fmus.expressions.functions import NUMERIC
 
-LARGEST_POWER = 16  # up to which whole powers are products
-
-SLOPES: dict[str, tuple[Callable, ...]] = {
-    "multiply": (lambda m, r, a, b: b, lambda m, r, a, b: a),
-    "reciprocal": (lambda m, r, a: -r * r,),
-    "power": (lambda m, r, a, b: b * a ** (b - 1), lambda m, r, a, b: r * m.log(a)),
-    "sin": (lambda m, r, a: m.cos(a),),
-    "cos": (lambda m, r, a: -m.sin(a),),
-    "tan": (lambda m, r, a: 1 + r * r,),
-    "asin": (lambda m, r, a: 1 / m.sqrt(1 - a * a),),
-    "acos": (lambda m, r, a: -1 / m.sqrt(1 - a * a),),
-    "atan": (lambda m, r, a: 1 / (1 + a * a),),
-    "atan2": (lambda m, r, a, b: b / (a * a + b * b), lambda m, r, a, b: -a / (a * a + b * b)),
-    "sinh": (lambda m, r, a: m.cosh(a),),
-    "cosh": (lambda m, r, a: m.sinh(a),),
-    "tanh": (lambda m, r, a: 1 - r * r,),
-    "exp": (lambda m, r, a: r,),
-    "log": (lambda m, r, a: 1 / a,),
-    "sqrt": (lambda m, r, a: 0.5 / r,),
-    "absolute": (lambda m, r, a: m.sign(a),),
-    "quantised": (lambda m, r, a, b: 1.0, lambda m, r, a, b: 0.0),
-}
-JUMPS = ("sign", "where", "quantised", "less", "less_equal", "greater", "greater_equal")  # what may jump
-FLAT = ("sign", "less", "less_equal", "greater", "greater_equal", "logical_and", "logical_or")  # no slope beside a jump
-FUNCTIONS: dict[str, Callable] = {
-    "multiply": operator.mul,
-    "reciprocal": lambda a: 1.0 / a,
-    "power": operator.pow,
-    **{word: getattr(np, word) for word in FLAT},
-}
+LARGEST_POWER = 16  # up to which integer powers are products
 
 
 class Node:
-    """A value on a tape: a word of mathematics applied to other nodes and numbers, or a leaf with a name."""
+    """A recorded operation: a function (`word`) applied to other nodes and numbers, or a leaf with a name."""
 
     __array_ufunc__ = None  # a NumPy number beside a node leaves the operation to the node
-    __slots__ = ("arguments", "depends", "place", "slopes", "tape", "weights", "word")
+    __slots__ = ("arguments", "depends", "place", "recorder", "slopes", "weights", "word")
 
-    def __init__(self, tape: "Tape", word: str, arguments: tuple, weights: tuple, depends: frozenset[str]):
-        self.tape, self.word, self.arguments, self.weights, self.depends = tape, word, arguments, weights, depends
-        self.place = len(tape.nodes)
+    def __init__(self, recorder: "Recorder", word: str, arguments: tuple, weights: tuple, depends: frozenset[str]):
+        self.recorder, self.word, self.arguments, self.weights, self.depends = (
+            recorder,
+            word,
+            arguments,
+            weights,
+            depends,
+        )
+        self.place = len(recorder.nodes)
         self.slopes: dict[str, Any] = {}
 
     def __repr__(self) -> str:
         return f"Node({self.word}, {self.place})"
 
     def __bool__(self) -> bool:
-        raise TypeError("an equation decides by m.where(condition, when_true, when_false), not by if")
+        raise TypeError("equations use m.where(condition, when_true, when_false) instead of if")
 
     def slope(self, leaf: str) -> Any:
-        """The derivative by the leaf with this name: a node, or a number."""
+        """The derivative with respect to the leaf of this name: a node or a number."""
         if leaf not in self.depends:
             return 0.0
         if leaf not in self.slopes:
@@ -84,35 +61,42 @@ class Node:
         if self.word == "sum":
             return sum((w * s for w, s in zip(self.weights[1:], inner, strict=True)), 0.0)
         if self.word == "where":
-            return self.tape.where(self.arguments[0], inner[1], inner[2])
+            return self.recorder.where(self.arguments[0], inner[1], inner[2])
         if self.word in FLAT:
             return 0.0
         rules = SLOPES[self.word]
-        return sum((rule(self.tape, self, *self.arguments) * s for rule, s in zip(rules, inner, strict=True) if not _zero(s)), 0.0)
+        return sum(
+            (
+                rule(self.recorder, self, *self.arguments) * s
+                for rule, s in zip(rules, inner, strict=True)
+                if not _zero(s)
+            ),
+            0.0,
+        )
 
     def function(self) -> Callable:
-        """What computes it from the values of its arguments."""
+        """The function that computes it from the values of its arguments."""
         if self.word == "sum":
             return partial(_weighted, *self.weights)
         return FUNCTIONS[self.word] if self.word in FUNCTIONS else getattr(NUMERIC, self.word)
 
     def __add__(self, other: Any) -> Any:
-        return self.tape.added(self, other, 1.0) if _is_value(other) else NotImplemented
+        return self.recorder.added(self, other, 1.0) if _is_value(other) else NotImplemented
 
     def __sub__(self, other: Any) -> Any:
-        return self.tape.added(self, other, -1.0) if _is_value(other) else NotImplemented
+        return self.recorder.added(self, other, -1.0) if _is_value(other) else NotImplemented
 
     def __mul__(self, other: Any) -> Any:
-        return self.tape.multiplied(self, other) if _is_value(other) else NotImplemented
+        return self.recorder.multiplied(self, other) if _is_value(other) else NotImplemented
 
     def __truediv__(self, other: Any) -> Any:
-        return self.tape.multiplied(self, self.tape.reciprocal(other)) if _is_value(other) else NotImplemented
+        return self.recorder.multiplied(self, self.recorder.reciprocal(other)) if _is_value(other) else NotImplemented
 
     def __rsub__(self, other: Any) -> Any:
-        return self.tape.added(-1.0 * self, other, 1.0)
+        return self.recorder.added(-1.0 * self, other, 1.0)
 
     def __rtruediv__(self, other: Any) -> Any:
-        return self.tape.multiplied(other, self.tape.reciprocal(self))
+        return self.recorder.multiplied(other, self.recorder.reciprocal(self))
 
     def __neg__(self) -> Any:
         return -1.0 * self
@@ -121,42 +105,42 @@ class Node:
         return self
 
     def __abs__(self) -> Any:
-        return self.tape.absolute(self)
+        return self.recorder.absolute(self)
 
     def __pow__(self, exponent: Any) -> Any:
-        return self.tape.raised(self, exponent)
+        return self.recorder.raised(self, exponent)
 
     def __rpow__(self, base: float) -> Any:
-        return self.tape.exp(float(np.log(base)) * self)
+        return self.recorder.exp(float(np.log(base)) * self)
 
     def __lt__(self, other: Any) -> Any:
-        return self.tape.less(self, other)
+        return self.recorder.less(self, other)
 
     def __le__(self, other: Any) -> Any:
-        return self.tape.less_equal(self, other)
+        return self.recorder.less_equal(self, other)
 
     def __gt__(self, other: Any) -> Any:
-        return self.tape.greater(self, other)
+        return self.recorder.greater(self, other)
 
     def __ge__(self, other: Any) -> Any:
-        return self.tape.greater_equal(self, other)
+        return self.recorder.greater_equal(self, other)
 
     def __and__(self, other: Any) -> Any:
-        return self.tape.logical_and(self, other)
+        return self.recorder.logical_and(self, other)
 
     def __or__(self, other: Any) -> Any:
-        return self.tape.logical_or(self, other)
+        return self.recorder.logical_or(self, other)
 
     __radd__, __rmul__, __rand__, __ror__ = __add__, __mul__, __and__, __or__
 
 
 def _is_value(other: Any) -> bool:
-    """Whether a node can be joined with it; what is more than a value (a jet) knows itself how."""
+    """Whether a node can be combined with it; a Taylor2 value handles the operation itself."""
     return isinstance(other, (Node, Number, np.generic))
 
 
-class Tape:
-    """The nodes by what they are. It is also the `m` of equations: `tape.sin(node)` records a sine."""
+class Recorder:
+    """Records operations as nodes. It is the argument `m` of equations: `recorder.sin(node)` records a sine."""
 
     pi = np.pi
 
@@ -187,7 +171,9 @@ class Tape:
 
     @staticmethod
     def term(x: Any, variables: Sequence = (), slopes: Sequence = ()) -> Any:
-        """Every node is computed once anyway; slopes that are known need not be derived (see `fmus.terms`)."""
+        """The value itself, because nodes are shared anyway; known slopes are stored (see
+        `fmus.expressions.expression_graph`).
+        """
         for variable, slope in zip(variables, slopes, strict=True):
             if isinstance(x, Node) and isinstance(variable, Node) and not variable.arguments:
                 x.slopes.setdefault(variable.word, slope)
@@ -196,6 +182,7 @@ class Tape:
     total = staticmethod(NUMERIC.total)
 
     def where(self, condition: Any, when_true: Any, when_false: Any) -> Any:
+        """`when_true` where the condition holds, `when_false` elsewhere."""
         if not isinstance(condition, Node):
             return when_true if condition else when_false
         numbers = not isinstance(when_true, Node) and not isinstance(when_false, Node)
@@ -204,9 +191,11 @@ class Tape:
         return self._node("where", (condition, when_true, when_false))
 
     def maximum(self, a: Any, b: Any) -> Any:
+        """The larger of two values."""
         return self.where(a > b, a, b)
 
     def minimum(self, a: Any, b: Any) -> Any:
+        """The smaller of two values."""
         return self.where(a < b, a, b)
 
     def added(self, a: Any, b: Any, weight: float) -> Any:
@@ -234,7 +223,7 @@ class Tape:
 
     @staticmethod
     def _common_factor(first: tuple[Node, float], second: tuple[Node, float]) -> Any:
-        """c f g - c f h as f times a number, where g and h differ by a number; else None."""
+        """c f g - c f h as a number times f, where g and h differ by a number; None otherwise."""
         (a, weight), (b, other) = first, second
         if weight != -other or a.word != "multiply" or b.word != "multiply":
             return None
@@ -246,7 +235,7 @@ class Tape:
         return None
 
     def multiplied(self, a: Any, b: Any) -> Any:
-        """a b; numbers are drawn out and go into the weights of a sum."""
+        """a b; constant factors become weights of a sum."""
         if not isinstance(a, Node):
             a, b = b, a
         if not isinstance(b, Node):
@@ -258,12 +247,13 @@ class Tape:
         return weight * other * self._node("multiply", (a, b) if a.place <= b.place else (b, a))
 
     def reciprocal(self, a: Any) -> Any:
+        """1 / a."""
         if not isinstance(a, Node):
             return 1.0 / a
         return a.arguments[0] if a.word == "reciprocal" else self._node("reciprocal", (a,))
 
     def raised(self, a: Node, exponent: Any) -> Any:
-        """a to a power; whole powers are products."""
+        """a to a power; integer powers are products."""
         if isinstance(exponent, Node) or exponent != int(exponent) or abs(exponent) > LARGEST_POWER:
             return self._node("power", (a, exponent))
         result, square, left = 1.0, a, abs(int(exponent))
@@ -274,12 +264,14 @@ class Tape:
 
 
 def _drawn_out(x: Node) -> tuple[Node, float]:
-    """A weighted node as the node and its weight; any other as it is."""
-    return (x.arguments[0], x.weights[1]) if x.word == "sum" and len(x.arguments) == 1 and not x.weights[0] else (x, 1.0)
+    """A weighted node as the node and its weight; any other node with the weight 1."""
+    return (
+        (x.arguments[0], x.weights[1]) if x.word == "sum" and len(x.arguments) == 1 and not x.weights[0] else (x, 1.0)
+    )
 
 
 def _terms(x: Any) -> tuple[float, Mapping[Node, float]]:
-    """A value as a constant and weights of nodes."""
+    """A value as a constant and a mapping from nodes to weights."""
     if not isinstance(x, Node):
         return x, {}
     return (x.weights[0], dict(zip(x.arguments, x.weights[1:], strict=True))) if x.word == "sum" else (0.0, {x: 1.0})

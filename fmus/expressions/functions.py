@@ -1,6 +1,11 @@
-"""The words that equations may use, on numbers and arrays (NUMERIC) and on SymPy symbols (SYMBOLIC).
+"""The mathematical functions of equations, on numbers and arrays (NUMERIC) and on SymPy symbols (SYMBOLIC).
 
-Every word has one meaning in both; C code comes from the SymPy form. Equations call them as `m.sin(x)`.
+Equations call them as `m.sin(x)`. C code is generated from the SymPy form.
+
+    sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt sign absolute maximum minimum pi
+    where(condition, a, b)      a where the condition holds, b elsewhere
+    quantised(x, step)          x rounded to a multiple of step; x for step 0
+    term(x), total(values, f)   shared subexpressions and sums (see `fmus.expressions.expression_graph`)
 """
 
 from dataclasses import dataclass
@@ -10,15 +15,16 @@ from typing import Any
 import numpy as np
 import sympy
 
-from fmus.terms import term, totals
+from fmus.expressions.expression_graph import term, totals
 
 
 class Quantised(sympy.Function):
-    """x rounded to a whole number of steps, as a converter does; x itself for step 0. Linearised, it is x."""
+    """x rounded to a multiple of the step, as by a converter; x for step 0. The derivative is that of x."""
 
     nargs = 2
 
     def fdiff(self, argindex=1):
+        """The derivative with respect to x is 1, with respect to the step 0."""
         return sympy.Integer(1 if argindex == 1 else 0)
 
     def _ccode(self, printer):
@@ -43,7 +49,7 @@ def _total(values, function):
 
 @dataclass(frozen=True)
 class _SymPyWords:
-    """SymPy's own functions, with those that need a name of their own."""
+    """SymPy's functions, and those that SymPy names differently or lacks."""
 
     pi: Any = sympy.pi
 

@@ -1,18 +1,19 @@
-"""The inertia of a rider at the handlebar where it changes with his posture: what a vehicle carries besides a constant.
+"""The inertia of a rider about the steer axis, where it changes with posture.
 
-A rider's limbs reflect an inertia R to the steer axis. Its value at rest is the vehicle's `added_steer_inertia`; with
+The limbs of a rider add an inertia R about the steer axis. Its value at rest is the vehicle's `added_steer_inertia`.
+With
 
     R = R_rest + inertia_change,      T_h = handlebar_torque - [R (s + w)' + inertia_torque] + R_rest (s + w)'
 
-the vehicle's equations hold R in its mass matrix, and take inertia_torque off the torque at its handlebar, so that no
-acceleration is told to the rider.
+the vehicle has R in its mass matrix and subtracts inertia_torque from the torque at its handlebar. The rider then
+needs no acceleration as input.
 """
 
 from dataclasses import replace
 from typing import Any
 
+from fmus.declaration.variables import Variable, input
 from fmus.effects import Effect, adds_to
-from fmus.variables import Variable, input
 
 POSTURE = {
     "inertia_change": ("kg.m2", "Inertia that the limbs reflect to the steer axis, less that at rest", r"\Delta R"),
@@ -20,22 +21,22 @@ POSTURE = {
 }
 
 
-def told_posture(name: str) -> Variable:
-    """The variable as an input of whoever carries the inertia."""
+def posture_input(name: str) -> Variable:
+    """The variable as an input of the vehicle."""
     unit, description, symbol = POSTURE[name]
     return input(unit, description, symbol=symbol)
 
 
-def answers_posture(name: str) -> Variable:
+def posture_output(name: str) -> Variable:
     """The variable as an output of the rider."""
-    return replace(told_posture(name), role="output")
+    return replace(posture_input(name), role="output")
 
 
-class CarriesPosture(Effect):
-    """The vehicle carries an inertia at its handlebar that changes with the rider's posture."""
+class PostureInertia(Effect):
+    """The vehicle includes an inertia at its handlebar that changes with the posture of the rider."""
 
-    inertia_change = told_posture("inertia_change")
-    inertia_torque = told_posture("inertia_torque")
+    inertia_change = posture_input("inertia_change")
+    inertia_torque = posture_input("inertia_torque")
 
     @adds_to("added_steer_inertia")
     def inertia(self, v: Any, m: Any) -> Any:

@@ -1,12 +1,13 @@
-"""The roll port: a frame that rolls about its axis (of a vehicle: on the ground) and a rider who leans on it.
+"""The roll port: motion of a frame that rolls about an axis, and the forces of a rider who leans on it.
 
-A force is positive in the sense of its velocity, so the power into the frame is F v + T p. The frame's lateral
-acceleration is v' + a_c; v' is not told, because the rider's absolute velocities are states.
+The axis lies on the ground for a vehicle and is the roll axis of a test rig otherwise. A force is positive in the
+sense of its velocity. The power into the frame is F v + T_phi p. The lateral acceleration of the frame is v' + a_c; v'
+is not an input, because the absolute velocities of the rider are states.
 """
 
 from dataclasses import replace
 
-from fmus.variables import Variable, input
+from fmus.declaration.variables import Variable, input
 
 ROLL = {
     "roll_angle": ("rad", "Roll angle of the frame, lean to the right positive", r"\phi"),
@@ -19,12 +20,12 @@ ROLL = {
 FLOWS = ("roll_torque", "lateral_force")
 
 
-def roll_told(name: str) -> Variable:
-    """The port's variable as an input of whoever is told it."""
+def roll_input(name: str) -> Variable:
+    """A variable of the port as an input. Raises KeyError for another name."""
     unit, description, symbol = ROLL[name]
     return input(unit, description, symbol=symbol, port="roll", flow=name in FLOWS)
 
 
-def roll_answers(name: str) -> Variable:
-    """The port's variable as an output of whoever computes it."""
-    return replace(roll_told(name), role="output")
+def roll_output(name: str) -> Variable:
+    """A variable of the port as an output."""
+    return replace(roll_input(name), role="output")

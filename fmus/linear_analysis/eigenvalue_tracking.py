@@ -1,9 +1,9 @@
-"""Eigenvalues followed over a parameter (a speed) by continuation, so that a branch keeps its identity.
+"""Tracking of eigenvalues over a parameter such as the speed, so that each branch keeps its identity.
 
-Two neighbouring spectra are matched by nearest neighbours. A match counts where every eigenvalue moved much
-less than the distance to the next one; elsewhere the interval is divided. What is left below the smallest
-step is an exceptional point, where a pair becomes two real roots or two real roots a pair: there the whole
-spectra are assigned to each other at the least total distance.
+Neighbouring spectra are matched by nearest neighbours. A match is accepted where every eigenvalue moves much less than
+the distance to the next one; otherwise the interval is subdivided. Intervals that remain below the smallest step
+contain an exceptional point, where a complex pair becomes two real roots or the reverse: there the spectra are
+assigned to each other with the least total distance (linear sum assignment).
 """
 
 from collections.abc import Callable
@@ -14,25 +14,28 @@ from scipy.optimize import linear_sum_assignment
 
 Matrices = Callable[[np.ndarray], np.ndarray]  # parameters (n,) -> matrices (n, nx, nx)
 
-SAFE_MOVE = 0.35  # of the distance to the nearest other eigenvalue; below one half a match cannot be ambiguous
+SAFE_MOVE = 0.35  # of the distance to the nearest other eigenvalue; a match is unique below one half
 DIVIDED_BY = 5
-SMALLEST_STEP = 5e-3
+SMALLEST_STEP = 5e-3  # in the unit of the parameter
 
 
 @dataclass(frozen=True)
 class Branches:
-    """Eigenvalues (n, nx) over parameters (n,), ascending; column i is one branch all along."""
+    """Eigenvalues (n, nx) over ascending parameters (n,); each column is one branch."""
 
     parameter: np.ndarray
     eigenvalues: np.ndarray
 
     def at(self, parameters: np.ndarray) -> np.ndarray:
-        """The eigenvalues (m, nx) at parameters that are on the grid, to rounding."""
+        """The eigenvalues (m, nx) at parameters (m,) of the grid."""
         return self.eigenvalues[np.searchsorted(self.parameter, parameters - 1e-9)]
 
 
-def follow(matrices: Matrices, grid: np.ndarray) -> Branches:
-    """The eigenvalues of `matrices` over an ascending grid, refined where they cannot be matched."""
+def track_eigenvalues(matrices: Matrices, grid: np.ndarray) -> Branches:
+    """The eigenvalues of `matrices` over an ascending grid (n,), refined where they cannot be matched.
+
+    matrices maps parameters (n,) to matrices (n, nx, nx).
+    """
     points = np.asarray(grid, float)
     spectra = np.linalg.eigvals(matrices(points)).astype(complex)
     order, sure = _matches(spectra[:-1], spectra[1:])
@@ -45,14 +48,17 @@ def follow(matrices: Matrices, grid: np.ndarray) -> Branches:
         order[refine], sure[refine] = new_order[::DIVIDED_BY], new_sure[::DIVIDED_BY]
         later = np.arange(len(new_sure)) % DIVIDED_BY > 0
         order, sure = np.insert(order, place, new_order[later], axis=0), np.insert(sure, place, new_sure[later])
-        points, spectra = np.insert(points, place, inner.ravel()), np.insert(spectra, place, np.concatenate(between), axis=0)
+        points, spectra = (
+            np.insert(points, place, inner.ravel()),
+            np.insert(spectra, place, np.concatenate(between), axis=0),
+        )
     for k in np.flatnonzero(~sure):
         order[k] = linear_sum_assignment(np.abs(spectra[k][:, None] - spectra[k + 1][None, :]))[1]
     return Branches(points, _in_branch_order(spectra, order))
 
 
 def _in_branch_order(spectra: np.ndarray, order: np.ndarray) -> np.ndarray:
-    """The spectra (n, nx) with one branch per column, numbered by the place in the last spectrum."""
+    """The spectra (n, nx) with one branch per column, in the order of the last spectrum."""
     sorted_spectra = spectra.copy()
     place = np.arange(spectra.shape[1])  # of branch i in the spectrum at hand
     after = len(spectra) - 1  # place is right for all spectra up to this one
@@ -64,9 +70,10 @@ def _in_branch_order(spectra: np.ndarray, order: np.ndarray) -> np.ndarray:
 
 
 def _matches(left: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """For each pair of spectra (n, nx): the index in `right` of every eigenvalue of `left`, and whether it is sure.
+    """For each pair of spectra (n, nx): the index in `right` of every eigenvalue of `left`, and whether the match is
+    unique.
 
-    LAPACK mostly keeps the order from one spectrum to the next, so that is tried before all pairs are compared.
+    LAPACK mostly keeps the order from one spectrum to the next, so that order is tried before all pairs are compared.
     """
     count = right.shape[1]
     gaps = _distances(right, right)
@@ -93,8 +100,10 @@ def _distances(left: np.ndarray, right: np.ndarray) -> np.ndarray:
     return total
 
 
-def crossings(matrices: Matrices, points: np.ndarray, growth: np.ndarray, tolerance: float = 1e-2) -> list[list[float]]:
-    """Intervals [from, to] of the parameter in which a mode grows, their ends refined.
+def unstable_intervals(
+    matrices: Matrices, points: np.ndarray, growth: np.ndarray, tolerance: float = 1e-2
+) -> list[list[float]]:
+    """The intervals [from, to] of the parameter in which a mode is unstable, with refined ends.
 
     points (n,), growth (n,): the largest real part of the mode's eigenvalues there.
     """
@@ -109,7 +118,7 @@ def crossings(matrices: Matrices, points: np.ndarray, growth: np.ndarray, tolera
 
 
 def _zero(points: np.ndarray, growth: np.ndarray, matrices: Matrices, tolerance: float) -> float:
-    """The parameter between two points at which the real part that changes sign there is zero (false position)."""
+    """The parameter between two points at which a real part changes its sign, by the method of false position."""
     (a, b), (fa, fb) = points, growth
     while b - a > tolerance:
         middle = (a * fb - b * fa) / (fb - fa)

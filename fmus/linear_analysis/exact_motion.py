@@ -1,22 +1,24 @@
-"""The exact motion of a linear system whose inputs are cubics between the samples.
+"""The exact response of a linear system to inputs that are cubic polynomials between the samples.
 
     x(t+h) = e^(Ah) x(t) + G0 u + G1 u' + G2 u'' + G3 u'''
 
-All of e^(Ah), G0 .. G3 are blocks of one matrix exponential (Van Loan, IEEE Trans. Autom. Control 23, 1978).
-The recursion over the samples is summed by doubling, x_n = d_n + Phi d_(n-1) + Phi^2 d_(n-2) + ..., 1, 2,
-4, 8 ... terms at a time, until what is left of Phi is nothing.
+The matrices e^(Ah), G0 .. G3 are blocks of one matrix exponential (Van Loan, IEEE Trans. Autom. Control 23, 1978).
+The recursion x_n = d_n + Phi d_(n-1) + Phi^2 d_(n-2) + ... is summed by doubling, 1, 2, 4, 8 ... terms at a time, until
+the power of Phi is negligible.
 """
 
 import numpy as np
 from scipy.linalg import expm
 
-from fmus.linear import StateSpace
+from fmus.linear_analysis.linearisation import StateSpace
 
 
-def motion(space: StateSpace, inputs: np.ndarray, step: float, slopes: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+def exact_response(
+    space: StateSpace, inputs: np.ndarray, step: float, slopes: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """States (n, nx) and outputs (n, ny) from rest for inputs (n, nu) at multiples of step [s].
 
-    slopes (n, nu) are the inputs' rates at the samples, by central differences where none are given.
+    slopes (n, nu) are the time derivatives of the inputs at the samples, central differences by default.
     """
     slopes = np.gradient(inputs, step, axis=0) if slopes is None else slopes
     count, nx, nu = len(inputs), len(space.states), len(space.inputs)

@@ -1,17 +1,17 @@
-"""A body that turns in a bearing, driven by a torque; with or without a spring.
+"""A body on a bearing, driven by a torque, with or without a spring.
 
     J s' = T - T_s,   q' = s,   T_s = k q + c s
 """
 
 from typing import ClassVar
 
-from fmus.component import Component
-from fmus.elements import Element
-from fmus.variables import input, local, parameter, state
+from fmus.declaration.component import Component
+from fmus.declaration.elements import Element
+from fmus.declaration.variables import input, local, parameter, state
 
 
 class DrivenJoint(Component):
-    """Joint with inertia, damping and a spring that may be absent: torque in, angle out."""
+    """Joint with inertia, damping and an optional spring: torque as input, angle as output."""
 
     inertia = parameter("kg.m2", "Inertia about the joint", symbol="J", min=1e-9, max=1e6, start=0.1)
     damping = parameter("N.m.s/rad", "Damping of the joint", symbol="c", min=0, max=1e6, start=0.2)

@@ -5,13 +5,13 @@
 
 from typing import ClassVar
 
-from fmus.component import Component
-from fmus.elements import Element
-from fmus.variables import input, local, parameter, state
+from fmus.declaration.component import Component
+from fmus.declaration.elements import Element
+from fmus.declaration.variables import input, local, parameter, state
 
 
 class MassSpringDamper(Component):
-    """Mass on a spring and a damper: force in, displacement out."""
+    """Mass on a spring and a damper: force as input, displacement as output."""
 
     mass = parameter("kg", "Moving mass", symbol="m", min=1e-6, max=1e6, start=1.0)  # type: ignore[assignment]  # rows leave the class
     spring_stiffness = parameter("N/m", "Stiffness of the spring", symbol="k", min=0, max=1e9, start=400.0)
@@ -21,7 +21,9 @@ class MassSpringDamper(Component):
     velocity = state("m/s", "Velocity of the mass", symbol="v", exposed=True)
     spring_force = local("N", "Force of spring and damper against the displacement", symbol="F_s")
 
-    elements: ClassVar = {"spring": Element("spring_force", "displacement", "velocity", "spring_stiffness", "spring_damping")}
+    elements: ClassVar = {
+        "spring": Element("spring_force", "displacement", "velocity", "spring_stiffness", "spring_damping")
+    }
 
     def equations(self, v, m):
         v.spring_force = v.spring_stiffness * v.displacement + v.spring_damping * v.velocity

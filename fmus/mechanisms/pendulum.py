@@ -1,23 +1,25 @@
-"""A pendulum for small angles, driven by a torque. That gravity follows the sine is an effect: geometric_nonlinearity.
+"""A pendulum at small angles, driven by a torque. The sine of large angles is the effect `geometric_nonlinearity`.
 
     J s' = T - T_g,   q' = s,   T_g = k_g q + c s,   k_g = m g l
 
-k_g is negative where the pendulum stands on its head.
+k_g is negative for an inverted pendulum.
 """
 
 from typing import ClassVar
 
-from fmus.component import Component
-from fmus.elements import Element
-from fmus.variables import input, local, parameter, state
+from fmus.declaration.component import Component
+from fmus.declaration.elements import Element
+from fmus.declaration.variables import input, local, parameter, state
 
 
 class Pendulum(Component):
-    """Pendulum, linear in the angle from rest: torque in, angle out."""
+    """Pendulum, linear in its angle: torque as input, angle as output."""
 
     inertia = parameter("kg.m2", "Inertia about the joint", symbol="J", min=1e-9, max=1e6, start=0.1)
     damping = parameter("N.m.s/rad", "Damping of the joint", symbol="c", min=0, max=1e6, start=0.05)
-    gravity_stiffness = parameter("N.m/rad", "Mass times gravity times distance of the centre of mass", symbol="k_g", min=-1e6, max=1e6, start=4.0)
+    gravity_stiffness = parameter(
+        "N.m/rad", "Mass times gravity times distance of the centre of mass", symbol="k_g", min=-1e6, max=1e6, start=4.0
+    )
     torque = input("N.m", "Torque on the body", symbol="T")
     angle = state("rad", "Angle of the body", symbol="q", exposed=True)
     rate = state("rad/s", "Rate of the body", symbol="s", exposed=True)

@@ -1,4 +1,4 @@
-"""Two bodies on one axis with a shaft between them; a torque drives the first.
+"""Two bodies on one axis, connected by a compliant shaft; a torque drives the first.
 
     J_1 s_1' = T - T_s - T_1,   q_1' = s_1,   T_1 = c_1 s_1
     J_2 s_2' = T_s - T_2,       q_2' = s_2,   T_2 = c_2 s_2
@@ -7,13 +7,13 @@
 
 from typing import ClassVar
 
-from fmus.component import Component
-from fmus.elements import Element
-from fmus.variables import input, local, parameter, state
+from fmus.declaration.component import Component
+from fmus.declaration.elements import Element
+from fmus.declaration.variables import input, local, parameter, state
 
 
 class TwoMass(Component):
-    """Drive and load with a shaft between them: torque on the drive in, angles out."""
+    """Drive and load connected by a compliant shaft: torque on the drive as input, angles as output."""
 
     drive_inertia = parameter("kg.m2", "Inertia of the drive", symbol="J_1", min=1e-9, max=1e6, start=0.02)
     load_inertia = parameter("kg.m2", "Inertia of the load", symbol="J_2", min=1e-9, max=1e6, start=0.05)

@@ -1,11 +1,14 @@
-"""Printed numbers: tables as text, so that a value keeps the digits with which it was printed."""
+"""Tables of published numbers, kept as text so that each value keeps its printed digits."""
 
 import csv
 from pathlib import Path
 
 
 def table(path: Path) -> list[dict[str, str]]:
-    """The rows of a CSV file as texts by column; lines that start with # are its source and remarks."""
+    """The rows of a CSV file as texts by column.
+
+    Lines that start with # hold the source and remarks and are skipped.
+    """
     lines = (line for line in path.read_text("utf-8").splitlines() if not line.startswith("#"))
     return list(csv.DictReader(lines))
 

@@ -23,7 +23,9 @@ class Excitation:
     motion: Motion
 
 
-def sweep(start: float = 0.5, end: float = 12.0, duration: float = 200.0, amplitude: float = radians(2), ramp: float = 2.0) -> Excitation:
+def sweep(
+    start: float = 0.5, end: float = 12.0, duration: float = 200.0, amplitude: float = radians(2), ramp: float = 2.0
+) -> Excitation:
     """A sine whose frequency goes linearly from start to end [Hz]; reversed where end is below start."""
 
     def motion(time):

@@ -1,44 +1,23 @@
-"""Frequency response functions from recordings, by band averages of the whole record's spectra.
-
-    inertance H = S_ar / S_Mr,     a = -omega^2 delta
-
-a is the angular acceleration of the handlebar, M the torque, and r the reference of the cross-spectra:
-  - the torque itself: S_aM / S_MM, the estimator of both papers. The rider's own torque noise is in S_MM,
-    so it reads low wherever the rider is not quite passive;
-  - the steer angle, which the servo imposes: S_aa / S_Ma, unbiased by noise in the torque;
-  - the commanded angle, where the rig logs it: unbiased by noise in the angle too.
-
-In each band the part of r that a polynomial in frequency can explain is taken out of it. What the ends of
-a record leak into its spectrum is such a polynomial, so starts and ends do no harm (the idea of the local
-polynomial method: Pintelon, Schoukens, System Identification, 2nd ed., ch. 7).
-
-A band average sees the apparent inertia A = M/a through weights, A_band = sum w_k A(f_k). The FRF keeps
-these weights, so a model can be compared as the same estimator would see it.
-"""
+"""An estimated frequency response function: the inertance over bands of frequency, with its uncertainty."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import pi
 from typing import Any
 
+import control
 import numpy as np
-from numpy.polynomial.legendre import legvander
-from scipy.fft import rfft
 
-from fmus.errors import InputError, unknown
-from identification.recordings import Recording
-from identification.sampling import uniform
+from fmus.support.errors import InputError
+from fmus.support.notebook import html, new_axes
+from motofmi.frequency_response.figures import draw_amplitude_and_phase, draw_modulus
+from motofmi.recordings.channels import STEER_TORQUE
 
-REFERENCES = ("steer_angle_command", "steer_angle", "steer_torque")
-LEAKAGE_TERMS = 2  # the polynomial in frequency that a band gives up to the ends of the record
 NODES = np.cos(pi * np.arange(8, -1, -1) / 8)  # where in a band a model is evaluated: exact up to the eighth power
 CENTRE = np.eye(9, dtype=complex)[4]  # the weights of a measurement at one frequency
-LINES = 12  # of the spectrum, that a band needs at least
-NARROW, WIDE = 0.25, 2.0  # Hz
-EMPTY = 0.01  # a band with less of the strongest band's excitation than this holds no measurement
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class FRF:
     """An estimated inertance over n bands.
 
@@ -63,6 +42,7 @@ class FRF:
 
     @property
     def omega(self) -> np.ndarray:
+        """Angular frequency (n,) [rad/s]."""
         return 2 * pi * self.frequency
 
     @property
@@ -89,98 +69,71 @@ class FRF:
         """Half widths (n,) of the modulus [(rad/s2)/(N.m)] and of the phase [rad]; 1.96 is 95 %."""
         return factor * self.standard_error, factor * self.standard_error / np.abs(self.inertance)
 
+    @property
+    def repeated(self) -> np.ndarray:
+        """Which bands (n,) are means of two runs or more."""
+        return np.isfinite(self.modulus_deviation)
+
+    @property
+    def deviation(self) -> tuple[np.ndarray, np.ndarray]:
+        """Of the modulus [(rad/s2)/(N.m)] and of the phase [rad] (n,): standard deviations over the runs, for a single
+        one 95 % confidence."""
+        modulus, phase = self.confidence()
+        return np.where(self.repeated, self.modulus_deviation, modulus), np.where(
+            self.repeated, self.phase_deviation, phase
+        )
+
     def between(self, low: float, high: float) -> "FRF":
         """The bands from low to high [Hz], both included. Raises InputError when none is left."""
         kept = (self.frequency >= low - 1e-9) & (self.frequency <= high + 1e-9)
         if not kept.any():
-            raise InputError(f"{self.name}: nothing between {low:g} and {high:g} Hz (measured: {self.frequency[0]:g} to {self.frequency[-1]:g} Hz)")
-        arrays: dict[str, Any] = {key: value[kept] for key, value in vars(self).items() if isinstance(value, np.ndarray)}
+            raise InputError(
+                f"{self.name}: nothing between {low:g} and {high:g} Hz (measured: {self.frequency[0]:g} to "
+                f"{self.frequency[-1]:g} Hz)"
+            )
+        arrays: dict[str, Any] = {
+            key: value[kept] for key, value in vars(self).items() if isinstance(value, np.ndarray)
+        }
         return replace(self, **arrays)
 
+    def __repr__(self) -> str:
+        ends = f"{self.frequency[0]:g} to {self.frequency[-1]:g} Hz" if len(self.frequency) else "none"
+        doubts = f", {len(self.warnings)} warning{'s' if len(self.warnings) > 1 else ''}" if self.warnings else ""
+        return f"FRF({self.name!r}: inertance at {len(self.frequency)} frequencies, {ends}{doubts})"
 
-def band_width(recordings: Sequence[Recording]) -> float:
-    """The width [Hz] of the bands that suits all of the recordings: a quarter of a hertz, more for short ones."""
-    return max(NARROW, LINES / min(float(np.ptp(r.time)) for r in recordings))
+    def _repr_html_(self) -> str:
+        frame = self.to_dataframe()
+        rows = [tuple(f"{value:.4g}" for value in row) for row in frame.to_numpy()]
+        return html(
+            ". ".join([repr(self), *self.warnings]), list(frame.columns), rows, lambda axes: draw_modulus(axes, self)
+        )
 
+    def plot(self, axes: Any = None) -> Any:
+        """Modulus above phase over frequency, each with its band: two axes of matplotlib, which are returned;
+        new ones unless given."""
+        axes = new_axes(2, sharex=True, figsize=(7.5, 6.5)) if axes is None else axes
+        draw_amplitude_and_phase(axes, self)
+        return axes
 
-def estimate(recording: Recording, reference: str = "", band: tuple[float, float] = (0.5, 12.0), width: float | None = None) -> FRF:
-    """The inertance of one run, in bands of a width [Hz] whose centres go from one end of `band` [Hz] to the other.
+    def to_dict(self) -> dict[str, Any]:
+        """Arrays by name: frequency [Hz], inertance [(rad/s2)/(N.m)] complex, its standard error, coherence; name,
+        reference, warnings."""
+        return {"name": self.name, "reference": self.reference, "frequency": self.frequency, "inertance": self.inertance,
+                "standard_error": self.standard_error, "coherence": self.coherence, "warnings": list(self.warnings)}  # fmt: skip
 
-    reference is one of REFERENCES: the commanded angle where it is logged, otherwise the measured one; the
-    papers took the torque. Raises InputError for a recording that is too short or not excited.
-    """
-    reference = reference or next(r for r in REFERENCES if r in recording.columns or r == "steer_angle")
-    if reference not in REFERENCES:
-        raise unknown("reference", reference, REFERENCES)
-    recording, notes = uniform(recording)
-    duration = len(recording.time) / recording.rate
-    width = width or band_width([recording])
-    if duration < LINES / WIDE:
-        raise InputError(f"{recording.name}: {duration:.3g} s are too short for a frequency response, at least {LINES / WIDE:g} s are needed")
-    if width * duration < LINES * (1 - 1e-6):
-        raise InputError(f"{recording.name}: {duration:.3g} s cannot give bands of {width:g} Hz, at least {LINES / duration:.3g} Hz are needed")
-    frequencies = np.arange(band[0], min(band[1], 0.4 * recording.rate) + 1e-9, width)
-    if not len(frequencies):
-        raise InputError(f"{recording.name}: sampled at {recording.rate:.4g} Hz, nothing from {band[0]:g} to {band[1]:g} Hz can be measured; "
-                         "is the time in the unit that the file says?")  # fmt: skip
-    angle, torque, r = (spectrum(recording[c]) for c in ("steer_angle", "steer_torque", reference))
-    grid = np.fft.rfftfreq(len(recording.time), 1 / recording.rate)
-    bands = [np.flatnonzero(np.abs(grid - f) < width / 2) for f in frequencies]
-    power = np.cumsum(np.abs(angle) ** 2 * (grid > NARROW))
-    strongest = np.max(power[round(width * duration) :] - power[: -round(width * duration)])
-    excited = [len(k) > 4 + LEAKAGE_TERMS and power[k[-1]] - power[k[0]] > EMPTY * strongest for k in bands]
-    used = np.flatnonzero(excited)
-    if not len(used):
-        raise InputError(f"{recording.name}: nothing was excited between {band[0]:g} and {band[1]:g} Hz")
-    acceleration = -((2 * pi * grid) ** 2) * angle
-    columns = [band_average(grid[bands[i]], frequencies[i], width, acceleration[bands[i]], torque[bands[i]], r[bands[i]]) for i in used]
-    apparent, variance, coherence, weights = (np.array(c) for c in zip(*columns, strict=True))
-    frequency = np.asarray(frequencies, float)[used]
-    none = np.full(len(used), np.nan)
-    frf = FRF(recording.name, frequency, 1 / apparent, variance, coherence, frequency[:, None] + NODES * width / 2, weights,
-              none, none, np.ones(len(used)), reference, recording.warnings + notes)  # fmt: skip
-    return replace(frf, warnings=frf.warnings + _doubts(frf))
+    def to_dataframe(self) -> Any:
+        """One row for each band (pandas.DataFrame); the unit is in the name of every column."""
+        import pandas as pd  # noqa: PLC0415 - imported on use
 
+        phase_error = np.degrees(self.standard_error / np.abs(self.inertance))
+        return pd.DataFrame({"frequency [Hz]": self.frequency, "modulus [(rad/s2)/(N.m)]": np.abs(self.inertance),
+                             "modulus standard error [(rad/s2)/(N.m)]": self.standard_error, "phase [deg]": np.degrees(np.angle(self.inertance)),
+                             "phase standard error [deg]": phase_error, "coherence [1]": self.coherence})  # fmt: skip
 
-def spectrum(values: np.ndarray) -> np.ndarray:
-    """The spectrum of a whole record without its mean, at the lines of numpy's rfftfreq."""
-    return rfft(values - values.mean())
-
-
-def band_average(grid, centre, width, acceleration, torque, reference):
-    """(apparent inertia, its variance, coherence, weights at the nodes) of one band.
-
-    grid (m,) [Hz] and the spectra (m,) of the band's lines; any ratio torque / acceleration of two spectra.
-    """
-    place = (grid - centre) / (width / 2)
-    leakage, _ = np.linalg.qr(legvander(place, LEAKAGE_TERMS - 1))
-    r = reference - leakage @ (leakage.T @ reference)
-    cross = np.vdot(r, acceleration)
-    shares = acceleration * r.conj() / cross
-    apparent = np.vdot(r, torque) / cross
-    # What is left when A may be a parabola within the band is noise.
-    regressors = np.column_stack([acceleration, place * acceleration, place**2 * acceleration, leakage])
-    residual = torque - regressors @ np.linalg.lstsq(regressors, torque)[0]
-    noise = np.sum(np.abs(residual) ** 2) / (len(grid) - regressors.shape[1])
-    signal = np.sum(np.abs(torque - leakage @ (leakage.T @ torque)) ** 2)
-    variance = noise * np.sum(np.abs(r) ** 2) / abs(cross) ** 2
-    moments = np.vander(place, len(NODES), increasing=True).T @ shares
-    weights = np.linalg.solve(np.vander(NODES, increasing=True).T, moments)
-    return apparent, variance, 1 - np.sum(np.abs(residual) ** 2) / signal, weights
-
-
-def _doubts(frf: FRF) -> tuple[str, ...]:
-    """What the FRF shows to be wrong with the channels.
-
-    A passive rider on a handlebar takes power in at every frequency: the impedance's real part is positive.
-    """
-    found = []
-    active = np.real(frf.impedance) < -3 * np.sqrt(frf.variance) * frf.omega
-    if np.mean(active) > 0.5:
-        found.append("power flows out of the rider at most frequencies: is the sign of torque or angle flipped?")
-    if np.median(frf.coherence) < 0.5:
-        found.append(f"median coherence {np.median(frf.coherence):.2f}: are these the right channels?")
-    return tuple(found)
+    def to_control(self) -> control.FrequencyResponseData:
+        """The inertance as python-control's FRD over rad/s, from `steer_torque` [N.m] to
+        `steer_acceleration` [rad/s2]."""
+        return control.frd(self.inertance, self.omega, inputs=[STEER_TORQUE], outputs=["steer_acceleration"])
 
 
 def mean_frf(frfs: Sequence[FRF], name: str = "mean") -> FRF:

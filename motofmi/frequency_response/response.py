@@ -12,10 +12,10 @@ from functools import cached_property
 import numpy as np
 import sympy
 
-from fmus.component import Component
-from fmus.errors import InputError, unknown
-from fmus.symbolic import symbolic
-from fmus.variables import Variable
+from fmus.declaration.component import Component
+from fmus.declaration.variables import Variable
+from fmus.equations.sympy_form import symbolic
+from fmus.support.errors import InputError, unknown
 
 
 class Response:
@@ -57,7 +57,9 @@ class Response:
         row, column = nx + component.outputs.index(self.output), nx + component.inputs.index(self.input)
         jacobian = form.jacobian.subs(fixed)
         pencil = s * form.mass.subs(fixed) - jacobian[:nx, :nx]
-        bordered = pencil.row_join(-jacobian[:nx, column]).col_join(jacobian[row, :nx].row_join(jacobian[row, column : column + 1]))
+        bordered = pencil.row_join(-jacobian[:nx, column]).col_join(
+            jacobian[row, :nx].row_join(jacobian[row, column : column + 1])
+        )
         if jacobian.free_symbols - set(form.symbols_of(self.parameters)):
             raise InputError(f"{component.name} is not linear around its start values: no frequency response")
         symbols = form.symbols_of(self.parameters)
@@ -75,7 +77,9 @@ class Response:
         """G (n,) at omega (n,) [rad/s] for parameter values p (np,), the component's own where none are given."""
         return self.with_derivatives(self.powers(omega), self.values if p is None else p)[0]
 
-    def with_derivatives(self, powers: np.ndarray, p: np.ndarray, inverse: bool = False) -> tuple[np.ndarray, np.ndarray]:
+    def with_derivatives(
+        self, powers: np.ndarray, p: np.ndarray, inverse: bool = False
+    ) -> tuple[np.ndarray, np.ndarray]:
         """G (n,) and dG/dp (np, n), or 1/G and its derivatives, for the powers of s and parameter values p (np,)."""
         rows = np.array(self._polynomials[1](*p)) @ powers.T  # N, D, dN/dp, dD/dp
         count = len(self.parameters)

@@ -13,13 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fmus.errors import InputError
-from identification.frf import band_average, spectrum
-from identification.recordings import Recording
-from identification.sampling import uniform
+from fmus.support.errors import InputError
+from motofmi.frequency_response.estimators import band_average, spectra
+from motofmi.recordings.channels import BODY_POINTS, MOCKUP_ACCELERATION
+from motofmi.recordings.recording import Recording
+from motofmi.recordings.resampling import uniform
 
-POINTS = ("waist", "shoulder", "head")
-REFERENCE = "mockup_acceleration"
 WIDTH = 0.15  # Hz around each frequency of the test
 
 
@@ -40,18 +39,24 @@ def roll_frf(recording: Recording, heights: Mapping[str, float], frequencies: np
 
     Raises InputError for a missing height or channel.
     """
-    points = [point for point in POINTS if f"{point}_acceleration" in recording.columns]
+    points = [point for point in BODY_POINTS if f"{point}_acceleration" in recording.columns]
     for point in ("mockup", *points):
         if not heights.get(point, 0) > 0:
             raise InputError(f"{recording.name}: the height of {point} above the roll axis is missing; "
                              f'give "{point}_height": {{"value": 1.0, "unit": "m"}} in rig.json')  # fmt: skip
     recording, _ = uniform(recording)
-    grid = np.fft.rfftfreq(len(recording.time), 1 / recording.rate)
-    mockup = spectrum(recording[REFERENCE])
+    body = [f"{point}_acceleration" for point in points]
+    lines = spectra(recording, [MOCKUP_ACCELERATION, *body])
     absolute = {}
-    for point in points:
-        body = spectrum(recording[f"{point}_acceleration"])
-        bands = [(f, np.abs(grid - f) < WIDTH / 2) for f in frequencies]
-        ratios = [band_average(grid[k], f, WIDTH, mockup[k], body[k], mockup[k])[0] for f, k in bands]
+    for point, channel in zip(points, body, strict=True):
+        ratios = []
+        for f in frequencies:
+            k = lines.near(f, WIDTH)
+            mockup = lines.values[MOCKUP_ACCELERATION][k]
+            ratios.append(
+                band_average(
+                    (lines.frequency[k] - f) / (WIDTH / 2), lines.stretch[k], mockup, lines.values[channel][k], mockup
+                )[0]
+            )
         absolute[point] = np.array(ratios) * heights["mockup"] / heights[point]
     return RollFRF(np.asarray(frequencies, float), absolute)

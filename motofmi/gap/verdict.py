@@ -1,23 +1,26 @@
-"""The verdict as `verdict.json` says it: every key always there, every parameter with value, error and unit."""
+"""The contents of `verdict.json`: every key is always present, every parameter has value, standard error and unit."""
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
-from identification.gap.naming.candidate import Candidate, adequate
-from identification.gap.naming.decide import Verdict
-from identification.gap.naming.fitted import parameters_of
-from identification.gap.naming.showing import FORETOLD, closeness, floor
-from identification.gap.naming.ties import equivalent
-from identification.gap.reporting.harmonic_places import cells as of_harmonics
-from identification.gap.reporting.locating import Cells, locate
+from fmus.effects import Effect
+from motofmi.gap.estimation.candidate import Candidate, adequate
+from motofmi.gap.estimation.fit_result import parameters_of
+from motofmi.gap.localisation.harmonic_places import cells as of_harmonics
+from motofmi.gap.localisation.locating import Cells, locate
+from motofmi.gap.remainder import complete, explained, remainder
+from motofmi.gap.selection.model_selection import Verdict
+from motofmi.gap.selection.ties import equivalent
+from motofmi.gap.validation.before_after import floor, misfit_of
 
 
 def as_result(verdict: Verdict, unit: str, noise_source: str = "orders", cells: Cells = of_harmonics) -> dict[str, Any]:
     """The verdict under the keys of the file; what is written beside it (model, FMU, report) is null yet.
 
-    cells says what the places of misfit are.
+    cells gives the cells of a run in which misfit is located.
     """
     best = verdict.best
     chances, left = _probabilities(verdict), gap(verdict, unit)
@@ -26,15 +29,19 @@ def as_result(verdict: Verdict, unit: str, noise_source: str = "orders", cells: 
         "effects": [_effect(verdict, c, chances) for c in verdict.effects] if verdict.verdict == "named" else [],
         "tied": [c.family for c in verdict.tied] if verdict.verdict == "tied" else [],
         "closest": _closest(verdict) if verdict.verdict == "unknown" else None,
-        "candidates": [{"name": c.family, "form": c.effect.form, "sentence": c.effect.sentence(), "delta_chi2": c.delta_chi2,
+        "candidates": [{"name": c.family, "form": c.effect.form, "element": c.effect.element or None, "sentence": c.effect.sentence(), "delta_chi2": c.delta_chi2,
                         "delta_bic": c.delta_bic, "probability": chances.get(id(c), 0.0), "fitted": c.fitted} for c in _distinct(verdict.candidates)],
         "where": [{"run": p.run, "axis": p.axis, "order": p.order, "from": p.start, "to": p.end, "unit": p.unit, "excess": p.excess, "p_value": p.p_value}
-                  for p in locate(verdict.base, cells)],
+                  for p in locate(verdict.base, cells, verdict.criteria)],
         "gap": left,
         "base": {n: {"value": v, "standard_error": e, "unit": u} for n, (v, e, u) in parameters_of(best).items() if n in best.model.base},
+        "complete": complete(verdict),
+        "explained": explained(verdict),
+        "remainder": remainder(verdict, unit),
         "noise_source": noise_source,
         "next_experiment": None,
-        "limitations": [*_limitations(verdict), *_foretold(verdict, left)],
+        "limitations": [*_limitations(verdict), *_validation_limitations(verdict, left)],
+        "criteria": asdict(verdict.criteria),
         "model": None,
         "fmu": None,
         "report": None,
@@ -42,45 +49,64 @@ def as_result(verdict: Verdict, unit: str, noise_source: str = "orders", cells: 
 
 
 def _limitations(verdict: Verdict) -> list[str]:
-    """What the verdict rests on besides the data, and what it leaves open."""
-    sentences = []
+    """The assumptions of the verdict, and the questions that the data do not decide."""
+    sentences = list(verdict.comparison.outcome.sentences) if verdict.comparison else []
+    for candidate in verdict.effects if verdict.comparison else []:
+        if names := unidentified(verdict, candidate.effect):
+            sentences.append(
+                f"{candidate.family}: {' and '.join(names)} {'are' if names[1:] else 'is'} not identifiable from these data (within "
+                f"{verdict.criteria.value_errors:g} standard errors of zero)."
+            )
     if verdict.verdict == "named" and len(verdict.effects) == 1:
         name = verdict.effects[0].family
-        if same := equivalent(verdict.best, verdict.effects[0], verdict.candidates):
-            sentences.append(f"By torque and angle alone {' or '.join(same)} would answer as {name} does: only the sign that "
-                             "each must have, and what is known of the base beside these runs, tell them apart.")  # fmt: skip
+        if same := equivalent(verdict.best, verdict.effects[0], verdict.candidates, verdict.criteria):
+            sentences.append(f"From torque and angle alone {' or '.join(same)} is not distinguishable from {name}: "
+                             "they differ only in the "
+                             "sign that each must have and in the prior knowledge of the base.")  # fmt: skip
         if verdict.tied:
-            sentences.append(f"Something else is missing besides {name}: one of {', '.join(dict.fromkeys(c.family for c in verdict.tied))}.")
-    if verdict.unlisted:
-        law, name = verdict.unlisted, " and ".join(dict.fromkeys(e.family for e in verdict.best.model.effects)) or "any that has one"
-        sentences.append(f"A law that has no name in the library explains the data better than {name} (delta chi-square {law.delta_chi2:.4g}): "
+            sentences.append(
+                f"A second effect is missing besides {name}: one of "
+                f"{', '.join(dict.fromkeys(c.family for c in verdict.tied))}."
+            )
+    if verdict.outside_library:
+        law, name = (
+            verdict.outside_library,
+            " and ".join(dict.fromkeys(e.family for e in verdict.best.model.effects)) or "all of them",
+        )
+        sentences.append(f"An effect outside the library explains the data better than {name} (delta chi-square "
+                         f"{law.delta_chi2:.4g}): "
                          f"{law.effect.sentence()}")  # fmt: skip
-    if verdict.refuted:
-        sentences.append(f"The held-out run refutes what fits as well or better: {', '.join(verdict.refuted)}.")
+    if verdict.rejected:
+        sentences.append(f"The validation run rejects what fits as well or better: {', '.join(verdict.rejected)}.")
     return sentences
 
 
-def _foretold(verdict: Verdict, left: dict[str, Any]) -> list[str]:
-    """What it means where more is missed than the verdict seems to say, most often of a held-out run; left is its gap."""
-    missed = left["holdout_after"]
-    if verdict.open_form and (not adequate(verdict.best) or (missed or 0.0) > FORETOLD):
-        held_out = f", {missed:.2g} of the held-out run" if missed is not None else ""
-        return [f"No form of {verdict.effects[0].family} in the library fits as noise lets it (reduced chi-square {left['after']:.2g}{held_out}): its "
-                "parameters are those of the nearest form."]  # fmt: skip
-    if missed is None or missed < FORETOLD or verdict.open_form:
+def _validation_limitations(verdict: Verdict, left: dict[str, Any]) -> list[str]:
+    """Sentences on misfit that the verdict leaves, mostly on validation runs; left is its gap."""
+    missed, predicted = left["holdout_after"], verdict.criteria.predicted_reduced_chi2
+    if verdict.comparison:
+        return []
+    if verdict.unspecified_form and (not adequate(verdict.best, verdict.criteria) or (missed or 0.0) > predicted):
+        on_validation = f", {missed:.2g} on the validation run" if missed is not None else ""
+        return [f"No form of {verdict.effects[0].family} in the library is adequate (reduced chi-square "
+                f"{left['after']:.2g}{on_validation}): the form "
+                "is unspecified, and the parameters are those of the nearest form."]  # fmt: skip
+    if missed is None or missed < predicted or verdict.unspecified_form:
         return []
     if verdict.verdict == "named":
-        return [f"The fitted runs leave some values too uncertain to foretell the held-out run (reduced chi-square {missed:.2g} with all of them frozen); "
-                "within their errors they explain it. Fit more runs."]  # fmt: skip
-    if verdict.verdict == "unknown" and adequate(verdict.best):
-        return [f"The fitted runs are explained, the held-out run is not (reduced chi-square {missed:.2g}): what is missing does not show in the fitted "
-                "ones alone. Fit that run too."]  # fmt: skip
+        return ["The fitted runs leave some values too uncertain to predict the validation run (reduced chi-square "
+                f"{missed:.2g} with all values fixed); "
+                "within their standard errors they explain it. Fit more runs."]  # fmt: skip
+    if verdict.verdict == "unknown" and adequate(verdict.best, verdict.criteria):
+        return ["The model is adequate for the fitted runs but not for the validation run (reduced chi-square "
+                f"{missed:.2g}): the missing effect is not "
+                "identifiable from the fitted runs alone. Fit the validation run too."]  # fmt: skip
     return []
 
 
 def gap(verdict: Verdict, unit: str) -> dict[str, Any]:
-    """Before, after and on the held-out runs, as reduced chi-square and as rms."""
-    before, after, held = closeness(verdict.base), closeness(verdict.best), verdict.held_out
+    """The misfit before and after, on fitted and on validation runs, as reduced chi-square and as rms."""
+    before, after, held = misfit_of(verdict.base), misfit_of(verdict.best), verdict.validation_gap
     return {
         "before": before.chi2, "after": after.chi2,
         "holdout_before": held[0].chi2 if held else None, "holdout_after": held[1].chi2 if held else None, "noise_floor": 1.0,
@@ -90,7 +116,10 @@ def gap(verdict: Verdict, unit: str) -> dict[str, Any]:
 
 
 def _probabilities(verdict: Verdict) -> dict[int, float]:
-    """Of each candidate against the others, against none and a law without a name, from the BIC, one form per family, equal odds before."""
+    """The probability of each candidate against the others, against none and effects outside the library.
+
+    From the BIC with equal prior odds, one form per family.
+    """
     first: dict[str, Candidate] = {}
     for c in verdict.candidates:
         first.setdefault(c.family, c)
@@ -98,14 +127,16 @@ def _probabilities(verdict: Verdict) -> dict[int, float]:
         if c.family in first:
             first[c.family] = c
     members = list(first.values())
-    unnamed = [0.0, *([verdict.unlisted.delta_bic] if verdict.unlisted else [])]
+    unnamed = [0.0, *([verdict.outside_library.delta_bic] if verdict.outside_library else [])]
     exponents = np.array([*unnamed, *(c.delta_bic for c in members)]) / 2
     weights = np.exp(exponents - exponents.max())
     chances = weights[len(unnamed) :] / weights.sum()
     result = {id(c): float(p) for c, p in zip(members, chances, strict=True)}
     for c in verdict.effects[1:]:
         result[id(c)] = float(1 / (1 + np.exp(-min(c.delta_bic, 600) / 2)))
-    for c in verdict.effects:  # the table of candidates has them as they do alone, and they may be sure all the same
+    for c in (
+        verdict.effects
+    ):  # the table of candidates has them as single effects, with the probability that they have together
         alone = next((other for other in verdict.candidates if other.effect is c.effect), c)
         result[id(alone)] = result.get(id(c), 1.0)
     return result
@@ -120,15 +151,26 @@ def _distinct(candidates: Sequence[Candidate]) -> list[Candidate]:
 
 
 def _effect(verdict: Verdict, candidate: Candidate, chances: dict[int, float]) -> dict[str, Any]:
-    """The effect with its parameters as the last fit has them."""
+    """The effect with its parameters from the last fit."""
     known = parameters_of(verdict.best)
-    stand = verdict.best.model.stand
+    experiment = verdict.best.model.experiment
     effect = candidate.effect
-    open_ = verdict.open_form and candidate is verdict.effects[0]
-    own = {n: known[stand.parameter(effect, n)] for n in effect.sought()}
-    return {"name": effect.family, "form": "open" if open_ else effect.form, "sentence": effect.sentence(), "probability": chances.get(id(candidate), 1.0),
+    open_ = verdict.unspecified_form and candidate is verdict.effects[0]
+    own = {n: known[experiment.parameter(effect, n)] for n in effect.free_parameters()}
+    own = {n: found for n, found in own.items() if n not in unidentified(verdict, effect)}
+    return {"name": effect.family, "form": "open" if open_ else effect.form, "element": effect.element or None,
+            "sentence": effect.sentence(), "probability": chances.get(id(candidate), 1.0),
             "delta_chi2": candidate.delta_chi2, "delta_bic": candidate.delta_bic,
             "parameters": {n: {"value": v, "standard_error": e, "unit": u} for n, (v, e, u) in own.items()}}  # fmt: skip
+
+
+def unidentified(verdict: Verdict, effect: type[Effect]) -> list[str]:
+    """The parameters of an effect that a comparison on blocks does not distinguish from zero: no values of them."""
+    if verdict.comparison is None:
+        return []
+    known, experiment = parameters_of(verdict.best), verdict.best.model.experiment
+    values = {n: known[experiment.parameter(effect, n)] for n in effect.free_parameters()}
+    return [n for n, (v, e, _) in values.items() if abs(v) < verdict.criteria.value_errors * e]
 
 
 def _closest(verdict: Verdict) -> dict[str, Any] | None:

@@ -4,30 +4,33 @@
     nyquist   (2011)   sum |H_e - H_m|^2, the squared distance in the Nyquist plane
     weighted           sum |A_e - A_m|^2 / var(A_e),   A = M/a = 1/H
 
-The last is the default: noise enters through the torque, so the apparent inertia A is what carries it
-undistorted, and each band counts by its own variance. The model is always seen through the estimator's
-averages (see `frf`). Parameters are searched as logarithms, so that kg.m2 and N.m/rad are alike.
+The last is the default: noise enters through the torque, so the error of the apparent inertia A is proportional to
+it, and each band is weighted by its own variance. The model is averaged over each band with the estimator's own
+weights (see `estimators`). The search is over logarithms of the parameters, which have no units and no sign.
 
-A rider is never twice the same: weighted, each run is fitted by itself, and the runs are combined as random
+A rider differs from run to run: with the weighted sum each run is fitted by itself, and the runs are combined as random
 effects x_r ~ N(x, C_r + tau^2 I), with one spread tau of the log-parameters from run to run (DerSimonian,
-Laird 1986). The papers' sums take all runs together.
+Laird 1986). The papers' sums are over all runs together.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares, leastsq
 
-from fmus.errors import InputError, unknown
-from identification.frf import FRF
-from identification.response import Response
+from fmus.support.errors import InputError, unknown
+from fmus.support.notebook import html
+from motofmi.frequency_response.figures import FITTED, draw_modulus
+from motofmi.frequency_response.frf import FRF, mean_frf
+from motofmi.frequency_response.response import Response
 
 METHODS = ("weighted", "nyquist", "amplitude")
 SMALLEST = 1e-4  # of the starting value: where a parameter's logarithm ends when its lower bound is zero
 TOLERANCE = 1e-11
-UNDETERMINED = 1e-6  # of the largest singular value: what lies below is not information
-FIRST_STEP = 0.01  # of MINPACK's trust region: longer ones jump out of the valley from far starts
+UNDETERMINED = 1e-6  # of the largest singular value: below, a direction counts as not determined
+FIRST_STEP = 0.01  # of MINPACK's trust region: longer first steps leave the basin of the optimum from distant starts
 SPREAD = 0.5  # of the logarithm of further starting values
 
 
@@ -59,14 +62,15 @@ class Problem:
         for row, start in zip(self.model.rows, self.model.values, strict=True):
             low, high = bounds.get(row.name, (row.min, row.max))
             if start <= 0 or low < 0:
-                raise InputError(f"{row.name} is searched as a logarithm: it needs a positive start and bounds from 0 up, "
+                raise InputError(f"{row.name} is searched as a logarithm: it needs a positive start and bounds from 0 "
+                                 "up, "
                                  f"not {start:g} in [{low:g}, {high:g}] {row.unit}")  # fmt: skip
             lower.append(max(low, SMALLEST * start))
             upper.append(high)
         return np.log(lower), np.log(upper)
 
-    def seen(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The apparent inertia (n,) that the estimator would see of the model, and its derivatives (np, n)."""
+    def averaged(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The model's apparent inertia (n,), averaged with the estimator's weights, and its derivatives (np, n)."""
         inertia, slope = self.model.with_derivatives(self.powers, p, inverse=True)
         if self.weights.shape[1] == 1:
             return inertia, slope
@@ -74,9 +78,10 @@ class Problem:
                 np.einsum("nk,pnk->pn", self.weights, slope.reshape(-1, *self.weights.shape)))  # fmt: skip
 
     def evaluate(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Residuals (n,) and their derivatives (np, n) by the log-parameters x (np,); complex ones as real, then imaginary."""
+        """Residuals (n,) and their derivatives (np, n) by the log-parameters x (np,); complex ones as
+        real, then imaginary."""
         p = np.exp(x)
-        inertia, slope = self.seen(p)
+        inertia, slope = self.averaged(p)
         slope *= p[:, None]
         if self.method == "weighted":
             return _stacked((inertia - self.inertia) * self.scale), _stacked(slope * self.scale)
@@ -94,10 +99,10 @@ class Problem:
         return np.tile(each, 2) if self.method == "nyquist" else each
 
     def solve(self, x: np.ndarray) -> tuple[np.ndarray, float]:
-        """Log-parameters (np,) and half the sum of squares that one start (np,) leads to.
+        """Log-parameters (np,) and half the sum of squares at the optimum reached from one start (np,).
 
-        MINPACK finds an optimum within the bounds fastest. Where it leaves them, it tries again from nearer to the
-        model's own values; an optimum on a bound is left to the bounded search.
+        MINPACK's unbounded search is the fastest. Where it leaves the bounds, it is repeated from nearer to the
+        model's own values; an optimum on a bound is found by the bounded search.
         """
         last: dict[bytes, tuple] = {}
 
@@ -120,14 +125,14 @@ class Problem:
         return bounded.x, float(bounded.cost)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Identification:
-    """What was identified, in the order of `names`.
+    """Identified parameters, in the order of `names`.
 
     values, standard_error (np,); covariance (np, np) of the LOGARITHMS; singular_values (np,) of the Jacobian of
     all residuals over their noise by log-parameters, and `directions` (np, np), one a row; run_to_run is the spread
     of the log-parameters over the runs; residual: radius [(rad/s2)/(N.m)], phase_deg.
-    reduced_chi_square is 1 when the noise explains what is left of each run.
+    reduced_chi_square is 1 when the residuals of each run are consistent with the noise.
     """
 
     names: tuple[str, ...]
@@ -159,6 +164,56 @@ class Identification:
         normal = np.random.default_rng(seed).multivariate_normal(np.zeros(len(self.values)), self.covariance, count)
         return self.values * np.exp(normal)
 
+    def __getitem__(self, name: str) -> float:
+        """The value of a parameter by its name, in the unit of `units`. Raises InputError with the valid
+        names for any other."""
+        if name not in self.names:
+            raise unknown("parameter", name, self.names)
+        return float(self.values[self.names.index(name)])
+
+    def __repr__(self) -> str:
+        values = ", ".join(
+            f"{n} = {v:.4g} +- {e:.2g} {unit}"
+            for n, v, e, unit in zip(self.names, self.values, self.standard_error, self.units, strict=True)
+        )
+        return f"Identification({self.method}, reduced chi-square {self.reduced_chi_square:.3g}: {values})"
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (n, f"{v:.5g}", f"{e:.2g}", unit)
+            for n, v, e, unit in zip(self.names, self.values, self.standard_error, self.units, strict=True)
+        ]
+        text = f"Fit ({self.method}) to {', '.join(f.name for f in self.frfs)}; reduced chi-square {self.reduced_chi_square:.3g}"
+        return html(
+            ". ".join([text, *self.warnings]),
+            ("parameter", "value", "standard error", "unit"),
+            rows,
+            self._draw_modulus,
+        )
+
+    def plot(self, axes: Any = None) -> Any:
+        """Modulus above phase, the mean of the runs and the fit to each: two axes of matplotlib, which are returned;
+        new ones unless given."""
+        axes = mean_frf(self.frfs).plot(axes)
+        for frf, value in zip(self.frfs, self.fitted, strict=True):
+            axes[0].plot(frf.frequency, np.abs(value), color=FITTED, linewidth=1)
+            axes[1].plot(frf.frequency, np.degrees(np.angle(value)), color=FITTED, linewidth=1)
+        return axes
+
+    def _draw_modulus(self, axes: Any) -> None:
+        draw_modulus(axes, mean_frf(self.frfs))
+        for frf, value in zip(self.frfs, self.fitted, strict=True):
+            axes.plot(frf.frequency, np.abs(value), color=FITTED, linewidth=1)
+
+    def to_dataframe(self) -> Any:
+        """The parameters by name: value, standard_error, unit (pandas.DataFrame)."""
+        import pandas as pd  # noqa: PLC0415 - imported on use
+
+        return pd.DataFrame(
+            {"value": self.values, "standard_error": self.standard_error, "unit": list(self.units)},
+            index=pd.Index(self.names, name="parameter"),
+        )
+
 
 def identify(frfs: Sequence[FRF], model: Response, method: str = "weighted",
              bounds: Mapping[str, tuple[float, float]] | None = None, starts: int = 4, seed: int = 0,
@@ -185,21 +240,21 @@ def identify(frfs: Sequence[FRF], model: Response, method: str = "weighted",
     x, covariance, tau = combine(np.array(runs), np.array(covariances), run_to_run)
     together = Problem(frfs, model, method, bounds)
     _, singular, directions = np.linalg.svd((together.evaluate(x)[1] / together.noise()).T, full_matrices=False)
-    value = 1 / together.seen(np.exp(x))[0]
+    value = 1 / together.averaged(np.exp(x))[0]
     residual = {"radius": float(np.mean(np.abs(np.abs(value) - np.abs(together.measured)))),
                 "phase_deg": float(np.mean(np.abs(np.angle(value / together.measured, deg=True))))}  # fmt: skip
     values = np.clip(np.exp(x), *(np.array([getattr(row, side) for row in model.rows]) for side in ("min", "max")))
     found = Identification(model.parameters, tuple(row.unit for row in model.rows), values, covariance, method, residual,
                            float(np.mean(chi_squares)), singular, directions, tau, float(np.mean(agreeing)), (), tuple(frfs),
                            tuple(np.split(value, np.cumsum([len(f.frequency) for f in frfs])[:-1])))  # fmt: skip
-    return replace(found, warnings=_doubts(found, together, x))
+    return replace(found, warnings=_warnings(found, together, x))
 
 
 def _uncertainty(problem: Problem, x: np.ndarray) -> tuple[np.ndarray, float]:
     """Covariance (np, np) of the log-parameters of one run, and the reduced chi-square.
 
-    Weighted, it is (J'J)^-1, larger where more than noise is left. The papers' sums do not weigh by the noise, so
-    their covariance is taken from what is left itself (White's sandwich).
+    Weighted, it is (J'J)^-1, times the reduced chi-square where that exceeds 1. The papers' sums do not weigh by the
+    noise, so their covariance follows from the residuals (White's sandwich estimator).
     """
     residuals, jacobian = problem.evaluate(x)
     noise = problem.noise()
@@ -207,14 +262,20 @@ def _uncertainty(problem: Problem, x: np.ndarray) -> tuple[np.ndarray, float]:
     chi_square = float(np.sum((residuals / noise) ** 2) / freedom)
     left, singular, right = np.linalg.svd(jacobian.T, full_matrices=False)
     inverse = (right.T / np.maximum(singular, UNDETERMINED * singular[0])) @ left.T
-    left_over = max(chi_square, 1.0) * np.ones(len(residuals)) if problem.method == "weighted" else residuals**2 * len(residuals) / freedom
+    left_over = (
+        max(chi_square, 1.0) * np.ones(len(residuals))
+        if problem.method == "weighted"
+        else residuals**2 * len(residuals) / freedom
+    )
     return (inverse * left_over) @ inverse.T, chi_square
 
 
-def combine(runs: np.ndarray, covariances: np.ndarray, tau: float | None = None) -> tuple[np.ndarray, np.ndarray, float]:
+def combine(
+    runs: np.ndarray, covariances: np.ndarray, tau: float | None = None
+) -> tuple[np.ndarray, np.ndarray, float]:
     """Mean (np,), covariance (np, np) and spread of log-parameters of runs (n, np) with covariances (n, np, np).
 
-    The spread is pooled over the parameters that the runs determine: what their scatter has beyond the noise.
+    The spread is pooled over the parameters that the runs determine: their scatter in excess of the noise.
     """
     count, size = runs.shape
     if tau is None:
@@ -229,19 +290,20 @@ def combine(runs: np.ndarray, covariances: np.ndarray, tau: float | None = None)
     return covariance @ np.einsum("rij,rj->i", weights, runs), covariance, tau
 
 
-def _doubts(found: Identification, problem: Problem, x: np.ndarray) -> tuple[str, ...]:
-    """Which parameters lie on a bound, and which the data cannot tell."""
-    doubts = [w for f in found.frfs for w in f.warnings]
+def _warnings(found: Identification, problem: Problem, x: np.ndarray) -> tuple[str, ...]:
+    """Warnings of the FRFs, parameters on a bound and parameters that are not identifiable."""
+    warnings = [w for f in found.frfs for w in f.warnings]
     for name, at, low, high in zip(found.names, x, problem.lower, problem.upper, strict=True):
         if at - low < 1e-3 or high - at < 1e-3:
-            doubts.append(f"{name} lies on its bound {np.exp(at):.4g}: its standard error means little")
+            warnings.append(f"{name} lies on its bound {np.exp(at):.4g}: its standard error is not meaningful")
     for value, direction in zip(found.singular_values, found.directions, strict=True):
         if value < 1.0:  # one standard deviation along this direction is more than a factor of e
             names = [n for n, share in zip(found.names, direction, strict=True) if abs(share) > 0.3]
-            doubts.append(f"these data cannot tell {' and '.join(names)} apart" if len(names) > 1 else f"these data cannot tell {names[0]}")
+            which = "are identifiable only in combination" if len(names) > 1 else "is not identifiable"
+            warnings.append(f"{' and '.join(names)} {which} from these data")
     if found.agreeing_starts < 0.5:
-        doubts.append(f"only {found.agreeing_starts:.0%} of the starts reach the best fit: try more")
-    return tuple(doubts)
+        warnings.append(f"only {found.agreeing_starts:.0%} of the starts reach the best fit: try more")
+    return tuple(warnings)
 
 
 def _stacked(values: np.ndarray) -> np.ndarray:

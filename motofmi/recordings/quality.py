@@ -1,33 +1,47 @@
-"""What a lab engineer would look at before trusting a recording: said with time and count, never repaired."""
+"""Checks of a recording: each fault is reported with its time and count, and nothing is repaired."""
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from fmus.errors import InputError
-from identification.time_stamps import coarse, interval
-
-MEASURED = ("steer_angle", "steer_torque")
-# Beyond these a handlebar test has its channels swapped or the wrong unit.
-PLAUSIBLE = {"steer_angle": np.pi / 2, "steer_torque": 2000.0, "torso_rate": 30.0}
+from fmus.support.errors import InputError
+from motofmi.recordings.channels import CHANNELS
+from motofmi.recordings.time_stamps import coarse, interval
 
 
-def channel_errors(path: Path, time: np.ndarray, columns: Mapping[str, np.ndarray], units: Mapping[str, str]) -> None:
-    """Raises InputError where a column cannot be used at all: values missing, time going back, a dead channel."""
-    if not np.isfinite(time).all():
-        raise InputError(f"{path}: the time is missing in {np.count_nonzero(~np.isfinite(time))} rows, first in row {np.argmin(np.isfinite(time)) + 1}")
+def complete_rows(time: np.ndarray, columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray, list[str]]:
+    """Which rows (n,) have the time and a value in every column, and warnings about the others: they
+    count as missing rows."""
+    complete, found = np.isfinite(time), []
+    if not complete.all():
+        found.append(
+            f"{np.count_nonzero(~complete)} rows without a time are left out, first row {np.argmin(complete) + 1}"
+        )
+    for name, values in columns.items():
+        known = np.isfinite(values)
+        missing = time[~known & np.isfinite(time)]
+        if len(missing):
+            found.append(
+                f"{name} has no value in {len(missing)} samples, from {missing[0]:g} s to {missing[-1]:g} s: they "
+                "count as missing samples"
+            )
+        complete &= known
+    return complete, found
+
+
+def channel_errors(time: np.ndarray, columns: Mapping[str, np.ndarray], units: Mapping[str, str]) -> None:
+    """Raises InputError where a column cannot be used at all: time that goes back, an essential
+    channel that is constant."""
     back = np.flatnonzero(np.diff(time) < 0)
     if len(back):
-        raise InputError(f"{path}: time goes back {len(back)} times, first from {time[back[0]]:g} s to {time[back[0] + 1]:g} s; one file is one run")
+        raise InputError(
+            f"time goes back {len(back)} times, first from {time[back[0]]:g} s to {time[back[0] + 1]:g} s; one file is "
+            "one run"
+        )
     for name, values in columns.items():
-        missing = np.flatnonzero(~np.isfinite(values))
-        if len(missing):
-            raise InputError(f"{path}: {name} has no value in {len(missing)} samples, from {time[missing[0]]:g} s to {time[missing[-1]]:g} s; "
-                             "cut them out or repair them: nothing is filled in silently")  # fmt: skip
-        if name in MEASURED and np.ptp(values) == 0:
-            raise InputError(f"{path}: {name} is constant at {values[0]:g} {units[name]}; is the sensor connected?")
+        if name in CHANNELS and CHANNELS[name].essential and np.ptp(values) == 0:
+            raise InputError(f"{name} is constant at {values[0]:g} {units[name]}; is the sensor connected?")
 
 
 def sampling_warnings(time: np.ndarray) -> list[str]:
@@ -36,18 +50,27 @@ def sampling_warnings(time: np.ndarray) -> list[str]:
     found = []
     same = np.flatnonzero(steps == 0)
     if coarse(time):
-        return [f"time stamps are coarse: they step by {steps.min():g} to {steps.max():g} s, where samples are {usual:.4g} s apart"]
+        return [
+            f"time stamps are coarse: they step by {steps.min():g} to {steps.max():g} s, where samples are {usual:.4g} "
+            "s apart"
+        ]
     if len(same):
         found.append(f"{len(same)} duplicate time stamps, first at {time[same[0]]:g} s")
     gaps = np.flatnonzero(steps > 1.5 * usual)
     if len(gaps):
         dropped = int(np.sum(np.round(steps[gaps] / usual) - 1))
         longest = gaps[np.argmax(steps[gaps])]
-        found.append(f"{dropped} samples missing in {len(gaps)} gaps, first at {time[gaps[0]]:g} s, longest {steps[longest]:g} s at {time[longest]:g} s")
+        found.append(
+            f"{dropped} samples missing in {len(gaps)} gaps, first at {time[gaps[0]]:g} s, longest {steps[longest]:g} "
+            f"s at {time[longest]:g} s"
+        )
     regular = steps[(steps > 0) & (steps <= 1.5 * usual)]
     deviation = np.abs(regular - usual) / usual
     if len(regular) and np.sqrt(np.mean(deviation**2)) > 0.01:
-        found.append(f"sampling jitter of {100 * np.sqrt(np.mean(deviation**2)):.1f} % of the interval (rms; largest {100 * deviation.max():.0f} %)")
+        found.append(
+            f"sampling jitter of {100 * np.sqrt(np.mean(deviation**2)):.1f} % of the interval (rms; largest "
+            f"{100 * deviation.max():.0f} %)"
+        )
     return found
 
 
@@ -61,9 +84,12 @@ def channel_warnings(time: np.ndarray, columns: Mapping[str, np.ndarray], units:
         for side, sign in (("upper", 1.0), ("lower", -1.0)):
             at = clipped(sign * values)
             if len(at):
-                found.append(f"{name} seems clipped at its {side} limit {values[at[0]]:g} {units[name]}: {len(at)} samples, first at {time[at[0]]:g} s")
+                found.append(
+                    f"{name} seems clipped at its {side} limit {values[at[0]]:g} {units[name]}: {len(at)} samples, "
+                    f"first at {time[at[0]]:g} s"
+                )
         largest = float(np.abs(values).max())
-        if largest > PLAUSIBLE.get(name, np.inf):
+        if name in CHANNELS and largest > CHANNELS[name].largest:
             found.append(f"{name} reaches {largest:g} {units[name]}: are the channels swapped, or is its unit wrong?")
     return found
 
@@ -73,7 +99,10 @@ def rig_warnings(time: np.ndarray, rig: Mapping[str, Any]) -> list[str]:
     stated = rig.get("sampling", {}).get("value")
     rate = 1 / max(interval(time), 1e-12)
     if stated and abs(rate / stated - 1) > 0.005:
-        return [f"the time column says {rate:.6g} Hz, rig.json says {stated:g} Hz: with a wrong rate all frequencies are wrong"]
+        return [
+            f"the time column says {rate:.6g} Hz, rig.json says {stated:g} Hz: with a wrong rate all frequencies are "
+            "wrong"
+        ]
     return []
 
 

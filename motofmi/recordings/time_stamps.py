@@ -3,14 +3,14 @@
 import numpy as np
 
 EQUAL = 1e-3  # of the rounding: steps that differ by less are the same
-ENOUGH = 20  # long steps, and short ones, from which roundings can be told from missing samples
+ENOUGH = 20  # long steps, and short ones, that distinguish rounding from missing samples
 
 
 def interval(time: np.ndarray) -> float:
     """The sampling interval [s] of stamps (n,), 0 where most are the same.
 
-    It is the mean of the steps near their median, which leaves gaps out. The median itself is one of the roundings: at 256 Hz stamps
-    in milliseconds step by 4 or 3, and 4 is 2.4 % off.
+    It is the mean of the steps near their median, which leaves gaps out. The median itself is one of the roundings: at
+    256 Hz stamps in milliseconds step by 4 or 3, and 4 is 2.4 % off.
     """
     if coarse(time):
         return float(np.ptp(time) / (len(time) - 1))
@@ -21,13 +21,36 @@ def interval(time: np.ndarray) -> float:
 
 def complete(time: np.ndarray) -> bool:
     """Whether no sample is missing or written twice, as far as the stamps (n,) show it."""
-    return coarse(time) or bool(np.all(_near(np.diff(time))))
+    if coarse(time) or np.all(_near(np.diff(time))):
+        return True
+    taken = places(time)
+    return taken is not None and int(taken[-1]) == len(time) - 1
+
+
+def places(time: np.ndarray) -> np.ndarray | None:
+    """The places (n,) of samples on a regular grid, by increasing stamps (n,); None where the stamps are of no such grid.
+
+    On the grid of a clock each sample has a place of its own, and places that stay empty are missing samples. Stamps
+    whose steps vary at random move away from every grid, so that two samples come to one place: they jitter, which
+    says nothing of missing samples. The one parameter is the interval of the grid.
+    """
+    step = interval(time)
+    phase = (time - time[0]) / step
+    middle = np.angle(np.mean(np.exp(2j * np.pi * phase))) / (2 * np.pi)
+    found = np.round(phase - middle).astype(int)
+    return found - found[0] if np.all(np.diff(found) >= 1) else None
+
+
+def holes(time: np.ndarray, longest: float) -> np.ndarray:
+    """The samples (m,) after which more than `longest` intervals pass until the next, by stamps (n,)."""
+    return np.flatnonzero(np.diff(time) > longest * interval(time))
 
 
 def coarse(time: np.ndarray) -> bool:
     """Whether stamps (n,) are those of a regular grid, rounded to more than half of its interval.
 
-    There are steps of two lengths then, which differ by the rounding, and no stamp is further from the grid than that. Missing samples add up.
+    There are steps of two lengths then, which differ by the rounding, and no stamp is further from the grid than that.
+    Missing samples add up.
     """
     steps = np.diff(time)
     if np.all(_near(steps)):

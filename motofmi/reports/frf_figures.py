@@ -1,24 +1,22 @@
 """The figures of the papers: amplitude and phase of the inertance with the band mu +- sigma, and the Nyquist plane."""
 
-from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from fmus.errors import InputError
-from fmus.files import write_beside
-from identification.fit import Identification
-from identification.frf import FRF
-from identification.response import Response
-from identification.roll import RollFRF
-from scenarios.report import COLOURS, new_figure
+from fmus.support.errors import InputError
+from fmus.support.files import write_atomically
+from motofmi.frequency_response.figures import INERTANCE, Curve, draw_amplitude_and_phase
+from motofmi.frequency_response.frf import FRF
+from motofmi.frequency_response.response import Response
+from motofmi.frequency_response.roll_motion import RollFRF
+from motofmi.identification.parameter_fit import Identification
+from motofmi.reports.report import COLOURS, new_figure
 
-INERTANCE = "[(rad/s$^2$)/(N m)]"
-
-
-Curve = tuple[np.ndarray, np.ndarray]  # frequency [Hz], inertance
+SUFFIXES = (".png", ".svg", ".pdf")
 
 
 def fitted_curve(found: Identification, model: Response) -> Curve:
@@ -29,31 +27,34 @@ def fitted_curve(found: Identification, model: Response) -> Curve:
 
 def amplitude_and_phase(mean: FRF, fitted: Curve | None = None) -> Figure:
     """Modulus and phase over frequency, measured with its band, and the fitted curve (2011, Fig. 3)."""
-    figure, (upper, lower) = new_figure(1, 2, width=7.5, height=6.5, sharex=True)
-    modulus, phase = np.abs(mean.inertance), np.degrees(np.unwrap(np.angle(mean.inertance)))
-    phase -= 360 * np.round(np.median(phase - 90) / 360)
-    repeats = np.isfinite(mean.modulus_deviation)
-    band, turn = (np.where(repeats, a, b) for a, b in zip((mean.modulus_deviation, mean.phase_deviation), mean.confidence(), strict=True))
-    label = r"$\mu \pm \sigma$ over runs" if repeats.any() else "95 % confidence"
-    for axis, value, half in ((upper, modulus, band), (lower, phase, np.degrees(turn))):
-        half = np.minimum(half, 10 * np.nanmedian(np.abs(value)))  # a band without information does not set the scale
-        axis.fill_between(mean.frequency, value - half, value + half, color=COLOURS["reference"], alpha=0.35, linewidth=0, label=label)
-        axis.plot(mean.frequency, value, ".", color="black", markersize=4, label="measured")
-    if fitted is not None:
-        upper.plot(fitted[0], np.abs(fitted[1]), color=COLOURS["damper"], label="fitted")
-        lower.plot(fitted[0], np.degrees(np.angle(fitted[1])), color=COLOURS["damper"])
-    upper.set_ylim(0, 1.3 * np.percentile(modulus, 98))
-    lower.set_ylim(-30, 210)
-    upper.set_ylabel(f"|inertance| {INERTANCE}")
-    lower.set_ylabel("phase [deg]")
-    lower.set_xlabel("frequency [Hz]")
-    upper.legend(loc="best")
+    figure, axes = new_figure(1, 2, width=7.5, height=6.5, sharex=True)
+    draw_amplitude_and_phase(axes, mean, fitted)
     return figure
+
+
+def identification(found: Identification, mean: FRF, curve: Curve) -> Figure:
+    """Amplitude, phase and Nyquist plane side by side."""
+    figure, axes = new_figure(3, width=13.0, height=4.2)
+    draw_identification(axes, found, mean, curve)
+    return figure
+
+
+def draw_identification(axes: Any, found: Identification, mean: FRF, curve: Curve) -> None:
+    """The same on three axes."""
+    draw_amplitude_and_phase(axes[:2], mean, curve)
+    axes[0].set_xlabel("frequency [Hz]")
+    draw_nyquist(axes[2], found, curve)
 
 
 def nyquist(found: Identification, curve: Curve) -> Figure:
     """Measured points against the fitted curve in the Nyquist plane (2011, Fig. 5)."""
     figure, axis = new_figure(width=5.5, height=5.5)
+    draw_nyquist(axis, found, curve)
+    return figure
+
+
+def draw_nyquist(axis: Any, found: Identification, curve: Curve) -> None:
+    """The same on given axes."""
     measured, seen = np.concatenate([f.inertance for f in found.frfs]), np.concatenate(found.fitted)
     for a, b in zip(measured, seen, strict=True):
         axis.plot([a.real, b.real], [a.imag, b.imag], color=COLOURS["reference"], linewidth=0.7)
@@ -71,12 +72,17 @@ def nyquist(found: Identification, curve: Curve) -> Figure:
     axis.set_xlabel(f"real part {INERTANCE}")
     axis.set_ylabel(f"imaginary part {INERTANCE}")
     axis.legend(loc="upper right")
-    return figure
 
 
 def roll(frf: RollFRF) -> Figure:
     """Amplitude and phase of FRF_i and rFRF_i at waist, shoulders and head (2008, Figs 16 to 23)."""
     figure, axes = new_figure(2, 2, width=9.0, height=6.5, sharex=True)
+    draw_roll(axes, frf)
+    return figure
+
+
+def draw_roll(axes: Any, frf: RollFRF) -> None:
+    """The same on axes (2, 2)."""
     for column, (name, curves) in enumerate((("FRF", frf.absolute), ("rFRF", frf.relative))):
         for marker, (point, curve) in zip("os^", curves.items(), strict=False):
             phase = np.degrees(np.unwrap(np.angle(curve)))
@@ -86,15 +92,10 @@ def roll(frf: RollFRF) -> Figure:
         axes[1, column].set_ylabel(f"phase of {name} [deg]")
         axes[1, column].set_xlabel("frequency [Hz]")
     axes[0, 0].legend()
-    return figure
 
 
-def save(figures: Sequence[Figure], path: str | Path) -> list[Path]:
-    """Write the figures as .png, .svg or .pdf, numbered where there are several. Raises InputError for another suffix."""
-    path = Path(path)
-    if path.suffix not in (".png", ".svg", ".pdf"):
-        raise InputError(f"--plot {path}: figures are written as .png, .svg or .pdf")
-    paths = [path if len(figures) == 1 else path.with_stem(f"{path.stem}_{k}") for k in range(1, len(figures) + 1)]
-    for figure, place in zip(figures, paths, strict=True):
-        write_beside(place, partial(figure.savefig, dpi=150))
-    return paths
+def save(figure: Figure, path: str | Path) -> Path:
+    """Write the figure as .png, .svg or .pdf; its path. Raises InputError for another suffix."""
+    if Path(path).suffix.lower() not in SUFFIXES:
+        raise InputError(f"{path}: figures are written as {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}")
+    return write_atomically(path, partial(figure.savefig, dpi=150))

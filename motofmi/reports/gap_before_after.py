@@ -1,6 +1,6 @@
-"""What a model leaves of one run, before and after: over time, by order, as a response, in the Nyquist plane, against noise.
+"""The residuals of one run, before and after: over time, by order, as a response, in the Nyquist plane, against noise.
 
-The run is the first that was held out, else the first that was fitted.
+The run is the first validation run, else the first that was fitted.
 """
 
 from collections.abc import Sequence
@@ -9,42 +9,49 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.figure import Figure
 
-from identification.gap.data.reduction import Column
-from identification.gap.data.runs import Run
-from identification.gap.naming.decide import Verdict
-from identification.gap.naming.fitted import Fit
-from scenarios.report import COLOURS, new_figure
+from motofmi.gap.estimation.fit_result import Fit
+from motofmi.gap.preprocessing.harmonics import Column
+from motofmi.gap.preprocessing.steer_test_run import SteerTestRun
+from motofmi.gap.selection.model_selection import Verdict
+from motofmi.reports.report import COLOURS, new_figure
 
 ORDERS = (1, 2, 3)
 LAGS = 20
 
 
 def without_and_with(verdict: Verdict) -> list[tuple[Fit, str, str]]:
-    """Fit, colour and label of base and best on the held-out runs, else on the fitted ones; of the base alone where nothing was found."""
-    found = [each.fit for each in verdict.held_out] if verdict.held_out else [verdict.base, verdict.best]
-    both = list(zip(found, (COLOURS["damper"], COLOURS["rider"]), ("base", "with what was found"), strict=True))
+    """Fit, colour and label of base and best on the validation runs, else on the fitted ones; of the base alone
+    where nothing was found."""
+    found = [each.fit for each in verdict.validation_gap] if verdict.validation_gap else [verdict.base, verdict.best]
+    both = list(zip(found, (COLOURS["damper"], COLOURS["rider"]), ("base", "with the effects found"), strict=True))
     return both if verdict.best.model.effects else both[1:]
 
 
-def told(verdict: Verdict) -> str:
+def shown_run(verdict: Verdict) -> str:
     """Which run is shown."""
-    names = [run.name for run in verdict.held_out[1].fit.runs] if verdict.held_out else []
-    return f"Held out, and not used to fit: {', '.join(names)}. Shown is {names[0]}." if names else "No run was held out: shown is the first that was fitted."
+    names = [run.name for run in verdict.validation_gap[1].fit.runs] if verdict.validation_gap else []
+    return (
+        f"Validation runs, not used to fit: {', '.join(names)}. Shown is {names[0]}."
+        if names
+        else "No validation run: shown is the first that was fitted."
+    )
 
 
 @dataclass(frozen=True)
 class _Left:
     """The harmonics of a run's effort (m,): measured, and what a fit leaves of them."""
 
-    run: Run
+    run: SteerTestRun
     columns: list[Column]
     measured: np.ndarray
     left: np.ndarray
 
     @classmethod
     def of(cls, found: Fit) -> "_Left":
-        run: Run = found.runs[0]
-        return cls(run, run.reduction.columns, run.effort.data, found.residuals[: len(run.effort.data)] * run.effort.deviation)
+        run: SteerTestRun = found.runs[0]
+        return cls(
+            run, run.reduction.columns, run.effort.data, found.residuals[: len(run.effort.data)] * run.effort.deviation
+        )
 
     def windows(self, values: np.ndarray) -> np.ndarray:
         """The rms (w,) of such numbers (m,) over each window's samples."""
@@ -57,7 +64,9 @@ class _Left:
 
     def amplitudes(self, values: np.ndarray, k: int) -> np.ndarray:
         """Amplitude (w,) of an order in such numbers (m,)."""
-        samples = np.array([np.subtract(*self.run.reduction.bases[self.columns[i].window][1::-1]) for i, _ in self.order(k)])
+        samples = np.array(
+            [np.subtract(*self.run.reduction.bases[self.columns[i].window][1::-1]) for i, _ in self.order(k)]
+        )
         return np.hypot(*values[self.order(k)].T) * np.sqrt(2 / samples)
 
     def frequency(self, k: int = 1) -> np.ndarray:
@@ -65,7 +74,7 @@ class _Left:
 
     def response(self, values: np.ndarray) -> np.ndarray:
         """Such numbers (m,) at the first order over the motion's (w,), complex."""
-        motion = self.run.reduction.reduce(self.run.moved(self.run.recording.time)[0])
+        motion = self.run.reduction.reduce(self.run.motion_at(self.run.recording.time)[0])
         cos, sin = self.order(1).T
         return (values[cos] - 1j * values[sin]) / (motion[cos] - 1j * motion[sin])
 
@@ -75,11 +84,13 @@ def figures(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[Figure, str]]:
     name = shown[0][0].runs[0].name
     left = [(_Left.of(fit), colour, label) for fit, colour, label in shown]
     return [
-        (_over_time(left), f"{name}: the recording, and what is left of its harmonics in each window, against the noise."),
-        (_by_order(left), f"{name}: amplitude of what is left at each order of the excitation, against the noise."),
+        (_over_time(left), f"{name}: the recording, and the residuals of its harmonics in each window, against the "
+                           "noise."),
+        (_by_order(left), f"{name}: amplitude of the residuals at each order of the excitation, against the noise."),
         (_response(left), f"{name}: first harmonic of the torque over the imposed angle."),
         (_nyquist(left), "The same as impedance in the Nyquist plane."),
-        (whiteness(shown, _in_time(left[0][0].columns)), f"{name}: residuals in units of the noise against the normal distribution, and how they "
+        (whiteness(shown, _in_time(left[0][0].columns)), f"{name}: residuals in units of the noise against the normal "
+                                                         "distribution, and how they "
          "depend on their neighbours in time; noise alone stays within the grey lines (95 %)."),
     ]  # fmt: skip
 
@@ -96,7 +107,7 @@ def _over_time(left: Sequence[tuple[_Left, str, str]]) -> Figure:
     for of, colour, label in left:
         lower.semilogy(time, of.windows(of.left), color=colour, label=label)
     lower.semilogy(time, first.windows(output.deviation), "--", color=COLOURS["reference"], label="noise")
-    lower.set(xlabel="time [s]", ylabel=f"left, rms [{unit}]")
+    lower.set(xlabel="time [s]", ylabel=f"residual, rms [{unit}]")
     lower.legend()
     return figure
 
@@ -108,7 +119,13 @@ def _by_order(left: Sequence[tuple[_Left, str, str]]) -> Figure:
         for of, colour, label in left:
             axes.semilogy(of.frequency(k), of.amplitudes(of.left, k), ".-", color=colour, label=label, linewidth=0.8)
         noise = left[0][0]
-        axes.semilogy(noise.frequency(k), noise.amplitudes(noise.run.effort.deviation, k), "--", color=COLOURS["reference"], label="noise")
+        axes.semilogy(
+            noise.frequency(k),
+            noise.amplitudes(noise.run.effort.deviation, k),
+            "--",
+            color=COLOURS["reference"],
+            label="noise",
+        )
         axes.set_ylabel(f"order {k} [{unit}]")
     rows[0].legend(loc="upper left", ncols=3, fontsize=8)
     rows[-1].set_xlabel("frequency of the excitation [Hz]")
@@ -140,20 +157,30 @@ def _nyquist(left: Sequence[tuple[_Left, str, str]]) -> Figure:
 
 def _measured_and_modelled(left: Sequence[tuple[_Left, str, str]]) -> list[tuple[_Left, np.ndarray, str, str, str]]:
     first = left[0][0]
-    return [(first, first.measured, ".", COLOURS["reference"], "measured"), *((of, of.measured + of.left, "-", colour, label) for of, colour, label in left)]
+    return [
+        (first, first.measured, ".", COLOURS["reference"], "measured"),
+        *((of, of.measured + of.left, "-", colour, label) for of, colour, label in left),
+    ]
 
 
 def _in_time(columns: Sequence[Column]) -> np.ndarray:
     """The places of a run's data, one kind of number after the other, each over time."""
     part = np.zeros(len(columns), int)  # of an order and degree: cosine, then sine
     for i in range(1, len(columns)):
-        alike = (columns[i].window, columns[i].order, columns[i].degree) == (columns[i - 1].window, columns[i - 1].order, columns[i - 1].degree)
+        alike = (columns[i].window, columns[i].order, columns[i].degree) == (
+            columns[i - 1].window,
+            columns[i - 1].order,
+            columns[i - 1].degree,
+        )
         part[i] = part[i - 1] + 1 if alike else 0
-    return np.array(sorted(range(len(columns)), key=lambda i: (columns[i].order, columns[i].degree, part[i], columns[i].window)))
+    return np.array(
+        sorted(range(len(columns)), key=lambda i: (columns[i].order, columns[i].degree, part[i], columns[i].window))
+    )
 
 
 def whiteness(shown: Sequence[tuple[Fit, str, str]], sequence: np.ndarray | None = None) -> Figure:
-    """Residuals of the first run in units of the noise, and their correlation with their neighbours in a sequence of data (m,)."""
+    """Residuals of the first run in units of the noise, and their correlation with their neighbours in a
+    sequence of data (m,)."""
     figure, (spread, neighbours) = new_figure(columns=2, height=3.6)
     bins, lags = np.linspace(-6, 6, 61), np.arange(1, LAGS + 1)
     for fit, colour, label in shown:

@@ -1,7 +1,6 @@
-"""The gap of any component as one HTML report: verdict, where the base missed, recording, spectrum, Nyquist plane, whiteness."""
+"""Figures of a component's gap: where the base misses, recording, response, Nyquist plane, whiteness."""
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,13 +9,12 @@ from matplotlib.figure import Figure
 from scipy.fft import idct
 from scipy.signal import csd, spectrogram, welch
 
-from identification.gap.data.sampled import Sampled
-from identification.gap.naming.decide import Verdict
-from identification.gap.naming.fitted import Fit
-from scenarios.gap_before_after import told, whiteness, without_and_with
-from scenarios.gap_report import FILE
-from scenarios.gap_tables import before_and_after, places, verdict_section
-from scenarios.report import COLOURS, Report, Section, Table, new_figure
+from motofmi.gap.estimation.fit_result import Fit
+from motofmi.gap.preprocessing.sampled_run import SampledRun
+from motofmi.gap.selection.model_selection import Verdict
+from motofmi.reports.gap_before_after import shown_run, whiteness, without_and_with
+from motofmi.reports.gap_report import Pictures
+from motofmi.reports.report import COLOURS, Section, Table, new_figure
 
 MEASURED = "measured"
 DRIVEN = 1e-4  # of an input's largest power, above which it drives what is answered
@@ -24,23 +22,15 @@ LEAST = 0.5  # of the noise: what is darkest in the map
 PERIODS, SHORTEST = 3.0, 16  # of the middle frequency in a window of the map, and its samples
 
 
-def write_report(verdict: Verdict, result: dict[str, Any], folder: Path, modes: Section) -> str:
-    """Write the report, with a section on modes, into the folder; its name there."""
+def pictures(verdict: Verdict) -> Pictures:
+    """What a report shows of a verdict on sampled runs."""
     shown = without_and_with(verdict)
-    sections = [
-        verdict_section(result),
-        Section("Where the base model misses", ["Cells that pass a false-discovery rate of 1 %."],
-                [(_map(verdict.base), "Residuals of the base over time and frequency, in units of the noise.")],
-                [places(result)]),
-        Section("Before and after", [told(verdict)],
-                [(_recording(shown), "The recording and what is left of it, before and after."), *_loops(shown), *_responses(shown),
-                 (whiteness(shown), "Residuals in units of the noise against the normal distribution, and how they depend on their neighbours in "
-                  "frequency; noise alone stays within the grey lines (95 %).")],
-                [before_and_after(result)]),
-        modes,
-    ]  # fmt: skip
-    Report("The gap between component and recordings", f"Verdict: {result['verdict']}", sections).write(folder / FILE)
-    return FILE
+    misses = [(_map(verdict.base), "Residuals of the base over time and frequency, in units of the noise.")]
+    whiteness_ = (whiteness(shown), "Residuals in units of the noise against the normal distribution, and their "
+                                    "autocorrelation over frequency; "
+                  "noise alone stays within the grey lines (95 %).")  # fmt: skip
+    recording = (_recording(shown), "The recording and the residuals, before and after.")
+    return Pictures(misses, [recording, *_loops(shown), *_responses(shown), whiteness_], shown_run(verdict))
 
 
 def modes_at_rest(result: dict[str, Any]) -> Section:
@@ -52,7 +42,7 @@ def modes_at_rest(result: dict[str, Any]) -> Section:
 
 def left_over(fit: Fit, output: int = 0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Time (n,), what was measured and what the fit leaves of it (n,), of the first run within its band."""
-    run: Sampled = fit.runs[0]
+    run: SampledRun = fit.runs[0]
     z = fit.residuals[: len(run.data)] * run.deviation
     time, measured, left, first_row = [], [], [], 0
     for first, last, kept in run.reduction.spans:
@@ -69,46 +59,49 @@ def left_over(fit: Fit, output: int = 0) -> tuple[np.ndarray, np.ndarray, np.nda
 def _outputs(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[np.ndarray, str, str]]:
     """The first output (n,), colour and label: measured, and as each fit has it."""
     _, measured, _ = left_over(shown[0][0])
-    return [(measured, COLOURS["reference"], MEASURED), *((measured - left_over(fit)[2], colour, label) for fit, colour, label in shown)]
+    return [
+        (measured, COLOURS["reference"], MEASURED),
+        *((measured - left_over(fit)[2], colour, label) for fit, colour, label in shown),
+    ]
 
 
 def _recording(shown: Sequence[tuple[Fit, str, str]]) -> Figure:
     figure, (upper, lower) = new_figure(rows=2, sharex=True)
-    run: Sampled = shown[0][0].runs[0]
-    name = run.test.outputs[0]
+    run: SampledRun = shown[0][0].runs[0]
+    name = run.experiment.outputs[0]
     for fit, colour, label in shown:
         time, measured, left = left_over(fit)
         lower.plot(time, left, color=colour, linewidth=0.8, label=label)
     upper.plot(time, measured, color=COLOURS["reference"], linewidth=0.8)
     unit = run.recording.units[name]
     upper.set_ylabel(f"{name} [{unit}]".replace("_", " "))
-    lower.set(xlabel=f"time in {run.name} [s]", ylabel=f"left [{unit}]")
+    lower.set(xlabel=f"time in {run.name} [s]", ylabel=f"residual [{unit}]")
     lower.legend()
     return figure
 
 
 def _loops(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[Figure, str]]:
     """The force over the deflection and the rate of an imposed motion."""
-    run: Sampled = shown[0][0].runs[0]
-    if not run.test.imposed:
+    run: SampledRun = shown[0][0].runs[0]
+    if not run.experiment.imposed:
         return []
     component: Any = shown[0][0].model.component
-    told, places = run.told(left_over(shown[0][0])[0]), (component.imposed, component.rate)
+    motion, places = run.inputs(left_over(shown[0][0])[0]), (component.imposed, component.rate)
     figure, axes = new_figure(columns=2, sharey=True)
     for axis, place in zip(axes, places, strict=True):
         for values, colour, label in _outputs(shown):
-            axis.plot(told[place], values, color=colour, linewidth=0.8, label=label)
+            axis.plot(motion[place], values, color=colour, linewidth=0.8, label=label)
         axis.set_xlabel(f"{place} [{component.table[place].unit}]".replace("_", " "))
-    force = run.test.outputs[0]
+    force = run.experiment.outputs[0]
     axes[0].set_ylabel(f"{force} [{run.recording.units[force]}]".replace("_", " "))
     axes[1].legend(loc="lower right")
-    return [(figure, f"{run.name}: what the motion takes, over deflection and rate.")]
+    return [(figure, f"{run.name}: the force over deflection and over rate.")]
 
 
 def _responses(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[Figure, str]]:
     """Frequency response and Nyquist plane, where a recorded input drives the component."""
-    run: Sampled = shown[0][0].runs[0]
-    inputs = [n for n in run.test.inputs if np.ptp(run.recording[n]) > 0]
+    run: SampledRun = shown[0][0].runs[0]
+    inputs = [n for n in run.experiment.inputs if np.ptp(run.recording[n]) > 0]
     if not inputs:
         return []
     rate = run.recording.rate
@@ -124,25 +117,38 @@ def _responses(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[Figure, str]
         inside = (frequency > 0) & (frequency < run.reduction_band) & (power > DRIVEN * power.max())
         axes.loglog(frequency[inside], np.abs(response[inside]), style, color=colour, label=label)
         on.plot(response[inside].real, response[inside].imag, style, color=colour, label=label)
-    answer, cause = run.test.outputs[0], inputs[0]
-    ratio, units = f"{answer} / {cause}".replace("_", " "), f"{run.recording.units[answer]} / {run.recording.units[cause]}"
+    answer, cause = run.experiment.outputs[0], inputs[0]
+    ratio, units = (
+        f"{answer} / {cause}".replace("_", " "),
+        f"{run.recording.units[answer]} / {run.recording.units[cause]}",
+    )
     axes.set(xlabel="frequency [Hz]", ylabel=f"|{ratio}| [{units}]")
     on.set(xlabel=f"Re {ratio} [{units}]", ylabel=f"Im {ratio} [{units}]")
     axes.legend()
     on.legend()
-    return [(figure, "Frequency response of the first output to the first input."), (plane, "The same in the Nyquist plane.")]
+    return [
+        (figure, "Frequency response of the first output to the first input."),
+        (plane, "The same in the Nyquist plane."),
+    ]
 
 
 def _map(fit: Fit) -> Figure:
     figure, axes = new_figure()
-    run: Sampled = fit.runs[0]
+    run: SampledRun = fit.runs[0]
     time, _, left = left_over(fit)
     length = int(np.clip(PERIODS * run.recording.rate / run.middle_frequency, SHORTEST, max(len(left) // 8, SHORTEST)))
     frequency, middle, power = spectrogram(left, run.recording.rate, nperseg=length, noverlap=length // 2)
     inside = frequency <= run.reduction_band
     noise = 2 * run.densities[0](frequency[inside]) / run.recording.rate  # one-sided
     z = np.sqrt(power[inside] / noise[:, None])
-    mesh = axes.pcolormesh(time[0] + middle, frequency[inside], z, norm=LogNorm(LEAST, max(float(z.max()), 10 * LEAST)), cmap="viridis", shading="nearest")
+    mesh = axes.pcolormesh(
+        time[0] + middle,
+        frequency[inside],
+        z,
+        norm=LogNorm(LEAST, max(float(z.max()), 10 * LEAST)),
+        cmap="viridis",
+        shading="nearest",
+    )
     figure.colorbar(mesh, label="|residual| over noise")
     axes.set_xlabel(f"time in {run.name} [s]")
     axes.set_ylabel("frequency [Hz]")

@@ -1,4 +1,5 @@
-"""Where the base misses the data: what passes the false-discovery rate, over recording, response, orders and directions."""
+"""Where the base misses the data: what passes the false-discovery rate, over recording, response,
+orders and directions."""
 
 from collections.abc import Collection, Mapping
 
@@ -7,12 +8,12 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
-from identification.gap.data.runs import Output, Run
-from identification.gap.naming.fitted import Fit
-from identification.gap.reporting.harmonic_places import of_output
-from identification.gap.reporting.locating import Place
-from scenarios.gap_tables import axis_of
-from scenarios.report import COLOURS, new_figure
+from motofmi.gap.estimation.fit_result import Fit
+from motofmi.gap.localisation.harmonic_places import of_output
+from motofmi.gap.localisation.locating import Place
+from motofmi.gap.preprocessing.steer_test_run import Output, SteerTestRun
+from motofmi.reports.gap_tables import axis_of
+from motofmi.reports.report import COLOURS, new_figure
 
 MISS = "#c00000"
 
@@ -20,9 +21,9 @@ MISS = "#c00000"
 def gap_map(found: Fit, places: Collection[Place], index: int = 0, of: int = 0) -> Figure:
     """An output of a run over time, its response over frequency, its orders by band, its directions and amplitudes.
 
-    What is red is a place where the misfit is no chance; the redder, the larger its excess.
+    Red marks significant misfit; the redder, the larger its excess.
     """
-    run: Run = found.runs[index]
+    run: SteerTestRun = found.runs[index]
     output = run.outputs[of]
     unit = run.recording.units[output.column]
     start = sum(len(r.data) for r in found.runs[:index]) + of * len(output.data)
@@ -45,18 +46,28 @@ def gap_map(found: Fit, places: Collection[Place], index: int = 0, of: int = 0) 
 def _shade(axes, places: list[Place], axis: str) -> None:
     for place in places:
         if place.axis.endswith(axis) and not place.order:
-            axes.axvspan(place.start, place.end, color=MISS, linewidth=0, alpha=float(np.clip(0.1 + 0.15 * np.log10(1 + max(place.excess, 0.0)), 0.1, 0.5)))
+            axes.axvspan(
+                place.start,
+                place.end,
+                color=MISS,
+                linewidth=0,
+                alpha=float(np.clip(0.1 + 0.15 * np.log10(1 + max(place.excess, 0.0)), 0.1, 0.5)),
+            )
 
 
 def _draw_orders(picture: Figure, axes, order_of: Mapping[Place, int], missed: list[Place]) -> None:
-    """Each order over the bands of the excitation, coloured by what is left there, framed where it is no chance."""
+    """Each order over the bands of the excitation, coloured by the misfit, framed where it is significant."""
     colours = ScalarMappable(LogNorm(0.5, 100.0), "Greys")
     for clear in (False, True):  # frames above all else
         shown = [p for p in order_of if (p in missed) == clear]
         axes.bar([p.start for p in shown], 0.84, [p.end - p.start for p in shown], [order_of[p] - 0.42 for p in shown], align="edge",
                  color=colours.to_rgba(np.array([p.excess + 1 for p in shown])), edgecolor=MISS if clear else "#bbbbbb", linewidth=1.6 if clear else 0.5)  # fmt: skip
     picture.colorbar(colours, ax=axes, label="reduced chi-square")
-    axes.set(xlabel="frequency of the excitation [Hz]; framed red: not by chance", ylabel="order [1]", yticks=sorted(set(order_of.values())))
+    axes.set(
+        xlabel="frequency of the excitation [Hz]; framed red: significant",
+        ylabel="order [1]",
+        yticks=sorted(set(order_of.values())),
+    )
 
 
 def _draw_directions(axes, cells_of_directions: list[Place], missed: list[Place]) -> None:
@@ -73,11 +84,11 @@ def _label(place: Place) -> str:
     return word if place.unit == "1" else f"{word} {place.start:.2g} to {place.end:.2g} {place.unit}"
 
 
-def _response(run: Run, output: Output) -> tuple[np.ndarray, np.ndarray]:
+def _response(run: SteerTestRun, output: Output) -> tuple[np.ndarray, np.ndarray]:
     """Frequency (w,) and the first harmonic of the output over that of the motion (w,), by window."""
     columns = run.reduction.columns
     pairs = np.array([i for i, c in enumerate(columns) if c.order == 1 and c.degree == 0]).reshape(-1, 2)
-    motion = run.reduction.reduce(run.moved(run.recording.time)[0])
+    motion = run.reduction.reduce(run.motion_at(run.recording.time)[0])
     size = np.hypot(*output.data[pairs.T]) / np.hypot(*motion[pairs.T])
     frequency = np.array([columns[i].frequency for i in pairs[:, 0]])
     order = np.argsort(frequency)

@@ -10,8 +10,8 @@ from typing import Any
 import jinja2
 from matplotlib.figure import Figure
 
-from fmus.parallel import spread
-from scenarios.command_line import write_text
+from fmus.support.files import write_text
+from fmus.support.parallel import parallel_map
 
 COLOURS = {"reference": "#888888", "rider": "#0b5394", "damper": "#c55a11", "changed": "#38761d"}
 
@@ -49,7 +49,7 @@ class Report:
         loader = jinja2.FileSystemLoader(Path(__file__).parent)
         environment = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)
         figures = [figure for section in self.sections for figure, _ in section.figures]
-        drawn = dict(zip(map(id, figures), spread(as_png, figures, "drawing"), strict=True))
+        drawn = dict(zip(map(id, figures), parallel_map(as_png, figures, "drawing"), strict=True))
         environment.filters["png"] = lambda figure: drawn[id(figure)]
         write_text(path, environment.get_template("report.html").render(report=self))
 
@@ -61,7 +61,9 @@ def as_png(figure: Figure) -> str:
     return "data:image/png;base64," + base64.b64encode(stream.getvalue()).decode()
 
 
-def new_figure(columns: int = 1, rows: int = 1, width: float = 8.0, height: float = 4.8, **options: Any) -> tuple[Figure, Any]:
+def new_figure(
+    columns: int = 1, rows: int = 1, width: float = 8.0, height: float = 4.8, **options: Any
+) -> tuple[Figure, Any]:
     """A figure and its axes, with a light grid; no state outside it."""
     figure = Figure(figsize=(width, height), layout="constrained")
     axes = figure.subplots(rows, columns, **options)

@@ -1,21 +1,24 @@
-"""The steer test on the full rider: his compiled FMU follows a bar that the servo leads, recorded as the real rig records.
+"""The steer test on the full rider: his compiled FMU follows a bar that the servo leads, recorded
+as the real rig records.
 
     M_s = I_0 delta'' - T_h,    T_h = handlebar_torque - [R delta'' + inertia_torque],    R = port_inertia + inertia_change
 
-The angle counts as imposed, as in the virtual rig's servo and in both papers; noise, remnant and converters come on top.
+The angle counts as imposed, as in the virtual rig's servo and in both papers; noise, remnant and
+converters come on top.
 """
 
 import tempfile
 
 import numpy as np
 
-from fmus.build import build
-from fmus.component import Component
-from fmus.importer import FmuUnit
-from fmus.progress import track
-from identification.excitation import Excitation
-from identification.recordings import Recording
-from scenarios.virtual_rig import Noise, remnant_torque
+from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem
+from fmus.declaration.component import Component
+from fmus.export.build import build
+from fmus.support.progress import track
+from motofmi.frequency_response.excitation import Excitation
+from motofmi.recordings.channels import STEER_ANGLE, STEER_ANGLE_COMMAND, STEER_TORQUE, units_of
+from motofmi.recordings.recording import Recording
+from motofmi.virtual_rig.simulated_rig import Noise, remnant_torque
 
 RATE = 128  # Hz, of the recording
 FINER = 4  # steps of the bar's motion in a sample
@@ -24,7 +27,9 @@ USUAL = Noise()
 ANSWERED = ("handlebar_torque", "inertia_change", "inertia_torque")
 
 
-def steer_test(rider: Component, bar_inertia: float, excitation: Excitation, noise: Noise = USUAL, seed: int = 0) -> Recording:
+def steer_test(
+    rider: Component, bar_inertia: float, excitation: Excitation, noise: Noise = USUAL, seed: int = 0
+) -> Recording:
     """The recording of one run: steer_angle_command, steer_angle, steer_torque; bar_inertia in kg.m2.
 
     Raises SimulationError where the arms cannot follow.
@@ -40,31 +45,33 @@ def steer_test(rider: Component, bar_inertia: float, excitation: Excitation, noi
     if noise.remnant:
         torque = torque + remnant_torque(noise.remnant, noise.remnant_bandwidth, shown, rng)[0]
     columns = {
-        "steer_angle_command": angle[:-1:FINER],
-        "steer_angle": _converted(angle[:-1:FINER] + noise.angle * rng.standard_normal(n), noise.angle_step),
-        "steer_torque": _converted(torque + noise.torque * rng.standard_normal(n), noise.torque_step),
+        STEER_ANGLE_COMMAND: angle[:-1:FINER],
+        STEER_ANGLE: _converted(angle[:-1:FINER] + noise.angle * rng.standard_normal(n), noise.angle_step),
+        STEER_TORQUE: _converted(torque + noise.torque * rng.standard_normal(n), noise.torque_step),
     }
-    return Recording(f"{excitation.name}_{rider.name}", shown, columns, {"steer_angle_command": "rad", "steer_angle": "rad", "steer_torque": "N.m"})
+    return Recording(f"{excitation.name}_{rider.name}", shown, columns, units_of(columns))
 
 
-def _torque(rider: Component, bar_inertia: float, angle: np.ndarray, rate: np.ndarray, acceleration: np.ndarray, step: float) -> np.ndarray:
+def _torque(
+    rider: Component, bar_inertia: float, angle: np.ndarray, rate: np.ndarray, acceleration: np.ndarray, step: float
+) -> np.ndarray:
     """The servo's torque (n,) [N.m]; between the instants the angle is the cubic through angles and rates."""
     with tempfile.TemporaryDirectory() as folder:
-        unit = FmuUnit(build(rider, folder).path, values={"steer_angle": angle[0], "steer_rate": rate[0]})
-    answered = np.empty((len(angle), len(unit.outputs)))
-    inputs = np.zeros((len(angle), len(unit.inputs)))
-    place = {name: unit.inputs.index(name) for name in ("steer_angle", "steer_rate")}
+        subsystem = FmuSubsystem(build(rider, folder).path, values={"steer_angle": angle[0], "steer_rate": rate[0]})
+    answered = np.empty((len(angle), len(subsystem.outputs)))
+    inputs = np.zeros((len(angle), len(subsystem.inputs)))
+    place = {name: subsystem.inputs.index(name) for name in ("steer_angle", "steer_rate")}
     inputs[:, place["steer_angle"]], inputs[:, place["steer_rate"]] = angle, rate
-    polynomials = np.zeros((len(angle) - 1, 4, len(unit.inputs)))  # in the share of the step
+    polynomials = np.zeros((len(angle) - 1, 4, len(subsystem.inputs)))  # in the share of the step
     polynomials[:, :, place["steer_angle"]] = cubic = _hermite(angle, rate * step)
     polynomials[:, :3, place["steer_rate"]] = cubic[:, 1:] * np.array([1, 2, 3]) / step
-    answered[0] = unit.exchange(inputs[0])
+    answered[0] = subsystem.exchange(inputs[0])
     for k in track(range(len(polynomials)), "steer test"):
-        unit.step(polynomials[k], step)
-        answered[k + 1] = unit.exchange(inputs[k + 1])
-    reflected = unit.get("port_inertia")
-    unit.close()
-    torque, change, fed = (answered[:, unit.outputs.index(name)] for name in ANSWERED)
+        subsystem.step(polynomials[k], step)
+        answered[k + 1] = subsystem.exchange(inputs[k + 1])
+    reflected = subsystem.get("port_inertia")
+    subsystem.close()
+    torque, change, fed = (answered[:, subsystem.outputs.index(name)] for name in ANSWERED)
     return (bar_inertia + reflected + change) * acceleration + fed - torque
 
 

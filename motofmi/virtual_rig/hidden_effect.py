@@ -1,6 +1,6 @@
-"""A test rig that keeps a secret: it draws a rider and an effect, and writes recordings that do not say which.
+"""A simulated rig with a hidden effect: it draws a rider and an effect, and writes recordings that do not name it.
 
-    python -m scenarios.rig_with_a_secret SEED FOLDER TRUTH.json
+    python -m motofmi.virtual_rig.hidden_effect SEED FOLDER TRUTH.json
 
 It shares no code with what has to find the effect: plain Runge-Kutta steps of the rider on an imposed angle,
 
@@ -16,7 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
-from identification.excitation import Excitation, stepped_sine, sweep
+from motofmi.frequency_response.excitation import Excitation, stepped_sine, sweep
+from rider_fmu.rigs.handlebar import HANDLEBAR_INERTIA
 
 RATE, FINER = 128, 8  # Hz, steps per sample
 MEAN = {"It": 0.6441, "ka": 1053.4, "kt": 75.8, "ca": 19.28, "ct": 4.79}  # 2011, Table 2
@@ -24,7 +25,7 @@ BETWEEN_RIDERS, BETWEEN_RUNS = 0.2, 0.03
 ANGLE_NOISE, TORQUE_NOISE, REMNANT = np.radians(0.03), 0.2, 0.4  # rad, N.m, N.m below 2 Hz
 ANGLE_STEP, TORQUE_STEP = np.radians(40) / 4096, 400 / 4096
 # What may be hidden: its name in the library, its parameter, and between which values it is drawn.
-SECRETS = {
+HIDDEN = {
     "coulomb_friction": ("friction_torque", 0.3, 0.8),
     "hardening_stiffness": ("cubic_stiffness", 3e3, 1.5e4),
     "progressive_damping": ("coefficient", 0.3, 1.0),
@@ -36,8 +37,8 @@ SECRETS = {
 def main(seed: int, folder: Path, truth: Path) -> None:
     """Write three recordings and rig.json into the folder, and what was hidden into `truth`."""
     rng = np.random.default_rng(seed)
-    name = str(rng.choice(list(SECRETS)))
-    parameter, low, high = SECRETS[name]
+    name = str(rng.choice(list(HIDDEN)))
+    parameter, low, high = HIDDEN[name]
     size = float(rng.uniform(low, high))
     rider = {k: v * np.exp(BETWEEN_RIDERS * rng.standard_normal()) for k, v in MEAN.items()}
     folder.mkdir(parents=True, exist_ok=True)
@@ -46,28 +47,65 @@ def main(seed: int, folder: Path, truth: Path) -> None:
     for test, excitation in tests.items():
         today = {k: v * np.exp(BETWEEN_RUNS * rng.standard_normal()) for k, v in rider.items()}
         record(folder / f"{test}.csv", excitation, today, name, size, rng)
-    (folder / "rig.json").write_text(json.dumps({"handlebar_inertia": {"value": 0.125, "standard_error": 0.00125, "unit": "kg.m2"}}))
+    (folder / "rig.json").write_text(
+        json.dumps(
+            {
+                "handlebar_inertia": {
+                    "value": HANDLEBAR_INERTIA,
+                    "standard_error": 0.01 * HANDLEBAR_INERTIA,
+                    "unit": "kg.m2",
+                }
+            }
+        )
+    )
     truth.write_text(json.dumps({"name": name, "parameter": parameter, "value": size, "rider": rider}))
 
 
-def record(path: Path, excitation: Excitation, rider: dict[str, float], name: str, size: float, rng: np.random.Generator) -> None:
+def record(
+    path: Path, excitation: Excitation, rider: dict[str, float], name: str, size: float, rng: np.random.Generator
+) -> None:
     """Simulate one run and write what the channels show."""
     fine = RATE * FINER
     time = np.arange(round(excitation.duration * RATE) * FINER) / fine
     angle, rate = excitation.motion(time)
     half = excitation.motion(time + 0.5 / fine)
-    torque = device_torque(angle.tolist(), rate.tolist(), half[0].tolist(), half[1].tolist(), 1 / fine, rider, name, size)
-    measured = 0.125 * np.gradient(rate, 1 / fine)[::FINER] + np.array(torque[::FINER])
+    torque = device_torque(
+        angle.tolist(), rate.tolist(), half[0].tolist(), half[1].tolist(), 1 / fine, rider, name, size
+    )
+    measured = HANDLEBAR_INERTIA * np.gradient(rate, 1 / fine)[::FINER] + np.array(torque[::FINER])
     n = len(measured)
     spectrum = np.fft.rfft(rng.standard_normal(n)) * (np.fft.rfftfreq(n, 1 / RATE) < 2)
     remnant = np.fft.irfft(spectrum, n)
     measured += REMNANT * remnant / remnant.std() + TORQUE_NOISE * rng.standard_normal(n)
     shown = angle[::FINER] + ANGLE_NOISE * rng.standard_normal(n)
-    table = np.column_stack([time[::FINER], angle[::FINER], ANGLE_STEP * np.round(shown / ANGLE_STEP), TORQUE_STEP * np.round(measured / TORQUE_STEP)])
-    np.savetxt(path, table, "%.9g", ",", header="time [s],steer_angle_command [rad],steer_angle [rad],steer_torque [N.m]", comments="")
+    table = np.column_stack(
+        [
+            time[::FINER],
+            angle[::FINER],
+            ANGLE_STEP * np.round(shown / ANGLE_STEP),
+            TORQUE_STEP * np.round(measured / TORQUE_STEP),
+        ]
+    )
+    np.savetxt(
+        path,
+        table,
+        "%.9g",
+        ",",
+        header="time [s],steer_angle_command [rad],steer_angle [rad],steer_torque [N.m]",
+        comments="",
+    )
 
 
-def device_torque(angle: list, rate: list, angle_half: list, rate_half: list, h: float, rider: dict[str, float], name: str, size: float) -> list:
+def device_torque(
+    angle: list,
+    rate: list,
+    angle_half: list,
+    rate_half: list,
+    h: float,
+    rider: dict[str, float],
+    name: str,
+    size: float,
+) -> list:
     """The torque that the rider opposes to the bar at every time (n,), besides the bar's own inertia [N.m]."""
     It, ka, kt, ca, ct = (float(rider[k]) for k in ("It", "ka", "kt", "ca", "ct"))
     cubic = size if name == "hardening_stiffness" else 0.0

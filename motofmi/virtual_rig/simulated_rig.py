@@ -1,7 +1,7 @@
 """The virtual rig: a rider on the servo-driven handlebar, recorded as the real rig records.
 
-The rig and the rider are one linear system, moved exactly (see `fmus.exact`); noise, remnant and the
-converters come on top. What comes out is a recording like any other.
+The rig and the rider are one linear system, moved exactly (see `fmus.linear_analysis.exact_motion`); noise, remnant and
+the converters come on top. What comes out is a recording like any other.
 """
 
 from dataclasses import dataclass, replace
@@ -9,12 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fmus import Component, System
-from fmus.exact import motion
-from fmus.linear import linearise
-from fmus.mathematics import NUMERIC
-from identification.excitation import Excitation, stepped_sine
-from identification.recordings import Recording
-from identification.roll import POINTS
+from fmus.expressions.functions import NUMERIC
+from fmus.linear_analysis.exact_motion import exact_response
+from fmus.linear_analysis.linearisation import linearise
+from motofmi.frequency_response.excitation import Excitation, stepped_sine
+from motofmi.recordings.channels import BODY_POINTS, STEER_ANGLE, STEER_ANGLE_COMMAND, STEER_TORQUE, units_of
+from motofmi.recordings.recording import Recording
 from rider_fmu import RollRig, SteerRig, riders
 
 
@@ -51,14 +51,15 @@ def steer_test(rider: Component, steer_inertia: float, excitation: Excitation, n
     used = [space.inputs.index(name) for name in given]
     driven = replace(space, B=space.B[:, used], D=space.D[:, used], inputs=tuple(given))
     values, slopes = (np.column_stack(columns) for columns in zip(*given.values(), strict=True))
-    states, _ = motion(driven, values, 1 / fine, slopes)
+    states, _ = exact_response(driven, values, 1 / fine, slopes)
     return _recorded(bar, dict(zip(space.states, states[::oversampling].T, strict=True)), time[::oversampling], angle[::oversampling],
                      noise, rng, f"{excitation.name}_{rider.name}")  # fmt: skip
 
 
 def roll_test(rider: Component | None = None, frequencies: np.ndarray | None = None, accelerometer_noise: float = 0.01, seed: int = 0,
               rate: float = 128.0, oversampling: int = 2, amplitude: float = np.radians(1), mockup_height: float = 0.5) -> tuple[Recording, np.ndarray]:  # fmt: skip
-    """The recording of a roll test, single frequencies in random order against voluntary reactions, and these frequencies [Hz].
+    """The recording of a roll test, single frequencies in random order against voluntary reactions, and
+    these frequencies [Hz].
 
     The rider is rider 3 of 2008 by default; accelerometer_noise [m/s2] is a standard deviation, mockup_height [m] the
     distance of the mock-up's accelerometer from the roll axis.
@@ -72,10 +73,14 @@ def roll_test(rider: Component | None = None, frequencies: np.ndarray | None = N
     command = space.inputs.index("rig.roll_angle_command")
     driven = replace(space, B=space.B[:, [command]], D=space.D[:, [command]], inputs=("rig.roll_angle_command",))
     angle, angle_rate = (x[:, None] for x in excitation.motion(time))
-    states, outputs = (x[::oversampling] for x in motion(driven, angle, 1 / fine, angle_rate))
-    rates = (states @ driven.A.T + angle[::oversampling] @ driven.B.T) @ driven.C.T  # of the outputs that are velocities
+    states, outputs = (x[::oversampling] for x in exact_response(driven, angle, 1 / fine, angle_rate))
+    rates = (
+        states @ driven.A.T + angle[::oversampling] @ driven.B.T
+    ) @ driven.C.T  # of the outputs that are velocities
     channels = {"mockup_acceleration": mockup_height * outputs[:, space.outputs.index("rig.roll_acceleration")]}
-    channels |= {f"{point}_acceleration": rates[:, space.outputs.index(f"rider.{point}_velocity")] for point in POINTS}
+    channels |= {
+        f"{point}_acceleration": rates[:, space.outputs.index(f"rider.{point}_velocity")] for point in BODY_POINTS
+    }
     noisy = {name: a + accelerometer_noise * rng.standard_normal(len(a)) for name, a in channels.items()}
     return Recording("roll_test", time[::oversampling], noisy, dict.fromkeys(noisy, "m/s2")), levels
 
@@ -86,8 +91,12 @@ def _recorded(rig, states, time, command, noise: Noise, rng, name: str) -> Recor
     values.update(angle_noise=noise.angle * rng.standard_normal(len(time)), torque_noise=noise.torque * rng.standard_normal(len(time)),
                   angle_step=noise.angle_step, torque_step=noise.torque_step)  # fmt: skip
     results = rig.run(values, NUMERIC)
-    columns = {"steer_angle_command": command, "steer_angle": results["measured_angle"], "steer_torque": results["measured_torque"]}
-    return Recording(name, time, columns, {"steer_angle_command": "rad", "steer_angle": "rad", "steer_torque": "N.m"})
+    columns = {
+        STEER_ANGLE_COMMAND: command,
+        STEER_ANGLE: results["measured_angle"],
+        STEER_TORQUE: results["measured_torque"],
+    }
+    return Recording(name, time, columns, units_of(columns))
 
 
 def remnant_torque(deviation: float, bandwidth: float, time: np.ndarray, rng) -> tuple[np.ndarray, np.ndarray]:

@@ -5,20 +5,22 @@ from pathlib import Path
 import numpy as np
 
 from fmus import Component, System
-from fmus.library import value_file
-from identification.fit import Identification
-from identification.response import Response
+from fmus.composition.value_files import value_file
+from fmus.support.files import write_text
+from motofmi.frequency_response.response import Response
+from motofmi.identification.parameter_fit import Identification
+from motofmi.identification.population import population
 from rider_fmu import Handlebar, PassiveRider, riders
+from rider_fmu.rigs.handlebar import HANDLEBAR_INERTIA
 from rider_fmu.two_degree_of_freedom import DERIVED_UNITS, derived
-from scenarios.command_line import write_text
 
 PARAMETERS = ("steer_inertia", "torso_inertia", "arm_stiffness", "waist_stiffness", "arm_damping", "waist_damping")
 VALUES = ("added_steer_inertia", *PARAMETERS[1:])  # the same in a rider's file
-HANDLEBAR_INERTIA = 0.125  # kg.m2, the bare bar of the 2011 paper
 
 
 def rig_response(rider: Component | None = None, steer_inertia: float = HANDLEBAR_INERTIA) -> Response:
-    """The inertance of bar and rider (2011, eq. 6) over PARAMETERS; the fit starts at the rider's values, the mean rider's by default."""
+    """The inertance of bar and rider (2011, eq. 6) over PARAMETERS; the fit starts at the rider's values, the mean
+    rider's by default."""
     rider = rider or riders.load("mean_2011")
     system = System("rig", {"bar": Handlebar("bar", steer_inertia=steer_inertia), "rider": rider})
     return Response(system, "bar.servo_torque", "bar.steer_acceleration", [qualified(name) for name in PARAMETERS])
@@ -29,8 +31,11 @@ def qualified(name: str) -> str:
     return f"{'bar' if name == 'steer_inertia' else 'rider'}.{name}"
 
 
-def rider_from(values: np.ndarray, handlebar_inertia: float = HANDLEBAR_INERTIA, name: str = "measured", source: str = "") -> PassiveRider:
-    """The rider with identified values of PARAMETERS (6,); what the bar does not have of steer_inertia is the rider's."""
+def rider_from(
+    values: np.ndarray, handlebar_inertia: float = HANDLEBAR_INERTIA, name: str = "measured", source: str = ""
+) -> PassiveRider:
+    """The rider with identified values of PARAMETERS (6,); what the bar does not have of
+    steer_inertia is the rider's."""
     given = dict(zip(PARAMETERS, map(float, values), strict=True))
     given["added_steer_inertia"] = given.pop("steer_inertia") - handlebar_inertia
     return PassiveRider(name, source, (), **given)
@@ -62,8 +67,13 @@ def rider_toml(found: Identification, handlebar_inertia: float, description: str
     """A rider's value file with standard errors and correlations, as `riders.load` and every command take it."""
     lines = [_values_text(found.values, handlebar_inertia, description, source, found.standard_error).rstrip()]
     for i, name in enumerate(VALUES[1:], 1):
-        lines += ["", f"[correlation.{name}]", *(f"{other} = {float(found.correlation[i, j]):.4f}" for j, other in enumerate(VALUES[:i]))]
-    lines += ["", "[about]", f'handlebar_inertia = {{ value = {handlebar_inertia!r}, unit = "kg.m2" }}', f'method = "{found.method}"',
+        lines += [
+            "",
+            f"[correlation.{name}]",
+            *(f"{other} = {float(found.correlation[i, j]):.4f}" for j, other in enumerate(VALUES[:i])),
+        ]
+    lines += ["", "[about]", f'handlebar_inertia = {{ value = {handlebar_inertia!r}, unit = "kg.m2" '
+                             f'}}', f'method = "{found.method}"',
               f'radius_residual = {{ value = {found.residual["radius"]!r}, unit = "rad/s2/(N.m)" }}',
               f'phase_residual = {{ value = {found.residual["phase_deg"]!r}, unit = "deg" }}']  # fmt: skip
     return "\n".join(lines) + "\n"
@@ -78,13 +88,9 @@ def _values_text(values: np.ndarray, handlebar_inertia: float, description: str,
 
 
 def table_spread(count: int, seed: int = 0) -> np.ndarray:
-    """Riders (count, 6) drawn from the spread of the ten riders of 2011: log-normal, with the table's mean and sigma/mu."""
+    """Riders (count, 6) drawn from the population of the ten riders of 2011, log-normal, over PARAMETERS."""
     ten = [riders.load(f"{number}_2011") for number in range(1, 11)]
-    values = np.array([[HANDLEBAR_INERTIA + r.values["added_steer_inertia"], *(r.values[n] for n in PARAMETERS[1:])] for r in ten])
-    mean = values.mean(axis=0)
-    deviation = np.sqrt(np.log1p(values.var(axis=0, ddof=1) / mean**2))
-    covariance = np.corrcoef(np.log(values.T)) * np.outer(deviation, deviation)
-    return np.exp(np.random.default_rng(seed).multivariate_normal(np.log(mean) - np.diag(covariance) / 2, covariance, count))
+    return population(ten, VALUES, {"added_steer_inertia": HANDLEBAR_INERTIA}).draws(count, seed)
 
 
 def write_population(draws: np.ndarray, handlebar_inertia: float, folder: Path, source: str) -> list[Path]:

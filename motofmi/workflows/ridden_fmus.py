@@ -1,75 +1,118 @@
 """A vehicle and devices at its ports as FMUs: built from components, or anybody's archives with the port."""
 
-import argparse
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from fmus.build import build
-from fmus.component import Component
-from fmus.cosimulation import join
-from fmus.coupling import LinearUnit, Network, Unit
-from fmus.errors import InputError, unknown
-from fmus.importer import FmuUnit, model_description
-from fmus.linear import StateSpace
-from fmus.ports import MOTION, TORQUES
-from fmus.prediction import Prediction
-from fmus.roll_port import FLOWS, ROLL
-from scenarios import names
+from fmus.cosimulation.cosimulate import join
+from fmus.cosimulation.coupling_error import Prediction
+from fmus.cosimulation.network import Network
+from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem, model_description
+from fmus.cosimulation.subsystems.subsystem import LinearSubsystem, Subsystem
+from fmus.declaration.component import Component
+from fmus.export.build import build
+from fmus.interfaces.handlebar import MOTION, TORQUES
+from fmus.interfaces.roll import FLOWS, ROLL
+from fmus.linear_analysis.linearisation import StateSpace
+from fmus.support.errors import InputError, unknown
+from motofmi.workflows import components
+from motofmi.workflows.components import Given
 from vehicle_fmu import MODES, modes
-from vehicle_fmu.lightened import BODY, rest_of
 from vehicle_fmu.mode_names import Linearised
-from vehicle_fmu.ridden import by_name, carrying
+from vehicle_fmu.ridden import by_name, with_posture_inertia
+from vehicle_fmu.rider_mass_removed import RIDER_BODY, rear_frame_without
 
 Part = Component | Path  # what becomes an FMU, or an FMU
 LEANING = "leaning rider"
-PORTS = {"device": (MOTION, TORQUES), LEANING: (tuple(n for n in ROLL if n not in FLOWS), FLOWS)}  # role: told, answered
+PORTS = {
+    "device": (MOTION, TORQUES),
+    LEANING: (tuple(n for n in ROLL if n not in FLOWS), FLOWS),
+}  # role: inputs, outputs
 
 
-def parts(arguments: argparse.Namespace) -> tuple[Part, list[Part], dict[str, str]]:
-    """Vehicle and devices that a command line names, as components or archives, and what is assumed in their values.
+def parts(
+    vehicle: Given, device: Given | Sequence[Given | None] | None = None, settings: Mapping[str, float] | None = None
+) -> tuple[Part, list[Part]]:
+    """Vehicle and devices as components, with parameters set by name, or as the paths of archives.
 
-    arguments has vehicle, device, fmu (paths: a vehicle's replaces that, devices' replace the devices) and settings.
+    Raises InputError for a name that is unknown, a component that is no vehicle or no device, and an
+    archive without the port.
+    """
+    given = device if isinstance(device, Sequence) and not isinstance(device, str) else [device]
+    devices = [_archive(each, PORTS) or components.device(each) for each in given]
+    named: dict[str, Part] = {
+        "vehicle": _archive(vehicle, ("vehicle",)) or components.vehicle(vehicle),
+        **by_name([d for d in devices if d is not None]),
+    }
+    changed = components.with_settings(
+        {name: p if isinstance(p, Component) else None for name, p in named.items()}, settings or {}
+    )
+    whole, *rest = (part if c is None else c for part, c in zip(named.values(), changed, strict=True))
+    return whole, rest
+
+
+def with_archives(
+    vehicle: Given, device: Sequence[Given | None], archives: Sequence[str | Path]
+) -> tuple[Given, list[Given | None]]:
+    """Vehicle and devices with archives in the places that their ports fit: one in the vehicle's place, others
+    instead of all devices.
+
+    Raises InputError for two archives in one place, and for one without a port.
     """
     given: dict[str, Path] = {}
-    for path in arguments.fmu:
+    for path in archives:
         role = role_of(path)
         if role in given:
             raise InputError(f"two FMUs for the {role}: {given[role]} and {path}")
         given[role] = Path(path)
-    archives = [given[role] for role in PORTS if role in given]
-    held = {} if archives else by_name(names.devices(arguments.device))
-    components = {"vehicle": None if "vehicle" in given else names.vehicle(arguments.vehicle), **held}
-    vehicle, *devices = names.with_settings(components, names.assignments(arguments.settings))
-    assumed = {k: reason for c in (vehicle, *devices) if c for k, reason in c.assumed.items()}
-    whole = given.get("vehicle") or vehicle
-    assert whole is not None
-    return whole, [*archives, *(d for d in devices if d is not None)], assumed
+    devices: list[Given | None] = [given[role] for role in PORTS if role in given]
+    return given.get("vehicle", vehicle), devices or list(device)
+
+
+def assumed(vehicle: Part, devices: Sequence[Part]) -> dict[str, str]:
+    """What is assumed in the values of vehicle and devices: the reason by parameter."""
+    return {
+        k: reason for part in (vehicle, *devices) if isinstance(part, Component) for k, reason in part.assumed.items()
+    }
+
+
+def _archive(given: Given | None, roles: Collection[str]) -> Path | None:
+    """The path of an archive; None for anything else. Raises InputError for an archive whose port
+    does not fit the roles."""
+    if isinstance(given, Component) or given is None or Path(given).suffix != ".fmu":
+        return None
+    role = role_of(given)
+    if role not in roles:
+        raise InputError(f"{given} has the port of a {role}, not of a {' or '.join(roles)}")
+    return Path(given)
 
 
 def role_of(path: str | Path) -> str:
-    """`device` for an archive that answers the handlebar port's torques, `leaning rider` for one that answers the roll
-    port's, `vehicle` for one that is told the handlebar port's.
+    """`device` for an archive whose outputs are the handlebar port's torques, `leaning rider` for one whose outputs are
+    the roll port's, `vehicle` for one whose inputs are the handlebar port's torques.
 
     Raises InputError that lists what the archive lacks of the port.
     """
     description = model_description(path)
     inputs, outputs = ({v.name for v in description.modelVariables if v.causality == c} for c in ("input", "output"))
     wanted = {**PORTS, "vehicle": (TORQUES, MOTION)}
-    missing = {role: [f"input {n}" for n in told if n not in inputs] + [f"output {n}" for n in answered if n not in outputs]
-               for role, (told, answered) in wanted.items()}  # fmt: skip
+    missing = {role: [f"input {n}" for n in needed if n not in inputs] + [f"output {n}" for n in given if n not in outputs]
+               for role, (needed, given) in wanted.items()}  # fmt: skip
     for role, lacking in missing.items():
         if not lacking:
             return role
     role = min(missing, key=lambda r: len(missing[r]))
-    raise InputError(f"{path} has not the {'roll' if role == LEANING else 'handlebar'} port: as a {role} it lacks {', '.join(missing[role])}")
+    raise InputError(
+        f"{path} does not have the {'roll' if role == LEANING else 'handlebar'} port: as a {role} it lacks "
+        f"{', '.join(missing[role])}"
+    )
 
 
 def ridden_fmus(vehicle: Part, device: Part | Sequence[Part] | None, initial: Mapping[str, float] | None = None,
-                speed: float | None = None) -> dict[str, FmuUnit]:  # fmt: skip
-    """Vehicle and devices as units `vehicle`, `device`, `device_2` and so on, initialised.
+                speed: float | None = None) -> dict[str, FmuSubsystem]:  # fmt: skip
+    """Vehicle and devices as subsystems `vehicle`, `device`, `device_2` and so on, initialised.
 
     initial sets states by name, or by `part.name` where several have it. A rider's inertia that moves with the
     handlebar becomes the vehicle's `added_steer_inertia`; a rider who leans is taken out of the vehicle's rear frame.
@@ -77,42 +120,61 @@ def ridden_fmus(vehicle: Part, device: Part | Sequence[Part] | None, initial: Ma
     """
     devices = by_name([] if device is None else [device] if isinstance(device, Part) else device)
     if isinstance(vehicle, Component):
-        vehicle = carrying(vehicle, {name for part in devices.values() for name in _outputs(part)})
+        vehicle = with_posture_inertia(vehicle, {name for part in devices.values() for name in _outputs(part)})
     parts = {"vehicle": vehicle, **devices}
     with tempfile.TemporaryDirectory() as folder:
-        paths = {name: build(part, folder).path if isinstance(part, Component) else part for name, part in parts.items()}
+        paths = {
+            name: build(part, folder).path if isinstance(part, Component) else part for name, part in parts.items()
+        }
         starts = _starts(paths, initial or {})
-        units = {name: FmuUnit(paths[name], name, starts[name]) for name in devices}
+        subsystems = {name: FmuSubsystem(paths[name], name, starts[name]) for name in devices}
         variables = {v.name: v for v in model_description(paths["vehicle"]).modelVariables}
         if speed is not None and "speed" in variables:
             starts["vehicle"]["speed"] = speed
-        starts["vehicle"] |= _carried({n: float(v.start) for n, v in variables.items() if v.causality == "parameter"}, units)
-        units["vehicle"] = FmuUnit(paths["vehicle"], "vehicle", starts["vehicle"])
-    units = {name: units[name] for name in parts}
-    network = Network(units, join(units))
-    network.read(np.zeros(len(network.outputs)))  # so that each is told where the other starts
-    return units
+        starts["vehicle"] |= _carried(
+            {n: float(v.start) for n, v in variables.items() if v.causality == "parameter"}, subsystems
+        )
+        subsystems["vehicle"] = FmuSubsystem(paths["vehicle"], "vehicle", starts["vehicle"])
+    subsystems = {name: subsystems[name] for name in parts}
+    network = Network(subsystems, join(subsystems))
+    network.read(np.zeros(len(network.outputs)))  # sets every input to the output that drives it
+    return subsystems
 
 
 def _outputs(part: Part) -> list[str]:
-    """The names of what a part answers."""
-    return list(part.outputs) if isinstance(part, Component) else [v.name for v in model_description(part).modelVariables if v.causality == "output"]
+    """The names of the outputs of a part."""
+    return (
+        list(part.outputs)
+        if isinstance(part, Component)
+        else [v.name for v in model_description(part).modelVariables if v.causality == "output"]
+    )
 
 
-def _carried(vehicle: Mapping[str, float], devices: Mapping[str, FmuUnit]) -> dict[str, float]:
-    """What the devices change of a vehicle's parameters by name, as `vehicle_fmu.ridden` binds them."""
+def _carried(vehicle: Mapping[str, float], devices: Mapping[str, FmuSubsystem]) -> dict[str, float]:
+    """What the devices change of a vehicle's parameters by name, as `vehicle_fmu.ridden` binds them.
+
+    Raises InputError for two riders who hold the handlebar, and when the vehicle cannot spare the
+    mass of one who leans.
+    """
     changed: dict[str, float] = {}
-    for unit in devices.values():
-        if "port_inertia" in unit.variables and "added_steer_inertia" in vehicle:
-            changed["added_steer_inertia"] = unit.get("port_inertia")
-        if set(BODY) <= unit.variables.keys():
-            changed |= rest_of("the vehicle", {**vehicle, **changed}, *(unit.get(name) for name in BODY))
+    holding = [name for name, subsystem in devices.items() if "port_inertia" in subsystem.variables]
+    if len(holding) > 1:
+        raise InputError(f"{' and '.join(holding)} cannot both hold the handlebar; give one rider there")
+    for subsystem in devices.values():
+        if "port_inertia" in subsystem.variables and "added_steer_inertia" in vehicle:
+            changed["added_steer_inertia"] = subsystem.get("port_inertia")
+        if set(RIDER_BODY) <= subsystem.variables.keys():
+            changed |= rear_frame_without(
+                "the vehicle", {**vehicle, **changed}, *(subsystem.get(name) for name in RIDER_BODY)
+            )
     return changed
 
 
 def _starts(paths: Mapping[str, Path], initial: Mapping[str, float]) -> dict[str, dict[str, float]]:
     """The values to start from by part."""
-    states = {part: {u.variable.derivative.name for u in model_description(path).derivatives} for part, path in paths.items()}
+    states = {
+        part: {u.variable.derivative.name for u in model_description(path).derivatives} for part, path in paths.items()
+    }
     starts: dict[str, dict[str, float]] = {part: {} for part in paths}
     for key, value in initial.items():
         part, dot, name = key.partition(".")
@@ -127,18 +189,25 @@ def _starts(paths: Mapping[str, Path], initial: Mapping[str, float]) -> dict[str
     return starts
 
 
-def over_speed_fmus(units: Mapping[str, FmuUnit], wiring: Mapping[str, Sequence[str]] | None = None) -> Linearised:
+def over_speed_fmus(
+    subsystems: Mapping[str, FmuSubsystem], wiring: Mapping[str, Sequence[str]] | None = None
+) -> Linearised:
     """The coupled FMUs, without coupling error, linearised as a function of speeds (n,) in m/s.
 
     Raises InputError when not exactly one of them has an input `speed`.
     """
-    moving = [name for name, unit in units.items() if "speed" in unit.inputs]
+    moving = [name for name, subsystem in subsystems.items() if "speed" in subsystem.inputs]
     if len(moving) != 1:
-        raise InputError(f"modes over speed need one FMU with an input speed, not {len(moving)} ({', '.join(moving) or 'none'})")
-    vehicle = units[moving[0]]
+        raise InputError(
+            f"modes over speed need one FMU with an input speed, not {len(moving)} ({', '.join(moving) or 'none'})"
+        )
+    vehicle = subsystems[moving[0]]
     # Nothing but the vehicle changes with its speed.
-    models: dict[str, Unit] = {name: unit if unit is vehicle else LinearUnit(unit.linearised()) for name, unit in units.items()}
-    network = Network(models, join(units) if wiring is None else wiring)
+    models: dict[str, Subsystem] = {
+        name: subsystem if subsystem is vehicle else LinearSubsystem(subsystem.linearised())
+        for name, subsystem in subsystems.items()
+    }
+    network = Network(models, join(subsystems) if wiring is None else wiring)
 
     def linearised(speeds: np.ndarray) -> StateSpace:
         spaces = []
@@ -153,7 +222,8 @@ def over_speed_fmus(units: Mapping[str, FmuUnit], wiring: Mapping[str, Sequence[
 
 
 def errors_by_mode(named: Mapping[str, complex], prediction: Prediction) -> dict[str, dict[str, float]]:
-    """The coupling's errors of every oscillatory mode by its name, from `mode_names`; one without a name goes by its frequency."""
+    """The coupling's errors of every oscillatory mode by its name, from `mode_names`; one without a name
+    goes by its frequency."""
     found = {}
     for k in np.flatnonzero(prediction.oscillatory):
         eigenvalue = prediction.exact[k]
@@ -171,14 +241,14 @@ def _name(eigenvalue: complex, named: Mapping[str, complex], default: str) -> st
     return next((name for name, value in named.items() if abs(value - eigenvalue) < 1e-6 * abs(eigenvalue)), default)
 
 
-def mode_names(units: Mapping[str, FmuUnit]) -> dict[str, complex]:
-    """The eigenvalues [1/s] of the named modes of the units where they are; none for what has no speed."""
-    vehicle = units["vehicle"]
+def mode_names(subsystems: Mapping[str, FmuSubsystem]) -> dict[str, complex]:
+    """The eigenvalues [1/s] of the named modes of the subsystems where they are; none for what has no speed."""
+    vehicle = subsystems["vehicle"]
     if "speed" not in vehicle.inputs:
         return {}
     speed = float(vehicle.present_inputs[vehicle.inputs.index("speed")])
     try:
-        found = modes(over_speed_fmus(units), np.array([speed]))
+        found = modes(over_speed_fmus(subsystems), np.array([speed]))
     finally:
         vehicle.set("speed", speed)
     return {mode: complex(found[mode].eigenvalue[0]) for mode in MODES}

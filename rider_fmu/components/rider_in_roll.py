@@ -10,22 +10,22 @@ u (lateral velocity of the pelvis), W, B of torso and head as states,
                            T_n + m_h c_h (g (phi + beta) - a_c) ]
     F_y = -k_y y - c_y y'      T_w = -k_w theta - c_w theta'      T_n = -k_n (beta - theta) - c_n (beta' - theta')
 
-M follows from the velocities u, u + c_t W, u + n W + c_h B of pelvis, torso and head. v and a_c are the frame's
-lateral velocity and what its acceleration is more than v' (speed times yaw rate; zero on the roll rig), so that no
-acceleration is needed. Saddle and waist act back on the frame at the roll axis:
+M follows from the velocities u, u + c_t W, u + n W + c_h B of pelvis, torso and head. v is the lateral velocity of the
+frame and v' + a_c its lateral acceleration (a_c is speed times yaw rate; zero on the roll rig); no acceleration is
+needed as input. Saddle and waist react on the frame at the roll axis:
 
     lateral_force F = -F_y - m g phi        roll_torque = -h_s F_y + m g y - T_w
     power into the frame: F v + T_phi p
 
-The measured points: FRF_i = a_i / (alpha h_i), tangential acceleration over that of the same point fixed to the
-frame. Gravity in the accelerometers' readings is not modelled, as it is not in the paper.
+At the measured points FRF_i = a_i / (alpha h_i), tangential acceleration over that of the same point fixed to the
+frame. Gravity in the readings of the accelerometers is not modelled, as in the paper.
 
 Source: Cossalter, Doria, Fabris, Maso, Measurement and identification of the vibration characteristics of
 motorcycle riders (2008), Sect. 4, eqs 10 to 12 for the points; the model is this project's.
 """
 
 from fmus import Component, calculated, output, parameter, state
-from fmus.roll_port import roll_answers, roll_told
+from fmus.interfaces.roll import roll_input, roll_output
 
 POINTS = ("waist", "shoulder", "head")  # 2, 3 and 4 of the paper
 
@@ -36,32 +36,46 @@ class RiderInRoll(Component):
     saddle_height = parameter("m", "Pelvis above the roll axis", symbol="h_s", min=0, max=3, start=0.8)
     pelvis_mass = parameter("kg", "Mass that shifts with the pelvis", symbol="m_p", min=0.1, max=150, start=9)
     torso_mass = parameter("kg", "Mass of torso and arms", symbol="m_t", min=0.1, max=150, start=35)
-    torso_centre = parameter("m", "Mass centre of the torso above the pelvis", symbol="c_t", min=0.01, max=1, start=0.33)
-    torso_roll_inertia = parameter("kg.m2", "Roll inertia of the torso about its mass centre", symbol="J_t", min=0, max=50, start=1.2)
+    torso_centre = parameter(
+        "m", "Mass centre of the torso above the pelvis", symbol="c_t", min=0.01, max=1, start=0.33
+    )
+    torso_roll_inertia = parameter(
+        "kg.m2", "Roll inertia of the torso about its mass centre", symbol="J_t", min=0, max=50, start=1.2
+    )
     neck_height = parameter("m", "Neck above the pelvis", symbol="n", min=0.05, max=1.5, start=0.6)
     head_mass = parameter("kg", "Mass of head and helmet", symbol="m_h", min=0.1, max=20, start=6.5)
     head_centre = parameter("m", "Mass centre of the head above the neck", symbol="c_h", min=0.01, max=0.5, start=0.13)
-    head_roll_inertia = parameter("kg.m2", "Roll inertia of the head about its mass centre", symbol="J_h", min=0, max=1, start=0.04)
-    saddle_stiffness = parameter("N/m", "Lateral stiffness between pelvis and frame", symbol="k_y", min=0, max=1e6, start=2000)
-    saddle_damping = parameter("N.s/m", "Lateral damping between pelvis and frame", symbol="c_y", min=0, max=1e5, start=100)
+    head_roll_inertia = parameter(
+        "kg.m2", "Roll inertia of the head about its mass centre", symbol="J_h", min=0, max=1, start=0.04
+    )
+    saddle_stiffness = parameter(
+        "N/m", "Lateral stiffness between pelvis and frame", symbol="k_y", min=0, max=1e6, start=2000
+    )
+    saddle_damping = parameter(
+        "N.s/m", "Lateral damping between pelvis and frame", symbol="c_y", min=0, max=1e5, start=100
+    )
     lean_stiffness = parameter("N.m/rad", "Stiffness of the waist in roll", symbol="k_w", min=0, max=1e6, start=600)
     lean_damping = parameter("N.m.s/rad", "Damping of the waist in roll", symbol="c_w", min=0, max=1e5, start=30)
     neck_roll_stiffness = parameter("N.m/rad", "Stiffness of the neck in roll", symbol="k_n", min=0, max=1e5, start=30)
     neck_roll_damping = parameter("N.m.s/rad", "Damping of the neck in roll", symbol="c_n", min=0, max=1e4, start=0.5)
     waist_point = parameter("m", "Accelerometer at the waist above the pelvis", symbol="z_2", min=-1, max=2, start=0.15)
-    shoulder_point = parameter("m", "Accelerometer below the shoulders above the pelvis", symbol="z_3", min=-1, max=2, start=0.45)
+    shoulder_point = parameter(
+        "m", "Accelerometer below the shoulders above the pelvis", symbol="z_3", min=-1, max=2, start=0.45
+    )
     head_point = parameter("m", "Accelerometer on the helmet above the neck", symbol="z_4", min=-1, max=1, start=0.2)
     gravity = parameter("m/s2", "Gravitational acceleration", symbol="g", min=0, max=100, start=9.80665)
-    rider_mass = calculated("kg", "Mass that leans and shifts: the vehicle must not hold it as well", symbol="m")
+    rider_mass = calculated(
+        "kg", "Mass of the rider, which the rear frame of the vehicle must not include as well", symbol="m"
+    )
     rider_height = calculated("m", "Mass centre of the rider above the roll axis", symbol="h_m")
-    rider_roll_inertia = calculated("kg.m2", "Roll inertia of the rider held stiff, about his mass centre", symbol="J_m")
+    rider_roll_inertia = calculated("kg.m2", "Roll inertia of the rigid rider about its mass centre", symbol="J_m")
 
-    roll_angle = roll_told("roll_angle")
-    roll_rate = roll_told("roll_rate")
-    lateral_velocity = roll_told("lateral_velocity")
-    turning_acceleration = roll_told("turning_acceleration")
-    roll_torque = roll_answers("roll_torque")
-    lateral_force = roll_answers("lateral_force")
+    roll_angle = roll_input("roll_angle")
+    roll_rate = roll_input("roll_rate")
+    lateral_velocity = roll_input("lateral_velocity")
+    turning_acceleration = roll_input("turning_acceleration")
+    roll_torque = roll_output("roll_torque")
+    lateral_force = roll_output("lateral_force")
 
     pelvis_shift = state("m", "Shift of the pelvis on the saddle, to the right", symbol="y", exposed=True)
     lean_angle = state("rad", "Lean of the torso relative to the frame", symbol=r"\vartheta", exposed=True)
@@ -78,7 +92,11 @@ class RiderInRoll(Component):
         lean = v.torso_roll_inertia + v.torso_mass * v.torso_centre**2 + v.head_mass * v.neck_height**2
         both = head * v.neck_height
         names = ("pelvis_velocity", "lean_rate", "head_rate")
-        matrix = ((total(v), torso, head), (torso, lean, both), (head, both, v.head_roll_inertia + head * v.head_centre))
+        matrix = (
+            (total(v), torso, head),
+            (torso, lean, both),
+            (head, both, v.head_roll_inertia + head * v.head_centre),
+        )
         return {(names[i], names[j]): matrix[i][j] for i in range(3) for j in range(3)}
 
     def equations(self, v, m):
@@ -119,8 +137,12 @@ def point_heights(rider: Component) -> dict[str, float]:
 
 
 def rigid_body(v):
-    """Mass, height of the mass centre and roll inertia about it of the rider held stiff."""
-    bodies = ((v.pelvis_mass, 0.0, 0.0), (v.torso_mass, v.torso_centre, v.torso_roll_inertia), (v.head_mass, v.neck_height + v.head_centre, v.head_roll_inertia))
+    """Mass [kg], height of the mass centre [m] and roll inertia about it [kg.m2] of the rigid rider, by name."""
+    bodies = (
+        (v.pelvis_mass, 0.0, 0.0),
+        (v.torso_mass, v.torso_centre, v.torso_roll_inertia),
+        (v.head_mass, v.neck_height + v.head_centre, v.head_roll_inertia),
+    )
     centre = sum(mass * height for mass, height, _ in bodies) / total(v)
     inertia = sum(J + mass * (height - centre) ** 2 for mass, height, J in bodies)
     return {"rider_mass": total(v), "rider_height": v.saddle_height + centre, "rider_roll_inertia": inertia}

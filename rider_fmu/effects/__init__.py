@@ -1,1 +1,1 @@
-"""What the passive rider leaves out. Each file declares effects; what is in this folder, the gap workflow tries."""
+"""Effects that the passive rider neglects. The gap workflow tries every effect that a file of this folder declares."""

@@ -1,6 +1,6 @@
-"""Arms and grip that are not a linear spring and damper: the laws of mechanics at the rider's arms."""
+"""Nonlinear, hysteretic and drifting arms and grip: the laws of mechanics at the element `arms`."""
 
-from fmus.effects import adds_to, change, damping, memory, stiffness
+from fmus.effects import adds_to, damping, drift, hysteresis, stiffness
 
 
 class HardeningArms(stiffness.CubicHardening):
@@ -28,35 +28,35 @@ class TendonArms(stiffness.ExponentialHardening):
 
 
 class AnyArms(stiffness.AnyHardening):
-    """The arms' torque has an odd curve of its own."""
+    """The torque of the arms is an odd polynomial of their deflection."""
 
     element = "arms"
 
 
 class GripBacklash(stiffness.Backlash):
-    """The grip has play: the arms do not feel small deflections."""
+    """The grip has backlash: small deflections of the arms give no torque."""
 
     element = "arms"
 
 
 class SoftGrip(stiffness.SoftBacklash):
-    """The grip has play with a soft transition."""
+    """The grip has backlash with a smooth transition."""
 
     element = "arms"
 
 
 class UnevenArms(stiffness.Asymmetry):
-    """The arms are stiffer to one side; the ratio is positive where turning right against the torso is."""
+    """The arms are stiffer to one side; the ratio is positive where steering right is stiffer."""
 
     element = "arms"
 
     @adds_to("force")
-    def lopsided(self, v, m):
+    def difference(self, v, m):
         return -v.ratio * v.stiffness * m.absolute(v.deflection)
 
 
 class BentArms(stiffness.QuadraticAsymmetry):
-    """The arms are stiffer to one side, in proportion to the deflection."""
+    """The arms are stiffer to one side, with a difference in proportion to the deflection."""
 
     element = "arms"
 
@@ -74,90 +74,90 @@ class CubicArmDamping(damping.CubicDamping):
 
 
 class AnyArmDamping(damping.AnyDamping):
-    """The arms' damping has an odd curve of its own."""
+    """The damping torque of the arms is an odd polynomial of their rate."""
 
     element = "arms"
 
 
-class ArmHysteresis(memory.DahlHysteresis):
+class ArmHysteresis(hysteresis.DahlHysteresis):
     """The arms' torque lags behind their deflection, with a smooth loop."""
 
     element = "arms"
 
 
-class RoundHysteresis(memory.BoucWenHysteresis):
+class RoundHysteresis(hysteresis.BoucWenHysteresis):
     """The arms' torque lags behind their deflection, with a rounded loop."""
 
     element = "arms"
 
 
-class SlidingHysteresis(memory.JenkinsHysteresis):
+class SlidingHysteresis(hysteresis.JenkinsHysteresis):
     """The arms' torque lags behind their deflection: skin that sticks and slides."""
 
     element = "arms"
 
 
-class SharpenedHysteresis(memory.SharpenedHysteresis):
-    """The arms' torque lags behind their deflection, with a loop as sharp as it comes."""
+class SharpenedHysteresis(hysteresis.SharpenedHysteresis):
+    """The arms' torque lags behind their deflection, with a loop of free sharpness."""
 
     element = "arms"
 
 
-class AnyHysteresis(memory.IwanHysteresis):
-    """The arms' torque lags behind their deflection, with a loop of its own."""
+class AnyHysteresis(hysteresis.IwanHysteresis):
+    """The arms' torque lags behind their deflection: sliders of several widths."""
 
     element = "arms"
 
 
-class ViscoelasticArms(memory.ViscoelasticArm):
-    """The arms are stiffer when moved fast: a spring and a damper in series beside them."""
+class ViscoelasticArms(hysteresis.ViscoelasticArm):
+    """The arms are stiffer at high rates: a spring and a damper in series act in parallel."""
 
     element = "arms"
 
 
-class GripDrift(change.Drift):
+class GripDrift(drift.Drift):
     """The grip tightens or loosens during the test."""
 
     element = "arms"
 
 
-class GripStiffnessDrift(change.StiffnessDrift):
+class GripStiffnessDrift(drift.StiffnessDrift):
     """The grip's stiffness changes during the test."""
 
     element = "arms"
 
 
-class GripDampingDrift(change.DampingDrift):
+class GripDampingDrift(drift.DampingDrift):
     """The grip's damping changes during the test."""
 
     element = "arms"
 
 
-class GripSettling(change.SettlingDrift):
+class GripSettling(drift.SettlingDrift):
     """The grip settles in the first part of the test."""
 
     element = "arms"
 
 
-class GripStiffnessSettling(change.StiffnessSettling):
+class GripStiffnessSettling(drift.StiffnessSettling):
     """The grip's stiffness settles in the first part of the test."""
 
     element = "arms"
 
 
-class GripShift(change.StepDrift):
-    """The rider takes another grip at some moment of the test."""
+class GripShift(drift.StepDrift):
+    """The grip changes in a step during the test."""
 
     element = "arms"
 
 
-class GripStiffnessShift(change.StiffnessStep):
-    """The grip's stiffness changes at once, at some moment of the test."""
+class GripStiffnessShift(drift.StiffnessStep):
+    """The grip's stiffness changes in a step during the test."""
 
     element = "arms"
 
 
-class AnyGripDrift(change.AnyDrift):
-    """The grip changes during the test in a way of its own."""
+class AnyGripDrift(drift.AnyDrift):
+    """Stiffness and damping of the grip change during the test independently of each other."""
 
     element = "arms"

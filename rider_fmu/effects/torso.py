@@ -1,4 +1,4 @@
-"""What the torso has beside one body on a linear waist: a head or second torso, friction, coupled inertia."""
+"""Effects of the torso beyond one body on a linear waist: a further body, friction, coupled inertia."""
 
 from math import pi
 from typing import ClassVar
@@ -8,7 +8,7 @@ from fmus.effects import damping
 
 
 class ExtraMode(Effect):
-    """A body on the torso (the head) swings on its own.
+    """A body on the torso, such as the head, is attached by a spring and a damper.
 
     I W' = -k psi - c (W - Omega),   psi' = W - Omega,   k = I (2 pi f)^2,   c = 4 pi zeta f I
     """
@@ -22,15 +22,17 @@ class ExtraMode(Effect):
     starts: ClassVar = {"frequency": (1.5, 3.0, 5.0, 8.0, 12.0), "damping_ratio": (0.15, 0.5)}
 
     def acceleration(self, v):
+        """The acceleration W' of the body [rad/s2]."""
         omega = 2 * pi * v.frequency
         return -(omega**2) * self.pull(v) - 2 * v.damping_ratio * omega * self.difference(v)
 
     def pull(self, v):
-        """The spring's torque over its stiffness at rest."""
+        """The torque of the spring relative to its stiffness at rest."""
         return v.twist
 
     @staticmethod
     def difference(v):
+        """W - Omega: the rate of the body relative to the torso [rad/s]."""
         return v.body_rate - (v.arm_rate + v.steer_rate + v.frame_rate)
 
     @adds_to("der(twist)")
@@ -47,16 +49,19 @@ class ExtraMode(Effect):
 
 
 class NeckMode(ExtraMode):
-    """A body on the torso (the head) swings on its own, on a spring that stiffens or softens.
+    """A body on the torso, such as the head, is attached by a nonlinear spring and a damper.
 
     I W' = -k psi (1 + b psi^2) - c (W - Omega)
     """
 
     form = "neck"
-    bend = parameter("1/rad2", "Relative change of the spring's pull, over the square of the twist", symbol="b", min=-30, max=300, start=-0.5)
+    bend = parameter(
+        "1/rad2", "Relative change of the stiffness per square of the twist", symbol="b", min=-30, max=300, start=-0.5
+    )
     starts: ClassVar = {**ExtraMode.starts, "bend": (-0.5,)}
 
     def pull(self, v):
+        """The torque of the spring relative to its stiffness at rest."""
         return v.twist * (1 + v.bend * v.twist**2)
 
 
@@ -81,7 +86,9 @@ class CrossInertia(Effect):
     """Steer and torso are coupled by an inertia."""
 
     family, form = "cross_inertia", "inertia"
-    inertia = parameter("kg.m2", "Cross-coupling inertia of steer and torso", symbol="I_{cc}", min=-1, max=1, start=0.01)
+    inertia = parameter(
+        "kg.m2", "Cross-coupling inertia of steer and torso", symbol="I_{cc}", min=-1, max=1, start=0.01
+    )
 
     @adds_to("cross_inertia")
     def coupling(self, v, m):

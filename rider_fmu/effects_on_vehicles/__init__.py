@@ -1,1 +1,1 @@
-"""What a rider does to a vehicle besides his hands at its handlebar: effects that the gap workflow tries on vehicles."""
+"""Effects of a rider on a vehicle other than at the handlebar. The gap workflow tries them on vehicles."""

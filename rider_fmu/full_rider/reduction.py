@@ -1,36 +1,38 @@
-"""The full rider linearised about a posture, as equations (3), (4) of the 2008 paper, and the way back.
+"""Reduction of the full rider to the linear rider of the 2008 paper about a posture, and the inverse.
 
     [I_s   I_cc] q'' + [c_s + c_a       -c_a   ] q' + [k_s + k_a       -k_a   ] q = (M_s, 0)
     [I_cc  I_t ]       [  -c_a     c_t + c_a   ]      [  -k_a     k_t + k_a   ]
 
-k_a = -K_12 couples bar and torso. The paper has k_s = c_s = 0: turning bar and torso by one angle would not deflect
-an arm. With two axes and wide handlebars it does, so k_s and c_s belong to the reduction. I_s is without the bar.
+k_a = -K_12 couples bar and torso. The paper has k_s = c_s = 0: equal angles of bar and torso would not deflect the
+arms. With two axes and a wide handlebar they do, so that k_s and c_s belong to the reduction. I_s is without the bar.
 
-The way back spreads a fitted rider (k_s = 0, k_a, k_t) over four joints: shoulders, elbows, wrists and waist. With
-A_j the stiffness matrix of joint j at unit stiffness, sum k_j A_j + K_gravity = K is three equations in four
-unknowns, k_j >= 0: one free direction. What four springs can make is the cone of their A_j. A rider is outside it
-whose waist is soft beside his arms: bent arms that hold bar and torso together with k_a stiffen the torso by more than
-his k_t (and the bar by less than nothing, k_s < 0) before a waist is added. Then the nearest k_j are given, with their
-residual and the k_a, k_t, k_s that they make.
+The inverse distributes a fitted rider (k_s = 0, k_a, k_t) over four joints: shoulders, elbows, wrists and waist. With
+A_j the stiffness matrix of joint j at unit stiffness, sum k_j A_j + K_gravity = K is three equations in four unknowns
+k_j >= 0, so that one direction is free. The reachable K are the cone of the A_j. A rider whose waist is soft compared
+with the arms is outside the cone: bent arms with the coupling stiffness k_a add more than k_t to the torso (and a
+negative k_s to the bar) without any waist. The result is then the nearest k_j, with the residual and the k_a, k_t, k_s
+that they give.
 
 Source: Cossalter, Doria, Fabris, Maso (2008), eqs 3, 4.
 """
 
 from dataclasses import dataclass
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 from scipy.optimize import nnls
 
-from fmus.component import Component
-from fmus.mathematics import NUMERIC
-from fmus.symbolic import symbolic
-from rider_fmu.full_rider import on_rig
-from rider_fmu.limbs import motion
-from rider_fmu.passive_rider import PassiveRider
+from fmus.declaration.component import Component
+from fmus.equations.numpy_program import Program, recorded_equations
+from fmus.expressions.functions import NUMERIC
+from rider_fmu.components.full_rider import on_rig
+from rider_fmu.components.passive_rider import PassiveRider
+from rider_fmu.full_rider.limbs import motion
 
 JOINTS = ("waist", "shoulder", "elbow", "wrist")
-EXACT = 1e-9  # relative, of what is asked for
+EXACT = 1e-9  # relative residual below which the values are met
+_SLOPES: dict[Any, Program] = {}  # of the torques at rest by angles and rates, by the structure of the rig
 
 
 @dataclass(frozen=True)
@@ -48,10 +50,11 @@ class Reduced:
     steer_damping: float
 
     def passive_rider(self, name: str = "reduced") -> PassiveRider:
-        """The linear rider of these values; what it has no parameters for are `steer_stiffness` and `steer_damping`."""
-        return PassiveRider(name, torso_inertia=self.torso_inertia, arm_stiffness=self.arm_stiffness, waist_stiffness=self.waist_stiffness,
-                            arm_damping=self.arm_damping, waist_damping=self.waist_damping, cross_inertia=self.cross_inertia,
-                            added_steer_inertia=self.steer_inertia)  # fmt: skip
+        """The linear rider of these values, without `steer_stiffness` and `steer_damping`, which it does not have."""
+        return PassiveRider(name, torso_inertia=self.torso_inertia, cross_inertia=self.cross_inertia,
+                            added_steer_inertia=self.steer_inertia, arm_stiffness=self.arm_stiffness,
+                            waist_stiffness=self.waist_stiffness, arm_damping=self.arm_damping,
+                            waist_damping=self.waist_damping)  # fmt: skip
 
 
 def reduce(rider: Component, steer_angle: float = 0.0, torso_angle: float = 0.0) -> Reduced:
@@ -63,19 +66,22 @@ def reduce(rider: Component, steer_angle: float = 0.0, torso_angle: float = 0.0)
 
 
 def matrices(rider: Component, steer_angle: float = 0.0, torso_angle: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Stiffness and damping matrices (2, 2) about a posture: minus the slopes of the forces at rest there."""
+    """Stiffness and damping matrices (2, 2) at rest in a posture [rad]."""
     rig = on_rig(rider)
-    form = symbolic(rig)
-    values = {**rig.start_values(), "steer_angle": steer_angle, "torso_angle": torso_angle, **{s.name: 0.0 for s in form.derivative_symbols}}
-    jacobian = form.jacobian_entries(values)
-    return -jacobian[2:4, 0:2], -jacobian[2:4, 2:4]
+    if rig.structure not in _SLOPES:
+        torques = recorded_equations(rig).rates[2:]
+        _SLOPES[rig.structure] = Program([torque.slope(x) for x in rig.states for torque in torques])
+    values = {**rig.start_values(), "steer_angle": steer_angle, "torso_angle": torso_angle}
+    stiffness, damping = -np.array(_SLOPES[rig.structure](values, 1)).reshape(2, 2, 2).swapaxes(1, 2)
+    return stiffness, damping
 
 
 @dataclass(frozen=True)
-class Spread:
-    """Joint values by name, the free direction in which they may move (unit length), and what no joint could meet.
+class JointValues:
+    """Joint values by name, the free direction of unit length in which they may change, and the residual.
 
-    wanted and reached hold (k_a, k_t, k_s) or (c_a, c_t, c_s); residual is |sum k_j A_j - K| / |K| over the three entries.
+    wanted and reached hold (k_a, k_t, k_s) or (c_a, c_t, c_s); residual is |sum k_j A_j - K| / |K| over the three
+    entries.
     """
 
     joints: dict[str, float]
@@ -86,17 +92,21 @@ class Spread:
 
     @property
     def at_zero(self) -> list[str]:
-        """The joints that would have to be less than nothing."""
+        """The joints whose value would have to be negative."""
         return [joint for joint, value in self.joints.items() if value <= 0] if self.residual > EXACT else []
 
 
-def spread(rider: Component, linear: Component) -> dict[str, Spread]:
-    """Joint `stiffness` and `damping` with which the full rider has the linear rider's k_a, k_t, c_a, c_t and no k_s, c_s."""
+def joint_values(rider: Component, linear: Component) -> dict[str, JointValues]:
+    """The joint `stiffness` and `damping` that give the full rider the k_a, k_t, c_a, c_t of the linear one, and k_s
+    = c_s = 0.
+    """
     p = linear.values
     found = {}
     for kind, place in (("stiffness", 0), ("damping", 1)):
         free = {f"{joint}_{k}": 0.0 for joint in JOINTS for k in ("stiffness", "damping")}
-        unit = [matrices(rider.with_values(**{**free, "gravity": 0.0, f"{joint}_{kind}": 1.0}))[place] for joint in JOINTS]
+        unit = [
+            matrices(rider.with_values(**{**free, "gravity": 0.0, f"{joint}_{kind}": 1.0}))[place] for joint in JOINTS
+        ]
         weight = matrices(rider.with_values(**free))[place]
         k_a, k_t = p[f"arm_{kind}"], p[f"waist_{kind}"]
         wanted = np.array([[k_a, -k_a], [-k_a, k_a + k_t]]) - weight
@@ -105,18 +115,19 @@ def spread(rider: Component, linear: Component) -> dict[str, Spread]:
         direction = np.linalg.svd(columns)[2][-1]
         missed = columns @ solution - entries(wanted)
         reached = (k_a - missed[1], k_t + missed[2] + missed[1], missed[0] + missed[1])
-        found[kind] = Spread(dict(zip(JOINTS, solution, strict=True)), dict(zip(JOINTS, direction, strict=True)), (k_a, k_t, 0.0), reached,
-                             float(np.linalg.norm(missed) / np.linalg.norm(entries(wanted))))  # fmt: skip
+        residual = float(np.linalg.norm(missed) / np.linalg.norm(entries(wanted)))
+        joints, free_direction = (dict(zip(JOINTS, values, strict=True)) for values in (solution, direction))
+        found[kind] = JointValues(joints, free_direction, (k_a, k_t, 0.0), reached, residual)
     return found
 
 
 def entries(matrix: np.ndarray) -> np.ndarray:
-    """The three different entries of a symmetric matrix."""
+    """The three independent entries of a symmetric matrix (2, 2)."""
     return np.array([matrix[0, 0], matrix[0, 1], matrix[1, 1]])
 
 
 def _middle(columns: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """The middle of the stretch of the free direction that keeps all joints at zero or above; else the nearest point."""
+    """The middle of the feasible interval along the free direction (all joints >= 0); without one the nearest point."""
     nearest = nnls(columns, wanted)[0]
     if np.linalg.norm(columns @ nearest - wanted) > EXACT * np.linalg.norm(wanted):
         return nearest
@@ -128,6 +139,8 @@ def _middle(columns: np.ndarray, wanted: np.ndarray) -> np.ndarray:
 
 
 def spread_over_joints(rider: Component, linear: Component) -> Component:
-    """The full rider with the joint values of `spread`."""
-    found = spread(rider, linear)
-    return rider.with_values(**{f"{joint}_{kind}": value for kind, s in found.items() for joint, value in s.joints.items()})
+    """The full rider with the joint values of `joint_values`."""
+    found = joint_values(rider, linear)
+    return rider.with_values(
+        **{f"{joint}_{kind}": value for kind, s in found.items() for joint, value in s.joints.items()}
+    )

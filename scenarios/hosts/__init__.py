@@ -1,6 +1,28 @@
-"""Other people's simulators with our FMUs inside: one file each, each held to an exact solution, each with its traps.
+"""Other tools' simulators with FMUs of this project inside, one file each, each compared with an exact solution.
 
-    python -m scenarios.hosts.fmpy_bar        and plain_c_bar, libcosim_bar, cofmpy_bar, exudyn_bicycle, mujoco_bar
+    python -m motofmi.scenarios.hosts             the list of the hosts
+    python -m motofmi.scenarios.hosts.fmpy_bar    one of them
 
-What they show is told in docs/hosts.md.
+A host is a module of this folder with
+
+    HOST             the simulator's name
+    PACKAGE          the import name of the package that it needs
+    run(**options)   what was found, by name
+    SAMPLES          optional: by name a function (fmus by name, step [s], count) -> samples (count, 5) of a rider on a bar,
+                     which the benchmark of couplings compares with the others
+
+What each was found to do is in docs/hosts.md.
 """
+
+from types import ModuleType
+
+from fmus.support.modules import modules_in
+
+
+def hosts() -> dict[str, ModuleType]:
+    """The hosts by the names of their modules."""
+    return {
+        module.__name__.rpartition(".")[2]: module
+        for module in modules_in("motofmi.scenarios.hosts")
+        if hasattr(module, "HOST")
+    }

@@ -1,9 +1,9 @@
 """CoFMPy: its three couplings on the rider on a bar.
 
-Results are stamped with the step's start though they hold for its end; inputs are zero until something has stepped.
-The order in which Gauss-Seidel takes a loop's members is that of a set of names, which changes from run to run with
-Python's hash seed: it is put right here before the first step. A default step size in an archive ends CoFMPy 1.0.0 in
-a TypeError (it compares the texts), so copies without one are made. CoFMPy pins releases of fmpy and pythonfmu older than
+Results are stamped with the step's start though they hold for its end; inputs are zero until something has stepped. The
+order in which Gauss-Seidel takes a loop's members is that of a set of names, which changes from run to run with
+Python's hash seed: it is set here before the first step. A default step size in an archive ends CoFMPy 1.0.0 in a
+TypeError (it compares the texts), so copies without one are made. CoFMPy pins releases of fmpy and pythonfmu older than
 motofmi needs, and runs well with newer ones, so it is installed without its dependencies:
 
     pip install --no-deps cofmupy && pip install confluent-kafka networkx pandas plotly
@@ -19,9 +19,10 @@ from zipfile import ZipFile
 
 import numpy as np
 
-from scenarios.hosts.rider_on_a_bar import AT_START, CONNECTIONS, SAMPLED, STRIKE, archives, errors
-from scenarios.hosts.table import main
+from motofmi.scenarios.hosts.rider_on_a_bar import AT_START, CONNECTIONS, SAMPLED, STRIKE, archives, errors
+from motofmi.scenarios.hosts.table import main
 
+HOST, PACKAGE = "CoFMPy", "cofmupy"
 COUPLINGS = {"jacobi": ("jacobi", False), "gauss_seidel": ("gauss_seidel", False), "iterated": ("gauss_seidel", True)}
 
 
@@ -41,7 +42,12 @@ def without_step_size(path: Path) -> Path:
     with ZipFile(path) as given, ZipFile(copy, "w") as made:
         for name in given.namelist():
             data = given.read(name)
-            made.writestr(name, re.sub(rb'(<DefaultExperiment[^>]*?) stepSize="[^"]*"', rb"\1", data) if name == "modelDescription.xml" else data)
+            made.writestr(
+                name,
+                re.sub(rb'(<DefaultExperiment[^>]*?) stepSize="[^"]*"', rb"\1", data)
+                if name == "modelDescription.xml"
+                else data,
+            )
     return copy
 
 
@@ -66,6 +72,13 @@ def rows(fmus: Mapping[str, Path], step: float, count: int, method: str, iterati
     results = coordinator.get_results()
     return np.vstack([AT_START, np.column_stack([results[tuple(name.split("."))] for name in SAMPLED])])
 
+
+def jacobi(fmus: Mapping[str, Path], step: float, count: int) -> np.ndarray:
+    """Samples (count, 5) of its Jacobi coupling."""
+    return rows({name: without_step_size(path) for name, path in fmus.items()}, step, count, "jacobi", False)
+
+
+SAMPLES = {"CoFMPy": jacobi}
 
 if __name__ == "__main__":
     main(run)

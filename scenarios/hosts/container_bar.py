@@ -1,7 +1,7 @@
 """fmucontainer (fmu-manipulation-toolbox): both FMUs in one archive that steps them by a table of its own.
 
-The container is an FMU: it runs in any importer, here fmpy. Inside it, the parts exchange what they answered at the
-end of the step before, so its torques are stale as libcosim's. The step size is fixed when the container is made, and
+The container is an FMU: it runs in any importer, here fmpy. Inside it, the parts exchange the outputs of the
+previous step's end, so its torques are delayed as in libcosim. The step size is fixed when the container is made, and
 a call of another multiple makes that many steps. Its model description has no InitialUnknowns: validation is off.
 """
 
@@ -14,8 +14,10 @@ import fmpy
 import numpy as np
 from fmpy.fmi2 import FMU2Slave
 
-from scenarios.hosts.rider_on_a_bar import AT_START, CONNECTIONS, SAMPLED, STRIKE, archives, errors
-from scenarios.hosts.table import main
+from motofmi.scenarios.hosts.rider_on_a_bar import AT_START, CONNECTIONS, SAMPLED, STRIKE, archives, errors
+from motofmi.scenarios.hosts.table import main
+
+HOST, PACKAGE = "fmucontainer", "fmu_manipulation_toolbox"
 
 
 def run(step: float = 1e-3, duration: float = 1.0) -> dict:
@@ -68,6 +70,8 @@ def rows(fmus: Mapping[str, Path], step: float, count: int) -> np.ndarray:
     fmu.freeInstance()
     return np.array(found)
 
+
+SAMPLES = {"fmucontainer in fmpy": rows}
 
 if __name__ == "__main__":
     main(run)

@@ -1,13 +1,13 @@
-"""A device's FMU at the handlebar of a simulator that imports none: stepped once a step, asked as often as it likes.
+"""A device's FMU at the handlebar of a simulator without FMI: stepped once in a step, evaluated any number of times.
 
-Between two meetings of simulator and FMU the torques follow the motion u = (delta, s, w) at once,
+Between two communication points of simulator and FMU the torques follow the motion u = (delta, s, w) at once,
 
     T(t) = T_k + (dT/dt)_k (t - t_k) + (dT/du)_k (u(t) - u_k)
 
 with the slope at held motion (fmi2GetRealOutputDerivatives) and the interface Jacobian (fmi2GetDirectionalDerivative).
-Evaluating that steps nothing, so a solver may call it in every stage and iteration. At the next meeting the FMU steps
-over what has passed, with the motion as lines. Both errors are of the second order in the step; a torque that is held
-(`follows=False`) is of the first.
+Evaluating that steps nothing, so a solver may call it in every stage and iteration. At the next communication point the
+FMU steps over the time since the last one, with linear motion. Both errors are of the second order in the step; a
+torque that is held (`follows=False`) is of the first.
 """
 
 from pathlib import Path
@@ -16,7 +16,7 @@ import fmpy
 import numpy as np
 from fmpy.fmi2 import FMU2Slave
 
-from fmus.ports import MOTION, TORQUES
+from fmus.interfaces.handlebar import MOTION, TORQUES
 
 
 class Device:
@@ -39,7 +39,8 @@ class Device:
         self.meet(self._time, self._motion)
 
     def meet(self, time: float, motion: np.ndarray) -> None:
-        """The simulator has reached a time [s] with steer angle, steer rate and frame rate (3,), SI: the FMU catches up."""
+        """The simulator has reached a time [s] with steer angle, steer rate and frame rate (3,), SI: the FMU
+        steps to that time."""
         step = time - self._time
         if step > 0:
             if self._follows:
@@ -49,22 +50,27 @@ class Device:
         self._time, self._motion = time, motion
         self._torques = np.array(self._fmu.getReal(self._outputs))
         if self._follows:
-            self._fmu.setRealInputDerivatives(self._inputs, [1, 1, 1], [0.0, 0.0, 0.0])  # those of the last step still count
+            self._fmu.setRealInputDerivatives(
+                self._inputs, [1, 1, 1], [0.0, 0.0, 0.0]
+            )  # those of the last step still count
             self._slopes = np.array(self._fmu.getRealOutputDerivatives(self._outputs, [1, 1]))
-            self._jacobian = np.column_stack([self._fmu.getDirectionalDerivative(self._outputs, [n], [1.0]) for n in self._inputs])
+            self._jacobian = np.column_stack(
+                [self._fmu.getDirectionalDerivative(self._outputs, [n], [1.0]) for n in self._inputs]
+            )
 
     def has(self, name: str) -> bool:
         """Whether the FMU has a variable of that name."""
         return name in self._references
 
     def torques(self, time: float, motion: np.ndarray) -> np.ndarray:
-        """Torques (2,) on handlebar and frame [N.m] at a time [s] since the last meeting, with the motion (3,) of that time."""
+        """Torques (2,) on handlebar and frame [N.m] at a time [s] since the last communication point, with the
+        motion (3,) of that time."""
         if not self._follows:
             return self._torques
         return self._torques + self._slopes * (time - self._time) + self._jacobian @ (motion - self._motion)
 
     def get(self, *names: str) -> list[float]:
-        """Variables of the FMU at the last meeting."""
+        """Variables of the FMU at the last communication point."""
         return self._fmu.getReal([self._references[n] for n in names])
 
     def close(self) -> None:

@@ -1,4 +1,5 @@
-"""Exudyn: a multibody bicycle on rolling knife-edge wheels, alone and with the FMU of a rider or of a damper at its steer.
+"""Exudyn: a multibody bicycle on rolling knife-edge wheels, alone and with the FMU of a rider or of
+a damper at its steer.
 
 Rear frame, front frame and two wheels are rigid bodies in space, joined by three hinges; the wheels roll without slip
 (ObjectJointRollingDisc). Nothing is linearised: the bicycle is struck so lightly that the squares of its angles do not
@@ -7,7 +8,7 @@ hand: Meijaard et al., Proc. R. Soc. A 463 (2007), Table 2.
 
 Exudyn's axes are x forward, y left, z up. Its pre-step function is called with the time of the step's END and the state
 at its START; its load functions run two to six times a step, so the FMU steps in the former and is only asked in the
-latter (see `scenarios.hosts.device`).
+latter (see `motofmi.scenarios.hosts.device`).
 """
 
 from collections.abc import Mapping
@@ -18,16 +19,17 @@ from typing import Any
 import numpy as np
 
 from fmus import Component, linearise
-from fmus.build import build
-from fmus.mathematics import NUMERIC
-from fmus.progress import track
+from fmus.export.build import build
+from fmus.expressions.functions import NUMERIC
+from fmus.support.progress import track
+from motofmi.scenarios.hosts.device import Device
+from motofmi.scenarios.hosts.rider_on_a_bar import measured_eigenvalues
+from motofmi.scenarios.hosts.table import main
 from rider_fmu import riders
-from scenarios.hosts.device import Device
-from scenarios.hosts.rider_on_a_bar import measured_eigenvalues
-from scenarios.hosts.table import main
 from vehicle_fmu import motorcycles, ridden
-from vehicle_fmu.dampers import LinearDamper
+from vehicle_fmu.components.dampers import LinearDamper
 
+HOST, PACKAGE = "Exudyn", "exudyn"
 STRIKE = 1e-4  # rad/s, roll rate and steer rate at the start; what is not linear is this squared
 SAMPLING = 0.01  # s
 DAMPING = 0.5  # N.m.s/rad, of the damper
@@ -36,7 +38,8 @@ LEFT = np.array([0.0, 1.0, 0.0])
 
 
 def run(speed: float = 5.0, step: float = 1e-3, duration: float = 1.0, rider: str = "mean_2011") -> dict:
-    """Eigenvalues [1/s] of the multibody bicycle, alone, ridden, and with a damper, beside the exact ones, at a speed [m/s] and step [s].
+    """Eigenvalues [1/s] of the multibody bicycle, alone, ridden, and with a damper, beside the exact ones, at a
+    speed [m/s] and step [s].
 
     Raises ModuleNotFoundError without Exudyn.
     """
@@ -64,11 +67,17 @@ def compared(samples: np.ndarray, exact: np.ndarray) -> dict[str, dict[str, comp
     eigenvalues = eigenvalues[eigenvalues.imag >= 0]
     eigenvalues = eigenvalues[np.argsort(-eigenvalues.real)]
     measured = measured_eigenvalues(samples, SAMPLING, eigenvalues)
-    return {f"mode_{k}": {"exact": e, "error": m - e} for k, (e, m) in enumerate(zip(eigenvalues, measured, strict=True), start=1)}
+    return {
+        f"mode_{k}": {"exact": e, "error": m - e}
+        for k, (e, m) in enumerate(zip(eigenvalues, measured, strict=True), start=1)
+    }
 
 
-def free_motion(vehicle: Component, speed: float, step: float, duration: float, device: Device | None = None) -> np.ndarray:
-    """Samples (n, 4 or 6) every 10 ms after a strike: roll and steer angle, their rates, angle and rate of the torso."""
+def free_motion(
+    vehicle: Component, speed: float, step: float, duration: float, device: Device | None = None
+) -> np.ndarray:
+    """Samples (n, 4 or 6) every 10 ms after a strike: roll and steer angle, their rates, angle
+    and rate of the torso."""
     import exudyn as exu  # noqa: PLC0415 - an optional package
 
     exu.config.suppressWarnings = True  # of what it costs that functions are written in Python
@@ -100,7 +109,9 @@ def free_motion(vehicle: Component, speed: float, step: float, duration: float, 
     settings.timeIntegration.adaptiveStep = False  # a step taken again would meet the FMU in its future
     settings.timeIntegration.newton.relativeTolerance = 1e-10
     settings.timeIntegration.newton.absoluteTolerance = 1e-12
-    settings.timeIntegration.generalizedAlpha.spectralRadius = 0.7  # to the tenth: what is the solver's own dies within a sample
+    settings.timeIntegration.generalizedAlpha.spectralRadius = (
+        0.7  # to the tenth: what is the solver's own dies within a sample
+    )
     settings.solution.file.write = False
     mbs.SolveDynamic(settings, solverType=exu.DynamicSolverType.GeneralizedAlpha)
     return np.array(rows)
@@ -139,11 +150,16 @@ class Bicycle:
             hub = np.array([x, 0.0, radius])
             disc = body(f"{end}_wheel", hub, np.diag([across, polar, across]), rate, speed / radius)
             mbs.CreateRevoluteJoint(itemNumbers=[carrier, disc], position=hub, axis=LEFT)
-            mbs.CreateRollingDisc(bodyNumbers=[ground, disc], axisPosition=[0, 0, 0], axisVector=LEFT, discRadius=radius)
+            mbs.CreateRollingDisc(
+                bodyNumbers=[ground, disc], axisPosition=[0, 0, 0], axisVector=LEFT, discRadius=radius
+            )
 
         ground = mbs.CreateGround()
         rider = p["added_steer_inertia"] * np.outer([S, 0, c], [S, 0, c])
-        self.rear, self.front = frame("rear_frame", rear_rate, np.zeros((3, 3))), frame("front_frame", front_rate, rider)
+        self.rear, self.front = (
+            frame("rear_frame", rear_rate, np.zeros((3, 3))),
+            frame("front_frame", front_rate, rider),
+        )
         mbs.CreateRevoluteJoint(itemNumbers=[self.rear, self.front], position=foot, axis=self.axis)
         wheel("rear", self.rear, 0.0, rear_rate)
         wheel("front", self.front, p["wheelbase"], front_rate)
@@ -174,7 +190,9 @@ class Bicycle:
             def torque(mbs: Any, time: float, _: Any, k: int = k) -> np.ndarray:
                 return device.torques(time, self.motion())[k] * self.axis
 
-            self._mbs.CreateTorque(itemNumber=body, loadVector=[0.0, 0.0, 1.0], bodyFixed=True, loadVectorUserFunction=torque)
+            self._mbs.CreateTorque(
+                itemNumber=body, loadVector=[0.0, 0.0, 1.0], bodyFixed=True, loadVectorUserFunction=torque
+            )
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ and a wrist of two revolutes: one about an axis h fixed in the hand, one paralle
 condition h . n = 0 (GenericJoint with one rotation held: x axis of its first frame on the y axis of its second).
 Nothing of the closed form enters but the rest posture: the solver closes the loops.
 
-Axes of the steer axis as in `rider_fmu.arm_loop`.
+Axes of the steer axis as in `rider_fmu.full_rider.arm_loop`.
 """
 
 from types import SimpleNamespace
@@ -13,16 +13,19 @@ from typing import Any
 
 import numpy as np
 
-from fmus.component import Component
-from fmus.mathematics import NUMERIC
-from rider_fmu.arm_loop import arm, pelvis, span
+from fmus.declaration.component import Component
+from fmus.expressions.functions import NUMERIC
+from rider_fmu.full_rider.arm_loop import arm, pelvis, span
 
 STEER_AXIS = np.array([0.0, 0.0, 1.0])
 TINY = 1e-9  # kg.m2: inertia that the model leaves out, for a solver that needs a regular tensor
 
 
-def response(rig: Component, amplitude: float, frequency: float, step: float, duration: float, along: float = TINY) -> np.ndarray:
-    """Rows (time [s], steer angle, torso angle [rad]) from rest under a servo torque amplitude sin(2 pi frequency t) [N.m, Hz].
+def response(
+    rig: Component, amplitude: float, frequency: float, step: float, duration: float, along: float = TINY
+) -> np.ndarray:
+    """Rows (time [s], steer angle, torso angle [rad]) from rest under a servo torque amplitude sin(2 pi
+    frequency t) [N.m, Hz].
 
     along is the arms' inertia about their own length [kg.m2]. Raises ModuleNotFoundError without Exudyn.
     """
@@ -47,7 +50,10 @@ def response(rig: Component, amplitude: float, frequency: float, step: float, du
     settings.linearSolver.solverType = exudyn.LinearSolverType.EigenDense
     mbs.SolveDynamic(settings, solverType=exudyn.DynamicSolverType.TrapezoidalIndex2)
     recorded = [np.asarray(mbs.GetSensorStoredData(sensor)) for sensor in sensors]
-    angles = [_angle(data[:, 1:].reshape(-1, 3, 3), axis) for data, axis in zip(recorded, (STEER_AXIS, waist_axis(rig)), strict=True)]
+    angles = [
+        _angle(data[:, 1:].reshape(-1, 3, 3), axis)
+        for data, axis in zip(recorded, (STEER_AXIS, waist_axis(rig)), strict=True)
+    ]
     return np.column_stack([recorded[0][:, 0], *angles])
 
 
@@ -59,7 +65,9 @@ def waist_axis(rig: Component) -> np.ndarray:
 def _rotation(exudyn: Any, mbs: Any, body: int) -> int:
     from exudyn.itemInterface import SensorBody  # noqa: PLC0415 - an optional package
 
-    return mbs.AddSensor(SensorBody(bodyNumber=body, storeInternal=True, outputVariableType=exudyn.OutputVariableType.RotationMatrix))
+    return mbs.AddSensor(
+        SensorBody(bodyNumber=body, storeInternal=True, outputVariableType=exudyn.OutputVariableType.RotationMatrix)
+    )
 
 
 def _angle(matrices: np.ndarray, axis: np.ndarray) -> np.ndarray:
@@ -85,8 +93,12 @@ def _bodies(exudyn: Any, mbs: Any, rig: Component, along: float) -> dict[str, in
     # Masses on their hinges' axes: only the inertia about the axis matters, and no weight turns them.
     bodies = {"bar": body(1.0, np.eye(3) * (v.bar_inertia + v.hands_inertia), np.zeros(3), falls=False),
               "torso": body(1.0, np.eye(3) * v.trunk_inertia, hips, falls=False)}  # fmt: skip
-    mbs.CreateRevoluteJoint(itemNumbers=[ground, bodies["bar"]], position=[0, 0, 0], axis=list(STEER_AXIS), useGlobalFrame=True)
-    mbs.CreateRevoluteJoint(itemNumbers=[ground, bodies["torso"]], position=list(hips), axis=list(axis), useGlobalFrame=True)
+    mbs.CreateRevoluteJoint(
+        itemNumbers=[ground, bodies["bar"]], position=[0, 0, 0], axis=list(STEER_AXIS), useGlobalFrame=True
+    )
+    mbs.CreateRevoluteJoint(
+        itemNumbers=[ground, bodies["torso"]], position=list(hips), axis=list(axis), useGlobalFrame=True
+    )
     mbs.CreateTorsionalSpringDamper(itemNumbers=[ground, bodies["torso"]], position=list(hips), axis=list(axis), stiffness=v.waist_stiffness,
                                     damping=v.waist_damping, useGlobalFrame=True)  # fmt: skip
     for side, word in ((1, "right"), (-1, "left")):
@@ -104,13 +116,24 @@ def _bodies(exudyn: Any, mbs: Any, rig: Component, along: float) -> dict[str, in
                                constrainedAxes=[1, 1, 1, 0, 0, 1], useGlobalFrame=True)  # fmt: skip
         mbs.CreateTorsionalSpringDamper(itemNumbers=[upper[0], fore[0]], position=list(E), axis=list(n), stiffness=v.elbow_stiffness,
                                         damping=v.elbow_damping, useGlobalFrame=True)  # fmt: skip
-        _spring(mbs, bodies["torso"], E - hips, upper[0], E - upper[1], v.shoulder_stiffness, v.shoulder_damping, v.upper_arm_length)
+        _spring(
+            mbs,
+            bodies["torso"],
+            E - hips,
+            upper[0],
+            E - upper[1],
+            v.shoulder_stiffness,
+            v.shoulder_damping,
+            v.upper_arm_length,
+        )
         _spring(mbs, bodies["bar"], E, fore[0], E - fore[1], v.wrist_stiffness, v.wrist_damping, v.forearm_length)
         mbs.CreateForce(itemNumber=bodies["bar"], loadVector=[v.hand_mass * g for g in gravity], localPosition=list(W))
     return bodies
 
 
-def _rod(body: Any, mass: float, centre: float, inertia: float, start: np.ndarray, end: np.ndarray, along: float) -> tuple[int, np.ndarray]:
+def _rod(
+    body: Any, mass: float, centre: float, inertia: float, start: np.ndarray, end: np.ndarray, along: float
+) -> tuple[int, np.ndarray]:
     """(body, its mass centre) of a limb from start to end."""
     direction = (end - start) / np.linalg.norm(end - start)
     tensor = inertia * (np.eye(3) - np.outer(direction, direction)) + along * np.outer(direction, direction)
@@ -118,7 +141,17 @@ def _rod(body: Any, mass: float, centre: float, inertia: float, start: np.ndarra
     return body(mass, tensor, place), place
 
 
-def _spring(mbs: Any, carrier: int, rest: np.ndarray, limb: int, elbow: np.ndarray, stiffness: float, damping: float, length: float) -> None:
-    """A joint spring k |u - u_rest|^2 / 2 of a limb's direction u: between the elbow and where its carrier would hold it."""
+def _spring(
+    mbs: Any,
+    carrier: int,
+    rest: np.ndarray,
+    limb: int,
+    elbow: np.ndarray,
+    stiffness: float,
+    damping: float,
+    length: float,
+) -> None:
+    """A joint spring k |u - u_rest|^2 / 2 of a limb's direction u: between the elbow and where its
+    carrier would hold it."""
     mbs.CreateCartesianSpringDamper(itemNumbers=[carrier, limb], localPosition0=list(rest), localPosition1=list(elbow),
                                     stiffness=[stiffness / length**2] * 3, damping=[damping / length**2] * 3)  # fmt: skip

@@ -1,4 +1,4 @@
-"""fmpy's simulator, its SSP runner, and a loop of four calls through fmpy: what each makes of the same two FMUs.
+"""fmpy's simulator, its SSP runner, and a loop of four calls through fmpy: results with the same two FMUs.
 
 `simulate_fmu` sets the inputs, steps, and records without setting inputs again: an output that follows an input at
 once (the arms' torque) is recorded with the inputs of the step's start, one step late. The SSP runner connects in the
@@ -18,10 +18,11 @@ from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import Parameter, ParameterSet
 
 from fmus import linearise
-from fmus.ssp import write_ssp
-from scenarios.hosts.rider_on_a_bar import AT_START, CONNECTIONS, SAMPLED, STRIKE, archives, errors, parts
-from scenarios.hosts.table import main
+from fmus.cosimulation.ssp import write_ssp
+from motofmi.scenarios.hosts.rider_on_a_bar import AT_START, CONNECTIONS, SAMPLED, STRIKE, archives, errors, parts
+from motofmi.scenarios.hosts.table import main
 
+HOST, PACKAGE = "fmpy", "fmpy"
 OMEGA = 20.0  # rad/s, of the prescribed steer angle
 SETTLED = 2.0  # s, after which what was at the start has decayed to 1e-16
 
@@ -32,21 +33,22 @@ def run(step: float = 1e-3, duration: float = 1.0) -> dict:
         fmus = archives(folder)
         count = round(duration / step)
         found: dict = {"simulate_fmu": lag_of_simulate_fmu(fmus["device"], step)}
-        wired = write_ssp(Path(folder, "rider_on_a_bar.ssp"), fmus, {f"{target}.{n}": [f"{source}.{n}"] for source, target, n in CONNECTIONS})
-        found["ssp"] = errors(rows_of_ssp(wired, step, count), step)
+        found["ssp"] = errors(rows_of_ssp_runner(fmus, step, count), step)
         found["loop"] = errors(rows_of_loop(fmus, step, count), step)
     return found
 
 
 def lag_of_simulate_fmu(rider: Path, step: float) -> dict[str, float]:
-    """What simulate_fmu records when the steer angle is a sine, against the exact response.
+    """The delay of the torque that simulate_fmu records for a sinusoidal steer angle, compared with the exact response.
 
-    The arms' torque is k_a (theta - delta) + c_a (theta' - s): with the recorded torso, the recorded torque tells of
-    which moment delta and s are.
+    The arms' torque is k_a (theta - delta) + c_a (theta' - s): with the recorded torso, the recorded torque gives the
+    time to which delta and s belong.
     """
     times = np.arange(round((SETTLED + 2.0) / step) + 1) * step
     dtype = [(n, np.float64) for n in ("time", "steer_angle", "steer_rate", "frame_rate")]
-    motion = np.array(list(zip(times, np.sin(OMEGA * times), OMEGA * np.cos(OMEGA * times), 0 * times, strict=True)), dtype)
+    motion = np.array(
+        list(zip(times, np.sin(OMEGA * times), OMEGA * np.cos(OMEGA * times), 0 * times, strict=True)), dtype
+    )
     result = fmpy.simulate_fmu(str(rider), stop_time=times[-1], output_interval=step, input=motion,
                                output=["handlebar_torque", "torso_angle", "torso_rate"])  # fmt: skip
     result = result[result["time"] > SETTLED]
@@ -56,10 +58,18 @@ def lag_of_simulate_fmu(rider: Path, step: float) -> dict[str, float]:
     of_steer = stiffness * result["torso_angle"] + damping * result["torso_rate"] - result["handlebar_torque"]
     cosine, sine = np.linalg.lstsq(np.column_stack([waves.real, waves.imag]), of_steer, rcond=None)[0]
     space = linearise(component)
-    angle, rate = (space.frequency_response(np.array(OMEGA), "handlebar_torque", n) for n in ("steer_angle", "steer_rate"))
+    angle, rate = (
+        space.frequency_response(np.array(OMEGA), "handlebar_torque", n) for n in ("steer_angle", "steer_rate")
+    )
     exact = ((angle + 1j * OMEGA * rate) * waves).imag
     return {"lag_in_steps": float(np.angle((stiffness + 1j * OMEGA * damping) / (sine + 1j * cosine)) / (OMEGA * step)),
             "torque_error": float(np.abs(result["handlebar_torque"] - exact).max() / np.abs(exact).max())}  # fmt: skip
+
+
+def rows_of_ssp_runner(fmus: Mapping[str, Path], step: float, count: int) -> np.ndarray:
+    """Samples (count, 5) of the SSP runner, from an archive beside the FMUs."""
+    wiring = {f"{target}.{n}": [f"{source}.{n}"] for source, target, n in CONNECTIONS}
+    return rows_of_ssp(write_ssp(fmus["vehicle"].with_name("wired.ssp"), fmus, wiring), step, count)
 
 
 def rows_of_ssp(path: Path, step: float, count: int) -> np.ndarray:
@@ -70,22 +80,23 @@ def rows_of_ssp(path: Path, step: float, count: int) -> np.ndarray:
 
 
 def rows_of_loop(fmus: Mapping[str, Path], step: float, count: int) -> np.ndarray:
-    """Samples (count, 5) of the loop: motion out of the bar, into the rider, torque out of the rider, into the bar, step."""
+    """Samples (count, 5) of the loop: motion out of the bar, into the rider, torque out of the rider,
+    into the bar, step."""
     (bar, bar_references), (rider, rider_references) = (opened(fmus[n]) for n in ("vehicle", "device"))
     motion = ("steer_angle", "steer_rate")
     bar_motion, rider_motion = ([r[n] for n in motion] for r in (bar_references, rider_references))
-    answers = [rider_references[n] for n in ("torso_angle", "torso_rate", "handlebar_torque")]
+    outputs = [rider_references[n] for n in ("torso_angle", "torso_rate", "handlebar_torque")]
     bar.setReal([bar_references["steer_rate"]], [STRIKE])
     rows = []
     for fmu in (bar, rider):
         fmu.enterInitializationMode()
         fmu.exitInitializationMode()
     for k in range(count):
-        moved = bar.getReal(bar_motion)
-        rider.setReal(rider_motion, moved)
-        answered = rider.getReal(answers)
-        bar.setReal([bar_references["handlebar_torque"]], answered[-1:])
-        rows.append(moved + answered)
+        angle_and_rate = bar.getReal(bar_motion)
+        rider.setReal(rider_motion, angle_and_rate)
+        values = rider.getReal(outputs)
+        bar.setReal([bar_references["handlebar_torque"]], values[-1:])
+        rows.append(angle_and_rate + values)
         for fmu in (bar, rider):
             fmu.doStep(k * step, step)
     for fmu in (bar, rider):
@@ -103,6 +114,8 @@ def opened(path: Path) -> tuple[FMU2Slave, dict[str, int]]:
     fmu.setupExperiment(startTime=0.0)
     return fmu, {v.name: v.valueReference for v in description.modelVariables}
 
+
+SAMPLES = {"fmpy loop": rows_of_loop, "fmpy SSP runner": rows_of_ssp_runner}
 
 if __name__ == "__main__":
     main(run)

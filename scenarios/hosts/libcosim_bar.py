@@ -1,10 +1,10 @@
 """libcosim (the Open Simulation Platform's, through libcosimpy) on the rider on a bar: fixed steps, and ECCO's own.
 
-libcosim hands outputs to inputs after all have stepped and sets them at the next step, so the rider's torque that the
-bar is told was computed from the motion of a step before: Jacobi with a stale torque. Its times are whole nanoseconds,
+libcosim hands outputs to inputs after all have stepped and sets them at the next step, so the rider's torque at the
+bar was computed from the motion of the previous step: Jacobi with a delayed torque. Its times are whole nanoseconds,
 and before the first step an observer shows zeros, not what was set. ECCO (Sadjina, Pedersen, Engineering with Computers
 36, 2020) chooses steps by the power that a bond loses; libcosimpy's default rates of change, 0.01 to 0.2, let a step
-only shrink, so it is given others. The FMI Library inside logs as an error that the time has no start value, which FMI
+only shrink, so others are set here. The FMI Library inside logs as an error that the time has no start value, which FMI
 2.0 forbids it to have; what fails is noticed here by what is returned, so the log is turned off.
 """
 
@@ -15,9 +15,18 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.hosts.rider_on_a_bar import AT_START, CONNECTIONS, SAMPLED, STRIKE, archives, errors, trajectory_error
-from scenarios.hosts.table import main
+from motofmi.scenarios.hosts.rider_on_a_bar import (
+    AT_START,
+    CONNECTIONS,
+    SAMPLED,
+    STRIKE,
+    archives,
+    errors,
+    trajectory_error,
+)
+from motofmi.scenarios.hosts.table import main
 
+HOST, PACKAGE = "libcosim", "libcosimpy"
 BOND = ("vehicle.steer_rate", "vehicle.handlebar_torque", "device.handlebar_torque", "device.steer_rate")
 SLOWEST, FASTEST = 0.2, 1.5  # ECCO's rates of change of the step
 
@@ -66,11 +75,17 @@ class Wired:
         self.execution, self._algorithm, self._observer = execution, algorithm, CosimObserver.create_last_value()
         execution.add_observer(self._observer)
         self._index = {name: execution.add_local_slave(CosimLocalSlave(str(path), name)) for name, path in fmus.items()}
-        self._reference = {f"{name}.{v.name.decode()}": v.reference for name, index in self._index.items() for v in execution.slave_variables(index)}
+        self._reference = {
+            f"{name}.{v.name.decode()}": v.reference
+            for name, index in self._index.items()
+            for v in execution.slave_variables(index)
+        }
         for source, target, signal in CONNECTIONS:
             execution.connect_real_variables(*self._of(f"{source}.{signal}"), *self._of(f"{target}.{signal}"))
         if algorithm is not None:
-            (one, rate, torque), (other, answer, motion) = ((*self._of(a), self._reference[b]) for a, b in (BOND[:2], BOND[2:]))
+            (one, rate, torque), (other, answer, motion) = (
+                (*self._of(a), self._reference[b]) for a, b in (BOND[:2], BOND[2:])
+            )
             algorithm.add_power_bond(one, rate, torque, other, answer, motion)
         execution.real_initial_value(*self._of("vehicle.steer_rate"), STRIKE)
 
@@ -93,6 +108,13 @@ def rows(wired: Wired, duration: float) -> tuple[np.ndarray, np.ndarray]:
         sampled.append(wired.sample())
     return np.array(times) / 1e9, np.array(sampled)
 
+
+def fixed_steps(fmus: Mapping[str, Path], step: float, count: int) -> np.ndarray:
+    """Samples (count, 5) at the multiples of a step [s]."""
+    return rows(Wired(fmus, fixed(step)), (count - 1) * step)[1]
+
+
+SAMPLES = {"libcosim": fixed_steps}
 
 if __name__ == "__main__":
     main(run)

@@ -3,7 +3,7 @@
     (I_f + I_b) w' + I_b s' + k psi + c w = T_h + T_f,   I_b (w' + s') = T_h,   psi' = w,   delta' = s
 
 MuJoCo calls `mjcb_passive` in every stage of a step, so the FMU is only asked there and steps between MuJoCo's steps
-(see `scenarios.hosts.device`). Torque is power-conjugate to MuJoCo's hinge rates w and s: T_h + T_f and T_h.
+(see `motofmi.scenarios.hosts.device`). Torque is power-conjugate to MuJoCo's hinge rates w and s: T_h + T_f and T_h.
 """
 
 from pathlib import Path
@@ -13,30 +13,42 @@ import numpy as np
 from scipy.linalg import expm
 
 from fmus import Component, StateSpace, System, linearise, parameter, state
-from fmus.build import build
-from fmus.ports import carries, told
+from fmus.export.build import build
+from fmus.interfaces.handlebar import port_input, port_state
+from motofmi.scenarios.hosts.device import Device
+from motofmi.scenarios.hosts.rider_on_a_bar import measured_eigenvalues
+from motofmi.scenarios.hosts.table import main
 from rider_fmu import riders
-from scenarios.hosts.device import Device
-from scenarios.hosts.rider_on_a_bar import measured_eigenvalues
-from scenarios.hosts.table import main
 
+HOST, PACKAGE = "MuJoCo", "mujoco"
 STRIKE = 1.0  # rad/s, steer rate at the start
-SHOWN = ("vehicle.frame_angle", "vehicle.steer_angle", "vehicle.frame_rate", "vehicle.steer_rate", "device.torso_angle", "device.torso_rate")
+SHOWN = (
+    "vehicle.frame_angle",
+    "vehicle.steer_angle",
+    "vehicle.frame_rate",
+    "vehicle.steer_rate",
+    "device.torso_angle",
+    "device.torso_rate",
+)
 
 
 class SprungFrame(Component):
     """The mechanism as equations, for the exact solution."""
 
-    frame_inertia = parameter("kg.m2", "Inertia of the frame about the steer axis", symbol="I_f", min=1e-3, max=1e3, start=3.0)
-    bar_inertia = parameter("kg.m2", "Inertia of the bar about the steer axis", symbol="I_b", min=1e-3, max=1e3, start=0.6)
+    frame_inertia = parameter(
+        "kg.m2", "Inertia of the frame about the steer axis", symbol="I_f", min=1e-3, max=1e3, start=3.0
+    )
+    bar_inertia = parameter(
+        "kg.m2", "Inertia of the bar about the steer axis", symbol="I_b", min=1e-3, max=1e3, start=0.6
+    )
     frame_stiffness = parameter("N.m/rad", "Stiffness that holds the frame", symbol="k", min=0, max=1e6, start=800.0)
     frame_damping = parameter("N.m.s/rad", "Damping that holds the frame", symbol="c", min=0, max=1e4, start=4.0)
-    handlebar_torque = told("handlebar_torque")
-    frame_torque = told("frame_torque")
+    handlebar_torque = port_input("handlebar_torque")
+    frame_torque = port_input("frame_torque")
     frame_angle = state("rad", "Angle of the frame", symbol=r"\psi", exposed=True)
-    steer_angle = carries("steer_angle")
-    frame_rate = carries("frame_rate")
-    steer_rate = carries("steer_rate")
+    steer_angle = port_state("steer_angle")
+    frame_rate = port_state("frame_rate")
+    steer_rate = port_state("steer_rate")
 
     def mass(self, v, m):
         return {("frame_rate", "frame_rate"): v.frame_inertia + v.bar_inertia, ("frame_rate", "steer_rate"): v.bar_inertia,

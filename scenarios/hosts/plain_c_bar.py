@@ -1,8 +1,8 @@
-"""A host of sixty lines of C that needs nothing but the unzipped archive: examples/rider_on_a_bar.c.
+"""A host of sixty lines of C that needs nothing but the unzipped archive: rider_on_a_bar.c beside this module.
 
-It holds no torque over a step: the torque's slope (fmi2GetRealOutputDerivatives) enters the bar's motion, and the
-rider is told that motion as polynomials (fmi2SetRealInputDerivatives). So it is of second order where hosts that
-exchange values alone are of the first.
+The torque is not held over a step: its slope (fmi2GetRealOutputDerivatives) enters the bar's motion, which the
+rider's FMU gets as polynomials (fmi2SetRealInputDerivatives). The error is of second order, that of hosts that
+exchange values alone of first order.
 """
 
 import subprocess
@@ -12,12 +12,12 @@ from tempfile import TemporaryDirectory
 import fmpy
 import numpy as np
 
-from fmus import compilers
-from fmus.errors import InputError
-from scenarios.hosts.rider_on_a_bar import STEER_INERTIA, archives, errors
-from scenarios.hosts.table import main
+from fmus.export import compilers
+from motofmi.scenarios.hosts.rider_on_a_bar import STEER_INERTIA, archives, errors
+from motofmi.scenarios.hosts.table import main
 
-SOURCE = Path(__file__).parents[2] / "examples" / "rider_on_a_bar.c"
+HOST, PACKAGE = "plain C", "fmpy"
+SOURCE = Path(__file__).with_name("rider_on_a_bar.c")
 
 
 def run(step: float = 1e-3, duration: float = 1.0) -> dict:
@@ -27,15 +27,18 @@ def run(step: float = 1e-3, duration: float = 1.0) -> dict:
 
 def rows(step: float, duration: float) -> np.ndarray:
     """Time and samples (n, 6) that the compiled host prints."""
-    if not SOURCE.is_file():
-        raise InputError(f"{SOURCE} is missing: the plain C host is part of the source tree, run this from a checkout")
     (compiler,) = compilers.commands(compilers.host(), native=True)
     with TemporaryDirectory() as folder:
         unzipped = fmpy.extract(str(archives(folder)["device"]), f"{folder}/rider")
         host = f"{folder}/rider_on_a_bar"
         subprocess.run([*compiler, "-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", f"-I{unzipped}/sources", str(SOURCE), "-o", host, "-ldl"],
                        check=True)  # fmt: skip
-        printed = subprocess.run([host, str(unzipped), repr(STEER_INERTIA), repr(step), repr(duration)], check=True, capture_output=True, text=True)
+        printed = subprocess.run(
+            [host, str(unzipped), repr(STEER_INERTIA), repr(step), repr(duration)],
+            check=True,
+            capture_output=True,
+            text=True,
+        )
     return np.loadtxt(printed.stdout.splitlines(), delimiter=",", skiprows=1)
 
 

@@ -3,7 +3,7 @@
  *     unzip -d rider rider_mean_2011.fmu && cc -std=c99 -I rider/sources rider_on_a_bar.c -o rider_on_a_bar -ldl
  *     ./rider_on_a_bar rider 0.6 0.001 1 > run.csv        (folder, kg.m2, step and duration in s)
  *
- * Torque and its slope give the bar's motion over the step, which the rider is then told as polynomials:
+ * Torque and its slope give the bar's motion over the step, which is set at the rider as polynomials:
  *     delta(t+h) = delta + s h + T h^2/2I + T' h^3/6I,   s(t+h) = s + T h/I + T' h^2/2I */
 #include <dlfcn.h>
 #include <stdio.h>
@@ -51,13 +51,13 @@ int main(int argc, char **argv) {
     CALL(fmi2SetupExperiment, fmi2False, 0, 0, fmi2False, 0);
     if (fmi2EnterInitializationMode(rider) > fmi2Warning || fmi2ExitInitializationMode(rider) > fmi2Warning) stop("initialisation");
 
-    double bar[2] = {0, 1}, answer[3], slope; /* angle and rate of the bar; it has been struck */
+    double bar[2] = {0, 1}, output[3], slope; /* angle and rate of the bar; it has been struck */
     puts("time [s],steer_angle [rad],steer_rate [rad/s],torso_angle [rad],torso_rate [rad/s],handlebar_torque [N.m]");
     for (long k = 0; k * h < duration + h / 2; k++) {
         CALL(fmi2SetReal, is, 2, bar);
-        CALL(fmi2GetReal, is + 2, 3, answer);
-        printf("%.17g,%.17g,%.17g,%.17g,%.17g,%.17g\n", k * h, bar[0], bar[1], answer[0], answer[1], answer[2]);
-        double a = answer[2] / inertia, rates[] = {bar[1], a, a, 0, 0};
+        CALL(fmi2GetReal, is + 2, 3, output);
+        printf("%.17g,%.17g,%.17g,%.17g,%.17g,%.17g\n", k * h, bar[0], bar[1], output[0], output[1], output[2]);
+        double a = output[2] / inertia, rates[] = {bar[1], a, a, 0, 0};
         CALL(fmi2SetRealInputDerivatives, motion, 2, order, rates);
         CALL(fmi2GetRealOutputDerivatives, is + 4, 1, order, &slope);
         rates[3] = rates[4] = slope / inertia;

@@ -1,10 +1,10 @@
-"""The case that every host runs: a rider holds a bar that somebody has struck. Its exact motion, and errors against it.
+"""The case of most hosts: a rider holding a bar with an initial rate. Its exact motion, and errors relative to it.
 
     I_s s' = T_h,   delta' = s,   w = 0,   and the rider's two equations
 
 Linear, so the samples of any of its co-simulations obey x_(k+1) = P x_k in what is sampled, x = (delta, s, theta,
 theta', T_h). P follows from the samples by least squares, the modes as the host has them are ln(eig P) / H
-(Schmid, J. Fluid Mech. 656 (2010), dynamic mode decomposition): an error of the coupling shows without a fit.
+(Schmid, J. Fluid Mech. 656 (2010), dynamic mode decomposition): the coupling's errors are obtained without a fit.
 """
 
 from dataclasses import dataclass
@@ -13,16 +13,25 @@ from pathlib import Path
 import numpy as np
 
 from fmus import Component, StateSpace, System, linearise
-from fmus.build import build
+from fmus.export.build import build
 from rider_fmu import Handlebar, riders
 
 STEER_INERTIA = 0.6  # kg.m2, bar and arms
 STRIKE = 1.0  # rad/s, rate of the bar at the start
 STARTING = 3
-SAMPLED = ("vehicle.steer_angle", "vehicle.steer_rate", "device.torso_angle", "device.torso_rate", "device.handlebar_torque")
+SAMPLED = (
+    "vehicle.steer_angle",
+    "vehicle.steer_rate",
+    "device.torso_angle",
+    "device.torso_rate",
+    "device.handlebar_torque",
+)
 AT_START = [STRIKE if name == "vehicle.steer_rate" else 0.0 for name in SAMPLED]
 # (from, to, signal)
-CONNECTIONS = (*(("vehicle", "device", n) for n in ("steer_angle", "steer_rate", "frame_rate")), ("device", "vehicle", "handlebar_torque"))
+CONNECTIONS = (
+    *(("vehicle", "device", n) for n in ("steer_angle", "steer_rate", "frame_rate")),
+    ("device", "vehicle", "handlebar_torque"),
+)
 
 
 def parts() -> dict[str, Component]:

@@ -1,4 +1,4 @@
-"""What a host's run found, as lines on the screen."""
+"""The results of a host, printed as lines."""
 
 import sys
 from collections.abc import Callable

@@ -9,20 +9,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fmus import linearise
-from fmus.control_systems import as_control
-from fmus.mathematics import NUMERIC
-from fmus.ports import MOTION, TORQUES, HandlebarDevice
-from fmus.symbolic import symbolic
-from fmus.terms import common_subexpressions
-from fmus.units import unit
+from fmus.declaration.units import unit
+from fmus.equations.sympy_form import symbolic
+from fmus.expressions.expression_graph import common_subexpressions
+from fmus.expressions.functions import NUMERIC
+from fmus.interfaces.handlebar import MOTION, TORQUES, HandlebarDevice
+from motofmi.workflows import components
 from rider_fmu import riders
-from scenarios import names
 from vehicle_fmu import motorcycles, ridden
 
-CLASSES = [pytest.param(kind, id=name) for name, kind in names.COMPONENTS.items()]
-SHIPPED = [names.component(spec) for spec in names.every_name()]
+CLASSES = [pytest.param(kind, id=name) for name, kind in components.COMPONENTS.items()]
+SHIPPED = [components.component(spec) for spec in components.every_name()]
 # Every set of values that ships, and the defaults of a class for which none does.
-COMPONENTS = SHIPPED + [kind() for kind in names.COMPONENTS.values() if kind not in {type(c) for c in SHIPPED}]
+COMPONENTS = SHIPPED + [kind() for kind in components.COMPONENTS.values() if kind not in {type(c) for c in SHIPPED}]
 # A system is a component too.
 COMPONENTS.append(ridden(motorcycles.load("sharp_1971"), riders.load("mean_2011")))
 INSTANCES = [pytest.param(c, id=c.name) for c in COMPONENTS]
@@ -60,7 +59,7 @@ def test_every_variable_has_a_unit_a_meaning_and_a_start_within_its_bounds(kind)
 
 def test_one_name_has_one_unit_in_the_whole_project():
     units = defaultdict(set)
-    for kind in names.COMPONENTS.values():
+    for kind in components.COMPONENTS.values():
         for name, row in kind().table.items():
             units[name].add(row.unit)
     assert {name: u for name, u in units.items() if len(u) > 1} == {}
@@ -78,7 +77,9 @@ def test_the_handlebar_port_is_whole_and_as_declared(kind):
     declared = {**MOTION, **TORQUES}
     assert {n: (r.unit, r.description, r.symbol) for n, r in rows.items()} == {n: declared[n] for n in rows}
     assert all(r.flow == (n in TORQUES) for n, r in rows.items())
-    if rows.keys() & TORQUES.keys():  # without torques it shows a motion that it imposes on nobody: a rider with its rig
+    if (
+        rows.keys() & TORQUES.keys()
+    ):  # without torques it shows a motion that it imposes on nobody: a rider with its rig
         told, answered = (MOTION, TORQUES) if issubclass(kind, HandlebarDevice) else (TORQUES, MOTION)
         assert set(told) <= set(kind().inputs)
         assert set(answered) <= set(kind().outputs)
@@ -87,12 +88,16 @@ def test_the_handlebar_port_is_whole_and_as_declared(kind):
 # The equations ------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("component", ONE_OF_EACH)
 @settings(max_examples=3)
 @given(seed=seeds)
 def test_equations_give_the_same_on_numbers_arrays_and_symbols(component, seed):
     generator = np.random.default_rng(seed)
-    points = [{"time": generator.uniform(0, 10), **draw(component, generator, "parameter", "input", "state")} for _ in range(3)]
+    points = [
+        {"time": generator.uniform(0, 10), **draw(component, generator, "parameter", "input", "state")}
+        for _ in range(3)
+    ]
     stacked = {n: np.array([p[n] for p in points]) for n in points[0]}
     one_by_one = [{**component.run(p, NUMERIC), **component.mass_entries(p, NUMERIC)} for p in points]
     on_arrays = {**component.run(stacked, NUMERIC), **component.mass_entries(stacked, NUMERIC)}
@@ -101,7 +106,9 @@ def test_equations_give_the_same_on_numbers_arrays_and_symbols(component, seed):
         assert np.broadcast_to(value, 3) == pytest.approx([r[key] for r in one_by_one], rel=1e-12, abs=1e-12), key
     form = symbolic(component)
     keys = [*(f"der({n})" for n in component.states), *component.outputs, *component.rows("calculated")]
-    function = sympy.lambdify(list(form.symbols.values()), [*form.rates, *form.outputs, *form.calculated], "numpy", cse=common_subexpressions)
+    function = sympy.lambdify(
+        list(form.symbols.values()), [*form.rates, *form.outputs, *form.calculated], "numpy", cse=common_subexpressions
+    )
     for point, results in zip(points, one_by_one, strict=True):
         numbers = function(*(point[n] for n in form.symbols))
         expected = [float(results[k]) for k in keys]
@@ -110,6 +117,7 @@ def test_equations_give_the_same_on_numbers_arrays_and_symbols(component, seed):
         assert numbers == pytest.approx(expected, rel=1e-9, abs=max(scale, 1e-12))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("component", INSTANCES)
 @settings(max_examples=2)
 @given(seed=seeds)
@@ -119,7 +127,8 @@ def test_the_jacobian_is_the_slope_of_the_derivatives(component, seed):
     space = linearise(component, **point)
     wanted = np.block([[space.A, space.B], [space.C, space.D]])
     found = slopes(component, np.array([point[n] for n in component.states + component.inputs]))
-    # Central differences of fourth order with steps of 1e-3: truncation and rounding are below 1e-8 of the largest slope in a row.
+    # Central differences of fourth order with steps of 1e-3: truncation and rounding are below 1e-8 of the largest
+    # slope in a row.
     scale = np.maximum(np.abs(wanted).max(axis=1, keepdims=True, initial=0), 1.0)
     assert (np.abs(found - wanted) <= 1e-6 * scale).all()
 
@@ -135,7 +144,9 @@ def slopes(component, point):
     for i, value in enumerate(point):
         step = np.zeros(len(point))
         step[i] = 1e-3 * max(abs(value), 1.0)
-        columns.append((8 * (at(point + step) - at(point - step)) - at(point + 2 * step) + at(point - 2 * step)) / (12 * step[i]))
+        columns.append(
+            (8 * (at(point + step) - at(point - step)) - at(point + 2 * step) + at(point - 2 * step)) / (12 * step[i])
+        )
     return np.array(columns).T
 
 
@@ -145,10 +156,15 @@ def test_rest_is_an_equilibrium(component):
     assert not rates.any() and not outputs.any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("component", INSTANCES)
 def test_it_becomes_a_control_statespace_with_its_names(component):
-    system = as_control(linearise(component))
-    for labels, wanted in ((system.input_labels, component.inputs), (system.output_labels, component.outputs), (system.state_labels, component.states)):
+    system = linearise(component).to_control()
+    for labels, wanted in (
+        (system.input_labels, component.inputs),
+        (system.output_labels, component.outputs),
+        (system.state_labels, component.states),
+    ):
         assert labels == [name.replace(".", "_") for name in wanted]
 
 
@@ -161,13 +177,16 @@ def test_values_have_a_source(component):
 # Passivity ----------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("device", DEVICES)
 def test_a_device_gives_no_energy_that_it_was_not_given(device):
     """From rest, in whatever motion of bar and frame: the integral of T_h (s + w) + T_f w is never positive."""
     generator = np.random.default_rng(1)
     lines, motions = 3, 40
     amplitude = generator.uniform(-0.05, 0.05, (2, lines, motions))  # rad, rad/s
-    amplitude[0] *= min(1.0, 0.05 * device.table["steer_angle"].max)  # where the angle is bounded, well within the bounds
+    amplitude[0] *= min(
+        1.0, 0.05 * device.table["steer_angle"].max
+    )  # where the angle is bounded, well within the bounds
     omega = 2 * np.pi * generator.uniform(0.3, 12, (2, lines, motions))
 
     def motion(time):
@@ -179,7 +198,10 @@ def test_a_device_gives_no_energy_that_it_was_not_given(device):
     def rates(time, state):
         given = motion(time)
         results = device.run({**device.values, **given, **dict(zip(device.states, state, strict=False))}, NUMERIC)
-        power = results["handlebar_torque"] * (given["steer_rate"] + given["frame_rate"]) + results["frame_torque"] * given["frame_rate"]
+        power = (
+            results["handlebar_torque"] * (given["steer_rate"] + given["frame_rate"])
+            + results["frame_torque"] * given["frame_rate"]
+        )
         return np.array([*(results[f"der({n})"] for n in device.states), power, np.abs(power)])
 
     step, state = 2e-3, np.zeros((len(device.states) + 2, motions))

@@ -11,20 +11,20 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from fmus import Component, InputError, System, linearise, parameter
-from fmus.build import build
-from fmus.importer import FmuUnit
-from fmus.mathematics import NUMERIC
-from fmus.ports import carries, told
-from fmus.posture import CarriesPosture
-from fmus.symbolic import symbolic
-from fmus.terms import common_subexpressions
+from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem
+from fmus.equations.sympy_form import symbolic
+from fmus.export.build import build
+from fmus.expressions.expression_graph import common_subexpressions
+from fmus.expressions.functions import NUMERIC
+from fmus.interfaces.handlebar import port_input, port_state
+from fmus.interfaces.posture_inertia import PostureInertia
 from rider_fmu import FullRider, riders
-from rider_fmu.arm_loop import arm
-from rider_fmu.full_rider import check_posture, on_rig
-from rider_fmu.handlebar import Handlebar
-from rider_fmu.limbs import motion
-from rider_fmu.reduction import matrices, reduce
-from tests.derivations import full_rider_by_angles
+from rider_fmu.components.full_rider import check_posture, on_rig
+from rider_fmu.full_rider.arm_loop import arm
+from rider_fmu.full_rider.limbs import motion
+from rider_fmu.full_rider.reduction import matrices, reduce
+from rider_fmu.rigs.handlebar import Handlebar
+from tests.truth import full_rider_by_angles
 
 RIDER = riders.load("full_mean_2011")
 WITHOUT_DAMPERS = {f"{joint}_damping": 0.0 for joint in ("waist", "shoulder", "elbow", "wrist")}
@@ -65,6 +65,7 @@ def test_left_and_right_are_mirror_images(at):
 # Lagrange's equations ------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(angles, rates)
 def test_equations_are_those_of_a_second_derivation(at, moving):
@@ -82,11 +83,17 @@ def test_equations_are_those_of_a_second_derivation(at, moving):
     assert np.allclose(found, other_f, atol=1e-7 * max(np.abs(other_f).max(), 10.0))
 
 
-def test_energy_is_conserved_for_a_minute_without_dampers():
+@pytest.mark.slow
+def test_energy_is_conserved_for_twenty_seconds_without_dampers():
     rig = on_rig(RIDER.with_values(**WITHOUT_DAMPERS))
     form = symbolic(rig)
     lines = [*form.rates, *(form.mass[i, j] for i in (2, 3) for j in (2, 3))]
-    function = sympy.lambdify([form.symbols[n] for n in rig.states], [e.subs(_numbers(form, rig)) for e in lines], "math", cse=common_subexpressions)
+    function = sympy.lambdify(
+        [form.symbols[n] for n in rig.states],
+        [e.subs(_numbers(form, rig)) for e in lines],
+        "math",
+        cse=common_subexpressions,
+    )
 
     def slope(_, x):
         _, _, f1, f2, m11, m12, _, m22 = function(*x)
@@ -95,11 +102,13 @@ def test_energy_is_conserved_for_a_minute_without_dampers():
 
     def energy(x):
         now = motion(SimpleNamespace(**rig.values), NUMERIC, tuple(x[:2]))
-        kinetic = (now.M11 + rig.values["bar_inertia"]) * x[2] ** 2 / 2 + now.M12 * x[2] * x[3] + now.M22 * x[3] ** 2 / 2
+        kinetic = (
+            (now.M11 + rig.values["bar_inertia"]) * x[2] ** 2 / 2 + now.M12 * x[2] * x[3] + now.M22 * x[3] ** 2 / 2
+        )
         return kinetic + full_rider_by_angles.potential(rig.values, np.array(x[:2])).real
 
     start = [0.1, 0.05, 0.0, 0.0]
-    solution = solve_ivp(slope, (0, 60), start, method="DOP853", rtol=1e-12, atol=1e-13, t_eval=np.linspace(0, 60, 61))
+    solution = solve_ivp(slope, (0, 20), start, method="DOP853", rtol=1e-12, atol=1e-13, t_eval=np.linspace(0, 20, 21))
     rest = full_rider_by_angles.potential(rig.values, np.zeros(2)).real
     energies = np.array([energy(x) for x in solution.y.T]) - rest
     assert np.ptp(solution.y[0]) > 0.1  # it does swing
@@ -111,22 +120,30 @@ def _numbers(form, rig):
     return {**numbers, **{form.symbols[n]: 0.0 for n in (*rig.inputs, "time")}}
 
 
+@pytest.mark.slow
 def test_the_port_gives_back_what_it_took():
     """Without dampers P^2 / (2 M22) + U changes by the power of the port, in whatever motion of bar and frame."""
     rider = RIDER.with_values(**WITHOUT_DAMPERS)
     v = SimpleNamespace(**rider.values)
 
-    def told(t):
+    def port_input(t):
         return 0.12 * np.sin(9 * t), 1.08 * np.cos(9 * t), 0.3 * np.sin(5 * t + 1)
 
     def slope(t, x):
-        rates_, outputs = rider.derivatives(x[:2], np.array(told(t)), t)
+        rates_, outputs = rider.derivatives(x[:2], np.array(port_input(t)), t)
         torque = dict(zip(rider.outputs, outputs, strict=True))
-        return [*rates_, torque["handlebar_torque"] * (told(t)[1] + told(t)[2]) + torque["frame_torque"] * told(t)[2]]
+        return [
+            *rates_,
+            torque["handlebar_torque"] * (port_input(t)[1] + port_input(t)[2])
+            + torque["frame_torque"] * port_input(t)[2],
+        ]
 
     def energy(t, x):
-        at = (told(t)[0], x[0])
-        return x[1] ** 2 / (2 * motion(v, NUMERIC, at).M22) + full_rider_by_angles.potential(rider.values, np.array(at)).real
+        at = (port_input(t)[0], x[0])
+        return (
+            x[1] ** 2 / (2 * motion(v, NUMERIC, at).M22)
+            + full_rider_by_angles.potential(rider.values, np.array(at)).real
+        )
 
     solution = solve_ivp(slope, (0, 0.5), [0.0, 0.0, 0.0], method="DOP853", rtol=1e-10, atol=1e-12)
     balance = [energy(t, x) + x[2] for t, x in zip(solution.t, solution.y.T, strict=True)]
@@ -138,14 +155,28 @@ def test_the_port_gives_back_what_it_took():
 # The linear limit ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("rider", [RIDER, RIDER.with_values(grip_half_width=0.37, elbow_spread=1.0, wrist_stiffness=80.0, waist_stiffness=250.0, waist_damping=9.0)], ids=["spread", "wide"])
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "rider",
+    [
+        RIDER,
+        RIDER.with_values(
+            grip_half_width=0.37, elbow_spread=1.0, wrist_stiffness=80.0, waist_stiffness=250.0, waist_damping=9.0
+        ),
+    ],
+    ids=["spread", "wide"],
+)
 def test_the_linear_limit_is_the_linear_rider_with_what_the_bar_feels_of_the_frame(rider):
     reduced = reduce(rider)
     omega = 2 * np.pi * np.linspace(0.5, 12, 24)
     full, linear = linearise(rider), linearise(reduced.passive_rider())
     extra = reduced.steer_stiffness + 1j * omega * reduced.steer_damping
     for torque, sign in (("handlebar_torque", -1), ("frame_torque", 1)):
-        by_angle = [s.frequency_response(omega, torque, "steer_angle") + 1j * omega * s.frequency_response(omega, torque, "steer_rate") for s in (full, linear)]
+        by_angle = [
+            s.frequency_response(omega, torque, "steer_angle")
+            + 1j * omega * s.frequency_response(omega, torque, "steer_rate")
+            for s in (full, linear)
+        ]
         expected = by_angle[1] + sign * extra
         assert np.abs(by_angle[0] / expected - 1).max() < 1e-8
         # The frame's rate adds to the steer rate in the inertias only.
@@ -210,12 +241,15 @@ def test_the_defaults_reach():
     FullRider()
 
 
+@pytest.mark.slow
 def test_the_compiled_rider_is_the_component(tmp_path):
     """The bar held at 5 deg from rest: the torso settles as the component's does."""
     told = np.array([np.radians(5), 0.0, 0.0])
-    solution = solve_ivp(lambda t, x: RIDER.derivatives(x, told, t)[0], (0, 0.1), [0.0, 0.0], method="DOP853", rtol=1e-10, atol=1e-12)
+    solution = solve_ivp(
+        lambda t, x: RIDER.derivatives(x, told, t)[0], (0, 0.1), [0.0, 0.0], method="DOP853", rtol=1e-10, atol=1e-12
+    )
     expected = dict(zip(RIDER.outputs, RIDER.derivatives(solution.y[:, -1], told)[1], strict=True))
-    unit = FmuUnit(build(RIDER, tmp_path).path, values={"steer_angle": told[0]})
+    unit = FmuSubsystem(build(RIDER, tmp_path).path, values={"steer_angle": told[0]})
     for _ in range(20):
         unit.step(np.vstack([told, np.zeros((3, 3))]), 0.005)  # constant over the step
     # Each inner step errs by 1e-10 of the angle or a hundredth of a radian.
@@ -227,31 +261,48 @@ def test_the_compiled_rider_is_the_component(tmp_path):
 # Inertia that changes with posture ------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @given(angles, rates, st.floats(-20, 20))
 def test_a_bar_that_carries_the_posture_is_the_rig(at, moving, torque):
     """The port with the vehicle's part and the rig's equations, which know no port, give one acceleration."""
     rig = on_rig(RIDER)
     state = dict(zip(("steer_angle", "torso_angle", "steer_rate", "torso_rate"), (*at, *moving), strict=True))
     told = {"servo_torque": torque, "handlebar_torque": 0.0, "frame_torque": 0.0}
-    expected = dict(zip(rig.states, rig.derivatives(np.array([state[n] for n in rig.states]), np.array([told[n] for n in rig.inputs]))[0], strict=True))
+    expected = dict(
+        zip(
+            rig.states,
+            rig.derivatives(np.array([state[n] for n in rig.states]), np.array([told[n] for n in rig.inputs]))[0],
+            strict=True,
+        )
+    )
     now = motion(SimpleNamespace(**RIDER.values), NUMERIC, at)
     momentum = now.M12 * moving[0] + now.M22 * moving[1]
-    answered = dict(zip(RIDER.outputs, RIDER.derivatives(np.array([at[1], momentum]), np.array([at[0], moving[0], 0.0]))[1], strict=True))
+    answered = dict(
+        zip(
+            RIDER.outputs,
+            RIDER.derivatives(np.array([at[1], momentum]), np.array([at[0], moving[0], 0.0]))[1],
+            strict=True,
+        )
+    )
     carried = RIDER.run(RIDER.start_values(), NUMERIC)["port_inertia"]
-    bar = Handlebar("bar", steer_inertia=0.125, added_steer_inertia=carried).with_effects(CarriesPosture())
-    found = bar.derivatives(np.array([at[0], moving[0]]), np.array([{**answered, "servo_torque": torque}[n] for n in bar.inputs]))[0]
+    bar = Handlebar("bar", steer_inertia=0.125, added_steer_inertia=carried).with_effects(PostureInertia())
+    found = bar.derivatives(
+        np.array([at[0], moving[0]]), np.array([{**answered, "servo_torque": torque}[n] for n in bar.inputs])
+    )[0]
     assert found[1] == pytest.approx(expected["steer_rate"], rel=1e-11, abs=1e-9)  # rounding of torques of 1e3 N.m
 
 
 class FreeFrame(Component):
-    """A frame that turns freely about the steer axis, with a bar on it: momentum is kept, which accelerations would show."""
+    """A frame that turns freely about the steer axis, with a bar on it: momentum is kept, which accelerations would
+    show.
+    """
 
     frame_inertia = parameter("kg.m2", "Inertia of the frame about the steer axis", min=0.1, max=10, start=2.0)
     bar_inertia = parameter("kg.m2", "Inertia of the bar", min=0.01, max=10, start=0.3)
     added_steer_inertia = parameter("kg.m2", "Inertia that the rider adds to the bar", min=-5, max=5)
-    handlebar_torque, frame_torque = told("handlebar_torque"), told("frame_torque")
-    steer_angle, steer_rate = carries("steer_angle"), carries("steer_rate")
-    frame_rate = replace(carries("frame_rate"), role="state", exposed=True)
+    handlebar_torque, frame_torque = port_input("handlebar_torque"), port_input("frame_torque")
+    steer_angle, steer_rate = port_state("steer_angle"), port_state("steer_rate")
+    frame_rate = replace(port_state("frame_rate"), role="state", exposed=True)
 
     def mass(self, v, m):
         bar = v.bar_inertia + v.added_steer_inertia
@@ -259,21 +310,34 @@ class FreeFrame(Component):
                 ("frame_rate", "frame_rate"): bar + v.frame_inertia}  # fmt: skip
 
     def equations(self, v, m):
-        return {"der(steer_angle)": v.steer_rate, "der(steer_rate)": v.handlebar_torque, "der(frame_rate)": v.handlebar_torque + v.frame_torque}
+        return {
+            "der(steer_angle)": v.steer_rate,
+            "der(steer_rate)": v.handlebar_torque,
+            "der(frame_rate)": v.handlebar_torque + v.frame_torque,
+        }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("carries_posture", [True, False])
 def test_on_a_moving_frame_momentum_and_energy_are_kept_where_the_posture_is_carried(carries_posture):
     rider = RIDER.with_values(**WITHOUT_DAMPERS, gravity=0.0)
     frame = FreeFrame("frame", added_steer_inertia=rider.run(rider.start_values(), NUMERIC)["port_inertia"])
-    system = System("free", {"vehicle": frame.with_effects(CarriesPosture()) if carries_posture else frame, "device": rider})
+    system = System(
+        "free", {"vehicle": frame.with_effects(PostureInertia()) if carries_posture else frame, "device": rider}
+    )
     v = SimpleNamespace(**rider.values)
 
     def kept(x):
-        """Momentum about the steer axis and energy, from the mass matrix of the limbs; the frame turns bar and torso alike."""
+        """Momentum about the steer axis and energy, from the mass matrix of the limbs; the frame turns bar and torso
+        alike.
+        """
         at = dict(zip(system.states, x, strict=True))
         posture = at["vehicle.steer_angle"], at["device.torso_angle"]
-        now, bar, frame_rate = motion(v, NUMERIC, posture), at["vehicle.steer_rate"] + at["vehicle.frame_rate"], at["vehicle.frame_rate"]
+        now, bar, frame_rate = (
+            motion(v, NUMERIC, posture),
+            at["vehicle.steer_rate"] + at["vehicle.frame_rate"],
+            at["vehicle.frame_rate"],
+        )
         torso = (at["device.torso_momentum"] - now.M12 * bar) / now.M22
         momentum = (now.M11 + 0.3 + now.M12) * bar + (now.M12 + now.M22) * torso + 2.0 * frame_rate
         kinetic = ((now.M11 + 0.3) * bar**2 + now.M22 * torso**2 + 2.0 * frame_rate**2) / 2 + now.M12 * bar * torso
@@ -281,17 +345,23 @@ def test_on_a_moving_frame_momentum_and_energy_are_kept_where_the_posture_is_car
 
     start = np.array([{"vehicle.steer_angle": 0.1, "vehicle.frame_rate": 0.5}.get(n, 0.0) for n in system.states])
     none = np.zeros(len(system.inputs))
-    solution = solve_ivp(lambda t, x: system.derivatives(x, none)[0], (0, 0.15), start, method="DOP853", rtol=1e-9, atol=1e-11)
+    solution = solve_ivp(
+        lambda t, x: system.derivatives(x, none)[0], (0, 0.15), start, method="DOP853", rtol=1e-9, atol=1e-11
+    )
     momentum, energy = np.array([kept(x) for x in solution.y.T]).T
     swing = np.ptp(solution.y[system.states.index("vehicle.steer_angle")])
     assert swing > 0.1
-    errors = np.ptp(momentum) / np.abs(momentum).max(), np.ptp(energy) / (energy.max() - full_rider_by_angles.potential(rider.values, np.zeros(2)).real)
+    errors = (
+        np.ptp(momentum) / np.abs(momentum).max(),
+        np.ptp(energy) / (energy.max() - full_rider_by_angles.potential(rider.values, np.zeros(2)).real),
+    )
     if carries_posture:
         assert max(errors) < 1e-7  # of the integration
     else:
         assert 1e-4 < max(errors) < 0.1  # what a vehicle with a constant inertia loses at 6 deg
 
 
+@pytest.mark.slow
 def test_many_postures_linearise_at_once_as_one_by_one():
     """Away from rest the slopes of the mass matrix count, times accelerations that differ from posture to posture."""
     rig, steer = on_rig(RIDER), np.array([-0.1, 0.0, 0.07])

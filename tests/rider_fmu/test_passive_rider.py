@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fmus import System, linearise
-from fmus.mathematics import NUMERIC
+from fmus.expressions.functions import NUMERIC
 from rider_fmu import Handlebar, PassiveRider, riders
 
 NAMES = [n for n in riders.names() if riders.contents(n)["component"] == "PassiveRider"]
@@ -22,7 +22,9 @@ def torque_per_steer_angle(rider, torque):
 @pytest.mark.parametrize("name", NAMES)
 def test_transfer_functions_are_equations_11_and_13_of_the_2011_paper(name):
     rider = riders.load(name)
-    I_t, k_a, k_t, c_a, c_t = (rider.values[n] for n in ("torso_inertia", "arm_stiffness", "waist_stiffness", "arm_damping", "waist_damping"))
+    I_t, k_a, k_t, c_a, c_t = (
+        rider.values[n] for n in ("torso_inertia", "arm_stiffness", "waist_stiffness", "arm_damping", "waist_damping")
+    )
     resonance = -(OMEGA**2) * I_t + 1j * OMEGA * (c_a + c_t) + k_a + k_t
     arms, waist = 1j * OMEGA * c_a + k_a, 1j * OMEGA * c_t + k_t
     handlebar = -arms * (waist - OMEGA**2 * I_t) / resonance
@@ -36,16 +38,19 @@ def test_on_the_rig_it_is_equation_4_of_the_papers(name):
     rider, I_s, I_cc = riders.load(name, cross_inertia=0.03), 0.2, 0.03
     p = rider.values
     M = np.array([[I_s, I_cc], [I_cc, p["torso_inertia"]]])
-    C, K = (np.array([[a, -a], [-a, a + t]]) for a, t in ((p["arm_damping"], p["waist_damping"]), (p["arm_stiffness"], p["waist_stiffness"])))
+    C, K = (
+        np.array([[a, -a], [-a, a + t]])
+        for a, t in ((p["arm_damping"], p["waist_damping"]), (p["arm_stiffness"], p["waist_stiffness"]))
+    )
     impedance = -(OMEGA[:, None, None] ** 2) * M + 1j * OMEGA[:, None, None] * C + K
     inertance = -(OMEGA**2) * np.linalg.inv(impedance)[:, 0, 0]
-    # The bar carries what the cross inertia takes from it: port_inertia is -I_cc^2 / I_t for a rider without a share of its own.
+    # The bar carries what the cross inertia takes from it: port_inertia is -I_cc^2 / I_t for a rider without a share
+    # of its own.
     alone = rider.with_values(added_steer_inertia=0)
     share = alone.run(alone.start_values(), NUMERIC)["port_inertia"]
     rig = System("rig", {"bar": Handlebar(steer_inertia=I_s + share), "rider": rider})
     found = linearise(rig).frequency_response(OMEGA, "bar.steer_acceleration", "bar.servo_torque")
     assert found == pytest.approx(inertance, rel=1e-9)
-
 
 
 positive = st.floats(0.05, 5.0)
@@ -66,7 +71,13 @@ def test_torques_and_momentum_balance(factors, cross, motion):
     assert total == pytest.approx(-rates[1], rel=1e-9, abs=1e-9)
 
 
-@given(factors=st.tuples(*[positive] * 5), frequency=st.floats(0.2, 20), frame=st.complex_numbers(max_magnitude=3), steer=st.complex_numbers(max_magnitude=3))
+@given(
+    factors=st.tuples(*[positive] * 5),
+    frequency=st.floats(0.2, 20),
+    frame=st.complex_numbers(max_magnitude=3),
+    steer=st.complex_numbers(max_magnitude=3),
+)
+@pytest.mark.slow
 def test_it_takes_energy_over_every_cycle(factors, frequency, frame, steer):
     """With bar and frame both in motion, in any phase: the mean of T_h (s + w) + T_f w is not positive."""
     names = ("torso_inertia", "arm_stiffness", "waist_stiffness", "arm_damping", "waist_damping")
@@ -74,7 +85,10 @@ def test_it_takes_energy_over_every_cycle(factors, frequency, frame, steer):
     space = linearise(base.with_values(**{n: base.values[n] * f for n, f in zip(names, factors, strict=True)}))
     omega = np.array(2 * np.pi * frequency)
     inputs = {"steer_angle": steer / (1j * omega), "steer_rate": steer, "frame_rate": frame}
-    T_h, T_f = (sum(space.frequency_response(omega, t, n) * x for n, x in inputs.items()) for t in ("handlebar_torque", "frame_torque"))
+    T_h, T_f = (
+        sum(space.frequency_response(omega, t, n) * x for n, x in inputs.items())
+        for t in ("handlebar_torque", "frame_torque")
+    )
     power = (T_h * np.conj(steer + frame) + T_f * np.conj(frame)).real / 2
     size = abs(T_h * (steer + frame)) + abs(T_f * frame)
     assert power <= 1e-9 * size
@@ -104,7 +118,10 @@ def rig_damping(rider: PassiveRider, steer_inertia):
     """Damping ratios of the slow pair and of the fast one, None for that where it is two real roots."""
     p = rider.values
     M = np.diag([steer_inertia, p["torso_inertia"]])
-    C, K = (np.array([[a, -a], [-a, a + t]]) for a, t in ((p["arm_damping"], p["waist_damping"]), (p["arm_stiffness"], p["waist_stiffness"])))
+    C, K = (
+        np.array([[a, -a], [-a, a + t]])
+        for a, t in ((p["arm_damping"], p["waist_damping"]), (p["arm_stiffness"], p["waist_stiffness"]))
+    )
     A = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
     pairs = sorted((z for z in np.linalg.eigvals(A) if z.imag > 0), key=abs)
     ratios = [-z.real / abs(z) for z in pairs]

@@ -1,5 +1,9 @@
 """Other people's simulators with our FMUs inside, against exact solutions and the theory of their couplings."""
 
+import importlib.util
+import os
+import shutil
+import subprocess
 import sys
 from pathlib import Path
 
@@ -9,21 +13,20 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 import vehicle_fmu
-from fmus.build import build
-from fmus.errors import InputError
-from rider_fmu import riders
-from scenarios.hosts import (
+from fmus.export.build import build
+from motofmi.scenarios.hosts import (
     cofmpy_bar,
     container_bar,
     exudyn_bicycle,
     fmpy_bar,
+    hosts,
     libcosim_bar,
     mujoco_bar,
     plain_c_bar,
     table,
 )
-from scenarios.hosts.device import Device
-from scenarios.hosts.rider_on_a_bar import (
+from motofmi.scenarios.hosts.device import Device
+from motofmi.scenarios.hosts.rider_on_a_bar import (
     STEER_INERTIA,
     STRIKE,
     ModeError,
@@ -31,10 +34,12 @@ from scenarios.hosts.rider_on_a_bar import (
     measured_eigenvalues,
     mode_errors,
 )
+from rider_fmu import riders
+from tests import ROOT
 from vehicle_fmu import motorcycles
 
 STEP = 1e-3
-PAGE = Path(__file__).parent.parent / "docs" / "hosts.md"
+PAGE = ROOT / "docs" / "hosts.md"
 TABLE_2 = Path(vehicle_fmu.__file__).parent / "published" / "meijaard_2007_eigenvalues.csv"
 
 
@@ -62,7 +67,9 @@ def held_torque_samples(step: float, count: int, scheme: str) -> np.ndarray:
     torso, bar, told, torque, rows = np.zeros(2), np.array([0.0, STRIKE]), np.zeros(2), 0.0, []
 
     def moved(torque):
-        return np.array([bar[0] + step * bar[1] + step**2 * torque / (2 * STEER_INERTIA), bar[1] + step * torque / STEER_INERTIA])
+        return np.array(
+            [bar[0] + step * bar[1] + step**2 * torque / (2 * STEER_INERTIA), bar[1] + step * torque / STEER_INERTIA]
+        )
 
     for _ in range(count):
         if scheme == "refreshed jacobi":
@@ -90,7 +97,10 @@ def agree(found: dict, scheme: str, within: float = 1e-6) -> bool:
     factor for the two modes' condition. The schemes themselves differ by 1e-2 and more.
     """
     pairs = [(found[name], true) for name, true in expected(scheme).items()]
-    return all(abs(f.frequency_error - t.frequency_error) < within and abs(f.damping_error - t.damping_error) < within for f, t in pairs)
+    return all(
+        abs(f.frequency_error - t.frequency_error) < within and abs(f.damping_error - t.damping_error) < within
+        for f, t in pairs
+    )
 
 
 def test_the_exact_motion_is_that_of_the_printed_equations():
@@ -99,7 +109,9 @@ def test_the_exact_motion_is_that_of_the_printed_equations():
     np.testing.assert_allclose(exact_motion(times)[:, :4], struck_bar(times), atol=1e-10)
 
 
-@pytest.mark.parametrize(("scheme", "sign"), [("stale jacobi", -1), ("refreshed jacobi", 1), ("gauss-seidel", -1), ("iterated", -1)])
+@pytest.mark.parametrize(
+    ("scheme", "sign"), [("stale jacobi", -1), ("refreshed jacobi", 1), ("gauss-seidel", -1), ("iterated", -1)]
+)
 def test_the_modes_of_samples_are_the_eigenvalues_of_what_made_them(scheme, sign):
     # The theory: -k_a H / (2 c_t) of the slow mode's damping for a torque that is H / 2 late beyond what the rider's own
     # half step makes good, the opposite where it is refreshed; the next order is (H k_a / c_a)^2 and the like.
@@ -154,10 +166,18 @@ class TestPlainC:
         slow = plain_c_bar.run(STEP)["plain_c"]["slow"]
         assert abs(slow.damping_error) < 1e-3 * abs(expected("refreshed jacobi")["slow"].damping_error)
 
-    def test_without_the_source_it_says_where_it_is(self, monkeypatch, tmp_path):
-        monkeypatch.setattr(plain_c_bar, "SOURCE", tmp_path / "rider_on_a_bar.c")
-        with pytest.raises(InputError, match="checkout"):
-            plain_c_bar.run()
+    @pytest.mark.slow
+    def test_it_runs_outside_of_a_checkout(self, tmp_path):
+        """From an installation, where the scenarios are the package `motofmi.scenarios` and there is no other folder."""
+        for name in ("fmus", "rider_fmu", "vehicle_fmu", "motofmi"):
+            shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__", "scenarios.py"))
+        shutil.copytree(
+            ROOT / "scenarios", tmp_path / "motofmi" / "scenarios", ignore=shutil.ignore_patterns("__pycache__")
+        )
+        environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+        command = [sys.executable, "-m", "motofmi.scenarios.hosts.plain_c_bar"]
+        done = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True, check=True)
+        assert "trajectory_error" in done.stdout
 
 
 class TestLibcosim:
@@ -177,7 +197,9 @@ class TestLibcosim:
 
 
 def test_fmucontainer_hands_over_stale_torques():
-    pytest.importorskip("fmu_manipulation_toolbox", reason="fmu-manipulation-toolbox is not installed: pip install '.[hosts]'")
+    pytest.importorskip(
+        "fmu_manipulation_toolbox", reason="fmu-manipulation-toolbox is not installed: pip install '.[hosts]'"
+    )
     # It writes numbers of the description with nine digits.
     assert agree(container_bar.run(STEP)["container"], "stale jacobi", within=2e-6)
 
@@ -194,7 +216,9 @@ class TestCofmpy:
 
 @pytest.fixture(scope="module")
 def cofmpys():
-    pytest.importorskip("cofmupy", reason="CoFMPy is not installed: pip install --no-deps cofmupy, see scenarios/hosts/cofmpy_bar.py")
+    pytest.importorskip(
+        "cofmupy", reason="CoFMPy is not installed: pip install --no-deps cofmupy, see scenarios/hosts/cofmpy_bar.py"
+    )
     return cofmpy_bar.run(STEP)
 
 
@@ -245,7 +269,9 @@ class TestMujoco:
     def test_nothing_is_left_in_the_callback(self, tmp_path):
         mujoco = pytest.importorskip("mujoco")
         with pytest.raises(AttributeError):
-            mujoco_bar.free_motion(mujoco_bar.MODEL.format(step=STEP, **mujoco_bar.SprungFrame("frame").values), 2, None)
+            mujoco_bar.free_motion(
+                mujoco_bar.MODEL.format(step=STEP, **mujoco_bar.SprungFrame("frame").values), 2, None
+            )
         assert mujoco.get_mjcb_passive() is None
 
 
@@ -267,11 +293,18 @@ def runge_kutta_with(device: Device, count: int) -> np.ndarray:
     return np.array(rows)
 
 
-@pytest.mark.parametrize("row", ["SSP runner", "a loop through fmpy", "`gauss_seidel` |", "`gauss_seidel`, iterative", "plain C", "Runge-Kutta"])
+@pytest.mark.parametrize(
+    "row",
+    ["SSP runner", "a loop through fmpy", "`gauss_seidel` |", "`gauss_seidel`, iterative", "plain C", "Runge-Kutta"],
+)
 def test_the_page_tells_what_is_measured(row, tmp_path, request):
     line = next(line for line in PAGE.read_text("utf-8").splitlines() if line.startswith("|") and row in line)
     printed = [x.strip() for cell in line.split("|")[3:5] for x in cell.split(",")]
-    schemes = {"SSP runner": "stale jacobi", "a loop through fmpy": "refreshed jacobi", "`gauss_seidel` |": "gauss-seidel"}
+    schemes = {
+        "SSP runner": "stale jacobi",
+        "a loop through fmpy": "refreshed jacobi",
+        "`gauss_seidel` |": "gauss-seidel",
+    }
     if row == "plain C":
         if sys.platform != "linux":
             pytest.skip("the plain C host looks for the archive's library for Linux")
@@ -284,7 +317,9 @@ def test_the_page_tells_what_is_measured(row, tmp_path, request):
         found = expected(schemes[row])
     else:
         found = request.getfixturevalue("cofmpys")["iterated"]
-    measured = [100 * error for mode in ("slow", "fast") for error in (found[mode].frequency_error, found[mode].damping_error)]
+    measured = [
+        100 * error for mode in ("slow", "fast") for error in (found[mode].frequency_error, found[mode].damping_error)
+    ]
     # As many digits as the page prints.
     assert [f"{m:+.{len(p.partition('.')[2])}f}" for m, p in zip(measured, printed, strict=True)] == printed
 
@@ -311,3 +346,60 @@ def test_what_was_found_is_shown_by_name(capsys):
     assert [line.split() for line in capsys.readouterr().out.splitlines()] == [
         ["loop"], ["slow"], ["frequency", "1.2"], ["damping_ratio", "0.24"], ["frequency_error", "-0.01"], ["damping_error", "0.1"],
         ["trajectory_error", "0.05"]]  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", hosts())
+def test_a_host_is_listed_and_says_what_it_needs(name):
+    host = hosts()[name]
+    assert host.HOST and host.__doc__ and callable(host.run)
+    shown = subprocess.run(
+        [sys.executable, "-m", "motofmi.scenarios.hosts"], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout
+    (line,) = [line for line in shown.splitlines() if f"motofmi.scenarios.hosts.{name}" in line.split()]
+    assert line.startswith(host.HOST) and ("not installed" in line) == (importlib.util.find_spec(host.PACKAGE) is None)
+
+
+SHARED = {"device", "rider_on_a_bar", "table"}  # modules that hosts share
+
+
+def test_the_page_of_hosts_names_every_module_that_runs_a_simulator():
+    modules = {path.stem for path in (ROOT / "scenarios" / "hosts").glob("*.py") if not path.stem.startswith("_")}
+    page = (ROOT / "docs" / "hosts.md").read_text("utf-8")
+    assert set(hosts()) <= modules - SHARED
+    assert [name for name in sorted(modules - SHARED) if f"`{name}`" not in page] == []
+
+
+NEW = """
+import numpy as np
+
+HOST, PACKAGE = "a new tool", "numpy"
+
+
+def run():
+    return {"nothing": 0.0}
+
+
+SAMPLES = {"a new tool": lambda fmus, step, count: np.zeros((count, 5))}
+"""
+
+
+@pytest.mark.slow
+def test_a_host_is_one_file(tmp_path):
+    """A new file in the folder of the hosts is in the list and in the benchmark of couplings."""
+    (tmp_path / "new_tool.py").write_text(NEW, "utf-8")
+    code = f"""
+import motofmi.scenarios.hosts as package
+package.__path__.append({str(tmp_path)!r})
+from motofmi.scenarios.hosts.__main__ import main
+main()
+from benchmarks.coupling import PEERS
+print("peers:", *PEERS, sep=";")
+"""
+    shown = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    assert any(
+        line.split() == ["a", "new", "tool", "python", "-m", "motofmi.scenarios.hosts.new_tool"]
+        for line in shown.splitlines()
+    )
+    peers = shown.rpartition("peers:")[2].strip().split(";")
+    assert {"a new tool", "fmpy loop", "fmpy SSP runner", "fmucontainer in fmpy", "libcosim", "CoFMPy"} <= set(peers)

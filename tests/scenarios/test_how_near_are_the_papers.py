@@ -6,7 +6,7 @@ from io import StringIO
 import pytest
 from rich.console import Console
 
-from scenarios.how_near_are_the_papers import compared, run, show
+from motofmi.scenarios.how_near_are_the_papers import compared, run, show
 
 
 @pytest.fixture(scope="module")

@@ -6,17 +6,20 @@ import re
 import numpy as np
 import pytest
 
-from scenarios import does_the_rider_calm_the_wobble, is_a_rider_a_damper, what_moves_in_each_mode
-from scenarios.command_line import main
-from scenarios.report import Section
+from motofmi.cli.main import main
+from motofmi.reports.report import Section
+from motofmi.scenarios import does_the_rider_calm_the_wobble, is_a_rider_a_damper, what_moves_in_each_mode
 
 
 def is_complete(section: Section) -> bool:
     """A section says something, and every axis that it shows is labelled, with a unit."""
-    labels = [label for figure, _ in section.figures for ax in figure.axes for label in (ax.get_xlabel(), ax.get_ylabel())]
+    labels = [
+        label for figure, _ in section.figures for ax in figure.axes for label in (ax.get_xlabel(), ax.get_ylabel())
+    ]
     return bool(section.paragraphs) and bool(labels) and all(re.search(r"\[.+\]", label) for label in labels)
 
 
+@pytest.mark.slow
 def test_the_rider_calms_the_wobble_and_upsets_the_weave():
     found = does_the_rider_calm_the_wobble.run()
     at = int(np.argmin(np.abs(found["rider"].speed - 50)))
@@ -25,10 +28,15 @@ def test_the_rider_calms_the_wobble_and_upsets_the_weave():
     assert found["rider"]["weave"].eigenvalue[at].real > 0 > found["reference"]["weave"].eigenvalue[at].real
     # 2011, Figs 15 and 16: more arm damping, more stable wobble; no more than a minor influence on the weave.
     less, more = found["less arm damping"], found["more arm damping"]
-    assert less["wobble"].eigenvalue[at].real > found["rider"]["wobble"].eigenvalue[at].real > more["wobble"].eigenvalue[at].real
+    assert (
+        less["wobble"].eigenvalue[at].real
+        > found["rider"]["wobble"].eigenvalue[at].real
+        > more["wobble"].eigenvalue[at].real
+    )
     assert is_complete(does_the_rider_calm_the_wobble.section(found))
 
 
+@pytest.mark.slow
 def test_the_torso_turns_against_the_bar_in_wobble_only():
     found = what_moves_in_each_mode.run()
     phase = {(mode, speed): np.degrees(np.angle(motion["torso"])) for mode, speed, _, _, motion in found}
@@ -40,6 +48,7 @@ def test_the_torso_turns_against_the_bar_in_wobble_only():
     assert is_complete(what_moves_in_each_mode.section(found))
 
 
+@pytest.mark.slow
 def test_rider_and_damper_agree_before_the_resonance_only_in_what_they_oppose():
     found = is_a_rider_a_damper.run()
     rider = found["rider"]
@@ -58,6 +67,7 @@ def tour(tmp_path_factory):
     return folder / "out", json.loads((folder / "tour.json").read_text())
 
 
+@pytest.mark.slow
 def test_the_tour_names_a_report_that_opens_offline(tour):
     out, result = tour
     page = (out / result["report"]).read_text()
@@ -66,6 +76,7 @@ def test_the_tour_names_a_report_that_opens_offline(tour):
     assert page.count("<img") == 10  # Figs 6, 7, 8 to 13 in one, 14 to 18, the swap, and the gap
 
 
+@pytest.mark.slow
 def test_the_tour_shows_what_is_missed(tour):
     out, result = tour
     page = (out / result["report"]).read_text()
@@ -73,6 +84,7 @@ def test_the_tour_shows_what_is_missed(tour):
     assert 'class="missed"' in page and "rises from 0 to 3.8 Hz" in page
 
 
+@pytest.mark.slow
 def test_the_tour_finds_what_the_rig_hid(tour):
     out, result = tour
     (answer,) = [step["answer"] for step in result["steps"] if "hidden" in step["name"]]

@@ -1,6 +1,6 @@
 """Arrays of a simulated rig as recordings, as if read from files."""
 
-from identification.recordings import Recording
+from motofmi.recordings.recording import Recording
 
 UNITS = {"steer_angle_command": "rad", "steer_angle": "rad", "steer_torque": "N.m"}
 

@@ -81,7 +81,10 @@ def draw(number, seed, kind=None):
     kind = kind or CYCLE[number % len(CYCLE)]
     spread = rng.uniform(0.15, 0.25)
     values = dict(zip(list(RIDER)[1:], RIDERS[rng.integers(len(RIDERS))], strict=True))
-    rider = {"Is": _between(rng, 0.04, 0.4), **{n: v * float(np.exp(spread * rng.standard_normal())) for n, v in values.items()}}
+    rider = {
+        "Is": _between(rng, 0.04, 0.4),
+        **{n: v * float(np.exp(spread * rng.standard_normal())) for n, v in values.items()},
+    }
     trouble = str(rng.choice(["", "", "bursts", "doubled noise", "6 % change"])) if kind == "none" else ""
     noise = 2.0 if trouble == "doubled noise" else 1.0
     rig = Rig(rate=int(rng.choice([64, 100, 128, 200, 256, 500, 1000])), bits=int(rng.choice([10, 12, 12, 14, 16])), lag=float(rng.uniform(0.0, 0.06)),
@@ -104,7 +107,9 @@ def _hidden(kind, rng):
     if kind == "none":
         return [], {}
     if kind == "pair":
-        distinct = [f for f in LIKE if f not in ("drift", "viscoelastic_arm", "reflex", "shaft_compliance", "extra_mode")]
+        distinct = [
+            f for f in LIKE if f not in ("drift", "viscoelastic_arm", "reflex", "shaft_compliance", "extra_mode")
+        ]
         one, two = (str(f) for f in rng.choice(distinct, 2, replace=False))
         return [one, two], {**_sized(LIKE[one][0], rng, 300, 1e4), **_sized(LIKE[two][0], rng, 300, 1e4)}
     if kind == "outside":
@@ -116,11 +121,19 @@ def _hidden(kind, rng):
     low, high = {"single": (10, 1e5), "unlike": (100, 3e4), "trio": (30, 3e3)}[kind]
     hidden = _sized(str(rng.choice(table[family])), rng, low, high)
     if family == "hysteresis":
-        hidden |= {"wh": float(rng.uniform(0.004, 0.03)), "wd": float(rng.uniform(0.004, 0.03)), "nd": 3.5 if kind == "unlike" else 1.0}
+        hidden |= {
+            "wh": float(rng.uniform(0.004, 0.03)),
+            "wd": float(rng.uniform(0.004, 0.03)),
+            "nd": 3.5 if kind == "unlike" else 1.0,
+        }
     if family == "reflex":
         hidden |= {"tau": float(rng.uniform(0.06, 0.18)), "tm_r": 0.04 if kind == "unlike" else 0.0}
     if family == "extra_mode":
-        hidden |= {"fh": float(rng.uniform(2.5, 7)), "zh": float(rng.uniform(0.15, 0.45)), "ph": 4.0 if kind == "unlike" else 0.0}
+        hidden |= {
+            "fh": float(rng.uniform(2.5, 7)),
+            "zh": float(rng.uniform(0.15, 0.45)),
+            "ph": 4.0 if kind == "unlike" else 0.0,
+        }
     if family == "viscoelastic_arm":
         hidden |= {"tm": float(np.exp(rng.uniform(np.log(0.03), np.log(0.3))))}
     return [family], hidden
@@ -151,7 +164,11 @@ class Laboratory:
         self.write(folder / "holdout.csv", sweep(high, low, 1.3 * t.amplitude, 0.8 * t.length, t.logarithmic))
         if t.known:
             error = 0.01 * t.rider["Is"]
-            known = {"value": t.rider["Is"] + error * self.rng.standard_normal(), "standard_error": error, "unit": "kg.m2"}
+            known = {
+                "value": t.rider["Is"] + error * self.rng.standard_normal(),
+                "standard_error": error,
+                "unit": "kg.m2",
+            }
             (folder / "rig.json").write_text(json.dumps({"handlebar_inertia": known}))
 
     def more(self, folder, experiment):
@@ -160,8 +177,14 @@ class Laboratory:
         path = folder / f"{kind}.csv"
         if kind == "bare_bar":
             nobody = {"It": 1e6, "ka": 1e-6, "kt": 1.0, "ca": 1e-6, "ct": 1.0}
-            at_the_bar = {n: v for n, v in t.hidden.items() if n in ("ks", "cs", "Tc", "Ts", "Tl", "td", "te", "C", "g2", "g3", "hs", "Ar", "ga", "ji")}
-            self.write(path, self._sweep(experiment), {"Is": t.rider["Is"], **nobody}, at_the_bar, replace(t.rig, remnant=0.0))
+            at_the_bar = {
+                n: v
+                for n, v in t.hidden.items()
+                if n in ("ks", "cs", "Tc", "Ts", "Tl", "td", "te", "C", "g2", "g3", "hs", "Ar", "ga", "ji")
+            }
+            self.write(
+                path, self._sweep(experiment), {"Is": t.rider["Is"], **nobody}, at_the_bar, replace(t.rig, remnant=0.0)
+            )
         else:
             self.write(path, self._sweep(experiment), gyro="gyro" in kind)
         return path
@@ -174,12 +197,27 @@ class Laboratory:
     def write(self, path, excitation, rider=None, hidden=None, rig=None, gyro=False):
         t = self.truth
         rider = rider or today(t.rider, t.change, self.rng)
-        time, command, *shown = record(excitation, t.hidden if hidden is None else hidden, rider, self.rng, rig or t.rig)
-        names = ["time [s]", "steer_angle_command [rad]", "steer_angle [rad]", "steer_torque [N.m]", "torso_rate [rad/s]"]
+        time, command, *shown = record(
+            excitation, t.hidden if hidden is None else hidden, rider, self.rng, rig or t.rig
+        )
+        names = [
+            "time [s]",
+            "steer_angle_command [rad]",
+            "steer_angle [rad]",
+            "steer_torque [N.m]",
+            "torso_rate [rad/s]",
+        ]
         columns = [time, command, *shown]
         kept = [i for i in range(5) if (i != 1 or self.commanded) and (i != 4 or gyro)]
         formats = [f"%.{t.decimals}f", *["%.9g"] * (len(kept) - 1)]
-        np.savetxt(path, np.column_stack([columns[i] for i in kept]), formats, ",", header=",".join(names[i] for i in kept), comments="")
+        np.savetxt(
+            path,
+            np.column_stack([columns[i] for i in kept]),
+            formats,
+            ",",
+            header=",".join(names[i] for i in kept),
+            comments="",
+        )
 
     def secret(self):
         """The truth as a file may hold it."""

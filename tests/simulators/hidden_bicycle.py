@@ -12,7 +12,14 @@ K0 = np.array([[-80.95, -2.59951685249872], [-2.59951685249872, -0.8032948845861
 K2 = np.array([[0, 76.59734589573222], [0, 2.65431523794604]])
 C1 = np.array([[0, 33.86641391492494], [-0.85035641456978, 1.68540397397560]])
 RATE, FINE = 100, 10  # samples per second, steps per sample
-COLUMNS = ("speed [m/s]", "roll_angle [rad]", "roll_rate [rad/s]", "steer_angle [rad]", "steer_rate [rad/s]", "steer_torque [N.m]")
+COLUMNS = (
+    "speed [m/s]",
+    "roll_angle [rad]",
+    "roll_rate [rad/s]",
+    "steer_angle [rad]",
+    "steer_rate [rad/s]",
+    "steer_torque [N.m]",
+)
 
 
 def bicycle(rng: np.random.Generator, share: float) -> tuple[np.ndarray, ...]:

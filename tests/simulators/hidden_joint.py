@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from identification.recordings import Recording
-from simulators.hidden_mechanisms import excitation, sensed, simulate
+from motofmi.recordings.recording import Recording
+from tests.simulators.hidden_mechanisms import excitation, sensed, simulate
 
 JOINT = {"J": 0.08, "k": 14.0, "c": 0.12, "sliding": 1e-3}
 

@@ -93,7 +93,16 @@ def simulate(p, hidden, drive, time, start=(0.0, 0.0), feedback=None):
             R += inertia * a_body
         return [s, (actuated(hidden, torque) - R) / p["J"], zr, W - s, a_body]
 
-    made = solve_ivp(rates, time[[0, -1]], [*start, 0.0, 0.0, start[1]], "LSODA", time, rtol=1e-7, atol=1e-9, max_step=4 * (time[1] - time[0]))
+    made = solve_ivp(
+        rates,
+        time[[0, -1]],
+        [*start, 0.0, 0.0, start[1]],
+        "LSODA",
+        time,
+        rtol=1e-7,
+        atol=1e-9,
+        max_step=4 * (time[1] - time[0]),
+    )
     q, s = made.y[0], made.y[1]
     u = np.array([feedback(*row) for row in zip(time, q, s, strict=True)]) if feedback else drive(time)
     return np.column_stack([q, s]), u
@@ -107,9 +116,17 @@ def simulate_two(p, hidden, drive, time):
         q1, s1, q2, s2, z = x
         R, zr = resistance(p, shaft, q1 - q2, s1 - s2, z, t, time[-1])
         rub = hidden.get("friction", 0.0) * np.tanh(s2 / p["sliding"])
-        return [s1, (actuated(hidden, drive(t)) - R - p["c1"] * s1) / p["J"], s2, (R - p["c2"] * s2 - rub) / p["J2"], zr]
+        return [
+            s1,
+            (actuated(hidden, drive(t)) - R - p["c1"] * s1) / p["J"],
+            s2,
+            (R - p["c2"] * s2 - rub) / p["J2"],
+            zr,
+        ]
 
-    made = solve_ivp(rates, time[[0, -1]], np.zeros(5), "LSODA", time, rtol=1e-7, atol=1e-9, max_step=4 * (time[1] - time[0]))
+    made = solve_ivp(
+        rates, time[[0, -1]], np.zeros(5), "LSODA", time, rtol=1e-7, atol=1e-9, max_step=4 * (time[1] - time[0])
+    )
     return made.y[[0, 2]].T, drive(time)
 
 
@@ -128,10 +145,17 @@ def torque_for(p, hidden, motion, time):
 
     begin = [0.0, 0.0, float(motion(time[0], 1))]
     at = np.maximum(time - late, 0.0)
-    made = solve_ivp(rates, time[[0, -1]], begin, "LSODA", dense_output=True, rtol=1e-7, atol=1e-9, max_step=4 * (time[1] - time[0]))
+    made = solve_ivp(
+        rates, time[[0, -1]], begin, "LSODA", dense_output=True, rtol=1e-7, atol=1e-9, max_step=4 * (time[1] - time[0])
+    )
     states = made.sol(at)
     told = zip(motion(at), motion(at, 1), motion(at, 2), *states, at, strict=True)
-    return np.array([p["J"] * a + resistance(p, hidden, q, s, z, t, end)[0] + inertia * swing(s, psi, W) for q, s, a, z, psi, W, t in told])
+    return np.array(
+        [
+            p["J"] * a + resistance(p, hidden, q, s, z, t, end)[0] + inertia * swing(s, psi, W)
+            for q, s, a, z, psi, W, t in told
+        ]
+    )
 
 
 def excitation(kind, rng, duration, top, size):

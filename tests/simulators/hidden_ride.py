@@ -8,7 +8,7 @@ part slow. Only some channels are logged, with white noise.
 import numpy as np
 from numba import njit
 
-from simulators.hidden_vehicle import equations
+from tests.simulators.hidden_vehicle import equations
 
 RATE, FINE = 100, 10  # samples per second, steps per sample
 SPEEDS = 25  # of a grid between which equations are interpolated
@@ -74,25 +74,34 @@ def ride(rng: np.random.Generator, p: dict, speed: float | tuple[float, float], 
     frequency = np.concatenate([rng.uniform(0.4, 4.0, 6), rng.uniform(4.0, 9.0, 3)])
     shake = shaken * sum(1.5 * np.sin(2 * np.pi * f * time + rng.uniform(0, 6)) for f in frequency)
     if kicked:
-        shake = shake + kicked * np.convolve(rng.random(n) < 1 / (KICKS * RATE), np.hanning(int(KICK * RATE)), "same") * np.sign(np.sin(time))
+        shake = shake + kicked * np.convolve(
+            rng.random(n) < 1 / (KICKS * RATE), np.hanning(int(KICK * RATE)), "same"
+        ) * np.sign(np.sin(time))
     forces = np.zeros((len(names), 3))
     for column, name in enumerate(("p", "v", "s")):
         forces[names.index(name), column] = 1.0
     place = tuple(names.index(name) for name in ("p", "phi", "s"))
     inverses, slopes = np.array([np.linalg.inv(m) for m, _, _ in every]), np.array([s for _, s, _ in every])
-    states, torques = _run(inverses, slopes, where, forces, push, shake, friction, gain, torque_gain, place, int(REACTION * RATE), late)
+    states, torques = _run(
+        inverses, slopes, where, forces, push, shake, friction, gain, torque_gain, place, int(REACTION * RATE), late
+    )
     return {"time": time, "speed": speeds, "steer_torque": torques, **dict(zip(names, states.T, strict=True))}
 
 
 def write_ride(path, ridden: dict[str, np.ndarray], rng: np.random.Generator, sensors: tuple[str, ...] = ("steer_angle", "roll_rate", "yaw_rate"),
                torque: bool = True, late: dict[str, int] | None = None, louder: float = 1.0) -> str:  # fmt: skip
     """The recording as a CSV file with these channels, some late by so many samples, their noise so many times as loud; its path."""
-    header, columns = ["time [s]", "speed [m/s]"], [ridden["time"], ridden["speed"] + 0.02 * rng.standard_normal(len(ridden["time"]))]
+    header, columns = (
+        ["time [s]", "speed [m/s]"],
+        [ridden["time"], ridden["speed"] + 0.02 * rng.standard_normal(len(ridden["time"]))],
+    )
     if torque:
         header, columns = [*header, "steer_torque [N.m]"], [*columns, ridden["steer_torque"]]
     for name in sensors:
         state, unit, noise = SENSORS[name]
-        values = np.roll(ridden[state], (late or {}).get(name, 0)) + louder * noise * rng.standard_normal(len(ridden["time"]))
+        values = np.roll(ridden[state], (late or {}).get(name, 0)) + louder * noise * rng.standard_normal(
+            len(ridden["time"])
+        )
         header, columns = [*header, f"{name} [{unit}]"], [*columns, np.degrees(values)]
     np.savetxt(path, np.column_stack(columns), delimiter=",", header=",".join(header), comments="", fmt="%.9g")
     return str(path)

@@ -39,7 +39,7 @@ RIDER = {"Is": 0.125, "It": 0.6441, "ka": 1053.4, "kt": 75.8, "ca": 19.28, "ct":
 Rider = namedtuple("Rider", RIDER)
 
 
-@njit(cache=False)
+@njit(cache=True)
 def _torque(delta, s, a, late, duration, h, r, p):
     """Torque and torso rate (n,) for the motion (2 n + 1,) at steps and half steps."""
     wn, n, shaft = 2 * np.pi * p.fh, len(delta) // 2, p.C > 0
@@ -62,7 +62,12 @@ def _torque(delta, s, a, late, duration, h, r, p):
             felt = d - min(max(d, -p.g), p.g) - p.gs * np.tanh(d / p.ws)
             T = r.ka * stiff * felt + r.ca * loss * dr + p.k2 * abs(d) * d + p.k3 * d**3 + p.k5 * d**5
             T += p.kd * abs(d) ** 1.5 * d
-            T += p.kx * (p.wx * np.sinh(d / p.wx) - d) + p.c2 * abs(dr) * dr + p.c3 * dr**3 + p.cp * np.sqrt(abs(dr)) * dr
+            T += (
+                p.kx * (p.wx * np.sinh(d / p.wx) - d)
+                + p.c2 * abs(dr) * dr
+                + p.c3 * dr**3
+                + p.cp * np.sqrt(abs(dr)) * dr
+            )
             T += r.ka * (p.ra * abs(d) + p.sa * np.sqrt(d * d + 1e-4)) + p.qa * d * d + p.ce * dr * dr + p.bx * d * dr
             T += p.Fh * slid + p.Fd * y[5] + p.km * (d - y[4])
             psi, psr = y[2] - y[0], y[3] - y[1]
@@ -82,7 +87,9 @@ def _torque(delta, s, a, late, duration, h, r, p):
             k[stage, 0], k[stage, 1], k[stage, 2], k[stage, 3] = y[1], acc, y[3], -swing
             k[stage, 4] = (d - y[4]) / p.tm
             held = abs(y[5])
-            k[stage, 5] = (dr - (abs(dr) * y[5] if p.nd == 1.0 else (abs(dr) * held ** (p.nd - 1) * y[5] + dr * held**p.nd) / 2)) / p.wd
+            k[stage, 5] = (
+                dr - (abs(dr) * y[5] if p.nd == 1.0 else (abs(dr) * held ** (p.nd - 1) * y[5] + dr * held**p.nd) / 2)
+            ) / p.wd
             k[stage, 6] = (rate - abs(rate) * y[6]) / p.wl
             k[stage, 7] = (late[j] - y[7]) / p.tm_r if p.tm_r > 0 else 0.0
             k[stage, 8], k[stage, 9] = y[9], (driven - bar) / (r.Is + p.J)
@@ -102,7 +109,9 @@ def sweep(first, last, amplitude, duration, logarithmic=False):
     def angle(t):
         fade = np.clip(np.minimum(t, duration - t), 0, 1.0)
         fade = fade**3 * (10 - 15 * fade + 6 * fade**2)
-        cycles = first * np.expm1(growth * np.clip(t, 0, duration)) / growth if logarithmic else first * t + rate / 2 * t**2
+        cycles = (
+            first * np.expm1(growth * np.clip(t, 0, duration)) / growth if logarithmic else first * t + rate / 2 * t**2
+        )
         return np.radians(amplitude) * fade * np.sin(2 * np.pi * cycles)
 
     return angle, duration
@@ -126,7 +135,11 @@ def stepped(first, last, step, amplitude, dwell):
     return angle, duration
 
 
-RUNS = {"sweep_up": sweep(0.5, 12, 2, 200.0), "stepped": stepped(0.5, 8.5, 0.5, 4, 10.0), "sweep_down": sweep(12, 0.5, 3, 150.0)}
+RUNS = {
+    "sweep_up": sweep(0.5, 12, 2, 200.0),
+    "stepped": stepped(0.5, 8.5, 0.5, 4, 10.0),
+    "sweep_down": sweep(12, 0.5, 3, 150.0),
+}
 
 
 @dataclass(frozen=True)
@@ -168,14 +181,21 @@ def record(excitation, hidden, rider, rng, rig=Rig()):
         at = rng.integers(0, n - 2 * rig.rate)
         disturbance[at : at + 2 * rig.rate] += 5 * rig.torque_noise * rng.standard_normal(2 * rig.rate)
     sizes = (np.radians(40) / 2**rig.bits, 400 / 2**rig.bits)
-    measured = moved[:: 2 * finer][:n] * (1 + p.ga * moved[:: 2 * finer][:n] ** 2) + rig.angle_offset + rig.angle_noise * rng.standard_normal(n)
-    shown = [size * np.round(y / size) for size, y in zip(sizes, (measured, sampled + rig.torque_offset + disturbance), strict=True)]
+    measured = (
+        moved[:: 2 * finer][:n] * (1 + p.ga * moved[:: 2 * finer][:n] ** 2)
+        + rig.angle_offset
+        + rig.angle_noise * rng.standard_normal(n)
+    )
+    shown = [
+        size * np.round(y / size)
+        for size, y in zip(sizes, (measured, sampled + rig.torque_offset + disturbance), strict=True)
+    ]
     gyro = gyro[::finer] + rig.gyro_noise * rng.standard_normal(n)
     cut = slice(rig.rate // 8, None)
     return time[cut], angle(time)[cut], shown[0][cut], shown[1][cut], gyro[cut]
 
 
-@njit(cache=False)
+@njit(cache=True)
 def _slider(y, width):
     """The stop operator of a signal, from -1 to 1."""
     out = np.zeros(len(y))
@@ -187,7 +207,10 @@ def _slider(y, width):
 def case(hidden, seed, noise=1.0, change=0.03, bursts=0, runs=("sweep_up", "stepped", "sweep_down"), spread=0.18):
     """The runs of one rider drawn from the published spread, who changes from run to run. Also his mean values."""
     rng = np.random.default_rng(seed)
-    rider = {n: v * (1 + rng.normal(0, 0.01)) if n == "Is" else v * float(np.exp(rng.normal(0, spread))) for n, v in RIDER.items()}
+    rider = {
+        n: v * (1 + rng.normal(0, 0.01)) if n == "Is" else v * float(np.exp(rng.normal(0, spread)))
+        for n, v in RIDER.items()
+    }
     rig = Rig(angle_noise=float(np.radians(0.03)) * noise, torque_noise=0.2 * noise, remnant=0.4 * noise, bursts=bursts)
     made = {}
     for name in runs:

@@ -9,8 +9,9 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from derivations import flexible_motorcycle_by_kane
 from scipy.optimize import linear_sum_assignment
+
+from tests.truth import flexible_motorcycle_by_kane
 
 # Sharp (1971), Appendix 3, converted exactly from imperial units; twist and lean held.
 SHARP = {
@@ -21,7 +22,22 @@ SHARP = {
     "V": 1.0, "C": 1e-9, "d": 0.0, "z_t": 0.4, "m_u": 0.0, "rho": 0.2, "h_s": 0.8, "c_r": 0.35, "x_r": 0.0, "k_u": 1.0, "d_u": 0.0,
 }  # fmt: skip
 LENGTHS = ("R_f", "R_r", "a", "b", "e", "f", "h", "t", "eps", "M_f", "M_r")  # known to 1 %
-OTHERS = ("I_rx", "I_rz", "C_rxz", "I_fx", "I_fz", "i_fy", "i_ry", "C_f1", "C_f2", "C_r1", "C_r2", "sigma_f", "sigma_r", "K")  # to 5 %
+OTHERS = (
+    "I_rx",
+    "I_rz",
+    "C_rxz",
+    "I_fx",
+    "I_fz",
+    "i_fy",
+    "i_ry",
+    "C_f1",
+    "C_f2",
+    "C_r1",
+    "C_r2",
+    "sigma_f",
+    "sigma_r",
+    "K",
+)  # to 5 %
 STATES = flexible_motorcycle_by_kane.STATES
 FINE = 0.25  # m/s
 
@@ -74,20 +90,66 @@ def equations(p: dict, speed: float, hidden: dict) -> tuple[np.ndarray, np.ndarr
                 slopes[place[i], place[j]] -= coefficient * speed * x * y
     if "controller" in hidden:  # a steer torque in proportion to the roll rate: nothing in a library of passive effects
         slopes[place["s"], place["p"]] += hidden["controller"]
-    held = ({"b", "beta"} if "compliance" not in hidden else set()) | ({"q", "theta"} if "lean" not in hidden else set())
+    held = ({"b", "beta"} if "compliance" not in hidden else set()) | (
+        {"q", "theta"} if "lean" not in hidden else set()
+    )
     kept = [i for n, i in place.items() if n not in held]
-    return mass[np.ix_(kept, kept)], slopes[np.ix_(kept, kept)], [STATES[i] for i in kept]
+    mass, slopes, names = mass[np.ix_(kept, kept)], slopes[np.ix_(kept, kept)], [STATES[i] for i in kept]
+    for device in (hands, inerter):
+        if device.__name__ in hidden:
+            mass, slopes, names = device(mass, slopes, names, q, hidden[device.__name__])
+    return mass, slopes, names
+
+
+def hands(
+    mass: np.ndarray, slopes: np.ndarray, names: list[str], q: dict, rider: dict
+) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    """A rider's hands on the bar (2011, eqs 1 and 2 with the torso's absolute rate W): torso angle and W as states.
+
+    I_t W' = -T_a - T_w,  theta' = W - w,  w = r cos(eps) + p sin(eps),  T_h = T_a,  T_f = T_w; virtual power
+    T_h (s + w) + T_f w. The added inertia I_a turns with the rate s + w of the front frame.
+    """
+    names, n = [*names, "torso", "W"], len(names)
+    at = {x: np.eye(n + 2)[names.index(x)] for x in names}
+    w, absolute = np.cos(q["eps"]) * at["r"] + np.sin(q["eps"]) * at["p"], np.zeros(n + 2)
+    absolute += at["s"] + w
+    arms = rider["k_a"] * (at["torso"] - at["delta"]) + rider["c_a"] * (at["W"] - w - at["s"])
+    waist = rider["k_t"] * at["torso"] + rider["c_t"] * (at["W"] - w)
+    M, F = np.eye(n + 2), np.zeros((n + 2, n + 2))
+    M[:n, :n], F[:n, :n] = mass, slopes
+    M += rider["I_a"] * np.outer(absolute, absolute)
+    M[-1, -1] = rider["I_t"]
+    F += np.outer(absolute, arms) + np.outer(w, waist)
+    F[-2], F[-1] = at["W"] - w, -arms - waist
+    return M, F, names
+
+
+def inerter(
+    mass: np.ndarray, slopes: np.ndarray, names: list[str], q: dict, values: tuple[float, float]
+) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    """An inerter b in series with a damper c between the frames: b z' = c (s - z), the torque c (s - z) against s."""
+    del q
+    (b, c), n, steer = values, len(names), names.index("s")
+    M, F = np.eye(n + 1), np.zeros((n + 1, n + 1))
+    M[:n, :n], F[:n, :n] = mass, slopes
+    across = np.zeros(n + 1)
+    across[steer], across[-1], M[-1, -1] = c, -c, b
+    F[steer] -= across
+    F[-1] = across
+    return M, F, [*names, "z"]
 
 
 def spectrum(p: dict, speeds: np.ndarray, hidden: dict) -> dict[str, np.ndarray]:
     """The eigenvalues over ascending speeds of weave, wobble and capsize, named at the highest and followed downwards."""
     fine = np.unique(np.concatenate([speeds, np.arange(speeds[0], speeds[-1], FINE)]))[::-1]
     values = np.linalg.eigvals(matrix(p, fine[0], hidden))
-    upper = [i for i in range(len(values)) if values[i].imag > 1.0 and values[i].real > -20]
+    upper = [i for i in range(len(values)) if values[i].imag > 1.0 and values[i].real > (-40 if "hands" in hidden else -20)]
     real = [i for i in range(len(values)) if values[i].imag == 0]
-    wobble = min(upper, key=lambda i: abs(values[i].imag - 55.0))
-    weave = min((i for i in upper if i != wobble), key=lambda i: abs(values[i].imag - 22.0))
-    chosen = {"weave": weave, "wobble": wobble, "capsize": min(real, key=lambda i: abs(values[i]))}
+    front = min(upper, key=lambda i: abs(values[i].imag - 55.0))
+    # Stiff riders overdamp the wobble; then the oscillation of the front at 5 to 7 Hz is the rider-wobble.
+    name = "rider_wobble" if "hands" in hidden and values[front].imag < 45.0 else "wobble"
+    weave = min((i for i in upper if i != front), key=lambda i: abs(values[i].imag - 22.0))
+    chosen = {"weave": weave, name: front, "capsize": min(real, key=lambda i: abs(values[i]))}
     followed = {n: [values[i]] for n, i in chosen.items()}
     track = values
     for speed in fine[1:]:

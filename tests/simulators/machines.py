@@ -37,7 +37,9 @@ def positioning(seed, reach=0.2, duration=24, noise=2e-6):
         before, position[k] = seen, seen
         force[k] = 35.15 * min(max(243.45 / 35.15 * (160.18 * (wanted[k] - seen) - seen_rate), -10.0), 10.0)
         for _ in range(finer):
-            rate += step * (force[k] - p["viscous"] * rate - p["coulomb"] * np.tanh(rate / 1e-4) - p["offset"]) / p["mass"]
+            rate += (
+                step * (force[k] - p["viscous"] * rate - p["coulomb"] * np.tanh(rate / 1e-4) - p["offset"]) / p["mass"]
+            )
             q += step * rate
     return time, force, position
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulators.hidden_mechanisms import excitation, sensed, simulate, simulate_two, torque_for
+from tests.simulators.hidden_mechanisms import excitation, sensed, simulate, simulate_two, torque_for
 
 PERIODS = 30  # of the mechanism's own frequency in a recording
 KINDS = ("random", "multisine", "chirp", "decay", "steps", "road")
@@ -60,10 +60,15 @@ def draw(number: int) -> Case:
     if setting not in ELSEWHERE.get(name, SETTINGS):
         setting = ELSEWHERE[name][int(rng.integers(len(ELSEWHERE[name])))]
     kinds = [k for k in KINDS if k != "decay" or (setting == "driven" and name not in ("clip", "delay"))]
-    kinds = [k for k in kinds if k not in ("steps", "road") or setting != "imposed"]  # no servo imposes a jump of the acceleration
+    kinds = [
+        k for k in kinds if k not in ("steps", "road") or setting != "imposed"
+    ]  # no servo imposes a jump of the acceleration
     kind, noise = kinds[int(rng.integers(len(kinds)))], 0.002 * 15 ** rng.uniform()
     large = setting == "mass_spring_damper"  # hundreds of kilogrammes moved by kilonewtons, some millimetres
-    joint = {"J": (300.0 if large else 0.1) * np.exp(rng.normal()), "k": (1e6 if large else 10.0) * np.exp(rng.normal())}
+    joint = {
+        "J": (300.0 if large else 0.1) * np.exp(rng.normal()),
+        "k": (1e6 if large else 10.0) * np.exp(rng.normal()),
+    }
     joint["c"] = 2 * np.sqrt(joint["J"] * joint["k"]) * rng.uniform(0.03, 0.2)
     joint |= {"J2": joint["J"] * np.exp(0.5 * rng.normal()), "c1": 0.2 * joint["c"], "c2": 0.3 * joint["c"]}
     angle = 1.2 if name == "sine" else (0.005 if large else 1.0) * float(np.exp(rng.uniform(-3, 0)))
@@ -72,7 +77,10 @@ def draw(number: int) -> Case:
     time = np.arange(0, PERIODS / frequency * (0.4 if kind == "decay" else 1.0), 1 / (frequency * rng.uniform(40, 90)))
     columns = _recorded(rng, name, setting, kind, joint, angle, frequency, time)
     of_twist = 0.4 * angle if setting == "two_mass" else None  # both turn far, which makes no encoder worse
-    shown = {n: y + noise * (of_twist or y.std()) * rng.standard_normal(len(y)) if n in _measured(setting) else y for n, y in columns.items()}
+    shown = {
+        n: y + noise * (of_twist or y.std()) * rng.standard_normal(len(y)) if n in _measured(setting) else y
+        for n, y in columns.items()
+    }
     zeros = np.random.default_rng([number, 1])
     shown = {n: y + zeros.normal(0, 0.3 if n in _measured(setting) else 0.1) * y.std() for n, y in shown.items()}
     if setting == "imposed":
@@ -82,7 +90,9 @@ def draw(number: int) -> Case:
 
 
 def _measured(setting: str) -> tuple[str, ...]:
-    return {"imposed": ("torque",), "two_mass": ("angle", "load_angle"), "mass_spring_damper": ("displacement",)}.get(setting, ("angle",))
+    return {"imposed": ("torque",), "two_mass": ("angle", "load_angle"), "mass_spring_damper": ("displacement",)}.get(
+        setting, ("angle",)
+    )
 
 
 def _recorded(rng, name, setting, kind, joint, angle, frequency, time) -> dict[str, np.ndarray]:

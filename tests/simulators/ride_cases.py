@@ -11,15 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from simulators import hidden_bicycle, hidden_ride
-from simulators.hidden_vehicle import SHARP, known_to
+from tests.simulators import hidden_bicycle, hidden_ride
+from tests.simulators.hidden_vehicle import SHARP, known_to
 
-FAMILY = {"friction": "steering_friction", "motor": "channel_delay", "late": "channel_delay", "motor_gain": "motor_gain", "damper": "steer_damping",
+FAMILY = {"friction": "coulomb_friction", "motor": "channel_delay", "late": "channel_delay", "motor_gain": "motor_gain", "damper": "steer_damping",
           "spring": "steer_stiffness", "steer_inertia": "added_inertia", "roll_inertia": "roll_inertia", "twist": "frame_compliance", "lean": "rider_lean",
           "relaxation": "tyre_relaxation", "air_load": "aerodynamics"}  # fmt: skip
 OUTSIDE = ("controller", "rear_tyre", "yaw_inertia")
 ON_BICYCLES = {"friction": (0.2, 0.6), "damping": (0.8, 3.0), "delay": (3, 8)}  # N.m, N.m.s/rad, samples
-BICYCLES = {"friction": "steering_friction", "damping": "steer_damping", "delay": "channel_delay"}
+BICYCLES = {"friction": "coulomb_friction", "damping": "steer_damping", "delay": "channel_delay"}
 CHANNELS = (("steer_angle", "roll_rate", "yaw_rate"), ("steer_angle", "roll_rate"), ("roll_rate", "yaw_rate"),
             ("steer_angle", "steer_rate", "roll_rate", "roll_angle"), ("steer_angle", "yaw_rate"))  # fmt: skip
 KINDS = ("shaken", "kicked", "shaken", "ridden")
@@ -63,7 +63,11 @@ def draw(number: int, folder: Path, duration: float = 60.0) -> Case:
         return _bicycle(number, rng, folder, duration)
     name = "none" if number % 2 == 0 else [*FAMILY, *OUTSIDE][(number // 2) % (len(FAMILY) + len(OUTSIDE))]
     kind, channels = KINDS[rng.integers(len(KINDS))], CHANNELS[rng.integers(len(CHANNELS))]
-    excitation = {"shaken": {"shaken": rng.uniform(0.5, 2)}, "kicked": {"shaken": 0.0, "kicked": rng.uniform(8, 20)}, "ridden": {"shaken": rng.uniform(0.1, 0.4)}}[kind]
+    excitation = {
+        "shaken": {"shaken": rng.uniform(0.5, 2)},
+        "kicked": {"shaken": 0.0, "kicked": rng.uniform(8, 20)},
+        "ridden": {"shaken": rng.uniform(0.1, 0.4)},
+    }[kind]
     pushed = rng.uniform(0.3, 2)
     while True:  # until nobody falls
         known = known_to(rng, SHARP, 3.0)
@@ -78,18 +82,37 @@ def draw(number: int, folder: Path, duration: float = 60.0) -> Case:
         if max(np.abs(ridden[n]).max() for n in ("phi", "delta")) < FALLEN:
             break
     logged = rng.random() < 0.85 or name in ("motor", "motor_gain")
-    file = hidden_ride.write_ride(folder / f"case_{number}.csv", ridden, rng, channels, logged, late, rng.uniform(0.5, 2))
-    return Case(number, name, FAMILY.get(name, ""), hidden or late, "motorcycle", kind, known, tuple(np.ravel(speed)), channels + ("steer_torque",) * logged, (file,))
+    file = hidden_ride.write_ride(
+        folder / f"case_{number}.csv", ridden, rng, channels, logged, late, rng.uniform(0.5, 2)
+    )
+    return Case(
+        number,
+        name,
+        FAMILY.get(name, ""),
+        hidden or late,
+        "motorcycle",
+        kind,
+        known,
+        tuple(np.ravel(speed)),
+        channels + ("steer_torque",) * logged,
+        (file,),
+    )
 
 
 def _bicycle(number: int, rng: np.random.Generator, folder: Path, duration: float) -> Case:
     name = "none" if number % 2 == 0 else list(ON_BICYCLES)[number // 2 % len(ON_BICYCLES)]
     while True:  # until nobody falls
-        hidden = {name: rng.uniform(*ON_BICYCLES[name]) if name != "delay" else int(rng.integers(*ON_BICYCLES[name]))} if name != "none" else {}
+        hidden = (
+            {name: rng.uniform(*ON_BICYCLES[name]) if name != "delay" else int(rng.integers(*ON_BICYCLES[name]))}
+            if name != "none"
+            else {}
+        )
         model = hidden_bicycle.bicycle(rng, 0.03)
         slowest = rng.uniform(3.8, 5.0)
         speeds = (slowest, slowest * rng.uniform(1.0, 1.4))
-        ridden = hidden_bicycle.ride(rng, model, duration, pushed=rng.uniform(0.3, 1.5), shaken=rng.uniform(0.5, 2), speeds=speeds, **hidden)
+        ridden = hidden_bicycle.ride(
+            rng, model, duration, pushed=rng.uniform(0.3, 1.5), shaken=rng.uniform(0.5, 2), speeds=speeds, **hidden
+        )
         if np.abs(ridden[:, [2, 4]]).max() < FALLEN:
             break
     columns = list(hidden_bicycle.COLUMNS)
@@ -97,4 +120,15 @@ def _bicycle(number: int, rng: np.random.Generator, folder: Path, duration: floa
     header = ",".join("time [s]" if i == 0 else columns[i - 1] for i in kept)
     file = folder / f"case_{number}.csv"
     np.savetxt(file, ridden[:, kept], delimiter=",", header=header, comments="", fmt="%.8g")
-    return Case(number, name, BICYCLES.get(name, ""), hidden, "bicycle", "shaken", {}, speeds, tuple(columns[i - 1].split()[0] for i in kept[2:]), (str(file),))
+    return Case(
+        number,
+        name,
+        BICYCLES.get(name, ""),
+        hidden,
+        "bicycle",
+        "shaken",
+        {},
+        speeds,
+        tuple(columns[i - 1].split()[0] for i in kept[2:]),
+        (str(file),),
+    )

@@ -9,8 +9,9 @@ Nothing of the package is used. Beside what `motorcycle_by_kane` says:
 """
 
 import sympy as sp
-from derivations.motorcycle_by_kane import rigid, slope, tyre
 from sympy.physics.mechanics import Force, KanesMethod, Point, ReferenceFrame, Torque, dynamicsymbols, inertia, outer
+
+from tests.truth.motorcycle_by_kane import rigid, slope, tyre
 
 PARAMETERS = sp.symbols(
     "M_f M_r Z_f I_rx I_rz C_rxz I_fx I_fz I_fxz i_fy i_ry R_f R_r a b e f h t eps C_f1 C_f2 C_r1 C_r2 sigma_f sigma_r K g V"
@@ -82,13 +83,15 @@ def derive():
         Torque(upper, -leaning * rear.x),
     ]  # fmt: skip
     speeds, angles = [v, r, p, s, b, q], [y, psi, phi, delta, beta, theta]
-    kane = KanesMethod(ground, angles, speeds, [angle.diff() - rate for angle, rate in zip(angles, speeds, strict=True)])
+    kane = KanesMethod(
+        ground, angles, speeds, [angle.diff() - rate for angle, rate in zip(angles, speeds, strict=True)]
+    )
     kane.kanes_equations(bodies, loads)
     rates = [*kane.forcing, p, s, b, q,
              V / sigma_f * (C_f1 * front_slip + C_f2 * front_camber - Y_f),
              V / sigma_r * (C_r1 * rear_slip + C_r2 * rear_camber - Y_r)]  # fmt: skip
     unknowns = [v, r, p, s, b, q, phi, delta, beta, theta, Y_f, Y_r]
-    straight = dict.fromkeys([*unknowns, psi], 0)
+    straight = dict.fromkeys([*unknowns, psi], sp.S.Zero)
     slopes = sp.Matrix([[slope(rate, unknown, straight) for unknown in unknowns] for rate in rates])
-    mass = sp.diag(kane.mass_matrix.subs(straight), sp.eye(6))
+    mass = sp.diag(kane.mass_matrix.xreplace(straight), sp.eye(6))
     return tuple(sp.lambdify(PARAMETERS, m, "numpy", cse=True) for m in (mass, slopes))

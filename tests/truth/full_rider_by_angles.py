@@ -33,7 +33,9 @@ def places(p, q):
     arms = []
     for side in (1, -1):
         shoulder = hips + torso @ (side * p["shoulder_half_width"] * across - p["torso_length"] * waist_axis)
-        wrist = head + bar @ (side * p["grip_half_width"] * across - p["grip_setback"] * forward - p["grip_rise"] * steer_axis)
+        wrist = head + bar @ (
+            side * p["grip_half_width"] * across - p["grip_setback"] * forward - p["grip_rise"] * steer_axis
+        )
         axis = bar @ (side * np.sin(p["elbow_spread"]) * across + np.cos(p["elbow_spread"]) * steer_axis)
         a, b = p["upper_arm_length"], p["forearm_length"]
         d = length(wrist - shoulder)
@@ -64,7 +66,9 @@ def mass_matrix(p, q):
         moved[i] += 1j * STEP
         slopes.append([x.imag / STEP for _, x in motions(p, moved)])
     coefficients = [c for c, _ in motions(p, q)]
-    M = np.array([[sum(c * np.dot(a, b) for c, a, b in zip(coefficients, x, y, strict=True)) for y in slopes] for x in slopes])
+    M = np.array(
+        [[sum(c * np.dot(a, b) for c, a, b in zip(coefficients, x, y, strict=True)) for y in slopes] for x in slopes]
+    )
     return M + np.diag([p["hands_inertia"] + p.get("bar_inertia", 0.0), p["trunk_inertia"]])
 
 
@@ -92,7 +96,9 @@ def potential(p, q):
     for S, E, W in arms:
         upper = S + (E - S) * p["upper_arm_centre"] / p["upper_arm_length"]
         fore = E + (W - E) * p["forearm_centre"] / p["forearm_length"]
-        energy = energy - p["gravity"] * (p["upper_arm_mass"] * upper[2] + p["forearm_mass"] * fore[2] + p["hand_mass"] * W[2])
+        energy = energy - p["gravity"] * (
+            p["upper_arm_mass"] * upper[2] + p["forearm_mass"] * fore[2] + p["hand_mass"] * W[2]
+        )
     return energy
 
 
@@ -118,6 +124,9 @@ def equations(p, q, u):
         along = q.astype(complex)
         along[i] += 1j * STEP
         force[i] -= potential(p, along).imag / STEP
-        force[i] -= sum(p[f"{joint}_damping"] * np.dot(d.imag / STEP, s) for (joint, d), (_, s) in zip(deflections(p, along), speeds, strict=True))
+        force[i] -= sum(
+            p[f"{joint}_damping"] * np.dot(d.imag / STEP, s)
+            for (joint, d), (_, s) in zip(deflections(p, along), speeds, strict=True)
+        )
     force[1] -= p["waist_damping"] * u[1]
     return M, force

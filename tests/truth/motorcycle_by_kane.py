@@ -31,7 +31,8 @@ from sympy.physics.mechanics import (
 )
 
 PARAMETERS = sp.symbols(
-    "M_f M_r Z_f I_rx I_rz C_rxz I_fx I_fz I_fxz i_fy i_ry R_f R_r a b e f h t eps C_f1 C_f2 C_r1 C_r2 sigma_f sigma_r K g V", real=True
+    "M_f M_r Z_f I_rx I_rz C_rxz I_fx I_fz I_fxz i_fy i_ry R_f R_r a b e f h t eps C_f1 C_f2 C_r1 C_r2 sigma_f sigma_r K g V",
+    real=True,
 )
 STATES = ("v", "r", "p", "s", "phi", "delta", "Y_f", "Y_r")
 INPUTS = ("T_h", "T_f", "T_d", "T_phi", "F")
@@ -87,23 +88,25 @@ def derive():
         Torque(front, (T_h + T_d - K * s) * front.z), Torque(rear, (T_f - T_d + K * s) * front.z + T_phi * rear.x),
     ]  # fmt: skip
     speeds = [v, r, p, s]
-    kane = KanesMethod(ground, [y, psi, phi, delta], speeds, [y.diff() - v, psi.diff() - r, phi.diff() - p, delta.diff() - s])
+    kane = KanesMethod(
+        ground, [y, psi, phi, delta], speeds, [y.diff() - v, psi.diff() - r, phi.diff() - p, delta.diff() - s]
+    )
     kane.kanes_equations(bodies, loads)
     rates = [*kane.forcing, p, s,
              V / sigma_f * (C_f1 * front_slip + C_f2 * front_camber - Y_f),
              V / sigma_r * (C_r1 * rear_slip + C_r2 * rear_camber - Y_r)]  # fmt: skip
 
     unknowns = [v, r, p, s, phi, delta, Y_f, Y_r, T_h, T_f, T_d, T_phi, F]
-    straight = dict.fromkeys([*unknowns, psi], 0)
+    straight = dict.fromkeys([*unknowns, psi], sp.S.Zero)
     slopes = sp.Matrix([[slope(rate, unknown, straight) for unknown in unknowns] for rate in rates])
-    mass = sp.diag(kane.mass_matrix.subs(straight), sp.eye(4))
+    mass = sp.diag(kane.mass_matrix.xreplace(straight), sp.eye(4))
     return tuple(sp.lambdify(PARAMETERS, m, "numpy", cse=True) for m in (mass, slopes))
 
 
 def slope(expression: sp.Expr, unknown: sp.Expr, straight: dict) -> sp.Expr:
     """d expression / d unknown in straight running. The others are zero from the start, which keeps it short."""
     symbol = sp.Symbol("unknown")
-    return expression.subs({**straight, unknown: symbol}).diff(symbol).subs(symbol, 0)
+    return expression.xreplace({**straight, unknown: symbol}).diff(symbol).xreplace({symbol: sp.S.Zero})
 
 
 def rigid(name: str, centre: Point, frame: ReferenceFrame, mass: sp.Expr, about_centre: Dyadic) -> RigidBody:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fmus import linearise
-from fmus.published import table
+from fmus.support.published import table
 from vehicle_fmu import modes, motorcycles, over_speed, ridden
 from vehicle_fmu.published import MEIJAARD_2007_EIGENVALUES
 
@@ -20,6 +20,7 @@ def bicycle():
     return motorcycles.load("benchmark_bicycle")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("row", table(MEIJAARD_2007_EIGENVALUES), ids=lambda row: f"{row['speed_m_per_s']} m/s")
 def test_eigenvalues_are_those_of_the_benchmark(row):
     speed = float(row["speed_m_per_s"])
@@ -43,7 +44,7 @@ def test_matrices_are_those_of_the_benchmark(speed):
 
 
 def test_it_is_self_stable_between_the_printed_speeds():
-    found = modes(over_speed(ridden(bicycle())), np.linspace(1, 10, 91), naming_speed=10.0)
+    found = modes(over_speed(ridden(bicycle())), np.linspace(1, 10, 91), reference_speed=10.0)
     # Printed: weave speed 4.29238253634111 m/s, capsize speed 6.02426201538837 m/s; edges are refined to 0.01 m/s.
     (weave,) = found.unstable["weave"]
     (capsize,) = found.unstable["capsize"]
@@ -60,7 +61,9 @@ def test_without_damper_and_at_rest_energy_is_kept():
     assert energy @ A + A.T @ energy == pytest.approx(np.zeros((4, 4)), abs=1e-9)  # of entries of about 1e3
 
 
-@pytest.mark.parametrize("torque, rates", [("handlebar_torque", ("steer_rate", "frame_rate")), ("frame_torque", ("frame_rate",))])
+@pytest.mark.parametrize(
+    "torque, rates", [("handlebar_torque", ("steer_rate", "frame_rate")), ("frame_torque", ("frame_rate",))]
+)
 def test_torques_at_the_handlebar_do_the_work_of_the_port(torque, rates):
     """The generalised force of a torque is the rate that it works on, per generalised rate: T_h (s + w) + T_f w."""
     space = linearise(bicycle(), speed=0.0)

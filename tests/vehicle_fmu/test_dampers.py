@@ -54,7 +54,9 @@ def test_dampers_of_the_2011_paper_by_its_equation_14(name, damping):
     frame = 1j * omega * space.frequency_response(omega, "frame_torque", "steer_rate")
     assert frame == pytest.approx(1j * omega * damping)
     handlebar = 1j * omega * space.frequency_response(omega, "handlebar_torque", "steer_rate")
-    assert handlebar == pytest.approx(-1j * omega * damping)  # the paper prints + for both: the port's sign is that of the steer angle
+    assert handlebar == pytest.approx(
+        -1j * omega * damping
+    )  # the paper prints + for both: the port's sign is that of the steer angle
 
 
 def test_the_progressive_damper_is_linear_for_small_motions():

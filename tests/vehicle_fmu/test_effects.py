@@ -4,15 +4,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from derivations import flexible_motorcycle_by_kane
-from simulators.hidden_vehicle import kane
-from test_motorcycle import KANE_NAMES, random_motorcycle
 
 import vehicle_fmu.effects
 from fmus import linearise
 from fmus.effects import effects_in
-from fmus.effects.library import joining
-from scenarios import names
+from fmus.effects.library import applicable_effects
+from motofmi.workflows import components
+from tests.simulators.hidden_vehicle import kane
+from tests.truth import flexible_motorcycle_by_kane
+from tests.vehicle_fmu.test_motorcycle import KANE_NAMES, random_motorcycle
 from vehicle_fmu import modes, motorcycles, over_speed, ridden
 from vehicle_fmu.effects.frame_compliance import FrameCompliance
 from vehicle_fmu.effects.rider_lean import RiderLean
@@ -20,7 +20,16 @@ from vehicle_fmu.effects.rider_lean import RiderLean
 NAMES = {
     **KANE_NAMES,
     **{symbol: f"frame_compliance.{n}" for symbol, n in {"C": "compliance", "d": "damping", "z_t": "height"}.items()},
-    **{symbol: f"rider_lean.{n}" for symbol, n in {"m_u": "mass", "rho": "gyration", "h_s": "hinge_height", "c_r": "centre", "x_r": "advance"}.items()},
+    **{
+        symbol: f"rider_lean.{n}"
+        for symbol, n in {
+            "m_u": "mass",
+            "rho": "gyration",
+            "h_s": "hinge_height",
+            "c_r": "centre",
+            "x_r": "advance",
+        }.items()
+    },
 }
 SIGNALS = {
     "v": "lateral_velocity", "r": "yaw_rate", "p": "roll_rate", "s": "steer_rate", "phi": "roll_angle", "delta": "steer_angle",
@@ -29,6 +38,7 @@ SIGNALS = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(30))
 def test_kanes_equations_of_twist_and_lean_give_the_same_matrices(seed):
     generator = np.random.default_rng(seed)
@@ -41,7 +51,9 @@ def test_kanes_equations_of_twist_and_lean_give_the_same_matrices(seed):
     inertia = values["rider_lean.mass"] * (values["rider_lean.gyration"] ** 2 + values["rider_lean.centre"] ** 2)
     w = 2 * np.pi * values["rider_lean.frequency"]
     others = {"V": speed, "k_u": inertia * w**2, "d_u": 2 * inertia * values["rider_lean.damping_ratio"] * w}
-    arguments = [others[str(p)] if str(p) in others else values[NAMES[str(p)]] for p in flexible_motorcycle_by_kane.PARAMETERS]
+    arguments = [
+        others[str(p)] if str(p) in others else values[NAMES[str(p)]] for p in flexible_motorcycle_by_kane.PARAMETERS
+    ]
     mass, slopes = (matrix(*arguments) for matrix in kane())
     expected = np.linalg.solve(mass, slopes)
     space = linearise(motorcycle, speed=speed)
@@ -53,23 +65,49 @@ def test_kanes_equations_of_twist_and_lean_give_the_same_matrices(seed):
 
 def test_a_stiff_head_and_a_light_body_change_nothing():
     rigid = motorcycles.load("sharp_1971")
-    flexible = rigid.with_effects(FrameCompliance(), RiderLean()).with_values(**{"frame_compliance.compliance": 1e-8, "rider_lean.mass": 0.0})
+    flexible = rigid.with_effects(FrameCompliance(), RiderLean()).with_values(
+        **{"frame_compliance.compliance": 1e-8, "rider_lean.mass": 0.0}
+    )
     space = linearise(flexible, speed=30.0)
-    known = [np.abs(np.linalg.eigvals(space.A) - x).min() / abs(x) for x in np.linalg.eigvals(linearise(rigid, speed=30.0).A) if abs(x) > 1e-6]
+    known = [
+        np.abs(np.linalg.eigvals(space.A) - x).min() / abs(x)
+        for x in np.linalg.eigvals(linearise(rigid, speed=30.0).A)
+        if abs(x) > 1e-6
+    ]
     assert max(known) < 1e-3  # the twist of 1e-8 rad/(N.m) is left
 
 
 def test_a_bicycle_takes_the_effects_for_which_it_has_words():
-    families = {e.family for e in joining(motorcycles.load("benchmark_bicycle"), effects_in(vehicle_fmu.effects))}
-    assert families == {"steering_friction", "steer_damping", "steer_stiffness", "added_inertia", "roll_inertia", "channel_delay", "motor_gain"}
+    families = {
+        e.family for e in applicable_effects(motorcycles.load("benchmark_bicycle"), effects_in(vehicle_fmu.effects))
+    }
+    assert families == {
+        "coulomb_friction",
+        "steer_damping",
+        "steer_stiffness",
+        "added_inertia",
+        "roll_inertia",
+        "channel_delay",
+        "motor_gain",
+    }
 
 
+@pytest.mark.slow
 def test_a_vehicle_with_effects_is_a_file_that_every_command_takes(tmp_path):
     file = tmp_path / "twisting.toml"
     text = (Path(vehicle_fmu.__file__).parent / "motorcycles" / "sharp_1971.toml").read_text("utf-8")
     values = '[parameters]\n"frame_compliance.compliance" = 3e-5\n"frame_compliance.damping" = 20.0\n'
-    file.write_text(text.replace("[parameters]\n", values).replace("description", 'effects = ["frame_compliance.twist"]\ndescription', 1), "utf-8")
-    twisting = names.vehicle(str(file))
-    rigid, soft = (modes(over_speed(ridden(m)), np.array([20.0, 50.0]))["wobble"] for m in (motorcycles.load("sharp_1971"), twisting))
-    # A front frame that twists lowers the frequency of wobble and takes from its damping at moderate speed (Spierings 1981).
+    file.write_text(
+        text.replace("[parameters]\n", values).replace(
+            "description", 'effects = ["frame_compliance.twist"]\ndescription', 1
+        ),
+        "utf-8",
+    )
+    twisting = components.vehicle(str(file))
+    rigid, soft = (
+        modes(over_speed(ridden(m)), np.array([20.0, 50.0]))["wobble"]
+        for m in (motorcycles.load("sharp_1971"), twisting)
+    )
+    # A front frame that twists lowers the frequency of wobble and takes from its damping at moderate speed (Spierings
+    # 1981).
     assert (soft.frequency < rigid.frequency).all()

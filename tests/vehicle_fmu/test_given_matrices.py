@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from fmus import InputError, linearise
-from fmus.effects.library import joining
-from scenarios import names
-from scenarios.names import VEHICLE_EFFECTS
+from fmus.effects.library import applicable_effects
+from motofmi.workflows import components
+from motofmi.workflows.components import VEHICLE_EFFECTS
 from vehicle_fmu import motorcycles
-from vehicle_fmu.given_matrices import STATES, from_matrices
+from vehicle_fmu.components.given_matrices import STATES, from_matrices
 
 # Meijaard, Papadopoulos, Ruina, Schwab, Proc. R. Soc. A 463 (2007) 1955-1982, eqs 5.4 to 5.7.
 M = np.array([[80.81722, 2.31941332208709], [2.31941332208709, 0.29784188199686]])
@@ -31,14 +31,16 @@ def written(folder, **changed):
 
 
 def test_the_benchmark_bicycles_matrices_have_its_printed_eigenvalues(tmp_path):
-    vehicle = names.vehicle(str(written(tmp_path)))
+    vehicle = components.vehicle(str(written(tmp_path)))
     eigenvalues = np.linalg.eigvals(linearise(vehicle, speed=5.0).A)
     for printed in (-14.07838969, -0.77534188 + 4.46486771j, -0.32286643):
         assert np.abs(eigenvalues - printed).min() < 1e-8  # the digits that are printed
 
 
 def test_matrices_and_bicycle_answer_torques_alike(tmp_path):
-    given, bicycle = (linearise(v, speed=4.0) for v in (from_matrices(written(tmp_path)), motorcycles.load("benchmark_bicycle")))
+    given, bicycle = (
+        linearise(v, speed=4.0) for v in (from_matrices(written(tmp_path)), motorcycles.load("benchmark_bicycle"))
+    )
     for space in (given, bicycle):
         assert set(STATES) == set(space.states)
     for state in STATES:
@@ -49,9 +51,11 @@ def test_matrices_and_bicycle_answer_torques_alike(tmp_path):
 
 def test_effects_act_on_torques_and_inertias(tmp_path):
     vehicle = from_matrices(written(tmp_path))
-    families = {e.family for e in joining(vehicle, VEHICLE_EFFECTS)}
-    assert {"steering_friction", "steer_damping", "steer_stiffness", "added_inertia", "roll_inertia"} <= families
-    damped = vehicle.with_effects(*(e() for e in VEHICLE_EFFECTS if e.family == "steer_damping")).with_values(**{"steer_damping.damping": 2.0})
+    families = {e.family for e in applicable_effects(vehicle, VEHICLE_EFFECTS)}
+    assert {"coulomb_friction", "steer_damping", "steer_stiffness", "added_inertia", "roll_inertia"} <= families
+    damped = vehicle.with_effects(*(e() for e in applicable_effects(vehicle, VEHICLE_EFFECTS) if e.family == "steer_damping")).with_values(
+        **{"steer_damping.damping": 2.0}
+    )
     bicycle = motorcycles.load("benchmark_bicycle", steering_damping=2.0)
     one, other = (np.sort_complex(np.linalg.eigvals(linearise(v, speed=4.0).A)) for v in (damped, bicycle))
     assert one == pytest.approx(other, rel=1e-8)

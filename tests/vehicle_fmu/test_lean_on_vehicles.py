@@ -1,4 +1,6 @@
-"""The rider in roll as an effect of a vehicle: the same motorcycle as with him as a device, and named by the gap workflow."""
+"""The rider in roll as an effect of a vehicle: the same motorcycle as with him as a device, and named by the gap
+workflow.
+"""
 
 import csv
 import json
@@ -7,10 +9,10 @@ import numpy as np
 import pytest
 
 from fmus import linearise
+from motofmi.cli.main import main
+from motofmi.workflows import components, listing
 from rider_fmu import riders
 from rider_fmu.effects_on_vehicles.lean import RiderInRollLeans
-from scenarios import names
-from scenarios.command_line import main
 from vehicle_fmu import modes, motorcycles, over_speed, ridden
 
 WHOLE = motorcycles.load("sharp_1971")
@@ -23,6 +25,7 @@ def farthest(found, expected):
     return max(np.abs(found - e).min() / max(abs(e), 1.0) for e in expected)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [3.0, 20.0, 50.0])
 def test_a_whole_rider_as_an_effect_is_the_rider_as_a_device(speed):
     effect = np.linalg.eigvals(linearise(LEANT.with_values(**{"rider_lean.share": 1.0}), speed=speed).A)
@@ -31,6 +34,7 @@ def test_a_whole_rider_as_an_effect_is_the_rider_as_a_device(speed):
     assert farthest(effect, device) < 1e-11  # rounding of two eigensolutions
 
 
+@pytest.mark.slow
 def test_no_share_of_him_leaves_the_motorcycle_and_half_of_him_lies_between():
     plain = np.linalg.eigvals(linearise(WHOLE, speed=30.0).A)
     weave = {}
@@ -42,16 +46,28 @@ def test_no_share_of_him_leaves_the_motorcycle_and_half_of_him_lies_between():
     assert sorted(weave.values()) in ([weave[s] for s in (0.0, 0.5, 1.0)], [weave[s] for s in (1.0, 0.5, 0.0)])
 
 
+@pytest.mark.slow
 def test_stiff_joints_give_the_rigid_rider_back():
     """Ten times the frequencies: the error falls as one over the stiffness."""
     plain = np.linalg.eigvals(linearise(WHOLE, speed=30.0).A)
-    errors = [farthest(np.linalg.eigvals(linearise(LEANT.with_values(**{"rider_lean.share": 1.0, "rider_lean.quickness": q}), speed=30.0).A), plain) for q in (2.5, 5.0)]
+    errors = [
+        farthest(
+            np.linalg.eigvals(
+                linearise(LEANT.with_values(**{"rider_lean.share": 1.0, "rider_lean.quickness": q}), speed=30.0).A
+            ),
+            plain,
+        )
+        for q in (2.5, 5.0)
+    ]
     assert errors[1] < errors[0] / 2
 
 
 def test_it_is_listed_and_offered_to_motorcycles_alone():
-    assert ("rider_lean", "pelvis_torso_head") in {(e["name"], e["form"]) for e in names.effects()}
-    assert RiderInRollLeans in names.EFFECTS["Motorcycle"] and RiderInRollLeans not in names.EFFECTS["PassiveRider"]
+    assert ("rider_lean", "pelvis_torso_head") in {(e["name"], e["form"]) for e in listing.effects()}
+    assert (
+        RiderInRollLeans in components.EFFECTS["Motorcycle"]
+        and RiderInRollLeans not in components.EFFECTS["PassiveRider"]
+    )
 
 
 def measured(path, speeds, error, rng):
@@ -67,6 +83,7 @@ def measured(path, speeds, error, rng):
     return str(path)
 
 
+@pytest.mark.slow
 def test_the_gap_workflow_names_the_rider_who_leans(tmp_path, capsys):
     rng = np.random.default_rng(0)
     fitted = measured(tmp_path / "fitted.csv", np.arange(12.0, 50.0, 3.0), 0.1, rng)

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq, linear_sum_assignment
 
 from fmus import InputError
+from motofmi.workflows import components
 from rider_fmu import riders
 from rider_fmu.effects.head import Reflex
-from scenarios import names
 from vehicle_fmu import MODES, modes, motorcycles, over_speed, ridden
 
 RIDERS = [n for n in riders.names() if riders.contents(n)["component"] == "PassiveRider"]
@@ -18,7 +18,7 @@ DEVICES = ["none", "rider:mean_2011", "damper:7.5"]
 
 
 def linearised(device, vehicle="sharp_1971"):
-    return over_speed(ridden(motorcycles.load(vehicle), names.device(device)))
+    return over_speed(ridden(motorcycles.load(vehicle), components.device(device)))
 
 
 # An independent tracker ---------------------------------------------------------------------------
@@ -47,11 +47,13 @@ def side_force_ratio(linearised_at, speed, eigenvalue):
 def named_by_tracking(linearised_at):
     """Speeds and a dict of eigenvalue curves: names at 60 m/s by frequency, then by continuation.
 
-    Below the birth of rear wobble, that and the rider-wobble are told apart by |Y_r / Y_f|.
+    Below the birth of rear wobble, that and the rider-wobble are distinguished by |Y_r / Y_f|.
     """
     speeds, branches = track(linearised_at)
     upper = sorted(np.flatnonzero(branches[0].imag > 0), key=lambda i: branches[0, i].imag)
-    found = dict(zip(("weave", "wobble") if len(upper) == 2 else ("weave", "rider_wobble", "wobble"), upper, strict=True))
+    found = dict(
+        zip(("weave", "wobble") if len(upper) == 2 else ("weave", "rider_wobble", "wobble"), upper, strict=True)
+    )
     columns = {mode: [i, int(np.argmin(np.abs(branches[0] - branches[0, i].conj())))] for mode, i in found.items()}
     columns["capsize"] = [min(np.flatnonzero(branches[0].imag == 0), key=lambda i: abs(branches[0, i]))]
     free = [i for i in range(branches.shape[1]) if not any(i in own for own in columns.values())]
@@ -74,6 +76,7 @@ def least_stable(values):
     return oscillatory[0] if len(oscillatory) else values[np.argmax(values.real)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("device", DEVICES)
 def test_an_independent_tracker_gives_the_same_names(device):
     tracked, curves = named_by_tracking(linearised(device))
@@ -89,6 +92,7 @@ def test_an_independent_tracker_gives_the_same_names(device):
 # Any grid -----------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @settings(max_examples=30)
 @given(rider=st.sampled_from(["none", "damper:7.5", *(f"rider:{n}" for n in RIDERS)]),
        speeds=st.lists(st.floats(0.5, 80), min_size=2, max_size=6, unique=True), which=st.integers(0, 5))  # fmt: skip
@@ -115,7 +119,10 @@ def test_every_mode_is_one_eigenvalue_and_no_two_modes_share_one(rider_modes):
     for k in range(len(SPEEDS)):
         places = [int(np.argmin(np.abs(found.eigenvalues[k] - found[mode].eigenvalue[k]))) for mode in MODES]
         assert len(set(places)) == len(MODES)
-        assert all(abs(found.eigenvalues[k, i] - found[mode].eigenvalue[k]) < 1e-9 for i, mode in zip(places, MODES, strict=True))
+        assert all(
+            abs(found.eigenvalues[k, i] - found[mode].eigenvalue[k]) < 1e-9
+            for i, mode in zip(places, MODES, strict=True)
+        )
 
 
 def test_modes_of_every_rider_are_in_their_bands(rider_modes):
@@ -193,6 +200,7 @@ def test_speeds_that_make_no_sense_are_refused(speeds):
         modes(linearised("none"), speeds)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gain", [0.0, 1e-6])
 def test_what_a_device_brings_besides_takes_no_name(gain):
     """A reflex without gain adds the modes of its delay and changes nothing: every name stays where it was."""
@@ -217,14 +225,23 @@ def leaning(turning=None, **joints):
 def test_a_rider_who_hardly_leans_leaves_the_names_where_they_were():
     """Stiff joints bring fast modes of their own and the eigenvalues of the rigid rider's motorcycle return."""
     speeds = np.array([3.0, 8.0, 15.0, 30.0, 50.0])
-    stiff = leaning(saddle_stiffness=1e6, lean_stiffness=1e6, neck_roll_stiffness=1e5, saddle_damping=3e4, lean_damping=3e4, neck_roll_damping=3e3)
+    stiff = leaning(
+        saddle_stiffness=1e6,
+        lean_stiffness=1e6,
+        neck_roll_stiffness=1e5,
+        saddle_damping=3e4,
+        lean_damping=3e4,
+        neck_roll_damping=3e3,
+    )
     plain, more = modes(linearised("none"), speeds), modes(stiff, speeds)
     assert set(more.unstable) == set(plain.unstable)
     for mode in ("weave", "wobble", "capsize", "rear_wobble"):
-        # 500 N on 1e6 N/m: the frame's compliance of half a millimetre in 0.75 m moves eigenvalues by less than a percent.
+        # 500 N on 1e6 N/m: the frame's compliance of half a millimetre in 0.75 m moves eigenvalues by less than a
+        # percent.
         np.testing.assert_allclose(more[mode].eigenvalue, plain[mode].eigenvalue, rtol=1e-2, atol=2e-2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turning", [None, riders.load("mean_2011")], ids=["leaning", "leaning and turning"])
 def test_a_leaning_riders_own_modes_take_no_name(turning):
     found, space = modes(leaning(turning), SPEEDS), leaning(turning)(SPEEDS)
@@ -240,8 +257,11 @@ def test_a_leaning_riders_own_modes_take_no_name(turning):
             assert share[np.argmin(np.abs(values - found[mode].eigenvalue[k]))] < 0.55, (mode, SPEEDS[k])
 
 
+@pytest.mark.slow
 def test_with_the_full_rider_the_torso_opposes_the_bar_in_wobble_alone():
-    """2011, Sect. 5, as for the linear rider; his wobble is so well damped that the steer takes a larger part in the other."""
+    """2011, Sect. 5, as for the linear rider; his wobble is so well damped that the steer takes a larger part in the
+    other.
+    """
     linear = over_speed(ridden(motorcycles.load("sharp_1971"), riders.load("full_mean_2011")))
     speeds = np.array([1.0, 20.0, 30.0, 60.0])
     found, space = modes(linear, speeds), linear(speeds)

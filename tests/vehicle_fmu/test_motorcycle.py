@@ -4,10 +4,10 @@ from math import cos, sin
 
 import numpy as np
 import pytest
-from derivations import motorcycle_by_kane
 
 from fmus import linearise
-from fmus.published import last_digit, table
+from fmus.support.published import last_digit, table
+from tests.truth import motorcycle_by_kane
 from vehicle_fmu import Motorcycle, modes, motorcycles, over_speed, ridden
 from vehicle_fmu.published import SHARP_1971_EIGENVALUES
 
@@ -61,6 +61,7 @@ def random_motorcycle(generator):
     return Motorcycle(**values)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(100))
 def test_kanes_equations_give_the_same_matrices(kane, seed):
     generator = np.random.default_rng(seed)
@@ -113,10 +114,20 @@ def motorcycle_like(bicycle, cornering_stiffness):
 
 
 def assembly(bodies):
-    """(mass, x, z, I_xx, I_zz, I_xz) of rigid bodies in one, about their common mass centre; I_xz = - integral of x z dm."""
+    """(mass, x, z, I_xx, I_zz, I_xz) of rigid bodies in one, about their common mass centre;
+
+    I_xz = - integral of x z dm.
+    """
     mass, xs, zs, xx, zz, xz = (np.array(column) for column in zip(*bodies, strict=True))
     x, z = xs @ mass / mass.sum(), zs @ mass / mass.sum()
-    return (mass.sum(), x, z, (xx + mass * (zs - z) ** 2).sum(), (zz + mass * (xs - x) ** 2).sum(), (xz - mass * (xs - x) * (zs - z)).sum())
+    return (
+        mass.sum(),
+        x,
+        z,
+        (xx + mass * (zs - z) ** 2).sum(),
+        (zz + mass * (xs - x) ** 2).sum(),
+        (xz - mass * (xs - x) * (zs - z)).sum(),
+    )
 
 
 STIFFNESSES = (1e6, 1e7, 1e8)  # N/rad
@@ -160,5 +171,11 @@ def test_the_front_tyre_carries_what_the_masses_put_on_it():
     S, c = sin(p["caster_angle"]), cos(p["caster_angle"])
     front = (p["steer_axis_distance"] + p["front_mass_offset"]) * c - p["front_mass_rise"] * S
     wheelbase = p["rear_contact_distance"] + (p["steer_axis_distance"] - p["trail"]) / c
-    load = p["gravity"] * (p["rear_mass"] * p["rear_contact_distance"] + p["front_mass"] * (p["rear_contact_distance"] + front)) / wheelbase
-    assert p["front_tyre_load"] == pytest.approx(-load, rel=0.002)  # Sharp's -226 lbf are rounded, the masses give -226.3
+    load = (
+        p["gravity"]
+        * (p["rear_mass"] * p["rear_contact_distance"] + p["front_mass"] * (p["rear_contact_distance"] + front))
+        / wheelbase
+    )
+    assert p["front_tyre_load"] == pytest.approx(
+        -load, rel=0.002
+    )  # Sharp's -226 lbf are rounded, the masses give -226.3

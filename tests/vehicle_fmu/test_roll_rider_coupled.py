@@ -1,4 +1,5 @@
-"""The rider in roll as a device: named on the command line, and as FMU in every coupling, alone and with the rider who turns.
+"""The rider in roll as a device: named on the command line, and as FMU in every coupling, alone and with the rider who
+turns.
 
 The full rider, whose inertia at the bar changes with his posture, is coupled here, too.
 """
@@ -10,15 +11,15 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from fmus.build import build
-from fmus.cosimulation import cosimulate, join
-from fmus.coupling import COUPLINGS, coupling
-from fmus.importer import FmuUnit
-from fmus.linear import linearise
-from fmus.prediction import linear_network, predict
+from fmus.cosimulation.cosimulate import cosimulate, join
+from fmus.cosimulation.coupling import COUPLINGS, coupling
+from fmus.cosimulation.coupling_error import linear_network, predict
+from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem
+from fmus.export.build import build
+from fmus.linear_analysis.linearisation import linearise
+from motofmi.cli.main import main
+from motofmi.workflows.ridden_fmus import ridden_fmus
 from rider_fmu import riders
-from scenarios.command_line import main
-from scenarios.ridden_fmus import ridden_fmus
 from vehicle_fmu import modes, motorcycles, over_speed, ridden
 
 SPEED, DURATION = 40.0, 0.25  # m/s, s
@@ -49,15 +50,19 @@ def ends(held):
     return dict(zip(space.outputs, space.C @ expm(space.A * DURATION) @ start, strict=True))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("held", HELD)
 def test_the_coupled_fmus_are_the_one_system(held):
     """Mass taken out of the rear frame, inertia at the bar, signs of the roll port: all eigenvalues return."""
     one = np.linalg.eigvals(linearise(system(held), **{"vehicle.speed": SPEED}).A)
     coupled = np.linalg.eigvals(linear(held).linearised().A)
     assert len(one) == len(coupled)
-    assert all(np.abs(coupled - e).min() <= 1e-8 * abs(e) for e in one if abs(e) > 1e-6)  # rounding of two eigensolutions
+    assert all(
+        np.abs(coupled - e).min() <= 1e-8 * abs(e) for e in one if abs(e) > 1e-6
+    )  # rounding of two eigensolutions
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("held", HELD)
 @pytest.mark.parametrize("name", COUPLINGS)
 def test_every_coupling_keeps_the_modes_as_it_does_without_lean(name, held):
@@ -70,6 +75,7 @@ def test_every_coupling_keeps_the_modes_as_it_does_without_lean(name, held):
     assert np.abs(prediction.damping_error[swings]).max() <= damping
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COUPLINGS)
 def test_a_run_of_the_fmus_ends_where_the_one_system_does(name):
     held, errors = "turning and leaning", []
@@ -86,6 +92,7 @@ def test_a_run_of_the_fmus_ends_where_the_one_system_does(name):
     assert errors[1] < max(errors[0] / 2 ** (coupling(name).order - 0.5), floor), errors
 
 
+@pytest.mark.slow
 def test_a_rider_who_leans_as_an_fmu_of_somebody_else(tmp_path, capsys):
     """By path, both riders as archives: the modes are those of the components."""
     paths = [str(build(riders.load(n), tmp_path).path) for n in HELD["turning and leaning"]]
@@ -96,6 +103,7 @@ def test_a_rider_who_leans_as_an_fmu_of_somebody_else(tmp_path, capsys):
         assert complex(*values["eigenvalue"][0]) == pytest.approx(expected[mode].eigenvalue[0], rel=1e-7), mode
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "words",
     [["modes", "--device", "rider:roll_1971", "--speed", "20,40"], ["modes", "--device", "rider:mean_2011,rider:roll_1971,damper:2", "--speed", "40"],
@@ -106,15 +114,27 @@ def test_commands_take_it(words, capsys):
     assert json.loads(capsys.readouterr().out)["device"].endswith(("rider_roll_1971", "damper_2"))
 
 
+@pytest.mark.slow
 def test_both_co_simulate_from_the_command_line(tmp_path, capsys):
     out = tmp_path / "run.csv"
-    words = ["cosimulate", "--device", "rider:mean_2011,rider:roll_1971", "--speed", "40", "--duration", "0.2", "--initial", "roll_angle=0.02"]
+    words = [
+        "cosimulate",
+        "--device",
+        "rider:mean_2011,rider:roll_1971",
+        "--speed",
+        "40",
+        "--duration",
+        "0.2",
+        "--initial",
+        "roll_angle=0.02",
+    ]
     assert main([*words, "--out", str(out), "--json", "-"]) == 0
     result = json.loads(capsys.readouterr().out)
     assert {"weave", "wobble", "rider_wobble"} <= set(result["predicted"]) and "vehicle.roll_torque" in result["bonds"]
     assert "device_2.lean_angle [rad]" in out.read_text().splitlines()[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "words, said",
     [(["modes", "--device", "rider:roll_3_2008"], "lower saddle or rider"), (["modes", "--device", "rider:1_2011,rider:2_2011"], "cannot both hold the handlebar"),
@@ -127,9 +147,10 @@ def test_what_cannot_be_ridden_is_refused_in_one_line(words, said, capsys):
     assert said in error and error.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_an_archive_without_its_port_is_named(tmp_path, capsys):
     path = build(riders.load("roll_1971"), tmp_path).path
-    unit = FmuUnit(path)
+    unit = FmuSubsystem(path)
     assert {"roll_torque", "lateral_force"} <= set(unit.outputs)
     unit.close()
     assert main(["modes", "--fmu", str(path), "--fmu", str(path)]) == 2

@@ -1,4 +1,4 @@
-"""The Carvallo-Whipple bicycle: four rigid bodies, knife-edge wheels that roll without slip.
+"""The Carvallo-Whipple bicycle: four rigid bodies, knife-edge wheels rolling without slip.
 
     M q'' + V C1 q' + (g K0 + V^2 K2) q = f,   q = (roll, steer),
     yaw rate r = (V delta + c s) cos(eps) / w_b
@@ -14,9 +14,9 @@ forward, y right, z down; positions are of the rear contact's frame.
 from typing import ClassVar
 
 from fmus import Component, input, local, parameter, state
-from fmus.elements import Element
-from fmus.ports import answers, carries, told
-from vehicle_fmu.motorcycle import symmetric
+from fmus.declaration.elements import Element
+from fmus.interfaces.handlebar import port_input, port_output, port_state
+from vehicle_fmu.components.motorcycle import symmetric
 
 
 class Bicycle(Component):
@@ -24,42 +24,63 @@ class Bicycle(Component):
 
     wheelbase = parameter("m", "Wheelbase", symbol="w_b", min=0.05, max=10, start=1.02)
     ground_trail = parameter("m", "Trail, measured on the ground", symbol="c", min=-1, max=2, start=0.08)
-    caster_angle = parameter("rad", "Tilt of the steer axis", symbol=r"\epsilon", min=-1.5, max=1.5, start=0.31415926535897931)
+    caster_angle = parameter(
+        "rad", "Tilt of the steer axis", symbol=r"\epsilon", min=-1.5, max=1.5, start=0.31415926535897931
+    )
     gravity = parameter("m/s2", "Gravitational acceleration", symbol="g", min=0, max=100, start=9.81)
     rear_wheel_radius = parameter("m", "Radius of the rear wheel", symbol="r_R", min=1e-2, max=10, start=0.3)
     rear_wheel_mass = parameter("kg", "Mass of the rear wheel", symbol="m_R", min=0, max=1e3)
-    rear_wheel_inertia = parameter("kg.m2", "Inertia of the rear wheel about a diameter", symbol="I_{Rxx}", min=0, max=1e3)
+    rear_wheel_inertia = parameter(
+        "kg.m2", "Inertia of the rear wheel about a diameter", symbol="I_{Rxx}", min=0, max=1e3
+    )
     rear_spin_inertia = parameter("kg.m2", "Polar inertia of the rear wheel", symbol="I_{Ryy}", min=0, max=1e3)
-    rear_frame_x = parameter("m", "Mass centre of the rear frame ahead of the rear contact", symbol="x_B", min=-10, max=10)
+    rear_frame_x = parameter(
+        "m", "Mass centre of the rear frame ahead of the rear contact", symbol="x_B", min=-10, max=10
+    )
     rear_frame_z = parameter("m", "Mass centre of the rear frame, down", symbol="z_B", min=-10, max=10)
     rear_frame_mass = parameter("kg", "Mass of the rear frame with the rigid rider", symbol="m_B", min=0, max=1e5)
     rear_frame_xx = parameter("kg.m2", "Roll inertia of the rear frame", symbol="I_{Bxx}", min=0, max=1e5)
     rear_frame_zz = parameter("kg.m2", "Yaw inertia of the rear frame", symbol="I_{Bzz}", min=0, max=1e5)
-    rear_frame_xz = parameter("kg.m2", "Minus the integral of x z dm of the rear frame", symbol="I_{Bxz}", min=-1e5, max=1e5)
-    front_frame_x = parameter("m", "Mass centre of the front frame ahead of the rear contact", symbol="x_H", min=-10, max=10)
+    rear_frame_xz = parameter(
+        "kg.m2", "Minus the integral of x z dm of the rear frame", symbol="I_{Bxz}", min=-1e5, max=1e5
+    )
+    front_frame_x = parameter(
+        "m", "Mass centre of the front frame ahead of the rear contact", symbol="x_H", min=-10, max=10
+    )
     front_frame_z = parameter("m", "Mass centre of the front frame, down", symbol="z_H", min=-10, max=10)
     front_frame_mass = parameter("kg", "Mass of the front frame", symbol="m_H", min=0, max=1e4)
     front_frame_xx = parameter("kg.m2", "Roll inertia of the front frame", symbol="I_{Hxx}", min=0, max=1e4)
     front_frame_zz = parameter("kg.m2", "Yaw inertia of the front frame", symbol="I_{Hzz}", min=0, max=1e4)
-    front_frame_xz = parameter("kg.m2", "Minus the integral of x z dm of the front frame", symbol="I_{Hxz}", min=-1e4, max=1e4)
+    front_frame_xz = parameter(
+        "kg.m2", "Minus the integral of x z dm of the front frame", symbol="I_{Hxz}", min=-1e4, max=1e4
+    )
     front_wheel_radius = parameter("m", "Radius of the front wheel", symbol="r_F", min=1e-2, max=10, start=0.35)
     front_wheel_mass = parameter("kg", "Mass of the front wheel", symbol="m_F", min=0, max=1e3)
-    front_wheel_inertia = parameter("kg.m2", "Inertia of the front wheel about a diameter", symbol="I_{Fxx}", min=0, max=1e3)
+    front_wheel_inertia = parameter(
+        "kg.m2", "Inertia of the front wheel about a diameter", symbol="I_{Fxx}", min=0, max=1e3
+    )
     front_spin_inertia = parameter("kg.m2", "Polar inertia of the front wheel", symbol="I_{Fyy}", min=0, max=1e3)
-    added_steer_inertia = parameter("kg.m2", "Inertia that a rider adds to the front frame about the steer axis", symbol="I_a", min=-5, max=5, tunable=False)
+    added_steer_inertia = parameter(
+        "kg.m2",
+        "Inertia that a rider adds to the front frame about the steer axis",
+        symbol="I_a",
+        min=-5,
+        max=5,
+        tunable=False,
+    )
     steering_damping = parameter("N.m.s/rad", "The bicycle's own steering damper", symbol="K", min=0, max=1e4)
 
     speed = input("m/s", "Forward speed", symbol="V", min=0, max=200, start=5)
     steer_torque = input("N.m", "Disturbance: torque between rear and front frame, on the front frame", symbol="T_d")
     roll_torque = input("N.m", "Disturbance: roll torque on the rear frame", symbol=r"T_\phi")
-    handlebar_torque = told("handlebar_torque")
-    frame_torque = told("frame_torque")
+    handlebar_torque = port_input("handlebar_torque")
+    frame_torque = port_input("frame_torque")
 
     roll_rate = state("rad/s", "Roll rate", symbol="p", exposed=True)
-    steer_rate = carries("steer_rate")
+    steer_rate = port_state("steer_rate")
     roll_angle = state("rad", "Roll angle, lean to the right positive", symbol=r"\phi", exposed=True)
-    steer_angle = carries("steer_angle")
-    frame_rate = answers("frame_rate")
+    steer_angle = port_state("steer_angle")
+    frame_rate = port_output("frame_rate")
 
     mass_moment = local("kg.m", "Mass of all bodies times the height of their mass centre, z down", symbol="m_T z_T")
     total_roll_inertia = local("kg.m2", "Inertia of all bodies about the axis x", symbol="I_{Txx}")
@@ -72,16 +93,20 @@ class Bicycle(Component):
     front_product = local("kg.m2", "Product of inertia of the front assembly about its mass centre", symbol="I_{Axz}")
     front_yaw_inertia = local("kg.m2", "Yaw inertia of the front assembly about its mass centre", symbol="I_{Azz}")
     front_lever = local("m", "Mass centre of the front assembly ahead of the steer axis", symbol="u_A")
-    steer_steer_inertia = local("kg.m2", "Inertia of the front assembly about the steer axis", symbol=r"I_{A\lambda\lambda}")
+    steer_steer_inertia = local(
+        "kg.m2", "Inertia of the front assembly about the steer axis", symbol=r"I_{A\lambda\lambda}"
+    )
     steer_roll_inertia = local("kg.m2", "Its product between steer axis and axis x", symbol=r"I_{A\lambda x}")
     steer_yaw_inertia = local("kg.m2", "Its product between steer axis and axis z", symbol=r"I_{A\lambda z}")
     trail_ratio = local("1", "Mechanical trail per wheelbase", symbol=r"\mu")
     front_spin_per_speed = local("kg.m", "Spin momentum of the front wheel per speed", symbol="S_F")
     total_spin_per_speed = local("kg.m", "Spin momentum of both wheels per speed", symbol="S_T")
     static_moment = local("kg.m", "Static moment that gravity works on when steered", symbol="S_A")
-    head_torque = local("N.m", "Torque of the steering head against the steer, as of a damper", symbol="T_s")
+    head_torque = local("N.m", "Torque of the steering head against the steer rate, such as of a damper", symbol="T_s")
 
-    elements: ClassVar = {"head": Element("head_torque", "steer_angle", "steer_rate", damping="steering_damping")}
+    elements: ClassVar = {
+        "steering_head": Element("head_torque", "steer_angle", "steer_rate", damping="steering_damping")
+    }
 
     def mass(self, v, m):
         assemble(v, m)
@@ -94,7 +119,13 @@ class Bicycle(Component):
         assemble(v, m)
         V, g, c, S = v.speed, v.gravity, m.cos(v.caster_angle), m.sin(v.caster_angle)
         turn = c / v.wheelbase
-        mu, S_F, S_T, S_A, m_z = v.trail_ratio, v.front_spin_per_speed, v.total_spin_per_speed, v.static_moment, v.mass_moment
+        mu, S_F, S_T, S_A, m_z = (
+            v.trail_ratio,
+            v.front_spin_per_speed,
+            v.total_spin_per_speed,
+            v.static_moment,
+            v.mass_moment,
+        )
         p, s, phi, delta = v.roll_rate, v.steer_rate, v.roll_angle, v.steer_angle
         C_rs = mu * S_T + S_F * c + v.total_product * turn - mu * m_z
         C_sr = -(mu * S_T + S_F * c)
@@ -115,7 +146,7 @@ class Bicycle(Component):
 
 
 def assemble(v, m):
-    """The sums over the bodies that the paper's Appendix A forms, a rider's share of inertia included."""
+    """Set the sums over the bodies of the paper's Appendix A, the inertia added by a rider included."""
     c, S, w_b, share = m.cos(v.caster_angle), m.sin(v.caster_angle), v.wheelbase, v.added_steer_inertia
     mR, rR, mB, xB, zB = v.rear_wheel_mass, v.rear_wheel_radius, v.rear_frame_mass, v.rear_frame_x, v.rear_frame_z
     mH, xH, zH, mF, rF = v.front_frame_mass, v.front_frame_x, v.front_frame_z, v.front_wheel_mass, v.front_wheel_radius

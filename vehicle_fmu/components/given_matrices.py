@@ -1,12 +1,12 @@
-r"""A bicycle of which only the matrices of its linear model are known, as powers of the speed.
+r"""A bicycle or motorcycle given by the matrices of its linear model, in powers of the speed.
 
     x' = (A0 + V A1 + V^2 A2) x + B u,    x = (roll, steer, roll rate, steer rate),  u = (roll torque, steer torque)
 
-The lower half of B is the inverse of a mass matrix, B_l = M^-1; so M q'' = M A_l x + u, and what an effect adds to a
-torque or to an inertia has its meaning. A file has the matrices row by row:
+The lower half of B is the inverse of a mass matrix, B_l = M^-1. Then M q'' = M A_l x + u, so that effects can add to
+torques and inertias. A file has the matrices row by row:
 
     A0 = [[0, 0, 1, 0], [0, 0, 0, 1], [13.6, -0.44, 0, 0], [2.4, 23.1, 0, 0]]
-    A1 = [...]                 # and A2, where the speed plays a part
+    A1 = [...]                 # and A2, where the matrices depend on the speed
     B = [[0, 0], [0, 0], [0.095, -0.45], [-0.45, 9.3]]
     description = "...", source = "..."
 """
@@ -19,11 +19,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from fmus import Component, InputError, input, local, parameter
-from fmus.elements import Element
-from fmus.errors import unknown
-from fmus.ports import carries
-from fmus.roll_port import roll_told
-from fmus.variables import Variable, state
+from fmus.declaration.elements import Element
+from fmus.declaration.variables import Variable, state
+from fmus.interfaces.handlebar import port_state
+from fmus.interfaces.roll import roll_input
+from fmus.support.errors import unknown
 
 COORDINATES = ("roll", "steer")
 STATES = ("roll_angle", "steer_angle", "roll_rate", "steer_rate")
@@ -38,11 +38,17 @@ def entries() -> Iterator[tuple[str, Variable]]:
             for j, column in enumerate(STATES):
                 unit = UNITS[column.partition("_")[2]][power]
                 meaning = f"Acceleration of the {row} per {column.replace('_', ' ')} and speed to the power of {power}"
-                yield f"{row}_by_{column}_{power}", parameter(unit, meaning, symbol=f"A_{{{power},{i + 3}{j + 1}}}", min=-1e6, max=1e6)
+                yield (
+                    f"{row}_by_{column}_{power}",
+                    parameter(unit, meaning, symbol=f"A_{{{power},{i + 3}{j + 1}}}", min=-1e6, max=1e6),
+                )
     for i, row in enumerate(COORDINATES):
         for j, column in enumerate(COORDINATES):
             meaning = f"Acceleration of the {row} per {column} torque"
-            yield f"{row}_by_{column}_torque", parameter("1/kg.m2", meaning, symbol=f"B_{{{i + 3}{j + 1}}}", min=-1e6, max=1e6, start=float(i == j))
+            yield (
+                f"{row}_by_{column}_torque",
+                parameter("1/kg.m2", meaning, symbol=f"B_{{{i + 3}{j + 1}}}", min=-1e6, max=1e6, start=float(i == j)),
+            )
 
 
 class GivenMatrices(Component):
@@ -51,55 +57,67 @@ class GivenMatrices(Component):
     vars().update(entries())
     speed = input("m/s", "Forward speed", symbol="V", min=0, max=200, start=5)
     steer_torque = input("N.m", "Disturbance: torque between rear and front frame, on the front frame", symbol="T_d")
-    roll_torque = roll_told("roll_torque")
+    roll_torque = roll_input("roll_torque")
     roll_rate = state("rad/s", "Roll rate", symbol="p", exposed=True)
-    steer_rate = carries("steer_rate")
+    steer_rate = port_state("steer_rate")
     roll_angle = state("rad", "Roll angle, lean to the right positive", symbol=r"\phi", exposed=True)
-    steer_angle = carries("steer_angle")
-    head_torque = local("N.m", "Torque of the steering head against the steer, as of a damper", symbol="T_s")
+    steer_angle = port_state("steer_angle")
+    head_torque = local("N.m", "Torque of the steering head against the steer rate, such as of a damper", symbol="T_s")
 
-    elements: ClassVar = {"head": Element("head_torque", "steer_angle", "steer_rate")}
+    elements: ClassVar = {"steering_head": Element("head_torque", "steer_angle", "steer_rate")}
 
     def mass(self, v, m):
         B = [[v[f"{row}_by_{column}_torque"] for column in COORDINATES] for row in COORDINATES]
         determinant = B[0][0] * B[1][1] - B[0][1] * B[1][0]
         return {("roll_rate", "roll_rate"): B[1][1] / determinant, ("roll_rate", "steer_rate"): -B[0][1] / determinant,
-                ("steer_rate", "roll_rate"): -B[1][0] / determinant, ("steer_rate", "steer_rate"): B[0][0] / determinant}  # fmt: skip
+                ("steer_rate", "roll_rate"): -B[1][0] / determinant,
+                ("steer_rate", "steer_rate"): B[0][0] / determinant}  # fmt: skip
 
     def equations(self, v, m):
         M, free = self.mass(v, m), {}
         for row in COORDINATES:
-            free[row] = sum(v[f"{row}_by_{column}_{power}"] * v.speed**power * v[column] for power in range(3) for column in STATES)
+            free[row] = sum(
+                v[f"{row}_by_{column}_{power}"] * v.speed**power * v[column] for power in range(3) for column in STATES
+            )
         v.head_torque = 0.0
         return {
-            "der(roll_rate)": M["roll_rate", "roll_rate"] * free["roll"] + M["roll_rate", "steer_rate"] * free["steer"] + v.roll_torque,
-            "der(steer_rate)": M["steer_rate", "roll_rate"] * free["roll"] + M["steer_rate", "steer_rate"] * free["steer"]
-                               + v.steer_torque - v.head_torque,
+            "der(roll_rate)": M["roll_rate", "roll_rate"] * free["roll"]
+                              + M["roll_rate", "steer_rate"] * free["steer"] + v.roll_torque,
+            "der(steer_rate)": M["steer_rate", "roll_rate"] * free["roll"]
+                               + M["steer_rate", "steer_rate"] * free["steer"] + v.steer_torque - v.head_torque,
             "der(roll_angle)": v.roll_rate,
             "der(steer_angle)": v.steer_rate,
         }  # fmt: skip
 
 
 def holds_matrices(path: Path) -> bool:
-    """Whether a .toml file gives matrices instead of a component's parameters."""
+    """Whether a .toml file gives matrices instead of parameters. Raises InputError for a file that cannot be read."""
     return not {"A0", "A1", "A2", "B"}.isdisjoint(_read(path))
 
 
 def from_matrices(path: Path) -> GivenMatrices:
-    """The vehicle of a file of matrices. Raises InputError that names the matrix, what is wrong and what was expected."""
+    """The vehicle of a file of matrices. Raises InputError with the matrix, what is wrong and what was expected."""
     contents = _read(path)
     for key in contents:
         if key not in KEYS:
             raise InputError(f"{path.name}: {unknown('key', key, KEYS)}")
     for key in ("A0", "B"):
         if key not in contents:
-            raise InputError(f"{path.name}: no {key}; expected A0 and B, and A1 and A2 where the speed plays a part")
+            raise InputError(
+                f"{path.name}: no {key}; expected A0 and B, and A1 and A2 where the matrices depend on the speed"
+            )
     A = [_matrix(path, key, contents[key], 4) if key in contents else np.zeros((4, 4)) for key in ("A0", "A1", "A2")]
     B = _matrix(path, "B", contents["B"], 2)
     if not (np.allclose(A[0][:2], np.eye(4)[2:]) and not A[1][:2].any() and not A[2][:2].any() and not B[:2].any()):
-        raise InputError(f"{path.name}: the upper rows do not say that the angles' rates are states; expected x = (roll, steer, roll rate, steer rate)")
+        raise InputError(
+            f"{path.name}: the upper rows do not state that the rates of the angles are states; "
+            "expected x = (roll, steer, roll rate, steer rate)"
+        )
     if abs(np.linalg.det(B[2:])) <= 1e-12 * np.abs(B[2:]).max() ** 2:
-        raise InputError(f"{path.name}: the lower half of B is singular; expected the inverse of a mass matrix, for roll torque and steer torque")
+        raise InputError(
+            f"{path.name}: the lower half of B is singular; "
+            "expected the inverse of a mass matrix, for roll torque and steer torque"
+        )
     numbers = np.concatenate([*(a[2:].ravel() for a in A), B[2:].ravel()])
     values = {n: float(x) for (n, _), x in zip(entries(), numbers, strict=True)}
     return GivenMatrices(path.stem, str(contents.get("source", "")), (), **values)

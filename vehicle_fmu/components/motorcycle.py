@@ -11,20 +11,20 @@ the spin momenta h_f = V i_fy / R_f, h_r = V i_ry / R_r and G = -Z_f t + M_f e g
     tyres    (sigma_f / V) Y_f' + Y_f = C_f1 (delta c - (v + l r - t s) / V) + C_f2 (phi + delta S)
              (sigma_r / V) Y_r' + Y_r = C_r1 (-(v - b r) / V) + C_r2 phi
 
-q = (v', r', p', s'). Traps that Sharp's printed eigenvalues settle: f is measured upward along the steer axis,
+q = (v', r', p', s'). Conventions that Sharp's printed eigenvalues confirm: f is measured upward along the steer axis,
 the trail t perpendicular to it; camber thrust relaxes too, on both tyres; C_rxz = + integral of x z dm with z
 down, which is minus Meijaard's I_xz; Z_f is negative (load on the tyre, z down).
 
 Source: Sharp, J. Mech. Eng. Sci. 13(5) (1971) 316-329; the torques of the port: Cossalter et al., Meccanica 46
-(2011) 279-292, whose rider inertia I_a is added to I_fz wherever that appears.
+(2011) 279-292, where the rider inertia I_a is added to I_fz everywhere.
 """
 
 from typing import ClassVar
 
 from fmus import Component, input, local, parameter, state
-from fmus.elements import Element
-from fmus.ports import answers, carries, told
-from fmus.roll_port import roll_answers, roll_told
+from fmus.declaration.elements import Element
+from fmus.interfaces.handlebar import port_input, port_output, port_state
+from fmus.interfaces.roll import roll_input, roll_output
 
 
 class Motorcycle(Component):
@@ -33,50 +33,91 @@ class Motorcycle(Component):
     front_mass = parameter("kg", "Mass of the front frame", symbol="M_f", min=0, max=1e4)
     rear_mass = parameter("kg", "Mass of the rear frame with the rigid rider", symbol="M_r", min=1e-3, max=1e5)
     front_tyre_load = parameter("N", "Vertical load on the front tyre, z down: negative", symbol="Z_f", max=0, min=-1e6)
-    rear_roll_inertia = parameter("kg.m2", "Roll inertia of the rear frame about its mass centre", symbol="I_{rx}", min=0, max=1e5)
-    rear_yaw_inertia = parameter("kg.m2", "Yaw inertia of the rear frame about its mass centre", symbol="I_{rz}", min=0, max=1e5)
-    rear_product_of_inertia = parameter("kg.m2", "Integral of x z dm of the rear frame, z down", symbol="C_{rxz}", min=-1e5, max=1e5)
-    front_cross_inertia = parameter("kg.m2", "Inertia of the front frame perpendicular to the steer axis", symbol="I_{fx}", min=0, max=1e4)
-    front_steer_inertia = parameter("kg.m2", "Inertia of the front frame about an axis parallel to the steer axis through its mass centre", symbol="I_{fz}", min=1e-6, max=1e4)
-    front_product_of_inertia = parameter("kg.m2", "Product of inertia of the front frame in its own axes", symbol="I_{fxz}", min=-1e4, max=1e4)
-    added_steer_inertia = parameter("kg.m2", "Inertia that a rider adds to the front frame about the steer axis", symbol="I_a", min=-5, max=5, tunable=False)
+    rear_roll_inertia = parameter(
+        "kg.m2", "Roll inertia of the rear frame about its mass centre", symbol="I_{rx}", min=0, max=1e5
+    )
+    rear_yaw_inertia = parameter(
+        "kg.m2", "Yaw inertia of the rear frame about its mass centre", symbol="I_{rz}", min=0, max=1e5
+    )
+    rear_product_of_inertia = parameter(
+        "kg.m2", "Integral of x z dm of the rear frame, z down", symbol="C_{rxz}", min=-1e5, max=1e5
+    )
+    front_cross_inertia = parameter(
+        "kg.m2", "Inertia of the front frame perpendicular to the steer axis", symbol="I_{fx}", min=0, max=1e4
+    )
+    front_steer_inertia = parameter(
+        "kg.m2",
+        "Inertia of the front frame about an axis parallel to the steer axis through its mass centre",
+        symbol="I_{fz}",
+        min=1e-6,
+        max=1e4,
+    )
+    front_product_of_inertia = parameter(
+        "kg.m2", "Product of inertia of the front frame in its own axes", symbol="I_{fxz}", min=-1e4, max=1e4
+    )
+    added_steer_inertia = parameter(
+        "kg.m2",
+        "Inertia that a rider adds to the front frame about the steer axis",
+        symbol="I_a",
+        min=-5,
+        max=5,
+        tunable=False,
+    )
     front_spin_inertia = parameter("kg.m2", "Polar inertia of the front wheel", symbol="i_{fy}", min=0, max=1e3)
-    rear_spin_inertia = parameter("kg.m2", "Polar inertia of the rear wheel with the engine reflected to it", symbol="i_{ry}", min=0, max=1e3)
+    rear_spin_inertia = parameter(
+        "kg.m2", "Polar inertia of the rear wheel with the engine reflected to it", symbol="i_{ry}", min=0, max=1e3
+    )
     front_wheel_radius = parameter("m", "Radius of the front wheel", symbol="R_f", min=1e-2, max=10, start=0.3)
     rear_wheel_radius = parameter("m", "Radius of the rear wheel", symbol="R_r", min=1e-2, max=10, start=0.3)
-    steer_axis_distance = parameter("m", "Perpendicular distance from the origin to the steer axis", symbol="a", min=0, max=10)
+    steer_axis_distance = parameter(
+        "m", "Perpendicular distance from the origin to the steer axis", symbol="a", min=0, max=10
+    )
     rear_contact_distance = parameter("m", "Origin to the rear contact, backwards", symbol="b", min=0, max=10)
     front_mass_offset = parameter("m", "Front mass centre ahead of the steer axis", symbol="e", min=-2, max=2)
-    front_mass_rise = parameter("m", "Front mass centre above the foot of a, upward along the steer axis", symbol="f", min=-5, max=5)
+    front_mass_rise = parameter(
+        "m", "Front mass centre above the foot of a, upward along the steer axis", symbol="f", min=-5, max=5
+    )
     rear_mass_height = parameter("m", "Height of the rear frame's mass centre", symbol="h", min=0, max=10)
     trail = parameter("m", "Trail, perpendicular to the steer axis", symbol="t", min=-1, max=1)
     caster_angle = parameter("rad", "Caster angle of the steer axis", symbol=r"\epsilon", min=-1.5, max=1.5)
-    front_cornering_stiffness = parameter("N/rad", "Side force per slip angle of the front tyre", symbol="C_{f1}", min=0, max=1e12)
-    front_camber_stiffness = parameter("N/rad", "Side force per camber angle of the front tyre", symbol="C_{f2}", min=-1e9, max=1e9)
-    rear_cornering_stiffness = parameter("N/rad", "Side force per slip angle of the rear tyre", symbol="C_{r1}", min=0, max=1e12)
-    rear_camber_stiffness = parameter("N/rad", "Side force per camber angle of the rear tyre", symbol="C_{r2}", min=-1e9, max=1e9)
-    front_relaxation_length = parameter("m", "Relaxation length of the front tyre", symbol=r"\sigma_f", min=1e-6, max=10, start=0.24)
-    rear_relaxation_length = parameter("m", "Relaxation length of the rear tyre", symbol=r"\sigma_r", min=1e-6, max=10, start=0.24)
+    front_cornering_stiffness = parameter(
+        "N/rad", "Side force per slip angle of the front tyre", symbol="C_{f1}", min=0, max=1e12
+    )
+    front_camber_stiffness = parameter(
+        "N/rad", "Side force per camber angle of the front tyre", symbol="C_{f2}", min=-1e9, max=1e9
+    )
+    rear_cornering_stiffness = parameter(
+        "N/rad", "Side force per slip angle of the rear tyre", symbol="C_{r1}", min=0, max=1e12
+    )
+    rear_camber_stiffness = parameter(
+        "N/rad", "Side force per camber angle of the rear tyre", symbol="C_{r2}", min=-1e9, max=1e9
+    )
+    front_relaxation_length = parameter(
+        "m", "Relaxation length of the front tyre", symbol=r"\sigma_f", min=1e-6, max=10, start=0.24
+    )
+    rear_relaxation_length = parameter(
+        "m", "Relaxation length of the rear tyre", symbol=r"\sigma_r", min=1e-6, max=10, start=0.24
+    )
     steering_damping = parameter("N.m.s/rad", "The motorcycle's own steering damper", symbol="K", min=0, max=1e4)
     gravity = parameter("m/s2", "Gravitational acceleration", symbol="g", min=0, max=100, start=9.80665)
 
     speed = input("m/s", "Forward speed", symbol="V", min=0.1, max=200, start=30)
     steer_torque = input("N.m", "Disturbance: torque between rear and front frame, on the front frame", symbol="T_d")
-    roll_torque = roll_told("roll_torque")
-    lateral_force = roll_told("lateral_force")
-    handlebar_torque = told("handlebar_torque")
-    frame_torque = told("frame_torque")
+    roll_torque = roll_input("roll_torque")
+    lateral_force = roll_input("lateral_force")
+    handlebar_torque = port_input("handlebar_torque")
+    frame_torque = port_input("frame_torque")
 
     lateral_velocity = state("m/s", "Lateral velocity of the origin", symbol="v", exposed=True)
     yaw_rate = state("rad/s", "Yaw rate", symbol="r", exposed=True)
     roll_rate = state("rad/s", "Roll rate", symbol="p", exposed=True)
-    steer_rate = carries("steer_rate")
+    steer_rate = port_state("steer_rate")
     roll_angle = state("rad", "Roll angle, lean to the right positive", symbol=r"\phi", exposed=True)
-    steer_angle = carries("steer_angle")
+    steer_angle = port_state("steer_angle")
     front_side_force = state("N", "Side force of the front tyre", symbol="Y_f", exposed=True, nominal=100)
     rear_side_force = state("N", "Side force of the rear tyre", symbol="Y_r", exposed=True, nominal=100)
-    frame_rate = answers("frame_rate")
-    turning_acceleration = roll_answers("turning_acceleration")
+    frame_rate = port_output("frame_rate")
+    turning_acceleration = roll_output("turning_acceleration")
 
     front_contact_distance = local("m", "Origin to the front contact, forwards", symbol="l")
     front_mass_distance = local("m", "Origin to the front mass centre, forwards", symbol="k")
@@ -92,9 +133,11 @@ class Motorcycle(Component):
     rear_slip_angle = local("rad", "Slip angle of the rear tyre", symbol=r"\alpha_r")
     front_camber_angle = local("rad", "Camber angle of the front tyre", symbol=r"\gamma_f")
     rear_camber_angle = local("rad", "Camber angle of the rear tyre", symbol=r"\gamma_r")
-    head_torque = local("N.m", "Torque of the steering head against the steer, as of a damper", symbol="T_s")
+    head_torque = local("N.m", "Torque of the steering head against the steer rate, such as of a damper", symbol="T_s")
 
-    elements: ClassVar = {"head": Element("head_torque", "steer_angle", "steer_rate", damping="steering_damping")}
+    elements: ClassVar = {
+        "steering_head": Element("head_torque", "steer_angle", "steer_rate", damping="steering_damping")
+    }
 
     def mass(self, v, m):
         place_front_frame(v, m)
@@ -109,9 +152,11 @@ class Motorcycle(Component):
             ("lateral_velocity", "yaw_rate", "roll_rate", "steer_rate"),
             [
                 [Mf + Mr, Mf * k, Mf * j + Mr * h, Mf * e],
-                [v.rear_yaw_inertia + v.front_yaw_inertia + Mf * k**2, Mf * j * k - v.rear_product_of_inertia + v.front_roll_yaw_product,
+                [v.rear_yaw_inertia + v.front_yaw_inertia + Mf * k**2,
+                 Mf * j * k - v.rear_product_of_inertia + v.front_roll_yaw_product,
                  Mf * e * k + v.ridden_steer_inertia * c - Ifxz * S],
-                [v.rear_roll_inertia + v.front_roll_inertia + Mr * h**2 + Mf * j**2, Mf * e * j + v.ridden_steer_inertia * S + Ifxz * c],
+                [v.rear_roll_inertia + v.front_roll_inertia + Mr * h**2 + Mf * j**2,
+                 Mf * e * j + v.ridden_steer_inertia * S + Ifxz * c],
                 [v.ridden_steer_inertia + Mf * e**2],
             ],
         )  # fmt: skip
@@ -142,7 +187,8 @@ class Motorcycle(Component):
                              - v.front_mass * k * V * r + spin * p + v.front_spin_momentum * S * s,
             "der(roll_rate)": torque * S + v.roll_torque - roll_moment * (V * r - g * phi)
                               - spin * r - v.front_spin_momentum * c * s + tilt * delta,
-            "der(steer_rate)": v.handlebar_torque + v.steer_torque - v.head_torque - v.trail * Yf - v.front_mass * v.front_mass_offset * V * r
+            "der(steer_rate)": v.handlebar_torque + v.steer_torque - v.head_torque - v.trail * Yf
+                               - v.front_mass * v.front_mass_offset * V * r
                                - v.front_spin_momentum * (S * r - c * p) + tilt * (phi + S * delta),
             "der(roll_angle)": p,
             "der(steer_angle)": s,
@@ -154,7 +200,7 @@ class Motorcycle(Component):
 
 
 def place_front_frame(v, m):
-    """Where front contact and front mass centre are, from the lengths along and across the steer axis."""
+    """Set the positions of front contact and front mass centre, from the lengths along and across the steer axis."""
     c, S = m.cos(v.caster_angle), m.sin(v.caster_angle)
     reach = v.steer_axis_distance + v.front_mass_offset
     v.front_contact_distance = (v.steer_axis_distance - v.trail) / c

@@ -1,1 +1,4 @@
-"""What a rigid motorcycle or bicycle leaves out. Each file declares effects; what is in this folder, the gap workflow tries."""
+"""Effects that a rigid motorcycle or bicycle neglects.
+
+The gap workflow tries every effect that a file of this folder declares.
+"""

@@ -16,8 +16,8 @@ contact by n_c (to the right, per radian), turns the wheel by -S and tilts it by
 C is the compliance, d the damping. As the axis does not turn with the steer, the moments of weight and load are
 symmetric in beta and delta.
 
-Source: the freedom is that of Sharp, Alstead, Vehicle Syst. Dyn. 9 (1980) 327-357, and Spierings, ibid. 10 (1981)
-21-35; the equations are this project's, held to a derivation by Kane's equations in the tests.
+Source: the degree of freedom is that of Sharp, Alstead, Vehicle Syst. Dyn. 9 (1980) 327-357, and Spierings, ibid. 10
+(1981) 21-35; the equations are of this project and are verified by a derivation with Kane's equations in the tests.
 """
 
 from typing import ClassVar
@@ -31,20 +31,30 @@ class FrameCompliance(Effect):
     family, form = "frame_compliance", "twist"
     compliance = parameter("rad/N.m", "Twist per torque", symbol="C", min=1e-8, max=1e-2, start=2e-5)
     damping = parameter("N.m.s/rad", "Damping of the twist", symbol="d", min=0, max=1e4, start=20.0)
-    height = parameter("m", "Twist axis above the foot of the steer axis distance, along the steer axis", symbol="z_t", min=-1, max=2, start=0.4)
+    height = parameter(
+        "m",
+        "Twist axis above the foot of the steer axis distance, along the steer axis",
+        symbol="z_t",
+        min=-1,
+        max=2,
+        start=0.4,
+    )
     twist = state("rad", "Twist of the front frame, tilting it to the right positive", symbol=r"\beta")
     twist_rate = state("rad/s", "Rate of the twist", symbol="b")
     starts: ClassVar = {"damping": (20.0,), "height": (0.1, 0.5)}
 
     @staticmethod
     def centre(v):
+        """n: displacement of the front mass centre per twist [m]."""
         return v.front_mass_rise - v.height
 
     @staticmethod
     def contact(v, m):
+        """n_c: displacement of the front contact per twist [m]."""
         return -((v.steer_axis_distance - v.trail) * m.tan(v.caster_angle) + v.height)
 
     def weight(self, v, m):
+        """Q: moment of weight and tyre load per twist [N.m/rad]."""
         return v.front_mass * v.gravity * self.centre(v) + v.front_tyre_load * self.contact(v, m)
 
     @adds_to("mass(twist_rate, twist_rate)")
@@ -58,12 +68,20 @@ class FrameCompliance(Effect):
     @adds_to("mass(twist_rate, yaw_rate)", "mass(yaw_rate, twist_rate)")
     def with_yaw(self, v, m):
         c, S = m.cos(v.caster_angle), m.sin(v.caster_angle)
-        return v.front_mass * v.front_mass_distance * self.centre(v) - v.front_cross_inertia * S + v.front_product_of_inertia * c
+        return (
+            v.front_mass * v.front_mass_distance * self.centre(v)
+            - v.front_cross_inertia * S
+            + v.front_product_of_inertia * c
+        )
 
     @adds_to("mass(twist_rate, roll_rate)", "mass(roll_rate, twist_rate)")
     def with_roll(self, v, m):
         c, S = m.cos(v.caster_angle), m.sin(v.caster_angle)
-        return v.front_mass * v.front_mass_height * self.centre(v) + v.front_cross_inertia * c + v.front_product_of_inertia * S
+        return (
+            v.front_mass * v.front_mass_height * self.centre(v)
+            + v.front_cross_inertia * c
+            + v.front_product_of_inertia * S
+        )
 
     @adds_to("mass(twist_rate, steer_rate)", "mass(steer_rate, twist_rate)")
     def with_steer(self, v, m):
@@ -79,7 +97,14 @@ class FrameCompliance(Effect):
         spin = v.front_spin_momentum * (v.roll_rate * S + v.yaw_rate * c + v.steer_rate)
         falls = self.weight(v, m) * (v.roll_angle + c * v.twist) + v.tilt_moment * c * v.steer_angle
         turning = v.front_mass * self.centre(v) * v.speed * v.yaw_rate
-        return self.contact(v, m) * v.front_side_force + falls - spin - turning - v.twist / v.compliance - v.damping * v.twist_rate
+        return (
+            self.contact(v, m) * v.front_side_force
+            + falls
+            - spin
+            - turning
+            - v.twist / v.compliance
+            - v.damping * v.twist_rate
+        )
 
     @adds_to("der(yaw_rate)")
     def on_yaw(self, v, m):

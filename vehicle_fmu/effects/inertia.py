@@ -1,13 +1,13 @@
-"""Inertia that the base does not know: of the whole about the roll axis, of the front about the steer axis.
+"""Inertia that the base lacks: of the vehicle about the roll axis, of the front assembly about the steer axis.
 
-They add to the diagonal of the mass matrix, so that they hold for every vehicle whose states are roll and steer rate.
+They add to the diagonal of the mass matrix and apply to every vehicle with roll rate and steer rate as states.
 """
 
 from fmus import Effect, adds_to, parameter
 
 
 class RollInertia(Effect):
-    """The vehicle has another roll inertia than the base."""
+    """The roll inertia of the vehicle differs from that of the base."""
 
     family, form = "roll_inertia", "inertia"
     inertia = parameter("kg.m2", "Roll inertia beyond the base's", symbol=r"\Delta I_x", min=-100, max=1000, start=1.0)
@@ -18,10 +18,12 @@ class RollInertia(Effect):
 
 
 class AddedInertia(Effect):
-    """More inertia turns with the front assembly about the steer axis."""
+    """The front assembly has more inertia about the steer axis."""
 
     family, form = "added_inertia", "inertia"
-    inertia = parameter("kg.m2", "Inertia about the steer axis beyond the base's", symbol=r"\Delta I_s", min=0, max=5, start=0.01)
+    inertia = parameter(
+        "kg.m2", "Inertia about the steer axis beyond the base's", symbol=r"\Delta I_s", min=0, max=5, start=0.01
+    )
 
     @adds_to("mass(steer_rate, steer_rate)")
     def turns(self, v, m):

@@ -1,8 +1,9 @@
-"""A sensor that shows what it measures later than the others do, and later than the inputs are recorded.
+"""A sensor whose reading is delayed against the other sensors and the recorded inputs.
 
     y(t) = x(t - t_s)
 
-All of them late together are the same as a motor that is early, so that only single ones are looked for: each is a form.
+A delay of all sensors is equivalent to an early motor, so that only delays of single sensors are candidates, one form
+each.
 """
 
 from typing import Any
@@ -14,12 +15,12 @@ class _LateSensor(Effect):
     delay = parameter("s", "Delay of the sensor", symbol="t_s", min=2e-3, max=0.3, start=0.02)
 
     def __init__(self, exact_delays: bool = False):
-        super().__init__()  # no recording has what a sensor measured earlier: always as states
+        super().__init__()  # the past of a true value is in no recording: always as states
         del exact_delays
 
 
 def _of(sensor: str) -> type[Effect]:
-    """The effect of that sensor."""
+    """The effect class of a sensor."""
 
     @adds_to(sensor)
     def shown(self: Effect, v: Any, m: Any) -> Any:
@@ -27,9 +28,11 @@ def _of(sensor: str) -> type[Effect]:
 
     words = sensor.replace("_", " ")
     return type(f"Late{words.title().replace(' ', '')}", (_LateSensor,), {
-        "__doc__": f"The sensor of the {words} is late.", "family": "channel_delay", "form": sensor,
+        "__doc__": f"The sensor of the {words} is delayed.", "family": "channel_delay", "form": sensor,
         "delayed": {"late": (sensor, "delay")}, "shown": shown,
     })  # fmt: skip
 
 
-LateRollRate, LateYawRate, LateSteerAngle, LateSteerRate, LateRollAngle = map(_of, ("roll_rate", "yaw_rate", "steer_angle", "steer_rate", "roll_angle"))
+LateRollRate, LateYawRate, LateSteerAngle, LateSteerRate, LateRollAngle = map(
+    _of, ("roll_rate", "yaw_rate", "steer_angle", "steer_rate", "roll_angle")
+)

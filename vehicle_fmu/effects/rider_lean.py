@@ -1,19 +1,21 @@
 r"""The rider's upper body leans on the rear frame: an inverted pendulum, sprung and damped, about an axis along x.
 
 Its hinge is at the height h_s above the ground, its mass centre c_r above the hinge (and x_r ahead of the origin), its
-radius of gyration rho. The body is a part of the base's rigid rear frame already, so that its lean theta relative to the
-frame is all that is new. With m the leaning mass:
+radius of gyration rho. The body is already a part of the rigid rear frame; only its lean theta relative to the frame is
+added. With m the leaning mass:
 
     lateral  ... + m c_r theta''
     yaw      ... + m c_r x_r theta''
     roll     ... + m (rho^2 + c_r (h_s + c_r)) theta'' - m g c_r theta
-    lean     the same column as row, + m (rho^2 + c_r^2) (theta'' + 2 zeta w theta' + w^2 theta) + m c_r V r - m g c_r phi = 0
+    lean     the same column as row,
+             + m (rho^2 + c_r^2) (theta'' + 2 zeta w theta' + w^2 theta) + m c_r V r - m g c_r phi = 0
 
-w is the natural frequency with the frame held upright, its weight included. The row is divided by m, so that a mass of
-zero is no rider who leans.
+w is the natural frequency with the frame held upright, the weight of the body included. The row is divided by m, so
+that the effect vanishes for m = 0.
 
-Source: the freedom is that of Nishimi, Aoki, Katayama, SAE 850510 (1985), and of Cossalter et al. (2008), Sect. 4; the
-equations are those of a rigid body in roll, held to a derivation by Kane's equations in the tests.
+Source: the degree of freedom is that of Nishimi, Aoki, Katayama, SAE 850510 (1985), and of Cossalter et al. (2008),
+Sect. 4; the equations are those of a rigid body in roll and are verified by a derivation with Kane's equations in the
+tests.
 """
 
 from math import pi
@@ -27,11 +29,17 @@ class RiderLean(Effect):
 
     family, form = "rider_lean", "pendulum"
     mass = parameter("kg", "Mass that leans", symbol="m_u", min=0, max=150, start=30.0)
-    frequency = parameter("Hz", "Undamped frequency with the frame held upright", symbol="f_l", min=0.2, max=20, start=1.5)
-    damping_ratio = parameter("1", "Damping ratio with the frame held upright", symbol=r"\zeta_l", min=0.01, max=2, start=0.3)
+    frequency = parameter(
+        "Hz", "Undamped frequency with the frame held upright", symbol="f_l", min=0.2, max=20, start=1.5
+    )
+    damping_ratio = parameter(
+        "1", "Damping ratio with the frame held upright", symbol=r"\zeta_l", min=0.01, max=2, start=0.3
+    )
     hinge_height = parameter("m", "Hinge above the ground", symbol="h_s", min=0, max=2, start=0.8)
     centre = parameter("m", "Mass centre of the body above the hinge", symbol="c_r", min=0.05, max=1, start=0.35)
-    gyration = parameter("m", "Radius of gyration of the body about its mass centre", symbol=r"\rho", min=0, max=1, start=0.2)
+    gyration = parameter(
+        "m", "Radius of gyration of the body about its mass centre", symbol=r"\rho", min=0, max=1, start=0.2
+    )
     advance = parameter("m", "Mass centre of the body ahead of the origin", symbol="x_r", min=-2, max=2, start=0.0)
     lean = state("rad", "Lean of the body relative to the frame, to the right positive", symbol=r"\vartheta_u")
     lean_rate = state("rad/s", "Rate of the lean", symbol="q_u")
@@ -40,10 +48,12 @@ class RiderLean(Effect):
 
     @staticmethod
     def own(v):
+        """rho^2 + c_r^2: inertia about the hinge per mass [m2]."""
         return v.gyration**2 + v.centre**2
 
     @staticmethod
     def rolling(v):
+        """rho^2 + c_r (h_s + c_r): product of inertia with the roll axis per mass [m2]."""
         return v.gyration**2 + v.centre * (v.hinge_height + v.centre)
 
     @adds_to("mass(lean_rate, lean_rate)")
@@ -63,15 +73,15 @@ class RiderLean(Effect):
         return v.mass * self.rolling(v)
 
     @adds_to("mass(lean_rate, lateral_velocity)")
-    def moved_sideways(self, v, m):
+    def from_lateral(self, v, m):
         return v.centre
 
     @adds_to("mass(lean_rate, yaw_rate)")
-    def yawed(self, v, m):
+    def from_yaw(self, v, m):
         return v.centre * v.advance
 
     @adds_to("mass(lean_rate, roll_rate)")
-    def rolled(self, v, m):
+    def from_roll(self, v, m):
         return self.rolling(v)
 
     @adds_to("der(lean)")

@@ -1,4 +1,4 @@
-"""A steer motor that does not give what it is told: another gain, or later."""
+"""A steer motor whose torque differs from its command: by a gain or by a delay."""
 
 from typing import ClassVar
 
@@ -6,10 +6,10 @@ from fmus import Effect, adds_to, parameter
 
 
 class MotorGain(Effect):
-    """The steer motor gives another torque than it is told, in proportion."""
+    """The torque of the steer motor differs from its command by a constant factor."""
 
     family, form = "motor_gain", "ratio"
-    ratio = parameter("1", "Torque beyond what is told, over that", symbol="r_m", min=-1, max=5, start=0.1)
+    ratio = parameter("1", "Relative excess of the torque over its command", symbol="r_m", min=-1, max=5, start=0.1)
 
     @adds_to("der(steer_rate)")
     def gives(self, v, m):
@@ -17,7 +17,7 @@ class MotorGain(Effect):
 
 
 class MotorDelay(Effect):
-    """The steer motor gives its torque later than it is told."""
+    """The torque of the steer motor is delayed against its command."""
 
     family, form = "channel_delay", "motor"
     delay = parameter("s", "Delay of the motor's torque", symbol="t_m", min=0, max=0.3, start=0.0)

@@ -1,4 +1,4 @@
-"""What acts in the steering head besides the vehicle's own damper: friction, a spring, a damper."""
+"""Torques in the steering head beside the vehicle's own damper: friction, a spring, a damper."""
 
 from fmus.effects import damping, stiffness
 
@@ -6,28 +6,28 @@ from fmus.effects import damping, stiffness
 class SteeringFriction(damping.CoulombFriction):
     """Dry friction in the steering head."""
 
-    family, element = "steering_friction", "head"
+    element = "steering_head"
 
 
 class SoftSteeringFriction(damping.SoftFriction):
-    """Dry friction in the steering head that comes in over a wider range of rates."""
+    """Dry friction in the steering head whose transition through zero rate is wide."""
 
-    family, element = "steering_friction", "head"
+    element = "steering_head"
 
 
 class SteeringStribeck(damping.StribeckFriction):
     """Dry friction in the steering head that is larger near standstill."""
 
-    family, element = "steering_friction", "head"
+    element = "steering_head"
 
 
 class SteerStiffness(stiffness.AddedSpring):
-    """A spring between front and rear frame, as of cables."""
+    """A spring between front and rear frame, such as cables."""
 
-    family, element = "steer_stiffness", "head"
+    family, element = "steer_stiffness", "steering_head"
 
 
 class SteerDamping(damping.AddedDamper):
-    """A viscous damper between front and rear frame, as of bearings."""
+    """A viscous damper between front and rear frame, such as bearings."""
 
-    family, element = "steer_damping", "head"
+    family, element = "steer_damping", "steering_head"

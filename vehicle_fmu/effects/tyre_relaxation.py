@@ -1,4 +1,4 @@
-"""The side force of a tyre follows its slip over another distance than the base has it.
+"""Relaxation lengths of the tyres that differ from those of the base.
 
     (sigma / V) Y' + Y = C_1 alpha + C_2 gamma
 
@@ -10,7 +10,7 @@ from fmus import Effect, adds_to, parameter
 
 
 class TyreRelaxation(Effect):
-    """Both tyres relax over another length than the base has it."""
+    """The relaxation lengths of both tyres differ from those of the base."""
 
     family, form = "tyre_relaxation", "both"
     length = parameter("m", "Relaxation length beyond the base's", symbol=r"\Delta\sigma", min=-0.2, max=5, start=0.1)
@@ -25,7 +25,7 @@ class TyreRelaxation(Effect):
 
 
 class FrontRelaxation(Effect):
-    """The front tyre relaxes over another length than the base has it."""
+    """The relaxation length of the front tyre differs from that of the base."""
 
     family, form = "tyre_relaxation", "front"
     length = parameter("m", "Relaxation length beyond the base's", symbol=r"\Delta\sigma", min=-0.2, max=5, start=0.1)
@@ -36,7 +36,7 @@ class FrontRelaxation(Effect):
 
 
 class RearRelaxation(Effect):
-    """The rear tyre relaxes over another length than the base has it."""
+    """The relaxation length of the rear tyre differs from that of the base."""
 
     family, form = "tyre_relaxation", "rear"
     length = parameter("m", "Relaxation length beyond the base's", symbol=r"\Delta\sigma", min=-0.2, max=5, start=0.1)

@@ -1,4 +1,4 @@
-"""Printed numbers of motorcycles and bicycles, to compare with."""
+"""Published eigenvalues and modes of motorcycles and bicycles, for comparison."""
 
 from pathlib import Path
 

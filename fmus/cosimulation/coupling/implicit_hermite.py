@@ -3,14 +3,13 @@
 The rates are the FMUs' output derivatives; an angle's rate is a signal of its own.
 """
 
-from fmus.coupling.polynomials import HELD, HERMITE
-from fmus.coupling.scheme import Continuation, Scheme
+from fmus.cosimulation.polynomials import HELD, HERMITE
+from fmus.cosimulation.scheme import Continuation, Scheme
 
-IMPLICIT_HERMITE = Scheme(
+COUPLING = Scheme(
     "implicit_hermite",
-    "repeated until inputs are Hermite cubics; needs saved states and output derivatives",
+    "iterated until inputs are Hermite cubics; needs saved states and output derivatives",
     order=4,
-    stable=(0.0244, 0.0209),
     source="Schweizer, Lu, Li, ZAMM 96 (2016) 821-844",
     before=Continuation(HELD),
     after=Continuation(HERMITE, angle=HERMITE),

@@ -1,13 +1,12 @@
-"""Iterated with rollback: the step is repeated until every input is the line between what was and what comes out. Order 2."""
+"""Iterated with rollback: the step is repeated until every input is linear between its values at both ends. Order 2."""
 
-from fmus.coupling.polynomials import HELD, LINE
-from fmus.coupling.scheme import Continuation, Scheme
+from fmus.cosimulation.polynomials import HELD, LINE
+from fmus.cosimulation.scheme import Continuation, Scheme
 
-ITERATED = Scheme(
+COUPLING = Scheme(
     "iterated",
-    "repeated until inputs are lines between both ends; needs saved states",
+    "iterated until inputs are lines between both ends; needs saved states",
     order=2,
-    stable=(0.0256, 0.0246),
     source="Kuebler, Schiehlen, Math. Comput. Model. Dyn. Syst. 6 (2000) 93-113",
     before=Continuation(HELD),
     after=Continuation(LINE),

@@ -1,57 +1,31 @@
-/* The loop of a co-simulation: many steps of a coupling on FMUs. See fmus/master/compiled.py.
+/* The loop of a co-simulation: many steps of a coupling on FMUs. See fmus/cosimulation/master/compiled.py.
 
-   Everything is prepared outside: which signal drives which input, in which order outputs are read, and for each
-   unit the matrix from what is known (data) to the polynomials of its inputs,
+   Python prepares everything: which signal drives which input, the order in which outputs are read, and for each
+   subsystem the matrix from the data to the polynomials of its inputs,
 
        u(s) = sum_k c_k s^k,   c = matrix data + external,   s = time / step
 
    or, for FMI 2.0, to their derivatives k! c_k / step^k.
 
    The data are, in this order: rows of signals (present, former, derivatives, end of the step), then, where the
-   coupling predicts from the linearised units, the rates of the states and the slopes of the external inputs. */
+   coupling predicts from the linearised subsystems, the rates of the states and the slopes of the external inputs. */
+
+#include "subsystem.c"
 
 #include <string.h>
-
-#include "unit.c"
-
-enum { BLOCK = 4 };
 
 static double larger(double a, double b) { return a > b ? a : b; }
 
 static double magnitude(double a) { return a < 0 ? -a : a; }
 
-typedef struct {
-    size_t n_units, n_inputs, n_outputs, n_signals, n_data;
-    Unit *units;
-    const size_t *where;                           /* of each signal among the outputs */
-    const size_t *wire_start, *wires, *sources;    /* the signals that sum to an input, and the outputs that these are */
-    const size_t *rounds, *sets, *rates_too, *late; /* see fmus.coupling.network; rates_too: get the states' rates as well */
-    size_t n_rounds, n_late;
-    const size_t *past;                            /* rows, the present one first */
-    const size_t *slope_rows, *slope_derivatives;  /* of the present */
-    const size_t *end_rows, *end_derivatives;
-    size_t n_past, n_slopes, n_ends;
-    const size_t *free_inputs;                     /* whose slopes are data */
-    size_t rates_at, n_free;                       /* place among the data; 0: no rates are needed */
-    size_t n_expected;
-    Matrix expected;                               /* how sums of signals should change */
-    const size_t *expected_inputs;                 /* those sums, as the inputs that they drive */
-    double missed, converged, step_size, time;
-    int sequential, iterated, passes;
-    size_t row, look, count;                           /* the expectation is looked at in every look-th step */
-    double *data, *last, *now, *told, *slopes, *scratch, *former, *rates, *change;
-    size_t failed_unit; /* after a status that is no success */
-    int status, call, renew;
-} Master;
-
-static int check(Master *m, size_t unit, int call, int status)
+static int check(Master *m, size_t subsystem, int call, int status)
 {
     if (status <= WARNING) return 1;
-    m->failed_unit = unit, m->call = call, m->status = status;
+    m->failed_subsystem = subsystem, m->call = call, m->status = status;
     return 0;
 }
 
-/* What drives an input, from values of all outputs. */
+/* The sum that drives an input, from the values of all outputs. */
 static double driven(const Master *m, size_t input, const double *outputs)
 {
     double sum = 0;
@@ -61,27 +35,27 @@ static double driven(const Master *m, size_t input, const double *outputs)
 
 static int set_inputs(Master *m, size_t k, const double *external)
 {
-    Unit *u = &m->units[k];
+    Subsystem *u = &m->subsystems[k];
     for (size_t i = 0; i < u->n_inputs; i++) m->scratch[i] = external[u->first_input + i] + driven(m, u->first_input + i, m->now);
     return check(m, k, SET, set_values(u, u->knowns + u->n_states, u->n_inputs, m->scratch));
 }
 
 static int get_outputs(Master *m, size_t k)
 {
-    Unit *u = &m->units[k];
+    Subsystem *u = &m->subsystems[k];
     return check(m, k, GET, get_values(u, u->unknowns + u->n_states, u->n_outputs, m->now + u->first_output));
 }
 
 static int get_rates(Master *m, size_t k)
 {
-    Unit *u = &m->units[k];
+    Subsystem *u = &m->subsystems[k];
     return !u->n_states || check(m, k, GET, get_values(u, u->unknowns, u->n_states, m->rates + u->first_state));
 }
 
 /* Both in one call. */
 static int get_outputs_and_rates(Master *m, size_t k)
 {
-    Unit *u = &m->units[k];
+    Subsystem *u = &m->subsystems[k];
     if (!check(m, k, GET, get_values(u, u->unknowns, u->n_states + u->n_outputs, m->scratch))) return 0;
     memcpy(m->rates + u->first_state, m->scratch, u->n_states * sizeof *m->rates);
     memcpy(m->now + u->first_output, m->scratch + u->n_states, u->n_outputs * sizeof *m->now);
@@ -90,9 +64,9 @@ static int get_outputs_and_rates(Master *m, size_t k)
 
 static int read_outputs(Master *m, const double *external)
 {
-    for (size_t r = 0; r < m->n_rounds; r++) {
-        const size_t k = m->rounds[r];
-        if (m->sets[r] && !set_inputs(m, k, external)) return 0;
+    for (size_t r = 0; r < m->n_reads; r++) {
+        const size_t k = m->read_order[r];
+        if (m->sets_inputs[r] && !set_inputs(m, k, external)) return 0;
         if (!(m->rates_too[r] ? get_outputs_and_rates(m, k) : get_outputs(m, k))) return 0;
     }
     return 1;
@@ -100,16 +74,16 @@ static int read_outputs(Master *m, const double *external)
 
 static int settle(Master *m, const double *external)
 {
-    for (size_t r = 0; r < m->n_late; r++)
-        if (!set_inputs(m, m->late[r], external) || (m->rates_at && !get_rates(m, m->late[r]))) return 0;
+    for (size_t r = 0; r < m->n_unsettled; r++)
+        if (!set_inputs(m, m->unsettled[r], external) || (m->rates_at && !get_rates(m, m->unsettled[r]))) return 0;
     return 1;
 }
 
-/* The outputs' derivative of an order from the inputs' derivatives (order, nu), where the FMU cannot be told them:
+/* The outputs' derivative of an order from the inputs' derivatives (order, nu), where the FMU does not take them:
    y^(k) = C x^(k) + D u^(k), x^(k+1) = A x^(k) + B u^(k). */
 static int slopes_along(Master *m, size_t k, size_t order, const double *input_slopes, double *slopes)
 {
-    const Unit *u = &m->units[k];
+    const Subsystem *u = &m->subsystems[k];
     double *seed = m->scratch + 3 * u->n_inputs, *found = seed + u->n_states + u->n_inputs;
     if (u->n_states && !check(m, k, GET, get_values(u, u->unknowns, u->n_states, seed))) return 0;
     for (size_t j = 0; j < order; j++) {
@@ -126,17 +100,17 @@ static int read_slopes(Master *m, size_t order)
 {
     memset(m->slopes, 0, order * m->n_outputs * sizeof *m->slopes);
     for (size_t k = 1; k <= order; k++)
-        for (size_t r = 0; r < m->n_rounds; r++) {
-            const size_t unit = m->rounds[r];
-            const Unit *u = &m->units[unit];
+        for (size_t r = 0; r < m->n_reads; r++) {
+            const size_t subsystem = m->read_order[r];
+            const Subsystem *u = &m->subsystems[subsystem];
             double *given = m->scratch, *found = m->slopes + (k - 1) * m->n_outputs + u->first_output;
             for (size_t j = 0; j < k; j++)
                 for (size_t i = 0; i < u->n_inputs; i++) given[j * u->n_inputs + i] = driven(m, u->first_input + i, m->slopes + j * m->n_outputs);
             if (u->version == 2) {
-                const size_t told = k < u->order ? k : u->order;
-                if (told && !check(m, unit, SET_SLOPES, set_slopes(u, told, given))) return 0;
-                if (!check(m, unit, GET_SLOPES, get_slopes(u, k, found))) return 0;
-            } else if (!slopes_along(m, unit, k, given, found)) {
+                const size_t taken = k < u->order ? k : u->order;
+                if (taken && !check(m, subsystem, SET_SLOPES, set_slopes(u, taken, given))) return 0;
+                if (!check(m, subsystem, GET_SLOPES, get_slopes(u, k, found))) return 0;
+            } else if (!slopes_along(m, subsystem, k, given, found)) {
                 return 0;
             }
         }
@@ -146,7 +120,7 @@ static int read_slopes(Master *m, size_t order)
 /* The signals into a row of the data, from outputs or from their derivatives. */
 static void fill(const Master *m, size_t row, const double *outputs)
 {
-    for (size_t j = 0; j < m->n_signals; j++) m->data[row * m->n_signals + j] = outputs[m->where[j]];
+    for (size_t j = 0; j < m->n_signals; j++) m->data[row * m->n_signals + j] = outputs[m->signal_outputs[j]];
 }
 
 static int fill_rows(Master *m, const size_t *rows, const size_t *derivatives, size_t n, const double *external)
@@ -181,10 +155,10 @@ static void multiply(const double *restrict blocks, size_t rows, size_t n, const
     }
 }
 
-/* The coefficients of a unit's inputs up to the order that is returned, and what they are at the end of the step. */
+/* The coefficients of a subsystem's inputs up to the order that is returned, and what they are at the end of the step. */
 static size_t polynomials(Master *m, size_t k, int first_pass, const double *external)
 {
-    const Unit *u = &m->units[k];
+    const Subsystem *u = &m->subsystems[k];
     const Matrix *x = first_pass ? &u->guess : &u->final;
     const size_t n = u->n_inputs, i0 = u->first_input;
     const double scale = u->path ? 1 : m->step_size;
@@ -203,14 +177,14 @@ static size_t polynomials(Master *m, size_t k, int first_pass, const double *ext
     for (size_t i = 0; i < n; i++) {
         double end = c[i];
         for (size_t j = 1; j <= order; j++) end += powers[j] * c[j * n + i];
-        m->told[i0 + i] = end;
+        m->end_inputs[i0 + i] = end;
     }
     return order;
 }
 
-static int step_unit(Master *m, size_t k, int first_pass, const double *external)
+static int step_subsystem(Master *m, size_t k, int first_pass, const double *external)
 {
-    Unit *u = &m->units[k];
+    Subsystem *u = &m->subsystems[k];
     const size_t n = u->n_inputs;
     const size_t highest = polynomials(m, k, first_pass, external);
     if (!check(m, k, SET, set_values(u, u->knowns + u->n_states, n, u->coefficients))) return 0;
@@ -225,26 +199,26 @@ static int step_unit(Master *m, size_t k, int first_pass, const double *external
 
 static int step_all(Master *m, int first_pass, const double *external)
 {
-    for (size_t k = 0; k < m->n_units; k++) {
-        Unit *u = &m->units[k];
-        if (!step_unit(m, k, first_pass, external)) return 0;
-        if (m->sequential) { /* the next unit is told what this one has reached */
-            if (!check(m, k, SET, set_values(u, u->knowns + u->n_states, u->n_inputs, m->told + u->first_input)) || !get_outputs(m, k)) return 0;
+    for (size_t k = 0; k < m->n_subsystems; k++) {
+        Subsystem *u = &m->subsystems[k];
+        if (!step_subsystem(m, k, first_pass, external)) return 0;
+        if (m->sequential) { /* the next subsystem receives the new outputs of this one */
+            if (!check(m, k, SET, set_values(u, u->knowns + u->n_states, u->n_inputs, m->end_inputs + u->first_input)) || !get_outputs(m, k)) return 0;
             for (size_t j = 0; j < m->n_signals; j++)
-                if (m->where[j] >= u->first_output && m->where[j] < u->first_output + u->n_outputs)
-                    m->data[m->end_rows[0] * m->n_signals + j] = m->now[m->where[j]];
+                if (m->signal_outputs[j] >= u->first_output && m->signal_outputs[j] < u->first_output + u->n_outputs)
+                    m->data[m->end_rows[0] * m->n_signals + j] = m->now[m->signal_outputs[j]];
         }
     }
     return 1;
 }
 
-/* Repeats the step until what the units answer at its end is what they were told. */
+/* Repeats the step until the outputs at its end agree with the inputs that it was made with. */
 static int iterate(Master *m, const double *external)
 {
     const double *after = external + m->row;
     const size_t first = m->end_rows[0] * m->n_signals, n = m->n_ends * m->n_signals;
-    for (size_t k = 0; k < m->n_units; k++)
-        if (!check(m, k, SAVE, save(&m->units[k]))) return 0;
+    for (size_t k = 0; k < m->n_subsystems; k++)
+        if (!check(m, k, SAVE, save(&m->subsystems[k]))) return 0;
     for (int pass = 0; pass < m->passes; pass++) {
         double largest = 0, moved = 0;
         if (!step_all(m, pass == 0, external) || !read_outputs(m, after)) return 0;
@@ -255,14 +229,14 @@ static int iterate(Master *m, const double *external)
             moved = larger(moved, magnitude(m->data[first + i] - m->former[i]));
         }
         if (pass > 0 && moved <= m->converged * largest) return 1;
-        for (size_t k = 0; k < m->n_units; k++)
-            if (!check(m, k, RESTORE, restore(&m->units[k]))) return 0;
+        for (size_t k = 0; k < m->n_subsystems; k++)
+            if (!check(m, k, RESTORE, restore(&m->subsystems[k]))) return 0;
     }
     m->status = -1;
     return 0;
 }
 
-/* Whether what drives the inputs has changed otherwise than expected by more than the share `missed`. */
+/* Whether the sums that drive inputs differ from their prediction by more than the share `missed`. */
 static int has_missed(const Master *m)
 {
     double largest = 0, off = 0;
@@ -292,17 +266,17 @@ static int advance(Master *m, const double *external, double *outputs)
     return 1;
 }
 
-/* n steps: outputs (n, ny) and told (n, nu) are written; external (n + 1, nu) with `row`
+/* n steps: outputs (n, ny) and end_inputs (n, nu) are written; external (n + 1, nu) with `row`
    values from one to the next, 0 where they stay the same. The number of steps made; fewer
    than n when status is no success, or when `renew` asks for another linearisation. */
-EXPORT size_t master_run(Master *m, size_t n, const double *external, double *outputs, size_t stride, double *told)
+EXPORT size_t master_run(Master *m, size_t n, const double *external, double *outputs, size_t stride, double *end_inputs)
 {
     size_t k = 0;
     m->status = m->renew = 0;
     m->now = m->last;
     if (m->rates_at && !read_outputs(m, external)) return 0; /* for the rates */
     while (k < n && !m->renew) {
-        m->told = told + k * m->n_inputs;
+        m->end_inputs = end_inputs + k * m->n_inputs;
         if (!advance(m, external + k * m->row, outputs + k * stride)) break;
         k++;
     }

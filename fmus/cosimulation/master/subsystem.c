@@ -1,12 +1,15 @@
-/* The calls of FMI 2.0 and 3.0: see unit.h. */
+/* The calls of a co-simulation in FMI 2.0 and 3.0 under one set of names. Statuses are those of FMI. */
 
-#include "unit.h"
+#include <stdbool.h>
+#include <stddef.h>
 
 #ifdef _WIN32
 #define EXPORT __declspec(dllexport)
 #else
 #define EXPORT __attribute__((visibility("default")))
 #endif
+
+#include "structures.h"
 
 typedef int Values2(void *, const unsigned *, size_t, double *);
 typedef int Values3(void *, const unsigned *, size_t, double *, size_t);
@@ -17,16 +20,16 @@ typedef int State(void *, void *);
 typedef int Directional2(void *, const unsigned *, size_t, const unsigned *, size_t, const double *, double *);
 typedef int Directional3(void *, const unsigned *, size_t, const unsigned *, size_t, const double *, size_t, double *, size_t);
 
-static int access(const Unit *u, Function f, const unsigned *references, size_t n, double *values)
+static int access(const Subsystem *u, Function f, const unsigned *references, size_t n, double *values)
 {
     return u->version == 2 ? ((Values2 *)f)(u->instance, references, n, values) : ((Values3 *)f)(u->instance, references, n, values, n);
 }
 
-int set_values(const Unit *u, const unsigned *references, size_t n, const double *values) { return access(u, u->calls[SET], references, n, (double *)values); }
+static int set_values(const Subsystem *u, const unsigned *references, size_t n, const double *values) { return access(u, u->calls[SET], references, n, (double *)values); }
 
-int get_values(const Unit *u, const unsigned *references, size_t n, double *values) { return access(u, u->calls[GET], references, n, values); }
+static int get_values(const Subsystem *u, const unsigned *references, size_t n, double *values) { return access(u, u->calls[GET], references, n, values); }
 
-int do_step(const Unit *u, double time, double step)
+static int do_step(const Subsystem *u, double time, double step)
 {
     if (u->version == 2) return ((Step2 *)u->calls[STEP])(u->instance, time, step, 0);
     bool event, terminate, early;
@@ -35,21 +38,21 @@ int do_step(const Unit *u, double time, double step)
     return status <= WARNING && (terminate || early) ? STOPPED : status;
 }
 
-int set_slopes(const Unit *u, size_t order, const double *slopes)
+static int set_slopes(const Subsystem *u, size_t order, const double *slopes)
 {
     return ((Slopes *)u->calls[SET_SLOPES])(u->instance, u->slope_inputs, order * u->n_inputs, u->slope_orders, (double *)slopes);
 }
 
-int get_slopes(const Unit *u, size_t order, double *slopes)
+static int get_slopes(const Subsystem *u, size_t order, double *slopes)
 {
     return ((Slopes *)u->calls[GET_SLOPES])(u->instance, u->unknowns + u->n_states, u->n_outputs, u->output_orders + (order - 1) * u->n_outputs, slopes);
 }
 
-int save(Unit *u) { return ((State *)u->calls[SAVE])(u->instance, &u->saved); }
+static int save(Subsystem *u) { return ((State *)u->calls[SAVE])(u->instance, &u->saved); }
 
-int restore(const Unit *u) { return ((State *)u->calls[RESTORE])(u->instance, u->saved); }
+static int restore(const Subsystem *u) { return ((State *)u->calls[RESTORE])(u->instance, u->saved); }
 
-int directional(const Unit *u, const double *seed, double *sensitivity)
+static int directional(const Subsystem *u, const double *seed, double *sensitivity)
 {
     const size_t n = u->n_states + u->n_outputs, m = u->n_states + u->n_inputs;
     const Function f = u->calls[DIRECTIONAL];

@@ -1,4 +1,4 @@
-"""Archives of co-simulation FMUs, FMI 2.0 or 3.0: extracted once in a process, with what their descriptions say."""
+"""Archives of co-simulation FMUs, FMI 2.0 or 3.0: extracted once in a process, with their model descriptions."""
 
 import atexit
 import shutil
@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import fmpy
 from fmpy.model_description import ModelDescription
 
-from fmus.errors import InputError
+from fmus.support.errors import InputError
 
 VERSIONS = ("2", "3")
 
@@ -36,29 +36,33 @@ class Archive:
 
     @property
     def library(self) -> dict[str, str]:
-        """What fmpy needs to load the library."""
-        return {"guid": self.description.guid, "unzipDirectory": str(self.folder), "modelIdentifier": self.description.coSimulation.modelIdentifier}
+        """The arguments with which fmpy loads the library."""
+        return {
+            "guid": self.description.guid,
+            "unzipDirectory": str(self.folder),
+            "modelIdentifier": self.description.coSimulation.modelIdentifier,
+        }
 
 
-def opened(path: str | Path) -> Archive:
-    """The archive at a path, extracted into a folder that goes when the process ends.
+def open_archive(path: str | Path) -> Archive:
+    """The archive at a path, extracted into a folder that is removed at the end of the process.
 
     Raises InputError when it is no co-simulation FMU of FMI 2 or 3.
     """
     path = Path(path)
     try:
-        return _opened(path.resolve(), path.stat().st_mtime)
+        return _open_archive(path.resolve(), path.stat().st_mtime)
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror}") from None
 
 
 def model_description(path: str | Path) -> ModelDescription:
-    """The model description of an archive. Raises InputError as `opened` does."""
-    return opened(path).description
+    """The model description of an archive. Raises InputError as `open_archive` does."""
+    return open_archive(path).description
 
 
 @lru_cache(maxsize=256)
-def _opened(path: Path, modified: float) -> Archive:
+def _open_archive(path: Path, modified: float) -> Archive:
     folder = Path(tempfile.mkdtemp(prefix="fmu-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     try:
@@ -71,6 +75,10 @@ def _opened(path: Path, modified: float) -> Archive:
         raise InputError(f"{path} has no co-simulation part")
     if description.fmiVersion[0] not in VERSIONS:
         raise InputError(f"{path} is FMI {description.fmiVersion} (valid: 2.0, 3.0)")
-    moving = frozenset(v.get("name", "") for v in root.iterfind("ModelVariables/*") if v.get("intermediateUpdate") == "true")
+    moving = frozenset(
+        v.get("name", "") for v in root.iterfind("ModelVariables/*") if v.get("intermediateUpdate") == "true"
+    )
     directional = any(part.get("providesDirectionalDerivatives") == "true" for part in root.iterfind("CoSimulation"))
-    return Archive(description, folder, moving, bool(description.coSimulation.providesDirectionalDerivative or directional))
+    return Archive(
+        description, folder, moving, bool(description.coSimulation.providesDirectionalDerivative or directional)
+    )

@@ -1,21 +1,21 @@
-"""A linear model of an FMU that shows nothing but its outputs: from impulse responses, by the eigensystem realisation.
+"""A linear model of an FMU from its outputs alone: the eigensystem realisation algorithm (ERA) on impulse responses.
 
-Each input is moved for one step h and moved back; what the outputs then do, less what they do by themselves, are the
+Each input is changed for one step h and reset; the responses of the outputs, minus those without the change, are the
 Markov parameters D, C Gamma, C Phi Gamma, C Phi^2 Gamma ... Their Hankel matrix has the rank of the model, and its
 singular vectors give Phi, Gamma, C (Juang, Pappa, J. Guid. Control Dyn. 8 (1985) 620-627; python-control's
 implementation). Inputs being held over a step, the continuous model follows from
 
     exp([[A, B], [0, 0]] h) = [[Phi, Gamma], [0, 1]]
 
-It is the model about the FMU's start, and it has no motion that no output shows.
+The model is linearised about the FMU's start. It contains only modes that are observable from the outputs.
 """
 
 import control
 import numpy as np
 from scipy.linalg import logm
 
-from fmus.fmu_instance import FmuInstance
-from fmus.linear import StateSpace
+from fmus.cosimulation.subsystems.fmu_instance import FmuInstance
+from fmus.linear_analysis.linearisation import StateSpace
 
 STEP = 4e-3  # s: resolves motions up to some tens of Hz
 LENGTH = 60  # of the Hankel matrix in steps
@@ -23,9 +23,9 @@ PULSE = 1e-3
 RANK = 1e-8  # singular values below this share of the largest are rounding
 
 
-def realise(unit: FmuInstance, step: float = STEP) -> StateSpace:
+def era(subsystem: FmuInstance, step: float = STEP) -> StateSpace:
     """The FMU linearised about its start from the responses of a second instance; states are `state_1`, ..."""
-    twin = unit.twin()
+    twin = subsystem.twin()
     try:
         responses = _impulse_responses(twin, step)
     finally:
@@ -34,17 +34,26 @@ def realise(unit: FmuInstance, step: float = STEP) -> StateSpace:
     order = _rank(responses / scale[:, None, None])
     direct = responses[:, :, 0]
     if order == 0:
-        return StateSpace(np.zeros((0, 0)), np.zeros((0, len(unit.inputs))), np.zeros((len(unit.outputs), 0)), direct, (), unit.inputs, unit.outputs)
+        return StateSpace(
+            np.zeros((0, 0)),
+            np.zeros((0, len(subsystem.inputs))),
+            np.zeros((len(subsystem.outputs), 0)),
+            direct,
+            (),
+            subsystem.inputs,
+            subsystem.outputs,
+        )
     model, _ = control.eigensys_realization(responses / scale[:, None, None], order, LENGTH, LENGTH)
-    blocks = np.eye(order + len(unit.inputs))
+    blocks = np.eye(order + len(subsystem.inputs))
     blocks[:order] = np.hstack([model.A, model.B])
     rates = logm(blocks).real / step
     return StateSpace(rates[:order, :order], rates[:order, order:], scale[:, None] * model.C, direct,
-                      tuple(f"state_{k + 1}" for k in range(order)), unit.inputs, unit.outputs)  # fmt: skip
+                      tuple(f"state_{k + 1}" for k in range(order)), subsystem.inputs, subsystem.outputs)  # fmt: skip
 
 
 def _impulse_responses(twin: FmuInstance, step: float) -> np.ndarray:
-    """(ny, nu, n): what the outputs do after each input has been moved over the first step, per unit of the input."""
+    """(ny, nu, n): the responses of the outputs to a change of each input over the first step,
+    per unit of the input."""
     start, nu = twin.present_inputs.copy(), len(twin.inputs)
     runs = []
     for pulse in np.vstack([np.zeros(nu), PULSE * np.eye(nu)]):
@@ -61,6 +70,14 @@ def _impulse_responses(twin: FmuInstance, step: float) -> np.ndarray:
 
 def _rank(responses: np.ndarray) -> int:
     ny, nu, _ = responses.shape
-    hankel = np.block([[responses[:, :, i + j + 1] for j in range(LENGTH)] for i in range(LENGTH)]) if ny * nu else np.zeros((0, 0))
+    hankel = (
+        np.block([[responses[:, :, i + j + 1] for j in range(LENGTH)] for i in range(LENGTH)])
+        if ny * nu
+        else np.zeros((0, 0))
+    )
     values = np.linalg.svd(hankel, compute_uv=False) if hankel.size else np.zeros(0)
-    return int(np.count_nonzero(values > RANK * max(values.max(initial=0.0), 1e-300))) if values.max(initial=0.0) > RANK else 0
+    return (
+        int(np.count_nonzero(values > RANK * max(values.max(initial=0.0), 1e-300)))
+        if values.max(initial=0.0) > RANK
+        else 0
+    )

@@ -1,12 +1,12 @@
-"""The calls of FMI 2.0 and 3.0 that a master needs, on arrays that exist already, under one set of names.
+"""The FMI functions that a master calls, of FMI 2.0 and 3.0 under one set of names, on preallocated arrays.
 
-fmpy opens the library; calling through its wrappers would convert every list anew, which costs more than the
-step of a small FMU. So the functions are called on the addresses of arrays. A status other than OK or warning
-becomes a SimulationError with what the FMU has said.
+fmpy loads the library. Its wrappers convert every list in every call, which costs more than a step of a small FMU, so
+the functions are called with the addresses of arrays. A status other than OK or warning becomes a SimulationError with
+the FMU's last message.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from ctypes import CFUNCTYPE, addressof, byref, c_bool, c_double, c_int, c_size_t, c_uint, c_void_p, cast
+from ctypes import CFUNCTYPE, byref, c_bool, c_double, c_int, c_size_t, c_uint, c_void_p, cast
 from typing import Any
 
 import numpy as np
@@ -17,8 +17,8 @@ from fmpy.fmi2 import fmi2CallbackFreeMemoryTYPE as Free
 from fmpy.fmi2 import fmi2CallbackLoggerTYPE as Logger
 from fmpy.fmi3 import FMU3Slave, fmi3IntermediateUpdateCallback, fmi3LogMessageCallback
 
-from fmus.errors import MissingToolError, SimulationError
-from fmus.loop_library import InputPath, library
+from fmus.cosimulation.master.library import address, array, library, pointer, structures
+from fmus.support.errors import MissingToolError, SimulationError
 
 Call = Callable[..., None]
 
@@ -39,9 +39,9 @@ class Calls:
     _save: Call
     _free: Call
 
-    path: InputPath | None = None  # how the inputs move within a step, where the FMU asks for them
+    path: Any = None  # the Path of structures.h: how the inputs move within a step, where the FMU asks for them
     version: int
-    functions: tuple[str, ...]  # of the library, in the order of unit.h
+    functions: tuple[str, ...]  # of the library, in the order of structures.h
 
     def __init__(self, fmu: Any, name: str):
         self.fmu, self.name, self.said, self.alive = fmu, name, "", True
@@ -58,7 +58,8 @@ class Calls:
         raise NotImplementedError
 
     def move(self, coefficients: np.ndarray, time: float, step: float) -> None:
-        """In the next step, from `time`, the inputs are polynomials with coefficients (4, nu) in powers of time / step."""
+        """In the next step, from `time`, the inputs are polynomials with coefficients (4, nu) in
+        powers of time / step."""
         raise NotImplementedError
 
     def save(self, state: c_void_p) -> None:
@@ -90,7 +91,7 @@ class Calls:
             self.said = message.decode(errors="replace")
 
     def close(self) -> None:
-        """Free the instance. After a fatal status the standard forbids even that."""
+        """Free the instance, except after a fatal status, when the standard forbids it."""
         if self.alive:
             self.alive = False
             self.fmu.freeInstance()
@@ -128,9 +129,10 @@ class Calls2(Calls):
 
 
 class Calls3(Calls):
-    """FMI 3.0. Every array of values tells its length. Inputs have no derivatives: the FMU asks for them within a step.
+    """FMI 3.0. Every array of values is passed with its length. Inputs have no derivatives: the FMU
+    requests inputs within a step.
 
-    moving are the references of the inputs that move, all of them or none.
+    moving are the references of the inputs that vary within a step, all of them or none.
     """
 
     version = 3
@@ -144,18 +146,22 @@ class Calls3(Calls):
         asked = (c_uint * len(moving))(*moving)
         self.fmu.component = self.fmu.fmi3InstantiateCoSimulation(
             name.encode(), self.fmu.guid.encode(), f"{self.fmu.unzipDirectory}/resources/".encode(), False, True, False, False,
-            asked, len(moving), addressof(self.path) if self.path else None, self._log, self._update)  # fmt: skip
+            asked, len(moving), address(self.path) if self.path else None, self._log, self._update)  # fmt: skip
         if not self.fmu.component:
             raise SimulationError(f"{name}: fmi3InstantiateCoSimulation failed{': ' + self.said if self.said else ''}")
         if self.path:
-            self.path.instance = self.fmu.component
+            self.path.instance = pointer("void", self.fmu.component)
         array, count, state = c_void_p, c_size_t, c_void_p
         set_values = self.function("fmi3SetFloat64", array, count, array, count)
         get_values = self.function("fmi3GetFloat64", array, count, array, count)
-        directional = self.function("fmi3GetDirectionalDerivative", array, count, array, count, array, count, array, count)
+        directional = self.function(
+            "fmi3GetDirectionalDerivative", array, count, array, count, array, count, array, count
+        )
         self.set = lambda references, n, values: set_values(references, n, values, n)
         self.get = lambda references, n, values: get_values(references, n, values, n)
-        self.directional = lambda unknowns, n, knowns, m, seed, result: directional(unknowns, n, knowns, m, seed, m, result, n)
+        self.directional = lambda unknowns, n, knowns, m, seed, result: directional(
+            unknowns, n, knowns, m, seed, m, result, n
+        )
         self._step = self.function("fmi3DoStep", c_double, c_double, c_bool, c_void_p, c_void_p, c_void_p, c_void_p)
         self._answers = event, terminate, early, last = c_bool(), c_bool(), c_bool(), c_double()
         self._addresses = [byref(answer) for answer in (event, terminate, early, last)]
@@ -175,25 +181,28 @@ class Calls3(Calls):
             raise SimulationError(f"{self.name} stopped at {last.value:g} s, within the step from {time:g} s")
 
     def _mover(self, moving: Sequence[int]) -> fmi3IntermediateUpdateCallback:
-        """What the FMU calls within a step: move_inputs of unit.c, or, without a compiler, the same in Python."""
+        """The function that the FMU calls within a step: move_inputs of subsystem.c, or, without a compiler,
+        the same in Python."""
         if not moving:
             return fmi3IntermediateUpdateCallback()
         self._moving = np.array(moving, np.uint32), np.zeros((5, len(moving)))
         references, coefficients = self._moving
-        self.path = InputPath(set=cast(self.fmu.dll.fmi3SetFloat64, c_void_p), references=references.ctypes.data, n=len(moving), coefficients=coefficients.ctypes.data)
+        self.path = structures().new("Path *", {
+            "set": structures().cast("Function", cast(self.fmu.dll.fmi3SetFloat64, c_void_p).value), "n": len(moving),
+            "references": array("unsigned", references), "coefficients": array("double", coefficients),
+        })  # fmt: skip
         try:
-            return cast(library().move_inputs, fmi3IntermediateUpdateCallback)
+            return fmi3IntermediateUpdateCallback(address(library().move_inputs))
         except MissingToolError:
             return fmi3IntermediateUpdateCallback(self._move_inputs)
 
     def move(self, coefficients: np.ndarray, time: float, step: float) -> None:
-        assert self.path is not None
         self._moving[1][:4] = coefficients
         self.path.begin, self.path.step = time, step
 
     def _move_inputs(self, environment: Any, time: float, set_requested: bool, *_: Any) -> None:
         path = self.path
-        if set_requested and path is not None and path.step:
+        if set_requested and path.step:
             references, c = self._moving
             s = (time - path.begin) / path.step
             c[4] = c[0] + s * (c[1] + s * (c[2] + s * c[3]))

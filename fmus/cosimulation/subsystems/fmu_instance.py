@@ -1,22 +1,24 @@
 """One instance of a co-simulation FMU, FMI 2.0 or 3.0, that a coupling can step.
 
-All buffers are made once; a step converts nothing. What an FMU cannot do (polynomial inputs, output derivatives,
-saved states, directional derivatives) it says in its model description; the order of its input polynomials, which no
-description has, is tried on an instance of its own.
+All buffers are allocated once; a step converts nothing. The capabilities (polynomial inputs, output derivatives, saved
+states, directional derivatives) are those of the model description. The accepted order of input polynomials, which a
+model description does not state, is determined with a separate instance.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from ctypes import addressof, c_void_p
+from ctypes import c_void_p
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 from fmpy.model_description import ModelVariable
 
-from fmus.archive import opened
-from fmus.coupling.polynomials import ORDER, derivatives
-from fmus.errors import InputError, SimulationError, unknown
-from fmus.fmi_calls import Calls, Calls2, Calls3
+from fmus.cosimulation.polynomials import ORDER, derivatives
+from fmus.cosimulation.subsystems.archive import open_archive
+from fmus.cosimulation.subsystems.fmi_calls import Calls, Calls2, Calls3
+from fmus.support.errors import InputError, SimulationError, unknown
 
+SHOWN = 6  # so many names of inputs, and of outputs, are in the repr
 CALLS: dict[str, Callable[[str, Mapping[str, str], Sequence[int]], Calls]] = {"2": Calls2, "3": Calls3}
 
 
@@ -32,14 +34,18 @@ class Signals:
 
 
 class FmuInstance:
-    """One instance of an FMU, initialised at its start values with some of them replaced.
+    """One instance of an FMU, initialised at its start values with some of them replaced; a context
+    manager that frees it.
 
-    Raises InputError for a file that is no FMU, a platform that it lacks, a value that it does not take.
+        with FmuSubsystem("rider_mean_2011.fmu", values={"steer_angle": 0.01}) as rider:
+            torques = rider.exchange(rider.present_inputs)
+
+    Raises InputError for a file that is no FMU, a platform without a binary, or a value that is refused.
     """
 
     def __init__(self, path: str | Path, name: str = "", values: Mapping[str, float] | None = None, time: float = 0.0):
         self.path = Path(path)
-        self._archive = opened(path)
+        self._archive = open_archive(path)
         self.description = self._archive.description
         self.name = name or self.description.modelName
         self.variables = {v.name: v for v in self.description.modelVariables}
@@ -53,10 +59,14 @@ class FmuInstance:
         self.unknowns = np.concatenate([self._rates.references, self._outputs.references])
         self.knowns = np.concatenate([self._states.references, self._inputs.references])
         can = self.description.coSimulation
-        self.can_go_back: bool = can.canGetAndSetFMUstate
+        self.can_restore: bool = can.canGetAndSetFMUstate
         self.output_order: int = can.maxOutputDerivativeOrder
         self.has_directional_derivatives = self._archive.has_directional_derivatives
-        self._moving = self._inputs.references.tolist() if can.providesIntermediateUpdate and set(self.inputs) <= self._archive.moving else []
+        self._moving = (
+            self._inputs.references.tolist()
+            if can.providesIntermediateUpdate and set(self.inputs) <= self._archive.moving
+            else []
+        )
         self.input_order = ORDER if self._moving else self._accepted_order() if can.canInterpolateInputs else 0
         self.calls = self._instance()
         self._saved: list[c_void_p] = []
@@ -68,16 +78,24 @@ class FmuInstance:
         self.start(values or {}, time)
         self.feedthrough = self._feedthrough()
         if self.calls.set_slopes is None and self.inputs and not self.has_directional_derivatives:
-            self.output_order = 0  # what moving inputs do to an output cannot be told
+            self.output_order = 0  # the effect of moving inputs on an output is not available
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({self.name!r}, {self.path.name})"
+        sides = (f"{len(names)} {what}" if len(names) > SHOWN else f"{what} {', '.join(names) or 'none'}"
+                 for what, names in (("inputs", self.inputs), ("outputs", self.outputs)))  # fmt: skip
+        return f"<{type(self).__name__} {self.name}, FMI {self.description.fmiVersion}, {', '.join(sides)}>"
 
     @property
     def states(self) -> tuple[str, ...]:
         return self._states.names
 
-    # Life ------------------------------------------------------------------------------------------------------
+    # Lifetime ------------------------------------------------------------------------------------------------------
 
     def _instance(self) -> Calls:
         try:
@@ -86,7 +104,7 @@ class FmuInstance:
             raise InputError(f"{self.path} cannot be loaded on this machine: {error}") from None
 
     def _accepted_order(self) -> int:
-        """The highest order of input derivative that the FMU takes, tried on an instance that is then given up."""
+        """The highest order of input derivative that the FMU takes, determined with an instance that is then freed."""
         for order in range(ORDER, 0, -1):
             trial = self._instance()
             try:
@@ -106,7 +124,11 @@ class FmuInstance:
         """Initialise with parameters, inputs and starts of states by name."""
         for name in values:
             if name not in self.variables:
-                raise unknown(f"variable of {self.name}", name, (n for n, v in self.variables.items() if v.causality in ("parameter", "input") or n in self.states))
+                raise unknown(
+                    f"variable of {self.name}",
+                    name,
+                    (n for n, v in self.variables.items() if v.causality in ("parameter", "input") or n in self.states),
+                )
         self.values, self.time, self.begin = dict(values), time, time
         for name, value in values.items():
             try:
@@ -119,7 +141,7 @@ class FmuInstance:
         self.calls.get(*self._outputs.call)
 
     def restart(self, values: Mapping[str, float], time: float = 0.0) -> None:
-        """Initialise anew with other values."""
+        """Reset, and initialise with other values."""
         self.calls.reset()
         self.start(values, time)
 
@@ -129,7 +151,7 @@ class FmuInstance:
         self.calls.set(*signal.call)
 
     def close(self) -> None:
-        """Free the instance."""
+        """Free the instance; calling it again does nothing."""
         while self._saved and self.calls.alive:
             self.calls.free(self._saved.pop())
         self.calls.close()
@@ -177,7 +199,7 @@ class FmuInstance:
         return self._output_slopes
 
     def _slope_along(self, slopes: np.ndarray) -> np.ndarray:
-        """The same where the FMU cannot be told how inputs move: y^(k) = C x^(k) + D u^(k), x^(k+1) = A x^(k) + B u^(k)."""
+        """The same where the FMU takes no input derivatives: y^(k) = C x^(k) + D u^(k), x^(k+1) = A x^(k) + B u^(k)."""
         rates = self.state_rates()
         for given in slopes:
             found = self.along(np.concatenate([rates, given]))
@@ -187,12 +209,24 @@ class FmuInstance:
     def along(self, seed: np.ndarray) -> np.ndarray:
         """The directional derivative of rates and outputs (nx + ny,) along a seed of states and inputs (nx + nu,)."""
         found = np.zeros(len(self.unknowns))
-        self.calls.directional(self.unknowns.ctypes.data, len(self.unknowns), self.knowns.ctypes.data, len(self.knowns), seed.ctypes.data, found.ctypes.data)
+        self.calls.directional(
+            self.unknowns.ctypes.data,
+            len(self.unknowns),
+            self.knowns.ctypes.data,
+            len(self.knowns),
+            seed.ctypes.data,
+            found.ctypes.data,
+        )
         return found
 
     def _set_slopes(self, order: int) -> None:
         assert self.calls.set_slopes is not None
-        self.calls.set_slopes(self._slope_references.ctypes.data, order * len(self.inputs), self._slope_orders.ctypes.data, self._slopes.ctypes.data)
+        self.calls.set_slopes(
+            self._slope_references.ctypes.data,
+            order * len(self.inputs),
+            self._slope_orders.ctypes.data,
+            self._slopes.ctypes.data,
+        )
 
     def state_values(self) -> np.ndarray:
         """The states (nx,) at present."""
@@ -234,18 +268,18 @@ class FmuInstance:
 
     # Structure -------------------------------------------------------------------------------------------------
 
-    def addresses(self) -> dict[str, int]:
-        """Where a compiled master finds the references and orders of this FMU's variables, and how its inputs move."""
-        return {"unknowns": self.unknowns.ctypes.data, "knowns": self.knowns.ctypes.data, "slope_inputs": self._slope_references.ctypes.data,
-                "slope_orders": self._slope_orders.ctypes.data, "output_orders": self._all_output_orders.ctypes.data,
-                "path": addressof(self.calls.path) if self.calls.path else 0}  # fmt: skip
+    def references(self) -> dict[str, tuple[str, np.ndarray]]:
+        """The value references and orders that a compiled master needs: type in C and array by name in structures.h."""
+        return {"unknowns": ("unsigned", self.unknowns), "knowns": ("unsigned", self.knowns), "slope_inputs": ("unsigned", self._slope_references),
+                "slope_orders": ("int", self._slope_orders), "output_orders": ("int", self._all_output_orders)}  # fmt: skip
 
     def twin(self) -> "FmuInstance":
         """Another instance of the same FMU with the same parameters, at its start."""
         return type(self)(self.path, self.name, self.values, self.time)
 
     def _feedthrough(self) -> np.ndarray:
-        """(ny, nu) from the description; where that says nothing, from what moves when an input is changed."""
+        """(ny, nu) from the description; where it states no dependencies, from the outputs that
+        change with an input."""
         declared = {u.variable.name: u.dependencies for u in self.description.outputs}
         found = np.zeros((len(self.outputs), len(self.inputs)), bool)
         silent = [k for k, name in enumerate(self.outputs) if declared.get(name) is None]
@@ -258,7 +292,7 @@ class FmuInstance:
     def _tried_feedthrough(self) -> np.ndarray:
         inputs = self._inputs.values.copy()
         base = self.exchange(inputs).copy()
-        moved = [self.exchange(inputs + column) != base for column in np.eye(len(inputs))]
+        depends = [self.exchange(inputs + column) != base for column in np.eye(len(inputs))]
         self.exchange(inputs)
-        return np.array(moved).reshape(len(inputs), len(base)).T
+        return np.array(depends).reshape(len(inputs), len(base)).T
 

@@ -1,11 +1,11 @@
-"""What a coupling sees of a simulator: a unit. And the unit that is a linear model, stepped exactly.
+"""The interface of a subsystem that a coupling steps, and the linear subsystem, stepped exactly.
 
     x' = A x + B u,   y = C x + D u,   u(s) = sum_k c_k s^k
     x(H) = e^(AH) x + sum_k Gamma_k c_k,   Gamma_k = k! H phi_(k+1)(AH) B
 
 All Gamma are blocks of one matrix exponential (Van Loan, IEEE Trans. Autom. Control 23, 1978). The state may
-have columns (nx, n): then a coupling is run on n linear simulations at once, and run on the columns of the
-identity it shows its own transition matrix.
+have columns (nx, n): then n linear simulations are run at once. Started from the columns of the identity they give the
+transition matrix of the coupling.
 """
 
 from math import factorial
@@ -14,11 +14,11 @@ from typing import Any, Protocol
 import numpy as np
 from scipy.linalg import expm
 
-from fmus.coupling.polynomials import COEFFICIENTS, ORDER
-from fmus.linear import StateSpace
+from fmus.cosimulation.polynomials import COEFFICIENTS, ORDER
+from fmus.linear_analysis.linearisation import StateSpace
 
 
-class Unit(Protocol):
+class Subsystem(Protocol):
     """One simulator: an FMU, or a model of one. Every array may carry more axes behind the ones named here."""
 
     inputs: tuple[str, ...]
@@ -26,14 +26,14 @@ class Unit(Protocol):
     feedthrough: np.ndarray  # (ny, nu): which output depends on which input at the same time
     input_order: int  # of the polynomials that a step takes as inputs
     output_order: int  # how many derivatives of the outputs can be read
-    can_go_back: bool
+    can_restore: bool
 
     @property
     def present_inputs(self) -> np.ndarray:
         """The inputs (nu,) as they were set last."""
 
     def unit_of(self, variable: str) -> str:
-        """The unit in which a variable is measured."""
+        """The unit of measure of a variable."""
 
     def exchange(self, inputs: np.ndarray) -> np.ndarray:
         """Set the present inputs (nu,), read the outputs (ny,)."""
@@ -48,32 +48,34 @@ class Unit(Protocol):
         """Step with the inputs as polynomials, coefficients (4, nu) in powers of s = time / step."""
 
     def save(self, into: Any = None) -> Any:
-        """Something that `restore` takes; `into` is what was saved before and may be overwritten."""
+        """The state for `restore`; `into` is an earlier saved state that may be overwritten."""
 
     def restore(self, saved: Any) -> None:
-        """Go back to where the unit was when it was saved."""
+        """Restore a saved state."""
 
     def linearised(self) -> StateSpace:
-        """The unit linearised where it is."""
+        """The subsystem linearised at its present state."""
 
 
-class LinearUnit:
-    """A linear model as a unit. Without a restriction it can do everything."""
+class LinearSubsystem:
+    """A linear model as a subsystem, by default with all capabilities."""
 
-    def __init__(self, space: StateSpace, input_order: int = ORDER, output_order: int = ORDER, can_go_back: bool = True):
+    def __init__(
+        self, space: StateSpace, input_order: int = ORDER, output_order: int = ORDER, can_restore: bool = True
+    ):
         self.space = space
         self.inputs, self.outputs = space.inputs, space.outputs
         self.feedthrough = space.D != 0
-        self.input_order, self.output_order, self.can_go_back = input_order, output_order, can_go_back
+        self.input_order, self.output_order, self.can_restore = input_order, output_order, can_restore
         self.state = np.zeros(len(space.states))
         self._present = np.zeros(len(space.inputs))
         self._matrices: dict[float, tuple[np.ndarray, list[np.ndarray]]] = {}
 
-    def multiplied(self, number: int) -> "LinearUnit":
-        """As many of these in one: its outputs are their sums."""
+    def multiplied(self, number: int) -> "LinearSubsystem":
+        """As many equal subsystems as one, whose outputs are the sums."""
         s = self.space
         space = StateSpace(s.A, s.B, number * s.C, number * s.D, s.states, s.inputs, s.outputs)
-        return LinearUnit(space, self.input_order, self.output_order, self.can_go_back)
+        return LinearSubsystem(space, self.input_order, self.output_order, self.can_restore)
 
     @property
     def present_inputs(self) -> np.ndarray:

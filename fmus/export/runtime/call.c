@@ -1,4 +1,4 @@
-/* What the functions of every FMI version do first: see call.h. */
+/* Checks at the entry of every FMI function: see call.h. */
 
 #include <math.h>
 #include <string.h>

@@ -1,5 +1,5 @@
-/* What the functions of every FMI version do first: is the instance there, may this be called now, are the
-   pointers given? A call that is refused is reported and changes nothing. */
+/* Checks at the entry of every FMI function: a valid instance, a phase in which the call is allowed, valid pointers.
+   A call that is refused is logged and changes nothing. */
 
 #ifndef CALL_H
 #define CALL_H
@@ -16,23 +16,23 @@ enum {
 /* The instance; NULL when the call is refused. */
 Instance *called(void *instance, const char *function, unsigned allowed, int pointers);
 
-/* Goes from one of the allowed phases into the next. */
+/* Moves from one of the allowed phases to the next. */
 Status change_phase(void *instance, const char *function, unsigned allowed, Phase next);
 
-/* Why no instance can be made of this; NULL when it can. */
+/* The reason why no instance can be made; NULL when it can. */
 const char *refused_identity(const char *name, const char *identifier);
 
 /* Start, stop and tolerance of an experiment. */
 Status set_experiment(Instance *s, int tolerance_defined, double tolerance, double start, int stop_defined, double stop);
 
-/* Chooses what is logged. A category has the name that the model description lists. */
+/* Selects the categories that are logged. A category has the name that the model description lists. */
 Status choose_categories(Instance *s, int on, size_t n, const char *const *names);
 const char *category_of(Status status);
 int is_logged(const Instance *s, Status status);
 
 Status get_nominals(Instance *s, size_t n, double *nominals);
 
-/* The states of the FMU; `function` is the name that each of these has in the version. */
+/* FMU states; `function` is the name of the FMI function in the version. */
 Status take_state(void *instance, const char *function, void **state);
 Status restore_state(void *instance, const char *function, void *state);
 Status free_state(void *instance, const char *function, void **state);

@@ -91,7 +91,7 @@ Status set_slopes(Instance *s, const unsigned *references, size_t n, const int *
 {
     const unsigned nu = model.n_inputs, first = model.first_input;
     for (size_t i = 0; i < n; i++) {
-        /* What is right is let through here; the rest is looked at in detail. */
+        /* Valid calls pass here; all others are examined in detail. */
         if (references[i] - first < nu && (unsigned)orders[i] - 1 < MAX_ORDER && isfinite(values[i])) continue;
         if (check_slope(s, references[i], orders[i], values[i]) != OK) return ERROR;
     }

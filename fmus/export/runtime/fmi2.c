@@ -1,6 +1,6 @@
 /* The functions of FMI 2.0, model exchange and co-simulation, on one instance of the model.
 
-   Each says in which phases it may be called; a call out of order is refused and changes nothing. */
+   Each lists the phases in which it may be called; a call in another phase is refused and changes nothing. */
 
 #include <stdlib.h>
 
@@ -8,7 +8,7 @@
 #include "fmi2Functions.h"
 #include "step.h"
 
-/* What the importer gave. */
+/* Callbacks and environment of the importer. */
 typedef struct {
     fmi2CallbackFunctions callbacks;
     fmi2Type type;
@@ -224,7 +224,7 @@ fmi2Status fmi2CancelStep(fmi2Component c)
     return s ? as_fmi2(report(s, ERROR, "fmi2CancelStep: no step is running, steps are not asynchronous")) : fmi2Error;
 }
 
-/* No step is ever pending; a step that failed has left the time where it was. */
+/* No step is ever pending; after a failed step the time is unchanged. */
 static fmi2Status no_status(fmi2Component c, const char *function)
 {
     Instance *s = called(c, function, ANY, 1);

@@ -1,6 +1,6 @@
 /* The functions of FMI 3.0 that model exchange and co-simulation share, on one instance of the model.
 
-   Each says in which phases it may be called; a call out of order is refused and changes nothing. */
+   Each lists the phases in which it may be called; a call in another phase is refused and changes nothing. */
 
 #include <stdlib.h>
 

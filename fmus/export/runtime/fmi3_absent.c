@@ -1,9 +1,9 @@
-/* FMI 3.0: the functions for what this model has not. All its variables are scalars of type Float64; it has no
+/* FMI 3.0: functions for features that the model does not have. All its variables are scalars of type Float64; it has no
    clocks, no structural parameters, no event mode in co-simulation and no dependencies by element. */
 
 #include "fmi3_host.h"
 
-/* Nothing was asked for: all is well. Something was: there is none of it. */
+/* OK where nothing is requested, else an error: the model has no such variables. */
 static fmi3Status absent(fmi3Instance instance, const char *function, size_t n)
 {
     Instance *s = called(instance, function, ANY, 1);
@@ -35,7 +35,7 @@ NO_VARIABLES_OF(UInt64)
 NO_VARIABLES_OF(Boolean)
 NO_VARIABLES_OF(String)
 
-/* Functions of an instance, value references, their number, and arrays that are left alone. */
+/* Functions of an instance, value references, their number, and arrays that are not used. */
 #define NO_CLOCKS(name, ...)                                                                                           \
     fmi3Status name(fmi3Instance instance, const fmi3ValueReference vr[], size_t n, __VA_ARGS__)
 

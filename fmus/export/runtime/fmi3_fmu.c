@@ -1,4 +1,4 @@
-/* The whole FMU of FMI 3.0 as one unit of translation: this file alone is compiled. */
+/* The whole FMU of FMI 3.0 as one translation unit: only this file is compiled. */
 
 #include "runtime.c"
 

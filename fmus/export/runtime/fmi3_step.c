@@ -1,8 +1,8 @@
-/* FMI 3.0, co-simulation and model exchange: steps with inputs that move, and the derivatives for an importer's own solver.
+/* FMI 3.0, co-simulation and model exchange: steps with moving inputs, and derivatives for the importer's solver.
 
    FMI 3.0 has no setter for the derivatives of inputs. Instead the importer sets the inputs in intermediate updates:
-   at 0, 1/3, 2/3 and 1 of the step it is asked for them, and the cubic through the four is what they do in the step.
-   An importer whose inputs are polynomials up to order 3 gets the step for just these. */
+   it is asked for them at 0, 1/3, 2/3 and 1 of the step, and they follow the cubic through these four values.
+   Inputs that are polynomials up to order 3 are thereby represented exactly. */
 
 #include <string.h>
 
@@ -11,7 +11,7 @@
 
 enum { NODES = 4 };
 
-/* Asks the importer once; where it may and does want to return early, *end becomes that time. */
+/* Calls the importer once; if it requests early return and is allowed to, *end becomes that time. */
 static void update(Instance *s, double time, int set, int finished, double *end, int *early)
 {
     const Host *host = s->host;
@@ -36,7 +36,7 @@ static void cubic_slopes(const double v[NODES], double h, double slopes[3])
     slopes[2] = third / (third_of_h * third_of_h * third_of_h);
 }
 
-/* The inputs as the importer moves them over a step: their values at its start and their slopes, put into place. */
+/* Obtains the inputs over a step from the importer and stores their values and slopes at its start. */
 static void sample_inputs(Instance *s, double time, double h, double *end, int *early)
 {
     const unsigned n = model.n_inputs;

@@ -75,7 +75,7 @@ Status report(Instance *s, Status status, const char *format, ...)
     va_start(arguments, format);
     vsnprintf(message, sizeof message, format, arguments);
     va_end(arguments);
-    for (char *c = message; *c; c++) /* an importer may take the message for a format */
+    for (char *c = message; *c; c++) /* importers may use the message as a format string */
         if (*c == '%') *c = '/';
     s->logger(s, status, message);
     return status;
@@ -95,7 +95,7 @@ void values_changed(Instance *s, int parameters)
     }
 }
 
-/* Why this variable may not be set now; NULL when it may. */
+/* The reason why this variable may not be set now; NULL when it may. */
 static const char *refusal(const Instance *s, const Variable *v)
 {
     const int starting = phase(s) & (INSTANTIATED | INITIALIZING);
@@ -109,7 +109,7 @@ static const char *refusal(const Instance *s, const Variable *v)
     }
 }
 
-/* Not when the value is no number; infinity is beyond every bound. */
+/* False for NaN; infinity exceeds every bound. */
 static int within(const Variable *v, double value) { return value >= v->min && value <= v->max; }
 
 static Status check_value(Instance *s, unsigned reference, double value)
@@ -129,7 +129,7 @@ Status set_values(Instance *s, const unsigned *references, size_t n, const doubl
     int parameters = 0;
     const int may_set_inputs = phase(s) != TERMINATED;
     for (size_t i = 0; i < n; i++) {
-        /* What is set in every step is let through here; all the rest is looked at in detail. */
+        /* Values that are set in every step pass here; all others are examined in detail. */
         const unsigned input = references[i] - model.first_input;
         if (may_set_inputs && input < model.n_inputs && within(&model.variables[references[i]], values[i])) continue;
         if (check_value(s, references[i], values[i]) != OK) return ERROR;
@@ -227,7 +227,7 @@ void update_outputs(Instance *s)
 int update_jacobian(Instance *s)
 {
     if (!s->jacobian_changed) return 1;
-    /* Anew, because the factors of the mass matrix must be those of the present values. */
+    /* Repeated, because the factors of the mass matrix must belong to the present values. */
     s->rates_changed = 1;
     if (!update_rates(s)) return 0;
     jacobian_at(s, s->z, s->z + model.first_derivative, s->jacobian);

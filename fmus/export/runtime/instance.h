@@ -1,4 +1,4 @@
-/* One instance of the model: its values, how they are set, read, kept and given back. Knows no FMI version. */
+/* One instance of the model: its values, and how they are set, read, saved and restored. Independent of the FMI version. */
 
 #ifndef INSTANCE_H
 #define INSTANCE_H
@@ -16,7 +16,7 @@ typedef enum { OK, WARNING, DISCARD, ERROR } Status;
 /* Whether the derivatives of the inputs are all zero, set for the next step, or left from the end of the last one. */
 enum { NO_SLOPES, SLOPES_FOR_NEXT_STEP, SLOPES_OF_LAST_STEP };
 
-/* What a snapshot keeps besides the values: all of it numbers. */
+/* The part of a snapshot besides the values; numbers only. */
 enum { PHASE, STOP_TIME, SLOPES, INNER_STEP, N_SCALARS };
 
 typedef struct Snapshot Snapshot;
@@ -27,7 +27,7 @@ struct Instance {
     double *kept;      /* scalars, slopes and z in one block */
     double *z;         /* all values in the order of the references */
     double *slopes;    /* derivatives of the inputs at the present time, MAX_ORDER rows of n_inputs */
-    unsigned n_kept;   /* without the terms at the end of z, which follow from the rest */
+    unsigned n_kept;   /* without the terms at the end of z, which are computed from the rest */
     int parameters_changed, rates_changed, outputs_changed, jacobian_changed;
     double *jacobian;  /* d(x', y)/d(x, u, t), with the mass matrix solved */
     double *lu;        /* LU factors of the mass matrix */
@@ -42,7 +42,7 @@ struct Instance {
     Snapshot *snapshots;
     char *name;
     Logger *logger;
-    void *host;        /* what the FMI version keeps */
+    void *host;        /* data of the FMI version */
     unsigned categories;
 };
 
@@ -52,13 +52,13 @@ void instance_free(Instance *s);
 /* Every value at its start, time zero, phase INSTANTIATED. */
 void instance_reset(Instance *s);
 
-/* Tells the host what happened and returns the status. */
+/* Logs a message to the host and returns the status. */
 Status report(Instance *s, Status status, const char *format, ...);
 
 Phase phase(const Instance *s);
 void enter(Instance *s, Phase phase);
 
-/* All or nothing: when one value is refused, none is set. */
+/* When one value is refused, none is set. */
 Status set_values(Instance *s, const unsigned *references, size_t n, const double *values);
 Status get_values(Instance *s, const unsigned *references, size_t n, double *values);
 /* The states or their derivatives, n_states values from a reference on. */
@@ -66,7 +66,7 @@ Status get_block(Instance *s, unsigned first, size_t n, double *values);
 Status set_time(Instance *s, double time);
 Status set_states(Instance *s, const double *states, size_t n);
 
-/* Bring what follows from the values up to date. 0 when the mass matrix is singular. */
+/* Update everything that is computed from the values. 0 when the mass matrix is singular. */
 int update_rates(Instance *s);
 void update_outputs(Instance *s);
 int update_jacobian(Instance *s);
@@ -76,7 +76,7 @@ int rates_at(Instance *s, double *z, double *rates);
 /* The Jacobian with the mass matrix solved; rates are x' at z, as rates_at has just left them. */
 void jacobian_at(Instance *s, const double *z, const double *rates, double *jacobian);
 
-/* To be called after z has changed: what follows from it is out of date. */
+/* To be called after z has changed: marks computed quantities as outdated. */
 void values_changed(Instance *s, int parameters);
 
 /* Derivatives of the inputs with respect to time, order 1 to MAX_ORDER, at the start of the next step. */

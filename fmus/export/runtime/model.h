@@ -1,10 +1,10 @@
-/* What the generated file model.c gives to the runtime: the tables and the equations of one component.
+/* What the generated file model.c provides to the runtime: the tables and the equations of one component.
 
        M(z) x' = f(z),   y = g(z)
 
    z is the vector of all values in the order of the value references: time, parameters, calculated
-   parameters, inputs, states, other outputs, derivatives of the states; behind them are numbers that follow
-   from the parameters, then terms that several functions need. All matrices are stored by rows. */
+   parameters, inputs, states, other outputs, derivatives of the states; after them come numbers computed
+   from the parameters, then terms that several functions use. All matrices are stored by rows. */
 
 #ifndef MODEL_H
 #define MODEL_H

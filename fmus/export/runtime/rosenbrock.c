@@ -36,12 +36,12 @@ static const double C[STAGES][STAGES - 1] = {
     {8.083246795921522, -7.981132988064893, -31.52159432874371, 16.31930543123136, -6.058818238834054},
 };
 
-/* Arrays in the instance's scratch. */
+/* Arrays in the instance's work memory. */
 typedef struct {
     double *z, *rates, *time_slope, *k, *jacobian, *lu;
 } Scratch;
 
-/* J, f_t and x' at the present z of the scratch; u' after tau joins f_t. */
+/* J, f_t and x' at the present z of the work memory; u' after tau joins f_t. */
 static int linearise(Instance *s, double tau, Scratch *w)
 {
     const unsigned n = model.n_states, nu = model.n_inputs, columns = n + nu + 1;
@@ -57,7 +57,7 @@ static int linearise(Instance *s, double tau, Scratch *w)
     return 1;
 }
 
-/* The scaled error of one inner step from x after tau; its result in `states`. Infinite when it fails. */
+/* The scaled error of one inner step from x after tau; its result in `states`. Infinite when the step fails. */
 static double attempt(Instance *s, double tau, double h, double tolerance, const double *x, double *states, Scratch *w)
 {
     const unsigned n = model.n_states, columns = n + model.n_inputs + 1;
@@ -106,7 +106,7 @@ static Scratch scratch_in(double *work)
     return w;
 }
 
-/* Why the step ends here: a state out of its bounds, or what the equations were given where they have no value. */
+/* The reason why the step fails: a state out of its bounds, or arguments for which the equations are undefined. */
 static Status give_up(Instance *s, Scratch *w, double tau, double used, int count)
 {
     char values[256] = "";
@@ -147,7 +147,7 @@ Status rosenbrock_step(Instance *s, double step, double *states)
         if (!rejected) {
             memcpy(x, states, n * sizeof *x);
             tau = last ? step : tau + used;
-            if (last && h > used) factor = fmax(factor, h / used); /* the cut at the end says nothing */
+            if (last && h > used) factor = fmax(factor, h / used); /* the last inner step was shortened by the end of the step */
         }
         h = used * factor;
     }

@@ -1,5 +1,5 @@
-/* The model and the runtime without the functions of FMI. In one unit of translation the compiler knows the sizes of
-   the model where they are used. */
+/* The model and the runtime without the functions of FMI. In one translation unit the compiler knows the model's
+   sizes at compile time. */
 
 #include "model.c"
 

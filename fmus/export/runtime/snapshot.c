@@ -1,4 +1,4 @@
-/* Snapshots of an instance: see snapshot.h. They belong to it, so that a wrong pointer is found and none leaks. */
+/* Snapshots of an instance: see snapshot.h. They belong to the instance, so that an invalid pointer is detected and none leaks. */
 
 #include <stdlib.h>
 #include <string.h>
@@ -44,7 +44,7 @@ Status snapshot_restore(Instance *s, const Snapshot *snapshot)
 {
     if (!known(s, snapshot)) return refuse(s);
     const double *values = snapshot->kept + (s->z - s->kept), inner_step = snapshot->kept[INNER_STEP];
-    /* The same parameters keep the matrices of the exact step: a master that iterates restores at every step. */
+    /* With the same parameters the matrices of the exact step stay valid: iterative masters restore in every step. */
     const int parameters = s->parameters_changed || memcmp(s->z + 1, values + 1, (model.first_input - 1) * sizeof *values) != 0;
     memcpy(s->kept, snapshot->kept, s->n_kept * sizeof *s->kept);
     values_changed(s, parameters);

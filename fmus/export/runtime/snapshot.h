@@ -5,7 +5,7 @@
 
 #include "instance.h"
 
-/* Into *snapshot if that is one of this instance, else into a new one where *snapshot is NULL. */
+/* Saves to *snapshot if it belongs to this instance, or to a new one if *snapshot is NULL. */
 Status snapshot_take(Instance *s, Snapshot **snapshot);
 Status snapshot_restore(Instance *s, const Snapshot *snapshot);
 Status snapshot_free(Instance *s, Snapshot *snapshot);

@@ -1,4 +1,4 @@
-/* One step: chooses the method, and puts its result in place only when it is one. */
+/* One step: selects the method, and stores its result only when it is valid. */
 
 #include <math.h>
 #include <string.h>
@@ -14,7 +14,7 @@ void inputs_after(const Instance *s, double tau, double *z)
         z[model.first_input + i] = u[i] + tau * (d[i] + tau / 2 * (d[n + i] + tau / 3 * d[2 * n + i]));
 }
 
-/* The slopes at the end of the step: they serve the outputs' derivatives until the next step begins. */
+/* The slopes at the end of the step, used for the outputs' derivatives until the next step. */
 static void advance_slopes(Instance *s, double tau)
 {
     const unsigned n = model.n_inputs;
@@ -33,7 +33,7 @@ static unsigned polynomial_order(const Instance *s)
     return 0;
 }
 
-/* An input polynomial may leave the bounds of its variable on the way; its end is checked. */
+/* An input polynomial may exceed the bounds of its variable within the step; only its end is checked. */
 static Status inputs_in_bounds(Instance *s, double h)
 {
     for (unsigned i = 0; i < model.n_inputs; i++) {
@@ -46,7 +46,7 @@ static Status inputs_in_bounds(Instance *s, double h)
     return OK;
 }
 
-/* Roundings of an importer's clock are forgiven, a gap or an overlap is not. */
+/* Rounding errors of the importer's time are accepted, a gap or an overlap is not. */
 Status check_step(Instance *s, double time, double h)
 {
     if (!(h > 0) || !isfinite(h)) return report(s, ERROR, "a step of %g s: it must be positive and finite", h);
@@ -61,7 +61,7 @@ Status states_in_bounds(Instance *s, double time, const double *states)
 {
     for (unsigned i = 0; i < model.n_states; i++) {
         const Variable *v = &model.variables[model.first_state + i];
-        if (states[i] >= v->min && states[i] <= v->max) continue; /* not when it is infinite or no number */
+        if (states[i] >= v->min && states[i] <= v->max) continue; /* false for infinity and NaN */
         if (!isfinite(states[i])) return report(s, DISCARD, "%s is no longer finite at %g s", v->name, time);
         return report(s, DISCARD, "%s = %g %s at %g s is outside its bounds [%g, %g]", v->name, states[i], v->unit, time, v->min, v->max);
     }

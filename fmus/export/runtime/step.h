@@ -5,17 +5,17 @@
 
 #include "instance.h"
 
-/* From a time, which must be the instance's own, on by a step, with the inputs as their polynomials say. On
-   anything but OK the instance is as it was and the reason has been reported. */
+/* Advances by a step from a time, which must be the instance's own, with the inputs as polynomials. If the status is
+   not OK, the instance is unchanged and the reason has been logged. */
 Status step_from(Instance *s, double time, double step);
 
-/* Whether such a step may be asked for; reports why not. */
+/* Whether such a step is allowed; logs the reason if not. */
 Status check_step(Instance *s, double time, double step);
 
-/* Whether the states at a time are finite and where the model holds; reports which is not. */
+/* Whether the states at a time are finite and within their bounds; logs the first that is not. */
 Status states_in_bounds(Instance *s, double time, const double *states);
 
-/* The two methods: new states (n_states) from the present values, which they leave alone. */
+/* The two methods: new states (n_states) from the present values, which are not changed. */
 Status exact_step(Instance *s, double step, unsigned order, double *states);
 Status rosenbrock_step(Instance *s, double step, double *states);
 

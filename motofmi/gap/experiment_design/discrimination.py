@@ -1,9 +1,9 @@
-"""By how much a test that has not been made would tell two fitted models apart.
+"""The expected delta chi-square by which a planned experiment distinguishes two fitted models.
 
-    dchi2 = min_p  |d + J p|^2 + |K p|^2,   d = (what the truth would give - what the rival gives) over the noise
+    dchi2 = min_p  |d + J p|^2 + |K p|^2,   d = (prediction of the assumed truth - prediction of the rival) over the noise
 
-The rival may refit all its parameters p, as far as what it was fitted to lets it: J are its slopes in the new test, K
-those in the tests and priors so far. At the rival's fit these are at their least, so that no linear term remains.
+The rival may refit all its parameters p: J are its derivatives in the new experiment, K those in the fitted runs and
+priors. At the rival's fit chi-square of the latter is at its minimum, so no linear term remains.
 """
 
 from dataclasses import dataclass
@@ -11,34 +11,38 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from identification.gap.models.model import AnyRun
-from identification.gap.naming.fitted import Fit, deviating
+from motofmi.gap.estimation.fit_result import Fit, run_to_run_deviations
+from motofmi.gap.models.harmonic_model import AnyRun
 
 
 @dataclass(frozen=True)
-class Foresight:
-    """What a fitted model foresees of a test: data (m,) over the noise, and slopes (m, common parameters + more).
+class Prediction:
+    """What a fitted model predicts for a planned run: data (m,) over the noise, and derivatives (m,
+    common parameters + more).
 
-    The further columns are by parameters of the new test alone, whose priors are rows at the end.
+    The further columns are by parameters of the new run alone, whose priors are the last rows.
     """
 
     predicted: np.ndarray
     slopes: np.ndarray
 
 
-def through(found: Fit, run: AnyRun) -> Foresight:
-    """What a fit foresees of a planned run: the base deviates there as it does from run to run."""
-    moved = deviating(found.model.stand)
+def predict_run(found: Fit, run: AnyRun) -> Prediction:
+    """The prediction of a fit for a planned run, with priors on the base's deviation from run to run."""
+    deviations = run_to_run_deviations(found.model.experiment)
     predicted, own = found.model.reduced(run, found.shared)
-    spreads = np.diag([1 / deviation for deviation in moved.values()])
-    priors = np.hstack([np.zeros((len(moved), len(found.model.names))), spreads])
-    return Foresight(np.concatenate([predicted, np.zeros(len(moved))]), np.vstack([np.hstack([own, own[:, list(moved)]]), priors]))
+    spreads = np.diag([1 / deviation for deviation in deviations.values()])
+    priors = np.hstack([np.zeros((len(deviations), len(found.model.names))), spreads])
+    return Prediction(
+        np.concatenate([predicted, np.zeros(len(deviations))]), np.vstack([np.hstack([own, own[:, list(deviations)]]), priors])
+    )
 
 
 def separation(rival: Fit, difference: np.ndarray, slopes: np.ndarray) -> float:
-    """The least of chi-square that a rival comes to, where new data differ by (m,) from what it foresees with slopes (m, ...).
+    """The least increase of a rival's chi-square, where new data differ by (m,) from its prediction
+    with derivatives (m, ...).
 
-    The parameters of effects stay within their bounds, which hold the physical sign.
+    The parameters of effects stay within their bounds, which include the physical sign.
     """
     shared, known = len(rival.model.names), rival.jacobian.shape[1]
     new = slopes.shape[1] - shared

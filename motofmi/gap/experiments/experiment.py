@@ -1,22 +1,24 @@
-"""What is tested, and how: the base component, its free parameters with what is known of them, and how effects join.
+"""The imposed-motion experiment: the base component, its free parameters with their priors, and how effects are added.
 
-A parameter of a rider is never twice the same: each run may deviate by `spread` (relative) from the common value.
+The parameters of a rider change from run to run: in each run they may deviate by `spread` (relative)
+from the common value.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from fmus.component import Component
+from fmus.composition.imposed_motion import ImposedMotion, ImposedThroughSpring
+from fmus.composition.system import System
+from fmus.declaration.component import Component
 from fmus.effects import Effect
-from fmus.imposed import Imposed, ThroughSpring
-from fmus.system import System
 
 SERIES = "shaft_compliance"
 
 
 @dataclass(frozen=True)
-class Free:
-    """A parameter of the base that is fitted: by what it may change from run to run, and what is known of it."""
+class FreeParameter:
+    """A fitted parameter of the base: its relative deviation from run to run, and its prior (value
+    and standard error)."""
 
     name: str
     spread: float = 0.0
@@ -26,14 +28,18 @@ class Free:
 
 @dataclass(frozen=True)
 class Sensor:
-    """An output of the component that a column may show, and the deviation of its white noise in runs that are planned."""
+    """An output of the component that a column may measure, and the standard deviation of its white
+    noise in planned runs."""
 
     output: str
     noise: float
 
 
-def imposed_on(component: Component, state: str, effort: str, effects: Sequence[type[Effect]], also: Sequence[str] = ()) -> Component:
-    """A component whose state is imposed, its effort and other outputs answered, with effects: of the device, and of what lies between."""
+def with_imposed_state(
+    component: Component, state: str, effort: str, effects: Sequence[type[Effect]], also: Sequence[str] = ()
+) -> Component:
+    """The component with a state imposed and its effort (and further outputs) as outputs, with effects of
+    device and channel."""
     joined = [e(exact_delays=True) for e in effects if e.part == "device"]
     if joined and isinstance(component, System):
         parts = {n: p.with_effects(*joined) if n == "device" else p for n, p in component.parts.items()}
@@ -41,47 +47,56 @@ def imposed_on(component: Component, state: str, effort: str, effects: Sequence[
     elif joined:
         component = component.with_effects(*joined)
     channel = tuple(e() for e in effects if e.part == "channel" and e.family != SERIES)
-    wrapper = ThroughSpring if any(e.family == SERIES for e in effects) else Imposed
+    wrapper = ImposedThroughSpring if any(e.family == SERIES for e in effects) else ImposedMotion
     return wrapper(component, state, effort, channel, tuple(also))
 
 
 def parameter_of(component: Component, effect: type[Effect], name: str) -> str:
-    """The name that an effect's parameter has in a component, or in a system that the effect joins at its device."""
+    """The name of an effect's parameter in a component, or in a system whose device has the effect."""
     prefix = "device." if effect.part == "device" and isinstance(component, System) else ""
     return f"{prefix}{effect.family}.{name}"
 
 
-@dataclass(frozen=True)
-class TestStand:
-    """A component, imposed at one of its states, with its measured effort.
+@dataclass(frozen=True, repr=False)
+class ImposedMotionExperiment:
+    """A component with one state imposed and its effort measured.
 
-    parts maps the part of an effect (`device`) to that of the system; "" is the component itself.
-    columns maps the roles imposed, measured and command to columns of the recordings; further are sensors by column that
-    not every run has.
+    columns maps the roles `imposed`, `measured` and `command` to columns of the recordings; further holds, by
+    column, sensors that not every run has. measured_effects holds values and standard errors of effects that
+    another experiment measured.
     """
-
-    __test__ = False  # not a test of pytest's
 
     component: Component
     imposed: str
     measured: str
-    free: tuple[Free, ...]
+    free: tuple[FreeParameter, ...]
     columns: Mapping[str, str]
-    measured_effects: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # size and its error, from another test
+    measured_effects: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     further: Mapping[str, Sensor] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        free = ", ".join(p.name for p in self.free) or "none"
+        return f"ImposedMotionExperiment({self.component.name!r}, imposed {self.imposed}, measured {self.measured}, free {free})"
+
+
     def with_effects(self, effects: Sequence[type[Effect]]) -> Component:
-        """The component seen from the test: its motion told, its effort answered, with effects."""
-        return imposed_on(self.component, self.imposed, self.measured, effects, tuple(sensor.output for sensor in self.further.values()))
+        """The component with effects, its motion as input and its effort as output."""
+        return with_imposed_state(
+            self.component,
+            self.imposed,
+            self.measured,
+            effects,
+            tuple(sensor.output for sensor in self.further.values()),
+        )
 
     @property
-    def open(self) -> tuple[str, ...]:
-        """The parameters that are fitted as they are, beside the free ones: none."""
+    def unrestricted(self) -> tuple[str, ...]:
+        """The parameters besides the free ones that are fitted without a fixed sign: none."""
         return ()
 
     @property
     def outputs(self) -> tuple[str, ...]:
-        """The outputs of the component seen from the test that are measured."""
+        """The measured outputs."""
         return (self.measured,)
 
     @property

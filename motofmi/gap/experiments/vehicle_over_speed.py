@@ -1,34 +1,39 @@
-"""A component that is seen through its linearisation over an input (a vehicle over its speed), and what is free in it.
+"""The vehicle-over-speed experiment: a component linearised over one of its inputs, and its free parameters.
 
     x' = A(V, p) x + B(V, p) u
 
-Effects join one part of a system, or the component itself.
+Effects are added to one part of a system, or to the component itself.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from fmus.component import Component
+from fmus.composition.system import System
+from fmus.declaration.component import Component
 from fmus.effects import Effect
-from fmus.system import System
-from identification.gap.stands.test_stand import Free
+from motofmi.gap.experiments.experiment import FreeParameter
 
 
-@dataclass(frozen=True)
-class LinearStand:
-    """A component, the part of it that effects join ("" for itself), the input over which it is seen, its free parameters.
+@dataclass(frozen=True, repr=False)
+class VehicleOverSpeedExperiment:
+    """A component, the part of it to which effects are added ("" for itself), the input over which it is linearised.
 
-    free are those that keep their sign, open those that may be any number, with measured_effects for what is known of
-    these (value and error). exact_delays makes of what lags an input, for recorded runs.
+    free are the fitted parameters that keep their sign, unrestricted those that may change it, measured_effects the
+    priors of the latter (value and standard error). exact_delays makes delayed signals inputs, for recorded runs.
     """
 
     component: Component
     part: str
     over: str
-    free: tuple[Free, ...] = ()
-    open: tuple[str, ...] = ()
+    free: tuple[FreeParameter, ...] = ()
+    unrestricted: tuple[str, ...] = ()
     measured_effects: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     exact_delays: bool = False
+
+    def __repr__(self) -> str:
+        free = ", ".join([*(p.name for p in self.free), *self.unrestricted]) or "none"
+        return f"VehicleOverSpeedExperiment({self.component.name!r}, over {self.over}, free {free})"
+
 
     def with_effects(self, effects: Sequence[type[Effect]]) -> Component:
         """The component with effects."""

@@ -1,12 +1,12 @@
-"""Where along frequency and time a model mispredicts the outputs of a run."""
+"""Where the misfit of one-step predictions lies: by output, frequency and time."""
 
 from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
 
-from identification.gap.data.predicted import PredictedRun
-from identification.gap.reporting.locating import Place, place
+from motofmi.gap.localisation.locating import Place, place
+from motofmi.gap.preprocessing.predicted_run import PredictedRun
 
 PARTS = 6  # of the band, and of the run
 
@@ -19,6 +19,13 @@ def cells(run: PredictedRun, z: np.ndarray) -> Iterator[Place]:
     begin = run.recording.time[0] + np.append(run.blocks, run.blocks[-1] + run.length) * run.step
     for name, part in zip(run.outputs, parts, strict=True):
         for a, b in pairwise(bands):
-            yield place(run, part[:, a:b].ravel(), f"{name} over frequency", float(run.frequency[a]), float(run.frequency[b - 1]), "Hz")
+            yield place(
+                run,
+                part[:, a:b].ravel(),
+                f"{name} over frequency",
+                float(run.frequency[a]),
+                float(run.frequency[b - 1]),
+                "Hz",
+            )
         for a, b in pairwise(times):
             yield place(run, part[a:b].ravel(), f"{name} over time", float(begin[a]), float(begin[b]), "s")

@@ -1,18 +1,17 @@
-"""Where along frequency and speed a model misses the equations of motion of a run."""
+"""Where the misfit of the equations of motion lies: by equation and time."""
 
 from collections.abc import Iterator
 
 import numpy as np
 
-from identification.gap.data.weak_form import WeakRun
-from identification.gap.reporting.locating import Place, place
+from motofmi.gap.localisation.locating import Place, place
+from motofmi.gap.preprocessing.weak_form import WeakFormRun
 
-BANDS = np.array([0.3, 0.6, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0])  # Hz
 TIMES = 6  # parts of a run
 
 
-def cells(run: WeakRun, z: np.ndarray) -> Iterator[Place]:
-    """Each equation over time, with the residuals z (m,) there, and over frequency as far as whitening keeps it apart."""
+def cells(run: WeakFormRun, z: np.ndarray) -> Iterator[Place]:
+    """Each equation over time, with the residuals z (m,) there; whitening mixes frequencies."""
     kept = len(run.frequency) - run.nuisance.shape[1]
     by_block = z.reshape(len(run.rates), len(run.blocks), kept)
     when = run.recording.time[run.blocks]
@@ -21,4 +20,6 @@ def cells(run: WeakRun, z: np.ndarray) -> Iterator[Place]:
     for name, part in zip(run.rates, by_block, strict=True):
         for i in range(TIMES):
             if np.any(cell == i):
-                yield place(run, part[cell == i].ravel(), f"{name} over time", float(edges[i]), float(edges[i + 1]), "s")
+                yield place(
+                    run, part[cell == i].ravel(), f"{name} over time", float(edges[i]), float(edges[i + 1]), "s"
+                )

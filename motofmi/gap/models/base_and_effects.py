@@ -1,6 +1,6 @@
-"""What all models have: the base with some effects, and what a fit's vector says of their parameters.
+"""The common part of all models: the base with some effects, and the parameter vector of a fit.
 
-    q = [log |base|, open and effects' parameters as they are]
+    q = [log |base|, unrestricted and effects' parameters]
 
 A free parameter of the base keeps its sign.
 """
@@ -10,34 +10,35 @@ from typing import Any
 
 import numpy as np
 
-from fmus.component import Component
+from fmus.declaration.component import Component
+from fmus.declaration.variables import Variable
 from fmus.effects import Effect
-from fmus.variables import Variable
 
 
 class BaseAndEffects:
-    """A stand's component with effects; `base`, `own`, `names`, `rows` and `sizes` as `AnyModel` has them."""
+    """The component of an experiment with effects; `base`, `own`, `names`, `rows` and `sizes` as in `AnyModel`."""
 
-    def __init__(self, stand: Any, effects: Sequence[type[Effect]] = (), open_: Sequence[str] = ()):
-        self.stand, self.effects = stand, tuple(effects)
-        self.component: Component = stand.with_effects(effects)
-        self.base = [f.name for f in stand.free]
-        self.own = [*open_, *(stand.parameter(e, n) for e in effects for n in e.sought())]
+    def __init__(self, experiment: Any, effects: Sequence[type[Effect]] = (), unrestricted: Sequence[str] = ()):
+        self.experiment, self.effects = experiment, tuple(effects)
+        self.component: Component = experiment.with_effects(effects)
+        self.base = [f.name for f in experiment.free]
+        self.own = [*unrestricted, *(experiment.parameter(e, n) for e in effects for n in e.free_parameters())]
         self.names = self.base + self.own
-        shapes = {stand.parameter(e, n) for e in effects for n in e.shapes()}
+        shapes = {experiment.parameter(e, n) for e in effects for n in e.nonlinear_parameters()}
         self.sizes = [i for i, n in enumerate(self.own) if n not in shapes]
         self.rows: list[Variable] = [self.component.table[n] for n in self.own]
         self.signs = np.array([np.sign(self.component.values[n]) for n in self.base])
 
     def unknowns(self, run: Any) -> int:
-        """How many numbers of a run alone are taken out of it beside the parameters."""
+        """The number of unknowns of a single run that are eliminated besides the parameters."""
         return 0
 
-    def anew(self, run: Any) -> None:
-        """What is simulated of a run next is no trial of a fit: whatever it takes may be tried, as when the run was new to the model."""
+    def start_afresh(self, run: Any) -> None:
+        """Treat the next simulation of a run as the first one, in which continuation is allowed, and not
+        as a trial of a fit."""
 
     def start(self, shapes: Mapping[str, float] | None = None) -> np.ndarray:
-        """The vector of the component's own values, some of the effects' replaced."""
+        """The vector of the component's values, with some values of effects replaced."""
         values = {**self.component.values, **(shapes or {})}
         return np.array([np.log(abs(values[n])) for n in self.base] + [values[n] for n in self.own])
 

@@ -1,16 +1,18 @@
-r"""What drives a vehicle besides its recorded inputs, and how noisy its sensors are, by maximum likelihood.
+r"""Disturbances of a vehicle besides its recorded inputs, and its sensor noise, by maximum likelihood.
 
     w_j = white + slow,   slow' = -2 pi f_j slow + 2 pi f_j sqrt(1 / (pi f_j)) sigma_j xi,     y_i = ... + r_i white
     -2 ln L = sum_k e_k' S^-1 e_k + n ln det S + |(psi - psi_0) / spread|^2
 
-w_j are forces at inputs that the vehicle has: a roll torque, a side force, a torque about the steer axis. psi holds the
-logarithms of the spectral intensity of the white part of each, of the deviation sigma and the corner f of its slow part (wind, road,
-a rider's own motion), and of the deviation of each sensor. A wide prior keeps finite what does not show.
+w_j act at inputs of the vehicle: a roll torque, a side force, a torque about the steer axis. psi holds the
+logarithms of the spectral intensity of the white part of each, of the standard deviation sigma and corner frequency
+f of its slow part (wind, road, rider), and of the standard deviation of each sensor's noise. A wide prior keeps
+parameters finite that are not identifiable.
 
-That is where a fit begins: in it, factors of all of these are parameters of the base (`factors_of`), so that no candidate is
-judged by the disturbances of another.
+The result is the start of a fit. In the fit, factors on all of these are parameters of the base (`factors_of`), so that
+no candidate is compared under the disturbances of another.
 
-Source: Ljung, System Identification, 2nd ed. (1999), ch. 7.4; Jategaonkar, Flight Vehicle System Identification (2006), ch. 5.
+Source: Ljung, System Identification, 2nd ed. (1999), ch. 7.4; Jategaonkar, Flight Vehicle System
+Identification (2006), ch. 5.
 """
 
 from collections.abc import Sequence
@@ -19,34 +21,46 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize
 
+from fmus.declaration.variables import parameter
 from fmus.effects import Effect
-from fmus.variables import parameter
-from identification.gap.data.predicted import PredictedRun
-from identification.gap.models.kalman import Discrete, errors, sampled, sampled_noise, stationary
-from identification.sampling import white_noise
+from motofmi.gap.models.kalman import Discrete, errors, sampled, sampled_noise, stationary
+from motofmi.gap.preprocessing.predicted_run import PredictedRun
+from motofmi.recordings.resampling import white_noise
 
 FAMILY = "disturbance"
-CORNER = 0.5  # Hz: of what is slow
-FORCES = ("roll_torque", "lateral_force", "steer_torque")  # at which disturbances act
-SPREAD = 3.0  # of logarithms, around a first guess; of a corner's CORNER_SPREAD
-CORNER_SPREAD = 1.0
+CORNER = 0.5  # Hz, first guess of the corner frequency
+FORCES = ("roll_torque", "lateral_force", "steer_torque")  # inputs at which disturbances act
+SPREAD = 3.0  # prior standard deviation of the logarithms around the first guess
+CORNER_SPREAD = 1.0  # the same of corner frequencies
 SCAN = np.arange(-6.0, 3.0)  # logarithms of a common factor from which the search starts
-NUDGE = 1e-4
-UNLIKELY = 1e12
+DIFFERENCE_STEP = 1e-4  # of the finite differences
+NO_PREDICTION = 1e12  # -2 ln L where there is no stationary prediction
 
 
 def factors_of(forces: Sequence[str], outputs: Sequence[str]) -> type[Effect]:
-    """The factors of psi as parameters that a component can have, in the order of psi; no equation reads them."""
-    said = {"white": "intensity of the white part of", "slow": "deviation of the slow part of", "corner": "corner of the slow part of"}
-    rows = {f"{part}_{force}": f"{sentence} the disturbance {force}" for part, sentence in said.items() for force in forces}
+    """The factors of psi as parameters of an effect, in the order of psi; no equation uses them."""
+    descriptions = {
+        "white": "intensity of the white part of",
+        "slow": "deviation of the slow part of",
+        "corner": "corner of the slow part of",
+    }
+    rows = {
+        f"{part}_{force}": f"{sentence} the disturbance {force}"
+        for part, sentence in descriptions.items()
+        for force in forces
+    }
     rows |= {f"noise_{output}": f"noise of the sensor of {output}" for output in outputs}
-    made = {n: parameter("1", f"Factor of the {sentence}", min=1e-12, max=1e12, start=1.0) for n, sentence in rows.items()}
-    return type("Disturbances", (Effect,), {"__doc__": "How large disturbances and noises are.", "family": FAMILY, **made})
+    made = {
+        n: parameter("1", f"Factor of the {sentence}", min=1e-12, max=1e12, start=1.0) for n, sentence in rows.items()
+    }
+    return type(
+        "Disturbances", (Effect,), {"__doc__": "Magnitudes of disturbances and sensor noise.", "family": FAMILY, **made}
+    )
 
 
 @dataclass(frozen=True)
-class Driven:
-    """A vehicle on a grid of speeds (g, ...): A, B, C, D, and what its disturbances do, W (g, nx, j)."""
+class DisturbedVehicle:
+    """A vehicle on a grid of speeds (g, ...): A, B, C, D, and the input matrix of its disturbances, W (g, nx, j)."""
 
     A: np.ndarray
     B: np.ndarray
@@ -83,37 +97,45 @@ class Driven:
         return stationary(made.F, made.C, sampled_noise(A, intensity, step), R)
 
 
-def first_guess(run: PredictedRun, driven: Driven) -> np.ndarray:
-    """psi where each force alone would change the outputs as fast as they were seen to change."""
+def first_guess(run: PredictedRun, driven: DisturbedVehicle) -> np.ndarray:
+    """psi for which each force alone would cause the measured variation of the outputs."""
     y = np.concatenate([run.measured[a:b] for a, b in run.stretches])
     sensor = np.array([white_noise(c) for c in y.T]) + 1e-6 * y.std(axis=0)
     fastest = np.max(np.abs(driven.A[0]))
-    size = np.array([1.0 / max(np.max(np.abs(driven.C[0] @ w) + np.max(np.abs(driven.C[0] @ driven.A[0] @ w)) / fastest), 1e-12) for w in driven.W[0].T])
+    size = np.array(
+        [
+            1.0 / max(np.max(np.abs(driven.C[0] @ w) + np.max(np.abs(driven.C[0] @ driven.A[0] @ w)) / fastest), 1e-12)
+            for w in driven.W[0].T
+        ]
+    )
     size = size * y.std()
     return np.concatenate([np.log(size**2), np.log(size), np.full(len(size), np.log(CORNER)), np.log(sensor)])
 
 
-@np.errstate(all="ignore")  # what runs away is unlikely
-def estimated(run: PredictedRun, driven: Driven, inputs: np.ndarray) -> np.ndarray:
-    """psi of a run with inputs (n, nu) beside a vehicle."""
+@np.errstate(all="ignore")  # a diverging prediction has a low likelihood
+def estimated(run: PredictedRun, driven: DisturbedVehicle, inputs: np.ndarray) -> np.ndarray:
+    """psi of a run with inputs (n, nu), for a given vehicle."""
     middle = first_guess(run, driven)
     j = driven.forces
     spread = np.concatenate([np.full(2 * j, SPREAD), np.full(j, CORNER_SPREAD), np.full(len(middle) - 3 * j, SPREAD)])
 
-    def unlikely(noise: np.ndarray) -> float:
+    def minus_twice_log_likelihood(noise: np.ndarray) -> float:
         made = driven.discrete(noise, run.step, run.exactly_held)
         try:
             K, S, _ = driven.gains(noise, run.step, made)
         except np.linalg.LinAlgError:
-            return UNLIKELY
+            return NO_PREDICTION
         left = predicted(run, made, K, inputs)[0][run.compared]
         mean = S.mean(axis=0)
-        whole = float(np.einsum("ki,ij,kj->", left, np.linalg.inv(mean), left)) + len(left) * float(np.linalg.slogdet(mean)[1])
-        return whole + float(np.sum(((noise - middle) / spread) ** 2)) if np.isfinite(whole) else UNLIKELY
+        value = float(np.einsum("ki,ij,kj->", left, np.linalg.inv(mean), left)) + len(left) * float(
+            np.linalg.slogdet(mean)[1]
+        )
+        return value + float(np.sum(((noise - middle) / spread) ** 2)) if np.isfinite(value) else NO_PREDICTION
 
     shift = np.concatenate([np.full(j, 2.0), np.ones(j), np.zeros(len(middle) - 2 * j)])
-    middle = min((middle + s * shift for s in SCAN), key=unlikely)
-    return minimize(unlikely, middle, method="L-BFGS-B", options={"maxiter": 60, "ftol": 2e-6, "eps": NUDGE}).x
+    middle = min((middle + s * shift for s in SCAN), key=minus_twice_log_likelihood)
+    options = {"maxiter": 60, "ftol": 2e-6, "eps": DIFFERENCE_STEP}
+    return minimize(minus_twice_log_likelihood, middle, method="L-BFGS-B", options=options).x
 
 
 def predicted(run: PredictedRun, made: Discrete, K: np.ndarray, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

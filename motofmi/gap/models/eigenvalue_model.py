@@ -1,10 +1,11 @@
-r"""Base and effects as eigenvalues over an input, matched with the measured ones, and their slopes.
+r"""Base and effects as eigenvalues over an input, matched to the measured ones, and their derivatives.
 
     A v = lambda v,   w' A = lambda w',   d lambda / dp = w' (dA / dp) v / (w' v)
 
-A measured eigenvalue whose mode has a name is matched by its shape: the computed one with the largest modal overlap with
-the mode of that name in the base, |(w_0' v) (w' v_0)| with w_0' v_0 = w' v = 1 on the states that both have, which does
-not depend on the units of the states; one without a name by its distance. All measured at one input together.
+A measured eigenvalue whose mode has a name is matched by mode shape: to the computed one with the largest modal overlap
+with the mode of that name in the base, |(w_0' v) (w' v_0)| with w_0' v_0 = w' v = 1 on the common states, which does
+not depend on the units of the states. One without a name is matched by distance. All eigenvalues measured at one input
+are assigned together.
 
 Source: Lancaster, Numer. Math. 6 (1964) 377-387.
 """
@@ -14,21 +15,22 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from fmus.errors import InputError
-from fmus.linear import linearise
-from identification.gap.data.eigenvalues import Spectrum
-from identification.gap.models.linear_model import LinearModel
-from identification.gap.stands.linear_stand import LinearStand
+from fmus.linear_analysis.linearisation import linearise
+from fmus.support.errors import InputError
+from motofmi.gap.experiments.vehicle_over_speed import VehicleOverSpeedExperiment
+from motofmi.gap.models.linear_model import LinearModel
+from motofmi.gap.preprocessing.eigenvalues import MeasuredEigenvalues
 
-TRUST = 0.3  # in a name, against a relative distance: whoever named a mode may have taken one for the other
-FORBIDDEN = 10.0  # as costs go, which are at most 2: the conjugate of an eigenvalue
+NAME_WEIGHT = 0.3  # of a mode's shape against relative distance; below 1, since measured modes may be mislabelled
+EXCLUDED = 10.0  # cost of the conjugate of an eigenvalue; other costs are at most 2
 
 
 class EigenvalueModel(LinearModel):
     """The eigenvalues of a linearised component with effects, for a fit."""
 
-    def reduced(self, run: Spectrum, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The eigenvalues' parts (m,) and their slopes (m, np), over their errors. Raises InputError where they are not finite."""
+    def reduced(self, run: MeasuredEigenvalues, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The eigenvalues' parts (m,) and their slopes (m, np), over their errors. Raises InputError where
+        they are not finite."""
         at, place = np.unique(run.over, return_inverse=True)
         space, slopes = self.linearised(q, at)
         if not np.isfinite(space.A).all():
@@ -42,33 +44,39 @@ class EigenvalueModel(LinearModel):
         deviation = run.deviation
         return run.parts(found) / deviation, run.parts(by_parameter) / deviation[:, None]
 
-    def _match(self, run: Spectrum, place: np.ndarray, values: np.ndarray, right: np.ndarray, left: np.ndarray) -> np.ndarray:
+    def _match(
+        self, run: MeasuredEigenvalues, place: np.ndarray, values: np.ndarray, right: np.ndarray, left: np.ndarray
+    ) -> np.ndarray:
         """The computed eigenvalue (n,) of each measured one."""
         candidates = values[place]
-        far = np.abs(candidates - run.value[:, None])
-        cost = far / (far + np.abs(run.value[:, None]))
+        distance = np.abs(candidates - run.value[:, None])
+        cost = distance / (distance + np.abs(run.value[:, None]))
         if run.shapes is not None:
             v0, w0 = run.shapes
-            kept = [self.component.states.index(n) for n in self.stand.component.states]
-            forth = np.einsum("ni,nik->nk", w0, right[place][:, kept, :])
-            back = np.einsum("nki,ni->nk", left[place][:, :, kept], v0)
-            cost = cost + TRUST * np.nan_to_num(1.0 - np.minimum(np.abs(forth * back), 1.0))
-        cost = np.where(candidates.imag < 0, FORBIDDEN, cost)
+            kept = [self.component.states.index(n) for n in self.experiment.component.states]
+            left_overlap = np.einsum("ni,nik->nk", w0, right[place][:, kept, :])
+            right_overlap = np.einsum("nki,ni->nk", left[place][:, :, kept], v0)
+            cost = cost + NAME_WEIGHT * np.nan_to_num(1.0 - np.minimum(np.abs(left_overlap * right_overlap), 1.0))
+        cost = np.where(candidates.imag < 0, EXCLUDED, cost)
         chosen = np.empty(len(place), int)
         for k in range(place.max() + 1):
             rows = np.flatnonzero(place == k)
             if len(rows) > values.shape[1]:
-                raise InputError(f"{run.name}: {len(rows)} eigenvalues at {run.over[rows[0]]:g}, the model has {values.shape[1]}")
-            mine, theirs = linear_sum_assignment(cost[rows])
-            chosen[rows[mine]] = theirs
+                raise InputError(
+                    f"{run.name}: {len(rows)} eigenvalues at {run.over[rows[0]]:g}, the model has {values.shape[1]}"
+                )
+            measured, computed = linear_sum_assignment(cost[rows])
+            chosen[rows[measured]] = computed
         return chosen
 
 
-def shaped(run: Spectrum, stand: LinearStand, nominal: np.ndarray) -> Spectrum:
-    """The run with the shapes that its modes have in the base: those of the eigenvalues nearest to `nominal` (n,), which is
-    where the base has the mode of each name, NaN where it has none."""
+def with_mode_shapes(
+    run: MeasuredEigenvalues, experiment: VehicleOverSpeedExperiment, nominal: np.ndarray
+) -> MeasuredEigenvalues:
+    """The run with the mode shapes of the base: those of the eigenvalues nearest to `nominal` (n,), the eigenvalues of
+    the modes of these names in the base, NaN where it has none."""
     at, place = np.unique(run.over, return_inverse=True)
-    values, right = np.linalg.eig(linearise(stand.component, **{stand.over: at}).A)
+    values, right = np.linalg.eig(linearise(experiment.component, **{experiment.over: at}).A)
     left = np.linalg.inv(right)
     nearest = np.abs(values[place] - np.nan_to_num(nominal)[:, None]).argmin(axis=1)
     shapes = right[place, :, nearest], left[place, nearest, :]

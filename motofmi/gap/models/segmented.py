@@ -8,22 +8,22 @@ from typing import Any
 
 import numpy as np
 
-from fmus.errors import InputError
-from fmus.mathematics import NUMERIC
-from identification.gap.data.sampled import Sampled
-from identification.gap.models.equations import rate_of
-from identification.gap.models.model import Model
-from identification.gap.models.simulate import Motion, Trajectory, simulate
+from fmus.expressions.functions import NUMERIC
+from fmus.support.errors import InputError
+from motofmi.gap.models.equations import rate_of
+from motofmi.gap.models.harmonic_model import HarmonicModel
+from motofmi.gap.models.simulation import Motion, Trajectory, simulate
+from motofmi.gap.preprocessing.sampled_run import SampledRun
 
-PIECE, SMALLEST_PIECE = 128, 1  # steps of a piece, where a trajectory is found piece by piece
-BEGINNING = 12  # samples from which a measured state's first value and slope are read
+PIECE, SMALLEST_PIECE = 128, 1  # steps of a piece, where a trajectory is simulated piece by piece
+BEGINNING = 12  # samples from which a measured state's initial value and slope are estimated
 
 Initial = Mapping[int, np.ndarray]  # states (nx,) by segment
 
 
 @dataclass(frozen=True)
 class Nodes:
-    """Where the segments of a run are simulated: times (n,), the node at which each begins, and those of its samples."""
+    """Simulation nodes of segments: times (n,), the first node of each segment, and the nodes of its samples."""
 
     time: np.ndarray
     begins: np.ndarray
@@ -40,7 +40,7 @@ class Nodes:
         return (self.time[1:] + self.time[:-1]) / 2
 
 
-def nodes_of(run: Sampled, indices: Sequence[int], length: int = 0) -> Nodes:
+def nodes_of(run: SampledRun, indices: Sequence[int], length: int = 0) -> Nodes:
     """The nodes of some segments, or of their first samples."""
     first = np.array([run.segments[i][0] for i in indices])
     counts = np.array([min(run.segments[i][1] - run.segments[i][0], length or np.inf) for i in indices], int)
@@ -48,16 +48,21 @@ def nodes_of(run: Sampled, indices: Sequence[int], length: int = 0) -> Nodes:
     begins = np.cumsum(sizes) - sizes
     step = 1 / (run.recording.rate * run.finer)
     time = np.repeat(run.recording.time[first] - begins * step, sizes) + np.arange(sizes.sum()) * step
-    return Nodes(time, begins, [slice(b, b + n, run.finer) for b, n in zip(begins.tolist(), sizes.tolist(), strict=True)])
+    return Nodes(
+        time, begins, [slice(b, b + n, run.finer) for b, n in zip(begins.tolist(), sizes.tolist(), strict=True)]
+    )
 
 
-class Segmented(Model):
-    """Base and effects on sampled runs; the states of the last simulation of a segment are the guess of the next one."""
+class SegmentedModel(HarmonicModel):
+    """Base and effects on sampled runs. The states of a segment's last simulation are the guess of the next one."""
 
-    def simulated(self, run: Sampled, indices: Sequence[int], values: Mapping[str, float], initial: Initial, length: int = 0) -> tuple[Trajectory, Nodes]:
-        """Segments, or so many of their samples, from initial states; at every node.
+    def simulated(
+        self, run: SampledRun, indices: Sequence[int], values: Mapping[str, float], initial: Initial, length: int = 0
+    ) -> tuple[Trajectory, Nodes]:
+        """Segments, or their first `length` samples, simulated from initial states; at every node.
 
-        Raises InputError where one of several cannot be simulated with the others, or a single one not even piece by piece.
+        Raises InputError where one of several cannot be simulated with the others, or a single one
+        not even piece by piece.
         """
         nodes, states = nodes_of(run, indices, length), self.equations.states
         at, between = (self._inputs(run, t - self.lag(values, t), values) for t in (nodes.time, nodes.middle))
@@ -69,15 +74,17 @@ class Segmented(Model):
         except InputError:
             if len(indices) > 1:
                 raise
-            made = simulate(self.equations, values, motion, self._piecewise(values, motion, begin[0]), begin, with_initial=True)
+            made = simulate(
+                self.equations, values, motion, self._piecewise(values, motion, begin[0]), begin, with_initial=True
+            )
         if not length:
             for i, (a, b) in zip(indices, nodes.pieces, strict=True):
                 run.guess.setdefault(i, {})["states"] = dict(zip(states, made.states[a:b].T.copy(), strict=True))
         return made, nodes
 
-    def simulated_apart(self, run: Sampled, indices: Sequence[int], values: Mapping[str, float], initial: Initial,
+    def simulated_apart(self, run: SampledRun, indices: Sequence[int], values: Mapping[str, float], initial: Initial,
                         length: int = 0) -> Iterator[tuple[Sequence[int], Trajectory, Nodes]]:  # fmt: skip
-        """As many segments together as can be; those that cannot be simulated are left out."""
+        """Segments simulated together where possible, else in halves; those that cannot be simulated are left out."""
         if not indices:
             return
         try:
@@ -87,8 +94,8 @@ class Segmented(Model):
             for half in (indices[:middle], indices[middle:]) if middle else ():
                 yield from self.simulated_apart(run, half, values, initial, length)
 
-    def _guessed(self, run: Sampled, indices: Sequence[int], nodes: Nodes) -> np.ndarray:
-        """The states (n, nx) that the segments had last, zero where they had none."""
+    def _guessed(self, run: SampledRun, indices: Sequence[int], nodes: Nodes) -> np.ndarray:
+        """The states (n, nx) of the segments' last simulation, zero where there is none."""
         guess = np.zeros((len(self.equations.states), len(nodes.time)))
         for i, (a, b) in zip(indices, nodes.pieces, strict=True):
             known = run.guess.get(i, {}).get("states", {})
@@ -98,17 +105,19 @@ class Segmented(Model):
         return guess.T
 
     def _piecewise(self, values: Mapping[str, float], motion: Motion, begin: np.ndarray) -> np.ndarray:
-        """The states (n, nx) piece after piece, each from the end of the last: where the whole at once does not converge."""
+        """The states (n, nx) simulated piece by piece, for segments that do not converge as a whole."""
         n, first, length = len(motion.time), 0, PIECE
         states = np.empty((n, len(begin)))
         states[0] = begin
         while first < n - 1:
             last = min(first + length, n - 1)
-            at, between = ({name: x if np.ndim(x) == 0 else x[first : last + more] for name, x in told.items()}
-                           for told, more in ((motion.at, 1), (motion.between, 0)))  # fmt: skip
+            at, between = ({name: x if np.ndim(x) == 0 else x[first : last + more] for name, x in columns.items()}
+                           for columns, more in ((motion.at, 1), (motion.between, 0)))  # fmt: skip
             piece = Motion(motion.time[first : last + 1], at, between)
             try:
-                states[first : last + 1] = simulate(self.equations, values, piece, np.tile(states[first], (last - first + 1, 1)), states[first]).states
+                states[first : last + 1] = simulate(
+                    self.equations, values, piece, np.tile(states[first], (last - first + 1, 1)), states[first]
+                ).states
                 first, length = last, min(2 * length, PIECE)
             except InputError:
                 if length <= SMALLEST_PIECE:
@@ -117,22 +126,22 @@ class Segmented(Model):
         return states
 
     def _inputs(self, run: Any, time: np.ndarray, values: Mapping[str, float]) -> dict[str, Any]:
-        told = dict.fromkeys(self.component.inputs, 0.0) | run.told(time)
+        inputs = dict.fromkeys(self.component.inputs, 0.0) | run.inputs(time)
         component: Any = self.component
         for name, (_, delay) in component.delays.items():  # of what is imposed
-            late = run.told(time - values[delay])
-            told[name], told[rate_of(name)] = late[component.imposed], late[component.rate]
-        return told
+            late = run.inputs(time - values[delay])
+            inputs[name], inputs[rate_of(name)] = late[component.imposed], late[component.rate]
+        return inputs
 
-    def first_states(self, run: Sampled, index: int) -> np.ndarray:
-        """Where the states (nx,) begin that are measured, and the slopes of those; the others at zero."""
+    def first_states(self, run: SampledRun, index: int) -> np.ndarray:
+        """Initial states (nx,): measured states and their rates from the first samples, zero for the others."""
         found: dict[str, float] = {}
         first = run.segments[index][0]
         some = slice(first, min(first + BEGINNING, len(run.measured)))
-        for name, y in zip(run.test.outputs, run.measured.T, strict=True):
+        for name, y in zip(run.experiment.outputs, run.measured.T, strict=True):
             slope, value = np.polyfit(np.arange(len(y[some])) / run.recording.rate, y[some], 1)
             found[name] = float(value)
-            found |= {r: float(slope) for r in self._rates_of_states.get(name, ()) if r not in run.test.outputs}
+            found |= {r: float(slope) for r in self._rates_of_states.get(name, ()) if r not in run.experiment.outputs}
         return np.array([found.get(n, 0.0) for n in self.equations.states])
 
     @cached_property
@@ -141,4 +150,7 @@ class Segmented(Model):
         start, states = self.component.start_values(), self.component.states
         rest = self.component.run(start, NUMERIC)
         probed = {n: self.component.run(start | {n: start[n] + 1.0}, NUMERIC) for n in states}
-        return {name: [n for n in states if abs(probed[n][f"der({name})"] - rest[f"der({name})"] - 1.0) < 1e-12] for name in states}
+        return {
+            name: [n for n in states if abs(probed[n][f"der({name})"] - rest[f"der({name})"] - 1.0) < 1e-12]
+            for name in states
+        }

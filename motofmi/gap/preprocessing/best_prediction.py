@@ -1,10 +1,10 @@
-"""What no prediction can be better than: the errors of a long regression on everything that was known before.
+"""The noise floor of one-step predictions: the errors of a long regression on everything recorded before.
 
     y_k = sum_l (Y_l y_k-l + U_l u_k-l) + U_0 u_k + nonlinear features of k-1 and k-2 + e_k,   U_0 = 0 for inputs that are held
 
-With enough lags its errors are those of the true system for any linear system and any disturbance with a smooth spectrum,
-under feedback too; gains that change with the speed and friction at an element are among the features. A model
-whose errors are as small has a reduced chi-square of 1.
+With enough lags its errors are those of the true system, for any linear system and any disturbance with a smooth
+spectrum, under feedback too. Gains that change with the speed and friction at an element are among the features. A
+model with errors as small has a reduced chi-square of 1.
 
 Source: Ljung, Wahlberg, Adv. Appl. Probab. 24 (1992) 412-440, on long regressions.
 """
@@ -14,23 +14,26 @@ from itertools import pairwise
 
 import numpy as np
 
-from identification.gap.data.flexible import Density
-from identification.gap.data.predicted import PredictedRun
+from motofmi.gap.preprocessing.flexible_model import Density
+from motofmi.gap.preprocessing.predicted_run import PredictedRun
 
-LAGS = (10, 20, 40)  # samples, of which the best by Akaike's criterion is taken
+LAGS = (10, 20, 40)  # samples; the best by Akaike's criterion is taken
 BANDS = 12  # of the errors' spectrum
-OLD = (1, 2)  # samples of nonlinear features
-VARIES = 0.02  # of the speed, relative, from which gains may change with it
+NONLINEAR_LAGS = (1, 2)  # samples
+VARYING_SPEED = 0.02  # relative range of the speed from which the gains may change with it
 
 
 def with_best_prediction(run: PredictedRun, inputs: np.ndarray, features: Sequence[np.ndarray]) -> PredictedRun:
-    """The run with the errors of the best prediction from inputs (n, nu) and nonlinear features (n,) each."""
+    """The run with the error spectra of the best prediction from inputs (n, nu) and nonlinear features (n,) each."""
     best, errors, scale = np.inf, np.zeros_like(run.measured), 1.0
     for lags in LAGS:
         left, count, used = _left(run, inputs, features, lags)
         if used <= 2 * count:
             continue
-        criterion = used * float(np.linalg.slogdet(np.cov(left[~np.isnan(left[:, 0])].T).reshape(run.measured.shape[1], -1))[1]) + 2 * count * left.shape[1]
+        criterion = (
+            used * float(np.linalg.slogdet(np.cov(left[~np.isnan(left[:, 0])].T).reshape(run.measured.shape[1], -1))[1])
+            + 2 * count * left.shape[1]
+        )
         if criterion < best:
             best, errors, scale = criterion, left, used / (used - count)
     taken = np.nan_to_num(errors)
@@ -40,10 +43,14 @@ def with_best_prediction(run: PredictedRun, inputs: np.ndarray, features: Sequen
     edges = np.unique(np.linspace(0, len(run.frequency), BANDS + 1).astype(int))
     middle = np.array([run.frequency[a:b].mean() for a, b in pairwise(edges)])
     power = flat.cosines(taken) ** 2 * scale
-    return run.with_floor(mixing, [Density(middle, np.array([p[:, a:b].mean() for a, b in pairwise(edges)])) for p in power])
+    return run.with_floor(
+        mixing, [Density(middle, np.array([p[:, a:b].mean() for a, b in pairwise(edges)])) for p in power]
+    )
 
 
-def _left(run: PredictedRun, inputs: np.ndarray, features: Sequence[np.ndarray], lags: int) -> tuple[np.ndarray, int, int]:
+def _left(
+    run: PredictedRun, inputs: np.ndarray, features: Sequence[np.ndarray], lags: int
+) -> tuple[np.ndarray, int, int]:
     """Errors (n, ny), NaN outside of stretches; the numbers of features and of samples."""
     y = run.measured
     speeds, place, share = run.speeds
@@ -52,10 +59,16 @@ def _left(run: PredictedRun, inputs: np.ndarray, features: Sequence[np.ndarray],
     curved = np.column_stack(features) if len(features) else np.zeros((len(y), 0))
     for first, last in run.stretches:
         centre = [each[first:last] - each[first:last].mean(axis=0) for each in (y, inputs, curved)]
-        told = range(run.exactly_held, lags + 1)  # an input that is held acts after its sample: fed back, it would tell of what disturbs that
-        past = [each[lags - back : last - first - back] for each, ages in zip(centre, (range(1, lags + 1), told, OLD), strict=True) for back in ages]
+        input_ages = range(
+            run.exactly_held, lags + 1
+        )  # a held input acts after its sample: under feedback it depends on the present error
+        past = [
+            each[lags - back : last - first - back]
+            for each, ages in zip(centre, (range(1, lags + 1), input_ages, NONLINEAR_LAGS), strict=True)
+            for back in ages
+        ]
         row = np.hstack(past)
-        if len(speeds) > 1 and np.ptp(speeds) > VARIES * speeds.mean():
+        if len(speeds) > 1 and np.ptp(speeds) > VARYING_SPEED * speeds.mean():
             faster = ((place + share) / (len(speeds) - 1) - 0.5)[first + lags : last, None]
             row = np.hstack([row, faster * row, faster**2 * np.hstack(past[:2])])
         rows.append(np.hstack([row, np.ones((len(row), 1))]))

@@ -1,7 +1,9 @@
-"""Measured eigenvalues over an input (a vehicle's speed), with standard errors and, where known, the names of their modes.
+"""Measured eigenvalues over an input (a vehicle's speed), with standard errors and, where known,
+the names of their modes.
 
     speed [m/s], mode, real [1/s], imag [1/s], real_se [1/s], imag_se [1/s]
 
+Units may be left out, and others are converted: rad/s or Hz (times 2 pi) of the imaginary part, km/h of the speed.
 A row is one eigenvalue with Im >= 0; a real root has imag 0, which is then no measurement. `mode` may be empty.
 """
 
@@ -12,8 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from fmus.errors import InputError
-from fmus.units import convert
+from fmus.declaration.units import convert, unit
+from fmus.support.errors import InputError
+from motofmi.recordings.table import name_and_unit
 
 UNITS = {"speed": "m/s", "real": "1/s", "imag": "1/s", "real_se": "1/s", "imag_se": "1/s"}
 EXAMPLE = "speed [m/s],mode,real [1/s],imag [1/s],real_se [1/s],imag_se [1/s]"
@@ -21,12 +24,12 @@ FEWEST = 4  # rows
 
 
 @dataclass(frozen=True)
-class Spectrum:
+class MeasuredEigenvalues:
     """Measured eigenvalues (n,) [1/s] over an input (n,), names (n,) ("" where unknown), and errors (n,) of both parts.
 
-    shapes are the right and the left eigenvectors (n, nx) of the modes of these names in a base before any fit, NaN where
-    there is none; without shapes the names say nothing. As a run of the gap workflow the data are the real parts, and then
-    the imaginary parts of those that oscillate.
+    shapes are the right and left eigenvectors (n, nx) of the modes of these names in a base before any fit, NaN where
+    there is none; without shapes the names are not used. As a run of the gap workflow the data are the real parts,
+    followed by the imaginary parts of the oscillating eigenvalues.
     """
 
     name: str
@@ -55,22 +58,29 @@ class Spectrum:
 
     @property
     def labels(self) -> tuple[np.ndarray, list[str], list[str]]:
-        """Of each of the data: the input (m,), its mode, and `real` or `imag`."""
+        """For each datum: the input (m,), the mode, and `real` or `imag`."""
         seen = np.flatnonzero(self.oscillates)
         return (np.concatenate([self.over, self.over[seen]]), [*self.mode, *(self.mode[i] for i in seen)],
                 ["real"] * len(self.over) + ["imag"] * len(seen))  # fmt: skip
 
 
-def read_eigenvalues(path: str | Path) -> Spectrum:
-    """The eigenvalues of a CSV file. Raises InputError that names the line, what was given and what was expected."""
+def read_eigenvalues(path: str | Path) -> MeasuredEigenvalues:
+    """The eigenvalues of a CSV file.
+
+    Raises InputError with the line, what was given and what was expected.
+    """
     path = Path(path)
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
-            lines = [row for row in csv.reader(file) if any(cell.strip() for cell in row) and not row[0].startswith("#")]
+            lines = [
+                row for row in csv.reader(file) if any(cell.strip() for cell in row) and not row[0].startswith("#")
+            ]
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"cannot read {path}: {getattr(error, 'strerror', None) or error}") from None
     if len(lines) < 1 + FEWEST:
-        raise InputError(f"{path}: {max(len(lines) - 1, 0)} eigenvalues; expected at least {FEWEST} below the header {EXAMPLE}")
+        raise InputError(
+            f"{path}: {max(len(lines) - 1, 0)} eigenvalues; expected at least {FEWEST} below the header {EXAMPLE}"
+        )
     places = _columns(path, lines[0])
     names = [row[places["mode"][0]].strip() if "mode" in places else "" for row in lines[1:]]
     numbers = {n: np.array([_number(path, i, row, n, *places[n]) for i, row in enumerate(lines[1:], 2)]) for n in UNITS}
@@ -80,41 +90,56 @@ def read_eigenvalues(path: str | Path) -> Spectrum:
     for name, errors in (("real_se", real_error), ("imag_se", imag_error)):
         if not (errors > 0).all():
             row = int(np.flatnonzero(~(errors > 0))[0])
-            raise InputError(f"{path}: line {row + 2}, {name} is {errors[row]:g}; expected a standard error above zero [1/s]")
-    return Spectrum(path.name, numbers["speed"], tuple(names), value, real_error, imag_error)
+            raise InputError(
+                f"{path}: line {row + 2}, {name} is {errors[row]:g}; expected a standard error above zero [1/s]"
+            )
+    return MeasuredEigenvalues(path.name, numbers["speed"], tuple(names), value, real_error, imag_error)
 
 
-def is_spectrum(path: str | Path) -> bool:
+def has_eigenvalues(path: str | Path) -> bool:
     """Whether a CSV file holds eigenvalues, by its header."""
     try:
         with Path(path).open(encoding="utf-8-sig", errors="replace") as file:
             header = next((line for line in file if line.strip() and not line.startswith("#")), "")
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror}") from None
-    return {"real", "imag"} <= {cell.partition("[")[0].strip() for cell in header.split(",")}
+    return {"real", "imag"} <= {name_and_unit(cell)[0] for cell in header.split(",")}
 
 
 def _columns(path: Path, header: Sequence[str]) -> dict[str, tuple[int, str]]:
-    """The place and the unit of each column."""
+    """The index and the unit of each column."""
     found = {}
     for place, cell in enumerate(header):
-        name, _, unit = cell.partition("[")
-        found[name.strip()] = (place, unit.rstrip("] ").strip() or UNITS.get(name.strip(), ""))
+        name, given = name_and_unit(cell)
+        found[name] = (place, given or UNITS.get(name, ""))
     missing = [n for n in UNITS if n not in found]
     if missing:
         raise InputError(f"{path}: no column {', '.join(missing)}; expected {EXAMPLE}")
     return found
 
 
-def _number(path: Path, line: int, row: Sequence[str], name: str, place: int, unit: str) -> float:
+def _number(path: Path, line: int, row: Sequence[str], name: str, place: int, given: str) -> float:
     cell = row[place].strip() if place < len(row) else ""
     if not cell and name == "imag_se":
         return 0.0
     try:
-        value = convert(float(cell), unit, UNITS[name])
+        value = _converted(float(cell), given, name)
     except ValueError as error:
         reason = str(error) if isinstance(error, InputError) else f"{cell!r} is not a number"
         raise InputError(f"{path}: line {line}, column {name}: {reason}") from None
     if not np.isfinite(value):
         raise InputError(f"{path}: line {line}, column {name}: {cell!r} is not finite")
     return value
+
+
+def _converted(value: float, given: str, name: str) -> float:
+    """The value in the unit of its column. An imaginary part is an angular frequency, so that one in Hz is multiplied by
+    2 pi; a real part is a rate of decay, which has no cycles. Raises InputError for any other unit."""
+    if UNITS[name] != "1/s":
+        return convert(value, given, UNITS[name])
+    if unit(given) == unit("Hz"):
+        if name not in ("imag", "imag_se"):
+            raise InputError("Hz is no unit of a real part; expected 1/s or rad/s")
+        return 2 * np.pi * value
+    turning = unit(given).exponents == unit("rad/s").exponents
+    return convert(value, given, "rad/s" if turning else "1/s")

@@ -1,4 +1,4 @@
-"""The phase of a swept or stepped excitation, and the stretches of a run in which it changes slowly.
+"""The phase of a swept or stepped excitation, and the intervals of a run in which it changes slowly.
 
     c(t) = a(t) cos(phi(t)),   phi from the analytic signal,   f = phi' / 2 pi
 """
@@ -10,19 +10,19 @@ from scipy.interpolate import make_lsq_spline
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import hilbert
 
-SETTLE = 3.5  # s after a step of frequency or amplitude, until transients have died
-JUMP = 0.1  # Hz within a second: what is no sweep
-END = 1.0  # s at the end of a record
-CYCLES = 4.0  # that a window holds at least
-WINDOW = 2.5  # s that a window lasts at least
-FINER = 2.0  # times: the knots of the phase of a command, which has no noise
+SETTLE = 3.5  # s after a step of frequency or amplitude until transients of a rider have decayed
+JUMP = 0.1  # Hz within a second: faster changes of the frequency are steps
+END = 1.0  # s left out at the end of a recording
+CYCLES = 4.0  # minimum of a window
+WINDOW = 2.5  # s, minimum length of a window
+FINER = 2.0  # knots of a command's phase, which has no noise, are closer by this factor
 SLOWEST = 0.1  # Hz
-LOWEST = 0.2  # of the usual amplitude: below it the excitation has not begun or has ended
+LOWEST = 0.2  # of the usual amplitude: below it the excitation has not started or has ended
 
 
 @dataclass(frozen=True)
 class Phase:
-    """phi (n,) [rad] and frequency (n,) [Hz] of a run, and its stretches [first, last) of slow change."""
+    """phi (n,) [rad] and frequency (n,) [Hz] of a run, and its intervals [first, last) of slow change."""
 
     angle: np.ndarray
     frequency: np.ndarray
@@ -31,10 +31,10 @@ class Phase:
 
 
 def phase_of(command: np.ndarray, rate: float, noisy: bool = False, broken: np.ndarray | bool = False) -> Phase | None:
-    """The phase of a command (n,) sampled at `rate` [Hz]; None where it has not one slowly changing frequency.
+    """The phase of a command (n,) sampled at `rate` [Hz]; None where it has no single, slowly changing frequency.
 
-    Where the record is broken (n,), no stretch goes on. The phase of a noisy motion is no finer than what is rebuilt with it: else its
-    noise would be in the motion, where nothing tells it.
+    Intervals end where the recording is broken (n,). The phase of a noisy motion has knots no closer than those of the
+    motion that is reconstructed with it, else its noise would become part of that motion.
     """
     centred = command - np.median(command)
     signal = hilbert(centred)
@@ -43,31 +43,39 @@ def phase_of(command: np.ndarray, rate: float, noisy: bool = False, broken: np.n
     frequency = uniform_filter1d(np.gradient(angle) * rate / (2 * np.pi), width, mode="nearest")
     size = uniform_filter1d(size, width, mode="nearest")
     usual = np.quantile(size, 0.9)
-    lag = max(int(rate), 2)  # both look a second ahead, which keeps what the analytic signal smears out as well
+    lag = max(int(rate), 2)  # changes over the next second, since the analytic signal smooths a step
     change = np.zeros(len(command))
     change[:-lag] = np.abs(frequency[lag:] - frequency[:-lag])
     growth = np.zeros(len(command))
     growth[:-lag] = np.abs(size[lag:] - size[:-lag]) / usual
-    jumps = broken | (change > 5 * np.median(change) + JUMP) | (growth > 0.15 + 5 * np.median(growth)) | (size < LOWEST * usual)
+    jumps = (
+        broken
+        | (change > 5 * np.median(change) + JUMP)
+        | (growth > 0.15 + 5 * np.median(growth))
+        | (size < LOWEST * usual)
+    )
     jumps[-int(END * rate) :] = True
     stretches = _runs(~jumps, int(SETTLE * rate))
-    if sum(last - first for first, last in stretches) < 0.3 * len(command) or np.any(frequency[_inside(stretches)] <= 0):
+    if sum(last - first for first, last in stretches) < 0.3 * len(command) or np.any(
+        frequency[_inside(stretches)] <= 0
+    ):
         return None
     index, apart = np.arange(len(command)) / rate, lasting(frequency) / (1.0 if noisy else FINER)
     for first, last in stretches:
         here = slice(max(first - int(SETTLE * rate / 2), 0), min(last + int(END * rate), len(command)))
-        # A spline, since the ends of a record make the analytic signal swing twice a cycle.
+        # A spline, since the ends of a recording add an error at twice the frequency to the analytic signal.
         angle[here] = make_lsq_spline(index[here], angle[here], knots_of(index[here], apart[here]), 3)(index[here])
     return Phase(angle, frequency, tuple(stretches), tuple(_windows(stretches, frequency, rate)))
 
 
 def lasting(frequency: np.ndarray) -> np.ndarray:
-    """How long windows last, and splines take from knot to knot [s], at frequencies (n,) [Hz]."""
+    """The length of windows, and the distance of spline knots [s], at frequencies (n,) [Hz]."""
     return np.maximum(WINDOW, CYCLES / np.maximum(frequency, SLOWEST))
 
 
 def knots_of(time: np.ndarray, apart: np.ndarray, borders: np.ndarray | None = None) -> np.ndarray:
-    """Knots of a cubic spline over times (n,) [s], so far apart (n,) [s] at each, one at each border (k,) [s], the ends fourfold."""
+    """Knots of a cubic spline over times (n,) [s] at distances (n,) [s], one at each border
+    (k,) [s], the ends fourfold."""
     inner: list[float] = []
     at, borders = time[0], np.zeros(0) if borders is None else borders
     while True:
@@ -90,7 +98,7 @@ def _inside(stretches: list[tuple[int, int]]) -> np.ndarray:
 
 
 def _windows(stretches: list[tuple[int, int]], frequency: np.ndarray, rate: float) -> list[tuple[int, int]]:
-    """Each stretch in windows of at least WINDOW seconds and CYCLES cycles; the last one takes the rest."""
+    """Each interval in windows of at least WINDOW seconds and CYCLES cycles; the last one includes the rest."""
     windows = []
     for first, last in stretches:
         spread = np.ptp(frequency[first:last])

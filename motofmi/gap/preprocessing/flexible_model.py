@@ -1,10 +1,11 @@
-"""The noise of a run without repeats: what not even a very flexible model takes out of the residuals.
+"""The noise of a run without repeats: what a flexible (nonparametric) model leaves of the residuals.
 
     R(f) = sum_j c_j(f) Phi_j(f) + transient(f) + N(f)
 
-Phi_j are the spectra of what may have caused the residual: inputs, modelled motion, and powers, moduli and signs of
-deflection and rate; in every narrow band each has a complex gain of its own, which stands for any filter. What is left
-is the noise, and also whatever such a model cannot see: 1 then means as good as the flexible model.
+Phi_j are the spectra of possible causes of the residual: inputs, modelled motion, and powers, moduli and signs of
+deflection and rate. In every narrow band each has its own complex gain, which represents any filter. The remainder
+is taken as the noise. It includes whatever this model cannot represent. A reduced chi-square of 1 then means that the
+misfit equals that of the flexible model.
 
 Source: Pintelon, Schoukens, System Identification, 2nd ed. (2012), ch. 7 (local polynomial method).
 """
@@ -16,15 +17,15 @@ from itertools import pairwise
 import numpy as np
 from scipy.special import digamma, polygamma
 
-PER_TERM = 2.5  # frequencies in a band per term that is fitted in it
-HIGHEST_DEGREE = 6
-MISFIT = 3.0  # of a smooth curve through the bands: above it the bands stand as they are
+PER_TERM = 2.5  # frequencies in a band per fitted term
+HIGHEST_DEGREE = 6  # of the polynomial in frequency that smooths the logarithm of the density
+MISFIT = 3.0  # reduced chi-square of the smooth curve through the bands above which the bands are joined unsmoothed
 FEWEST = 24  # frequencies in a band
 
 
 @dataclass(frozen=True)
 class Density:
-    """A noise density: variance per sample at frequencies f [Hz], a smooth curve or joined band by band."""
+    """A noise density: variance per sample at frequencies f [Hz], interpolated logarithmically."""
 
     frequency: np.ndarray
     density: np.ndarray
@@ -33,27 +34,43 @@ class Density:
         return np.exp(np.interp(f, self.frequency, np.log(self.density)))
 
     def at_least(self, least: float) -> "Density":
-        """The density, nowhere below a least one."""
+        """The density, bounded below by `least`."""
         return Density(self.frequency, np.maximum(self.density, least))
 
     def or_less(self, other: "Density") -> "Density":
-        """The lesser of two, frequency by frequency."""
+        """The lesser of two densities at every frequency."""
         f = np.union1d(self.frequency, other.frequency)
         return Density(f, np.minimum(self(f), other(f)))
 
 
-def features_of(deflections: Sequence[np.ndarray], rates: Sequence[np.ndarray], linear: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """What residuals may be made of (n,) each: linear signals first, then functions of deflections and rates."""
+def features_of(
+    deflections: Sequence[np.ndarray], rates: Sequence[np.ndarray], linear: Sequence[np.ndarray]
+) -> list[np.ndarray]:
+    """Possible causes (n,) of residuals: linear signals first, then nonlinear functions of deflections and rates."""
     tau = np.linspace(-1, 1, len(linear[0]))
     found = list(linear)
     for d, s in zip(deflections, rates, strict=True):
         a, b = d / (np.abs(d).max() + 1e-30), s / (np.abs(s).max() + 1e-30)
-        found += [a, b, a**3, np.tanh(b / 0.03), np.abs(b) * b, np.abs(a), a**2, tau * a, np.tanh(a / 0.05), a**2 * b, a**5, np.abs(a) * np.tanh(b / 0.05)]
+        found += [
+            a,
+            b,
+            a**3,
+            np.tanh(b / 0.03),
+            np.abs(b) * b,
+            np.abs(a),
+            a**2,
+            tau * a,
+            np.tanh(a / 0.05),
+            a**2 * b,
+            a**5,
+            np.abs(a) * np.tanh(b / 0.05),
+        ]
     return [f for f in found if np.ptp(f) > 0]
 
 
 def noise_density(residual: np.ndarray, features: Sequence[np.ndarray], rate: float) -> Density:
-    """The density of what the features cannot explain of a residual (n,), smooth over frequency where that fits."""
+    """The density of the part of a residual (n,) that the features do not explain, smoothed over frequency where a
+    smooth curve fits."""
     spectrum = np.fft.rfft(residual)[1:] / np.sqrt(len(residual))
     n = len(spectrum)
     terms = _independent([np.fft.rfft(f)[1:] for f in features])
@@ -76,7 +93,7 @@ def noise_density(residual: np.ndarray, features: Sequence[np.ndarray], rate: fl
 
 
 def _independent(terms: list[np.ndarray]) -> list[np.ndarray]:
-    """The terms without those that earlier ones make up."""
+    """The terms that are linearly independent of the earlier ones."""
     kept: list[np.ndarray] = []
     basis = np.zeros((len(terms[0]) if terms else 0, 0), complex)
     for term in terms:
@@ -88,7 +105,7 @@ def _independent(terms: list[np.ndarray]) -> list[np.ndarray]:
 
 
 def _smooth(frequency: np.ndarray, logs: np.ndarray, freedoms: np.ndarray, rate: float) -> Density:
-    """The curve through the bands with the least BIC; the bands themselves where none fits."""
+    """The polynomial through the bands with the least BIC; the bands themselves where none fits."""
     weight = 1 / np.sqrt(polygamma(1, freedoms))
     x = 4 * frequency / rate - 1
     best, chosen, misfit = np.inf, np.zeros(1), 0.0

@@ -1,4 +1,4 @@
-"""Where the noise of a run is known from: given numbers, periods that repeat, runs that repeat; else a flexible model.
+"""Sources of a run's noise: given values, repeated periods, repeated runs; else a flexible model.
 
     one period after another of the same excitation:   var(n) = sum over periods |y_p - mean|^2 / (P - 1)
     two runs of the same excitation:                   var(n) = |y_1 - y_2|^2 / 2
@@ -9,32 +9,37 @@ from itertools import combinations
 
 import numpy as np
 
-from identification.gap.data.flexible import Density, noise_density
-from identification.gap.data.sampled import Sampled
+from motofmi.gap.preprocessing.flexible_model import Density, noise_density
+from motofmi.gap.preprocessing.sampled_run import SampledRun
 
-ALIKE = 0.01  # rms by which an excitation may differ from one period, or one run, to the next, relative
-PERIODS = 3  # whole ones that a run must hold, besides the first, in which it settles
+ALIKE = 0.01  # relative rms difference of an excitation between two periods or runs that count as repeated
+PERIODS = 3  # whole periods that a run must have after the first, in which transients decay
 
 
-def known_noise(runs: Sequence[Sampled], given: Mapping[str, float]) -> list[Sampled]:
-    """The runs with their noise, where it is known; `flexible_model` as its source where it is not."""
+def known_noise(runs: Sequence[SampledRun], given: Mapping[str, float]) -> list[SampledRun]:
+    """The runs with their noise where it is known, and with the source `flexible_model` where it is not."""
     found = []
     for run in runs:
-        if all(name in given for name in run.test.outputs):
-            flat = [Density(np.array([0.0, run.recording.rate / 2]), np.full(2, given[n] ** 2)) for n in run.test.outputs]
+        if all(name in given for name in run.experiment.outputs):
+            flat = [
+                Density(np.array([0.0, run.recording.rate / 2]), np.full(2, given[n] ** 2))
+                for n in run.experiment.outputs
+            ]
             found.append(run.with_densities(flat, "given"))
             continue
         repeated = _over_periods(run) or _over_runs(run, runs)
-        found.append(run.with_densities(repeated, "repeats") if repeated else run.with_densities(run.densities, "flexible_model"))
+        found.append(
+            run.with_densities(repeated, "repeats") if repeated else run.with_densities(run.densities, "flexible_model")
+        )
     return found
 
 
-def _excitation(run: Sampled) -> np.ndarray:
-    names = [n for n in run.test.inputs if np.ptp(run.recording[n]) > 0]
+def _excitation(run: SampledRun) -> np.ndarray:
+    names = [n for n in run.experiment.inputs if np.ptp(run.recording[n]) > 0]
     return np.column_stack([run.recording[n] for n in names]) if names else np.zeros((len(run.measured), 0))
 
 
-def _over_periods(run: Sampled) -> list[Density] | None:
+def _over_periods(run: SampledRun) -> list[Density] | None:
     drive = _excitation(run)
     period = _period(drive[:, 0]) if drive.shape[1] else 0
     if not period:
@@ -47,7 +52,7 @@ def _over_periods(run: Sampled) -> list[Density] | None:
 
 
 def _period(drive: np.ndarray) -> int:
-    """The period of a drive (n,) in whole samples; 0 where it has none, or too few of them."""
+    """The period of an excitation (n,) in whole samples; 0 where it has none, or too few of them."""
     n = len(drive)
     centred = drive - drive.mean()
     spectrum = np.abs(np.fft.rfft(centred, 2 * n)) ** 2
@@ -63,7 +68,7 @@ def _period(drive: np.ndarray) -> int:
     return period if np.std(repeats) < ALIKE * np.std(centred) else 0
 
 
-def _over_runs(run: Sampled, runs: Sequence[Sampled]) -> list[Density] | None:
+def _over_runs(run: SampledRun, runs: Sequence[SampledRun]) -> list[Density] | None:
     drive = _excitation(run)
     for first, second in combinations(runs, 2):
         other = second if first is run else first if second is run else None

@@ -1,8 +1,8 @@
-r"""Recorded runs of which not all states are measured, made ready to be predicted from sample to sample.
+r"""Recorded runs in which not all states are measured, prepared for one-step prediction.
 
-Disturbances that nobody records drive the vehicle, and under closed-loop control the inputs with it. What remains
-comparable is the error of the prediction from one sample to the next: if the model is right it depends on nothing that
-was known before, under feedback too. Errors are compared on the cosines of blocks, at all frequencies above those of offsets and drift.
+Unrecorded disturbances drive the vehicle, and under closed-loop control the inputs too. The one-step prediction error
+remains comparable: if the model is right it is independent of all earlier data, under feedback too. Errors are compared
+as cosine coefficients of blocks, at all frequencies above those of offsets and drift.
 
 Source: Ljung, System Identification, 2nd ed. (1999), ch. 7 and 13.4.
 """
@@ -14,28 +14,30 @@ from functools import cached_property
 import numpy as np
 from scipy.fft import dct
 
-from fmus.errors import InputError
-from identification.gap.data.flexible import Density
-from identification.gap.data.stretches import MARGIN, undisturbed
-from identification.recordings import Recording
-from identification.sampling import uniform, white_noise
+from fmus.support.errors import InputError
+from motofmi.gap.preprocessing.flexible_model import Density
+from motofmi.gap.preprocessing.undisturbed_intervals import MARGIN, undisturbed
+from motofmi.recordings.recording import Recording
+from motofmi.recordings.resampling import uniform, white_noise
 
-RATE = 80.0  # Hz: what is faster is averaged down to it, or a little above
+RATE = 80.0  # Hz: faster recordings are averaged down to it, or a little above
 BLOCK = 10.0  # s
-MOVES = 2.0  # times the noise of a sensor that lies still: its deviation where something moves
-BURN = 3.0  # s at the start of a stretch, in which the prediction forgets where it began
+MOVES = 2.0  # least standard deviation of an output over its noise for a run with excitation
+BURN = 3.0  # s at the start of an interval in which the effect of the initial state decays
 FEWEST = 2  # blocks of a run
-LOWEST = 0.3  # Hz that are compared; up to half of the rate, else a predictor shifts its errors to where nobody compares them
-SPEEDS = 0.04  # between speeds for which matrices are computed, relative
-STEADY = 0.005  # by how much the speed may change, relative, and be one
+# [Hz]; errors are compared from there to half the rate, else a fit could shift errors to frequencies
+# that are not compared
+LOWEST = 0.3
+SPEEDS = 0.04  # relative distance of the speeds for which matrices are computed
+STEADY = 0.005  # relative range within which the speed counts as constant
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class PredictedRun:
-    """A run: outputs that are compared, inputs that are told, `factor` samples averaged to one, in stretches [first, last).
+    """A run: compared outputs and recorded inputs, `factor` samples averaged to one, in intervals [first, last).
 
-    noise (k,) says how large the disturbances and the sensors' noises are (see `models.disturbances`). mixing (ny, ny) and
-    densities make of prediction errors independent numbers of deviation 1.
+    noise (k,) holds the magnitudes of disturbances and sensor noise (see `models.disturbances`). mixing (ny, ny) and
+    densities transform prediction errors to independent numbers of standard deviation 1.
     """
 
     recording: Recording
@@ -47,10 +49,15 @@ class PredictedRun:
     noise: np.ndarray | None = None
     mixing: np.ndarray | None = None
     densities: tuple[Density, ...] = ()
-    held: bool = False  # whether inputs are held from one sample to the next, as by a digital controller
+    held: bool = False  # whether inputs are held between samples (zero-order hold), as by a digital controller
     unit: str = "1"
     notes: tuple[str, ...] = ()
-    motion: Mapping[str, np.ndarray] = field(default_factory=dict, compare=False)  # the vehicle's states (n,) as predicted from what was known before
+    motion: Mapping[str, np.ndarray] = field(default_factory=dict, compare=False)  # the vehicle's predicted states (n,)
+
+    def __repr__(self) -> str:
+        inputs, outputs = (", ".join(names) or "none" for names in (self.inputs, self.outputs))
+        return f"PredictedRun({self.name!r}, {len(self.recording.time)} samples, inputs {inputs}, outputs {outputs})"
+
 
     @property
     def name(self) -> str:
@@ -73,13 +80,13 @@ class PredictedRun:
 
     @property
     def exactly_held(self) -> bool:
-        """Whether inputs are told as they are held; where samples are averaged, the interval over which they are is short."""
+        """Whether inputs are held exactly; where samples are averaged, a hold is represented by the mean."""
         return self.held and self.factor == 1
 
     def joined(self, values: np.ndarray) -> np.ndarray:
-        """An input (N,) for a prediction that joins its averaged values (n,) by lines.
+        """An input (N,) as averaged values (n,) for a prediction that interpolates linearly.
 
-        Lines between samples of a smooth signal are too small by its curvature, h^2 / 12 of which is therefore taken off.
+        Linear interpolation of a smooth signal has an error of its curvature times h^2 / 12, which is subtracted.
         """
         if self.exactly_held:
             return values
@@ -90,7 +97,8 @@ class PredictedRun:
 
     @cached_property
     def speeds(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Speeds (g,) for which matrices are needed, and for every sample (n,) its place among them and the share of the next."""
+        """Speeds (g,) for which matrices are needed, and for every sample (n,) its index among them and the
+        weight of the next."""
         speed = self.averaged(self.recording[self.over])
         width = max(int(1 / (self.step * 2)), 1)
         smooth = np.convolve(np.pad(speed, width, mode="edge"), np.ones(2 * width + 1) / (2 * width + 1), "valid")
@@ -107,11 +115,13 @@ class PredictedRun:
     def blocks(self) -> np.ndarray:
         """The first samples of the blocks."""
         burn = int(BURN / self.step)
-        return np.array([b for first, last in self.stretches for b in range(first + burn, last - self.length + 1, self.length)], int)
+        return np.array(
+            [b for first, last in self.stretches for b in range(first + burn, last - self.length + 1, self.length)], int
+        )
 
     @cached_property
     def compared(self) -> np.ndarray:
-        """The samples of all blocks."""
+        """The indices of the samples that are compared: those of all blocks."""
         return (self.blocks[:, None] + np.arange(self.length)).ravel()
 
     @property
@@ -126,14 +136,17 @@ class PredictedRun:
         return every[every >= LOWEST]
 
     def cosines(self, errors: np.ndarray) -> np.ndarray:
-        """Of errors (n, ny, ...) over time the cosines (ny, blocks, k, ...), the channels mixed so that they are independent."""
+        """The cosines (ny, blocks, k, ...) of errors (n, ny, ...) over time, in independent
+        combinations of the outputs."""
         assert self.mixing is not None
         taken = errors[self.blocks[:, None] + np.arange(self.length)]
-        spectrum = dct(taken, axis=1, norm="ortho")[:, np.round(self.frequency * 2 * self.length * self.step).astype(int)]
+        spectrum = dct(taken, axis=1, norm="ortho")[
+            :, np.round(self.frequency * 2 * self.length * self.step).astype(int)
+        ]
         return np.einsum("ij,bkj...->ibk...", self.mixing, spectrum)
 
     def whitened(self, errors: np.ndarray) -> np.ndarray:
-        """Of errors (n, ny, ...) over time the numbers (m, ...) of deviation 1."""
+        """Errors (n, ny, ...) over time as numbers (m, ...) of standard deviation 1."""
         parts = self.cosines(errors)
         deviation = np.sqrt(np.stack([d(self.frequency) for d in self.densities]))[:, None, :]
         parts = parts / deviation.reshape(*deviation.shape, *[1] * (parts.ndim - 3))
@@ -141,7 +154,7 @@ class PredictedRun:
 
     @cached_property
     def data(self) -> np.ndarray:
-        """Zeros (m,): what a perfect prediction leaves."""
+        """Zeros (m,): the errors of a perfect prediction."""
         return np.zeros(len(self.outputs) * len(self.blocks) * len(self.frequency))
 
     @cached_property
@@ -149,32 +162,52 @@ class PredictedRun:
         return np.ones_like(self.data)
 
     def with_noise(self, noise: np.ndarray, motion: Mapping[str, np.ndarray]) -> "PredictedRun":
-        """The run with disturbances and sensors' noises as large as that, and the motion as it is then predicted."""
+        """The run with these magnitudes of disturbances and sensor noise, and the motion that is then predicted."""
         return replace(self, noise=noise, motion=motion)
 
     def with_floor(self, mixing: np.ndarray, densities: Sequence[Density]) -> "PredictedRun":
-        """The run with what no prediction can be better than."""
+        """The run with the noise floor of its predictions."""
         return replace(self, mixing=mixing, densities=tuple(densities))
 
 
-def prepare_predicted(recording: Recording, over: str, outputs: Sequence[str], inputs: Sequence[str]) -> PredictedRun:
-    """The run, cut where the vehicle starts, stops or falls, and at wild samples; disturbances and noise are not known yet.
+def prepare_predicted_run(
+    recording: Recording, over: str, outputs: Sequence[str], inputs: Sequence[str]
+) -> PredictedRun:
+    """The run without the intervals in which the vehicle starts, stops or falls, and without outliers;
+    noise is not estimated yet.
 
-    Raises InputError where too little is left, or an output stands still.
+    Raises InputError where too little is left, an output is constant, or all outputs are consistent with their noise.
     """
     recording, notes = uniform(recording)
     for name in outputs:
         if np.ptp(recording[name]) == 0:
-            raise InputError(f"{recording.name}: {name} is constant at {recording[name][0]:g} {recording.units[name]}; is the sensor connected?")
+            raise InputError(
+                f"{recording.name}: {name} is constant at {recording[name][0]:g} {recording.units[name]}; is the "
+                "sensor connected?"
+            )
     if all(np.std(recording[n]) < MOVES * white_noise(recording[n]) for n in outputs):
-        raise InputError(f"{recording.name}: no excitation: {', '.join(outputs)} hold nothing but noise; shake the handlebar, or let a disturbance move the vehicle")
+        raise InputError(
+            f"{recording.name}: no excitation: {', '.join(outputs)} are consistent with their noise; shake the "
+            "handlebar, or let a disturbance move the vehicle"
+        )
     stretches, said = undisturbed(recording, over, (over, *outputs, *inputs))
     factor = max(int(recording.rate / RATE), 1)
     coarse = tuple((-(-a // factor), b // factor) for a, b in stretches)
     needed = int((BURN + BLOCK) * recording.rate / factor)
-    run = PredictedRun(recording, tuple(outputs), tuple(inputs), over, factor, tuple(s for s in coarse if s[1] - s[0] > needed), notes=notes)
+    run = PredictedRun(
+        recording,
+        tuple(outputs),
+        tuple(inputs),
+        over,
+        factor,
+        tuple(s for s in coarse if s[1] - s[0] > needed),
+        notes=notes,
+    )
     if not run.stretches or len(run.blocks) < FEWEST:
-        raise InputError(f"{recording.name}: {len(run.blocks) if run.stretches else 0} undisturbed stretches of {BLOCK:g} s; expected at least {FEWEST}")
+        raise InputError(
+            f"{recording.name}: {len(run.blocks) if run.stretches else 0} undisturbed blocks of {BLOCK:g} s; expected "
+            f"at least {FEWEST}"
+        )
     used = len(run.blocks) * BLOCK
     note = f"{recording.name}: {used:g} of {len(recording.time) / recording.rate:.0f} s are compared: {said} are cut with {MARGIN:g} s at both sides, the rest in whole blocks"
     return replace(run, notes=(*notes, note))

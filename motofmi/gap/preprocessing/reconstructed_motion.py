@@ -1,9 +1,9 @@
-"""An imposed motion rebuilt from its low harmonics, so that it can be differentiated twice.
+"""An imposed motion reconstructed from its low harmonics, so that it can be differentiated twice.
 
-    x(t) = Re sum_k B_k(t) e^(i k phi(t)),   B_k cubic splines in time, k = 0, 1 and what else it has
+    x(t) = Re sum_k B_k(t) e^(i k phi(t)),   B_k cubic splines in time, k = 0, 1 and further resolved orders
 
-The splines are fitted to the measured angle; the phase is the command's. Differentiating the measured angle itself
-would turn its noise and its converter's steps into torque.
+The splines are fitted to the measured angle; the phase is that of the command. Differentiating the measured angle
+itself would turn its noise and quantisation into torque.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -14,16 +14,19 @@ from scipy.interpolate import BSpline, CubicSpline
 from scipy.sparse import csc_array, csr_array, diags_array, hstack
 from scipy.sparse.linalg import SuperLU, splu
 
-from identification.gap.data.phase import Phase, knots_of, lasting
+from motofmi.gap.preprocessing.excitation_phase import Phase, knots_of, lasting
 
-ORDERS = (2, 3)  # looked for in the motion besides the first
-LEAD = 2.5  # s before a stretch in which the motion must be right as well: what moved there still rings
-CLOSER = 4  # times, where the phase jumps: a servo that lags changes its phase against the command's there, which must not ring on inside
+ORDERS = (2, 3)  # of the motion that are included besides the first, where they exceed its noise
+# [s] before an interval in which the motion must be accurate as well, since its transients last into the interval
+LEAD = 2.5
+# factor of closer knots where the phase jumps: a lagging servo's phase changes there, without
+# oscillation in the interval
+CLOSER = 4
 
 
 @dataclass(frozen=True)
-class Rebuilt:
-    """A motion that is known between the samples too."""
+class ReconstructedMotion:
+    """A reconstructed motion as a function of time."""
 
     phase: CubicSpline
     orders: tuple[int, ...]
@@ -32,11 +35,11 @@ class Rebuilt:
     def __call__(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Angle, rate and acceleration (n,) at times (n,) [s]."""
         phi, w, a = (self.phase(time, d) for d in range(3))
-        values, slopes, bends = (self.amplitudes(time, d).T for d in range(3))
-        angle, rate, acceleration = values[0].copy(), slopes[0].copy(), bends[0].copy()
+        values, slopes, forces_near = (self.amplitudes(time, d).T for d in range(3))
+        angle, rate, acceleration = values[0].copy(), slopes[0].copy(), forces_near[0].copy()
         for i, k in enumerate(self.orders):
             c, s = np.cos(k * phi), np.sin(k * phi)
-            (p, q), (p1, q1), (p2, q2) = (x[1 + 2 * i : 3 + 2 * i] for x in (values, slopes, bends))
+            (p, q), (p1, q1), (p2, q2) = (x[1 + 2 * i : 3 + 2 * i] for x in (values, slopes, forces_near))
             angle += p * c + q * s
             u, v = p1 + k * w * q, q1 - k * w * p  # the rate is u cos + v sin
             rate += u * c + v * s
@@ -46,8 +49,9 @@ class Rebuilt:
 
 
 @dataclass(frozen=True)
-class Rebuilding:
-    """The least squares from which a motion is rebuilt: its columns (n, m), and their weighted normal equations, factored."""
+class MotionReconstruction:
+    """The least-squares problem of a reconstruction: its columns (n, m) and their factored,
+    weighted normal equations."""
 
     time: np.ndarray
     phase: Phase
@@ -58,42 +62,56 @@ class Rebuilding:
     trusted: np.ndarray
     factored: SuperLU
 
-    def motion(self, angle: np.ndarray) -> Rebuilt:
-        """The motion behind a measured angle (n,), about its mean: whoever holds on is at rest there, and the sensor's zero may be off."""
-        amplitudes = self.factored.solve(self.columns.T @ (self.trusted * angle)).reshape(1 + 2 * len(self.orders), -1).T
+    def motion(self, angle: np.ndarray) -> ReconstructedMotion:
+        """The motion of a measured angle (n,) about its mean, which is the rider's rest position
+        whatever the sensor offset."""
+        amplitudes = (
+            self.factored.solve(self.columns.T @ (self.trusted * angle)).reshape(1 + 2 * len(self.orders), -1).T
+        )
         amplitudes[:, 0] -= np.average(self.basis @ amplitudes[:, 0], weights=self.trusted)
-        return Rebuilt(CubicSpline(self.time, self.phase.angle), self.orders, BSpline(self.knots, amplitudes, 3))
+        return ReconstructedMotion(
+            CubicSpline(self.time, self.phase.angle), self.orders, BSpline(self.knots, amplitudes, 3)
+        )
 
-    def error_seen(self, bases: Iterable[tuple[int, int, np.ndarray]], answer: Callable[[int], np.ndarray]) -> np.ndarray:
-        """The variance of what orthonormal columns see of the answer to a rebuilt motion whose samples have white noise of variance 1.
+    def error_seen(
+        self, bases: Iterable[tuple[int, int, np.ndarray]], answer: Callable[[int], np.ndarray]
+    ) -> np.ndarray:
+        """The variance, in orthonormal columns, of the response to a reconstructed motion whose samples have
+        white noise of variance 1.
 
-            var = diag(S A N^-1 A' S'),   A the columns, each order times the answer to it, N the normal equations
+            var = diag(S A N^-1 A' S'),   A the columns times the response at each order, N the normal equations
 
-        bases are (first, last, (samples, k)) as of a Reduction, answer the complex answer (n,) to an order at every time.
+        bases are (first, last, (samples, k)) as of a Reduction, answer the complex response (n,) at
+        an order at every time.
         """
-        answered = _columns(self.basis, self.phase.angle, self.orders, answer).tocsr()
-        told = [np.ascontiguousarray(answered[first:last].T @ seen) for first, last, seen in bases]
-        return np.concatenate([np.sum(each * self.factored.solve(each), axis=0) for each in told])
+        response_columns = _columns(self.basis, self.phase.angle, self.orders, answer).tocsr()
+        projections = [np.ascontiguousarray(response_columns[first:last].T @ seen) for first, last, seen in bases]
+        return np.concatenate([np.sum(each * self.factored.solve(each), axis=0) for each in projections])
 
 
-def rebuilding(time: np.ndarray, phase: Phase, orders: Sequence[int] = (1,), closer: np.ndarray | float = 1.0) -> Rebuilding:
-    """The rebuilding of motions measured at times (n,) [s], with these orders of a phase, and knots so many times closer (n,)."""
+def motion_reconstruction(
+    time: np.ndarray, phase: Phase, orders: Sequence[int] = (1,), closer: np.ndarray | float = 1.0
+) -> MotionReconstruction:
+    """The reconstruction of motions measured at times (n,) [s], with these orders of a phase and knots
+    closer by a factor (n,)."""
     inside = np.zeros(len(time), bool)
     for first, last in phase.stretches:
         inside[max(first - int(LEAD / (time[1] - time[0])), 0) : last] = True
     apart = lasting(phase.frequency) / np.where(inside, closer, CLOSER)
     knots = knots_of(time, apart, time[np.flatnonzero(np.diff(inside.astype(int))) + 1])
     basis = BSpline.design_matrix(np.clip(time, knots[0], knots[-1]), knots, 3)
-    trusted = np.where(inside, 1.0, 1e-4)  # where the phase jumps, the splines need not follow
+    trusted = np.where(inside, 1.0, 1e-4)  # small where the phase jumps
     matrix = _columns(basis, phase.angle, orders)
-    # A little smoothness decides what the data leave open.
+    # A small regularisation for splines that the data do not determine.
     normal = matrix.T @ diags_array(trusted) @ matrix
     normal = normal + 1e-9 * diags_array(normal.diagonal() + 1.0)
-    return Rebuilding(time, phase, tuple(orders), knots, basis, matrix, trusted, splu(normal.tocsc()))
+    return MotionReconstruction(time, phase, tuple(orders), knots, basis, matrix, trusted, splu(normal.tocsc()))
 
 
-def _columns(basis: csr_array, phase: np.ndarray, orders: Sequence[int], answer: Callable[[int], np.ndarray] | None = None) -> csc_array:
-    """Splines alone, then splines times cosine and sine of each order; answered to, if an answer to each order is given."""
+def _columns(
+    basis: csr_array, phase: np.ndarray, orders: Sequence[int], answer: Callable[[int], np.ndarray] | None = None
+) -> csc_array:
+    """Splines, then splines times cosine and sine of each order; times the response at each order, if that is given."""
     blocks = [basis if answer is None else 0 * basis]
     for k in orders:
         wave = np.exp(1j * k * phase) * (1.0 if answer is None else answer(k))

@@ -1,41 +1,41 @@
-"""Any component as fitted, with the effects that were found: a value file that every command takes, and its FMU."""
+"""Any component as fitted, with the effects found: a value file that every command takes, and its FMU."""
 
-from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from fmus.build import build
-from fmus.component import Component
-from fmus.library import value_file
-from fmus.linear import linearise
-from identification.gap.naming.fitted import Fit
-from identification.gap.stands.component_test import ComponentTest
-from scenarios.command_line import write_text
+from fmus.composition.value_files import value_file
+from fmus.declaration.component import Component
+from fmus.linear_analysis.linearisation import linearise
+from motofmi.gap.estimation.fit_result import Fit, parameters_of
+from motofmi.gap.experiments.input_output import InputOutputExperiment
+from motofmi.workflows.gap.fitted_model import FittedModel
 
 FILE = "augmented_component.toml"
 
 
-def component_of(test: ComponentTest, found: Fit) -> Component:
-    """The component of a fit, driven by its own input again, its effects in it; what lies in the channel stays there."""
-    joined = test.component.with_effects(*(e() for e in found.model.effects if e.part == "device"))
+def component_of(experiment: InputOutputExperiment, found: Fit) -> Component:
+    """The component of a fit, driven by its own input again, its effects in it; effects of the measuring
+    channel are left out."""
+    joined = experiment.component.with_effects(*(e() for e in found.model.effects if e.part == "device"))
     model: Any = found.model
     values = model.values(found.shared) | {n: found.runs[0].duration for n in joined.values if n.endswith(".duration")}
     return joined.with_values(**{n: values.get(n, v) for n, v in joined.values.items()})
 
 
-def write_component(test: ComponentTest, found: Fit, folder: Path, source: str, specification: str, errors: Mapping[str, float]) -> tuple[str, str]:
-    """Write the fitted component and its FMU into the folder; their names there. specification is what --component named."""
-    made = component_of(test, found)
-    file, _, title = specification.rpartition(":")
-    own = file.endswith(".py")
+def fitted_component(
+    experiment: InputOutputExperiment, found: Fit, source: str, own_class: tuple[str, str] | None = None
+) -> FittedModel:
+    """The component as fitted, with the effects found; own_class is the file and the name of a class
+    that does not ship."""
+    made = component_of(experiment, found)
+    errors = {n: error for n, (_, error, _) in parameters_of(found).items()}
     parameters = {n: (value, errors.get(n), made.table[n].unit) for n, value in made.values.items()}
-    text = value_file(title if own else made.title, parameters, "Component as fitted to recordings, with what it lacked", source,
-                      [type(e) for e in made.effects], component_file=file if own else None)  # fmt: skip
-    write_text(folder / FILE, text)
+    class_file, title = own_class or (None, made.title)
+    text = value_file(title, parameters, "Component as fitted to recordings, with the effects found", source,
+                      [type(e) for e in made.effects], component_file=class_file)  # fmt: skip
     made.name = FILE.removesuffix(".toml")
-    return FILE, Path(build(made, folder).path).name
+    return FittedModel(made, FILE, text)
 
 
 def own_modes(component: Component) -> list[dict[str, Any]]:

@@ -1,16 +1,18 @@
-"""The runs that the steer test could make next, and what each would tell: sweeps of rider and bar, with a gyro, and of the bar alone."""
+"""The runs that the steer test could make next, and what each would tell: sweeps of rider and bar, with a gyro,
+and of the bar alone."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identification.excitation import sweep
-from identification.gap.data.runs import Run
-from identification.gap.naming.fitted import Fit
-from identification.gap.proposing.expected import Foresight
-from identification.gap.proposing.next_test import Proposal, Sweep, further_sweeps
-from identification.gap.proposing.planned import Channels, planned
-from scenarios.rig_test import DAMPING, GYRO, STIFFNESS, bare_bar
+from motofmi.frequency_response.excitation import sweep
+from motofmi.gap.estimation.fit_result import Fit
+from motofmi.gap.experiment_design.discrimination import Prediction
+from motofmi.gap.experiment_design.next_experiment import Proposal, Sweep, further_sweeps
+from motofmi.gap.experiment_design.planned_run import Channels, planned
+from motofmi.gap.preprocessing.steer_test_run import SteerTestRun
+from motofmi.recordings.channels import TORSO_RATE
+from motofmi.workflows.gap.rig import DAMPING, STIFFNESS, bare_bar
 
 
 @dataclass
@@ -20,22 +22,29 @@ class BareBar:
     settings: dict[str, float]
     errors: np.ndarray  # of inertia, damping and stiffness of the bar
     experiment: str = "bare_bar"
-    sentence: str = "Sweep the bare handlebar, hands off: its torque holds inertia, springs and dampers of the bar alone."
+    sentence: str = (
+        "Sweep the bare handlebar, hands off: its torque holds inertia, springs and dampers of the bar alone."
+    )
 
     @classmethod
     def after(cls, found: Fit, duration: float = 60.0) -> "BareBar":
         """The sweep with frequencies and amplitude of the first run."""
-        made: Run = found.runs[0]
+        made: SteerTestRun = found.runs[0]
         frequencies = [c.frequency for c in made.reduction.columns if c.order == 1]
         settings = {"from": float(min(frequencies)), "to": float(max(frequencies)), "duration": duration,
-                    "amplitude": float(np.abs(made.moved(made.recording.time)[0]).max())}  # fmt: skip
+                    "amplitude": float(np.abs(made.motion_at(made.recording.time)[0]).max())}  # fmt: skip
         inertia = float(np.exp(found.x[0]))
-        columns = found.model.stand.columns
+        columns = found.model.experiment.columns
         motion = sweep(settings["from"], settings["to"], duration, settings["amplitude"])
-        run = planned(motion, replace(Channels.of(made, columns["imposed"]), further={}), columns, lambda run: inertia * run.moved(run.recording.time)[2][:, None])
+        run = planned(
+            motion,
+            replace(Channels.of(made, columns["imposed"]), further={}),
+            columns,
+            lambda run: inertia * run.motion_at(run.recording.time)[2][:, None],
+        )
         return cls(settings, bare_bar([run])[1])
 
-    def foresee(self, rival: Fit) -> Foresight:
+    def predict(self, rival: Fit) -> Prediction:
         """Inertia, damping and stiffness that a fit gives the bar, over the errors with which they would be known."""
         names = rival.model.names
         inertia = float(np.exp(rival.x[0]))
@@ -45,9 +54,9 @@ class BareBar:
             if name in names:
                 place = names.index(name)
                 predicted[row], slopes[row, place] = rival.x[place] / self.errors[row], 1 / self.errors[row]
-        return Foresight(predicted, slopes)
+        return Prediction(predicted, slopes)
 
-    def left(self, truth: Fit, rival: Fit) -> float:
+    def left(self, truth: Fit, rival: Fit, enough: float) -> float:
         return np.inf
 
 
@@ -57,8 +66,8 @@ def rig_proposals(found: Fit) -> list[Proposal]:
 
 
 def _with_a_gyro(found: Fit) -> list[Proposal]:
-    sensor = found.model.stand.further[GYRO]
-    if any(output.column == GYRO for run in found.runs for output in run.outputs):
+    sensor = found.model.experiment.further[TORSO_RATE]
+    if any(output.column == TORSO_RATE for run in found.runs for output in run.outputs):
         return []
     sentence = "Repeat the sweep with a rate gyro on the torso: what the torso does parts its coupling with the bar from springs and dampers of the bar."
-    return [Sweep.like(found, "torso_gyro", sentence, further={GYRO: sensor.noise})]
+    return [Sweep.like(found, "torso_gyro", sentence, further={TORSO_RATE: sensor.noise})]

@@ -1,30 +1,35 @@
 """`check` finds every fault that was put in on purpose, and none in what we build."""
 
 import os
+import re
+import shutil
 import struct
+import subprocess
+import sys
 import time
 import zipfile
 
 import pytest
-from importer import COMPONENTS
 
-from fmus.build import archive, binaries, build, source_contents
-from fmus.check import check
 from fmus.checks import archive as before_unpacking
-from fmus.checks.behaviour import problems as run
-from fmus.compilers import host, host_compiler
-from fmus.errors import InputError
-from fmus.interface import Interface
+from fmus.checks.behaviour import run_as
+from fmus.checks.check import check
+from fmus.export.build import archive, binaries, build, source_contents
+from fmus.export.compilers import host, host_compiler
+from fmus.export.interface import Interface
+from fmus.support.errors import InputError
 from rider_fmu import riders
+from tests import ROOT
+from tests.importer import COMPONENTS
 
 pytestmark = pytest.mark.skipif(host_compiler() is None, reason="no C compiler on this machine")
 
 
 @pytest.fixture(scope="module")
-def sound(tmp_path_factory):
+def sound(cache, tmp_path_factory):
     """The files of a sound archive."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MOTOFMI_CACHE", str(tmp_path_factory.mktemp("cache")))
+        patch.setenv("MOTOFMI_CACHE", str(cache))
         path = build(riders.load("mean_2011"), tmp_path_factory.mktemp("out")).path
     with zipfile.ZipFile(path) as members:
         return {name: members.read(name) for name in members.namelist()}
@@ -36,11 +41,16 @@ def written(tmp_path, contents):
     return path
 
 
-@pytest.mark.parametrize(("name", "fmi"), [("rider", 2), ("motorcycle", 3), ("progressive", 2), ("system", 3), ("oscillator", 2), ("oscillator", 3)])
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "fmi"),
+    [("rider", 2), ("motorcycle", 3), ("progressive", 2), ("system", 3), ("oscillator", 2), ("oscillator", 3)],
+)
 def test_ours_are_clean(name, fmi, tmp_path):
     assert check(build(COMPONENTS[name](), tmp_path, fmi=fmi).path) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["rider", "progressive"])
 def test_the_limits_of_the_python_back_end_are_warnings(name, tmp_path):
     found = check(build(COMPONENTS[name](), tmp_path, backend="python").path)
@@ -64,17 +74,23 @@ BROKEN = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", BROKEN)
 def test_a_broken_model_description_is_caught(fault, sound, tmp_path):
     good, bad, name, message = BROKEN[fault]
     assert good in sound["modelDescription.xml"]
-    found = check(written(tmp_path, {**sound, "modelDescription.xml": sound["modelDescription.xml"].replace(good, bad)}))
+    found = check(
+        written(tmp_path, {**sound, "modelDescription.xml": sound["modelDescription.xml"].replace(good, bad)})
+    )
     assert [p for p in found if p.check == name and p.severity == "error" and message in p.message], found
 
 
+@pytest.mark.slow
 def test_no_binary_is_caught(sound, tmp_path):
     found = check(written(tmp_path, {n: d for n, d in sound.items() if not n.startswith(("binaries/", "sources/"))}))
-    assert ("binary", "error") in [(p.check, p.severity) for p in found] and "no binary for any platform" in found[0].message + found[-1].message
+    assert ("binary", "error") in [(p.check, p.severity) for p in found] and "no binary for any platform" in found[
+        0
+    ].message + found[-1].message
 
 
 def changed_code(old, new, tmp_path):
@@ -86,22 +102,33 @@ def changed_code(old, new, tmp_path):
     return written(tmp_path, {**contents, **binaries(interface.identifier, contents, 2, [host()], native=True)})
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="signals")
 def test_a_crash_is_survived_and_reported(tmp_path):
     found = check(changed_code(b"    (void)z, (void)f;\n", b"    (void)z, (void)f; __builtin_trap();\n", tmp_path))
     assert [p for p in found if "crashed with signal" in p.message]
 
 
+@pytest.mark.slow
 def test_an_endless_loop_is_survived_and_reported(tmp_path):
-    found = check(changed_code(b"(void)sign, (void)heaviside;\n", b"(void)sign, (void)heaviside; for (volatile int i = 0; i < 1; ) ;\n", tmp_path), time_limit=5)
-    assert [p for p in found if "did not finish within 5 s" in p.message]
+    found = check(
+        changed_code(
+            b"(void)sign, (void)heaviside;\n",
+            b"(void)sign, (void)heaviside; for (volatile int i = 0; i < 1; ) ;\n",
+            tmp_path,
+        ),
+        time_limit=2,
+    )
+    assert [p for p in found if "did not finish within 2 s" in p.message]
 
 
+@pytest.mark.slow
 def test_a_wrong_jacobian_is_found(tmp_path):
     found = check(changed_code(b"    j[8] = v_arm_stiffness;\n", b"    j[8] = 1.01*v_arm_stiffness;\n", tmp_path))
     assert [p for p in found if p.check == "derivatives" and "d der(torso_momentum) / d steer_angle" in p.message]
 
 
+@pytest.mark.slow
 def test_numbers_that_do_not_repeat_are_found(tmp_path):
     found = check(changed_code(b"    z[15] = ", b"    static int calls; z[15] = 1e-9 * calls++ + ", tmp_path))
     assert {"reproducible", "state"} <= {p.check for p in found}
@@ -125,7 +152,10 @@ def with_member(sound, tmp_path, name, data=b"x", attributes=0):
     return path
 
 
-@pytest.mark.parametrize("name", ["../outside.txt", "/tmp/outside.txt", "resources/../../outside.txt", "..\\outside.txt", "C:/outside.txt"])
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name", ["../outside.txt", "/tmp/outside.txt", "resources/../../outside.txt", "..\\outside.txt", "C:/outside.txt"]
+)
 def test_a_path_out_of_the_folder_is_refused_before_unpacking(name, sound, tmp_path):
     found = check(with_member(sound, tmp_path, name))
     assert [p.message for p in found] == ["the path leaves the folder of the archive"]
@@ -150,17 +180,21 @@ def test_an_oversized_member_is_refused_before_unpacking(sound, tmp_path):
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
 def test_external_entities_are_refused_before_unpacking(encoding, sound, tmp_path):
-    text = f'<?xml version="1.0" encoding="{encoding}"?><!DOCTYPE a [<!ENTITY b SYSTEM "file:///etc/passwd">]><a>&b;</a>'
+    text = (
+        f'<?xml version="1.0" encoding="{encoding}"?><!DOCTYPE a [<!ENTITY b SYSTEM "file:///etc/passwd">]><a>&b;</a>'
+    )
     (found,) = check(with_member(sound, tmp_path, "terminalsAndIcons/terminalsAndIcons.xml", text.encode(encoding)))
     assert "declares a document type" in found.message
 
 
+@pytest.mark.slow
 def test_a_folder_without_a_library_ends_with_a_report(tmp_path):
     (tmp_path / "modelDescription.xml").write_text("<no/>")
-    (found,) = run(tmp_path, "CoSimulation")
+    (found,) = run_as("CoSimulation", tmp_path)
     assert (found.check, found.severity) == ("load", "error")
 
 
+@pytest.mark.slow
 def test_a_library_for_another_processor_is_no_fault(sound, tmp_path):
     """FMI 2 has one folder for 64-bit Linux: an ELF header of another machine says that it cannot run here."""
     contents = dict(sound)
@@ -204,16 +238,20 @@ def test_an_archive_without_members_and_damaged_ones(sound, tmp_path):
     (lambda xml: b"", "is no XML: no element found"),
 ])  # fmt: skip
 def test_a_description_that_cannot_be_read_is_one_error(change, message, sound, tmp_path):
-    (found,) = messages(check(written(tmp_path, {**sound, "modelDescription.xml": change(sound["modelDescription.xml"])})))
+    (found,) = messages(
+        check(written(tmp_path, {**sound, "modelDescription.xml": change(sound["modelDescription.xml"])}))
+    )
     assert found.startswith(message)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("depth", [300, 100_000])
 def test_deeply_nested_xml_is_survived(depth, sound, tmp_path):
     xml = b'<fmiModelDescription fmiVersion="2.0">' + b"<a>" * depth + b"</a>" * depth + b"</fmiModelDescription>"
     assert messages(check(written(tmp_path, {**sound, "modelDescription.xml": xml})))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("library", [b"", b"text", "cut", "folder"])
 def test_a_library_that_is_none_is_reported(library, sound, tmp_path):
     contents = dict(sound)
@@ -234,15 +272,47 @@ def with_outputs(code, tmp_path):
     return changed_code(IN_OUTPUTS, IN_OUTPUTS.strip() + code + b"\n", tmp_path)
 
 
+@pytest.mark.slow
 def test_what_an_fmu_prints_is_not_taken_for_a_report(tmp_path):
     lie = rb'{ extern int printf(const char *, ...); extern void exit(int); printf("\n{\"trial\": \"end\"}\n"); exit(0); }'
     assert "ended its process with status 0" in messages(check(with_outputs(lie, tmp_path)))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="processes that start others")
 def test_what_an_fmu_has_started_ends_with_the_check(tmp_path):
     mark = tmp_path / "alive"
-    code = f'{{ extern int fork(void); extern unsigned sleep(unsigned); extern int creat(const char *, int); if (fork() == 0) {{ sleep(6); creat("{mark}", 0600); }} sleep(100); }}'
-    assert "did not finish within 3 s" in messages(check(with_outputs(code.encode(), tmp_path), time_limit=3))
-    time.sleep(5)
+    code = f'{{ extern int fork(void); extern unsigned sleep(unsigned); extern int creat(const char *, int); if (fork() == 0) {{ sleep(3); creat("{mark}", 0600); }} sleep(100); }}'
+    assert "did not finish within 2 s" in messages(check(with_outputs(code.encode(), tmp_path), time_limit=2))
+    time.sleep(3.5)
     assert not mark.exists()
+
+
+CHECK = """
+from fmus.checks.problem import Problem
+
+STAGE = "description"
+
+
+def check(fmu):
+    return [Problem("licence", "warning", "names no licence", "modelDescription.xml")] if fmu.root.get("license") is None else []
+"""
+
+
+@pytest.mark.slow
+def test_a_check_is_one_file(sound, tmp_path):
+    """A new file in the folder of the checks is applied: its problem is in the list and in the command's output."""
+    shutil.copytree(ROOT / "fmus", tmp_path / "fmus", ignore=shutil.ignore_patterns("__pycache__"))
+    (tmp_path / "fmus" / "checks" / "licence.py").write_text(CHECK, "utf-8")
+    contents = {**sound, "modelDescription.xml": re.sub(rb' license="[^"]*"', b"", sound["modelDescription.xml"])}
+    path = written(tmp_path, contents)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(ROOT)])}
+    done = subprocess.run(
+        [sys.executable, "-m", "motofmi", "check", str(path)],
+        env=environment,
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert "warning licence: names no licence" in " ".join(done.stdout.split()), done

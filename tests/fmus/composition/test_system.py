@@ -7,7 +7,7 @@ import pytest
 import scipy.linalg
 
 from fmus import Component, InputError, System, input, linearise, output, parameter, state
-from fmus.ports import HandlebarDevice
+from fmus.interfaces.handlebar import HandlebarDevice
 from rider_fmu import riders
 from vehicle_fmu import LinearDamper, motorcycles, over_speed, ridden
 
@@ -26,7 +26,9 @@ def hand_written(p, q, V):
     Cf1, Cf2, Cr1, Cr2 = (p[f"{end}_{kind}_stiffness"] for end in ("front", "rear") for kind in ("cornering", "camber"))
     sf, sr = p["front_relaxation_length"], p["rear_relaxation_length"]
     hf, hr = V * p["front_spin_inertia"] / p["front_wheel_radius"], V * p["rear_spin_inertia"] / p["rear_wheel_radius"]
-    It, ka, kt, ca, ct = (q[n] for n in ("torso_inertia", "arm_stiffness", "waist_stiffness", "arm_damping", "waist_damping"))
+    It, ka, kt, ca, ct = (
+        q[n] for n in ("torso_inertia", "arm_stiffness", "waist_stiffness", "arm_damping", "waist_damping")
+    )
     l, k, j = (a - t) / c, (a + e) * c - f * S, (a + e) * S + f * c
     G = -Zf * t + Mf * e * g
     Ixf, Izf, Cf = Ifx * c**2 + Ifz * S**2, Ifx * S**2 + Ifz * c**2, (Ifz - Ifx) * S * c
@@ -56,6 +58,7 @@ def hand_written(p, q, V):
     return M, F
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [1.0, 6.7, 17.8, 34.0, 60.0])
 @pytest.mark.parametrize("rider", ["mean_2011", "7_2011", "9_2011", "10_2011", "3_2008"])
 def test_rider_and_motorcycle_are_the_matrices_written_by_hand(rider, speed):
@@ -69,6 +72,7 @@ def test_rider_and_motorcycle_are_the_matrices_written_by_hand(rider, speed):
     assert len(found) == 10
 
 
+@pytest.mark.slow
 def test_a_damper_at_the_port_is_more_of_the_motorcycles_own():
     """T_h = -c s on the front and +c s on the rear frame is what the steering damper K does."""
     motorcycle = motorcycles.load("sharp_1971")
@@ -88,13 +92,23 @@ def test_a_riders_share_of_inertia_reaches_the_motorcycle():
     assert linearise(system).A == pytest.approx(linearise(unbound).A, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_torques_of_several_devices_add_up():
     motorcycle, rider = motorcycles.load("sharp_1971"), riders.load("mean_2011")
     both = System("both", {"vehicle": motorcycle, "rider": rider, "damper": LinearDamper(damping=3.0)})
-    own = System("own", {"vehicle": motorcycle.with_values(steering_damping=motorcycle.values["steering_damping"] + 3.0), "rider": rider})
-    assert np.sort_complex(np.linalg.eigvals(linearise(both).A)) == pytest.approx(np.sort_complex(np.linalg.eigvals(linearise(own).A)), rel=1e-9)
+    own = System(
+        "own",
+        {
+            "vehicle": motorcycle.with_values(steering_damping=motorcycle.values["steering_damping"] + 3.0),
+            "rider": rider,
+        },
+    )
+    assert np.sort_complex(np.linalg.eigvals(linearise(both).A)) == pytest.approx(
+        np.sort_complex(np.linalg.eigvals(linearise(own).A)), rel=1e-9
+    )
 
 
+@pytest.mark.slow
 def test_a_system_in_a_system_is_the_same():
     motorcycle, rider = motorcycles.load("sharp_1971"), riders.load("mean_2011")
     inner = ridden(motorcycle, rider)
@@ -104,7 +118,9 @@ def test_a_system_in_a_system_is_the_same():
 
 
 def test_values_of_the_parts_are_set_by_their_path():
-    system = ridden(motorcycles.load("sharp_1971"), riders.load("mean_2011")).with_values(**{"device.arm_damping": 33.0})
+    system = ridden(motorcycles.load("sharp_1971"), riders.load("mean_2011")).with_values(
+        **{"device.arm_damping": 33.0}
+    )
     assert system.values["device.arm_damping"] == 33.0
     expected = ridden(motorcycles.load("sharp_1971"), riders.load("mean_2011", arm_damping=33.0))
     assert linearise(system).A == pytest.approx(linearise(expected).A, rel=1e-12)
@@ -117,11 +133,11 @@ class Gain(Component):
     """Answers its input times a gain, at once."""
 
     gain = parameter("1", "Gain", start=0.5)
-    told = input("N", "What it is told")
-    answer = output("N", "What it answers")
+    input_force = input("N", "Input")
+    answer = output("N", "Output")
 
     def equations(self, v, m):
-        return {"answer": v.gain * v.told}
+        return {"answer": v.gain * v.input_force}
 
 
 class Speaker(Component):
@@ -136,12 +152,14 @@ class Speaker(Component):
 
 
 def test_an_algebraic_loop_is_spelled_out():
-    with pytest.raises(InputError, match=r"algebraic loop: .*a\.answer.*<-.*b\.answer.*; break it with a state or a delay"):
-        System("loop", {"a": Gain(), "b": Gain()}, {"a.told": ["b.answer"], "b.told": ["a.answer"]})
+    with pytest.raises(
+        InputError, match=r"algebraic loop: .*a\.answer.*<-.*b\.answer.*; break it with a state or a delay"
+    ):
+        System("loop", {"a": Gain(), "b": Gain()}, {"a.input_force": ["b.answer"], "b.input_force": ["a.answer"]})
 
 
 def test_a_loop_through_a_state_is_none():
-    system = System("chain", {"speaker": Speaker(), "gain": Gain(gain=4.0)}, {"gain.told": ["speaker.answer"]})
+    system = System("chain", {"speaker": Speaker(), "gain": Gain(gain=4.0)}, {"gain.input_force": ["speaker.answer"]})
     _, outputs = system.derivatives(np.array([2.0]), np.zeros(0))
     assert dict(zip(system.outputs, outputs, strict=True))["gain.answer"] == 8.0
 
@@ -153,10 +171,10 @@ def test_two_writers_of_one_motion_are_refused():
 
 
 @pytest.mark.parametrize("wiring, message", [
-    ({"gain.told": ["speaker.length"]}, r"speaker\.length \[m\] cannot drive gain\.told \[N\]: the units differ"),
-    ({"gain.asked": ["speaker.answer"]}, r"unknown input of gain 'asked' \(valid: told\)"),
-    ({"gain.told": ["speaker.loudness"]}, r"unknown output of speaker 'loudness' \(valid: answer, length, level\)"),
-    ({"amplifier.told": ["speaker.answer"]}, r"unknown part of the system 'amplifier' \(valid: gain, speaker\)"),
+    ({"gain.input_force": ["speaker.length"]}, r"speaker\.length \[m\] cannot drive gain\.input_force \[N\]: the units differ"),
+    ({"gain.asked": ["speaker.answer"]}, r"unknown input of gain 'asked' \(valid: input_force\)"),
+    ({"gain.input_force": ["speaker.loudness"]}, r"unknown output of speaker 'loudness' \(valid: answer, length, level\)"),
+    ({"amplifier.input_force": ["speaker.answer"]}, r"unknown part of the system 'amplifier' \(valid: gain, speaker\)"),
 ])  # fmt: skip
 def test_wiring_that_cannot_be_is_named(wiring, message):
     with pytest.raises(InputError, match=message):

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as some
 
 from fmus import InputError
-from fmus.library import Library, value_file
+from fmus.composition.value_files import Library, value_file
 from rider_fmu import COMPONENTS, riders
 from vehicle_fmu import dampers, motorcycles
 
@@ -83,7 +83,6 @@ def test_a_file_that_is_not_there(library, tmp_path):
 
 def test_a_changed_file_is_read_again(library):
 
-
     changed = library(GOOD)
     assert changed.load("mine").values["torso_inertia"] == 0.7
     library(GOOD.replace("0.7", "0.8"))
@@ -94,7 +93,14 @@ def test_a_changed_file_is_read_again(library):
 text = some.text(some.characters(exclude_categories=["Cs"]), max_size=30)  # anything that UTF-8 can write
 
 
-@given(description=text, source=text, unit=text, value=some.floats(allow_nan=False), error=some.none() | some.floats(0, allow_nan=False))
+@pytest.mark.slow
+@given(
+    description=text,
+    source=text,
+    unit=text,
+    value=some.floats(allow_nan=False),
+    error=some.none() | some.floats(0, allow_nan=False),
+)
 def test_a_written_value_file_is_read_as_it_was_given(description, source, unit, value, error):
     contents = tomllib.loads(value_file("PassiveRider", {"arm_stiffness": (value, error, unit)}, description, source))
     assert (contents["component"], contents["description"], contents["source"]) == ("PassiveRider", description, source)
@@ -109,7 +115,9 @@ def test_what_ships():
     assert {"low_2011", "medium_2011", "high_2011", "progressive", "inerter"} <= set(dampers.names())
 
 
-@pytest.mark.parametrize("library_, name", [(lib, n) for lib in (riders, motorcycles, dampers) for n in lib.names()], ids=str)
+@pytest.mark.parametrize(
+    "library_, name", [(lib, n) for lib in (riders, motorcycles, dampers) for n in lib.names()], ids=str
+)
 def test_what_ships_gives_every_parameter_without_an_honest_default(library_, name):
     """A parameter that a file leaves out takes a default of zero only where its description allows for none of it."""
     component, given = library_.load(name), library_.contents(name)["parameters"]

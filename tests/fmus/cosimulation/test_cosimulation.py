@@ -8,19 +8,20 @@ import tracemalloc
 
 import numpy as np
 import pytest
-from coupled import MOTORCYCLE, RIDER
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from fmus.build import build
-from fmus.cosimulation import cosimulate, join, steps
-from fmus.coupling import COUPLINGS, Network
-from fmus.errors import InputError, SimulationError
-from fmus.importer import FmuUnit
-from fmus.linear import linearise
-from fmus.profiles import Profile, read_profile
-from scenarios.command_line import main
-from scenarios.ridden_fmus import errors_by_mode, mode_names, ridden_fmus, role_of
+from fmus.cosimulation.cosimulate import cosimulate, join, steps
+from fmus.cosimulation.coupling import COUPLINGS
+from fmus.cosimulation.network import Network
+from fmus.cosimulation.profiles import Profile, read_profile
+from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem
+from fmus.export.build import build
+from fmus.linear_analysis.linearisation import linearise
+from fmus.support.errors import InputError, SimulationError
+from motofmi.cli.main import main
+from motofmi.workflows.ridden_fmus import errors_by_mode, mode_names, ridden_fmus, role_of
+from tests.coupled import MOTORCYCLE, RIDER
 from vehicle_fmu import dampers, ridden
 
 SPEED, START = 30.0, 0.5
@@ -32,13 +33,13 @@ def run():
     made = []
 
     def go(step, duration, coupling=None, device=RIDER, initial=None, speed=SPEED, **options):
-        units = ridden_fmus(MOTORCYCLE, device, {"steer_rate": START} if initial is None else initial, speed)
-        made.extend(units.values())
-        return cosimulate(units, step, duration, coupling, **options)
+        subsystems = ridden_fmus(MOTORCYCLE, device, {"steer_rate": START} if initial is None else initial, speed)
+        made.extend(subsystems.values())
+        return cosimulate(subsystems, step, duration, coupling, **options)
 
     yield go
-    for unit in made:
-        unit.close()
+    for subsystem in made:
+        subsystem.close()
 
 
 def exact_motion(times, speed=SPEED):
@@ -50,6 +51,7 @@ def exact_motion(times, speed=SPEED):
     return np.array([row @ expm(space.A * t) @ state for t in times])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [n for n in COUPLINGS if n != "interface_jacobian"])
 def test_trajectories_converge_with_the_step_at_the_order_of_the_coupling(run, name):
     # Start-up included. The next order still shows at these steps: 0.75 of the power of two.
@@ -61,16 +63,18 @@ def test_trajectories_converge_with_the_step_at_the_order_of_the_coupling(run, n
     assert error[0] / error[1] > 0.75 * 2 ** COUPLINGS[name].order
 
 
+@pytest.mark.slow
 def test_the_interface_jacobian_leaves_nothing_of_linear_units_coupling_error(run):
     found = run(1e-2, 0.5, "interface_jacobian")
     exact = exact_motion(found["time"])
     assert found["vehicle.steer_angle"] == pytest.approx(exact, abs=1e-8 * np.abs(exact).max())
 
 
+@pytest.mark.slow
 def test_fmi_3_goes_with_fmi_2(tmp_path):
     third = build(RIDER, tmp_path, fmi=3).path
-    units = ridden_fmus(MOTORCYCLE, third, {"steer_rate": START}, SPEED)
-    found = cosimulate(units, 1e-2, 0.5)
+    subsystems = ridden_fmus(MOTORCYCLE, third, {"steer_rate": START}, SPEED)
+    found = cosimulate(subsystems, 1e-2, 0.5)
     exact = exact_motion(found["time"])
     assert found.coupling == "interface_jacobian"
     assert found["vehicle.steer_angle"] == pytest.approx(exact, abs=1e-8 * np.abs(exact).max())
@@ -87,6 +91,7 @@ def eigenvalues_of(found, reach):
     return np.log(multipliers[np.abs(multipliers) > 1e-8]) / found.step
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "step"), [("jacobi", 1e-3), ("jacobi", 5e-3), ("gauss_seidel", 2e-3), ("jacobi_linear", 2e-3), ("jacobi_quadratic", 4e-3),
                                             ("hermite", 4e-3), ("hermite", 8e-3), ("taylor", 1e-2), ("iterated", 5e-3), ("implicit_hermite", 1e-2)])  # fmt: skip
 def test_predicted_errors_of_all_modes_below_15_hz_are_the_measured_ones_within_a_tenth_of_themselves(run, name, step):
@@ -109,32 +114,42 @@ def test_rows_go_from_zero_to_the_duration_with_units_and_no_stale_feedthrough(r
     column = {name.partition(" [")[0]: table[:, k] for k, name in enumerate(header.split(","))}
     p = RIDER.values
     relative = column["device.torso_rate"] - column["vehicle.frame_rate"]
-    torque = p["arm_stiffness"] * (column["device.torso_angle"] - column["vehicle.steer_angle"]) + p["arm_damping"] * (relative - column["vehicle.steer_rate"])
-    assert column["device.handlebar_torque"] == pytest.approx(torque, rel=1e-9, abs=1e-9)  # mean rider: no cross inertia
+    torque = p["arm_stiffness"] * (column["device.torso_angle"] - column["vehicle.steer_angle"]) + p["arm_damping"] * (
+        relative - column["vehicle.steer_rate"]
+    )
+    assert column["device.handlebar_torque"] == pytest.approx(
+        torque, rel=1e-9, abs=1e-9
+    )  # mean rider: no cross inertia
     assert found.rows.size == 0
 
 
+@pytest.mark.slow
 def test_the_default_is_the_cheapest_that_meets_the_tolerance(run):
     assert run(1e-3, 0.01).predicted.worst <= 1e-5
     assert run(1e-3, 0.01, tolerance=0.1).coupling == "jacobi"
     assert run(1e-2, 0.01).coupling in ("interface_jacobian", "implicit_hermite")
 
 
+@pytest.mark.slow
 def test_power_residual_falls_with_the_step_and_counts_what_held_torques_do(run):
     coarse, fine = run(2e-3, 0.5, "jacobi"), run(1e-3, 0.5, "jacobi")
     assert 1.7 < coarse.power_residual / fine.power_residual < 2.3  # held inputs are wrong by one step
     assert run(1e-3, 0.5, "implicit_hermite").power_residual < 1e-9
-    assert {bond.name for bond in fine.bonds} == {"vehicle.handlebar_torque", "vehicle.frame_torque"}
-    assert all(bond.exchanged > 0 for bond in fine.bonds)
+    assert {bond.name for bond in fine.power_bonds} == {"vehicle.handlebar_torque", "vehicle.frame_torque"}
+    assert all(bond.exchanged > 0 for bond in fine.power_bonds)
 
 
+@pytest.mark.slow
 def test_a_coupling_that_diverges_stops_and_says_where_when_and_what_to_change(run, tmp_path):
     out = tmp_path / "run.csv"
-    with pytest.raises(SimulationError, match=r"stopped at [\d.]+ s at vehicle\.handlebar_torque .* take a smaller step than 0.05 s"):
+    with pytest.raises(
+        SimulationError, match=r"stopped at [\d.]+ s at vehicle\.handlebar_torque .* take a smaller step than 0.05 s"
+    ):
         run(0.05, 100.0, "jacobi", out=out)
     assert len(out.read_text().splitlines()) > 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("step", "largest"), [(1e-3, 1e-4), (1e-2, 5e-4)])
 def test_a_changing_speed_is_followed(step, largest):
     # The reference: the one coupled system, integrated with the same speed. At a constant speed the parabolas that the
@@ -151,37 +166,45 @@ def test_a_changing_speed_is_followed(step, largest):
     start[system.states.index("vehicle.steer_rate")] = START
     solution = solve_ivp(rates, (0, 0.5), start, rtol=1e-10, atol=1e-13, t_eval=np.arange(51) * 0.01)
     exact = solution.y[system.states.index("vehicle.steer_angle")]
-    units = ridden_fmus(MOTORCYCLE, RIDER, {"steer_rate": START}, 30.0)
-    wiring = join(units)
-    profile = Profile.over_time(Network(units, wiring), np.array([0.0, 0.5]), {"speed": np.array([30.0, 20.0])})
-    found = cosimulate(units, step, 0.5, wiring=wiring, profile=profile)
+    subsystems = ridden_fmus(MOTORCYCLE, RIDER, {"steer_rate": START}, 30.0)
+    wiring = join(subsystems)
+    profile = Profile.over_time(Network(subsystems, wiring), np.array([0.0, 0.5]), {"speed": np.array([30.0, 20.0])})
+    found = cosimulate(subsystems, step, 0.5, wiring=wiring, profile=profile)
     every = found["vehicle.steer_angle"][:: round(0.01 / step)]
     assert np.abs(every - exact).max() <= largest * np.abs(exact).max()
-    for unit in units.values():
-        unit.close()
+    for subsystem in subsystems.values():
+        subsystem.close()
 
 
+@pytest.mark.slow
 def test_devices_add_up_and_a_nonlinear_one_is_within_its_order(run):
     damper = dampers.load("progressive")
-    ends = [run(step, 0.2, "interface_jacobian", device=damper, initial={"steer_rate": 3.0})["vehicle.steer_angle"][-1] for step in (4e-3, 2e-3, 1e-3)]
+    ends = [
+        run(step, 0.2, "interface_jacobian", device=damper, initial={"steer_rate": 3.0})["vehicle.steer_angle"][-1]
+        for step in (4e-3, 2e-3, 1e-3)
+    ]
     assert abs(ends[1] - ends[2]) < 0.5 * abs(ends[0] - ends[1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("coupling", "tolerance"), [(None, 1e-4), ("hermite", 1e-4), ("jacobi", 1e-2)])
 def test_an_automatic_step_follows_the_run(coupling, tolerance):
-    units = ridden_fmus(MOTORCYCLE, RIDER, {"steer_rate": 3.0}, 30.0)
-    wiring = join(units)
-    profile = Profile.over_time(Network(units, wiring), np.array([0.0, 1.0]), {"speed": np.array([30.0, 10.0])})
-    found = cosimulate(units, "auto", 1.0, coupling, wiring=wiring, profile=profile, tolerance=tolerance)
+    subsystems = ridden_fmus(MOTORCYCLE, RIDER, {"steer_rate": 3.0}, 30.0)
+    wiring = join(subsystems)
+    profile = Profile.over_time(Network(subsystems, wiring), np.array([0.0, 1.0]), {"speed": np.array([30.0, 10.0])})
+    found = cosimulate(subsystems, "auto", 1.0, coupling, wiring=wiring, profile=profile, tolerance=tolerance)
     lengths = np.diff(found["time"])
     assert found["time"][-1] == pytest.approx(1.0, rel=1e-12) and len(lengths) == found.steps
     assert found.longest > 1.3 * found.shortest
     # The last ones are a little shorter, so that they end with the run.
     assert lengths.max() <= found.longest * (1 + 1e-9) and np.median(lengths) >= found.shortest * (1 - 1e-9)
     # An energy error is one of damping, ten times the tolerance; the estimate comes a segment late, hence a factor.
-    assert max(abs(bond.energy_error) for bond in found.bonds if bond.name == "vehicle.handlebar_torque") < 5 * 10 * tolerance
-    for unit in units.values():
-        unit.close()
+    assert (
+        max(abs(bond.energy_error) for bond in found.power_bonds if bond.name == "vehicle.handlebar_torque")
+        < 5 * 10 * tolerance
+    )
+    for subsystem in subsystems.values():
+        subsystem.close()
 
 
 def test_an_automatic_step_is_refused_in_words_that_are_no_step(run):
@@ -194,7 +217,9 @@ def test_a_run_without_a_device_is_the_vehicle_alone(run):
     space = linearise(MOTORCYCLE, speed=SPEED)
     state = np.zeros(8)
     state[space.states.index("steer_rate")] = START
-    assert found["vehicle.steer_angle"][-1] == pytest.approx((space.C @ expm(space.A * 0.2) @ state)[space.outputs.index("steer_angle")], rel=1e-10)
+    assert found["vehicle.steer_angle"][-1] == pytest.approx(
+        (space.C @ expm(space.A * 0.2) @ state)[space.outputs.index("steer_angle")], rel=1e-10
+    )
 
 
 def test_the_step_divides_the_duration():
@@ -203,6 +228,7 @@ def test_the_step_divides_the_duration():
     assert count == 4 and step == 0.25
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("words", "message"), [
     (["--step", "0"], "step = 0 s: a step must be positive"),
     (["--step", "nan"], "step = nan s"),
@@ -225,18 +251,37 @@ def test_bad_input_is_one_line_with_status_2(words, message, capsys, tmp_path, m
     assert list(tmp_path.glob("*.csv")) == []
 
 
+@pytest.mark.slow
 def test_an_fmu_without_the_port_is_refused_with_what_is_missing(tmp_path):
     wrong = build(ridden(MOTORCYCLE, RIDER), tmp_path).path
-    with pytest.raises(InputError, match=r"has not the handlebar port: as a .* it lacks input"):
+    with pytest.raises(InputError, match=r"does not have the handlebar port: as a .* it lacks input"):
         role_of(wrong)
     assert role_of(build(MOTORCYCLE, tmp_path).path) == "vehicle"
     assert role_of(build(RIDER, tmp_path).path) == "device"
 
 
+@pytest.mark.slow
 def test_anybodys_fmu_with_the_port_takes_a_side(tmp_path, capsys):
     rider = build(RIDER, tmp_path, backend="python").path
     out, result = tmp_path / "run.csv", tmp_path / "run.json"
-    assert main(["cosimulate", "--fmu", str(rider), "--duration", "0.05", "--initial", "steer_rate=0.5", "--out", str(out), "--json", str(result)]) == 0
+    assert (
+        main(
+            [
+                "cosimulate",
+                "--fmu",
+                str(rider),
+                "--duration",
+                "0.05",
+                "--initial",
+                "steer_rate=0.5",
+                "--out",
+                str(out),
+                "--json",
+                str(result),
+            ]
+        )
+        == 0
+    )
     found = json.loads(result.read_text())
     assert found["device"] == rider.name and found["step"] == 0.001
     assert set(found["predicted"]) == {"weave", "wobble", "rider_wobble"}
@@ -244,17 +289,30 @@ def test_anybodys_fmu_with_the_port_takes_a_side(tmp_path, capsys):
     assert {"coupling", "steps_per_second", "power_residual", "file"} <= set(found)
 
 
+@pytest.mark.slow
 def test_mode_errors_carry_the_modes_names():
-    units = ridden_fmus(MOTORCYCLE, RIDER, speed=SPEED)
-    found = cosimulate(units, 1e-3, 0.01, "jacobi")
-    named = errors_by_mode(mode_names(units), found.predicted)
+    subsystems = ridden_fmus(MOTORCYCLE, RIDER, speed=SPEED)
+    found = cosimulate(subsystems, 1e-3, 0.01, "jacobi")
+    named = errors_by_mode(mode_names(subsystems), found.predicted)
     assert set(named) == {"weave", "wobble", "rider_wobble"}
     assert named["weave"]["frequency"] < named["rider_wobble"]["frequency"] < named["wobble"]["frequency"]
 
 
+@pytest.mark.slow
 def test_modes_of_a_nonlinear_device_have_names_where_it_starts(tmp_path):
     result = tmp_path / "run.json"
-    words = ["--device", "damper:progressive", "--step", "0.01", "--duration", "0.1", "--initial", "steer_rate=2", "--speed", "20"]
+    words = [
+        "--device",
+        "damper:progressive",
+        "--step",
+        "0.01",
+        "--duration",
+        "0.1",
+        "--initial",
+        "steer_rate=2",
+        "--speed",
+        "20",
+    ]
     assert main(["cosimulate", *words, "--out", str(tmp_path / "run.csv"), "--json", str(result)]) == 0
     assert set(json.loads(result.read_text())["predicted"]) == {"weave", "wobble"}
 
@@ -272,9 +330,10 @@ def test_inputs_from_a_file_are_converted_and_checked(tmp_path):
         read_profile(file)
 
 
+@pytest.mark.slow
 def test_a_killed_run_leaves_what_was_flushed(tmp_path):
     out = tmp_path / "run.csv"
-    process = subprocess.Popen([sys.executable, "-m", "scenarios.command_line", "cosimulate", "--duration", "100000", "--initial", "steer_rate=0.5",
+    process = subprocess.Popen([sys.executable, "-m", "motofmi", "cosimulate", "--duration", "100000", "--initial", "steer_rate=0.5",
                                 "--coupling", "jacobi", "--speed", "20", "--out", str(out)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)  # fmt: skip
     try:
         began = time.monotonic()
@@ -289,6 +348,7 @@ def test_a_killed_run_leaves_what_was_flushed(tmp_path):
     assert whole[:, 0] == pytest.approx(1e-3 * np.arange(len(whole)))
 
 
+@pytest.mark.slow
 def test_modes_of_fmus_are_those_of_their_components(tmp_path):
     rider = build(RIDER, tmp_path).path
     found = []
@@ -301,22 +361,26 @@ def test_modes_of_fmus_are_those_of_their_components(tmp_path):
             assert ours == exact or ours == pytest.approx(exact, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_system_in_one_fmu_has_no_coupling_error(tmp_path):
-    one = FmuUnit(build(ridden(MOTORCYCLE, RIDER), tmp_path).path, "ridden", {"vehicle.speed": SPEED, "vehicle.steer_rate": START})
+    one = FmuSubsystem(
+        build(ridden(MOTORCYCLE, RIDER), tmp_path).path, "ridden", {"vehicle.speed": SPEED, "vehicle.steer_rate": START}
+    )
     found = cosimulate({"ridden": one}, 1e-2, 0.5)
     exact = exact_motion(found["time"])
     assert found["ridden.vehicle.steer_angle"] == pytest.approx(exact, abs=1e-9 * np.abs(exact).max())
     one.close()
 
 
+@pytest.mark.slow
 def test_memory_does_not_grow_with_the_duration(tmp_path):
     peaks = []
     for duration in (10.0, 30.0):
-        units = ridden_fmus(MOTORCYCLE, RIDER, {"steer_rate": START}, SPEED)
+        subsystems = ridden_fmus(MOTORCYCLE, RIDER, {"steer_rate": START}, SPEED)
         tracemalloc.start()
-        cosimulate(units, 1e-3, duration, "jacobi", out=tmp_path / "run.csv")
+        cosimulate(subsystems, 1e-3, duration, "jacobi", out=tmp_path / "run.csv")
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
-        for unit in units.values():
-            unit.close()
+        for subsystem in subsystems.values():
+            subsystem.close()
     assert peaks[1] < 1.1 * peaks[0]  # rows of 10 s are 1.2 MB as numbers, more as text

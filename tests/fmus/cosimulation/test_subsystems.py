@@ -1,4 +1,4 @@
-"""Any FMU as a unit: what it can do, what it answers, what it refuses."""
+"""Any FMU as a subsystem: its capabilities, its outputs, and what it refuses."""
 
 import zipfile
 
@@ -6,23 +6,23 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from fmus.build import build
-from fmus.errors import InputError, SimulationError
-from fmus.importer import FmuUnit, model_description
+from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem, model_description
+from fmus.export.build import build
+from fmus.support.errors import InputError, SimulationError
 from rider_fmu import riders
 from vehicle_fmu import motorcycles
 
 
 @pytest.fixture
-def unit(tmp_path):
-    """Opens a component's FMU as a unit: unit(component, values, **options of build)."""
+def subsystem(tmp_path):
+    """Opens a component's FMU as a subsystem: subsystem(component, values, **options of build)."""
     made = []
 
-    def open_unit(component, values=None, **options):
-        made.append(FmuUnit(build(component, tmp_path, **options).path, "unit", values))
+    def open_subsystem(component, values=None, **options):
+        made.append(FmuSubsystem(build(component, tmp_path, **options).path, "subsystem", values))
         return made[-1]
 
-    yield open_unit
+    yield open_subsystem
     for each in made:
         each.close()
 
@@ -30,9 +30,10 @@ def unit(tmp_path):
 RIDER = riders.load("mean_2011")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [{}, {"fmi": 3}, {"backend": "python"}], ids=str)
-def test_outputs_follow_the_inputs_without_a_step(unit, options):
-    rider = unit(RIDER, **options)
+def test_outputs_follow_the_inputs_without_a_step(subsystem, options):
+    rider = subsystem(RIDER, **options)
     p = RIDER.values
     outputs = dict(zip(rider.outputs, rider.exchange(np.array([0.1, 0.2, 0.3])), strict=True))
     # At rest: T_a = -k_a delta - c_a (w + s), T_w = -c_t w.
@@ -42,8 +43,8 @@ def test_outputs_follow_the_inputs_without_a_step(unit, options):
 
 @pytest.mark.parametrize("fmi", [2, 3])
 @pytest.mark.parametrize("order", [0, 1, 2, 3])
-def test_a_step_with_polynomial_inputs_solves_the_equations(unit, order, fmi):
-    rider = unit(RIDER, fmi=fmi)
+def test_a_step_with_polynomial_inputs_solves_the_equations(subsystem, order, fmi):
+    rider = subsystem(RIDER, fmi=fmi)
     coefficients = np.zeros((4, 3))
     coefficients[: order + 1] = np.arange(1.0, 3 * (order + 1) + 1).reshape(-1, 3) / 10
     step = 0.05
@@ -58,8 +59,8 @@ def test_a_step_with_polynomial_inputs_solves_the_equations(unit, order, fmi):
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
-def test_going_back_repeats_a_step_to_the_bit(unit, fmi):
-    rider = unit(RIDER, fmi=fmi)
+def test_going_back_repeats_a_step_to_the_bit(subsystem, fmi):
+    rider = subsystem(RIDER, fmi=fmi)
     coefficients = np.vstack([np.ones(3), np.zeros((3, 3))])
     rider.step(coefficients, 0.01)
     saved = rider.save()
@@ -71,16 +72,32 @@ def test_going_back_repeats_a_step_to_the_bit(unit, fmi):
     assert np.array_equal(first, rider.state_values())
 
 
-def test_abilities_are_what_the_archive_says(unit):
-    compiled, python, third = unit(RIDER), unit(RIDER, backend="python"), unit(RIDER, fmi=3)
-    assert (third.input_order, third.output_order, third.can_go_back, third.has_directional_derivatives) == (3, 3, True, True)
-    assert (compiled.input_order, compiled.output_order, compiled.can_go_back, compiled.has_directional_derivatives) == (3, 3, True, True)
+@pytest.mark.slow
+def test_abilities_are_what_the_archive_says(subsystem):
+    compiled, python, third = subsystem(RIDER), subsystem(RIDER, backend="python"), subsystem(RIDER, fmi=3)
+    assert (third.input_order, third.output_order, third.can_restore, third.has_directional_derivatives) == (
+        3,
+        3,
+        True,
+        True,
+    )
+    assert (
+        compiled.input_order,
+        compiled.output_order,
+        compiled.can_restore,
+        compiled.has_directional_derivatives,
+    ) == (3, 3, True, True)
     assert (python.input_order, python.output_order, python.has_directional_derivatives) == (0, 0, False)
 
 
-def test_feedthrough_is_declared_or_found_by_trying(unit):
-    rider = unit(RIDER)
-    expected = {"torso_angle": [0, 0, 0], "handlebar_torque": [1, 1, 1], "frame_torque": [0, 1, 1], "torso_rate": [0, 1, 1]}
+def test_feedthrough_is_declared_or_found_by_trying(subsystem):
+    rider = subsystem(RIDER)
+    expected = {
+        "torso_angle": [0, 0, 0],
+        "handlebar_torque": [1, 1, 1],
+        "frame_torque": [0, 1, 1],
+        "torso_rate": [0, 1, 1],
+    }
     cross = RIDER.values["cross_inertia"] != 0
     for k, name in enumerate(rider.outputs):
         if cross or name == "handlebar_torque":
@@ -90,22 +107,24 @@ def test_feedthrough_is_declared_or_found_by_trying(unit):
     assert moved[rider.outputs.index("handlebar_torque")].all()
 
 
-def test_start_values_parameters_and_their_refusal(unit):
-    motorcycle = unit(motorcycles.load("sharp_1971"), {"speed": 20.0, "steer_rate": 0.5, "added_steer_inertia": 0.1})
+def test_start_values_parameters_and_their_refusal(subsystem):
+    motorcycle = subsystem(
+        motorcycles.load("sharp_1971"), {"speed": 20.0, "steer_rate": 0.5, "added_steer_inertia": 0.1}
+    )
     assert motorcycle.get("steer_rate") == 0.5
     assert motorcycle.get("added_steer_inertia") == 0.1
     assert motorcycle.present_inputs[motorcycle.inputs.index("speed")] == 20.0
-    with pytest.raises(InputError, match="unknown variable of unit 'steer_rat', did you mean 'steer_rate'"):
-        unit(motorcycles.load("sharp_1971"), {"steer_rat": 0.5})
+    with pytest.raises(InputError, match="unknown variable of subsystem 'steer_rat', did you mean 'steer_rate'"):
+        subsystem(motorcycles.load("sharp_1971"), {"steer_rat": 0.5})
     with pytest.raises(InputError, match=r"speed = -3 m/s is outside its bounds"):
-        unit(motorcycles.load("sharp_1971"), {"speed": -3.0})
+        subsystem(motorcycles.load("sharp_1971"), {"speed": -3.0})
 
 
-def test_a_step_that_fails_says_who_and_why(unit):
-    motorcycle = unit(motorcycles.load("sharp_1971"))
+def test_a_step_that_fails_says_who_and_why(subsystem):
+    motorcycle = subsystem(motorcycles.load("sharp_1971"))
     coefficients = np.zeros((4, len(motorcycle.inputs)))
     coefficients[:2, motorcycle.inputs.index("speed")] = 10.0, -20.0
-    with pytest.raises(SimulationError, match=r"unit: fmi2DoStep failed.*speed"):
+    with pytest.raises(SimulationError, match=r"subsystem: fmi2DoStep failed.*speed"):
         motorcycle.step(coefficients, 0.01)
 
 
@@ -124,4 +143,23 @@ def test_a_missing_platform_is_named(tmp_path):
             if not name.startswith("binaries/"):
                 bare.writestr(name, source.read(name))
     with pytest.raises(InputError, match=r"bare\.fmu cannot be loaded on this machine"):
-        FmuUnit(tmp_path / "bare.fmu")
+        FmuSubsystem(tmp_path / "bare.fmu")
+
+
+def test_an_instance_is_freed_at_the_end_of_a_with_block(tmp_path):
+    with FmuSubsystem(build(RIDER, tmp_path).path) as rider:
+        rider.step(np.zeros((4, len(rider.inputs))), 1e-3)
+        rider.save()
+    assert not rider.calls.alive
+    rider.close()  # once more does nothing
+    with pytest.raises(ZeroDivisionError), FmuSubsystem(build(RIDER, tmp_path).path) as failed:
+        raise ZeroDivisionError
+    assert not failed.calls.alive
+
+
+def test_the_repr_is_one_line_with_version_and_signals(subsystem):
+    assert repr(subsystem(RIDER, fmi=3)) == (
+        "<FmuSubsystem subsystem, FMI 3.0, inputs steer_angle, steer_rate, frame_rate, "
+        "outputs torso_angle, handlebar_torque, frame_torque, torso_rate>")  # fmt: skip
+    many = repr(subsystem(motorcycles.load("sharp_1971")))
+    assert "\n" not in many and len(many) < 200

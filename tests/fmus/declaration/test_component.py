@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fmus import Component, InputError, calculated, input, local, output, parameter, state
-from fmus.symbolic import symbolic
+from fmus.equations.sympy_form import symbolic
 
 
 class Pendulum(Component):
@@ -111,7 +111,9 @@ def test_equations_that_read_an_unknown_name_say_which():
 
 
 def test_equations_that_leave_something_out_say_what():
-    with pytest.raises(InputError, match=r"equations of Incomplete: missing \['energy'\], not in its table \['power'\]"):
+    with pytest.raises(
+        InputError, match=r"equations of Incomplete: missing: \['energy'\], not in its table: \['power'\]"
+    ):
         symbolic(Incomplete())
 
 

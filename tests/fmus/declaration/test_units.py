@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fmus.errors import InputError
-from fmus.units import DISPLAY, SYMBOLS, convert, unit
+from fmus.declaration.units import DISPLAY, SYMBOLS, convert, unit
+from fmus.support.errors import InputError
 
 # Factor and exponents of kg, m, s, A, K, rad, from the definitions of the units (SI brochure, Tables 4 and 8).
 DEFINITIONS = {
@@ -23,6 +23,22 @@ DEFINITIONS = {
     "1": (1.0, (0, 0, 0, 0, 0, 0)),
     "%": (0.01, (0, 0, 0, 0, 0, 0)),
     "N.m.s2/rad2": (1.0, (1, 2, 0, 0, 0, -2)),
+    # as laboratories write them
+    "°": (pi / 180, (0, 0, 0, 0, 0, 1)),
+    "°/s": (pi / 180, (0, 0, -1, 0, 0, 1)),
+    "mN.m": (1e-3, (1, 2, -2, 0, 0, 0)),
+    "N·m": (1.0, (1, 2, -2, 0, 0, 0)),
+    "N-m": (1.0, (1, 2, -2, 0, 0, 0)),
+    "N m": (1.0, (1, 2, -2, 0, 0, 0)),
+    "m s-2": (1.0, (0, 1, -2, 0, 0, 0)),
+    "m/s²": (1.0, (0, 1, -2, 0, 0, 0)),
+    # NIST Special Publication 811, Appendix B.8
+    "ft": (0.3048, (0, 1, 0, 0, 0, 0)),
+    "in": (0.0254, (0, 1, 0, 0, 0, 0)),
+    "lb": (0.45359237, (1, 0, 0, 0, 0, 0)),
+    "lbf": (4.4482216152605, (1, 1, -2, 0, 0, 0)),
+    "lbf.ft": (1.3558179483314004, (1, 2, -2, 0, 0, 0)),
+    "lb.ft2": (0.45359237 * 0.3048**2, (1, 2, 0, 0, 0, 0)),
 }
 
 
@@ -33,7 +49,10 @@ def test_a_unit_is_its_definition(name):
     assert unit(name).exponents == exponents
 
 
-@pytest.mark.parametrize("given, wanted, value", [("deg", "rad", pi), ("km/h", "m/s", 50.0), ("Nm", "N.m", 180.0), ("N.m/deg", "N.m/rad", 180 * 180 / pi)])
+@pytest.mark.parametrize(
+    "given, wanted, value",
+    [("deg", "rad", pi), ("km/h", "m/s", 50.0), ("Nm", "N.m", 180.0), ("N.m/deg", "N.m/rad", 180 * 180 / pi)],
+)
 def test_conversions(given, wanted, value):
     assert convert(180.0, given, wanted) == pytest.approx(value, rel=1e-15)
 
@@ -43,7 +62,10 @@ def test_there_and_back_is_the_same(first, second, power, value):
     name = f"{first}{power if first not in '1%' else ''}/{second}"
     in_si = unit(name).factor * value
     assert in_si / unit(name).factor == pytest.approx(value, rel=1e-14)
-    product = [power * a - b if first not in "1%" else a - b for a, b in zip(SYMBOLS[first][1], SYMBOLS[second][1], strict=True)]
+    product = [
+        power * a - b if first not in "1%" else a - b
+        for a, b in zip(SYMBOLS[first][1], SYMBOLS[second][1], strict=True)
+    ]
     assert unit(name).exponents == tuple(product)
 
 

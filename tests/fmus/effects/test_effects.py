@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from test_component import Pendulum
 
 from fmus import Effect, InputError, adds_to, linearise, parameter, state
-from fmus.symbolic import symbolic
+from fmus.equations.sympy_form import symbolic
+from tests.fmus.declaration.test_component import Pendulum
 
 STATE, INPUT = np.array([0.5, 3.0]), np.array([7.0])
 
@@ -46,7 +46,7 @@ class Maxwell(Effect):
 
 
 class Sensor(Effect):
-    """Adds to what the component is told, and to what it answers."""
+    """Adds to an input and to an output of the component."""
 
     offset = parameter("N.m", "Offset of the torque", symbol="o", min=-10, max=10, start=1)
 
@@ -133,7 +133,7 @@ def test_what_the_sensor_of_a_state_shows_is_an_output_beside_the_state():
             return -v.lag * v.rate + v.angle**3
 
     bent = Pendulum().with_effects(Late())
-    assert bent.shown("angle") == "angle_shown" and bent.shown("rate") == "rate"
+    assert bent.sensor_output("angle") == "angle_shown" and bent.sensor_output("rate") == "rate"
     space = linearise(bent, angle=0.5)
     rows = dict(zip(space.outputs, space.C, strict=True))
     # A model exchange importer sets the state and reads it again: it is no other number.

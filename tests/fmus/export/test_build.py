@@ -6,15 +6,16 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
-from importer import COMPONENTS, drive_of, held_solution
 
-from fmus.build import build
-from fmus.compilers import host_compiler
-from fmus.errors import InputError, MissingToolError
+from fmus.export.build import build
+from fmus.export.compilers import host_compiler
+from fmus.support.errors import InputError, MissingToolError
 from rider_fmu import riders
+from tests.importer import COMPONENTS, drive_of, held_solution
 from vehicle_fmu import motorcycles
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COMPONENTS)
 @pytest.mark.parametrize("backend", ["compiled", "python"])
 def test_steps_are_the_exact_solution_with_held_inputs(name, backend, opened):
@@ -26,12 +27,18 @@ def test_steps_are_the_exact_solution_with_held_inputs(name, backend, opened):
     names = component.states + component.outputs
     found = fmu.run(times, drive, names)
     states = held_solution(component, times, drive, start)
-    exact = np.array([[*x, *component.derivatives(x, np.array(list(drive(t).values())), t)[1]] for t, x in zip(times, states, strict=True)])
+    exact = np.array(
+        [
+            [*x, *component.derivatives(x, np.array(list(drive(t).values())), t)[1]]
+            for t, x in zip(times, states, strict=True)
+        ]
+    )
     scale = np.abs(exact).max(axis=0) + 1e-12
     # Exact steps differ by roundings, which a fast mode amplifies; the nonlinear ones by their tolerance 1e-10 per step.
     assert np.abs(found - exact).max(axis=0) / scale == pytest.approx(0, abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COMPONENTS)
 def test_both_back_ends_give_the_same_trajectory(name, opened):
     component = COMPONENTS[name]()
@@ -42,6 +49,7 @@ def test_both_back_ends_give_the_same_trajectory(name, opened):
     assert np.abs(one).max() > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COMPONENTS)
 def test_model_exchange_gives_the_derivatives_of_the_equations(name, opened):
     component = COMPONENTS[name]()
@@ -69,6 +77,7 @@ def test_model_exchange_and_cosimulation_agree_in_fmpy(tmp_path):
     assert ends[0] == pytest.approx(ends[1], rel=1e-6)  # the importer's integrator is held to 1e-10 per step
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("backend", ["compiled", "python"])
 def test_builds_are_valid_and_identical_to_the_byte(backend, tmp_path, monkeypatch):
     component = riders.load("mean_2011")
@@ -81,6 +90,7 @@ def test_builds_are_valid_and_identical_to_the_byte(backend, tmp_path, monkeypat
     assert first.path.name == {"compiled": "rider_mean_2011.fmu", "python": "rider_mean_2011_python.fmu"}[backend]
 
 
+@pytest.mark.slow
 def test_another_value_gives_another_identifier(tmp_path):
     one, other = (build(riders.load("mean_2011", arm_damping=d), tmp_path) for d in (19.0, 20.0))
     assert one.sha256 != other.sha256
@@ -103,7 +113,7 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path):
 def test_without_a_compiler_the_error_says_how_to_get_one(tmp_path, monkeypatch):
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", str(tmp_path))
-    monkeypatch.setattr("fmus.compilers.find_spec", lambda name: None)
+    monkeypatch.setattr("fmus.export.compilers.find_spec", lambda name: None)
     assert host_compiler() is None
     with pytest.raises(MissingToolError, match=r"pip install motofmi\[platforms\]"):
         build(riders.load("mean_2011"), tmp_path / "out")

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from fmus import Component, input, output, parameter, state
-from fmus.build import guid_of, source_contents
-from fmus.c_code import literal
-from fmus.compilers import host_compiler, zig
-from fmus.interface import Interface
-from fmus.linear import linearise
+from fmus.export.build import guid_of, source_contents
+from fmus.export.c_code import literal
+from fmus.export.compilers import host_compiler, zig
+from fmus.export.interface import Interface
+from fmus.linear_analysis.linearisation import linearise
 from rider_fmu import riders
-from rider_fmu.full_rider import on_rig
+from rider_fmu.components.full_rider import on_rig
 from vehicle_fmu import dampers, motorcycles
 
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
@@ -34,13 +34,22 @@ class Words(Component):
     switched = output("1", "A switch inside a switch")
 
     def mass(self, v, m):
-        return {("value", "value"): 2 + v.gain + v.other**2, ("value", "other"): m.sin(v.value), ("other", "value"): v.double}
+        return {
+            ("value", "value"): 2 + v.gain + v.other**2,
+            ("value", "other"): m.sin(v.value),
+            ("other", "value"): v.double,
+        }
 
     def equations(self, v, m):
         x, y = v.value, v.other
         return {
             "der(value)": m.sin(x) * m.cos(y) + m.exp(-(x**2)) + v.gain**-3 * m.atan2(x, 2 + y**2) + v.time * y,
-            "der(other)": m.tanh(x) - m.sqrt(1 + y**2) + m.log(2 + x**4) + m.sinh(0.1 * x) - m.cosh(0.1 * y) + m.tan(0.1 * x) * v.double,
+            "der(other)": m.tanh(x)
+            - m.sqrt(1 + y**2)
+            + m.log(2 + x**4)
+            + m.sinh(0.1 * x)
+            - m.cosh(0.1 * y)
+            + m.tan(0.1 * x) * v.double,
             "smooth": m.asin(0.1 * x) + m.acos(0.1 * y) + m.atan(x) + v.signal / 3 + m.pi,
             "kinked": m.absolute(x) * m.sign(y) + m.maximum(x, v.signal) + m.minimum(y, v.gain * x),
             "switched": m.where(x > y, m.where(v.signal > 0, x, x * y), v.gain / (1 + x**2)),
@@ -53,7 +62,11 @@ def compiled_library(component, folder, fmi=2):
     interface = Interface(component)
     for name, data in source_contents(interface, fmi).items():
         (folder / name.rpartition("/")[2]).write_bytes(data)
-    subprocess.run([*host_compiler(), *STRICT, "-O1", "-fPIC", "-shared", "-o", "model.so", f"fmi{fmi}_fmu.c", "-lm"], cwd=folder, check=True)
+    subprocess.run(
+        [*host_compiler(), *STRICT, "-O1", "-fPIC", "-shared", "-o", "model.so", f"fmi{fmi}_fmu.c", "-lm"],
+        cwd=folder,
+        check=True,
+    )
     return interface, ctypes.CDLL(str(folder / "model.so"))
 
 
@@ -85,6 +98,7 @@ LOADED = {
 WITHIN_REACH = ("steer_angle", "torso_angle")  # of the full rider
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LOADED)
 def test_c_computes_what_the_equations_compute(name, tmp_path):
     component = LOADED[name]()
@@ -95,7 +109,9 @@ def test_c_computes_what_the_equations_compute(name, tmp_path):
     random = np.random.default_rng(2)
     for _ in range(20):
         values = {**component.start_values(), "time": random.uniform(0, 5)}
-        values.update({n: random.uniform(-2, 2) for n in component.states}, **{n: random.uniform(1, 9) for n in component.inputs})
+        values.update(
+            {n: random.uniform(-2, 2) for n in component.states}, **{n: random.uniform(1, 9) for n in component.inputs}
+        )
         values.update({n: random.uniform(-0.2, 0.2) for n in WITHIN_REACH if n in values and "full" in name})
         z = np.zeros(model.n_values + model.n_terms)
         for variable_name, value in values.items():
@@ -107,19 +123,28 @@ def test_c_computes_what_the_equations_compute(name, tmp_path):
         model.mass(z.ctypes.data, mass.ctypes.data)
         model.outputs(z.ctypes.data)
         rates = np.linalg.solve(mass, f) if nx else f
-        expected, outputs = component.derivatives(*(np.array([values[n] for n in names]) for names in (component.states, component.inputs)), values["time"])
+        expected, outputs = component.derivatives(
+            *(np.array([values[n] for n in names]) for names in (component.states, component.inputs)), values["time"]
+        )
         # The same sums in another order: roundings, weighed by the largest term.
         assert rates == pytest.approx(expected, rel=1e-10, abs=1e-12 * max(1, *np.abs(expected), 1))
         found = z[[model.output_references[i] for i in range(ny)]]
         assert found == pytest.approx(outputs, rel=1e-10, abs=1e-12)
         model.jacobian(z.ctypes.data, np.ascontiguousarray(rates).ctypes.data, jacobian.ctypes.data)
         linear = linearise(component, **values)
-        assert jacobian[nx:, :nx] == pytest.approx(linear.C, rel=1e-10, abs=1e-9) and jacobian[nx:, nx:-1] == pytest.approx(linear.D, rel=1e-10, abs=1e-9)
+        assert jacobian[nx:, :nx] == pytest.approx(linear.C, rel=1e-10, abs=1e-9) and jacobian[
+            nx:, nx:-1
+        ] == pytest.approx(linear.D, rel=1e-10, abs=1e-9)
         if nx:
-            assert np.linalg.solve(mass, jacobian[:nx, :nx]) == pytest.approx(linear.A, rel=1e-9, abs=1e-9 * np.abs(linear.A).max())
-            assert np.linalg.solve(mass, jacobian[:nx, nx:-1]) == pytest.approx(linear.B, rel=1e-9, abs=1e-9 * (1 + np.abs(linear.B).max()))
+            assert np.linalg.solve(mass, jacobian[:nx, :nx]) == pytest.approx(
+                linear.A, rel=1e-9, abs=1e-9 * np.abs(linear.A).max()
+            )
+            assert np.linalg.solve(mass, jacobian[:nx, nx:-1]) == pytest.approx(
+                linear.B, rel=1e-9, abs=1e-9 * (1 + np.abs(linear.B).max())
+            )
 
 
+@pytest.mark.slow
 def test_the_runtime_of_fmi_3_has_no_warnings(tmp_path):
     _, library = compiled_library(Words("words"), tmp_path, fmi=3)
     assert ctypes.CFUNCTYPE(ctypes.c_char_p)(("fmi3GetVersion", library))() == b"3.0"
@@ -131,6 +156,7 @@ def test_a_second_compiler_has_no_warnings_either(fmi, tmp_path):
     without_warnings(["clang"], fmi, tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(find_spec("ziglang") is None, reason="ziglang is not installed (pip install motofmi[platforms])")
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_nor_has_the_compiler_for_all_platforms(fmi, tmp_path):
@@ -143,14 +169,35 @@ def without_warnings(compiler, fmi, folder):
     subprocess.run([*compiler, *STRICT, "-c", "-o", "fmu.o", f"fmi{fmi}_fmu.c"], cwd=folder, check=True)
 
 
+@pytest.mark.slow
 def test_only_the_c_runtime_and_its_mathematics_are_needed(tmp_path):
     if shutil.which("nm") is None:
         pytest.skip("nm is not installed")
     compiled_library(riders.load("mean_2011"), tmp_path)
-    listed = subprocess.run(["nm", "-D", "--undefined-only", "model.so"], cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+    listed = subprocess.run(
+        ["nm", "-D", "--undefined-only", "model.so"], cwd=tmp_path, capture_output=True, text=True, check=True
+    ).stdout
     needed = {line.split()[-1].split("@")[0] for line in listed.splitlines()}
-    weak = {"_ITM_deregisterTMCloneTable", "_ITM_registerTMCloneTable", "__cxa_finalize", "__gmon_start__", "__stack_chk_fail"}
-    c = {"calloc", "free", "malloc", "memcmp", "memcpy", "memset", "snprintf", "strcmp", "strcpy", "strlen", "vsnprintf"}
+    weak = {
+        "_ITM_deregisterTMCloneTable",
+        "_ITM_registerTMCloneTable",
+        "__cxa_finalize",
+        "__gmon_start__",
+        "__stack_chk_fail",
+    }
+    c = {
+        "calloc",
+        "free",
+        "malloc",
+        "memcmp",
+        "memcpy",
+        "memset",
+        "snprintf",
+        "strcmp",
+        "strcpy",
+        "strlen",
+        "vsnprintf",
+    }
     assert needed - weak <= c | {"exp2", "fmax", "fmin", "ldexp", "log2", "pow", "sqrt", "sin", "cos", "floor"}
 
 
@@ -161,6 +208,8 @@ def test_numbers_keep_all_their_digits():
 
 
 def test_a_guid_follows_from_the_content():
-    one, other = (source_contents(Interface(riders.load("mean_2011", arm_damping=d)), 2)["modelDescription.xml"] for d in (19, 20))
+    one, other = (
+        source_contents(Interface(riders.load("mean_2011", arm_damping=d)), 2)["modelDescription.xml"] for d in (19, 20)
+    )
     assert one != other
     assert guid_of("0" * 64) == "{00000000-0000-0000-0000-000000000000}"

@@ -6,10 +6,10 @@ import sys
 import pytest
 
 from fmus import Component, input, output, parameter
-from fmus.build import build
-from fmus.compilers import host_compiler
-from fmus.effects.library import load_module
-from fmus.origin import origin
+from fmus.export.build import build
+from fmus.export.cache_key import cache_key
+from fmus.export.compilers import host_compiler
+from fmus.support.modules import load_module
 from rider_fmu import riders
 
 LAW = "def law(v):\n    return {gain} * v.force\n"
@@ -30,7 +30,7 @@ class Spring(Component):
 def spring(tmp_path, monkeypatch):
     """spring(gain, bound): a component whose equation is a function of another file."""
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # compiled files are told apart by size and second only
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # compiled files are distinguished by size and second only
 
     def written(gain, bound=""):
         (tmp_path / "law_of_spring.py").write_text(LAW.format(gain=gain))
@@ -45,8 +45,8 @@ def spring(tmp_path, monkeypatch):
         sys.modules.pop(name, None)
 
 
-def test_equal_components_have_one_origin():
-    assert origin(riders.load("mean_2011")) == origin(riders.load("mean_2011")) is not None
+def test_equal_components_have_one_key():
+    assert cache_key(riders.load("mean_2011")) == cache_key(riders.load("mean_2011")) is not None
 
 
 def test_values_names_and_effects_are_in_it():
@@ -55,7 +55,7 @@ def test_values_names_and_effects_are_in_it():
     other.source += " "
     hardening = riders.load("mean_2011").with_effects(*(e() for e in riders_effects()[:1]))
     changed = [rider.with_values(arm_damping=20.0), riders.load("1_2011"), other, hardening]
-    assert len({origin(c) for c in (rider, *changed)}) == 5 and None not in map(origin, changed)
+    assert len({cache_key(c) for c in (rider, *changed)}) == 5 and None not in map(cache_key, changed)
 
 
 def riders_effects():
@@ -64,10 +64,10 @@ def riders_effects():
 
 
 def test_the_text_of_every_file_that_the_equations_reach_is_in_it(spring):
-    first = origin(spring(2))
-    assert first == origin(spring(2)) is not None
-    assert origin(spring(3)) != first  # another file than the component's
-    assert origin(spring(2, ", max=5")) not in (None, first)
+    first = cache_key(spring(2))
+    assert first == cache_key(spring(2)) is not None
+    assert cache_key(spring(3)) != first  # another file than the component's
+    assert cache_key(spring(2, ", max=5")) not in (None, first)
 
 
 def test_what_cannot_be_read_from_files_has_none():
@@ -81,17 +81,21 @@ def test_what_cannot_be_read_from_files_has_none():
 
         return Spring("spring")
 
-    assert origin(made_inside(2)) is None
+    assert cache_key(made_inside(2)) is None
     written_nowhere = {"Component": Component, "parameter": parameter, "__name__": "written_nowhere"}
-    exec("class Empty(Component):\n    gain = parameter('1', 'Gain')\n    def equations(self, v, m): return {}", written_nowhere)
-    assert origin(written_nowhere["Empty"]("empty")) is None
+    exec(
+        "class Empty(Component):\n    gain = parameter('1', 'Gain')\n    def equations(self, v, m): return {}",
+        written_nowhere,
+    )
+    assert cache_key(written_nowhere["Empty"]("empty")) is None
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(host_compiler() is None, reason="no C compiler on this machine")
 def test_a_second_build_derives_nothing_and_a_changed_equation_is_another_archive(spring, tmp_path, monkeypatch):
     first = build(spring(2), tmp_path / "one")
     changed = build(spring(3), tmp_path / "other")
     assert changed.sha256 != first.sha256
     again = spring(2)
-    monkeypatch.setattr("fmus.interface.symbolic", lambda component: pytest.fail("derived again"))
+    monkeypatch.setattr("fmus.export.interface.symbolic", lambda component: pytest.fail("derived again"))
     assert build(again, tmp_path / "two").sha256 == first.sha256

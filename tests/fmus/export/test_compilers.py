@@ -11,15 +11,18 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
-from importer import COMPONENTS, Opened
 
-from fmus.build import build, build_all
-from fmus.compilers import PLATFORMS, host, universal, zig
-from fmus.errors import InputError
+from fmus.export.build import build, build_all
+from fmus.export.compilers import PLATFORMS, host, universal, zig
+from fmus.support.errors import InputError
 from rider_fmu import riders
+from tests import ROOT
+from tests.importer import COMPONENTS, Opened
 
-HOST_PROGRAM = Path(__file__).parent / "c" / "run_fmu.c"
-needs_zig = pytest.mark.skipif(find_spec("ziglang") is None, reason="ziglang is not installed (pip install motofmi[platforms])")
+HOST_PROGRAM = ROOT / "tests" / "c" / "run_fmu.c"
+needs_zig = pytest.mark.skipif(
+    find_spec("ziglang") is None, reason="ziglang is not installed (pip install motofmi[platforms])"
+)
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +31,10 @@ def archives(tmp_path_factory):
     folder, cache = tmp_path_factory.mktemp("out"), tmp_path_factory.mktemp("cache")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("MOTOFMI_CACHE", str(cache))
-        return {fmi: build_all(COMPONENTS["rider"](), folder, fmi=fmi, platforms="linux-x86_64,linux-arm64,macos") for fmi in (2, 3)}
+        return {
+            fmi: build_all(COMPONENTS["rider"](), folder, fmi=fmi, platforms="linux-x86_64,linux-arm64,macos")
+            for fmi in (2, 3)
+        }
 
 
 def libraries(built):
@@ -36,6 +42,7 @@ def libraries(built):
         return {n.split("/")[1]: archive.read(n) for n in archive.namelist() if n.startswith("binaries/")}
 
 
+@pytest.mark.slow
 @needs_zig
 def test_archives_and_their_names(archives):
     assert [b.path.name for b in archives[2]] == ["rider_mean_2011.fmu", "rider_mean_2011_arm64.fmu"]
@@ -46,6 +53,7 @@ def test_archives_and_their_names(archives):
         assert built.path.stat().st_size < 300_000
 
 
+@pytest.mark.slow
 @needs_zig
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_the_largest_component_for_all_platforms_is_no_large_archive(fmi, tmp_path):
@@ -53,6 +61,7 @@ def test_the_largest_component_for_all_platforms_is_no_large_archive(fmi, tmp_pa
         assert built.path.stat().st_size < 300_000
 
 
+@pytest.mark.slow
 @needs_zig
 def test_linux_libraries_need_no_newer_c_library_than_2_17(archives):
     machines = {"linux64": 62, "x86_64-linux": 62, "aarch64-linux": 183}  # ELF's e_machine: x86-64, AArch64
@@ -65,6 +74,7 @@ def test_linux_libraries_need_no_newer_c_library_than_2_17(archives):
                 assert b"Py_" not in data and b"PyObject" not in data
 
 
+@pytest.mark.slow
 @needs_zig
 def test_the_library_for_macos_is_universal(archives):
     data = libraries(archives[2][0])["darwin64"]
@@ -76,6 +86,7 @@ def test_the_library_for_macos_is_universal(archives):
         assert offset + size <= len(data)
 
 
+@pytest.mark.slow
 def test_universal_keeps_every_slice():
     thin = [struct.pack("<III", 0xFEEDFACF, 7, 3) + bytes([i]) * 100 for i in range(3)]
     data = universal(thin)
@@ -84,6 +95,7 @@ def test_universal_keeps_every_slice():
         assert data[offset : offset + size] == thin[i]
 
 
+@pytest.mark.slow
 @needs_zig
 def test_a_second_build_has_the_same_bytes(archives, tmp_path, monkeypatch):
     monkeypatch.setenv("MOTOFMI_CACHE", str(tmp_path / "empty"))
@@ -91,6 +103,7 @@ def test_a_second_build_has_the_same_bytes(archives, tmp_path, monkeypatch):
     assert again[0].path.read_bytes() == archives[3][0].path.read_bytes()
 
 
+@pytest.mark.slow
 @needs_zig
 @pytest.mark.skipif(host().name != "linux-x86_64", reason="the library is one for Linux on x86-64")
 def test_zig_and_the_host_s_compiler_give_the_same_trajectory(archives, opened):
@@ -107,10 +120,18 @@ def outputs_by_host_program(command, target, library, description, tmp_path, suf
     program = f"run_fmu{suffix}"
     headers = Path(fmpy.__file__).parent / "c-code"
     link = [] if "windows" in target else ["-ldl"]
-    subprocess.run([*zig(), "-target", target, "-I", str(headers), str(HOST_PROGRAM), "-o", program, *link], cwd=tmp_path, check=True)
-    kinds = {k: [str(v.valueReference) for v in description.modelVariables if v.causality == k] for k in ("input", "output")}
+    subprocess.run(
+        [*zig(), "-target", target, "-I", str(headers), str(HOST_PROGRAM), "-o", program, *link],
+        cwd=tmp_path,
+        check=True,
+    )
+    kinds = {
+        k: [str(v.valueReference) for v in description.modelVariables if v.causality == k] for k in ("input", "output")
+    }
     arguments = [f"./{library}", description.guid, "50", *kinds["input"], "--", *kinds["output"]]
-    done = subprocess.run([*command, f"./{program}", *arguments], cwd=tmp_path, capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [*command, f"./{program}", *arguments], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
     return np.array([float(x) for x in done.stdout.split()])
 
 
@@ -123,8 +144,12 @@ def expected_outputs(description, component, opened):
     return fmu.get(*(v.name for v in description.modelVariables if v.causality == "output"))
 
 
+@pytest.mark.slow
 @needs_zig
-@pytest.mark.parametrize(("platform", "runner", "suffix"), [("linux-x86_64", None, ""), ("windows-x86_64", "wine", ".exe"), ("linux-arm64", "qemu-aarch64", "")])
+@pytest.mark.parametrize(
+    ("platform", "runner", "suffix"),
+    [("linux-x86_64", None, ""), ("windows-x86_64", "wine", ".exe"), ("linux-arm64", "qemu-aarch64", "")],
+)
 def test_libraries_of_other_platforms_give_the_same_numbers(platform, runner, suffix, opened, tmp_path):
     command = []
     if runner is None and host().name != platform:
@@ -147,6 +172,7 @@ def test_libraries_of_other_platforms_give_the_same_numbers(platform, runner, su
     assert found == pytest.approx(expected_outputs(description, component, opened), rel=1e-11)
 
 
+@pytest.mark.slow
 def test_two_kinds_of_linux_in_one_fmi_2_archive_are_refused(tmp_path):
     with pytest.raises(InputError, match="share one folder"):
         build(COMPONENTS["rider"](), tmp_path, platforms="all")

@@ -1,31 +1,34 @@
 """The pages about the components: committed as rendered, and equations that are those that run."""
 
-from pathlib import Path
 
 import pytest
 import sympy
-from test_component import Pendulum
 
-from fmus.documentation import page, read
-from fmus.symbolic import symbolic
+from fmus.equations.sympy_form import symbolic
+from fmus.export.component_page import page, read
+from motofmi.scenarios.what_is_in_each_component import main, pages
 from rider_fmu import PassiveRider
-from scenarios.write_the_documentation import main, pages
+from tests import ROOT
+from tests.fmus.declaration.test_component import Pendulum
 from vehicle_fmu import DAMPERS, VEHICLES
 
-FOLDER = Path(__file__).parent.parent / "docs" / "components"
+FOLDER = ROOT / "docs" / "components"
 PAGES = pages()
 
 
 @pytest.mark.parametrize("name", PAGES)
 def test_the_committed_page_is_the_rendered_one(name):
-    assert (FOLDER / name).is_file(), "run python -m scenarios.write_the_documentation"
-    assert (FOLDER / name).read_text("utf-8") == PAGES[name], "run python -m scenarios.write_the_documentation"
+    assert (FOLDER / name).is_file(), "run python -m motofmi.scenarios.what_is_in_each_component"
+    assert (FOLDER / name).read_text("utf-8") == PAGES[name], (
+        "run python -m motofmi.scenarios.what_is_in_each_component"
+    )
 
 
 def test_no_page_is_left_over():
     assert {p.name for p in FOLDER.iterdir()} == set(PAGES)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [PassiveRider, *VEHICLES.values(), *DAMPERS.values()], ids=lambda k: k.__name__)
 def test_the_steps_put_together_are_the_equations_that_run(kind):
     reading, form = read(kind()), symbolic(kind())
@@ -56,6 +59,7 @@ def test_a_page_has_the_equations_in_steps():
     assert "* mine: Somebody's table" in text and "| $k$ [N.m/rad] | 3 |" in text
 
 
+@pytest.mark.slow
 def test_pages_are_written_into_a_folder(tmp_path, capsys):
     main([str(tmp_path)])
     assert {p.name: p.read_text("utf-8") for p in (tmp_path / "components").iterdir()} == PAGES

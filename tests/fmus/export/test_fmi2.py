@@ -1,26 +1,26 @@
-"""What FMI 2.0 makes optional, and how the FMU answers misuse. Exactness against solutions nobody here wrote."""
+"""What FMI 2.0 makes optional, and how the FMU reacts to misuse. Exactness against solutions nobody here wrote."""
 
 import json
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import fmpy
 import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
-from importer import COMPONENTS, Opened, drive_of
 from scipy.integrate import solve_ivp
 
 from fmus import linearise
-from fmus.build import build
+from fmus.export.build import build
 from rider_fmu import riders
+from tests import ROOT
+from tests.importer import COMPONENTS, Opened, drive_of
 from vehicle_fmu import motorcycles
 
 RESTORE = """
 import json, sys
-from importer import Opened
+from tests.importer import Opened
 import numpy as np
 given = json.load(sys.stdin)
 fmu = Opened(given["path"]).start()
@@ -40,6 +40,7 @@ def wandered(fmu, component, end=0.2):
     return end
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["rider", "motorcycle", "oscillator", "damper"])
 def test_a_restored_state_repeats_the_step_to_the_last_bit(name, opened):
     component = COMPONENTS[name]()
@@ -55,6 +56,7 @@ def test_a_restored_state_repeats_the_step_to_the_last_bit(name, opened):
     fmu.fmu.freeFMUstate(state)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["rider", "motorcycle", "oscillator"])
 def test_serialised_states_are_the_same_bytes_again_and_work_in_another_process(name, opened, tmp_path):
     component = COMPONENTS[name]()
@@ -68,10 +70,11 @@ def test_serialised_states_are_the_same_bytes_again_and_work_in_another_process(
     fmu.fmu.doStep(now, 0.01)
     given = {"path": str(build(component, tmp_path).path), "bytes": list(data), "time": now, "names": names}
     done = subprocess.run([sys.executable, "-c", RESTORE], input=json.dumps(given), capture_output=True, text=True, check=True,
-                          cwd=Path(__file__).parent)  # fmt: skip
+                          cwd=ROOT)  # fmt: skip
     assert [float.fromhex(x) for x in json.loads(done.stdout)] == list(fmu.get(*names))
 
 
+@pytest.mark.slow
 def test_bytes_of_another_model_are_refused(opened):
     one, other = opened(riders.load("mean_2011")).start(), opened(riders.load("1_2011")).start()
     data = one.fmu.serializeFMUstate(one.fmu.getFMUstate())
@@ -80,6 +83,7 @@ def test_bytes_of_another_model_are_refused(opened):
     assert "no FMU state of this model" in other.log[-1][1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COMPONENTS)
 def test_directional_derivatives_are_the_jacobian(name, opened):
     component = COMPONENTS[name]()
@@ -101,8 +105,12 @@ def test_directional_derivatives_are_the_jacobian(name, opened):
     assert found == pytest.approx(expected @ seed, rel=1e-10, abs=1e-10 * np.abs(expected).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [1, 2, 3])
-@pytest.mark.parametrize(("name", "ramped_speed"), [("rider", False), ("motorcycle", False), ("motorcycle", True), ("inerter", False), ("oscillator", False)])
+@pytest.mark.parametrize(
+    ("name", "ramped_speed"),
+    [("rider", False), ("motorcycle", False), ("motorcycle", True), ("inerter", False), ("oscillator", False)],
+)
 def test_inputs_as_polynomials_in_time(name, order, ramped_speed, opened):
     component = COMPONENTS[name]()
     moving = [n for n in component.inputs if ramped_speed or n != "speed"]
@@ -118,10 +126,14 @@ def test_inputs_as_polynomials_in_time(name, order, ramped_speed, opened):
 
     def inputs(t):
         factors = t ** np.arange(order + 1) / np.cumprod([1, *range(1, order + 1)])
-        return np.array([coefficients[n] @ factors if n in moving else component.table[n].start for n in component.inputs])
+        return np.array(
+            [coefficients[n] @ factors if n in moving else component.table[n].start for n in component.inputs]
+        )
 
     x0 = np.array([component.table[n].start for n in component.states])
-    solved = solve_ivp(lambda t, x: component.derivatives(x, inputs(t), t)[0], (0, step), x0, method="Radau", rtol=1e-12, atol=1e-14)
+    solved = solve_ivp(
+        lambda t, x: component.derivatives(x, inputs(t), t)[0], (0, step), x0, method="Radau", rtol=1e-12, atol=1e-14
+    )
     fmu.fmu.doStep(0.0, step)
     # scipy's own error over the step is some times its tolerance; ours is 1e-10 where the step is not exact.
     scale = np.abs(solved.y).max(axis=1) + 1e-6
@@ -165,7 +177,10 @@ def test_a_message_names_variable_value_and_bounds_and_nothing_changes(opened):
         ({"steer_rate": 2.0, "arm_damping": -1.0}, "arm_damping = -1 N.m.s/rad is outside its bounds [0, 100000]"),
         ({"steer_angle": float("nan")}, "steer_angle = nan rad is not a finite number"),
         ({"steer_angle": float("inf")}, "steer_angle = inf rad is not a finite number"),
-        ({"added_steer_inertia": 0.1}, "added_steer_inertia is a fixed parameter: it can be set only before initialisation is over"),
+        (
+            {"added_steer_inertia": 0.1},
+            "added_steer_inertia is a fixed parameter: it can be set only before initialisation is over",
+        ),
         ({"torso_angle": 0.1}, "torso_angle is a state: it can be set only before initialisation is over"),
         ({"handlebar_torque": 0.1}, "handlebar_torque is calculated and cannot be set"),
         ({"time": 0.1}, "time is the time, which the steps set"),
@@ -201,16 +216,26 @@ def test_a_polynomial_that_leaves_the_bounds_discards_the_step(opened):
     assert "speed = -10 m/s at the end of the step is outside [0.1, 200]" in fmu.log[-1][1]
 
 
+@pytest.mark.slow
 def test_a_tunable_parameter_takes_effect_at_the_next_step(opened):
-    fast, slow = opened(riders.load("mean_2011", arm_damping=40.0)).start(torso_angle=0.1), opened(riders.load("mean_2011")).start(torso_angle=0.1)
+    fast, slow = (
+        opened(riders.load("mean_2011", arm_damping=40.0)).start(torso_angle=0.1),
+        opened(riders.load("mean_2011")).start(torso_angle=0.1),
+    )
     slow.fmu.doStep(0.0, 0.01)
     slow.set(arm_damping=40.0)
     fast.fmu.doStep(0.0, 0.01)
     assert slow.get("torso_angle") != fast.get("torso_angle")
-    other = opened(riders.load("mean_2011")).start(torso_angle=float(slow.get("torso_angle")[0]), torso_momentum=float(slow.get("torso_momentum")[0]), arm_damping=40.0)
+    other = opened(riders.load("mean_2011")).start(
+        torso_angle=float(slow.get("torso_angle")[0]),
+        torso_momentum=float(slow.get("torso_momentum")[0]),
+        arm_damping=40.0,
+    )
     slow.fmu.doStep(0.01, 0.01)
     other.fmu.doStep(0.0, 0.01)
-    assert slow.get("torso_angle", "handlebar_torque").tobytes() == other.get("torso_angle", "handlebar_torque").tobytes()
+    assert (
+        slow.get("torso_angle", "handlebar_torque").tobytes() == other.get("torso_angle", "handlebar_torque").tobytes()
+    )
 
 
 def test_a_calculated_parameter_follows(opened):
@@ -275,6 +300,7 @@ def test_instances_share_nothing_not_even_between_threads(tmp_path):
     assert len(set(alone)) == 6
 
 
+@pytest.mark.slow
 def test_beyond_the_reach_of_the_arms_the_step_says_where(opened):
     """A state that leaves its bounds and equations that have no value name what is to blame, and nothing has changed."""
     rider = riders.load("full_mean_2011")
@@ -285,10 +311,15 @@ def test_beyond_the_reach_of_the_arms_the_step_says_where(opened):
         fmu.fmu.doStep(0.0, 0.05)
     assert raised.value.status == fmpy.fmi2.fmi2Discard
     assert "torso_angle = -0." in fmu.log[-1][1] and "is outside its bounds [-0.35, 0.35]" in fmu.log[-1][1]
-    short = opened(rider.with_values(upper_arm_length=0.26, forearm_length=0.26, upper_arm_centre=0.1, forearm_centre=0.1)).start(steer_angle=0.6)
+    short = opened(
+        rider.with_values(upper_arm_length=0.26, forearm_length=0.26, upper_arm_centre=0.1, forearm_centre=0.1)
+    ).start(steer_angle=0.6)
     with pytest.raises(FMICallException):
         short.fmu.doStep(0.0, 0.01)
-    assert "der(torso_angle) has no value at time = " in short.log[-1][1] and ", steer_angle = 0.6 rad, " in short.log[-1][1]
+    assert (
+        "der(torso_angle) has no value at time = " in short.log[-1][1]
+        and ", steer_angle = 0.6 rad, " in short.log[-1][1]
+    )
     fmu.set(frame_rate=0.0)
     assert fmu.fmu.serializeFMUstate(fmu.fmu.getFMUstate()) == before
     fmu.fmu.doStep(0.0, 0.02)

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
 from fmpy.validation import validate_fmu
-from importer import COMPONENTS, Opened3, drive_of
 from lxml import etree
 
 from fmus import linearise
-from fmus.build import build
+from fmus.export.build import build
 from rider_fmu import riders
+from tests.importer import COMPONENTS, Opened3, drive_of
 
 
 @pytest.fixture
@@ -29,14 +29,19 @@ def opened3(tmp_path):
         each.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COMPONENTS)
 def test_trajectories_are_those_of_fmi_2_to_the_last_bit(name, opened, opened3):
     component = COMPONENTS[name]()
     names = component.states + component.outputs + tuple(f"der({n})" for n in component.states)
     times, drive = np.linspace(0, 0.3, 31), drive_of(component)
-    assert opened3(component).start().run(times, drive, names).tobytes() == opened(component).start().run(times, drive, names).tobytes()
+    assert (
+        opened3(component).start().run(times, drive, names).tobytes()
+        == opened(component).start().run(times, drive, names).tobytes()
+    )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["rider", "motorcycle", "progressive", "system", "oscillator"])
 def test_archives_are_valid(name, tmp_path):
     path = build(COMPONENTS[name](), tmp_path, fmi=3).path
@@ -44,6 +49,7 @@ def test_archives_are_valid(name, tmp_path):
     assert validate_fmu(str(path)) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("file", "schema"), [("terminalsAndIcons/terminalsAndIcons.xml", "fmi3TerminalsAndIcons.xsd"),
                                               ("sources/buildDescription.xml", "fmi3BuildDescription.xsd")])  # fmt: skip
 def test_the_other_files_follow_the_standard_s_schema(file, schema, tmp_path):
@@ -54,6 +60,7 @@ def test_the_other_files_follow_the_standard_s_schema(file, schema, tmp_path):
     etree.XMLSchema(etree.parse(folder + schema)).assertValid(document)
 
 
+@pytest.mark.slow
 def test_the_port_is_a_terminal(tmp_path):
     members = {}
     for name in ("rider", "motorcycle"):
@@ -67,6 +74,7 @@ def test_the_port_is_a_terminal(tmp_path):
         "steer_angle": "signal", "steer_rate": "signal", "frame_rate": "signal", "handlebar_torque": "inflow", "frame_torque": "inflow"}  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COMPONENTS)
 def test_directional_and_adjoint_derivatives(name, opened3):
     component = COMPONENTS[name]()
@@ -81,10 +89,15 @@ def test_directional_and_adjoint_derivatives(name, opened3):
     seed, weights = random.normal(size=len(knowns)), random.normal(size=len(unknowns))
     # The same symbolic expressions on two ways: roundings, weighed by the largest entry.
     size = 1e-10 * np.abs(matrix).max()
-    assert np.array(fmu.fmu.getDirectionalDerivative(unknowns, knowns, list(seed))) == pytest.approx(matrix @ seed, rel=1e-10, abs=size)
-    assert np.array(fmu.fmu.getAdjointDerivative(unknowns, knowns, list(weights), nSensitivity=len(knowns))) == pytest.approx(weights @ matrix, rel=1e-10, abs=size)
+    assert np.array(fmu.fmu.getDirectionalDerivative(unknowns, knowns, list(seed))) == pytest.approx(
+        matrix @ seed, rel=1e-10, abs=size
+    )
+    assert np.array(
+        fmu.fmu.getAdjointDerivative(unknowns, knowns, list(weights), nSensitivity=len(knowns))
+    ) == pytest.approx(weights @ matrix, rel=1e-10, abs=size)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["rider", "motorcycle", "oscillator"])
 def test_inputs_as_polynomials_by_intermediate_update_are_those_by_input_derivatives(name, tmp_path, opened, opened3):
     component = COMPONENTS[name]()
@@ -113,7 +126,10 @@ def test_inputs_as_polynomials_by_intermediate_update_are_those_by_input_derivat
 
 def test_an_input_that_is_left_alone_is_held(opened, opened3):
     component = COMPONENTS["motorcycle"]()
-    three, two = opened3(component, moves=lambda t: {}).start(roll_angle=0.1, speed=20.0), opened(component).start(roll_angle=0.1, speed=20.0)
+    three, two = (
+        opened3(component, moves=lambda t: {}).start(roll_angle=0.1, speed=20.0),
+        opened(component).start(roll_angle=0.1, speed=20.0),
+    )
     for fmu in (two, three):
         fmu.fmu.doStep(0.0, 0.05)
     assert three.get(*component.states).tobytes() == two.get(*component.states).tobytes()
@@ -152,7 +168,9 @@ def test_slopes_of_outputs(opened3, opened):
     references = two.references(component.outputs)
     for order in (1, 2, 3):
         orders = [order] * len(references)
-        assert three.fmu.getOutputDerivatives(references, orders) == two.fmu.getRealOutputDerivatives(references, orders)
+        assert three.fmu.getOutputDerivatives(references, orders) == two.fmu.getRealOutputDerivatives(
+            references, orders
+        )
 
 
 def test_misuse_is_refused_with_a_message_and_the_instance_works_on(opened3):

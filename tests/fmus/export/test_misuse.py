@@ -6,15 +6,18 @@ Here are some thousands per component; `python -m benchmarks` has the study with
 import shutil
 
 import pytest
-from importer import COMPONENTS
 
 from benchmarks.fmu_misuse import calls_under, compiled_misuse, have_sanitisers
-from fmus.compilers import host_compiler
+from fmus.export.compilers import host_compiler
+from tests.importer import COMPONENTS
 
 pytestmark = pytest.mark.skipif(host_compiler() is None, reason="no C compiler on this machine")
 
 
-@pytest.mark.parametrize(("name", "fmi"), [("rider", 2), ("motorcycle", 3), ("progressive", 2), ("oscillator", 2), ("oscillator", 3)])
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "fmi"), [("rider", 2), ("motorcycle", 3), ("progressive", 2), ("oscillator", 2), ("oscillator", 3)]
+)
 def test_random_calls_under_the_sanitisers(name, fmi, tmp_path):
     if not have_sanitisers():
         pytest.skip("the compiler has no address and undefined-behaviour sanitisers")
@@ -24,10 +27,13 @@ def test_random_calls_under_the_sanitisers(name, fmi, tmp_path):
     assert found["report"] == "" and min(found["ok"], found["error"]) > 2000 and found["steps"] > 50
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_no_leak_under_valgrind(fmi, tmp_path):
     if shutil.which("valgrind") is None:
         pytest.skip("valgrind is not installed")
     program = compiled_misuse(COMPONENTS["oscillator"](), fmi, tmp_path, sanitised=False)
-    found = calls_under(["valgrind", "--quiet", "--error-exitcode=9", "--leak-check=full", program.path], program, 3000, seed=2)
+    found = calls_under(
+        ["valgrind", "--quiet", "--error-exitcode=9", "--leak-check=full", program.path], program, 3000, seed=2
+    )
     assert found["report"] == "" and found["ok"] > 300

@@ -8,9 +8,9 @@ from fmpy import read_model_description
 from lxml import etree
 
 from fmus import Component, input, output, parameter, state
-from fmus.interface import Interface, per_second
-from fmus.model_description import DATE, compiled, model_description
-from fmus.units import BASE, unit
+from fmus.declaration.units import BASE, unit
+from fmus.export.interface import Interface, per_second
+from fmus.export.model_description2 import DATE, compiled, model_description
 from rider_fmu import riders
 from vehicle_fmu import dampers, motorcycles
 
@@ -20,7 +20,9 @@ LOADED = [lambda: riders.load("mean_2011"), lambda: motorcycles.load("sharp_1971
 
 def rendered(component):
     interface = Interface(component)
-    return interface, Xml.fromstring(model_description(interface, interface.identifier, "{guid}", compiled(interface, ["model.c"])))
+    return interface, Xml.fromstring(
+        model_description(interface, interface.identifier, "{guid}", compiled(interface, ["model.c"]))
+    )
 
 
 @pytest.mark.parametrize("load", LOADED)
@@ -56,7 +58,10 @@ def test_dependencies_are_where_differences_see_a_slope(load):
     listed = {}
     for unknown in [*root.find("ModelStructure/Outputs"), *(root.find("ModelStructure/Derivatives") or ())]:
         listed[names[int(unknown.get("index")) - 1]] = {names[int(i) - 1] for i in unknown.get("dependencies").split()}
-    values = {**component.start_values(), **{n: 0.3 + 0.1 * i for i, n in enumerate(component.states + component.inputs)}}
+    values = {
+        **component.start_values(),
+        **{n: 0.3 + 0.1 * i for i, n in enumerate(component.states + component.inputs)},
+    }
     unknowns = [f"der({n})" for n in component.states] + list(component.outputs)
 
     def evaluated(**changed):
@@ -104,7 +109,10 @@ def test_kinds_of_dependency():
         "switched": {"signal": "dependent"},
         "der(position)": {"time": "dependent", "signal": "constant"},
     }
-    assert next(v for v in root.iter("ScalarVariable") if v.get("name") == "position").get("description") == Mixed.declared["position"].description
+    assert (
+        next(v for v in root.iter("ScalarVariable") if v.get("name") == "position").get("description")
+        == Mixed.declared["position"].description
+    )
 
 
 @pytest.mark.parametrize("load", LOADED)

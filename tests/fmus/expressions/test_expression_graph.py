@@ -6,7 +6,7 @@ import sympy
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fmus.terms import Term, common_subexpressions, term
+from fmus.expressions.expression_graph import Term, common_subexpressions, term
 
 x, y = sympy.symbols("x y", real=True)
 INNER = x * y + sympy.sin(x)
@@ -18,6 +18,7 @@ def of_terms():
     return term(sympy.sqrt(inner**2 + 1) * y) + inner * x
 
 
+@pytest.mark.slow
 @given(st.floats(-3, 3), st.floats(-3, 3))
 def test_slopes_are_those_of_the_expression(a, b):
     plain = OUTER + INNER * x
@@ -62,7 +63,9 @@ def test_a_chain_of_terms_stays_small():
 
 
 def test_slopes_that_are_known_are_taken():
-    """A known slope is a term that is there already; with respect to what is no symbol, or not told, it is worked out."""
+    """A known slope is a term that is there already; with respect to what is no symbol, or not told, it is worked
+    out.
+    """
     slope = term(y + sympy.cos(x))
     known = term(INNER, (x, 0.0), (slope, 1))
     assert known.diff(x) is slope and known is not term(INNER)

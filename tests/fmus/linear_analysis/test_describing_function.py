@@ -1,11 +1,11 @@
-"""A component made linear for motion is the one that describing functions give."""
+"""The linearisation of a component at a finite amplitude, compared with describing functions."""
 
 import numpy as np
 import pytest
 
-from fmus.errors import InputError
-from fmus.in_motion import linearise_in_motion
-from fmus.linear import linearise
+from fmus.linear_analysis.describing_function import linearise_by_describing_function
+from fmus.linear_analysis.linearisation import linearise
+from fmus.support.errors import InputError
 from rider_fmu import riders
 from rider_fmu.effects.arms import HardeningArms
 from rider_fmu.effects.head import SteerDamping, SteeringFriction
@@ -18,37 +18,53 @@ SPEEDS = {"vehicle.speed": np.array([10.0, 30.0])}
 
 
 def ridden_by(effect, **values):
-    rider = riders.load("mean_2011").with_effects(effect).with_values(**{f"{effect.family}.{n}": value for n, value in values.items()})
+    rider = (
+        riders.load("mean_2011")
+        .with_effects(effect)
+        .with_values(**{f"{effect.family}.{n}": value for n, value in values.items()})
+    )
     return ridden(motorcycles.load("sharp_1971"), rider)
 
 
 def damping_added(system, motion):
     """The steer damping [N.m.s/rad] that slows the steer as the system's effect does in motion, at each speed."""
     row = system.states.index("vehicle.steer_rate")
-    in_motion, plain = linearise_in_motion(system, motion, **SPEEDS), linearise(ridden(motorcycles.load("sharp_1971"), riders.load("mean_2011")), **SPEEDS)
+    in_motion, plain = (
+        linearise_by_describing_function(system, motion, **SPEEDS),
+        linearise(ridden(motorcycles.load("sharp_1971"), riders.load("mean_2011")), **SPEEDS),
+    )
     damped = linearise(ridden_by(SteerDamping(), damping=1.0), **SPEEDS)
     return (in_motion.A - plain.A)[:, row, row] / (damped.A - plain.A)[:, row, row]
 
 
+@pytest.mark.slow
 def test_dry_friction_under_a_sine_is_the_damper_of_its_describing_function():
     system = ridden_by(SteeringFriction(), friction_torque=FRICTION)
     # Smoothed over a small share of the rate's amplitude.
     assert damping_added(system, SINE) == pytest.approx(4 * FRICTION / (np.pi * AMPLITUDE * OMEGA), rel=2e-3)
 
 
+@pytest.mark.slow
 def test_dry_friction_under_gaussian_motion_is_the_damper_of_statistical_linearisation():
     system, deviation = ridden_by(SteeringFriction(), friction_torque=FRICTION), 0.8
     rate = deviation * np.random.default_rng(1).standard_normal(200_000)
-    assert damping_added(system, {"vehicle.steer_rate": rate}) == pytest.approx(FRICTION * np.sqrt(2 / np.pi) / deviation, rel=5e-3)
+    assert damping_added(system, {"vehicle.steer_rate": rate}) == pytest.approx(
+        FRICTION * np.sqrt(2 / np.pi) / deviation, rel=5e-3
+    )
 
 
 def stiffened(motion, deflection):
-    """Slopes by the moved states of a rider with a cubic spring in motion, and of one whose spring is stiffer by 3/4 of its square at rest."""
+    """Slopes by the moved states of a rider with a cubic spring in motion, and of one whose spring is stiffer by 3/4
+    of its square at rest.
+    """
     cubic, rider = 2e4, riders.load("mean_2011")  # N.m/rad3
     stiffer = rider.with_values(arm_stiffness=rider.start_values()["arm_stiffness"] + 0.75 * cubic * deflection**2)
     system = ridden_by(HardeningArms(), cubic_stiffness=cubic)
     columns = [system.states.index(n) for n in motion]
-    in_motion, expected = linearise_in_motion(system, motion, **SPEEDS), linearise(ridden(motorcycles.load("sharp_1971"), stiffer), **SPEEDS)
+    in_motion, expected = (
+        linearise_by_describing_function(system, motion, **SPEEDS),
+        linearise(ridden(motorcycles.load("sharp_1971"), stiffer), **SPEEDS),
+    )
     return in_motion.A[..., columns], expected.A[..., columns]
 
 
@@ -58,11 +74,15 @@ def test_a_cubic_spring_under_a_sine_stiffens_by_three_quarters_of_its_square():
 
 def test_what_is_linear_stays_what_it_is():
     system = ridden_by(SteerDamping(), damping=3.0)
-    np.testing.assert_allclose(linearise_in_motion(system, SINE, **SPEEDS).A, linearise(system, **SPEEDS).A, rtol=1e-9, atol=1e-6)
+    np.testing.assert_allclose(
+        linearise_by_describing_function(system, SINE, **SPEEDS).A, linearise(system, **SPEEDS).A, rtol=1e-9, atol=1e-6
+    )
 
 
 def test_states_that_move_in_proportion_share_what_motion_adds():
-    """The torso turns by twice the steer angle, against it: which of them stiffens the spring cannot be told, but together they do as they must."""
+    """The torso turns by twice the steer angle, against it: which of them stiffens the spring is not identifiable, but
+    together they do as they must.
+    """
     steer = SINE["vehicle.steer_angle"]
     in_motion, expected = stiffened({"vehicle.steer_angle": steer, "device.torso_angle": -2 * steer}, 3 * AMPLITUDE)
     together = np.array([1.0, -2.0])
@@ -71,4 +91,4 @@ def test_states_that_move_in_proportion_share_what_motion_adds():
 
 def test_a_name_that_is_no_state_is_told():
     with pytest.raises(InputError, match=r"vehicle.steer_angl.*did you mean"):
-        linearise_in_motion(ridden_by(SteerDamping(), damping=1.0), {"vehicle.steer_angl": PHASE})
+        linearise_by_describing_function(ridden_by(SteerDamping(), damping=1.0), {"vehicle.steer_angl": PHASE})

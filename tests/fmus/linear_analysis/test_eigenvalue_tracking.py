@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fmus.modes import crossings, follow
+from fmus.linear_analysis.eigenvalue_tracking import track_eigenvalues, unstable_intervals
 
 GRID = np.linspace(0.0, 1.0, 11)
 
@@ -43,8 +43,10 @@ def column_of(branches, value, at=-1):
 @given(seed=st.integers(0, 1000), slope=st.floats(0.5, 4), offset=st.floats(0.1, 0.9))
 def test_branches_that_cross_keep_their_identity(seed, slope, offset):
     """Two pairs whose frequencies cross while their growth differs."""
-    matrices = family(lambda v: [pair(-1 + 0 * v, 5 + slope * (v - offset)), pair(-1.3 + 0 * v, 5 - slope * (v - offset))], seed)
-    branches = follow(matrices, GRID)
+    matrices = family(
+        lambda v: [pair(-1 + 0 * v, 5 + slope * (v - offset)), pair(-1.3 + 0 * v, 5 - slope * (v - offset))], seed
+    )
+    branches = track_eigenvalues(matrices, GRID)
     column = column_of(branches, -1 + 1j * (5 + slope * (1 - offset)))
     expected = -1 + 1j * (5 + slope * (branches.parameter - offset))
     assert branches.eigenvalues[:, column] == pytest.approx(expected, abs=1e-9)
@@ -53,7 +55,9 @@ def test_branches_that_cross_keep_their_identity(seed, slope, offset):
 def test_branches_that_avoid_each_other_turn_off():
     """[[v, c], [c, 1 - v]]: the eigenvalues 1/2 +- sqrt((v - 1/2)^2 + c^2) never meet, however near they come."""
     c = 1e-3
-    branches = follow(family(lambda v: [np.stack([np.stack([v, c + 0 * v], -1), np.stack([c + 0 * v, 1 - v], -1)], -2)]), GRID)
+    branches = track_eigenvalues(
+        family(lambda v: [np.stack([np.stack([v, c + 0 * v], -1), np.stack([c + 0 * v, 1 - v], -1)], -2)]), GRID
+    )
     upper = branches.eigenvalues[:, column_of(branches, 1.0)]
     assert upper == pytest.approx(0.5 + np.sqrt((branches.parameter - 0.5) ** 2 + c**2), abs=1e-9)
     assert len(branches.parameter) > 2 * len(GRID)  # it had to look more closely there
@@ -61,13 +65,15 @@ def test_branches_that_avoid_each_other_turn_off():
 
 @pytest.mark.parametrize("direction", [1, -1])
 def test_a_pair_that_splits_keeps_its_two_branches(direction):
-    """q'' + 2 q' + k q = 0 with k through 1: a pair on one side, two real roots on the other, beside a real root at -1/2 - v."""
+    """q'' + 2 q' + k q = 0 with k through 1: a pair on one side, two real roots on the other, beside a real root at
+    -1/2 - v.
+    """
 
     def blocks(v):
         k = 1 + direction * (v - 0.45)
         return [np.stack([np.stack([0 * v, 1 + 0 * v], -1), np.stack([-k, -2 + 0 * v], -1)], -2), real(-5 - v)]
 
-    branches = follow(family(blocks), GRID)
+    branches = track_eigenvalues(family(blocks), GRID)
     lone = column_of(branches, -6.0)
     assert branches.eigenvalues[:, lone] == pytest.approx(-5 - branches.parameter, abs=1e-9)
     others = np.delete(branches.eigenvalues, lone, axis=1)
@@ -77,7 +83,7 @@ def test_a_pair_that_splits_keeps_its_two_branches(direction):
 
 
 def test_the_grid_asked_for_is_part_of_the_answer():
-    branches = follow(family(lambda v: [pair(-1 + 0 * v, 5 + 3 * v), real(-2 * v)]), GRID)
+    branches = track_eigenvalues(family(lambda v: [pair(-1 + 0 * v, 5 + 3 * v), real(-2 * v)]), GRID)
     assert set(GRID) <= set(branches.parameter)
     assert branches.at(GRID).shape == (len(GRID), 3)
 
@@ -94,7 +100,7 @@ def test_intervals_of_growth_end_at_the_zeros(roots):
 
     matrices = family(lambda v: [real(growth(v)), real(-100 - v), pair(-80 + 0 * v, 5 + v)])
     points = np.linspace(0, 1, 101)
-    found = crossings(matrices, points, growth(points), tolerance=1e-4)
+    found = unstable_intervals(matrices, points, growth(points), tolerance=1e-4)
     ends = [*([0.0] if growth(0.0) > 0 else []), *roots, 1.0]  # the last factor is positive at 1
     assert np.ravel(found) == pytest.approx(ends, abs=1e-4)
 
@@ -102,5 +108,5 @@ def test_intervals_of_growth_end_at_the_zeros(roots):
 def test_what_never_grows_has_no_intervals():
     points = np.linspace(0, 1, 11)
     matrices = family(lambda v: [real(-1 - v), real(-3 + 0 * v)])
-    assert crossings(matrices, points, -1 - points) == []
-    assert crossings(matrices, points, np.zeros(11)) == []  # what does not decay does not grow either
+    assert unstable_intervals(matrices, points, -1 - points) == []
+    assert unstable_intervals(matrices, points, np.zeros(11)) == []  # what does not decay does not grow either

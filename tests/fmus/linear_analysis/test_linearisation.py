@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from test_component import Pendulum
 
 from fmus import Component, InputError, input, linearise, parameter, state
-from fmus.control_systems import as_control
 from rider_fmu import riders
+from tests.fmus.declaration.test_component import Pendulum
 from vehicle_fmu import motorcycles, ridden
 
 
@@ -59,7 +58,9 @@ def test_arrays_of_points_give_stacked_matrices():
         one = linearise(system, **{"vehicle.speed": speeds[index]})
         for name in "ABCD":
             expected = getattr(one, name)
-            assert np.broadcast_to(getattr(stacked, name), (2, 3, *expected.shape))[index] == pytest.approx(expected, rel=1e-12, abs=1e-9)
+            assert np.broadcast_to(getattr(stacked, name), (2, 3, *expected.shape))[index] == pytest.approx(
+                expected, rel=1e-12, abs=1e-9
+            )
 
 
 def test_arrays_of_parameters_reach_the_mass_matrix():
@@ -70,12 +71,14 @@ def test_arrays_of_parameters_reach_the_mass_matrix():
 def test_frequency_response_is_that_of_python_control():
     space = linearise(ridden(motorcycles.load("sharp_1971"), riders.load("mean_2011")), **{"vehicle.speed": 25.0})
     omega = np.geomspace(0.3, 120, 40)
-    system = as_control(space)
+    system = space.to_control()
     expected = system(1j * omega)[system.output_index["vehicle_roll_angle"], system.input_index["vehicle_steer_torque"]]
     found = space.frequency_response(omega, "vehicle.roll_angle", "vehicle.steer_torque")
     assert found == pytest.approx(expected, rel=1e-9)
 
 
 def test_an_unknown_name_is_refused_with_the_valid_ones():
-    with pytest.raises(InputError, match=r"unknown variable of Pendulum 'tork', did you mean 'torque'\? \(valid: angle, "):
+    with pytest.raises(
+        InputError, match=r"unknown variable of Pendulum 'tork', did you mean 'torque'\? \(valid: angle, "
+    ):
         linearise(Pendulum(), tork=1.0)

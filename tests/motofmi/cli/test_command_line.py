@@ -2,19 +2,30 @@
 
 import gc
 import json
-import pkgutil
+import re
+import shlex
+import shutil
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
 
-from fmus.component import Component
-from scenarios import commands, names
-from scenarios.command_line import COMMANDS, _imported, main
+import motofmi
+from fmus.declaration.component import Component
+from fmus.support.errors import InputError
+from fmus.support.files import write_text
+from motofmi.cli import commands
+from motofmi.cli.listing import commands as listed
+from motofmi.cli.main import main
+from motofmi.cli.parser import Parser, fill
+from motofmi.cli.run import imported
+from motofmi.workflows import components
+from tests import ROOT
 from vehicle_fmu import MODES
 
-MODULES = sorted(module.name for module in pkgutil.iter_modules(commands.__path__))
+COMMANDS = list(listed())
 
 
 def refuse_constant(text):
@@ -32,36 +43,118 @@ def result_of(capsys, *arguments):
 # Help ---------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("command", MODULES)
+def program(*arguments, **options):
+    """The command in a process of its own."""
+    return subprocess.run(
+        [sys.executable, "-m", "motofmi", *arguments], capture_output=True, text=True, cwd=ROOT, **options
+    )
+
+
+@pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_shows_examples_that_it_understands(command, capsys):
-    with pytest.raises(SystemExit) as stop:
-        main([command, "--help"])
+    assert main([command, "--help"]) == 0
     out = capsys.readouterr().out
-    assert stop.value.code == 0
     assert f"\n  motofmi {command}" in out
     assert "--json" in out
+    assert main(["help", command]) == 0
+    assert capsys.readouterr().out == out
 
 
-def test_help_lists_every_command(capsys):
-    with pytest.raises(SystemExit) as stop:
-        main(["--help"])
-    out = capsys.readouterr().out
-    assert stop.value.code == 0
-    assert all(f"\n  {command} " in out for command in COMMANDS)
-    assert set(MODULES) <= set(COMMANDS)
+@pytest.mark.parametrize("name", COMMANDS)
+def test_the_command_understands_every_example_of_its_help(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    command = imported(listed()[name].module)
+    examples = [
+        shlex.split(line.partition(" > ")[0], comments=True)
+        for line in command.HELP.splitlines()
+        if line.startswith("  motofmi ")
+    ]
+    assert 2 <= len(examples)
+    for _, first, *words in examples:
+        assert first == name
+        assert fill(Parser(prog=name), command).options(words)
+    assert command.SUMMARY and command.HELP.splitlines()[0]
 
 
+@pytest.mark.parametrize("words", [[], ["help"], ["-h"], ["--help"]])
+def test_help_lists_every_command_with_a_summary(words, capsys):
+    assert main(words) == 0
+    lines = capsys.readouterr().out.splitlines()
+    for entry in listed().values():
+        (line,) = (line for line in lines if line.split()[:1] == [entry.name])
+        assert entry.summary and line.endswith(f"  {entry.summary}")
+
+
+def test_help_is_shown_without_loading_the_numerical_libraries():
+    code = "import sys; from motofmi.__main__ import main; sys.argv = ['motofmi', 'help']; main(); print(sorted({'numpy', 'sympy', 'rich'} & set(sys.modules)))"
+    began = time.perf_counter()
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert done.stdout.splitlines()[-1] == "[]"
+    assert time.perf_counter() - began < 2.0  # 0.1 s on a quiet machine, where loading the libraries takes 1.5 s
+
+
+@pytest.mark.parametrize("word", ["--version", "-V"])
+def test_the_version_is_that_of_the_package(word, capsys):
+    assert main([word]) == 0
+    assert capsys.readouterr().out == f"motofmi {motofmi.__version__}\n"
+
+
+def test_a_command_is_one_file(tmp_path, monkeypatch, capsys):
+    (tmp_path / "double.py").write_text(
+        'SUMMARY = "twice a number"\nPLACE = 35\nUNITS = {"twice": "m"}\nHELP = "Doubles.\\n\\n  motofmi double 2\\n"\n'
+        'def add_arguments(parser):\n    parser.add_argument("number", type=float)\n'
+        'def run(arguments):\n    return {"twice": 2 * arguments.number}\n'
+        'def show(result, screen):\n    screen.print(result["twice"])\n')  # fmt: skip
+    monkeypatch.setattr(commands, "__path__", [*commands.__path__, str(tmp_path)])
+    monkeypatch.delitem(sys.modules, "motofmi.cli.commands.double", raising=False)
+    assert main(["help"]) == 0
+    assert "  twice a number\n  device " in capsys.readouterr().out  # 35 is between modes, 30, and device, 40
+    assert main(["double", "2"]) == 0
+    assert capsys.readouterr().out == "4.0\n"
+    assert result_of(capsys, "double", "2") == {"twice": 4.0, "units": {"twice": "m"}}
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh"])
+def test_the_shell_accepts_its_completion(shell, capsys):
+    assert main(["completion", shell]) == 0
+    script = capsys.readouterr().out
+    assert all(command in script for command in COMMANDS) and "--holdout" in script and "sharp_1971" in script
+    if not shutil.which(shell):
+        pytest.skip(f"{shell} is not installed")
+    subprocess.run([shell, "-n"], input=script, text=True, check=True)
+
+
+def test_bash_completes_commands_options_and_names(capsys):
+    if not shutil.which("bash"):
+        pytest.skip("bash is not installed")
+    main(["completion", "bash"])
+    script = capsys.readouterr().out
+
+    def completed(*words):
+        ask = (
+            f'\nCOMP_WORDS=({" ".join(words)}); COMP_CWORD={len(words) - 1}; _shtab_motofmi; echo "${{COMPREPLY[@]}}"\n'
+        )
+        return subprocess.run(["bash"], input=script + ask, capture_output=True, text=True, check=True).stdout.split()
+
+    assert completed("motofmi", "mod") == ["modes"]
+    assert completed("motofmi", "gap", "--hol") == ["--holdout"]
+    assert completed("motofmi", "modes", "--vehicle", "sha") == ["sharp_1971"]
+    assert completed("motofmi", "device", "mean") == ["mean_2011"]
+    assert completed("motofmi", "identify", "--method", "n") == ["nyquist"]
+
+
+@pytest.mark.slow
 def test_it_runs_as_a_program():
-    done = subprocess.run([sys.executable, "-m", "scenarios.command_line", "list", "--json", "-"], capture_output=True, text=True, check=True)
+    done = program("list", "--json", "-", check=True)
     assert done.stderr == "" and "riders" in json.loads(done.stdout)
 
 
 def test_garbage_is_left_alone_during_an_import_and_collected_after_it(tmp_path, monkeypatch):
     (tmp_path / "asks_whether.py").write_text("import gc\nENABLED = gc.isenabled()\n")
     monkeypatch.syspath_prepend(tmp_path)
-    assert not _imported("asks_whether").ENABLED and gc.isenabled()
+    assert not imported("asks_whether").ENABLED and gc.isenabled()
     with pytest.raises(ModuleNotFoundError):
-        _imported("no_such_module")
+        imported("no_such_module")
     assert gc.isenabled()
 
 
@@ -80,14 +173,18 @@ def test_list_gives_every_word_that_set_takes(capsys):
     assert damping["value"] == pytest.approx(5 * 4.4482216152605 * 0.3048)  # 5 lbf.ft.s/rad
     (rider,) = (r for r in found["riders"] if r["name"] == "4_2008")
     assert set(rider["assumed"]) == {"arm_damping", "waist_damping"}
-    settings = [f"--set={name}={entry['value']}" for name, entry in rider["parameters"].items() if name != "added_steer_inertia"]
-    settings += [f"--set={name}={entry['value']}" for name, entry in sharp["parameters"].items() if name != "added_steer_inertia"]
+    settings = [
+        f"--set={name}={entry['value']}" for name, entry in rider["parameters"].items() if name != "added_steer_inertia"
+    ]
+    settings += [
+        f"--set={name}={entry['value']}" for name, entry in sharp["parameters"].items() if name != "added_steer_inertia"
+    ]
     assert result_of(capsys, "modes", "--device", "rider:4_2008", "--speed", "20", *settings)["modes"]
 
 
 def test_list_names_every_component(capsys):
     found = {c["name"] for c in result_of(capsys, "list")["components"]}
-    assert found == set(names.COMPONENTS)
+    assert found == set(components.COMPONENTS)
 
 
 # modes --------------------------------------------------------------------------------------------
@@ -102,9 +199,9 @@ def test_modes_has_its_keys(capsys):
     real, imaginary = np.array(weave["eigenvalue"]).T
     assert (imaginary >= 0).all()
     assert weave["frequency"] == pytest.approx(imaginary / (2 * np.pi))
-    for ratio, re, im in zip(weave["damping_ratio"], real, imaginary, strict=True):
+    for ratio, growth, im in zip(weave["damping_ratio"], real, imaginary, strict=True):
         # A mode that has split into real roots has a frequency of 0 and no damping ratio.
-        assert ratio is None if im == 0 else ratio == pytest.approx(-re / np.hypot(re, im))
+        assert ratio is None if im == 0 else ratio == pytest.approx(-growth / np.hypot(growth, im))
     assert weave["damping_ratio"].count(None) == 7  # at 1.5 to 4.5 m/s: it is real from 1.14 to 4.74 m/s
     (band,) = found["unstable"]["weave"]
     assert band == pytest.approx([33.8, 56.3], abs=0.1)
@@ -113,17 +210,25 @@ def test_modes_has_its_keys(capsys):
 
 def test_an_absent_mode_is_null(capsys):
     found = result_of(capsys, "modes", "--speed", "10,20")
-    assert found["modes"]["rider_wobble"] == {"eigenvalue": [None, None], "frequency": [None, None], "damping_ratio": [None, None]}
+    assert found["modes"]["rider_wobble"] == {
+        "eigenvalue": [None, None],
+        "frequency": [None, None],
+        "damping_ratio": [None, None],
+    }
     assert "rider_wobble" not in found["unstable"]
 
 
-@pytest.mark.parametrize("text, speeds", [("30", [30]), ("1:10:4", [1, 5, 9, 10]), ("2:3:0.5", [2, 2.5, 3]), ("5,7.5", [5, 7.5])])
+@pytest.mark.parametrize(
+    "text, speeds", [("30", [30]), ("1:10:4", [1, 5, 9, 10]), ("2:3:0.5", [2, 2.5, 3]), ("5,7.5", [5, 7.5])]
+)
 def test_speeds_have_both_ends(capsys, text, speeds):
     assert result_of(capsys, "modes", "--speed", text)["speed"] == speeds
 
 
 def test_a_device_may_be_a_value_or_a_file(capsys, tmp_path):
-    (tmp_path / "mine.toml").write_text('component = "LinearDamper"\n[parameters]\ndamping = { value = 7.5, unit = "N.m.s/rad" }\n', "utf-8")
+    (tmp_path / "mine.toml").write_text(
+        'component = "LinearDamper"\n[parameters]\ndamping = { value = 7.5, unit = "N.m.s/rad" }\n', "utf-8"
+    )
     by_file = result_of(capsys, "modes", "--device", str(tmp_path / "mine.toml"), "--speed", "20")
     by_value = result_of(capsys, "modes", "--device", "damper:7.5", "--speed", "20")
     by_name = result_of(capsys, "modes", "--device", "high_2011", "--speed", "20")
@@ -146,7 +251,9 @@ def test_device_gives_the_transfer_functions_of_the_port(capsys):
     omega = 2 * np.pi * np.array(found["frequency"])
     assert len(omega) == 231
     for torque, sign in (("handlebar_torque", -1), ("frame_torque", 1)):
-        assert np.array(found[torque]) @ [1, 1j] == pytest.approx(sign * 1j * omega * 7.5)  # 2011, eq. 14, in the port's signs
+        assert np.array(found[torque]) @ [1, 1j] == pytest.approx(
+            sign * 1j * omega * 7.5
+        )  # 2011, eq. 14, in the port's signs
 
 
 def test_device_takes_settings_and_says_what_is_assumed(capsys):
@@ -173,6 +280,7 @@ BAD = {
     "damper out of bounds": (["modes", "--device", "damper:-3"], "damping = -3 N.m.s/rad is outside its bounds"),
     "damper not a number": (["modes", "--device", "damper:nan"], "damping = nan N.m.s/rad is outside its bounds"),
     "value not a number": (["modes", "--set", "trail=long"], "'trail=long' is not NAME=VALUE with a number, as in arm_damping=20"),
+    "several values": (["modes", "--set", "trail=0.1:0.2:0.02"], "'trail=0.1:0.2:0.02' gives several values, and a command runs with one: repeat it in a loop, as in for x in"),
     "no value": (["modes", "--set", "trail"], "'trail' is not NAME=VALUE with a number"),
     "speed zero": (["modes", "--speed", "0"], "speed '0' is not A:B:STEP, one value or a comma list of positive ascending numbers [m/s]"),
     "speed negative": (["modes", "--speed", "-3"], "speed '-3' is not"),
@@ -187,19 +295,18 @@ BAD = {
     "speed too low": (["modes", "--speed", "0.05"], "speed = 0.05 m/s is outside its bounds [0.1, 200]"),
     "speed too high": (["modes", "--speed", "10:500:10"], "speed = 500 m/s is outside its bounds [0.1, 200]"),
     "frequency zero": (["device", "damper:7.5", "--frequency", "0"], "frequency '0' is not"),
-    "unknown option": (["modes", "--sped", "5"], "unrecognized arguments: --sped"),
+    "unknown option": (["modes", "--sped", "5"], "unknown option '--sped', did you mean '--speed'?"),
+    "one word too many": (["device", "damper:7.5", "5"], "unexpected '5'; motofmi help device shows what the command takes"),
     "missing argument": (["device"], "the following arguments are required: device"),
-    "unknown command": (["mode"], "invalid choice: 'mode'"),
-    "no command": ([], "the following arguments are required: COMMAND"),
+    "unknown command": (["mode"], "unknown command 'mode', did you mean 'modes'? (valid: build, "),
+    "help of an unknown command": (["help", "mods"], "unknown command 'mods', did you mean 'modes'?"),
+    "an option without a command": (["--speed", "5"], "unknown command '--speed'"),
 }  # fmt: skip
 
 
 def complaint(capsys, arguments):
     """The one line on standard error of a command that must end with status 2."""
-    try:
-        status = main(arguments)
-    except SystemExit as stop:
-        status = stop.code
+    status = main(arguments)
     out, err = capsys.readouterr()
     assert status == 2
     assert out == ""
@@ -217,7 +324,7 @@ def test_bad_input_is_named_in_one_line(case, capsys, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("line, message", [
-    ("damping = { value = 1.0, unit = 'N.m.sec/rad' }", "unknown unit [N.m.sec/rad] at 'sec' (known symbols: "),
+    ("damping = { value = 1.0, unit = 'N.m.sek/rad' }", "unknown unit [N.m.sek/rad] at 'sek' (known symbols: "),
     ("damping = { value = 1.0, unit = 'N.m/rad' }", "unit [N.m/rad] cannot be converted to [N.m.s/rad]"),
     ("dampng = 1.0", "unknown parameter 'dampng', did you mean 'damping'? (valid: damping)"),
     ("damping = 1.0\n[author]\nname = 'me'", "unknown key 'author' (valid: about, "),
@@ -244,14 +351,25 @@ def test_a_parameter_that_two_parts_have_must_be_told_apart(capsys):
 
 def test_a_place_that_cannot_be_written(capsys, tmp_path):
     (tmp_path / "file").write_text("", "utf-8")
-    main(["modes", "--speed", "20", "--json", str(tmp_path / "file" / "modes.json")])
-    assert f"cannot write {tmp_path / 'file' / 'modes.json'}" in capsys.readouterr().err
-    main(["modes", "--speed", "20", "--json", str(tmp_path)])
-    assert f"cannot write {tmp_path}" in capsys.readouterr().err
+    for option in ("--json", "--plot", "--csv"):
+        assert f"{option}: cannot write {tmp_path / 'file' / 'x.png'}: " in complaint(
+            capsys, ["modes", option, str(tmp_path / "file" / "x.png")]
+        )
+    assert f"cannot write {tmp_path}: it is a folder" in complaint(capsys, ["modes", "--json", str(tmp_path)])
+    assert "no file can be written into the folder" in complaint(
+        capsys, ["tour", "--out", str(tmp_path / "file")]
+    )  # before the tour starts
+    assert "'x.gif' does not end in .png, .svg, .pdf" in complaint(capsys, ["modes", "--plot", "x.gif"])
     assert [p.name for p in tmp_path.iterdir()] == ["file"]
 
 
+def test_a_place_that_is_lost_meanwhile(tmp_path):
+    (tmp_path / "file").write_text("", "utf-8")
+    with pytest.raises(InputError, match=f"cannot write {re.escape(str(tmp_path / 'file' / 'x.txt'))}: "):
+        write_text(tmp_path / "file" / "x.txt", "")
+
+
 def test_names_of_components_are_unique_words():
-    found = [names.component(spec) for spec in names.every_name()]
+    found = [components.component(spec) for spec in components.every_name()]
     assert len({c.name for c in found}) == len(found)
     assert all(isinstance(c, Component) for c in found)

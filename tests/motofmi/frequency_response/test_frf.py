@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from scipy.signal import csd, welch
 
-from fmus.errors import InputError
-from identification.excitation import multisine, stepped_sine, sweep
-from identification.frf import estimate, exact_frf, mean_frf
-from identification.recordings import Recording
+from fmus.support.errors import InputError
+from motofmi.frequency_response.estimators import estimate
+from motofmi.frequency_response.excitation import multisine, stepped_sine, sweep
+from motofmi.frequency_response.frf import exact_frf, mean_frf
+from motofmi.recordings.recording import Recording
+from motofmi.virtual_rig.simulated_rig import QUIET, Noise, steer_test
+from motofmi.workflows.measured_rider import rig_response
 from rider_fmu import riders
-from scenarios.measured_rider import rig_response
-from scenarios.virtual_rig import QUIET, Noise, steer_test
 
 RIDER = riders.load("mean_2011")
 EXCITATIONS = {"sweep": sweep(), "reversed": sweep(12, 0.5), "stepped": stepped_sine(), "multisine": multisine()}
@@ -36,6 +37,7 @@ def test_response_of_the_rig_is_eq_6():
     np.testing.assert_allclose(rig_response()(2 * np.pi * frequency), inertance_of_2011(frequency), rtol=1e-11)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", EXCITATIONS)
 def test_without_noise_the_estimate_is_the_model_seen_through_its_weights(name):
     frf = estimate(steer_test(RIDER, 0.125, EXCITATIONS[name], QUIET, oversampling=16))
@@ -53,18 +55,22 @@ def test_receptance_impedance_and_inertance_are_one():
     np.testing.assert_allclose(frf.apparent_inertia * frf.inertance, np.ones(24))
 
 
+@pytest.mark.slow
 def test_estimators_with_remnant():
     """0.4 N.m of remnant: the papers' estimator reads about 30 % low at 1 to 1.5 Hz, the others stay within 3 %."""
     ratio = {}
     for reference in ("steer_torque", "steer_angle", "steer_angle_command"):
         frfs = [estimate(run, reference).between(1.0, 1.5) for run in noisy_sweeps()]
-        ratio[reference] = np.abs(np.mean([f.apparent_inertia for f in frfs], axis=0) * inertance_of_2011(frfs[0].frequency)) ** -1
+        ratio[reference] = (
+            np.abs(np.mean([f.apparent_inertia for f in frfs], axis=0) * inertance_of_2011(frfs[0].frequency)) ** -1
+        )
     assert np.all((ratio["steer_torque"] > 0.6) & (ratio["steer_torque"] < 0.8)), ratio
     # 24 runs: the mean's own standard error is about 1 %
     assert np.all(np.abs(ratio["steer_angle"] - 1) < 0.03), ratio
     assert np.all(np.abs(ratio["steer_angle_command"] - 1) < 0.03), ratio
 
 
+@pytest.mark.slow
 def test_papers_estimator_agrees_with_scipy():
     """S_aM / S_MM by Welch's method from scipy reads as low as ours with the torque as reference."""
     run = noisy_sweeps()[0]
@@ -78,6 +84,7 @@ def test_papers_estimator_agrees_with_scipy():
     assert np.median(np.abs(at / np.abs(theirs) - 1)) < 0.05
 
 
+@pytest.mark.slow
 def test_standard_error_is_what_repeats_show():
     frfs = [estimate(run).between(1.0, 11.5) for run in noisy_sweeps()]
     seen = np.std([f.apparent_inertia for f in frfs], axis=0)
@@ -87,6 +94,7 @@ def test_standard_error_is_what_repeats_show():
     assert np.all((seen / stated > 0.5) & (seen / stated < 1.6))
 
 
+@pytest.mark.slow
 def test_mean_and_deviation_over_repeats():
     frfs = [estimate(run) for run in noisy_sweeps(8)]
     mean = mean_frf(frfs)
@@ -98,6 +106,7 @@ def test_mean_and_deviation_over_repeats():
     assert mean_frf(frfs[:1]) is frfs[0]
 
 
+@pytest.mark.slow
 def test_mean_of_runs_with_different_frequencies():
     frfs = [estimate(steer_test(RIDER, 0.125, e, QUIET)) for e in (EXCITATIONS["sweep"], EXCITATIONS["stepped"])]
     mean = mean_frf(frfs)
@@ -105,12 +114,14 @@ def test_mean_of_runs_with_different_frequencies():
     assert np.isnan(mean.modulus_deviation[-1]) and np.isfinite(mean.variance).all()
 
 
+@pytest.mark.slow
 def test_coherence_is_one_without_noise_and_falls_with_it():
     quiet, loud = (estimate(steer_test(RIDER, 0.125, sweep(), noise)) for noise in (QUIET, Noise(torque=20.0)))
     assert np.all(quiet.coherence > 0.9999)
     assert np.median(loud.between(1, 3).coherence) < 0.5
 
 
+@pytest.mark.slow
 def test_unknown_reference_short_recording_and_empty_band():
     run = noisy_sweeps()[0]
     with pytest.raises(InputError, match=r"unknown reference 'torque'.*steer_torque"):

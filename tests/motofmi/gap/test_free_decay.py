@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from fmus.mechanisms import DrivenJoint, MassSpringDamper
-from identification.gap.stands.component_test import component_test
-from identification.recordings import Recording, write_recording
-from scenarios.command_line import main
-from scenarios.component_test import anchored
+from motofmi.cli.main import main
+from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.recordings.reading import write_recording
+from motofmi.recordings.recording import Recording
+from motofmi.workflows.gap.input_output import anchored
 
 STIFFNESS, DAMPING = 720.0, 6.0  # of a mass of 1 kg
 
@@ -26,12 +27,31 @@ def decay(name: str, released: float, seed: int) -> Recording:
     return Recording(name, time, {"displacement": x + noise}, {"displacement": "m"})
 
 
-@pytest.mark.parametrize("free", [("spring_stiffness", "spring_damping"), ("mass", "spring_stiffness", "spring_damping")])
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "free", [("spring_stiffness", "spring_damping"), ("mass", "spring_stiffness", "spring_damping")]
+)
 def test_of_a_free_decay_one_value_stays_and_the_others_are_found(tmp_path, free, capsys):
     for name, released in (("fit", 0.035), ("held", 0.02)):
         write_recording(decay(name, released, len(name)), tmp_path / f"{name}.csv")
     fit, held = (str(tmp_path / f"{name}.csv") for name in ("fit", "held"))
-    assert main(["gap", fit, "--component", "mass_spring_damper", "--free", *free, "--holdout", held, "--out", str(tmp_path / "out")]) == 0
+    assert (
+        main(
+            [
+                "gap",
+                fit,
+                "--component",
+                "mass_spring_damper",
+                "--free",
+                *free,
+                "--holdout",
+                held,
+                "--out",
+                str(tmp_path / "out"),
+            ]
+        )
+        == 0
+    )
     result = json.loads((tmp_path / "out" / "verdict.json").read_text("utf-8"))
     assert result["verdict"] == "none"
     assert any("with mass as given" in sentence for sentence in result["limitations"])
@@ -43,8 +63,8 @@ def test_of_a_free_decay_one_value_stays_and_the_others_are_found(tmp_path, free
 
 
 def test_what_anchors_the_scale_of_all_forces():
-    test = component_test(DrivenJoint(), ["angle"])
+    test = input_output_experiment(DrivenJoint(), ["angle"])
     fewer, kept = anchored(test)
     assert (kept, [f.name for f in fewer.free]) == ("inertia", ["damping", "stiffness"])
-    held = component_test(MassSpringDamper(), ["displacement"], free=["spring_damping"])
+    held = input_output_experiment(MassSpringDamper(), ["displacement"], free=["spring_damping"])
     assert anchored(held) == (held, "mass and spring_stiffness")

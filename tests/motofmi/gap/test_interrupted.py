@@ -9,20 +9,21 @@ import time
 
 import pytest
 
-from identification.gap.naming import decide as deciding
-from identification.recordings import write_recording
-from scenarios.command_line import main
+from motofmi.cli.main import main
+from motofmi.gap.selection import model_selection as deciding
+from motofmi.recordings.reading import write_recording
 
 pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")
 import numpy as np
-from simulators.as_recordings import as_recording
-from simulators.hidden_bicycle import bicycle, ride, write_matrices, write_ride
-from simulators.hidden_rig import RIDER, record, sweep
-from simulators.hidden_vehicle import SHARP, spectrum, write
+
+from tests.simulators.as_recordings import as_recording
+from tests.simulators.hidden_bicycle import bicycle, ride, write_matrices, write_ride
+from tests.simulators.hidden_rig import RIDER, record, sweep
+from tests.simulators.hidden_vehicle import SHARP, spectrum, write
 
 PATIENCE = 60.0  # s
 # A shell that runs tests in the background has them ignore interrupts, and their children with them.
-COMMAND = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); from scenarios.command_line import main; raise SystemExit(main())"
+COMMAND = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); from motofmi.cli.main import main; raise SystemExit(main())"
 
 
 def until(condition):
@@ -36,21 +37,27 @@ def left_by(file):
     return json.loads(file.read_text("utf-8"))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="processes that start others")
-@pytest.mark.parametrize("ended_by", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
-def test_it_leaves_what_it_had(tmp_path, ended_by):
-    for name, excitation, seed in (("up", sweep(0.5, 12, 2, 60.0), 1), ("down", sweep(12, 0.5, 3, 60.0), 2)):
+@pytest.mark.parametrize(
+    "ended_by, start_method", [(signal.SIGINT, ""), (signal.SIGTERM, ""), (signal.SIGKILL, ""), (signal.SIGINT, "loky")]
+)
+def test_it_leaves_what_it_had(tmp_path, ended_by, start_method):
+    for name, excitation, seed in (("up", sweep(0.5, 12, 2, 30.0), 1), ("down", sweep(12, 0.5, 3, 30.0), 2)):
         # Two effects, so that pairs are tried after the first competition, which takes its time.
         arrays = record(excitation, {"ra": 0.1, "Tc": 0.5}, RIDER, np.random.default_rng(seed))
         write_recording(as_recording(name, arrays), tmp_path / f"{name}.csv")
     file = tmp_path / "out" / "verdict.json"
     process = subprocess.Popen([sys.executable, "-c", COMMAND, "gap", str(tmp_path / "up.csv"), str(tmp_path / "down.csv"), "--out", str(file.parent)],
-                                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)  # fmt: skip
+                                stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True,
+                                env={**os.environ, "MOTOFMI_START_METHOD": start_method, "OMP_NUM_THREADS": "2"})  # fmt: skip
     try:
         until(lambda: file.exists() and (ended_by == signal.SIGTERM or left_by(file)["candidates"]))
     finally:
-        process.send_signal(ended_by)
-        assert process.wait(PATIENCE) != 0
+        # A terminal interrupts the workers, too.
+        (os.killpg if ended_by == signal.SIGINT else os.kill)(process.pid, ended_by)
+        _, errors = process.communicate(timeout=PATIENCE)
+        assert process.returncode != 0 and "Traceback" not in errors
     left = left_by(file)
     assert (left["verdict"], left["effects"], left["tied"], left["report"]) == ("unknown", [], [], None)
     assert left["limitations"][0].startswith("Interrupted")
@@ -76,16 +83,22 @@ def eigenvalues(folder):
 
 def rides(folder):
     rng = np.random.default_rng(3)
-    return [write_ride(folder / "run.csv", ride(rng, bicycle(rng, 0.03), friction=0.3)), "--vehicle", write_matrices(folder / "bicycle.toml")]
+    return [
+        write_ride(folder / "run.csv", ride(rng, bicycle(rng, 0.03), friction=0.3)),
+        "--vehicle",
+        write_matrices(folder / "bicycle.toml"),
+    ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("recorded", [eigenvalues, rides])
-def test_vehicles_leave_what_is_known_of_their_base(tmp_path, monkeypatch, recorded):
+def test_vehicles_leave_what_is_known_of_their_base(tmp_path, monkeypatch, capsys, recorded):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(deciding, "compete", interrupted)
-    assert main(["gap", *recorded(tmp_path), "--out", str(tmp_path / "out")]) == 1
+    monkeypatch.setattr(deciding, "search_candidates", interrupted)
+    assert main(["gap", *recorded(tmp_path), "--out", str(tmp_path / "out")]) == 130
+    assert capsys.readouterr().err == f"motofmi gap: interrupted; written: {tmp_path / 'out' / 'verdict.json'}\n"
     left = left_by(tmp_path / "out" / "verdict.json")
     assert (left["verdict"], left["effects"], left["candidates"]) == ("unknown", [], [])
     assert left["limitations"][0].startswith("Interrupted") and left["gap"]["before"] > 0

@@ -5,35 +5,36 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identification.gap.data.reduction import noise_of, variance_of
-from identification.gap.data.runs import prepare
-from identification.gap.data.sampled import prepare_sampled
-from identification.gap.models.model import Model
-from identification.gap.naming.fitting import fit
-from identification.gap.reporting.harmonic_places import cells
-from identification.gap.reporting.locating import FALSE_DISCOVERIES, discovered, locate
-from identification.gap.reporting.sampled_places import cells as of_samples
-from identification.gap.stands.component_test import component_test
-from identification.recordings import Recording
-from scenarios import names
-from scenarios.gap_map import gap_map
-from scenarios.rig_test import rig_test
+from motofmi.gap.criteria import Criteria
+from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.gap.localisation.harmonic_places import cells
+from motofmi.gap.localisation.locating import discovered, locate
+from motofmi.gap.localisation.sampled_places import cells as of_samples
+from motofmi.gap.models.harmonic_model import HarmonicModel
+from motofmi.gap.preprocessing.harmonics import noise_of, variance_of
+from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.preprocessing.steer_test_run import prepare_steer_test_run
+from motofmi.recordings.recording import Recording
+from motofmi.reports.gap_map import gap_map
+from motofmi.workflows import components
+from motofmi.workflows.gap.rig import rig_experiment
 
 pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")
-from simulators.as_recordings import as_recording
-from simulators.hidden_rig import RIDER, Rig, record, stepped, sweep
-from simulators.rig_runs import RIG
+from tests.simulators.as_recordings import as_recording
+from tests.simulators.hidden_rig import RIDER, Rig, record, stepped, sweep
+from tests.simulators.rig_runs import RIG
 
 EVEN, ODD = (2, 4, 6), (3, 5, 7)
 
 
 def made(hidden=None, excitation=None, seed=0):
     arrays = record(excitation or sweep(0.5, 12, 2, 100.0), hidden or {}, RIDER, np.random.default_rng(seed), Rig())
-    return prepare(as_recording("run", arrays), "steer_angle", "steer_torque", "steer_angle_command")
+    return prepare_steer_test_run(as_recording("run", arrays), "steer_angle", "steer_torque", "steer_angle_command")
 
 
 def base_of(*runs):
-    model = Model(rig_test(RIG))
+    model = HarmonicModel(rig_experiment(RIG))
     return fit(model, runs, model.start())
 
 
@@ -43,21 +44,26 @@ def noisy(run, rng, added=0.0):
     slow = np.fft.irfft(np.fft.rfft(rng.standard_normal(n)) / (1 + (np.fft.rfftfreq(n, 1 / rate) / 2) ** 2), n)
     y = 0.4 * slow / slow.std() + 0.2 * rng.standard_normal(n)
     noise, data = noise_of(run.reduction, y), run.reduction.reduce(y + added)
-    return replace(run, outputs=(replace(run.effort, noise=noise, deviation=np.sqrt(variance_of(run.reduction, noise)), data=data),))
+    return replace(
+        run,
+        outputs=(replace(run.effort, noise=noise, deviation=np.sqrt(variance_of(run.reduction, noise)), data=data),),
+    )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("excitation", [sweep(0.5, 12, 2, 100.0), stepped(0.5, 8.5, 0.5, 4, 10.0)])
 def test_noise_has_no_places(excitation):
     run, rng = made(excitation=excitation), np.random.default_rng(1)
     found = [list(cells(each, each.data / each.deviation)) for each in (noisy(run, rng) for _ in range(120))]
     assert len(found[0]) > 60
     # At 1 % of 120 runs, four and more with a false place are seen once in 30 such tests.
-    assert sum(bool(discovered(places, FALSE_DISCOVERIES)) for places in found) <= 3
+    assert sum(bool(discovered(places, Criteria().false_discovery_rate)) for places in found) <= 3
     p_values = np.array([p.p_value for places in found for p in places])
     # Cells of a run overlap: 120 x 25 of them are independent at most; at 1 % their share scatters by 0.002.
     assert np.mean(p_values < 0.01) < 0.01 + 4 * 0.002
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("hidden", "lit", "dark"), [
     ({"ra": 0.01}, EVEN[:1], ODD),  # |d| has even harmonics, beside those that the base makes of itself
     ({"Tc": 0.15}, ODD[:2], EVEN),  # friction has odd ones
@@ -70,6 +76,7 @@ def test_orders_of_what_is_hidden(hidden, lit, dark):
     assert any(p.axis == "direction" and p.unit == "1" for p in places) == bool(set(lit) & set(EVEN))
 
 
+@pytest.mark.slow
 def test_a_drift_is_where_the_rider_changed_most():
     """The base takes the mean of a linear drift, whose ends then are ten times as far from it as the parts beside the middle."""
 
@@ -78,17 +85,18 @@ def test_a_drift_is_where_the_rider_changed_most():
         return np.radians(2) * np.clip(np.minimum(t, 100 - t), 0, 1.0) ** 3 * np.sin(2 * np.pi * cycles)
 
     found = base_of(made({"rd": 0.6}, (wandering, 100.0)))
-    times = {p.start: p.excess for p in locate(found, cells, rate=1.0) if p.axis == "time"}
+    times = {p.start: p.excess for p in locate(found, cells, Criteria(false_discovery_rate=1.0)) if p.axis == "time"}
     excess = [times[t] for t in sorted(times)]
     assert min(excess[0], excess[-1]) > 3 * max(excess[3:5])  # noise alone scatters by 0.3 in an eighth of the run
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("unit", "signal"), [("rad", 0), ("rad/s", 1)])
 @pytest.mark.parametrize("side", [1, -1])
 def test_what_happens_to_one_side_is_seen_there(unit, signal, side):
     """Bumps that last a fifth of a cycle, at the largest angle or rate of one sign."""
     run = made()
-    moved = run.moved(run.recording.time)[signal]
+    moved = run.motion_at(run.recording.time)[signal]
     share = side * moved / np.sqrt(np.convolve(moved**2, np.ones(640) / 640, "same") * 2)
     bumps = noisy(run, np.random.default_rng(2), 2.0 * np.maximum(share - 0.8, 0))
     places = [p for p in cells(bumps, bumps.data / bumps.deviation) if p.axis == "direction" and p.unit == unit]
@@ -96,6 +104,7 @@ def test_what_happens_to_one_side_is_seen_there(unit, signal, side):
     assert there.p_value < 1e-20 and there.excess > 4 * max(elsewhere.excess, 0)
 
 
+@pytest.mark.slow
 def test_directions_share_the_residuals():
     """Both halves together hold as many numbers, and as much power, as the whole: they are parts of one rotation."""
     run = made()
@@ -108,21 +117,28 @@ def test_directions_share_the_residuals():
         assert np.mean(halves) == pytest.approx(whole.excess + 1, rel=0.02)
 
 
-def test_up_is_told_from_down_and_large_from_small():
+@pytest.mark.slow
+def test_rising_and_falling_frequency_and_amplitudes_are_distinguished():
     both = sweep(1, 9, 2, 60.0)[0]
 
     def there_and_back(t):
         return np.where(t < 60, both(np.minimum(t, 60)), 2 * both(np.maximum(120 - t, 0)))
 
     run = made(excitation=(there_and_back, 120.0))
-    late = np.concatenate([np.full(basis.shape[1], first > 60 * run.recording.rate) for first, _, basis in run.reduction.bases])
+    late = np.concatenate(
+        [np.full(basis.shape[1], first > 60 * run.recording.rate) for first, _, basis in run.reduction.bases]
+    )
     z = np.random.default_rng(4).standard_normal(len(run.data)) + 2 * late
-    clear = {(p.axis, p.unit, np.sign(p.start + p.end)) for p in discovered(list(cells(run, z)), FALSE_DISCOVERIES)}
+    clear = {
+        (p.axis, p.unit, np.sign(p.start + p.end))
+        for p in discovered(list(cells(run, z)), Criteria().false_discovery_rate)
+    }
     assert ("direction", "Hz/s", -1.0) in clear and ("direction", "Hz/s", 1.0) not in clear
     amplitudes = [p for p in cells(run, z) if p.axis == "amplitude"]
     assert amplitudes[0].p_value > 1e-3 and amplitudes[-1].p_value < 1e-20
 
 
+@pytest.mark.slow
 def test_the_map_marks_what_was_found():
     found = base_of(made({"Tc": 0.3}))
     missed = locate(found, cells)
@@ -134,6 +150,7 @@ def test_the_map_marks_what_was_found():
     assert len(framed) == len([p for p in missed if p.axis == "frequency" and p.order])
 
 
+@pytest.mark.slow
 def test_directions_of_sampled_runs():
     """A free choice of excitation: chances are those of noise, and bumps on one side are seen there."""
     time = np.arange(3000) / 100.0
@@ -141,7 +158,9 @@ def test_directions_of_sampled_runs():
     force = np.sin(2 * np.pi * 0.7 * time) + 0.6 * np.sin(2 * np.pi * 1.9 * time + 1)
     position = 0.01 * np.convolve(force, np.exp(-np.arange(60) / 15), "same") + 1e-5 * rng.standard_normal(len(time))
     recording = Recording("run", time, {"force": force, "displacement": position}, {"force": "N", "displacement": "m"})
-    run = prepare_sampled(recording, component_test(names.component("mass_spring_damper"), ["force", "displacement"]))
+    run = prepare_sampled_run(
+        recording, input_output_experiment(components.component("mass_spring_damper"), ["force", "displacement"])
+    )
     chances = []
     for _ in range(60):
         z = rng.standard_normal(len(run.data))
@@ -151,6 +170,10 @@ def test_directions_of_sampled_runs():
     middle = np.median(position)
     for sign, unit in ((1, "m"), (-1, "m")):
         bumps = 5.0 * (sign * (position - middle) > 0.8 * np.max(sign * (position - middle)))
-        places = [p for p in of_samples(run, z + run.reduction.reduce(bumps[:, None])) if p.axis == "direction" and p.unit == unit]
+        places = [
+            p
+            for p in of_samples(run, z + run.reduction.reduce(bumps[:, None]))
+            if p.axis == "direction" and p.unit == unit
+        ]
         there, elsewhere = sorted(places, key=lambda p: -sign * (p.start + p.end))
         assert there.p_value < 1e-10 and there.excess > 4 * max(elsewhere.excess, 0)

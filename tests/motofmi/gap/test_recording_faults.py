@@ -5,22 +5,21 @@ import pytest
 from scipy.signal import butter, lfilter
 
 pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")
-from simulators.hidden_joint import joint_run
-from simulators.hidden_rig import RIDER, Rig, record, sweep
-
 from fmus.mechanisms import DrivenJoint
-from identification.gap.data.hum import without_hum
-from identification.gap.data.runs import prepare
-from identification.gap.data.sampled import prepare_sampled
-from identification.gap.data.stretches import undisturbed
-from identification.gap.models.free_start import FreeStart
-from identification.gap.models.model import Model
-from identification.gap.naming.fitting import fit
-from identification.gap.stands.component_test import component_test
-from identification.recordings import Recording
-from identification.sampling import white_noise
-from scenarios.component_report import _responses
-from scenarios.rig_test import rig_test
+from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.gap.models.free_initial_state import FreeInitialStateModel
+from motofmi.gap.models.harmonic_model import HarmonicModel
+from motofmi.gap.preprocessing.mains_interference import without_mains_interference
+from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.preprocessing.steer_test_run import prepare_steer_test_run
+from motofmi.gap.preprocessing.undisturbed_intervals import undisturbed
+from motofmi.recordings.recording import Recording
+from motofmi.recordings.resampling import white_noise
+from motofmi.reports.gap_component import _responses
+from motofmi.workflows.gap.rig import rig_experiment
+from tests.simulators.hidden_joint import joint_run
+from tests.simulators.hidden_rig import RIDER, Rig, record, sweep
 
 UNITS = {"steer_angle_command": "rad", "steer_angle": "rad", "steer_torque": "N.m"}
 
@@ -28,20 +27,25 @@ UNITS = {"steer_angle_command": "rad", "steer_angle": "rad", "steer_torque": "N.
 def recorded(excitation=None, hidden=None, seed=3, **rig):
     """time and columns of a run of a quiet rig."""
     rig = Rig(**{"rate": 128, "bits": 16, "angle_noise": 2e-4, "torque_noise": 0.1, "remnant": 0.1, "lag": 0.03, **rig})
-    time, *columns, _ = record(excitation or sweep(0.5, 10, 3, 120.0), hidden or {}, RIDER, np.random.default_rng(seed), rig)
+    time, *columns, _ = record(
+        excitation or sweep(0.5, 10, 3, 120.0), hidden or {}, RIDER, np.random.default_rng(seed), rig
+    )
     return time, dict(zip(UNITS, columns, strict=True))
 
 
 def run_of(time, columns):
-    return prepare(Recording("run", time, columns, UNITS), "steer_angle", "steer_torque", "steer_angle_command")
+    return prepare_steer_test_run(
+        Recording("run", time, columns, UNITS), "steer_angle", "steer_torque", "steer_angle_command"
+    )
 
 
 def reduced(run):
     """The reduced chi-square of the truth; some 600 numbers scatter by 0.06."""
-    model = Model(rig_test({}))
+    model = HarmonicModel(rig_experiment({}))
     return fit(model, [run], model.start()).reduced
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("commanded", [True, False])
 def test_a_sweep_that_turns_around_is_followed_through_the_corner(commanded):
     """Its frequency has a kink at 10 Hz, where splines 2.5 s apart left a thousandth of the angle, and a reduced chi-square of 43 or 2."""
@@ -56,25 +60,28 @@ def test_a_sweep_that_turns_around_is_followed_through_the_corner(commanded):
     assert reduced(run_of(time, columns)) == pytest.approx(1.0, abs=0.2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wander", [0.0, 0.03])
 def test_mains_in_the_torque_s_wire_are_left_out(wander):
-    """Order 5 and on cross 50 Hz: as noise of a broad band it left a reduced chi-square of 1.3. Mains wander by 0.03 Hz within a minute."""
+    """Order 5 and on cross 50 Hz: as noise of a broad band it left a reduced chi-square of 1.3. The mains frequency drifts by 0.03 Hz within a minute."""
     time, columns = recorded(rate=500)
     phase = 2 * np.pi * (50.02 * time - wander * 20 * np.cos(time / 20))
     columns["steer_torque"] = columns["steer_torque"] + 1.5 * np.cos(phase) + 0.7 * np.sin(2 * phase)
     run = run_of(time, columns)
-    assert any("hums at 5" in note and "100" in note for note in run.notes)
+    assert any("mains interference at 5" in note and "100" in note for note in run.notes)
     assert reduced(run) == pytest.approx(1.0, abs=0.2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hidden", [{}, {"g": 3e-3}, {"Tc": 1.0}])
 @pytest.mark.parametrize("quiet", [{}, {"bits": 30, "angle_noise": 1e-9, "torque_noise": 1e-7, "remnant": 1e-9}])
-def test_what_an_effect_answers_is_no_hum(hidden, quiet):
-    """Play answers at orders beyond all columns, without any noise as well; it sweeps with the excitation, mains do not."""
+def test_the_response_of_an_effect_is_not_mains_interference(hidden, quiet):
+    """Play responds at orders beyond all columns, without any noise as well; its response sweeps with the excitation, mains interference does not."""
     run = run_of(*recorded(hidden=hidden, **quiet))
-    assert not any("hums" in note for note in run.notes)
+    assert not any("mains interference" in note for note in run.notes)
 
 
+@pytest.mark.slow
 def test_gaps_in_the_log_are_not_compared():
     """Straight lines over a fifth of a second are no motion, and no torque: they left a reduced chi-square of 1.4."""
     time, columns = recorded(seed=4)
@@ -88,22 +95,25 @@ def test_gaps_in_the_log_are_not_compared():
     assert any("were bridged" in note for note in run.notes)
 
 
+@pytest.mark.slow
 def test_segments_of_a_component_s_run_do_not_cross_gaps():
     """Bridged by a straight line, gaps in the log made a linear oscillator `unknown` at a reduced chi-square of 3."""
     whole = joint_run({}, "random", seed=5, duration=20.0)
     kept = np.ones(len(whole.time), bool)
     for at in (300, 800):
         kept[at : at + 10] = False
-    broken = Recording("broken", whole.time[kept] + 5.0, {name: y[kept] for name, y in whole.columns.items()}, whole.units)
-    test = component_test(DrivenJoint(), ["torque", "angle"])
-    run, model = prepare_sampled(broken, test), FreeStart(test)
+    broken = Recording(
+        "broken", whole.time[kept] + 5.0, {name: y[kept] for name, y in whole.columns.items()}, whole.units
+    )
+    test = input_output_experiment(DrivenJoint(), ["torque", "angle"])
+    run, model = prepare_sampled_run(broken, test), FreeInitialStateModel(test)
     covered = np.zeros(len(whole.time), bool)
     for first, last in run.segments:
         covered[first:last] = True
     assert np.array_equal(np.flatnonzero(~covered), np.flatnonzero(~kept))
-    run = run.with_densities(prepare_sampled(whole, test).densities, "given")
+    run = run.with_densities(prepare_sampled_run(whole, test).densities, "given")
     # The noise is white, and known as what remains of fourth differences; some 200 numbers scatter by 0.1
-    with_gaps, without = (fit(model, [each], model.start()) for each in (run, prepare_sampled(whole, test)))
+    with_gaps, without = (fit(model, [each], model.start()) for each in (run, prepare_sampled_run(whole, test)))
     assert with_gaps.reduced == pytest.approx(without.reduced, abs=0.3)
     # The report shows input and output of the same samples: ten apart, at 1 Hz they would be a tenth of a turn off.
     (f, shown), (g, expected) = (drawn(each) for each in (with_gaps, without))
@@ -123,19 +133,22 @@ def test_stretches_of_a_ride_do_not_cross_gaps():
     assert undisturbed(ride, "speed", ["speed"])[0] == [(100, 1901), (2150, 5900)]
 
 
+@pytest.mark.slow
 def test_mains_in_the_sensor_of_a_component_are_taken_out():
     """They were named a body more, on a spring that nothing damps."""
     clean = joint_run({}, "random", seed=5, duration=30.0)
-    hum = 0.02 * np.sin(2 * np.pi * 16.67 * clean.time + 0.4)
-    noisy = Recording("noisy", clean.time, clean.columns | {"angle": clean["angle"] + hum}, clean.units)
-    test = component_test(DrivenJoint(), ["torque", "angle"])
-    run, known = prepare_sampled(noisy, test), prepare_sampled(clean, test)
-    assert any("angle hums at 16.67 Hz (0.02 rad)" in note for note in run.notes) and not any("hums" in note for note in known.notes)
+    interference = 0.02 * np.sin(2 * np.pi * 16.67 * clean.time + 0.4)
+    noisy = Recording("noisy", clean.time, clean.columns | {"angle": clean["angle"] + interference}, clean.units)
+    test = input_output_experiment(DrivenJoint(), ["torque", "angle"])
+    run, known = prepare_sampled_run(noisy, test), prepare_sampled_run(clean, test)
+    assert any("angle has mains interference at 16.67 Hz (0.02 rad)" in note for note in run.notes) and not any(
+        "mains interference" in note for note in known.notes
+    )
     # What noise leaves uncertain of two numbers out of 3000
     assert np.std(run.measured - known.measured) < 5 * white_noise(clean["angle"]) / np.sqrt(3000)
 
 
-def answers(what, rng):
+def response(what, rng):
     """Force and displacement (n,) of what has lines of its own."""
     time = np.arange(0, 60, 0.01)
     force = lfilter(*butter(2, 0.3), rng.standard_normal(len(time)))
@@ -144,12 +157,17 @@ def answers(what, rng):
     if what == "decay":
         return time, 0 * force, np.exp(-time / 30) * np.cos(2 * np.pi * 6 * time)
     drive = np.sin(2 * np.pi * 2.5 * time)
-    return time, drive, drive + 0.05 * drive**3  # a spring that hardens answers at 7.5 Hz too
+    return time, drive, drive + 0.05 * drive**3  # a hardening spring responds at 7.5 Hz too
 
 
 @pytest.mark.parametrize("what", ["light_mode", "decay", "harmonics"])
-def test_what_a_component_answers_is_no_hum(what):
+def test_lines_in_the_response_of_a_component_are_not_mains_interference(what):
     rng = np.random.default_rng(1)
-    time, force, displacement = answers(what, rng)
-    run = Recording(what, time, {"force": force, "displacement": displacement + 1e-5 * rng.standard_normal(len(time))}, {"force": "N", "displacement": "m"})
-    assert without_hum(run, ["force"], ["displacement"])[1] == ()
+    time, force, displacement = response(what, rng)
+    run = Recording(
+        what,
+        time,
+        {"force": force, "displacement": displacement + 1e-5 * rng.standard_normal(len(time))},
+        {"force": "N", "displacement": "m"},
+    )
+    assert without_mains_interference(run, ["force"], ["displacement"])[1] == ()

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identification.gap.data.runs import prepare
-from identification.gap.models.model import Model
-from identification.gap.naming.decide import decide
-from identification.gap.reporting.verdict import as_result
+from motofmi.gap.models.harmonic_model import HarmonicModel
+from motofmi.gap.preprocessing.steer_test_run import prepare_steer_test_run
+from motofmi.gap.selection.model_selection import select_model
+from motofmi.gap.verdict import as_result
+from motofmi.reports.gap_before_after import _in_time, _Left, figures, shown_run, without_and_with
+from motofmi.workflows.gap.augmented_rider import effect_on_modes, motion_of
+from motofmi.workflows.gap.rig import rig_effects, rig_experiment
 from rider_fmu import riders
 from rider_fmu.effects.head import SteeringFriction
-from scenarios.augmented_rider import effect_on_modes, motion_of
-from scenarios.gap_before_after import _in_time, _Left, figures, told, without_and_with
-from scenarios.rig_test import rig_effects, rig_test
 from tests.simulators.as_recordings import as_recording
 from tests.simulators.hidden_rig import RIDER, record, sweep
 
@@ -25,29 +25,35 @@ def case():
     rng = np.random.default_rng(5)
     excitations = {"up": sweep(0.5, 10, 2.0, 60.0), "down": sweep(10, 0.5, 3.0, 60.0)}
     recordings = [as_recording(name, record(e, {"Tc": FRICTION}, RIDER, rng)) for name, e in excitations.items()]
-    up, down = (prepare(r, "steer_angle", "steer_torque", "steer_angle_command") for r in recordings)
+    up, down = (prepare_steer_test_run(r, "steer_angle", "steer_torque", "steer_angle_command") for r in recordings)
     rig = {"handlebar_inertia": {"value": 0.125, "standard_error": 0.00125}}
-    return decide(Model(rig_test(rig)), [up], [e for e in rig_effects() if e.family == "coulomb_friction"], [down])
+    return select_model(
+        HarmonicModel(rig_experiment(rig)), [up], [e for e in rig_effects() if e.family == "coulomb_friction"], [down]
+    )
 
 
-def test_pictures_are_of_the_held_out_run_and_leave_what_the_verdict_says(case):
+@pytest.mark.slow
+def test_figures_are_of_the_validation_run_and_their_residuals_agree_with_the_verdict(case):
     gap = as_result(case, "N.m")["gap"]
     shown = without_and_with(case)
-    assert [label for _, _, label in shown] == ["base", "with what was found"] and "Held out" in told(case)
+    assert [label for _, _, label in shown] == ["base", "with the effects found"] and "Validation runs" in shown_run(
+        case
+    )
     for (fit, _, _), key in zip(shown, ("holdout_before", "holdout_after"), strict=True):
         assert fit.runs[0].name == "down"
         left = _Left.of(fit)
         samples = np.array([last - first for first, last, _ in left.run.reduction.bases])
         assert np.sqrt(left.windows(left.left) ** 2 @ samples / samples.sum()) == pytest.approx(gap["rms"][key])
     assert len(figures(shown)) == 5
-    fitted = replace(case, held_out=None)
-    assert without_and_with(fitted)[0][0].runs[0].name == "up" and "No run was held out" in told(fitted)
+    fitted = replace(case, validation_gap=None)
+    assert without_and_with(fitted)[0][0].runs[0].name == "up" and "No validation run" in shown_run(fitted)
 
 
+@pytest.mark.slow
 def test_the_amplitude_of_an_order_is_that_of_its_sine(case):
-    run = case.held_out[1].fit.runs[0]
+    run = case.validation_gap[1].fit.runs[0]
     left, time = _Left.of(without_and_with(case)[0][0]), run.recording.time
-    angle, rate, _ = run.moved(time)
+    angle, rate, _ = run.motion_at(time)
     phase = np.unwrap(np.arctan2(-rate / (2 * np.pi * np.interp(time, [0, 60], [10, 0.5])), angle))
     for k in (1, 3):
         amplitudes = left.amplitudes(run.reduction.reduce(0.4 * np.cos(k * phase)), k)
@@ -55,15 +61,19 @@ def test_the_amplitude_of_an_order_is_that_of_its_sine(case):
         assert np.median(amplitudes) == pytest.approx(0.4, rel=0.02)
 
 
+@pytest.mark.slow
 def test_what_is_in_time_is_one_kind_of_number_after_the_other(case):
-    columns = case.held_out[1].fit.runs[0].reduction.columns
+    columns = case.validation_gap[1].fit.runs[0].reduction.columns
     windows = [columns[i].window for i in _in_time(columns)]
     assert sorted(_in_time(columns)) == list(range(len(columns)))
     kinds = 1 + np.count_nonzero(np.diff(windows) < 0)
-    assert kinds == len([c for c in columns if c.window == columns[-1].window])  # the slowest window has all orders below half the rate
+    assert kinds == len(
+        [c for c in columns if c.window == columns[-1].window]
+    )  # the slowest window has all orders below half the rate
 
 
-def test_in_motion_friction_is_a_damper_and_not_a_lock(case):
+@pytest.mark.slow
+def test_the_describing_function_of_friction_is_a_damper_and_not_a_lock(case):
     """Under a sweep of amplitude a it is between 4 F / (pi a w) at the lowest and at the highest frequency; at rest it locks the bar."""
     plain = riders.load("mean_2011")
     rubbing = plain.with_effects(SteeringFriction()).with_values(**{"coulomb_friction.friction_torque": FRICTION})
@@ -71,5 +81,7 @@ def test_in_motion_friction_is_a_damper_and_not_a_lock(case):
     assert set(motion) == {"vehicle.steer_angle", "vehicle.steer_rate", "device.torso_angle", "device.torso_momentum"}
     assert np.std(motion["vehicle.steer_angle"]) == pytest.approx(np.radians(2) / np.sqrt(2), rel=0.05)
     found = effect_on_modes(plain, rubbing, motion)
-    before, rest, moving = (np.array(found[label]["wobble"]["frequency"], float) for label in ("before", "after", "in_motion"))
+    before, rest, moving = (
+        np.array(found[label]["wobble"]["frequency"], float) for label in ("before", "after", "in_motion")
+    )
     assert np.all(np.abs(moving / before - 1) < 0.05) and np.all(rest < 0.8 * before)

@@ -7,18 +7,18 @@ import pytest
 from scipy.fft import dct
 from scipy.linalg import toeplitz
 
-from fmus.errors import InputError, MissingToolError
-from identification.gap.data.blocks import blocks_of
-from identification.gap.data.runs import prepare
-from identification.gap.data.told import NOISELESS, motion_functions
-from identification.gap.naming.fitting import fit
-from identification.recordings import write_recording
-from identification.sampling import LEAST_SIGNAL, white_noise
-from scenarios.command_line import main
+from fmus.support.errors import InputError, MissingToolError
+from motofmi.cli.main import main
+from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.preprocessing.blocks import blocks_of
+from motofmi.gap.preprocessing.input_interpolation import NOISELESS, motion_functions
+from motofmi.gap.preprocessing.steer_test_run import prepare_steer_test_run
+from motofmi.recordings.reading import write_recording
+from motofmi.recordings.resampling import LEAST_SIGNAL, white_noise
 
 pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")
-from simulators.as_recordings import as_recording
-from simulators.hidden_rig import RIDER, Rig, record, sweep
+from tests.simulators.as_recordings import as_recording
+from tests.simulators.hidden_rig import RIDER, Rig, record, sweep
 
 
 def multisine(seed, amplitude=3.0, duration=45.0):
@@ -29,7 +29,9 @@ def multisine(seed, amplitude=3.0, duration=45.0):
     def angle(t):
         fade = np.clip(np.minimum(t, duration - t), 0, 1.0)
         waves = sum(np.cos(2 * np.pi * f * t + p) for f, p in zip(frequency, phase[: len(frequency)], strict=True))
-        return np.radians(amplitude) * np.sqrt(2 / len(frequency)) / 1.6 * fade**3 * (10 - 15 * fade + 6 * fade**2) * waves
+        return (
+            np.radians(amplitude) * np.sqrt(2 / len(frequency)) / 1.6 * fade**3 * (10 - 15 * fade + 6 * fade**2) * waves
+        )
 
     return angle, duration
 
@@ -37,14 +39,20 @@ def multisine(seed, amplitude=3.0, duration=45.0):
 def recorded(folder, hidden, *seeds):
     rng = np.random.default_rng(7)
     for seed in seeds:
-        write_recording(as_recording(f"run_{seed}", record(multisine(seed), hidden, RIDER, rng, Rig())), folder / f"run_{seed}.csv")
-    (folder / "rig.json").write_text(json.dumps({"handlebar_inertia": {"value": 0.125, "standard_error": 0.00125, "unit": "kg.m2"}}))
+        write_recording(
+            as_recording(f"run_{seed}", record(multisine(seed), hidden, RIDER, rng, Rig())), folder / f"run_{seed}.csv"
+        )
+    (folder / "rig.json").write_text(
+        json.dumps({"handlebar_inertia": {"value": 0.125, "standard_error": 0.00125, "unit": "kg.m2"}})
+    )
 
 
 def no_compiler(*_):
     raise MissingToolError("no C compiler")
 
 
+@pytest.mark.slow
+@pytest.mark.study
 def test_a_head_is_found_in_a_multisine(tmp_path, monkeypatch):
     recorded(tmp_path, {"Ih": 0.06, "fh": 4.2, "zh": 0.3}, 1, 2)
     monkeypatch.chdir(tmp_path)
@@ -53,17 +61,20 @@ def test_a_head_is_found_in_a_multisine(tmp_path, monkeypatch):
     assert (result["verdict"], [e["name"] for e in result["effects"]]) == ("named", ["extra_mode"])
     found = result["effects"][0]["parameters"]
     assert found["frequency"]["value"] == pytest.approx(4.2, abs=3 * found["frequency"]["standard_error"])
-    assert result["gap"]["holdout_after"] == pytest.approx(1.0, abs=0.15)  # 1,200 cosines scatter by 0.04, their noise is a flexible model's
+    assert result["gap"]["holdout_after"] == pytest.approx(
+        1.0, abs=0.15
+    )  # 1,200 cosines scatter by 0.04, their noise is a flexible model's
     assert result["gap"]["holdout_before"] > 2
     assert any("no swept or stepped sine" in sentence for sentence in result["limitations"])
     for file in (result["model"], result["fmu"], result["report"]):
         assert (tmp_path / "gap" / file).exists()
 
 
+@pytest.mark.slow
 def test_nothing_is_found_in_a_multisine_where_nothing_is_hidden(tmp_path, monkeypatch):
     recorded(tmp_path, {}, 3)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("scenarios.commands.gap.build", no_compiler)
+    monkeypatch.setattr("motofmi.workflows.gap.result.build", no_compiler)
     assert main(["gap", "run_3.csv", "--out", "gap"]) == 0
     result = json.loads((tmp_path / "gap" / "verdict.json").read_text())
     assert (result["verdict"], result["fmu"]) == ("none", None) and (tmp_path / "gap" / result["model"]).exists()
@@ -75,14 +86,15 @@ def test_a_sweep_that_is_sampled_coarsely_is_no_noise():
     arrays = record(sweep(8, 12, 2, 60.0), {}, RIDER, np.random.default_rng(0), Rig(rate=40))
     run = as_recording("run", arrays)
     assert np.std(run["steer_angle"]) < LEAST_SIGNAL * white_noise(run["steer_angle"])
-    assert prepare(run, "steer_angle", "steer_torque", "steer_angle_command").reduction.columns
+    assert prepare_steer_test_run(run, "steer_angle", "steer_torque", "steer_angle_command").reduction.columns
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("motion", "message"), [(1.0, "no swept or stepped sine"), (1e-4, "no excitation")])
-def test_another_motion_is_told_from_none(motion, message):
+def test_another_motion_and_no_excitation_have_different_messages(motion, message):
     run = as_recording("run", record(multisine(5, motion), {}, RIDER, np.random.default_rng(0), Rig()))
     with pytest.raises(InputError, match=message):
-        prepare(run, "steer_angle", "steer_torque", "steer_angle_command")
+        prepare_steer_test_run(run, "steer_angle", "steer_torque", "steer_angle_command")
 
 
 def test_the_variance_of_a_cosine_is_that_of_its_noise():
@@ -95,7 +107,9 @@ def test_the_variance_of_a_cosine_is_that_of_its_noise():
     made = blocks_of([(0, n)], 1, rate, rate).deviations([density]) ** 2
     covariance = toeplitz(np.fft.irfft(density(np.fft.rfftfreq(4 * n, 1 / rate)))[:n])
     transform = dct(np.eye(n), axis=0, norm="ortho")
-    np.testing.assert_allclose(made, np.diag(transform @ covariance @ transform.T)[: len(made)], rtol=1e-9)  # rounding of sums of 160
+    np.testing.assert_allclose(
+        made, np.diag(transform @ covariance @ transform.T)[: len(made)], rtol=1e-9
+    )  # rounding of sums of 160
 
 
 def test_a_noiseless_motion_is_that_without_its_noise():
@@ -106,7 +120,10 @@ def test_a_noiseless_motion_is_that_without_its_noise():
     before, after = (multisine(4, duration=30.0)[0](time + step) for step in (-h, h))
     acceleration = (after - 2 * motion + before) / h**2  # right to (w h)^2 / 12 = 3e-4
     inside = slice(128, -128)
-    error = {kind: np.std(motion_functions(time, noisy, "rate", kind)["der(rate)"](time)[inside] - acceleration[inside]) for kind in ("smooth", NOISELESS)}
+    error = {
+        kind: np.std(motion_functions(time, noisy, "rate", kind)["der(rate)"](time)[inside] - acceleration[inside])
+        for kind in ("smooth", NOISELESS)
+    }
     # Noise of 5e-4 up to 10 Hz alone is 5e-4 sqrt(10 / 64) (2 pi 10)^2 / sqrt(5) = 0.35 rad/s2; the ends of the record add to it
     assert error[NOISELESS] < 0.8 < 2 < error["smooth"]
 
@@ -123,7 +140,7 @@ def test_a_step_that_reaches_its_bounds_goes_on():
             rows = {n: type("Row", (), {"min": 0.0, "max": 1e6})() for n in self.own}
             self.component = type("Component", (), {"table": rows})()
             self.rows = list(rows.values())
-            self.stand = type("Stand", (), {"free": (), "measured_effects": {}})()
+            self.experiment = type("Stand", (), {"free": (), "measured_effects": {}})()
 
         def reduced(self, run, q):
             matrix = 1e3 * np.array([[1.0, 1.0], [0.0, 0.01]])

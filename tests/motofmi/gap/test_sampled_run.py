@@ -1,25 +1,26 @@
-"""Runs of a component sample by sample: what is told between the samples, the noise, initial states, and fits that share nothing."""
+"""Runs of a component sample by sample: the inputs between the samples, the noise, initial states, and fits that share nothing."""
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from simulators.hidden_joint import joint_run
+from scipy.signal import butter, lfilter
 
-from fmus.effects.places import laws_at
-from fmus.errors import InputError
+from fmus.effects.placement import laws_at
 from fmus.mechanisms import DrivenJoint, MassSpringDamper
-from identification.gap.data.blocks import blocks_of
-from identification.gap.data.flexible import noise_density
-from identification.gap.data.noise_sources import known_noise
-from identification.gap.data.sampled import prepare_sampled
-from identification.gap.data.told import input_function, motion_functions, unforeseen
-from identification.gap.models.free_start import FreeStart
-from identification.gap.naming import any_component
-from identification.gap.naming.competing import compete
-from identification.gap.naming.fitting import fit
-from identification.gap.stands.component_test import component_test
-from identification.recordings import Recording
-from identification.sampling import white_noise
+from fmus.support.errors import InputError
+from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.gap.models.free_initial_state import FreeInitialStateModel
+from motofmi.gap.preprocessing.blocks import blocks_of
+from motofmi.gap.preprocessing.flexible_model import noise_density
+from motofmi.gap.preprocessing.input_interpolation import input_function, motion_functions, unresolved_input
+from motofmi.gap.preprocessing.noise_sources import known_noise
+from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.selection import any_component
+from motofmi.gap.selection.candidate_search import search_candidates
+from motofmi.recordings.recording import Recording
+from motofmi.recordings.resampling import is_white, white_noise
+from tests.simulators.hidden_joint import joint_run
 
 
 def test_cosines_of_blocks_are_orthonormal():
@@ -57,14 +58,15 @@ def test_an_imposed_motion_is_differentiated_twice():
     assert np.std(found[inside] - exact[inside]) < 0.01 * np.std(exact)
 
 
+@pytest.mark.slow
 def test_repeated_periods_give_the_noise():
     rng = np.random.default_rng(4)
     time = np.arange(0, 24, 0.01)
     drive = np.cos(2 * np.pi * 0.5 * time) + np.cos(2 * np.pi * 1.5 * time + 1)
     angle = 0.1 * np.cos(2 * np.pi * 0.5 * time - 0.3) + 0.01 * rng.standard_normal(len(time))
     recording = Recording("periodic", time, {"torque": drive, "angle": angle}, {"torque": "N.m", "angle": "rad"})
-    test = component_test(DrivenJoint(), list(recording.columns))
-    (run,) = known_noise([prepare_sampled(recording, test)], {})
+    test = input_output_experiment(DrivenJoint(), list(recording.columns))
+    (run,) = known_noise([prepare_sampled_run(recording, test)], {})
     assert run.noise_source == "repeats"
     assert run.densities[0](np.array([1.0])) == pytest.approx(1e-4, rel=0.2)  # 1000 frequencies, in bands
     (run,) = known_noise([run], {"angle": 0.02})
@@ -74,8 +76,8 @@ def test_repeated_periods_give_the_noise():
 
 def test_slopes_of_the_reduced_output_with_the_initial_states_taken_out():
     run_ = joint_run({}, duration=6.0)
-    test = component_test(DrivenJoint(inertia=0.09, stiffness=13.0, damping=0.15), list(run_.columns))
-    run, model = prepare_sampled(run_, test), FreeStart(test)
+    test = input_output_experiment(DrivenJoint(inertia=0.09, stiffness=13.0, damping=0.15), list(run_.columns))
+    run, model = prepare_sampled_run(run_, test), FreeInitialStateModel(test)
     q = model.start()
     z, slopes = model.reduced(run, q)
     residual = z - run.data / run.deviation
@@ -86,16 +88,24 @@ def test_slopes_of_the_reduced_output_with_the_initial_states_taken_out():
         assert 2 * residual @ slopes[:, i] == pytest.approx((up @ up - down @ down) / 2e-5, rel=1e-3, abs=1.0)
 
 
+@pytest.mark.slow
 def test_segments_together_are_what_each_is_alone():
     """One trajectory with breaks: outputs and slopes, of a hysteresis and of a linear joint whose matrices do not change over time."""
-    sampled = prepare_sampled(joint_run({}, "random", seed=5, duration=12.0), component_test(DrivenJoint(), ["torque", "angle"]))
-    laws = {e.form: e for e in laws_at(sampled.test.component)}
-    FreeStart(sampled.test).reduced(sampled, FreeStart(sampled.test).start())  # initial states for all that follows
+    sampled = prepare_sampled_run(
+        joint_run({}, "random", seed=5, duration=18.0), input_output_experiment(DrivenJoint(), ["torque", "angle"])
+    )
+    laws = {e.form: e for e in laws_at(sampled.experiment.component)}
+    FreeInitialStateModel(sampled.experiment).reduced(
+        sampled, FreeInitialStateModel(sampled.experiment).start()
+    )  # initial states for all that follows
     for effects, own in (([], []), ([laws["dahl"]], [0.2, 0.05]), ([laws["delay"]], [0.004])):
-        model = FreeStart(sampled.test, effects)
+        model = FreeInitialStateModel(sampled.experiment, effects)
         q = np.concatenate([model.start()[: len(model.base)], own])
-        together = model.reduced(sampled.remembering(sampled.guess), q)
-        apart, values = [sampled.remembering(sampled.guess) for _ in sampled.segments], model._valued(sampled, q)
+        together = model.reduced(sampled.with_initial_guesses(sampled.guess), q)
+        apart, values = (
+            [sampled.with_initial_guesses(sampled.guess) for _ in sampled.segments],
+            model._valued(sampled, q),
+        )
         alone = [model._segments(run, values, {i: model._last(run, i)})[i] for i, run in enumerate(apart)]
         assert len(sampled.segments) > 3
         # The initial states of either are known to a share of 1e-5 of what is left
@@ -105,9 +115,13 @@ def test_segments_together_are_what_each_is_alone():
 
 
 def test_one_segment_that_diverges_is_left_out():
-    sampled = prepare_sampled(joint_run({}, "random", seed=5, duration=12.0), component_test(DrivenJoint(), ["torque", "angle"]))
-    law = next(e for e in laws_at(sampled.test.component) if e.form == "square" and e.family == "hardening_stiffness")
-    model = FreeStart(sampled.test, [law])
+    sampled = prepare_sampled_run(
+        joint_run({}, "random", seed=5, duration=12.0), input_output_experiment(DrivenJoint(), ["torque", "angle"])
+    )
+    law = next(
+        e for e in laws_at(sampled.experiment.component) if e.form == "square" and e.family == "hardening_stiffness"
+    )
+    model = FreeInitialStateModel(sampled.experiment, [law])
     values = model._valued(sampled, np.concatenate([model.start()[: len(model.base)], [10.0]]))
     initial = {i: np.zeros(2) for i in range(len(sampled.segments))} | {2: np.array([np.nan, 0.0])}
     found = [i for indices, *_ in model.simulated_apart(sampled, list(initial), values, initial) for i in indices]
@@ -116,33 +130,50 @@ def test_one_segment_that_diverges_is_left_out():
         model._traces(sampled, values, initial)
 
 
+@pytest.mark.slow
 def test_a_spring_that_stiffens_much_is_simulated_as_a_variable_step_solver_does():
     """All segments at once do not converge from nowhere, and what they come to then was taken for the answer, a million times too large."""
     rng, (mass, damping, stiffness, cubic) = np.random.default_rng(2), (1.1, 1.2, 300.0, 1e5)
-    waves = [(a, 2 * np.pi * f, p) for a, f, p in zip(rng.normal(0, 0.8, 60), rng.uniform(0.2, 12, 60), rng.uniform(0, 6, 60), strict=True)]
+    waves = [
+        (a, 2 * np.pi * f, p)
+        for a, f, p in zip(rng.normal(0, 0.8, 60), rng.uniform(0.2, 12, 60), rng.uniform(0, 6, 60), strict=True)
+    ]
 
     def force(t):
         return sum(a * np.cos(w * t + p) for a, w, p in waves)
 
     time = np.arange(0, 60, 0.005)
-    exact = solve_ivp(lambda t, y: [y[1], (force(t) - damping * y[1] - stiffness * y[0] - cubic * y[0] ** 3) / mass], (0, 60), [0, 0], t_eval=time, rtol=1e-9, atol=1e-11).y[0]
+    exact = solve_ivp(
+        lambda t, y: [y[1], (force(t) - damping * y[1] - stiffness * y[0] - cubic * y[0] ** 3) / mass],
+        (0, 60),
+        [0, 0],
+        t_eval=time,
+        rtol=1e-9,
+        atol=1e-11,
+    ).y[0]
     values = {"mass": mass, "spring_damping": damping, "spring_stiffness": stiffness}
-    recording = Recording("random", time, {"force": force(time), "displacement": exact}, {"force": "N", "displacement": "m"})
-    run = prepare_sampled(recording, component_test(MassSpringDamper().with_values(**values), list(recording.columns)))
-    law = next(e for e in laws_at(run.test.component) if e.form == "cubic" and e.family == "hardening_stiffness")
-    model = FreeStart(run.test, [law])
+    recording = Recording(
+        "random", time, {"force": force(time), "displacement": exact}, {"force": "N", "displacement": "m"}
+    )
+    run = prepare_sampled_run(
+        recording, input_output_experiment(MassSpringDamper().with_values(**values), list(recording.columns))
+    )
+    law = next(e for e in laws_at(run.experiment.component) if e.form == "cubic" and e.family == "hardening_stiffness")
+    model = FreeInitialStateModel(run.experiment, [law])
     q = model.start()
     q[model.names.index("hardening_stiffness.cubic_stiffness")] = cubic
     assert 3 * cubic * np.var(exact) > 0.3 * stiffness  # it is so much stiffer in the mean
-    left = model.traced(run, q)[0]
+    left = model.residuals_and_motion(run, q)[0]
     # What is not known of the force between its samples is a thousandth.
     assert np.std(left) < 2e-3 * np.std(exact)
 
 
-def test_what_was_told_at_other_times_is_not_told_again():
-    run = prepare_sampled(joint_run({}, "random", seed=5, duration=6.0), component_test(DrivenJoint(), ["torque", "angle"]))
+def test_inputs_interpolated_at_other_times_are_not_reused():
+    run = prepare_sampled_run(
+        joint_run({}, "random", seed=5, duration=6.0), input_output_experiment(DrivenJoint(), ["torque", "angle"])
+    )
     one, other = np.array([1.0, 2.0, 4.0]), np.array([1.0, 3.0, 4.0])  # as many, with the same ends
-    assert run.told(one)["torque"][1] != run.told(other)["torque"][1]
+    assert run.inputs(one)["torque"][1] != run.inputs(other)["torque"][1]
 
 
 def test_a_held_input_keeps_its_amplitude():
@@ -152,28 +183,38 @@ def test_a_held_input_keeps_its_amplitude():
     inside = 10 + 5e-4 * (np.arange(40000) + 0.5)
     wave = np.exp(-2j * np.pi * 2.5 * inside)
     held = values[np.floor(inside / 0.1).astype(int)]
-    exact, lines, joined = (np.mean(y * wave) for y in (held, input_function(time, values, "lines")(inside - 0.05), input_function(time, values, "held")(inside)))
+    exact, lines, joined = (
+        np.mean(y * wave)
+        for y in (
+            held,
+            input_function(time, values, "lines")(inside - 0.05),
+            input_function(time, values, "held")(inside),
+        )
+    )
     assert abs(joined / exact - 1) < 1e-3
     assert abs(lines / exact) == pytest.approx(np.sinc(0.25), abs=2e-3)
 
 
+@pytest.mark.slow
 def test_noise_is_taken_beside_the_next_fit_where_the_best_can_be_simulated_from_nowhere_else(monkeypatch):
     t = np.arange(0, 10, 0.01)
     rng = np.random.default_rng(6)
     columns = {"torque": np.sin(7 * t), "angle": 0.05 * np.sin(7 * t + 0.3) + 1e-4 * rng.standard_normal(len(t))}
-    test = component_test(DrivenJoint(inertia=0.1, stiffness=10.0, damping=0.1), list(columns))
-    run = prepare_sampled(Recording("run", t, columns, {"torque": "N.m", "angle": "rad"}), test)
-    base = any_component.begin(FreeStart(test), [run])
-    beside = FreeStart.with_noise_beside
+    test = input_output_experiment(DrivenJoint(inertia=0.1, stiffness=10.0, damping=0.1), list(columns))
+    run = prepare_sampled_run(Recording("run", t, columns, {"torque": "N.m", "angle": "rad"}), test)
+    base = any_component.initial_fit(FreeInitialStateModel(test), [run])
+    beside = FreeInitialStateModel.with_remaining_noise
 
     def only_the_base(model, run, q):
         if model.effects:
             raise InputError("the simulation diverges")
         return beside(model, run, q)
 
-    monkeypatch.setattr(FreeStart, "with_noise_beside", only_the_base)
+    monkeypatch.setattr(FreeInitialStateModel, "with_remaining_noise", only_the_base)
     known = []
-    ready = any_component._beside_the_best(base, laws_at(test.component, 0.35, {"torque": 1.0}, {"angle": 0.05}), known)
+    ready = any_component._with_noise_of_best_effect(
+        base, laws_at(test.component, 0.35, {"torque": 1.0}, {"angle": 0.05}), known
+    )
     assert [r.name for r in ready] == ["run"] and all(k.model.effects for k in known)
 
 
@@ -184,41 +225,51 @@ def test_what_samples_miss_of_a_pulses_area():
     for begin, width in zip(rng.uniform(20, 21, 400), rng.uniform(6, 12, 400), strict=True):
         values = ((time >= begin) & (time < begin + width)).astype(float)
         errors.append(input_function(time, values, "smooth").integrate(0, 59) - width)
-        said.append(np.sqrt(np.sum(unforeseen(values) ** 2)))
+        said.append(np.sqrt(np.sum(unresolved_input(values) ** 2)))
     # Two ends, each evenly spread over a sample; 400 pulses scatter by 4 %
     assert np.std(errors) == pytest.approx(np.sqrt(2 / 12), rel=0.1)
     assert np.sqrt(np.mean(np.square(said))) == pytest.approx(np.sqrt(2 / 12), rel=0.1)
 
 
-def test_what_is_smooth_is_foreseen():
+def test_a_smooth_input_is_resolved():
     time = np.arange(0, 20, 0.1)
-    four, six = (2 * np.sin(np.pi / 10)) ** 4 / 6, (2 * np.sin(np.pi / 10)) ** 6 / 20  # of a sine with ten samples per period
-    assert np.abs(unforeseen(np.sin(2 * np.pi * time))).max() == pytest.approx(np.sqrt(0.15) * four * (six / four) ** 2, rel=0.1)
+    four, six = (
+        (2 * np.sin(np.pi / 10)) ** 4 / 6,
+        (2 * np.sin(np.pi / 10)) ** 6 / 20,
+    )  # of a sine with ten samples per period
+    assert np.abs(unresolved_input(np.sin(2 * np.pi * time))).max() == pytest.approx(
+        np.sqrt(0.15) * four * (six / four) ** 2, rel=0.1
+    )
 
 
 def test_noise_does_not_make_a_motion_faster():
-    motion = prepare_sampled(joint_run({}, "random", seed=1), component_test(DrivenJoint(), ["torque", "angle"]))
-    noisy = prepare_sampled(joint_run({}, "random", seed=1, noise=0.03), component_test(DrivenJoint(), ["torque", "angle"]))
+    motion = prepare_sampled_run(
+        joint_run({}, "random", seed=1), input_output_experiment(DrivenJoint(), ["torque", "angle"])
+    )
+    noisy = prepare_sampled_run(
+        joint_run({}, "random", seed=1, noise=0.03), input_output_experiment(DrivenJoint(), ["torque", "angle"])
+    )
     assert noisy.middle_frequency == pytest.approx(motion.middle_frequency, rel=0.1)
 
 
 def test_a_fit_leaves_no_trace_in_the_runs_that_it_was_given():
     run = joint_run({}, "random", seed=5, duration=6.0)
-    test = component_test(DrivenJoint(), list(run.columns))
-    sampled, model = prepare_sampled(run, test), FreeStart(test)
+    test = input_output_experiment(DrivenJoint(), list(run.columns))
+    sampled, model = prepare_sampled_run(run, test), FreeInitialStateModel(test)
     found = fit(model, [sampled], model.start())
     assert not sampled.guess and (0,) in found.runs[0].guess
 
 
+@pytest.mark.slow
 def test_many_processes_find_what_one_does(monkeypatch):
     run = joint_run({"hardening": 40.0}, "random", seed=5)
-    test = component_test(DrivenJoint(), list(run.columns))
+    test = input_output_experiment(DrivenJoint(), list(run.columns))
     library = [e for e in laws_at(test.component, 0.35) if e.family in ("hardening_stiffness", "asymmetry", "drift")]
     found = {}
     for processes in ("1", "2"):
         monkeypatch.setenv("OMP_NUM_THREADS", processes)
-        base = any_component.begin(FreeStart(test), [prepare_sampled(run, test)])
-        candidates = compete(base, library)
+        base = any_component.initial_fit(FreeInitialStateModel(test), [prepare_sampled_run(run, test)])
+        candidates = search_candidates(base, library)
         best, (sampled,) = candidates[0].fit, candidates[0].fit.runs
         found[processes] = [(c.effect.form, c.fit.chi2) for c in candidates if c.fitted]
         # Whatever process found it, its runs know from where they are simulated with this effect
@@ -227,3 +278,51 @@ def test_many_processes_find_what_one_does(monkeypatch):
         assert np.sum((again - sampled.data / sampled.deviation) ** 2) == pytest.approx(best.chi2, rel=1e-3)
     assert [form for form, _ in found["1"]] == [form for form, _ in found["2"]]
     assert [chi2 for _, chi2 in found["1"]] == pytest.approx([chi2 for _, chi2 in found["2"]], rel=1e-9)
+
+
+def swing(rate, duration=12.0, noise=1e-4, seed=0):
+    """A pendulum's free swing of 0.7 Hz: angle [rad] alone."""
+    time = np.arange(0, duration, 1 / rate)
+    angle = 0.4 * np.exp(-0.05 * time) * np.cos(2 * np.pi * 0.7 * time)
+    angle = angle + noise * np.random.default_rng(seed).standard_normal(len(time))
+    return Recording("swing", time, {"angle": angle}, {"angle": "rad"})
+
+
+@pytest.mark.parametrize("rate", [50.0, 500.0])
+def test_segments_do_not_depend_on_the_sampling_rate(rate):
+    recording = swing(rate)
+    run = prepare_sampled_run(recording, input_output_experiment(DrivenJoint(), ["angle"]))
+    # Hann's window is two lines of 1 / 12 Hz wide to each side
+    assert run.middle_frequency == pytest.approx(0.7, abs=0.05)
+    assert len(run.segments) == 1  # six periods are 8.6 s of 12
+
+
+def test_bridged_and_clipped_samples_are_not_compared():
+    """The same residual at samples that are left out changes nothing."""
+    whole = swing(50.0, 20.0)
+    held = np.clip(whole["angle"], -0.3, 0.3)
+    held[[100, 101]] = np.nan
+    kept = np.isfinite(held)
+    recording = Recording("clipped", whole.time[kept], {"angle": held[kept]}, whole.units)
+    run = prepare_sampled_run(recording, input_output_experiment(DrivenJoint(), ["angle"]))
+    at_limit = np.isin(held, [-0.3, 0.3])
+    assert np.array_equal(~run.reduction.compared[:, 0], at_limit | ~kept)
+    assert sum("at its limit of" in note for note in run.notes) == 2
+    assert len(run.segments) == 1 or all(b[0] == a[1] for a, b in zip(run.segments, run.segments[1:], strict=False))
+    off = whole["angle"][:, None] + 5.0 * ~run.reduction.compared
+    assert run.reduction.reduce(off) == pytest.approx(run.data, abs=1e-9)
+
+
+def test_a_smooth_record_is_an_excitation_at_any_bandwidth():
+    """Full up to four fifths of half the sampling rate, its fourth differences are as large as the signal."""
+    y = lfilter(*butter(8, 0.8), np.random.default_rng(4).standard_normal(3000))
+    assert np.std(y) < 5 * white_noise(y)  # what was taken for "no excitation"
+    recording = Recording("wide", np.arange(3000) / 100, {"angle": y}, {"angle": "rad"})
+    assert prepare_sampled_run(recording, input_output_experiment(DrivenJoint(), ["angle"])).data.any()
+
+
+def test_white_noise_is_no_motion_unless_an_input_explains_it():
+    rng = np.random.default_rng(5)
+    drive, noise = rng.standard_normal((2, 2000))
+    assert is_white(noise) and is_white(noise, [drive])
+    assert not is_white(np.roll(drive, 1) + 0.5 * noise, [drive]) and not is_white(np.cumsum(noise))

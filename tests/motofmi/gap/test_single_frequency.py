@@ -1,13 +1,13 @@
-"""An imposed sine: inertia and stiffness cannot both be told, so the inertia keeps its value."""
+"""An imposed sine: inertia and stiffness are not both identifiable, so the inertia keeps its value."""
 
 import numpy as np
 import pytest
 
 from fmus.mechanisms import MassSpringDamper
-from identification.gap.data.sampled import prepare_sampled
-from identification.gap.naming.any_component import investigate
-from identification.gap.stands.component_test import component_test
-from identification.recordings import Recording
+from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.selection.any_component import investigate
+from motofmi.recordings.recording import Recording
 
 MASS, STIFFNESS, DAMPING, AMPLITUDE = 2.0, 5000.0, 300.0, 0.01
 
@@ -22,11 +22,16 @@ def imposed(frequencies):
     return Recording("sine", time, columns, {"displacement": "m", "force": "N"})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("frequencies", [[2.0], [2.0, 9.0]])
 def test_the_mass_is_fitted_only_where_it_shows(frequencies):
     recording = imposed(frequencies)
-    test = component_test(MassSpringDamper(mass=1.0, spring_stiffness=4000.0, spring_damping=200.0), list(recording.columns), "displacement")
-    found = investigate(test, [prepare_sampled(recording, test)])
+    test = input_output_experiment(
+        MassSpringDamper(mass=1.0, spring_stiffness=4000.0, spring_damping=200.0),
+        list(recording.columns),
+        "displacement",
+    )
+    found = investigate(test, [prepare_sampled_run(recording, test)])
     values = found.verdict.best.model.values(found.verdict.best.shared)
     assert found.verdict.verdict == "none"
     if len(frequencies) == 1:

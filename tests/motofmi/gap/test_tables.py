@@ -1,6 +1,6 @@
 """The words and tables of the gap's reports hold what verdict.json holds."""
 
-from scenarios.gap_tables import before_and_after, modes_over_speed, places, verdict_section
+from motofmi.reports.gap_tables import before_and_after, modes_over_speed, places, verdict_section
 
 TIED = {
     "verdict": "tied", "effects": [], "tied": ["drift", "reflex"], "closest": None, "candidates": [
@@ -23,13 +23,15 @@ def test_a_tie_names_its_members_the_next_experiment_and_the_limits():
 
 
 def test_what_is_unknown_says_what_is_nearest():
-    said = verdict_section({**TIED, "verdict": "unknown", "tied": [], "closest": {"name": "backlash", "delta_bic": 9.0}}).paragraphs
+    said = verdict_section(
+        {**TIED, "verdict": "unknown", "tied": [], "closest": {"name": "backlash", "delta_bic": 9.0}}
+    ).paragraphs
     assert any("backlash" in sentence and "from 0.2 to 0.1 N.m" in sentence for sentence in said)
 
 
-def test_missing_held_out_values_are_empty_cells():
+def test_missing_validation_values_are_empty_cells():
     rows = {row[0]: row[1:] for row in before_and_after(TIED).rows}
-    assert rows["holdout after"] == ("", "") and rows["before"] == ("2.000", "0.2")
+    assert rows["validation runs, after"] == ("", "") and rows["fitted runs, before"] == ("2.000", "0.2")
     assert len(places(TIED, most=7).rows) == 7
 
 
@@ -42,8 +44,11 @@ def test_modes_stand_side_by_side():
     modes = {"speed": [10.0, 20.0], "before": {"weave": {"frequency": [0.0, 2.5], "damping_ratio": [None, 0.1]}},
              "after": {"weave": {"frequency": [None, 2.4], "damping_ratio": [None, -0.2]}}}  # fmt: skip
     table = modes_over_speed({**TIED, "modes": modes}).tables[0]
-    assert table.rows == [("weave", "10", "no oscillation", "absent"), ("weave", "20", "2.500 Hz, 0.1000", "2.400 Hz, -0.2000")]
+    assert table.rows == [
+        ("weave", "10", "no oscillation", "absent"),
+        ("weave", "20", "2.500 Hz, 0.1000", "2.400 Hz, -0.2000"),
+    ]
     assert table.headings[2:] == ("without", "with, at rest")
     moving = modes_over_speed({**TIED, "modes": {**modes, "in_motion": modes["before"]}})
-    assert moving.tables[0].headings[-1] == "with, in motion" and "mean square" in moving.paragraphs[-1]
-    assert "nothing changes" in modes_over_speed(TIED).paragraphs[0]
+    assert moving.tables[0].headings[-1] == "with, describing function" and "least-squares" in moving.paragraphs[-1]
+    assert "do not change" in modes_over_speed(TIED).paragraphs[0]

@@ -1,19 +1,21 @@
 """The gap workflow on recorded runs of a vehicle whose states are measured: an unstable bicycle under closed-loop control."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
-from simulators.hidden_bicycle import bicycle, ride, write_matrices, write_ride
 
 from fmus import InputError
-from identification.gap.data.weak_form import prepare_weak
-from identification.gap.naming.fitted import parameters_of
-from identification.recordings import Recording
-from scenarios import names
-from scenarios.command_line import main
-from scenarios.vehicle_runs import read_runs, runs_effects, runs_stand, verdict_on_runs
+from motofmi.cli.main import main
+from motofmi.gap.estimation.fit_result import parameters_of
+from motofmi.gap.preprocessing.weak_form import prepare_weak_form
+from motofmi.recordings.reading import read_recording
+from motofmi.recordings.recording import Recording
+from motofmi.workflows import components
+from motofmi.workflows.gap.vehicle import vehicle_runs_experiment
+from motofmi.workflows.gap.vehicle_equations import runs_effects, verdict_on_runs, weak_runs
+from tests import SHARED_DATA
+from tests.simulators.hidden_bicycle import bicycle, ride, write_matrices, write_ride
 
 SHARE = 0.03  # by which the real bicycle differs from its matrices, which are taken as known to 10 %
 
@@ -21,10 +23,13 @@ SHARE = 0.03  # by which the real bicycle differs from its matrices, which are t
 def investigated(folder, seed, **hidden):
     rng = np.random.default_rng(seed)
     file = write_ride(folder / "run.csv", ride(rng, bicycle(rng, SHARE), **hidden))
-    stand = runs_stand(names.vehicle(write_matrices(folder / "bicycle.toml")))
-    return verdict_on_runs(stand, read_runs([file], stand), [], runs_effects(stand.component))
+    experiment = vehicle_runs_experiment(components.vehicle(write_matrices(folder / "bicycle.toml")))
+    return verdict_on_runs(
+        experiment, weak_runs([read_recording(file)], experiment), [], runs_effects(experiment.component)
+    )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_where_nothing_is_hidden_nothing_is_named(tmp_path, seed):
     verdict = investigated(tmp_path, seed)
@@ -33,12 +38,14 @@ def test_where_nothing_is_hidden_nothing_is_named(tmp_path, seed):
     assert verdict.base.reduced == pytest.approx(1.0, abs=0.1)
 
 
-def test_what_feedback_feigns_is_not_named(tmp_path):
+@pytest.mark.slow
+def test_an_effect_that_only_feedback_causes_is_not_named(tmp_path):
     assert investigated(tmp_path, 21, pushed=5.0).verdict in ("none", "unknown")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hidden, name, parameter, truth", [
-    ({"friction": 0.3}, "steering_friction", "friction_torque", 0.3), ({"damping": 1.5}, "steer_damping", "damping", 1.5),
+    ({"friction": 0.3}, "coulomb_friction", "friction_torque", 0.3), ({"damping": 1.5}, "steer_damping", "damping", 1.5),
 ])  # fmt: skip
 def test_what_is_hidden_is_named_and_sized(tmp_path, hidden, name, parameter, truth):
     verdict = investigated(tmp_path, 10, **hidden)
@@ -48,58 +55,78 @@ def test_what_is_hidden_is_named_and_sized(tmp_path, hidden, name, parameter, tr
     assert abs(value - truth) < max(0.1 * truth, 3 * error)
 
 
-def test_the_command_writes_the_vehicle_and_compares_with_a_held_out_run(tmp_path):
+@pytest.mark.slow
+def test_the_command_writes_the_vehicle_and_compares_with_a_validation_run(tmp_path):
     rng = np.random.default_rng(3)
     real = bicycle(rng, SHARE)
     files = [write_ride(tmp_path / f"{name}.csv", ride(rng, real, friction=0.3)) for name in ("run", "held")]
     vehicle = write_matrices(tmp_path / "bicycle.toml")
     assert main(["gap", files[0], "--holdout", files[1], "--vehicle", vehicle, "--out", str(tmp_path / "gap")]) == 0
     verdict = json.loads((tmp_path / "gap" / "verdict.json").read_text("utf-8"))
-    assert verdict["verdict"] == "named" and verdict["effects"][0]["name"] == "steering_friction"
-    assert verdict["noise_source"] == "flexible_model" and any("rich" in sentence for sentence in verdict["limitations"])
+    assert verdict["verdict"] == "named" and verdict["effects"][0]["name"] == "coulomb_friction"
+    assert verdict["noise_source"] == "flexible_model" and any(
+        "flexible" in sentence for sentence in verdict["limitations"]
+    )
     before, after = verdict["gap"]["holdout_before"], verdict["gap"]["holdout_after"]
     assert after - 1 < 0.1 * (before - 1), "nine tenths of the gap close on the run that was not used"
     assert (tmp_path / "gap" / verdict["report"]).exists() and (tmp_path / "gap" / verdict["fmu"]).exists()
     # What was written is a vehicle again.
-    assert "steering_friction.friction_torque" in names.vehicle(str(tmp_path / "gap" / verdict["model"])).values
+    assert "coulomb_friction.friction_torque" in components.vehicle(str(tmp_path / "gap" / verdict["model"])).values
 
 
 def recording(**changed):
     rng = np.random.default_rng(0)
     time, speed, roll, roll_rate, steer, steer_rate, torque = ride(rng, bicycle(rng, SHARE)).T
-    columns = {"speed": speed, "roll_angle": roll, "roll_rate": roll_rate, "steer_angle": steer, "steer_rate": steer_rate, "steer_torque": torque}
+    columns = {
+        "speed": speed,
+        "roll_angle": roll,
+        "roll_rate": roll_rate,
+        "steer_angle": steer,
+        "steer_rate": steer_rate,
+        "steer_torque": torque,
+    }
     return Recording("run", time, columns | changed, dict.fromkeys(columns, "1"))
 
 
 def prepared(run):
-    return prepare_weak(run, "speed", ("roll_rate", "steer_rate"), tuple(run.columns))
+    return prepare_weak_form(run, "speed", ("roll_rate", "steer_rate"), tuple(run.columns))
 
 
+@pytest.mark.slow
 def test_the_weak_form_of_a_rate_is_that_of_its_derivative():
     time = np.arange(0, 40, 0.01)
     run = recording()
-    run = prepared(Recording("sine", time, {n: np.full(len(time), 4.0) if n == "speed" else np.sin(2 * np.pi * 1.3 * time) for n in run.columns}, run.units))
+    run = prepared(
+        Recording(
+            "sine",
+            time,
+            {n: np.full(len(time), 4.0) if n == "speed" else np.sin(2 * np.pi * 1.3 * time) for n in run.columns},
+            run.units,
+        )
+    )
     exact = run.tested(2 * np.pi * 1.3 * np.cos(2 * np.pi * 1.3 * time)[run.places])
     # The sums stand for integrals: their error is that of the midpoint rule at the ends, (w h)^2 / 24 of the largest.
     assert run.measured[0] == pytest.approx(exact, abs=2e-3 * np.abs(exact).max())
 
 
+@pytest.mark.slow
 def test_starts_stops_and_wild_samples_are_cut_and_that_is_said():
     run = recording()
     run.columns["speed"][:1500] = np.linspace(0, 3.9, 1500)
     run.columns["steer_rate"][6000] = -22.0
     ready = prepared(run)
     assert not ({6000, *range(1200)} & set(ready.places.ravel().tolist()))
-    assert "samples below 80% of the usual speed and 1 wild ones" in ready.notes[-1]
+    assert "samples below 80% of the usual speed and 1 outliers" in ready.notes[-1]
 
 
+@pytest.mark.slow
 def test_a_run_that_is_too_short_is_refused():
     short = recording()
     with pytest.raises(InputError, match="expected at least 2"):
         prepared(Recording("short", short.time[:1500], {n: x[:1500] for n, x in short.columns.items()}, short.units))
 
 
-MEASURED = Path(__file__).parents[2] / "shared" / "data" / "measured" / "steer_by_wire_bicycle"
+MEASURED = SHARED_DATA / "measured" / "steer_by_wire_bicycle"
 AUTHORS = """
 A0 = [[0, 0, 1, 0], [0, 0, 0, 1], [13.5934863142, -0.438988101746, 0, 0], [2.4476559527, 23.0914910644, 0, 0]]
 A1 = [[0, 0, 0, 0], [0, 0, 0, 0], [0, 0, -0.187133919764, -0.539355760804], [0, 0, 3.82992579518, -3.18311895912]]
@@ -108,11 +135,14 @@ B = [[0, 0], [0, 0], [0.0953640872087, -0.454498760802], [-0.454498760802, 9.301
 """
 
 
-@pytest.mark.skipif(not MEASURED.exists(), reason=f"the measured runs of the steer-by-wire bicycle are not at {MEASURED}")
+@pytest.mark.slow
+@pytest.mark.skipif(
+    not MEASURED.exists(), reason=f"the measured runs of the steer-by-wire bicycle are not at {MEASURED}"
+)
 def test_the_steer_by_wire_bicycle_lacks_something_and_friction_leads_without_being_all_of_it(tmp_path):
     (tmp_path / "authors.toml").write_text(AUTHORS)
-    stand = runs_stand(names.vehicle(str(tmp_path / "authors.toml")), ["all"])
-    runs = read_runs([str(MEASURED / f"bode_4mps_{f}Hz.csv") for f in ("1.0", "1.8")], stand)
-    verdict = verdict_on_runs(stand, runs, [], runs_effects(stand.component))
-    assert verdict.verdict != "none" and verdict.candidates[0].family == "steering_friction"
+    experiment = vehicle_runs_experiment(components.vehicle(str(tmp_path / "authors.toml")), ["all"])
+    runs = weak_runs([read_recording(MEASURED / f"bode_4mps_{f}Hz.csv") for f in ("1.0", "1.8")], experiment)
+    verdict = verdict_on_runs(experiment, runs, [], runs_effects(experiment.component))
+    assert verdict.verdict != "none" and verdict.candidates[0].family == "coulomb_friction"
     assert verdict.best.reduced < verdict.base.reduced

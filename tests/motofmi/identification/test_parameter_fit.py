@@ -1,7 +1,6 @@
-"""Identification: exact on the rig without noise, as certain as it says with noise, and honest about what it cannot tell."""
+"""Identification: exact without noise, with correct standard errors with noise, and warnings for parameters that are not identifiable."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,19 +9,21 @@ from hypothesis import strategies as st
 
 from benchmarks import identification as speed
 from benchmarks import identification_coverage
-from fmus.errors import InputError
-from identification.bootstrap import bootstrap
-from identification.excitation import stepped_sine, sweep
-from identification.fit import METHODS, Problem, combine, identify
-from identification.frf import estimate, exact_frf, mean_frf
-from identification.recordings import read_recording
-from identification.response import Response
+from fmus.support.errors import InputError
+from motofmi.frequency_response.estimators import estimate
+from motofmi.frequency_response.excitation import stepped_sine, sweep
+from motofmi.frequency_response.frf import exact_frf, mean_frf
+from motofmi.frequency_response.response import Response
+from motofmi.identification.bootstrap import bootstrap
+from motofmi.identification.parameter_fit import METHODS, Problem, combine, identify
+from motofmi.recordings.reading import read_recording
+from motofmi.virtual_rig.simulated_rig import QUIET, steer_test
+from motofmi.workflows.measured_rider import PARAMETERS, rider_from, rig_response
 from rider_fmu import Handlebar, riders
 from rider_fmu.two_degree_of_freedom import derived
-from scenarios.measured_rider import PARAMETERS, rider_from, rig_response
-from scenarios.virtual_rig import QUIET, steer_test
+from tests import SHARED_DATA
 
-CASE = Path(__file__).resolve().parents[2] / "shared" / "data" / "gap_open" / "case_01"
+CASE = SHARED_DATA / "gap_open" / "case_01"
 MODEL = rig_response()
 PUBLISHED = [name for name in riders.names() if riders.contents(name)["component"] == "PassiveRider"]
 FREQUENCY = np.linspace(0.5, 12, 47)
@@ -52,11 +53,14 @@ def test_derivatives_are_exact():
         np.testing.assert_allclose(slope[k], (up - down) / (2 * h), rtol=1e-5, atol=1e-8 * np.abs(slope[k]).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PUBLISHED)
 def test_published_riders_come_back_from_a_noise_free_test(name):
     """Each paper's own test and method, and the weighted fit: all six parameters to 1e-6."""
     paper = name.endswith("2008")
-    frf = estimate(steer_test(riders.load(name), truth(name)[0], stepped_sine() if paper else sweep(), QUIET, oversampling=4))
+    frf = estimate(
+        steer_test(riders.load(name), truth(name)[0], stepped_sine() if paper else sweep(), QUIET, oversampling=4)
+    )
     for method in ("amplitude" if paper else "nyquist", "weighted"):
         found = identify([frf], MODEL, method)
         np.testing.assert_allclose(found.values, truth(name), rtol=1e-6)
@@ -84,6 +88,7 @@ def test_the_papers_tables_follow(name):
         assert follows["added_steer_inertia"] == pytest.approx(truth(name)[0] - bare_bar(name), abs=1e-8)
 
 
+@pytest.mark.slow
 @given(st.lists(st.floats(-0.7, 0.7), min_size=6, max_size=6), st.sampled_from(["weighted", "nyquist"]))
 def test_any_rider_comes_back_from_its_exact_frf(logs, method):
     p = truth("mean_2011") * np.exp(logs)
@@ -103,6 +108,7 @@ def test_residuals_are_the_papers():
     assert found.residual["phase_deg"] == pytest.approx(5, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_bias_and_coverage_with_noise():
     """The small version of the study in benchmarks: 30 sweeps instead of 200."""
     result = identification_coverage.one_rider(range(30))
@@ -114,10 +120,13 @@ def test_bias_and_coverage_with_noise():
     assert np.mean([p["coverage_95"] for p in result.values()]) > 0.90
 
 
+@pytest.mark.slow
 def test_runs_that_differ_are_combined_with_their_spread():
     """Eight simulated sets of three runs of a rider who differs by 3 % from run to run."""
     result = identification_coverage.changing_rider(range(8), runs=3)
-    assert np.mean([p["coverage_95"] for p in result["parameters"].values()]) > 0.85  # 48 intervals, three deviations are 9 %
+    assert (
+        np.mean([p["coverage_95"] for p in result["parameters"].values()]) > 0.85
+    )  # 48 intervals, three deviations are 9 %
     assert result["run_to_run"] == pytest.approx(0.03, rel=0.25)
 
 
@@ -144,6 +153,7 @@ def test_solved_case_with_nothing_hidden():
     assert 0.02 < found.run_to_run < 0.06  # 3 % is stated
 
 
+@pytest.mark.slow
 def test_bootstrap_agrees_with_the_standard_errors_and_with_itself():
     found = identify([estimate(steer_test(riders.load("mean_2011"), 0.125, sweep(), seed=5, oversampling=2))], MODEL)
     draws = bootstrap(found, MODEL, 200, processes=1)
@@ -152,6 +162,7 @@ def test_bootstrap_agrees_with_the_standard_errors_and_with_itself():
     np.testing.assert_array_equal(bootstrap(found, MODEL, 30, processes=2), bootstrap(found, MODEL, 30, processes=1))
 
 
+@pytest.mark.slow
 def test_population_has_the_fitted_covariance():
     found = identify([estimate(steer_test(riders.load("mean_2011"), 0.125, sweep(), seed=6, oversampling=2))], MODEL)
     draws = np.log(found.draws(20_000))
@@ -159,20 +170,23 @@ def test_population_has_the_fitted_covariance():
     assert np.all(np.diag(found.correlation) == pytest.approx(1))
 
 
-def test_exactly_tied_parameters_are_named():
-    """The bar's own inertia and inertia in the hands are one number at this port: no data tell them apart."""
+def test_parameters_that_are_not_identifiable_are_named():
+    """The bar's own inertia and inertia in the hands add up to one number at this port: no data separate them."""
 
     class TwoInertias(Handlebar):
         def equations(self, v, m):
             acceleration = (v.servo_torque + v.handlebar_torque) / (v.steer_inertia + v.hand_inertia)
             return {**super().equations(v, m), "der(steer_rate)": acceleration, "steer_acceleration": acceleration}
 
-    TwoInertias.declared = {**TwoInertias.declared, "hand_inertia": Handlebar.declared["steer_inertia"].named("hand_inertia")}
+    TwoInertias.declared = {
+        **TwoInertias.declared,
+        "hand_inertia": Handlebar.declared["steer_inertia"].named("hand_inertia"),
+    }
     bar = TwoInertias("bar", steer_inertia=0.1, hand_inertia=0.1)
     response = Response(bar, "servo_torque", "steer_acceleration", ["steer_inertia", "hand_inertia"])
     found = identify([exact_frf(FREQUENCY, np.full(47, 5.0 + 0j))], response)
     assert np.sum(found.values) == pytest.approx(0.2)
-    assert any("cannot tell steer_inertia and hand_inertia apart" in w for w in found.warnings)
+    assert any("steer_inertia and hand_inertia are identifiable only in combination" in w for w in found.warnings)
 
 
 def test_parameter_on_its_bound_is_said():
@@ -194,6 +208,7 @@ def test_mean_rider_is_identified_from_the_mean_frf():
     np.testing.assert_allclose(found.values[1:3], truth("mean_2011")[1:3], rtol=0.05)
 
 
+@pytest.mark.slow
 def test_as_good_an_optimum_as_scipys_curve_fit_from_every_start():
     """The small version of the study in benchmarks; times are measured there."""
     recording = steer_test(riders.load("mean_2011"), 0.125, sweep(), seed=1, oversampling=2)
@@ -201,6 +216,7 @@ def test_as_good_an_optimum_as_scipys_curve_fit_from_every_start():
     assert result["same_or_better_optimum"] and result["starts_that_reach_the_best"]["fit"] == 1.0
 
 
+@pytest.mark.slow
 def test_wrong_questions():
     frf = exact_frf(FREQUENCY, MODEL(2 * np.pi * FREQUENCY))
     with pytest.raises(InputError, match=r"unknown method 'nyqist', did you mean 'nyquist'"):

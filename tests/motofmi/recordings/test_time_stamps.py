@@ -5,11 +5,11 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from fmus.errors import InputError
-from identification.frf import estimate
-from identification.recordings import Recording
-from identification.sampling import uniform
-from identification.time_stamps import ENOUGH, complete, interval
+from fmus.support.errors import InputError
+from motofmi.frequency_response.estimators import estimate
+from motofmi.recordings.recording import Recording
+from motofmi.recordings.resampling import uniform
+from motofmi.recordings.time_stamps import ENOUGH, complete, interval
 
 N = 4000
 
@@ -24,11 +24,15 @@ def recording(stamps, values):
 
 @given(rate=st.floats(20, 2000), decimals=st.integers(2, 6), first=st.floats(0, 1e4))
 def test_rounded_stamps_tell_the_rate(rate, decimals, first):
-    longer = (10.0**decimals / rate) % 1  # share of the steps; where long or short ones are few they may as well be gaps
+    longer = (
+        10.0**decimals / rate
+    ) % 1  # share of the steps; where long or short ones are few they may as well be gaps
     assume(10.0**-decimals < 0.4 / rate or N * min(longer, 1 - longer) > 2 * ENOUGH)
     stamps = np.round(first + np.arange(N) / rate, decimals)
     assert complete(stamps)
-    assert 1 / interval(stamps) == pytest.approx(rate, rel=2 * 10.0**-decimals * rate / N + 1e-9)  # both ends are rounded
+    assert 1 / interval(stamps) == pytest.approx(
+        rate, rel=2 * 10.0**-decimals * rate / N + 1e-9
+    )  # both ends are rounded
 
 
 def test_gaps_do_not_move_the_rate():
@@ -53,7 +57,9 @@ def test_missing_samples_are_bridged_and_the_others_stay():
     assert np.array_equal(made["steer_angle"][kept], sine(times[kept]))
     # A spline over three intervals at 23 samples a period: (w h)^4 / 384, and what its neighbours add
     assert made["steer_angle"][gone[:3]] == pytest.approx(sine(times[gone[:3]]), abs=3e-3)
-    assert made["steer_angle"][3004] == pytest.approx(np.interp(times[3004], times[[2999, 3010]], sine(times[[2999, 3010]])))
+    assert made["steer_angle"][3004] == pytest.approx(
+        np.interp(times[3004], times[[2999, 3010]], sine(times[[2999, 3010]]))
+    )
     assert made.gaps[0] == pytest.approx(times[[2999, 3010]], abs=5.1e-4) and len(made.gaps) == 1
     assert np.array_equal(np.flatnonzero(made.broken), np.arange(3000, 3010))
 
@@ -71,9 +77,31 @@ def test_samples_that_were_taken_late_are_moved(noise):
     rng = np.random.default_rng(1)
     times = (np.arange(N) + 0.1 * rng.uniform(-1, 1, N)) / 256
     made, notes = uniform(recording(times, sine(times) + noise * rng.standard_normal(N)))
-    assert "were moved onto it" in notes[0]
+    assert "were interpolated onto it" in notes[0]
     left = made["steer_angle"] - sine(made.time)
     assert np.std(left) < 1.1 * noise + 1e-4  # of a cubic spline through 23 samples a period
+
+
+def test_an_irregular_clock_is_no_missing_sample():
+    """Steps of 3.0 to 4.4 ms, as a loop without a clock writes them: the stamps move away from every regular grid."""
+    rng = np.random.default_rng(2)
+    times = np.cumsum(rng.uniform(3.0e-3, 4.4e-3, N))
+    made, notes = uniform(recording(times, sine(times)))
+    assert "time stamps jitter (steps of 3.01 to 4.39 ms" in notes[0] and "missing" not in notes[0]
+    assert made.gaps == made.bridged == () and abs(len(made.time) - N) <= 1
+    # A cubic spline at 20 samples a period: (w h)^4 / 384 of half an amplitude, and more at the ends
+    assert made["steer_angle"][5:-5] == pytest.approx(sine(made.time)[5:-5], abs=2e-3)
+    assert uniform(recording(np.delete(times, range(2000, 2050)), np.zeros(N - 50)))[0].gaps[0] == pytest.approx(
+        times[[1999, 2050]]
+    )
+
+
+def test_late_stamps_of_a_clock_are_no_missing_samples():
+    """Up to 0.4 of the interval early or late: steps of 0.2 to 1.8 intervals, each sample in its own place."""
+    rng = np.random.default_rng(3)
+    times = (np.arange(N) + rng.uniform(-0.4, 0.4, N)) / 256
+    made, notes = uniform(recording(times, sine(times)))
+    assert len(made.time) == N and made.bridged == () and "missing" not in notes[0]
 
 
 def test_exact_stamps_are_left_alone():

@@ -6,21 +6,25 @@ import sympy
 from scipy.integrate import solve_ivp
 
 from fmus import System, linearise
-from fmus.exact import motion
-from fmus.mathematics import NUMERIC, SYMBOLIC
-from identification.excitation import multisine, stepped_sine, sweep
+from fmus.expressions.functions import NUMERIC, SYMBOLIC
+from fmus.linear_analysis.exact_motion import exact_response
+from motofmi.frequency_response.excitation import multisine, stepped_sine, sweep
+from motofmi.virtual_rig.simulated_rig import QUIET, Noise, steer_test
 from rider_fmu import SteerRig, riders
-from scenarios.virtual_rig import QUIET, Noise, steer_test
 
 RIDER = riders.load("mean_2011")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("excitation", [sweep(), sweep(12, 0.5), stepped_sine(), multisine()], ids=lambda e: e.name)
 def test_rate_of_the_command_is_its_slope(excitation):
     time = np.linspace(0, excitation.duration, 200_001)
     angle, rate = excitation.motion(time)
     # central differences at 1 ms: h^2/6 times the third derivative of 4 deg at 12 Hz
-    assert np.abs(np.gradient(angle, time) - rate)[1:-1].max() < (time[1] ** 2 / 6) * np.radians(4) * (2 * np.pi * 12) ** 3 * 1.5
+    assert (
+        np.abs(np.gradient(angle, time) - rate)[1:-1].max()
+        < (time[1] ** 2 / 6) * np.radians(4) * (2 * np.pi * 12) ** 3 * 1.5
+    )
     assert angle[0] == 0 and rate[0] == 0 and np.all(angle[time > excitation.duration - 1.9] == 0)
 
 
@@ -36,6 +40,7 @@ def test_sweep_and_steps_are_those_of_the_papers():
     np.testing.assert_allclose(np.hypot(angle, rate / (2 * np.pi * 2.5)), np.radians(4), rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_motion_is_scipys_solution():
     space = linearise(System("test", {"rig": SteerRig("rig"), "rider": RIDER}))
     command = sweep(0.5, 12, 4.0, ramp=0.5)
@@ -45,20 +50,22 @@ def test_motion_is_scipys_solution():
     inputs, slopes = np.zeros((2, len(time), len(space.inputs)))
     k = space.inputs.index("rig.steer_angle_command")
     inputs[:, k], slopes[:, k] = angle, rate
-    states, outputs = motion(space, inputs, step, slopes)
+    states, outputs = exact_response(space, inputs, step, slopes)
     solution = solve_ivp(lambda t, x: space.A @ x + space.B[:, k] * command.motion(np.array([t]))[0], (0, time[-1]), np.zeros(len(space.A)),
                          method="DOP853", t_eval=time[::64], rtol=1e-10, atol=1e-13)  # fmt: skip
     # a cubic through 12 Hz at 2048 Hz misses by (w h)^4 / 384 = 5e-9 of it
     largest = np.abs(states).max(axis=0)
     np.testing.assert_allclose(states[::64] / largest, solution.y.T / largest, atol=1e-7)
-    np.testing.assert_allclose(outputs[:, space.outputs.index("rig.steer_angle")], states[:, space.states.index("rig.steer_angle")])
+    np.testing.assert_allclose(
+        outputs[:, space.outputs.index("rig.steer_angle")], states[:, space.states.index("rig.steer_angle")]
+    )
 
 
 def test_motion_of_an_integrator_is_exact_for_a_cubic():
     space = linearise(SteerRig("rig"))
     space = type(space)(np.zeros((1, 1)), np.ones((1, 1)), np.ones((1, 1)), np.zeros((1, 1)), ("x",), ("u",), ("x",))
     time = np.linspace(0, 2, 21)
-    states, _ = motion(space, (time**3 - time)[:, None], time[1], (3 * time**2 - 1)[:, None])
+    states, _ = exact_response(space, (time**3 - time)[:, None], time[1], (3 * time**2 - 1)[:, None])
     np.testing.assert_allclose(states[:, 0], time**4 / 4 - time**2 / 2, atol=1e-13)
 
 
@@ -69,6 +76,7 @@ def test_the_servo_imposes_the_angle():
     assert np.std(angle) == pytest.approx(np.std(command), rel=0.02)
 
 
+@pytest.mark.slow
 def test_torque_is_the_bars_inertia_less_the_riders_torque():
     """The torsiometer shows I_s s' - T_h, whatever the servo does: two servos, one impedance."""
     soft = SteerRig("rig", servo_stiffness=500.0, servo_bandwidth=60.0)
@@ -117,6 +125,7 @@ def test_quantised_means_the_same_in_numbers_and_symbols():
     assert NUMERIC.quantised(0.26, 0.1) == pytest.approx(0.3)
 
 
+@pytest.mark.slow
 def test_the_rig_and_its_rider_as_one_fmu(opened):
     """A commanded angle held from the start: the FMU's converters give what the exact motion says, to one step."""
     values = {"angle_step": np.radians(40) / 4096, "torque_step": 400 / 4096}
@@ -128,10 +137,13 @@ def test_the_rig_and_its_rider_as_one_fmu(opened):
     space = linearise(system)
     inputs = np.zeros((len(time), len(space.inputs)))
     inputs[:, space.inputs.index("rig.steer_angle_command")] = 0.05
-    _, outputs = motion(space, inputs, 0.002)
+    _, outputs = exact_response(space, inputs, 0.002)
     angle, torque, true_angle = (outputs[:, space.outputs.index(n)] for n in names)
     np.testing.assert_allclose(rows[:, 2], true_angle, atol=1e-12)  # both are exact
-    for channel, exact, step in ((rows[:, 0], angle, values["angle_step"]), (rows[:, 1], torque, values["torque_step"])):
+    for channel, exact, step in (
+        (rows[:, 0], angle, values["angle_step"]),
+        (rows[:, 1], torque, values["torque_step"]),
+    ):
         np.testing.assert_allclose(channel / step, np.round(channel / step), atol=1e-9)
         assert np.abs(channel - exact).max() <= 0.5001 * step
         assert len(np.unique(channel)) > 10

@@ -1,0 +1,1 @@
+"""Composition: systems of components, imposed motion, added force, components by folder and by value file."""

@@ -1,0 +1,1 @@
+"""Coupled subsystems: stepped together, with the error of the coupling known before the run."""

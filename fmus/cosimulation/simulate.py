@@ -1,0 +1,63 @@
+"""One FMU stepped by itself, with its inputs over time.
+
+Within a step an input is the straight line between its values at both ends; an FMU that takes no input derivatives gets
+the constant that is nearest to it in the mean square, the mean of both.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+
+from fmus.cosimulation.cosimulate import steps
+from fmus.cosimulation.cosimulation_run import CosimulationRun
+from fmus.cosimulation.network import Network
+from fmus.cosimulation.polynomials import COEFFICIENTS
+from fmus.cosimulation.profiles import Profile
+from fmus.cosimulation.results import Rows
+from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem
+from fmus.support.progress import track
+
+STEP, DURATION = 0.001, 5.0  # s, where neither the caller nor the FMU's default experiment names any
+BLOCK = 1000  # rows between two writes
+
+
+def simulate(fmu: FmuSubsystem, step: float | None = None, duration: float | None = None, times: np.ndarray | None = None,
+             columns: Mapping[str, np.ndarray] | None = None, out: str | Path | None = None) -> CosimulationRun:  # fmt: skip
+    """Run an FMU from where it is to `duration` [s], with inputs by name as columns (n,) at ascending times (n,) [s].
+
+    The rows hold inputs and outputs, to the CSV file `out` or in the run. Raises InputError for a column that is no
+    input and for a step or a duration that is not positive, SimulationError when the FMU fails.
+    """
+    experiment = fmu.description.defaultExperiment
+    if duration is None:
+        duration = float(getattr(experiment, "stopTime", None) or DURATION)
+    if step is None:
+        step = min(float(getattr(experiment, "stepSize", None) or STEP), duration)
+    step, count = steps(step, duration)
+    network = Network({fmu.name: fmu}, {})
+    profile = Profile.over_time(network, np.zeros(1) if times is None else times, columns or {})
+    names = [*network.inputs, *network.outputs]
+    rows = Rows(["time [s]", *(f"{name} [{fmu.unit_of(name.partition('.')[2])}]" for name in names)], out, count + 1)
+    coefficients = np.zeros((COEFFICIENTS, len(fmu.inputs)))
+    inputs = profile.at(np.zeros(1))[0]
+    block = [np.concatenate([[0.0], inputs, fmu.exchange(inputs)])]
+    began = perf_counter()
+    try:
+        for k in track(range(count), "simulation", count):
+            following = profile.at(np.array([(k + 1) * step]))[0]
+            rise = following - inputs
+            coefficients[0], coefficients[1] = (inputs, rise) if fmu.input_order else (inputs + rise / 2, 0.0)
+            fmu.step(coefficients, step)
+            inputs = following
+            block.append(np.concatenate([[(k + 1) * step], inputs, fmu.exchange(inputs)]))
+            if len(block) >= BLOCK:
+                rows.write(np.array(block))
+                block = []
+    finally:
+        if block:
+            rows.write(np.array(block))
+        rows.close()
+    rate = count / (perf_counter() - began)
+    return CosimulationRun(step, "none", rows.columns, rows.kept, rows.path, rate, None, [], count, step, step)

@@ -1,0 +1,1 @@
+"""What a coupling can step: FMUs and linear models."""

@@ -1,0 +1,1 @@
+"""Declaration of components: units, variables, force elements, and the component itself."""

@@ -1,0 +1,1 @@
+"""FMUs from components: model descriptions, C code, archives."""

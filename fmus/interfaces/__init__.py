@@ -1,0 +1,1 @@
+"""Ports between riders and vehicles; the sign conventions are stated here and nowhere else."""

@@ -1,0 +1,1 @@
+"""Linearised components: state spaces, eigenvalues, participation."""

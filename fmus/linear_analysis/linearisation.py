@@ -1,0 +1,144 @@
+"""Exact linearisation of a component at one point or at arrays of points (speeds, parameter values).
+
+    x' = A x + B u,   y = C x + D u
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from fmus.declaration.component import Component
+from fmus.equations.sympy_form import symbolic
+from fmus.expressions.functions import NUMERIC
+from fmus.support.errors import InputError, unknown
+from fmus.support.files import write_atomically
+
+
+@dataclass(frozen=True, repr=False)
+class StateSpace:
+    """Matrices A (..., nx, nx), B (..., nx, nu), C (..., ny, nx), D (..., ny, nu) with the names of their signals, in
+    SI.
+
+    The leading axes, if any, are those of the points at which the component was linearised (speeds, parameter values).
+
+        linearise(riders.load("mean_2011")).frequency_response(omega, "handlebar_torque", "steer_angle")
+    """
+
+    A: np.ndarray
+    B: np.ndarray
+    C: np.ndarray
+    D: np.ndarray
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+
+    def frequency_response(self, omega: np.ndarray, output: str, input: str) -> np.ndarray:
+        """G(i omega) from one input to one output, complex; omega [rad/s] of any shape, the result of the same shape.
+
+        Raises InputError for a name that is no output or no input.
+        """
+        i, j = _place("output", output, self.outputs), _place("input", input, self.inputs)
+        omega = np.asarray(omega, float)
+        shifted = 1j * omega[..., None, None] * np.eye(len(self.states)) - self.A
+        column = np.broadcast_to(self.B[:, j, None].astype(complex), (*shifted.shape[:-1], 1))
+        return (self.C[i] @ np.linalg.solve(shifted, column))[..., 0] + self.D[i, j]
+
+    def to_control(self) -> Any:
+        """The same system as `control.StateSpace`, with the names of its states, inputs and outputs.
+
+        python-control allows no dots in names: `vehicle.speed` becomes `vehicle_speed`. Raises InputError for matrices
+        of more than one point.
+        """
+        if self.A.ndim != 2:
+            raise InputError(
+                f"to_control needs matrices of one point, not of {self.A.shape[:-2]}; linearise at single values"
+            )
+        states, inputs, outputs = (
+            [name.replace(".", "_") for name in names] for names in (self.states, self.inputs, self.outputs)
+        )
+        return import_module("control").ss(
+            self.A, self.B, self.C, self.D, states=states, inputs=inputs, outputs=outputs
+        )
+
+    def save_matlab(self, path: str | Path, points: Mapping[str, ArrayLike] | None = None) -> Path:
+        """Write A, B, C, D and the names `states`, `inputs`, `outputs` (cell arrays) as a MATLAB file; its path.
+
+        Stacked matrices become pages: A(:, :, k). points holds further arrays by name, such as the speed of each page.
+        In MATLAB: `load bike.mat; sys = ss(A, B, C, D, 'StateName', states)`. Raises InputError where the file cannot
+        be written.
+        """
+        matrices = {name: np.moveaxis(getattr(self, name), (-2, -1), (0, 1)) for name in "ABCD"}
+        names = {kind: np.array(getattr(self, kind), object).reshape(-1, 1) for kind in ("states", "inputs", "outputs")}
+        values = {**matrices, **names, **(points or {})}
+        savemat = import_module("scipy.io").savemat  # imported on use: it takes a quarter of a second
+        return write_atomically(Path(path).with_suffix(".mat"), lambda beside: savemat(beside, values))
+
+    def __repr__(self) -> str:
+        points = f"{' x '.join(map(str, self.A.shape[:-2]))} points, " if self.A.ndim > 2 else ""
+        signals = f"inputs: {', '.join(self.inputs) or 'none'}; outputs: {', '.join(self.outputs) or 'none'}"
+        return f"StateSpace({points}{len(self.states)} states, {signals})"
+
+
+def _place(kind: str, name: str, names: Sequence[str]) -> int:
+    """The index of a signal's name. Raises InputError for a name that is not there."""
+    if name not in names:
+        raise unknown(f"{kind} of the linear system", name, names)
+    return names.index(name)
+
+
+def linearise(component: Component, **at: Any) -> StateSpace:
+    """The component linearised at its start values, with any of them replaced by name: numbers or arrays, in SI.
+
+    Arrays (of speeds, of parameter values) give stacked matrices. The Jacobian is exact. Raises InputError for a name
+    that the component lacks.
+
+        linearise(ridden(motorcycle, rider), **{"vehicle.speed": np.arange(5, 60)}).A.shape     # (55, 10, 10)
+    """
+    values = component.start_values()
+    for name in at:
+        if name not in values:
+            raise unknown(f"variable of {component.name}", name, values)
+    values.update(at)
+    form = symbolic(component)
+    nx = len(component.states)
+    if form.needs_derivatives:
+        values.update(rates_at(component, values))
+    jacobian = form.jacobian_entries(values)
+    rates, outputs = jacobian[..., :nx, :], jacobian[..., nx:, :]
+    if form.coupled:
+        rates[..., form.coupled, :] = _solve(
+            form.mass_entries(values)[..., form.coupled, :][..., form.coupled], rates[..., form.coupled, :]
+        )
+    return StateSpace(rates[..., :nx], rates[..., nx:], outputs[..., :nx], outputs[..., nx:],
+                      component.states, component.inputs, component.outputs)  # fmt: skip
+
+
+def rates_at(component: Component, values: dict[str, Any]) -> dict[str, Any]:
+    """The state derivatives by name, each a number, or an array where values are arrays."""
+    if not any(np.ndim(value) for value in values.values()):
+        state, inputs = (np.array([values[n] for n in names]) for names in (component.states, component.inputs))
+        rates, _ = component.derivatives(state, inputs, values["time"])
+    else:
+        results, entries = component.run(values, NUMERIC), component.mass_entries(values, NUMERIC)
+        rates = np.stack(np.broadcast_arrays(*(results[f"der({n})"] for n in component.states)), axis=-1)
+        mass = np.zeros(
+            (*np.broadcast_shapes(*map(np.shape, entries.values())), *2 * (len(component.states),))
+        ) + np.eye(len(component.states))
+        for (row, column), entry in entries.items():
+            mass[..., component.states.index(row), component.states.index(column)] = entry
+        rates = _solve(mass, rates[..., None])[..., 0]
+    return {f"der({n})": rates[..., i] for i, n in enumerate(component.states)}
+
+
+def _solve(mass: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """mass^-1 right; one factorisation when a single mass matrix serves a stack of right-hand sides."""
+    if mass.ndim == 2 and right.ndim > 2:
+        columns = np.moveaxis(right, -2, 0)
+        solved = np.linalg.solve(mass, columns.reshape(len(mass), -1))
+        return np.moveaxis(solved.reshape(columns.shape), 0, -2)
+    return np.linalg.solve(mass, right)

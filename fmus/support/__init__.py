@@ -1,0 +1,1 @@
+"""Shared support: errors, files, modules, JSON, progress bars, processes, printed tables."""

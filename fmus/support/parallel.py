@@ -1,0 +1,188 @@
+"""Independent tasks on all processors. Results are the same as one after the other.
+
+On Linux workers are forked for each call and inherit the function and its items. On other platforms they are those of
+loky: fresh interpreters that stay for later calls, and read the pickled function and items from a file. The environment
+variable MOTOFMI_START_METHOD (fork or loky) chooses one of the two; docs/decisions/processes.md holds the measurements.
+The number of workers is the number of available processors, at most OMP_NUM_THREADS.
+
+    squares = parallel_map(lambda x: x**2, [1, 2, 3], "squares")
+"""
+
+import itertools
+import multiprocessing
+import os
+import signal
+import sys
+import tempfile
+import threading
+import time
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, wait
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any, TypeVar
+
+import cloudpickle
+import loky
+import psutil
+
+from fmus.support.errors import unknown
+from fmus.support.progress import track
+
+T = TypeVar("T")
+START_METHODS = ("fork", "loky")
+IDLE = 60.0  # s after which an unused worker ends; a new one takes about 2 s to import what it needs
+ONE_THREAD = dict.fromkeys(
+    ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1"
+)
+_TASKS: dict[
+    str, tuple[Callable[[Any], Any], Sequence[Any]]
+] = {}  # by key: the open ones, or in a fresh worker the last one
+_numbers = itertools.count()
+
+
+def parallel_map(
+    function: Callable[[Any], T], items: Sequence[Any], description: str, workers: int | None = None
+) -> list[T]:
+    """function(item) of every item, in order, by so many workers (default: `processes`).
+
+    Results are pickled; for fresh workers the function and the items, too. Raises what the function raises.
+    """
+    count = min(workers or processes(), len(items))
+    if count < 2:
+        return [function(item) for item in track(items, description)]
+    with _submitted(function, items, count) as results:
+        return [result.result() for result in track(results, description)]
+
+
+@contextmanager
+def in_background(function: Callable[[], T]) -> Iterator[Callable[[], T]]:
+    """Compute function() in a worker while the context lasts; the function that the context yields waits for the
+    result.
+
+    Without a second processor the result is computed when it is asked for.
+    """
+    if processes() < 2:
+        yield function
+        return
+    with _submitted(lambda task: task(), [function], 1) as (result,):
+        yield result.result
+
+
+def processes() -> int:
+    """The number of workers; 1 within a worker."""
+    if multiprocessing.current_process().name != "MainProcess":
+        return 1
+    allowed = os.environ.get("OMP_NUM_THREADS", "")
+    return min(loky.cpu_count(), int(allowed) if allowed.isdigit() else sys.maxsize)
+
+
+def start_method() -> str:
+    """How workers start: fork or loky. Raises InputError where MOTOFMI_START_METHOD is neither."""
+    name = os.environ.get("MOTOFMI_START_METHOD") or ("fork" if sys.platform == "linux" else "loky")
+    if name not in START_METHODS:
+        raise unknown("MOTOFMI_START_METHOD", name, START_METHODS)
+    return name
+
+
+@contextmanager
+def _submitted(function: Callable[[Any], T], items: Sequence[Any], count: int) -> Iterator[list[Future]]:
+    """The future results. No task runs after the context, which an interrupt ends at once."""
+    method = start_method()
+    with _task(function, items, method) as key:
+        pool = _pool(count, method)
+        results: list[Future] = []
+        try:
+            with _complete_start():
+                results += [pool.submit(_run, key, os.getcwd(), index) for index in range(len(items))]
+            yield results
+        except Exception:
+            for result in results:
+                result.cancel()
+            raise
+        except BaseException:
+            _stop(pool)
+            results.clear()
+            raise
+        finally:
+            wait(results)
+            if method == "fork":
+                pool.shutdown()
+
+
+@contextmanager
+def _task(function: Callable[[Any], T], items: Sequence[Any], method: str) -> Iterator[str]:
+    """The key under which workers find a function and its items: inherited, or the path of a file."""
+    if method == "fork":
+        key = f"task {next(_numbers)}"
+        _TASKS[key] = function, items
+        try:
+            yield key
+        finally:
+            del _TASKS[key]
+        return
+    with tempfile.TemporaryDirectory(prefix="motofmi_", ignore_cleanup_errors=True) as folder:
+        path = Path(folder) / "task"
+        path.write_bytes(cloudpickle.dumps((function, items)))
+        yield str(path)
+
+
+def _pool(count: int, method: str) -> Executor:
+    """Forked workers for one call, or those that stay."""
+    if method == "fork":
+        return ProcessPoolExecutor(count, multiprocessing.get_context("fork"), _follow, (os.getpid(),))
+    return loky.get_reusable_executor(
+        max(count, processes()), "loky", IDLE, initializer=_follow, initargs=(os.getpid(),), env=ONE_THREAD
+    )
+
+
+def _stop(pool: Executor) -> None:
+    """No task is started any more. Fresh workers end at once, forked ones after the task that they are at."""
+    if isinstance(pool, loky.ProcessPoolExecutor):
+        pool.shutdown(kill_workers=True)
+    else:
+        pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _complete_start() -> Iterator[None]:
+    """An interrupt waits until all workers run and ignore it: a pool that is half started cannot be closed."""
+    masks = hasattr(signal, "pthread_sigmask")
+    if masks:
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        with warnings.catch_warnings():
+            # Python warns of threads in a process that forks: those of the linear algebra survive it, the others wait
+            # for workers.
+            warnings.simplefilter("ignore", DeprecationWarning)
+            yield
+    finally:
+        if masks:
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+
+
+def _run(key: str, folder: str, index: int) -> Any:
+    """One item of a task, in a worker."""
+    if key not in _TASKS:
+        os.chdir(folder)
+        _TASKS.clear()
+        _TASKS[key] = cloudpickle.loads(Path(key).read_bytes())
+    function, items = _TASKS[key]
+    return function(items[index])
+
+
+def _follow(parent: int) -> None:
+    """Interrupts are handled by the parent process; where that is killed, its workers end, too."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+
+
+def _end_with(parent: int) -> None:
+    if os.name == "posix":  # an orphan has another parent at once, also while the killed process is a zombie
+        while os.getppid() == parent:
+            time.sleep(0.2)
+    else:
+        with suppress(psutil.NoSuchProcess):
+            psutil.Process(parent).wait()
+    os._exit(1)

@@ -1,0 +1,60 @@
+"""FMUs from components."""
+
+import argparse
+from typing import Any
+
+from motofmi.cli.arguments import assignments
+from motofmi.cli.component_arguments import add_settings
+from motofmi.cli.outputs import output_folder
+from motofmi.cli.screen import Screen
+from motofmi.workflows.build import build
+
+SUMMARY = "FMUs of riders, motorcycles and dampers"
+PLACE = 50
+UNITS: dict[str, str] = {}
+HELP = """Writes FMUs of riders, motorcycles, dampers and mechanisms: FMI 2.0 or 3.0, co-simulation and model exchange in one archive
+that needs no Python (back end compiled). Without a NAME everything that motofmi list shows is built.
+
+  motofmi build rider:mean_2011 sharp_1971 damper:7.5 --out fmus
+  motofmi build rider:mean_2011 --set arm_damping=20 --fmi 3
+  motofmi build mine.toml --backend python                   # FMI 2.0; the slave is readable Python
+  motofmi build rider:mean_2011 --platforms all              # needs: pip install 'motofmi[platforms]'
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "names",
+        nargs="*",
+        metavar="NAME",
+        help="kind:NAME, damper:VALUE [N.m.s/rad], a NAME that is unique, or a .toml (default: everything)",
+    )
+    parser.add_argument("--fmi", default="2", help="version of the FMI standard, 2 or 3 (default: %(default)s)")
+    parser.add_argument(
+        "--backend",
+        default="compiled",
+        help="compiled, or python for FMI 2.0 archives that run Python (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--platforms",
+        default="host",
+        help="host, all, or a comma list such as linux-x86_64,windows-x86_64 (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--out",
+        default=".",
+        type=output_folder,
+        metavar="DIR",
+        help="folder for the archives (default: the current folder)",
+    )
+    add_settings(parser, "a parameter of the only NAME")
+
+
+def run(arguments: argparse.Namespace) -> dict[str, Any]:
+    return build(arguments.names or None, arguments.out, fmi=arguments.fmi, backend=arguments.backend, platforms=arguments.platforms,
+                 set=assignments(arguments.settings)).to_dict()  # fmt: skip
+
+
+def show(result: dict[str, Any], screen: Screen) -> None:
+    rows = [(fmu["path"], " ".join(fmu["platforms"]), fmu["sha256"]) for fmu in result["fmus"]]
+    screen.table(("FMU", "platforms", "sha256"), rows)

@@ -1,0 +1,137 @@
+"""The FMUs of a vehicle and a device, run together."""
+
+import argparse
+import warnings
+from typing import Any
+
+from fmus.cosimulation.cosimulate import TOLERANCE
+from fmus.cosimulation.coupling import COUPLINGS
+from fmus.cosimulation.coupling_error import ToleranceWarning
+from motofmi.cli import outputs
+from motofmi.cli.arguments import assignments, separate
+from motofmi.cli.component_arguments import DEVICE, add_archives, add_settings, add_vehicle
+from motofmi.cli.screen import Screen, system
+from motofmi.workflows.cosimulation import cosimulate
+from motofmi.workflows.ridden_fmus import with_archives
+
+SUMMARY = "the FMUs of a vehicle and its devices, coupled"
+PLACE = 70
+UNITS = {"duration": "s", "step": "s", "shortest_step": "s", "longest_step": "s", "largest_stable_step": "s", "steps_per_second": "1/s",
+         "frequency": "Hz", "damping_ratio": "1", "frequency_error": "1", "damping_error": "1", "real_error": "1/s", "power_residual": "W",
+         "power": "W", "energy": "J", "exchanged": "J", "energy_error": "1"}  # fmt: skip
+HELP = """Co-simulates the FMUs of a motorcycle and of the devices at its ports, and predicts the error that the coupling makes in the
+frequency and damping of every mode.
+
+  motofmi cosimulate --vehicle sharp_1971 --device rider:mean_2011 --speed 30 --initial steer_rate=0.5 --out run.csv
+  motofmi cosimulate --device damper:7.5 --speed 50 --step 0.01 --coupling jacobi --initial roll_angle=0.05
+  motofmi cosimulate --input manoeuvre.csv --step auto --duration 20      # columns: time [s], speed [m/s], steer_torque [N.m]
+  motofmi cosimulate --fmu rider_of_another_tool.fmu --speed 30
+
+Couplings, the cheapest first; without --coupling the first whose modes are within the tolerance is taken:
+""" + "\n".join(f"  {c.name:20}{c.summary}; order {c.order}" for c in COUPLINGS.values())
+RESIDUAL = ("Residual power: at the end of a step, torque times rate as one FMU received it, minus the same as the "
+            "other FMU computed it. "
+            "Its sum over time is energy that the coupling, not the physics, adds to the motion.")  # fmt: skip
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_vehicle(parser)
+    parser.add_argument("--device", default="rider:mean_2011", help=f"{DEVICE} (default: %(default)s)")
+    add_archives(parser)
+    parser.add_argument("--speed", type=float, help="forward speed [m/s] (default: 30)")
+    parser.add_argument(
+        "--step",
+        default="0.001",
+        help="communication step [s], or auto: controlled by the residual power and the modes during the run (default: "
+             "%(default)s)",
+    )
+    parser.add_argument("--duration", type=float, default=5.0, help="simulated time [s] (default: 5)")
+    parser.add_argument("--coupling", help="one of the couplings above (default: the first within the tolerance)")
+    parser.add_argument(
+        "--tolerance",
+        type=float,
+        default=TOLERANCE,
+        help="admissible relative error of a mode's frequency; of its damping ratio ten times as much (default: "
+             f"{TOLERANCE:g})",
+    )
+    parser.add_argument(
+        "--initial",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="start value of a state, in SI units; repeatable",
+    )
+    add_settings(parser)
+    parser.add_argument(
+        "--input",
+        metavar="FILE.csv",
+        help="inputs over time: a column time [s] and columns with the names of inputs; linear between the rows",
+    )
+    parser.add_argument(
+        "--out",
+        "--csv",
+        metavar="FILE.csv",
+        type=outputs.output_file(),
+        help="file for the rows (default: %(default)s)",
+        default="cosimulation.csv",
+    )
+    outputs.add_arguments(parser, "every output over time")
+
+
+def run(arguments: argparse.Namespace) -> dict[str, Any]:
+    vehicle, devices = with_archives(arguments.vehicle, separate(arguments.device), arguments.fmu)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ToleranceWarning)  # shown as `advice`
+        found = cosimulate(
+            vehicle, devices, speed=arguments.speed, duration=arguments.duration, step=_step(arguments.step), coupling=arguments.coupling,
+            tolerance=arguments.tolerance, initial=assignments(arguments.initial), set=assignments(arguments.settings),
+            inputs=arguments.input, out=arguments.out,
+        )  # fmt: skip
+    outputs.save(found, arguments)
+    return found.to_dict()
+
+
+def _step(given: str) -> float | str:
+    """Seconds, or what else was written."""
+    try:
+        return float(given)
+    except ValueError:
+        return given
+
+
+def _lengths(result: dict[str, Any]) -> str:
+    """The length of the steps [s], or the shortest and the longest."""
+    shortest, longest = result["shortest_step"], result["longest_step"]
+    return f"{shortest:g}" if shortest == longest else f"{shortest:.3g} to {longest:.3g}"
+
+
+def show(result: dict[str, Any], screen: Screen) -> None:
+    limit = result["largest_stable_step"]
+    screen.print(f"{system(result)}: {result['duration']:g} s in {result['steps']} steps of {_lengths(result)} s, "
+                 f"coupling {result['coupling']}, {result['steps_per_second']:,.0f} steps/s")  # fmt: skip
+    if result["predicted"]:
+        rows = [(_mode(mode), f"{e['frequency']:.3f}", f"{e['damping_ratio']:.4f}", *(f"{100 * e[k]:+.3g}" for k in ("frequency_error", "damping_error")), f"{e['real_error']:+.2g}")
+                for mode, e in result["predicted"].items()]  # fmt: skip
+        screen.table(("mode", "frequency [Hz]", "damping ratio [1]", "frequency error [%]", "damping error [%]", "real-part error [1/s]"), rows,
+                     "Predicted error of each mode by the coupling:")  # fmt: skip
+    if limit is not None:
+        screen.print(
+            f"largest stable step {limit:.3g} s"
+            + (" or more" if limit >= 1 else "")
+            + ("" if result["stable"] else ": the coupling is UNSTABLE at this step")
+        )
+    if result["advice"]:
+        screen.print(f"note: {result['advice']}")
+    for name, bond in result["bonds"].items():
+        screen.print(
+            f"{name}: residual power up to {bond['power']:.3g} W, energy added by the coupling "
+            f"{100 * bond['energy_error']:+.2g} % of {bond['exchanged']:.3g} J exchanged"
+        )
+    if result["bonds"]:
+        screen.print(RESIDUAL)
+    screen.assumed(result["assumed"])
+
+
+def _mode(name: str) -> str:
+    """A mode's name for the screen; one without a name goes by its frequency, as in `0.99_Hz`."""
+    return f"unnamed mode, {name.replace('_', ' ')}" if name.endswith("_Hz") else name.replace("_", "-")

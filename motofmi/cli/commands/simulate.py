@@ -1,0 +1,67 @@
+"""One FMU by itself."""
+
+import argparse
+from typing import Any
+
+from motofmi.cli import outputs
+from motofmi.cli.arguments import assignments
+from motofmi.cli.screen import Screen
+from motofmi.workflows.cosimulation import simulate
+
+SUMMARY = "one FMU by itself"
+PLACE = 75
+UNITS = {"step": "s", "steps_per_second": "1/s"}
+HELP = """Simulates one FMU by itself, of this or of another tool (FMI 2.0 or 3.0, co-simulation), and writes its inputs and outputs
+over time as CSV.
+
+  motofmi simulate rider_mean_2011.fmu --input steer.csv --duration 10 --out run.csv     # columns: time [s], steer_angle [rad]
+  motofmi simulate rider:mean_2011 --set arm_damping=20 --set torso_angle=0.1
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "fmu", metavar="FMU", help="an archive, or the name or .toml of a component, of which the FMU is built"
+    )
+    parser.add_argument(
+        "--input",
+        metavar="FILE.csv",
+        help="inputs over time: a column time [s] and columns with the names of inputs; linear between the rows",
+    )
+    parser.add_argument(
+        "--step", type=float, help="communication step [s] (default: as in the FMU's default experiment, else 0.001)"
+    )
+    parser.add_argument(
+        "--duration", type=float, help="simulated time [s] (default: as in the FMU's default experiment, else 5)"
+    )
+    parser.add_argument(
+        "--set",
+        dest="settings",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="a parameter, a constant input or the start value of a state; repeatable",
+    )
+    parser.add_argument(
+        "--out",
+        "--csv",
+        metavar="FILE.csv",
+        type=outputs.output_file(),
+        default="simulation.csv",
+        help="file for the rows (default: %(default)s)",
+    )
+    outputs.add_arguments(parser, "every input and output over time")
+
+
+def run(arguments: argparse.Namespace) -> dict[str, Any]:
+    found = simulate(arguments.fmu, inputs=arguments.input, step=arguments.step, duration=arguments.duration,
+                     set=assignments(arguments.settings), out=arguments.out)  # fmt: skip
+    outputs.save(found, arguments)
+    return {"fmu": arguments.fmu, "rows": found.steps + 1, "out": str(found.path), "step": found.step, "steps": found.steps,
+            "columns": found.columns, "steps_per_second": found.steps_per_second}  # fmt: skip
+
+
+def show(result: dict[str, Any], screen: Screen) -> None:
+    screen.print(
+        f"{result['fmu']}: {result['steps']} steps of {result['step']:g} s, {result['steps_per_second']:,.0f} steps/s"
+    )

@@ -1,0 +1,100 @@
+"""The output of a command: its result as JSON or on the screen, and the files that it is asked to write, which are
+checked before it computes anything."""
+
+import argparse
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fmus.support.errors import InputError
+from fmus.support.files import writable, write_atomically, write_text
+from fmus.support.plain_json import to_json
+from motofmi.cli.screen import Screen
+
+FIGURES = (".png", ".svg", ".pdf")
+LISTED = 12  # files of one folder that are listed one by one
+STANDARD_OUTPUT = Path("-")
+
+
+def output_file(*suffixes: str) -> Callable[[str], Path]:
+    """The type of an argument that names a file to write, with one of the suffixes where some are given."""
+
+    def checked(text: str) -> Path:
+        path = Path(text)
+        if suffixes and path.suffix.lower() not in suffixes:
+            raise argparse.ArgumentTypeError(f"{text!r} does not end in {', '.join(suffixes)}")
+        try:
+            return writable(path)
+        except InputError as error:
+            raise argparse.ArgumentTypeError(str(error)) from None
+
+    return checked
+
+
+def output_folder(text: str) -> Path:
+    """The type of an argument that names a folder to write files into."""
+    try:
+        return writable(Path(text) / "file").parent
+    except InputError:
+        raise argparse.ArgumentTypeError(
+            f"no file can be written into the folder {text}; choose another place"
+        ) from None
+
+
+def add_arguments(parser: argparse.ArgumentParser, figure: str, table: str = "") -> None:
+    """`--plot`, and `--csv` where there is a table; figure and table say what they show."""
+    parser.add_argument("--plot", metavar="FILE", type=output_file(*FIGURES), help=f"{figure}, as .png, .svg or .pdf")
+    if table:
+        parser.add_argument("--csv", metavar="FILE.csv", type=output_file(), help=f"{table}, with units in the heading")
+
+
+def save(found: Any, options: argparse.Namespace) -> None:
+    """Write the figure and the table of a result, where the options ask for them."""
+    if options.plot:
+        figure = np.ravel(found.plot())[0].figure
+        write_atomically(options.plot, partial(figure.savefig, dpi=150))
+    if getattr(options, "csv", None):
+        table = _real_columns(found)
+        write_atomically(options.csv, lambda path: table.to_csv(path, index=False, lineterminator="\n"))
+
+
+def present(command: Any, result: dict[str, Any], json_file: Path | None, written: Sequence[Path]) -> None:
+    """Print the result as JSON, or write it to `json_file` where one is given and show it on the screen."""
+    if json_file == STANDARD_OUTPUT:
+        print(to_json(result))
+        return
+    if json_file:
+        write_text(json_file, to_json(result) + "\n")
+    screen = Screen()
+    if hasattr(command, "show"):
+        command.show(result, screen)
+    for files in described(written):
+        screen.print(f"written: {files}")
+
+
+def described(written: Sequence[Path]) -> list[str]:
+    """The files that were written and still exist; of a folder with many, their number."""
+    folders: dict[Path, list[Path]] = {}
+    for path in dict.fromkeys(path for path in written if path.exists()):
+        folders.setdefault(path.parent, []).append(path)
+    return [line for folder, paths in folders.items()
+            for line in (map(str, paths) if len(paths) <= LISTED else [f"{len(paths)} files in {folder}"])]  # fmt: skip
+
+
+def _real_columns(found: Any) -> Any:
+    """The result's table without an index; a complex column is two, and every heading ends in its unit."""
+    table, units = found.to_dataframe().reset_index(), {"frequency": "Hz", **getattr(found, "units", {})}
+    table = table.drop(columns="index", errors="ignore")
+    for name in list(table.columns):
+        heading = f" [{units[name]}]" if name in units else ""
+        if np.iscomplexobj(table[name].to_numpy()):
+            place = table.columns.get_loc(name)
+            column = table.pop(name).to_numpy()
+            table.insert(place, f"{name} real{heading}", column.real)
+            table.insert(place + 1, f"{name} imag{heading}", column.imag)
+        elif heading:
+            table = table.rename(columns={name: f"{name}{heading}"})
+    return table

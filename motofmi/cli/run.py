@@ -1,0 +1,98 @@
+"""Runs a command, shows its result, and turns errors into one line.
+
+A command is a module of `motofmi.cli.commands` with
+
+    SUMMARY, PLACE              its line in the listing, and where that stands
+    HELP                        what the command computes, with examples
+    UNITS                       name -> unit, of the numbers in its result; they become the key `units` of the JSON; optional
+    add_arguments(parser)
+    run(arguments) -> dict      the result under the keys of its JSON
+    show(result, screen)        the result for the screen; optional
+    exit_status(result) -> int  where that is not always 0; optional
+"""
+
+import gc
+import importlib
+import re
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from fmus.support.errors import InputError, MissingToolError, SimulationError, unknown
+from fmus.support.files import files_written
+from motofmi.cli import outputs
+from motofmi.cli.listing import commands
+from motofmi.cli.parser import Parser, fill
+
+INTERRUPTED = 130  # as shells give it: 128 + SIGINT
+
+
+def run(words: Sequence[str]) -> int:
+    """Run the command that the first word names, with the other words as its options; the exit status."""
+    with files_written() as written:
+        return _run(words, written)
+
+
+def _run(words: Sequence[str], written: Sequence[Path]) -> int:
+    who = "motofmi"
+    try:
+        command = command_named(words[0])
+        who = f"motofmi {words[0]}"
+        options = fill(Parser(prog=who), command).options(_with_negative_values(words[1:]))
+        result = command.run(options)
+        outputs.present(command, _with_units(command, result), options.json, written)
+        return command.exit_status(result) if hasattr(command, "exit_status") else 0
+    except SystemExit as stop:  # argparse has shown the help
+        return int(stop.code or 0)
+    except (InputError, MissingToolError) as error:
+        return _complain(who, str(error), 2)
+    except SimulationError as error:
+        return _complain(who, str(error), 1)
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        return _complain(who, f"{error.filename or ''}: {error.strerror or error}", 2)
+    except KeyboardInterrupt:
+        return _complain(who, f"interrupted; written: {', '.join(outputs.described(written)) or 'nothing'}", INTERRUPTED)
+
+
+def command_named(name: str) -> Any:
+    """The module of a command. Raises InputError with the nearest and all valid names for any other."""
+    if name not in commands():
+        raise unknown("command", name, commands())
+    return imported(commands()[name].module)
+
+
+def imported(name: str) -> Any:
+    """A module. Hardly anything that comes with it is ever garbage, and looking for that takes a fifth of the time."""
+    if name not in sys.modules:
+        gc.disable()
+        try:
+            importlib.import_module(name)
+        finally:
+            gc.freeze()
+            gc.enable()
+    return sys.modules[name]
+
+
+def _with_negative_values(words: Sequence[str]) -> list[str]:
+    """`--speed -3` as `--speed=-3`: argparse takes a word that starts with a minus for an option."""
+    joined: list[str] = []
+    for word in words:
+        if joined and joined[-1].startswith("--") and "=" not in joined[-1] and re.match(r"-[\d.]", word):
+            joined[-1] += f"={word}"
+        else:
+            joined.append(word)
+    return joined
+
+
+def _with_units(command: Any, result: dict[str, Any]) -> dict[str, Any]:
+    """The result with the units of its numbers: those that the command declares, and those that the
+    result gives itself."""
+    return {**result, "units": {**getattr(command, "UNITS", {}), **result.get("units", {})}}
+
+
+def _complain(who: str, message: str, status: int) -> int:
+    print(f"{who}: {' '.join(message.split())}", file=sys.stderr)
+    return status

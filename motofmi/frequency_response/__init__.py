@@ -1,0 +1,1 @@
+"""Frequency response functions: excitation, estimators, responses of linear components."""

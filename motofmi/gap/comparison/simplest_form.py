@@ -1,0 +1,33 @@
+"""The form of an effect: the simplest one whose mean loss is within one standard error of the best form's.
+
+Source: the one-standard-error rule of Breiman, Friedman, Olshen, Stone, Classification and Regression Trees (1984),
+section 3.4.3, with the standard error of the paired differences of losses.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from motofmi.gap.comparison.contender import Contender
+
+
+def simplest_sufficient(forms: Sequence[Contender]) -> Contender:
+    """The contender with the fewest parameters among those within one standard error of the one with the least loss."""
+    best = min(forms, key=lambda c: c.losses.mean())
+    near = [c for c in forms if _excess(c, best) <= 0]
+    fewest = min(c.parameters for c in near)
+    return min((c for c in near if c.parameters == fewest), key=lambda c: c.losses.mean())
+
+
+def _excess(form: Contender, best: Contender) -> float:
+    """By how much the mean loss of a form exceeds that of the best plus one standard error of their difference."""
+    difference = form.losses - best.losses
+    return float(difference.mean() - difference.std(ddof=1) / np.sqrt(len(difference)))
+
+
+def one_per_families(contenders: Sequence[Contender]) -> list[Contender]:
+    """The simplest sufficient form of every family or pair of families, the least loss first."""
+    groups: dict[frozenset[str], list[Contender]] = {}
+    for contender in contenders:
+        groups.setdefault(contender.families, []).append(contender)
+    return sorted((simplest_sufficient(group) for group in groups.values()), key=lambda c: c.losses.mean())

@@ -1,0 +1,1 @@
+"""Parameter estimation: the base and effects fitted to runs."""

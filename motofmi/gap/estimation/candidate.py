@@ -1,0 +1,103 @@
+"""Candidates: effects on top of a fit, with their gain, and their order.
+
+    dchi2 = chi2(fit) - chi2(fit + effect)        dBIC = dchi2 - k ln n - 2 u     (u unknowns of single runs: initial states)
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fmus.effects import Effect
+from motofmi.gap.criteria import Criteria
+from motofmi.gap.estimation.fit_result import Fit
+from motofmi.gap.estimation.screening import Signature
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An effect on top of a fit: fitted, or with the gain estimated by screening, and then `fit` is
+    the fit without it."""
+
+    effect: type[Effect]
+    fit: Fit
+    delta_chi2: float
+    delta_bic: float
+
+    @classmethod
+    def promised(cls, found: Fit, signature: Signature) -> "Candidate":
+        """The screened gain of an effect that was not fitted."""
+        return cls(
+            signature.effect,
+            found,
+            max(signature.gain, 0.0),
+            signature.gain - len(signature.start) * np.log(found.count),
+        )
+
+    @classmethod
+    def gained(cls, found: Fit, effect: type[Effect], fitted: Fit) -> "Candidate":
+        """The gain of a fitted effect."""
+        gain = found.chi2 - fitted.chi2
+        return cls(effect, fitted, gain, gain - (fitted.penalty - found.penalty))
+
+    def __repr__(self) -> str:
+        how = "fitted" if self.fitted else "screened"
+        return f"Candidate({self.family} ({self.effect.form}), {how}, delta chi-square {self.delta_chi2:.4g}, delta BIC {self.delta_bic:.4g})"
+
+    @property
+    def family(self) -> str:
+        """The family of the effect."""
+        return self.effect.family
+
+    @property
+    def fitted(self) -> bool:
+        """Whether the effect was fitted, not only screened."""
+        return self.effect in self.fit.model.effects
+
+
+def adequate(found: Fit, criteria: Criteria) -> bool:
+    """Whether what a fit leaves is consistent with the noise; never with fewer data than unknowns."""
+    return found.freedom > 0 and found.reduced < reduced_by_noise(found, criteria)
+
+
+def reduced_by_noise(found: Fit, criteria: Criteria) -> float:
+    """The largest reduced chi-square that is consistent with the noise."""
+    return max(criteria.adequate_reduced_chi2, 1 + criteria.scatter_deviations * float(np.sqrt(2 / found.freedom)))
+
+
+def by_chance(freedom: float, criteria: Criteria) -> float:
+    """By how much chi-square may differ from its mean by chance."""
+    return float(criteria.chance_deviations * np.sqrt(2 * freedom))
+
+
+def knows_its_noise(found: Fit) -> bool:
+    """Whether the noise is known from other sources than a flexible model, which leaves less than any single law."""
+    return all(getattr(run, "noise_source", "") != "flexible_model" for run in found.runs)
+
+
+def ranked(candidates: Iterable[Candidate]) -> list[Candidate]:
+    """The candidates with fitted ones first, then by delta BIC."""
+    return sorted(candidates, key=lambda c: (not c.fitted, -c.delta_bic))
+
+
+def best_of(candidates: Sequence[Candidate], criteria: Criteria) -> Candidate | None:
+    """The best fitted candidate; among tied forms of its family that are not flexible, the one with
+    the fewest parameters."""
+    fitted = [c for c in candidates if c.fitted]
+    if not fitted:
+        return None
+    best = fitted[0]
+    plain = [
+        c
+        for c in fitted
+        if c.family == best.family and not c.effect.flexible and best.delta_bic - c.delta_bic < criteria.tie_delta_bic
+    ]
+    return min(plain, key=lambda c: len(c.effect.free_parameters()), default=best)
+
+
+def one_each(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """The best of every family, in order."""
+    seen: dict[str, Candidate] = {}
+    for c in candidates:
+        seen.setdefault(c.family, c)
+    return list(seen.values())

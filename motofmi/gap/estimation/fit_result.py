@@ -1,0 +1,189 @@
+"""A fitted model: parameters with standard errors, residuals, penalty, and the parts of its vector that
+belong to single runs."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from fmus.effects import Effect
+from motofmi.gap.models.harmonic_model import AnyExperiment, AnyModel, AnyRun
+
+OF_UNKNOWN = 2.0  # AIC's penalty of an unknown of a single run: the data behind it do not grow with the number of runs
+
+
+@dataclass(eq=False)
+class Fit:
+    """A fitted model. x holds [theta, e, d_1, d_2, ...]; residuals and jacobian include the priors as last rows."""
+
+    model: AnyModel
+    runs: list[Any] = field(repr=False)  # AnyRun; reports use further attributes of the runs
+    x: np.ndarray
+    chi2: float
+    residuals: np.ndarray = field(repr=False)
+    jacobian: np.ndarray = field(repr=False)
+    count: int  # reduced data
+    sandwich: np.ndarray | None = field(default=None, repr=False)  # a covariance that includes errors of the model
+
+    def __repr__(self) -> str:
+        effects = ", ".join(f"{e.family} ({e.form})" for e in self.model.effects) or "base alone"
+        return f"Fit({effects}, {len(self.runs)} runs, {self.count} data, reduced chi-square {self.reduced:.3g})"
+
+    @property
+    def shared(self) -> np.ndarray:
+        """The parameters common to all runs: the model's vector."""
+        return self.x[: len(self.model.names)]
+
+    @property
+    def freedom(self) -> int:
+        """Degrees of freedom: data and priors minus fitted numbers, with the unknowns of single runs
+        (initial states) included."""
+        return len(self.residuals) - len(self.x) - sum(self.model.unknowns(run) for run in self.runs)
+
+    @property
+    def reduced(self) -> float:
+        """Chi-square per degree of freedom, 1 at the noise floor."""
+        return self.chi2 / self.freedom
+
+    @property
+    def penalty(self) -> float:
+        """The penalty of the model: that of BIC for effective parameters, that of AIC for unknowns of single runs."""
+        return penalty(self.model, self.runs) - sum(map(self.spared, self.model.effects))
+
+    @property
+    def bic(self) -> float:
+        """Chi-square plus penalty; the model with the least is the most probable."""
+        return self.chi2 + self.penalty
+
+    def covariance(self) -> np.ndarray:
+        """The covariance of x: the one that includes errors of the model, where it was computed."""
+        if self.sandwich is not None:
+            return self.sandwich
+        scale = np.linalg.norm(self.jacobian, axis=0) + 1e-12
+        u = np.linalg.pinv(self.jacobian / scale, rcond=1e-9)
+        return (u @ u.T) / np.outer(scale, scale)
+
+    def effective_parameters(self, effect: type[Effect]) -> float:
+        """The number of an effect's parameters that the data determine: k without a prior, and with one
+
+            k_eff = tr[I (I + P)^-1] = k - tr(P C)
+
+        I is the information of the data with the base projected out, P that of the prior and C the covariance of the
+        fit: the trace of the hat matrix of these parameters.
+
+        Source: Ye, J. Am. Statist. Assoc. 93 (1998) 120-131; Spiegelhalter, Best, Carlin, van der Linde, J. R. Statist.
+        Soc. B 64 (2002) 583-639, p_D of the normal linear model.
+        """
+        own = effect.free_parameters()
+        if effect.prior is None:
+            return float(len(own))
+        places = [self.model.names.index(self.model.experiment.parameter(effect, n)) for n in effect.prior.names]
+        slopes = effect.prior.slopes(self.x[places])
+        return len(own) - float(np.sum((slopes.T @ slopes) * self.covariance()[np.ix_(places, places)]))
+
+    def spared(self, effect: type[Effect]) -> float:
+        """By how much the penalty is smaller, as the prior determines parameters of an effect of this fit."""
+        return (len(effect.free_parameters()) - self.effective_parameters(effect)) * float(np.log(self.count))
+
+    def of_run(self, index: int) -> np.ndarray:
+        """The model's vector for one run."""
+        return vector_of(self.x, self.model, index)
+
+
+@dataclass(frozen=True)
+class PortableFit:
+    """The part of a fit that is sent between processes."""
+
+    x: np.ndarray
+    chi2: float
+    residuals: np.ndarray
+    jacobian: np.ndarray
+    initial_guesses: list[Any]
+
+    @classmethod
+    def of(cls, found: Fit | None) -> "PortableFit | None":
+        return (
+            None
+            if found is None
+            else cls(found.x, found.chi2, found.residuals, found.jacobian, initial_guesses(found.runs))
+        )
+
+    def on(self, model: AnyModel, runs: Sequence[AnyRun]) -> Fit:
+        """The fit of that model to these runs."""
+        return Fit(
+            model,
+            with_initial_guesses(runs, self.initial_guesses),
+            self.x,
+            self.chi2,
+            self.residuals,
+            self.jacobian,
+            sum(len(run.data) for run in runs),
+        )
+
+
+def penalty(model: AnyModel, runs: Sequence[AnyRun]) -> float:
+    """The penalty of a model of these runs in chi-square, for all its parameters and for the unknowns of single runs."""
+    count = sum(len(run.data) for run in runs)
+    return len(model.names) * float(np.log(count)) + OF_UNKNOWN * sum(model.unknowns(run) for run in runs)
+
+
+def run_to_run_deviations(experiment: AnyExperiment) -> dict[int, float]:
+    """The standard deviations of base parameters and sensor offsets that differ between runs, by their index in the
+    model's vector."""
+    offsets = getattr(experiment, "sensor_offsets", {}).values()
+    return {i: f.spread for i, f in enumerate(experiment.free) if f.spread > 0} | {
+        len(experiment.free) + i: deviation for i, deviation in enumerate(offsets)
+    }
+
+
+def initial_guesses(runs: Sequence[Any]) -> list[Any]:
+    """The initial guesses of each run's simulations as plain data; None for runs without them."""
+    return [getattr(run, "guess", None) for run in runs]
+
+
+def with_initial_guesses(runs: Sequence[Any], kept: Sequence[Any]) -> list[Any]:
+    """The runs with copies of such guesses, so that fits do not change each other's runs."""
+    return [run if guess is None else run.with_initial_guesses(guess) for run, guess in zip(runs, kept, strict=True)]
+
+
+def vector_of(x: np.ndarray, model: AnyModel, index: int) -> np.ndarray:
+    """The model's vector for one run: the common values plus that run's deviations."""
+    deviating = list(run_to_run_deviations(model.experiment))
+    shared = len(model.names)
+    q = x[:shared].copy()
+    q[deviating] += x[shared + index * len(deviating) : shared + (index + 1) * len(deviating)]
+    return q
+
+
+def deviations_of_runs(model: AnyModel, total: int) -> tuple[np.ndarray, np.ndarray]:
+    """The deviations at the end of x, run by run: their indices in the model's vector (k,) and
+    standard deviations (k,)."""
+    places = run_to_run_deviations(model.experiment)
+    runs = (total - len(model.names)) // max(len(places), 1)
+    return np.tile(np.array(list(places), int), runs), np.tile(np.array(list(places.values()), float), runs)
+
+
+def sensor_offsets_of(found: Fit) -> list[dict[str, tuple[float, float]]]:
+    """The sensor offsets of every run: value and standard error by the parameter's name."""
+    model, errors = found.model, np.sqrt(np.maximum(np.diag(found.covariance()), 0.0))
+    places, count = deviations_of_runs(model, len(found.x))[0], len(run_to_run_deviations(model.experiment))
+    offsets: list[dict[str, tuple[float, float]]] = [{} for _ in found.runs]
+    for at, place in enumerate(places):
+        if place >= len(model.base):
+            offsets[at // count][model.names[place]] = (
+                float(found.x[len(model.names) + at]),
+                float(errors[len(model.names) + at]),
+            )
+    return offsets
+
+
+def parameters_of(found: Fit) -> Mapping[str, tuple[float, float, str]]:
+    """Value, standard error and unit by name: the base's common values, then the effects'."""
+    model, errors = found.model, np.sqrt(np.maximum(np.diag(found.covariance()), 0.0))
+    values = model.values(found.shared)
+    scale = [abs(values[n]) for n in model.base] + [1.0] * len(model.own)  # errors of the base are those of logarithms
+    return {
+        n: (float(values[n]), float(errors[i] * scale[i]), model.component.table[n].unit)
+        for i, n in enumerate(model.names)
+    }

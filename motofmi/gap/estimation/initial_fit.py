@@ -1,0 +1,120 @@
+"""The initial fit of a base whose start values may be inaccurate: over short intervals first, then over longer ones.
+
+With free initial states of each interval, a wrong frequency causes only a small phase error, and the fit has few
+minima. Its result starts the fit over longer intervals, and finally over whole segments. The runs of an unstable
+component stay cut into intervals over which its free motion grows by at most GROWTH.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from fmus.support.errors import InputError
+from motofmi.gap.estimation.fit_result import Fit
+from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.estimation.starting_values import MAX_ITERATIONS, first_values, poles
+from motofmi.gap.models.free_initial_state import FreeInitialStateModel
+from motofmi.gap.preprocessing.flexible_model import Density
+from motofmi.gap.preprocessing.input_interpolation import KINDS, is_rough
+from motofmi.gap.preprocessing.sampled_run import SampledRun
+
+STRETCHES = (1.0, 3.0)  # interval lengths in periods of the motion's mean frequency
+MOST = 24  # intervals of a run in the first stages
+GROWTH = 20.0  # factor of an unstable motion over a segment
+GOOD = 2.0  # reduced chi-square below which no other start is tried
+SAME = 0.02  # relative difference of reduced chi-square within which two starts have reached the same minimum
+CLOSER = 0.9  # ratio of chi-square that another interpolation of the inputs must reach
+
+
+def initial_fit(model: FreeInitialStateModel, runs: Sequence[SampledRun]) -> Fit:
+    """The base fitted from several starts; its runs are cut where the base is unstable.
+
+    Raises InputError where no start can be simulated.
+    """
+    best: Fit | None = None
+    for start in first_values(model, runs):
+        before = best
+        for periods in (STRETCHES, STRETCHES[1:], ()):
+            try:
+                found = _staged(model, runs, start, periods)
+            except InputError:
+                continue
+            again = before is not None and max(found.reduced, before.reduced) < (1 + SAME) * min(
+                found.reduced, before.reduced
+            )
+            best = found if best is None or found.reduced < best.reduced else best
+            if best.reduced < GOOD or again:
+                return _with_best_interpolation(model, best)
+    if best is None:
+        raise InputError(f"{model.component.name} cannot be simulated near its parameter values; expected values of "
+                         "the order of those of the "
+                         "recorded component: give them in a value file, --component FILE.toml")  # fmt: skip
+    return _with_best_interpolation(model, best)
+
+
+def _staged(
+    model: FreeInitialStateModel, runs: Sequence[SampledRun], start: np.ndarray, periods: Sequence[float]
+) -> Fit:
+    x = start
+    for each in periods:
+        short = [_excerpt(run, int(each * run.recording.rate / run.middle_frequency)) for run in runs]
+        x = fit(model, short, x, iterations=MAX_ITERATIONS).x
+    return fit(model, [stable_segments(model, run, x) for run in runs], x, iterations=MAX_ITERATIONS)
+
+
+def _excerpt(run: SampledRun, length: int) -> SampledRun:
+    """Some of the run's short intervals, evenly distributed over it."""
+    cut = run.cut(max(length, 16))
+    if len(cut.segments) <= MOST:
+        return cut
+    keep = np.unique(np.linspace(0, len(cut.segments) - 1, MOST).astype(int))
+    reduction = cut.reduction
+    chosen = {int(k): i for i, k in enumerate(keep)}
+    places = [i for i, owner in enumerate(reduction.segment_of) if owner in chosen]
+    sizes = np.cumsum([0] + [kept * reduction.outputs for _, _, kept in reduction.spans])
+    rows = np.concatenate([np.arange(sizes[i], sizes[i + 1]) for i in places])
+    spans, owners = [reduction.spans[i] for i in places], [chosen[reduction.segment_of[i]] for i in places]
+    fewer = replace(reduction, spans=spans, segment_of=owners, columns=[reduction.columns[i] for i in rows])
+    return replace(
+        cut,
+        segments=[cut.segments[i] for i in keep],
+        reduction=fewer,
+        data=cut.data[rows],
+        deviation=cut.deviation[rows],
+        guess={},
+    )
+
+
+def stable_segments(model: FreeInitialStateModel, run: SampledRun, x: np.ndarray) -> SampledRun:
+    """The run, cut where the component's unstable free motion would grow too far over a segment."""
+    growth = float(np.max(poles(model, x).real, initial=0.0))
+    length = int(np.log(GROWTH) / max(growth, 1e-9) * run.recording.rate)
+    return run.cut(length) if length < run.segments[0][1] - run.segments[0][0] else run
+
+
+def _with_best_interpolation(model: FreeInitialStateModel, found: Fit) -> Fit:
+    """The fit with that interpolation of the inputs that fits best, where an input is rough between its samples."""
+    runs = found.runs
+    if not any(
+        is_rough(run.recording[n]) for run in runs for n in run.experiment.inputs if n != run.experiment.imposed
+    ):
+        return found
+    for kind in KINDS[1:]:
+        other = fit(model, [run.with_interpolation(kind) for run in runs], found.x)
+        if other.chi2 < CLOSER * found.chi2:
+            found = other
+    return found
+
+
+def equal_noise(runs: Sequence[SampledRun], found: Fit) -> list[SampledRun]:
+    """The runs with noise scaled to the residuals of the fit: a first estimate where the base does not fit."""
+    wider, first = [], 0
+    for run in runs:
+        last = first + len(run.data)
+        scale = float(np.mean(found.residuals[first:last] ** 2))
+        wider.append(
+            run.with_densities([Density(d.frequency, d.density * scale) for d in run.densities], run.noise_source)
+        )
+        first = last
+    return wider

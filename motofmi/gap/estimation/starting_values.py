@@ -1,0 +1,104 @@
+"""Starting values of the initial fit, for a base whose values may be far from the recorded component.
+
+They are tried in this order:
+
+1. the values of the component;
+2. the values with time rescaled to the measured frequency, p tau^-s, where s is the exponent of seconds in the unit of
+   p and tau the ratio of the measured to the component's frequency;
+3. the values that fit the force which the measured motion requires; this force is linear in mass, damping and
+   stiffness, so that the result does not depend on the start;
+4. all values times the ratio of the simulated motion (from rest) to the measured one;
+5. the stiffnesses multiplied and divided by exp(STIFFER).
+"""
+
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from fmus.composition.imposed_motion import ImposedMotion
+from fmus.declaration.units import BASE, unit
+from fmus.linear_analysis.linearisation import linearise
+from fmus.support.errors import InputError
+from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.models.free_initial_state import FreeInitialStateModel
+from motofmi.gap.preprocessing.sampled_run import SampledRun, sampled_run
+
+STIFFER = 2.3  # logarithm of the factor
+MAX_ITERATIONS = 40  # of a fit from one start
+
+
+def first_values(model: FreeInitialStateModel, runs: Sequence[SampledRun]) -> Iterator[np.ndarray]:
+    """Starting vectors, the most promising first, computed on demand."""
+    own = model.start()
+    yield own
+    base = np.arange(len(own)) < len(model.base)
+    with suppress(InputError):
+        for fast in _as_fast(model, runs, own):
+            yield fast + too_large(model, runs, fast) * base
+    yield from _imposed(model, runs)
+    as_far = own + too_large(model, runs, own) * base
+    yield as_far
+    stiff = np.array(
+        [model.component.table[n].unit in ("N.m/rad", "N/m") for n in model.base] + [False] * len(model.own)
+    )
+    yield from (x + shift * stiff for x in (as_far, own) for shift in (STIFFER, -STIFFER))
+
+
+def too_large(model: FreeInitialStateModel, runs: Sequence[SampledRun], x: np.ndarray) -> float:
+    """The logarithm of simulated (from rest) over measured motion; 0 where nothing drives the component."""
+    try:
+        ratios = np.concatenate(
+            [np.std(model.from_rest(run, x), axis=0) / np.std(run.measured, axis=0) for run in runs]
+        )
+    except InputError:
+        return 0.0
+    ratio = float(np.median(ratios))
+    return float(np.log(np.clip(ratio, 1e-6, 1e6))) if ratio > 0 else 0.0
+
+
+def poles(model: FreeInitialStateModel, x: np.ndarray) -> np.ndarray:
+    """The poles (nx,) of the component's free motion about rest; none where a motion is imposed."""
+    component, values = model.component, model.values(x[: len(model.names)])
+    if isinstance(component, ImposedMotion) or not component.states:
+        return np.zeros(0)
+    return np.linalg.eigvals(linearise(component.with_values(**{n: values[n] for n in component.values})).A)
+
+
+def _imposed(model: FreeInitialStateModel, runs: Sequence[SampledRun]) -> Iterator[np.ndarray]:
+    """The values that fit the recorded input with an output imposed as motion; the noise of that output biases them."""
+    experiment = runs[0].experiment
+    seen = [n for n in experiment.outputs if n in experiment.component.states]
+    driving = [n for n in experiment.driven if all(np.ptp(run.recording[n]) > 0 for run in runs)]
+    for state, effort in product(seen, driving):
+        with suppress(InputError):
+            others = tuple(n for n in experiment.inputs if n != effort)
+            turned = FreeInitialStateModel(
+                replace(
+                    experiment,
+                    inputs=(state, *others),
+                    outputs=(effort,),
+                    imposed=state,
+                    sensor_offsets={},
+                    measured_effects={},
+                )
+            )
+            found = fit(
+                turned,
+                [sampled_run(run.recording, turned.experiment) for run in runs],
+                turned.start(),
+                iterations=MAX_ITERATIONS,
+            )
+            yield np.concatenate([found.x[: len(model.base)], model.start()[len(model.base) :]])
+            return
+
+
+def _as_fast(model: FreeInitialStateModel, runs: Sequence[SampledRun], x: np.ndarray) -> Iterator[np.ndarray]:
+    """The values with time rescaled so that the slowest oscillation has the measured frequency."""
+    own = np.abs([pole for pole in poles(model, x) if pole.imag > 0])
+    if len(own):
+        tau = 2 * np.pi * float(np.median([run.middle_frequency for run in runs])) / own.min()
+        seconds = [unit(model.component.table[n].unit).exponents[BASE.index("s")] for n in model.base]
+        yield x - np.log(tau) * np.array(seconds + [0] * len(model.own))

@@ -1,0 +1,1 @@
+"""Where the misfit of a model lies: by run, order, frequency, time, amplitude and direction."""

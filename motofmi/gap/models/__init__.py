@@ -1,0 +1,1 @@
+"""Base and effects as functions for estimation: predicted data and their derivatives by the parameters."""

@@ -1,0 +1,1 @@
+"""Recordings prepared for comparison: reconstructed motion, reduced data with independent errors, noise spectra."""

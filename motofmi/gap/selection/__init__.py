@@ -1,0 +1,1 @@
+"""Model selection: candidate search over the library, pairs, ties, and the verdict."""

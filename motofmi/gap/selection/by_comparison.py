@@ -1,0 +1,67 @@
+"""The verdict of a comparison on blocks, for data that no model of the library explains within their noise.
+
+The noise is what the best model leaves: chi-square then measures gains in units of that, and a delta BIC orders
+candidates without deciding anything.
+"""
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
+
+from fmus.effects import Effect
+from fmus.support.errors import InputError
+from motofmi.gap.comparison.compare import Comparison
+from motofmi.gap.criteria import Criteria
+from motofmi.gap.estimation.candidate import Candidate, ranked
+from motofmi.gap.estimation.fit_result import Fit
+from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.preprocessing.sampled_run import SampledRun
+from motofmi.gap.selection.model_selection import Verdict
+from motofmi.gap.validation.before_after import before_and_after
+
+
+def verdict_by_comparison(
+    compared: Comparison, singles: Sequence[Candidate], validation: Sequence[SampledRun], criteria: Criteria
+) -> Verdict:
+    """The verdict of a comparison; singles are the fitted single effects, validation the prepared validation runs."""
+    found, base = compared.outcome, compared.base.fit
+    nearest = found.best if found.best is not compared.base else found.nearest or compared.base
+    scale = nearest.fit.count / nearest.fit.chi2
+    fitted = {c.effects[0]: c.fit for c in compared.contenders if len(c.effects) == 1}
+    candidates = ranked(_candidate(base, c.effect, fitted.get(c.effect, c.fit), scale) for c in singles)
+    candidates.sort(key=lambda c: c.effect not in nearest.effects)
+    named = [_candidate(base, effect, found.best.fit, scale) for effect in found.best.effects]
+    families = frozenset.intersection(*(c.families for c in found.members)) if found.members else frozenset()
+    others = {e.family: (e, c) for c in reversed(found.members) for e in c.effects if e.family not in families}
+    tied = [_candidate(base, effect, contender.fit, scale) for effect, contender in reversed(others.values())]
+    verdict = Verdict(
+        found.verdict,
+        base,
+        nearest.fit if found.verdict != "none" else base,
+        [c for c in named if c.family in families] if found.verdict == "named" else [],
+        tied if found.verdict in ("named", "tied") else [],
+        candidates,
+        criteria=criteria,
+        comparison=compared,
+    )
+    with suppress(InputError):
+        verdict.base, verdict.best = _with_remaining_noise(verdict.base, verdict.best)
+        verdict.validation_gap = before_and_after(verdict.base, verdict.best, validation, criteria)
+    return verdict
+
+
+def _candidate(base: Fit, effect: type[Effect], fitted: Fit, scale: float) -> Candidate:
+    """The gain of a fitted effect with what the best model leaves as noise."""
+    gain = (base.chi2 - fitted.chi2) * scale
+    return Candidate(effect, fitted, gain, gain - (fitted.penalty - base.penalty))
+
+
+def _with_remaining_noise(base: Fit, best: Fit) -> tuple[Fit, Fit]:
+    """Both fits, unchanged, on runs with the noise that a flexible model leaves of the best one."""
+    quiet = [best.model.with_remaining_noise(run, best.of_run(i)) for i, run in enumerate(best.runs)]
+    evaluated = []
+    for found in (base, best):
+        runs = [new.with_initial_guesses(old.guess) for new, old in zip(quiet, found.runs, strict=True)]
+        again = fit(found.model, runs, found.x, iterations=0)
+        evaluated.append(replace(again, sandwich=found.sandwich))
+    return evaluated[0], evaluated[0] if best is base else evaluated[1]

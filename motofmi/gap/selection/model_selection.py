@@ -1,0 +1,293 @@
+"""Model selection: which effect is missing, as none, named, tied or unknown.
+
+    dchi2 = chi2(base) - chi2(base + effect)        dBIC = dchi2 - k ln n - 2 u     (u unknowns of single runs: initial states)
+
+Every candidate is fitted together with the base. A first effect must gain a certain delta BIC; adequate effects near
+the best one are tied. A fit is adequate if its residuals are consistent with the noise. Where no single effect is
+adequate, pairs are searched, and the families that all near-best pairs share are named. Where no form of a family is
+adequate, but the family closes nearly all of the excess and leads every other clearly, it is named with an
+unspecified form. Validation runs choose between forms that fit equally well, and confirm or reject names. After a
+rejection the search is repeated without the rejected families; if nothing is confirmed, the answer is `unknown`. All
+thresholds are fields of `Criteria`.
+"""
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+from fmus.effects import Effect
+from fmus.support.errors import InputError
+from motofmi.gap.comparison.compare import Comparison
+from motofmi.gap.criteria import Criteria
+from motofmi.gap.estimation.candidate import (
+    Candidate,
+    adequate,
+    best_of,
+    by_chance,
+    one_each,
+    ranked,
+)
+from motofmi.gap.estimation.fit_result import Fit, initial_guesses, with_initial_guesses
+from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.estimation.multi_start import fit_base
+from motofmi.gap.models.harmonic_model import AnyModel, AnyRun
+from motofmi.gap.selection.candidate_search import search_candidates
+from motofmi.gap.selection.pairs import Pair, in_simplest_forms, pairs_of, shared_families, single_effects_instead
+from motofmi.gap.selection.unspecified_law import better_outside_library
+from motofmi.gap.validation.before_after import ValidationGap, before_and_after
+from motofmi.gap.validation.validation_run import ValidationRuns, required_share
+
+
+@dataclass
+class Verdict:
+    """The result of model selection. `best` is the selected fit; candidates are all single effects, the best first."""
+
+    verdict: str
+    base: Fit
+    best: Fit
+    effects: list[Candidate] = field(default_factory=list)
+    tied: list[Candidate] = field(default_factory=list)
+    candidates: list[Candidate] = field(default_factory=list)
+    unspecified_form: bool = False
+    rejected: list[str] = field(default_factory=list)  # families that fit well, but that validation runs reject
+    outside_library: Candidate | None = None  # an effect outside the library that explains more than any inside
+    validation_gap: ValidationGap = None  # misfit on validation runs before and after
+    criteria: Criteria = Criteria()
+    comparison: Comparison | None = None  # where the verdict is that of a comparison on blocks
+
+    def __repr__(self) -> str:
+        names = " and ".join(c.family for c in self.effects) or " or ".join(c.family for c in self.tied)
+        said = f"{self.verdict}: {names}" if names else self.verdict
+        return f"Verdict({said}, reduced chi-square {self.base.reduced:.3g} -> {self.best.reduced:.3g})"
+
+
+def select_model(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effect]], validation: Sequence[AnyRun] = (),
+                 so_far: Callable[[Verdict], None] = lambda verdict: None, known: list[Fit] | None = None,
+                 criteria: Criteria = Criteria()) -> Verdict:  # fmt: skip
+    """The verdict on runs, with a model of the base and the effects of a library; validation runs
+    can only reject names.
+
+    The final fits use the noise that the best one leaves. so_far is called with an intermediate verdict, `unknown`,
+    after the base, after the single effects, and after each effect with which second ones were tried. known are fits
+    that serve as starts, see `search_candidates`. Raises InputError where the base cannot be fitted.
+    """
+    known = known if known is not None else []
+    held = ValidationRuns(validation, criteria)
+    first = verdict = _validated(_select(model, runs, library, held, so_far, known), held)
+    left, rejected = library, list(verdict.rejected)
+    while verdict.verdict == "unknown" and any(e.family in rejected for e in left):
+        left = [e for e in left if e.family not in rejected]
+        verdict = _validated(_select(model, runs, left, held, so_far, known), held)
+        rejected += verdict.rejected
+    verdict = replace(verdict if verdict.verdict in ("named", "tied") else first, rejected=rejected)
+    verdict = _unless_outside_library(verdict, library, held)
+    with suppress(InputError):
+        verdict.base, verdict.best = _refitted_with_remaining_noise(verdict)
+        verdict.validation_gap = before_and_after(verdict.base, verdict.best, validation, criteria)
+        return verdict
+    # The best fit cannot be simulated again, so that nothing is named.
+    verdict = replace(verdict, verdict="unknown", best=verdict.base, effects=[], tied=[], unspecified_form=False)
+    with suppress(InputError):
+        verdict.validation_gap = before_and_after(verdict.base, verdict.base, validation, criteria)
+    return verdict
+
+
+def _refitted_with_remaining_noise(verdict: Verdict) -> tuple[Fit, Fit]:
+    """Base and best refitted to runs with the noise that the best leaves.
+
+    Raises InputError where the best cannot be simulated again, or ends above the base.
+    """
+    base, best = verdict.base, verdict.best
+    quiet = [best.model.with_remaining_noise(run, best.of_run(i)) for i, run in enumerate(best.runs)]
+    again = fit(best.model, quiet, best.x)
+    if best is base:
+        return again, again
+    base = fit(base.model, with_initial_guesses(quiet, initial_guesses(base.runs)), base.x)
+    if again.chi2 > base.chi2:
+        raise InputError(f"{best.model.component.name}: the refit ended above the base")
+    return base, again
+
+
+def _select(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effect]], held: ValidationRuns, so_far: Callable[[Verdict], None],
+            known: list[Fit]) -> Verdict:  # fmt: skip
+    criteria = held.criteria
+    verdict_of = partial(Verdict, criteria=criteria)
+    base = fit_base(model, runs, criteria)
+    so_far(verdict_of("unknown", base, base))
+    first = search_candidates(base, library, known=known, criteria=criteria)
+    best = best_of(first, criteria)
+    if best is None or best.delta_bic < criteria.first_effect_delta_bic:
+        return verdict_of("none" if adequate(base, criteria) else "unknown", base, base, candidates=first)
+    so_far(verdict_of("unknown", base, best.fit, candidates=first))
+    law = (
+        None if adequate(best.fit, criteria) else better_outside_library(base, best.fit, library, criteria, failed=True)
+    )
+    if law is not None and _consistent_with_noise(law.fit, criteria) and not (held and held.reject(base, law.fit)):
+        return verdict_of("unknown", base, best.fit, candidates=first, outside_library=law)
+    pairs = pairs_of(
+        best,
+        first,
+        library,
+        criteria,
+        lambda leading: so_far(verdict_of("unknown", base, leading.second.fit, candidates=first)),
+        known,
+    )
+    if pairs and shared_families(pairs):
+        found = in_simplest_forms(base, pairs[0], library, criteria) if len(shared_families(pairs)) == 2 else pairs[0]
+        enough = single_effects_instead(base, found, library, criteria)
+        if not enough:
+            return _of_pairs(base, found, pairs, first, criteria)
+        first = ranked([*enough, *(c for c in first if c.effect not in [e.effect for e in enough])])
+    return _of_one(base, first, criteria)
+
+
+def _of_one(base: Fit, first: list[Candidate], criteria: Criteria) -> Verdict:
+    """The verdict from single effects."""
+    verdict_of = partial(Verdict, criteria=criteria)
+    best = best_of(first, criteria)
+    if best is None:
+        return verdict_of("unknown", base, base, candidates=first)
+    if adequate(best.fit, criteria):
+        tied = [
+            c
+            for c in one_each(first)
+            if c.fitted and best.delta_bic - c.delta_bic < criteria.tie_delta_bic and adequate(c.fit, criteria)
+        ]
+        if len(tied) > 1:
+            return verdict_of("tied", base, best.fit, [], tied, first)
+        return verdict_of("named", base, best.fit, [best], [], first, best.effect.flexible)
+    left = 1 - required_share(base, criteria.unspecified_form_closed_share, criteria)
+    if best.fit.reduced - 1 < left * (base.reduced - 1) and not _rivals(best, first, criteria):
+        return verdict_of("named", base, best.fit, [best], [], first, unspecified_form=True)
+    return verdict_of("unknown", base, best.fit, candidates=first)
+
+
+def _rivals(best: Candidate, first: Sequence[Candidate], criteria: Criteria) -> list[Candidate]:
+    """The candidates of other families that an effect does not lead clearly."""
+    return [
+        c
+        for c in one_each(first)
+        if c.family != best.family and best.delta_bic - c.delta_bic <= criteria.clear_lead_delta_bic
+    ]
+
+
+def _of_pairs(base: Fit, found: Pair, pairs: Sequence[Pair], first: list[Candidate], criteria: Criteria) -> Verdict:
+    """Both effects where all pairs are of the same families; else the effect that all pairs share, with
+    the seconds as tied."""
+    families = shared_families(pairs)
+    if len(families) == 2:
+        return Verdict("named", base, found.second.fit, [*found.members], [], first, criteria=criteria)
+    members = [c for pair in pairs for c in pair.members]
+    certain = next(c for c in members if c.family in families)
+    tied = [c for c in members if c.family not in families]
+    return Verdict("named", base, found.second.fit, [certain], tied, first, criteria=criteria)
+
+
+def _validated(found: Verdict, held: ValidationRuns) -> Verdict:
+    """The verdict after validation: where a pair is rejected, one effect may be confirmed alone."""
+    verdict = _confirmed(found, held)
+    if not verdict.rejected or len(found.effects) < 2:
+        return verdict
+    alone = _confirmed(_of_one(found.base, found.candidates, held.criteria), held)
+    return replace(alone, rejected=[*verdict.rejected, *alone.rejected])
+
+
+def _confirmed(verdict: Verdict, held: ValidationRuns) -> Verdict:
+    """The verdict without what validation runs reject: members of a tie are removed, a rejected name or
+    base becomes `unknown`."""
+    if not held or verdict.verdict == "unknown":
+        return verdict
+    if verdict.verdict == "none":
+        return verdict if held.predicted_by(verdict.base) else replace(verdict, verdict="unknown")
+    if verdict.verdict == "named":
+        return _confirmed_name(verdict, held)
+    confirmed = {c.family: _confirmed_form(verdict, c, held) for c in verdict.tied}
+    left, wrong = [c for c in confirmed.values() if c], [family for family, c in confirmed.items() if not c]
+    if len(left) > 1:
+        return replace(verdict, tied=left, best=left[0].fit, rejected=wrong)
+    if left:
+        return replace(
+            verdict,
+            verdict="named",
+            effects=left,
+            tied=[],
+            best=left[0].fit,
+            unspecified_form=left[0].effect.flexible,
+            rejected=wrong,
+        )
+    return replace(verdict, verdict="unknown", tied=[], rejected=wrong)
+
+
+def _confirmed_name(verdict: Verdict, held: ValidationRuns) -> Verdict:
+    """A named verdict after validation; where its form alone is rejected, another form or an unspecified
+    one may be confirmed."""
+    base, named = verdict.base, verdict.effects
+    if not held.reject(base, verdict.best, verdict.unspecified_form):
+        return verdict
+    rivals = _rivals(named[0], verdict.candidates, held.criteria)
+    for unspecified_form in (False, True) if len(named) == 1 and not verdict.tied else ():
+        form = _confirmed_form(verdict, named[0], held, unspecified_form)
+        if form and not (
+            unspecified_form
+            and any(not c.fitted or _confirmed_form(verdict, c, held, unspecified_form) for c in rivals)
+        ):
+            return replace(
+                verdict, effects=[form], best=form.fit, unspecified_form=unspecified_form or form.effect.flexible
+            )
+    return replace(
+        verdict,
+        verdict="unknown",
+        effects=[],
+        tied=[],
+        unspecified_form=False,
+        rejected=[" and ".join(c.family for c in named)],
+    )
+
+
+def _confirmed_form(
+    verdict: Verdict, found: Candidate, held: ValidationRuns, unspecified_form: bool = False
+) -> Candidate | None:
+    """The first form that validation runs do not reject, among those of the family that fit as well; None
+    where all are rejected."""
+    others = (c for c in verdict.candidates if c.family == found.family and c.fitted and c is not found)
+    near = (
+        c
+        for c in others
+        if found.delta_bic - c.delta_bic < held.criteria.tie_delta_bic and adequate(c.fit, held.criteria)
+    )
+    return next((c for c in (found, *near) if not held.reject(verdict.base, c.fit, unspecified_form)), None)
+
+
+def _unless_outside_library(verdict: Verdict, library: Sequence[type[Effect]], held: ValidationRuns) -> Verdict:
+    """The verdict, or `unknown` where most of the misfit is left, or an effect outside the library explains
+    more and is confirmed."""
+    named = verdict.verdict in ("named", "tied")
+    if verdict.outside_library or (
+        not named and adequate(verdict.base, held.criteria)
+    ):  # already compared, or nothing is missing in the fitted runs
+        return verdict
+    law = better_outside_library(verdict.base, verdict.best, library, held.criteria, verdict.unspecified_form)
+    if law is not None and held and held.reject(verdict.base, law.fit, verdict.unspecified_form):
+        law = None
+    if law is None and named and _explained(verdict, held):
+        return verdict
+    return replace(verdict, verdict="unknown", effects=[], tied=[], unspecified_form=False, outside_library=law)
+
+
+def _explained(verdict: Verdict, held: ValidationRuns) -> bool:
+    """Whether the named effects close a sufficient share of the excess, or leave no more than chance.
+
+    With an unspecified form only fitted runs count.
+    """
+    base, best = verdict.base, verdict.best
+    missed, left, freedom = base.chi2 - base.freedom, best.chi2 - best.freedom, best.freedom
+    if held and not verdict.unspecified_form:
+        missed, left = missed + held.least_excess(base) * held.count, left + held.least_excess(best) * held.count
+        freedom += held.count
+    return left < max(by_chance(freedom, held.criteria), (1 - held.criteria.explained_share) * missed)
+
+
+def _consistent_with_noise(found: Fit, criteria: Criteria) -> bool:
+    """Whether chi-square is within chance of its mean, so that no pair of effects could explain more."""
+    return found.chi2 < found.freedom + by_chance(found.freedom, criteria)

@@ -1,0 +1,69 @@
+"""Effects with the same response as a named one, if their bounds and the priors of the base are ignored.
+
+    dchi2 |(1 - W W^+) r|^2 / |(1 - B B^+) r|^2 < dBIC of a tie
+
+r are the derivatives by the other effect's magnitude, B those by the base (data only), W these and the named effect's:
+the ratio is the share of the named effect's gain that the other effect cannot reach. At one port, with torque and
+angle, a linear rider has seven coefficients and the base has six parameters, so one linear effect can be replaced by
+another with other values of the base. Only knowledge besides the data distinguishes them: the physical sign of a
+parameter, or an inertia known from elsewhere.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fmus.effects import Effect
+from fmus.support.errors import InputError
+from fmus.support.parallel import parallel_map
+from motofmi.gap.criteria import Criteria
+from motofmi.gap.estimation.candidate import Candidate, one_each
+from motofmi.gap.estimation.fit_result import Fit
+
+INDEPENDENT = 1e-9  # of the largest singular value
+ROUNDING = 1e-9  # of the squared length: below it the response is one of the base
+
+
+def equivalent(
+    found: Fit, named: Candidate, candidates: Sequence[Candidate], criteria: Criteria = Criteria()
+) -> list[str]:
+    """The families that only bounds and priors distinguish from the named effect of a fit; none where
+    it is not in the fit."""
+    effect = named.effect
+    if effect not in found.model.effects or effect.prior is not None:  # a prior is knowledge besides the data
+        return []
+    own = [found.model.names.index(found.model.experiment.parameter(effect, n)) for n in effect.free_parameters()]
+    slopes = found.jacobian[: found.count]
+    whole, without = _basis(slopes), _basis(np.delete(slopes, own, axis=1))
+    rivals = [c for c in one_each(candidates) if c.family != named.family and not c.effect.nonlinear_parameters()]
+    outside = parallel_map(
+        lambda effect: _left(found, effect, (whole, without)),
+        [c.effect for c in rivals],
+        "effects with the same response",
+    )
+    return [c.family for c, (beside, alone) in zip(rivals, outside, strict=True)
+            if alone > ROUNDING and named.delta_chi2 * beside < criteria.tie_delta_bic * alone]  # fmt: skip
+
+
+def _basis(slopes: np.ndarray) -> np.ndarray:
+    """Orthonormal columns; without priors, common parameters and deviations of single runs are linearly dependent."""
+    left, sizes, _ = np.linalg.svd(slopes / (np.linalg.norm(slopes, axis=0) + 1e-12), full_matrices=False)
+    return left[:, sizes > INDEPENDENT * sizes[0]]
+
+
+def _left(found: Fit, effect: type[Effect], bases: Sequence[np.ndarray]) -> list[float]:
+    """The share of an effect's derivatives by its magnitude, at zero, that lies outside each of these bases."""
+    try:
+        model = found.model.with_added_effects(effect, slopes_of_base=False)
+        shared = len(found.model.names)
+        more = np.array([max(row.min, 0.0) for row in model.rows[shared - len(model.base) :]])
+        slopes = np.concatenate(
+            [
+                model.reduced(run, np.concatenate([found.of_run(i), more]))[1][:, shared]
+                for i, run in enumerate(found.runs)
+            ]
+        )
+    except InputError:
+        return [1.0] * len(bases)
+    outside = [slopes - basis @ (basis.T @ slopes) for basis in bases]
+    return [float(left @ left / max(slopes @ slopes, 1e-300)) for left in outside]

@@ -1,0 +1,1 @@
+"""Fits on runs that were not used for estimation."""

@@ -1,0 +1,126 @@
+"""The misfit before and after: reduced chi-square and rms, on fitted runs and on validation runs.
+
+On a validation run effects and common parameters are fixed as fitted. Only the deviations of the base in that run are
+estimated, under the same prior, since a rider changes from run to run.
+"""
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fmus.support.errors import InputError
+from motofmi.gap.criteria import Criteria
+from motofmi.gap.estimation.fit_result import Fit, run_to_run_deviations
+from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.models.harmonic_model import AnyRun
+
+OFFSET_STARTS = (0.0, 0.3, -0.3, 0.7, -0.7)  # starts of a sensor offset over its standard deviation
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """The misfit of a model on runs: reduced chi-square, and rms of the residuals in the unit of the output."""
+
+    chi2: float
+    rms: float
+    fit: Fit
+
+
+ValidationGap = tuple[Misfit, Misfit] | None  # before and after; None without validation runs
+
+
+def misfit_of(found: Fit) -> Misfit:
+    """The misfit on the fitted runs. The reduced chi-square includes the priors."""
+    return Misfit(found.reduced, _rms(found), found)
+
+
+def on_validation_runs(found: Fit, runs: Sequence[AnyRun], criteria: Criteria = Criteria()) -> Misfit:
+    """The misfit on validation runs: effects and common parameters fixed, the deviations of these runs estimated."""
+    shared = len(found.model.names)
+    begun = np.concatenate([found.x[:shared], *(_deviations(found, run, criteria) for run in runs)])
+    for run in runs:
+        found.model.start_afresh(run)
+    again = fit(found.model, runs, begun, frozen=range(shared))
+    # Each deviation is one fitted number and one prior, which cancel in the degrees of freedom.
+    left = again.residuals[: again.count + len(run_to_run_deviations(found.model.experiment)) * len(runs)]
+    return Misfit(float(left @ left) / again.count, _rms(again), again)
+
+
+def _deviations(found: Fit, run: AnyRun, criteria: Criteria) -> np.ndarray:
+    """Starting values of a run's deviations: with a hardening spring, a large sensor offset gives several minima."""
+    places = run_to_run_deviations(found.model.experiment)
+    offsets = np.array([deviation if place >= len(found.model.base) else 0.0 for place, deviation in places.items()])
+    if not offsets.any() or not found.model.effects:
+        return np.zeros(len(places))
+    shared, best = len(found.model.names), None
+    for share in OFFSET_STARTS:
+        with suppress(InputError):
+            made = fit(found.model, [run], np.concatenate([found.x[:shared], share * offsets]), frozen=range(shared))
+            best = made if best is None or made.chi2 < best.chi2 else best
+            if best.reduced < criteria.predicted_reduced_chi2:
+                break
+    return np.zeros(len(places)) if best is None else best.x[shared:]
+
+
+def reduced_chi2_after_refit(found: Fit, validation: Misfit) -> float:
+    """The reduced chi-square of validation runs with the parameters free within their errors from the fitted runs.
+
+        (chi2(fitted and validation runs together) - chi2(fitted runs)) / data of the validation runs
+
+    It is 1 for the true model, whatever its standard errors are. With fixed values it is larger, since these differ
+    from the truth by their standard errors.
+    """
+    deviations = validation.fit.x[len(found.model.names) :]
+    together = fit(found.model, [*found.runs, *validation.fit.runs], np.concatenate([found.x, deviations]))
+    return (together.chi2 - found.chi2) / validation.fit.count
+
+
+def before_and_after(base: Fit, best: Fit, runs: Sequence[AnyRun], criteria: Criteria = Criteria()) -> ValidationGap:
+    """The misfit on validation runs of base and best, with the noise that the best leaves; None without such runs."""
+    if not runs:
+        return None
+    scaled = with_noise_of_best(best, runs, criteria)
+    return on_validation_runs(base, scaled, criteria), on_validation_runs(best, scaled, criteria)
+
+
+def with_noise_of_best(found: Fit, runs: Sequence[AnyRun], criteria: Criteria = Criteria()) -> list[AnyRun]:
+    """Validation runs with the noise that a model leaves, which excludes high orders that an effect excites."""
+    again = on_validation_runs(found, runs, criteria).fit
+    return [found.model.with_remaining_noise(run, again.of_run(i)) for i, run in enumerate(runs)]
+
+
+def floor(runs: Sequence[AnyRun]) -> float:
+    """The rms of the noise in the data, in the unit of the output."""
+    power = sum(float(np.sum(r.deviation[: _first_output(r)] ** 2)) for r in runs)
+    return float(np.sqrt(power / sum(_samples(r) for r in runs)))
+
+
+def motion_rms(runs: Sequence[AnyRun]) -> float:
+    """The rms of the first output in the runs, about its mean where the runs hold samples."""
+    samples = [y for run in runs if isinstance(y := getattr(run, "measured", None), np.ndarray) and y.ndim == 2]
+    if samples:
+        return float(np.sqrt(np.mean([np.var(y[:, 0]) for y in samples])))
+    power = sum(float(np.sum(run.data[: _first_output(run)] ** 2)) for run in runs)
+    return float(np.sqrt(power / sum(_samples(run) for run in runs)))
+
+
+def _rms(found: Fit) -> float:
+    power, first = 0.0, 0
+    for run in found.runs:
+        last = first + len(run.data)
+        power += float(np.sum((found.residuals[first:last] * run.deviation)[: _first_output(run)] ** 2))
+        first = last
+    return float(np.sqrt(power / sum(_samples(r) for r in found.runs)))
+
+
+def _first_output(run: Any) -> int:
+    """The number of data of the first output; other outputs have other units."""
+    return len(run.effort.data) if hasattr(run, "effort") else len(run.data)
+
+
+def _samples(run: Any) -> int:
+    """The number of samples behind the data; without a recording that of the data."""
+    return sum(last - first for first, last, _ in run.reduction.bases) if hasattr(run, "reduction") else len(run.data)

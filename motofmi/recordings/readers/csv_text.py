@@ -1,0 +1,196 @@
+"""Text with one row per sample: names, perhaps a row of units, numbers; comma, semicolon or tab between cells.
+
+numpy parses the numbers. pandas parses three times as fast, but takes half a second to import, which is the time of 15
+MB. Only blocks with missing values or faults are read cell by cell.
+"""
+
+import codecs
+from collections.abc import Iterator
+from dataclasses import dataclass
+from io import StringIO
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+
+from fmus.declaration.units import unit
+from fmus.support.errors import InputError
+from motofmi.recordings.formats import supported
+from motofmi.recordings.table import Format, Table, name_and_unit
+
+ROWS = 50_000  # in a block
+SAMPLE = 1 << 16  # bytes from which the layout is found
+EXAMPLE = "a header row such as 'time [s],steer_angle [rad],steer_torque [N.m]'"
+SKIPPED = ("#", "sep=")  # how lines above the header begin: comments, and what a spreadsheet program writes
+MISSING = {"", "-", "--", "na", "n/a", "#n/a", "nan", "null", "none"}  # in lower case
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How a text file is written: its encoding, the lines above the numbers, its columns, and which
+    of them hold numbers."""
+
+    encoding: str
+    above: int
+    delimiter: str
+    decimal_comma: bool
+    headings: tuple[str, ...]
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    used: tuple[int, ...]
+
+    def number(self, cell: str) -> float | None:
+        """The number in a cell, NaN for a missing value, None for anything else."""
+        cell = cell.strip()
+        if cell.lower() in MISSING:
+            return float("nan")
+        try:
+            return float(cell.replace(",", ".") if self.decimal_comma else cell)
+        except ValueError:
+            return None
+
+
+def read(path: Path) -> Table:
+    """The columns of numbers. Columns without a unit whose first cell is text are labels, and left out.
+
+    Raises InputError for a file that is not such a table, while its blocks are read with the line of the first fault.
+    """
+    with path.open("rb") as file:
+        head = file.read(SAMPLE)
+    layout = _layout(head, whole=len(head) < SAMPLE)
+    rows = path.stat().st_size * head.count(b"\n") / max(len(head), 1)
+    # The blocks and the table that is made of them are in memory together.
+    return Table([layout.names[i] for i in layout.used], [layout.units[i] for i in layout.used], _blocks(path, layout),
+                 2 * 8 * len(layout.used) * rows)  # fmt: skip
+
+
+def _layout(head: bytes, whole: bool) -> Layout:
+    encoding = _encoding(head)
+    lines = list(StringIO(head.decode(encoding, "replace"), newline=None))
+    lines = lines if whole else lines[:-1]
+    rows = [
+        (number, line.rstrip("\n"))
+        for number, line in enumerate(lines, 1)
+        if line.strip() and not line.lower().startswith(SKIPPED)
+    ]
+    if not rows:
+        raise InputError(f"the file is empty; expected {EXAMPLE}")
+    above, heading = rows.pop(0)
+    delimiter = max(",;\t", key=heading.count)
+    headings = tuple(name.strip().strip('"') for name in heading.split(delimiter))
+    if all(_is_number(name) for name in headings):
+        raise InputError(f"line {above} holds numbers, expected {EXAMPLE}")
+    names, units = (tuple(part) for part in zip(*map(name_and_unit, headings), strict=True))
+    if rows and _holds_units(cells := rows[0][1].split(delimiter)) and len(cells) == len(names):
+        above = rows.pop(0)[0]
+        units = tuple(given or _bare(cell) for given, cell in zip(units, cells, strict=True))
+    first = rows[0][1].split(delimiter) if rows else []
+    first = first if len(first) == len(names) else [""] * len(names)
+    decimal_comma = delimiter != "," and _decimal_comma([row for _, row in rows], delimiter)
+    layout = Layout(encoding, above, delimiter, decimal_comma, headings, names, units, ())
+    used = tuple(i for i, name in enumerate(names) if name and (units[i] or layout.number(first[i]) is not None))
+    return Layout(encoding, above, delimiter, decimal_comma, headings, names, units, used)
+
+
+def _encoding(head: bytes) -> str:
+    if head.startswith(codecs.BOM_UTF8):
+        return "utf-8-sig"
+    if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return "utf-16"
+    if b"\0" in head:
+        raise InputError(f"neither text nor a file with one of the suffixes {supported()}")
+    try:
+        codecs.getincrementaldecoder("utf-8")().decode(head)  # incremental: the last character may be cut off
+    except UnicodeDecodeError:
+        return "cp1252"  # what Windows programs write in Western Europe; Latin-1 differs in control characters alone
+    return "utf-8"
+
+
+def _holds_units(cells: list[str]) -> bool:
+    """Whether a row gives units: at least one that is known, and nothing that is a number but the unit 1."""
+    bare = [_bare(cell) for cell in cells]
+    return any(_is_unit(cell) for cell in bare) and not any(_is_number(cell) for cell in bare if cell != "1")
+
+
+def _bare(cell: str) -> str:
+    """A unit without its brackets; "" where the cell is empty or a dash."""
+    return cell.strip().strip('"').strip("[]()").strip("- ")
+
+
+def _is_unit(cell: str) -> bool:
+    try:
+        unit(cell)
+    except InputError:
+        return False
+    return cell != "1"
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _decimal_comma(rows: list[str], delimiter: str) -> bool:
+    """Whether numbers have decimal commas. Raises InputError where some have points, as separators of
+    thousands also are."""
+    cells = [cell for row in rows for cell in row.split(delimiter)] if any("," in row for row in rows) else []
+    found = any(_has_mark(cell, ",") for cell in cells)
+    if found and any(_has_mark(cell, ".") for cell in cells):
+        raise InputError(
+            "numbers have decimal commas and decimal points; write all with decimal points, without separators of "
+            "thousands"
+        )
+    return found
+
+
+def _has_mark(cell: str, mark: str) -> bool:
+    return mark in cell and _is_number(cell.replace(mark, ".", 1))
+
+
+def _blocks(path: Path, layout: Layout) -> Iterator[np.ndarray]:
+    columns = None if len(layout.used) == len(layout.names) else layout.used
+    with path.open(encoding=layout.encoding, errors="replace") as file:
+        number, found = layout.above, False
+        for _ in range(layout.above):
+            file.readline()
+        while lines := list(islice(file, ROWS)):
+            if any(line.strip() for line in lines):
+                found = True
+                rows = (line.replace(",", ".") for line in lines) if layout.decimal_comma else lines
+                try:
+                    block = np.loadtxt(rows, delimiter=layout.delimiter, usecols=columns, ndmin=2, comments=None)
+                except ValueError:
+                    block = _cell_by_cell(lines, number, layout)
+                yield block if block.shape[1] == len(layout.used) else _cell_by_cell(lines, number, layout)
+            number += len(lines)
+    if not found:
+        raise InputError("no rows of numbers below the header")
+
+
+def _cell_by_cell(lines: list[str], above: int, layout: Layout) -> np.ndarray:
+    """Numbers (n, columns), NaN where a value is missing. Raises InputError for the first cell or
+    line that is faulty."""
+    rows = []
+    for number, line in enumerate(lines, above + 1):
+        if not line.strip():
+            continue
+        cells = line.rstrip("\n").split(layout.delimiter)
+        if len(cells) != len(layout.names):
+            raise InputError(f"line {number} has {len(cells)} columns, the header has {len(layout.names)}")
+        values = [layout.number(cells[i]) for i in layout.used]
+        if None in values:
+            column = layout.used[values.index(None)]
+            raise InputError(_fault(number, layout.headings[column], cells[column].strip()))
+        rows.append(values)
+    return np.array(rows, float)
+
+
+def _fault(line: int, heading: str, cell: str) -> str:
+    fix = " (a decimal comma? the rows above have decimal points)" if _is_number(cell.replace(",", ".")) else ""
+    return f"line {line}, column {heading!r}: {cell!r} is not a number{fix}"
+
+
+FORMAT = Format("text", (".csv", ".txt", ".dat", ".tsv"), read)

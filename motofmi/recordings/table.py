@@ -1,0 +1,62 @@
+"""The common form of what readers of files return, and how a reader declares itself."""
+
+import re
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from fmus.support.errors import InputError
+
+
+@dataclass(frozen=True)
+class Table:
+    """The k columns of a file: names and units, "" where the file gives none, and their numbers in
+    blocks of rows (n, k).
+
+    The blocks can be read once. NaN is a missing value. expected_bytes is the memory that reading all blocks takes, 0
+    where it is not known beforehand. Raises InputError for a name that stands twice.
+    """
+
+    names: Sequence[str]
+    units: Sequence[str]
+    blocks: Iterable[np.ndarray]
+    expected_bytes: float = 0.0
+
+    def __post_init__(self) -> None:
+        twice = sorted({name for name in self.names if self.names.count(name) > 1})
+        if twice:
+            raise InputError(f"two columns are named {', '.join(twice)}")
+
+    @classmethod
+    def of(cls, columns: Iterable[tuple[str, str, np.ndarray]]) -> "Table":
+        """The table of (name, unit, values (n,)). Raises InputError without any column and for different lengths."""
+        columns = list(columns)
+        if not columns:
+            raise InputError("the file holds no columns of numbers")
+        if len({len(values) for _, _, values in columns}) > 1:
+            raise InputError(
+                f"columns of different lengths: {', '.join(f'{name} {len(values)}' for name, _, values in columns)}"
+            )
+        names, units, values = zip(*columns, strict=True)
+        return cls(names, units, [np.column_stack([np.asarray(v, float) for v in values])])
+
+
+@dataclass(frozen=True)
+class Format:
+    """A file format: the suffixes of its files, its reader, and the optional package that the reader imports.
+
+    read gets the path of the file; it raises InputError without the file's name, which the caller puts in front.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    read: Callable[[Path], Table]
+    needs: str = ""
+
+
+def name_and_unit(heading: str) -> tuple[str, str]:
+    """`name [unit]` or `name (unit)` as (name, unit); the unit is "" where there is none."""
+    match = re.fullmatch(r"\s*(.*?)\s*[\[(]([^\])]*)[\])]\s*", heading)
+    return (match[1], match[2].strip()) if match else (heading.strip(), "")

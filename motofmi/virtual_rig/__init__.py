@@ -1,0 +1,1 @@
+"""A simulated test rig, recorded as the real rig records."""

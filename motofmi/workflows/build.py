@@ -1,0 +1,85 @@
+"""FMUs from components that are given by name."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fmus.export.build import BuiltFmu, build_all
+from fmus.support.errors import InputError, unknown
+from fmus.support.notebook import html
+from fmus.support.progress import track
+from motofmi.workflows.components import Given, component, every_name
+
+VERSIONS = ("2", "3")
+
+
+@dataclass(frozen=True, repr=False)
+class BuiltFmus:
+    """The archives that were written, each with name, path, SHA-256 and platforms."""
+
+    fmus: tuple[BuiltFmu, ...]
+
+    def __len__(self) -> int:
+        return len(self.fmus)
+
+    def __iter__(self) -> Iterator[BuiltFmu]:
+        return iter(self.fmus)
+
+    def __getitem__(self, index: int) -> BuiltFmu:
+        return self.fmus[index]
+
+    @property
+    def path(self) -> Path:
+        """The path of the only archive. Raises InputError where there are several."""
+        if len(self.fmus) != 1:
+            raise InputError(
+                f"{len(self.fmus)} archives were written, so there is no single path: take built[0].path, "
+                "built[1].path and so on"
+            )
+        return self.fmus[0].path
+
+    def __repr__(self) -> str:
+        return f"BuiltFmus({', '.join(str(fmu.path) for fmu in self.fmus)})"
+
+    def _repr_html_(self) -> str:
+        return html(
+            "FMUs",
+            ("path", "platforms", "sha256"),
+            [(fmu.path, " ".join(fmu.platforms), fmu.sha256[:16]) for fmu in self.fmus],
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """The keys of `motofmi build --json`."""
+        return {
+            "fmus": [
+                {"name": f.name, "path": str(f.path), "sha256": f.sha256, "platforms": list(f.platforms)}
+                for f in self.fmus
+            ]
+        }
+
+    def to_dataframe(self) -> Any:
+        """One row for each archive (pandas.DataFrame)."""
+        import pandas as pd  # noqa: PLC0415 - imported on use
+
+        return pd.DataFrame(self.to_dict()["fmus"])
+
+
+def build(given: Given | Sequence[Given] | None = None, out: str | Path = ".", *, fmi: int | str = 2, backend: str = "compiled",
+          platforms: str = "host", set: Mapping[str, float] | None = None) -> BuiltFmus:  # fmt: skip
+    """Write FMUs of components, of names, or of value files into a folder; without `given` of everything that ships.
+
+    fmi is 2 or 3, backend `compiled` or `python` (FMI 2 only), platforms `host`, `all` or a comma list. set changes
+    parameters of a single component. Raises InputError for an unknown name or choice and a folder that cannot be
+    written, MissingToolError where no compiler is there.
+
+        build("rider:mean_2011", "out", fmi=3, set={"arm_damping": 20.0}).path
+    """
+    if str(fmi) not in VERSIONS:
+        raise unknown("FMI version", fmi, VERSIONS)
+    chosen: Sequence[Given] = every_name() if given is None else [given] if isinstance(given, Given) else given
+    if set and len(chosen) != 1:
+        raise InputError(f"parameters can be set of a single component, not of {len(chosen)}; build one at a time")
+    components = [component(each, **(set or {})) for each in chosen]
+    return BuiltFmus(tuple(built for each in track(components, "building", len(components))
+                           for built in build_all(each, out, int(fmi), backend, platforms)))  # fmt: skip

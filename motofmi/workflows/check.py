@@ -1,0 +1,76 @@
+"""Compliance checks of FMUs, ours and other people's."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fmus.checks.check import check as problems_of
+from fmus.checks.problem import Problem
+from fmus.support.errors import InputError, unknown
+from fmus.support.notebook import html
+from fmus.support.progress import track
+
+
+@dataclass(frozen=True, repr=False)
+class CheckReport:
+    """The problems that were found in FMUs, by the path of each."""
+
+    problems: Mapping[str, Sequence[Problem]]
+
+    @property
+    def clean(self) -> bool:
+        """Whether no FMU has an error; warnings are allowed."""
+        return not any(problem.severity == "error" for found in self.problems.values() for problem in found)
+
+    def __getitem__(self, path: str | Path) -> Sequence[Problem]:
+        if str(path) not in self.problems:
+            raise unknown("FMU", path, self.problems)
+        return self.problems[str(path)]
+
+    def __repr__(self) -> str:
+        return f"CheckReport({'; '.join(f'{path}: {_count(found)}' for path, found in self.problems.items())})"
+
+    def _repr_html_(self) -> str:
+        text = "; ".join(f"{path}: {_count(found)}" for path, found in self.problems.items())
+        return html(
+            text,
+            ("FMU", "severity", "check", "message", "where"),
+            [(path, p.severity, p.check, p.message, p.where) for path, found in self.problems.items() for p in found],
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """The keys of `motofmi check --json`."""
+        paths = list(self.problems)
+        return {
+            "fmu": paths[0] if len(paths) == 1 else paths,
+            "problems": [{"fmu": path, **vars(p)} for path, found in self.problems.items() for p in found],
+        }
+
+    def to_dataframe(self) -> Any:
+        """One row for each problem (pandas.DataFrame)."""
+        import pandas as pd  # noqa: PLC0415 - imported on use
+
+        return pd.DataFrame(self.to_dict()["problems"], columns=["fmu", "check", "severity", "message", "where"])
+
+
+def check(fmus: str | Path | Sequence[str | Path]) -> CheckReport:
+    """Check one FMU or several: archive, model description and binary as the standard asks, and a short run
+    in a process of its own.
+
+    Raises InputError for a file that is not there.
+
+        check("other.fmu").clean
+    """
+    paths = [Path(path) for path in ([fmus] if isinstance(fmus, str | Path) else fmus)]
+    for path in paths:
+        if not path.is_file():
+            raise InputError(f"there is no file {path}; give the path of an .fmu archive")
+    return CheckReport({str(path): problems_of(path) for path in track(paths, "checking", len(paths))})
+
+
+def _count(found: Sequence[Problem]) -> str:
+    errors, warnings = (sum(problem.severity == word for problem in found) for word in ("error", "warning"))
+    return ("no error" if not errors else f"{errors} error{'s' * (errors > 1)}") + (
+        f", {warnings} warning{'s' * (warnings > 1)}" if warnings else ""
+    )

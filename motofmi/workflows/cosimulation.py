@@ -1,0 +1,143 @@
+"""The FMUs of a vehicle and of devices at its ports, co-simulated; and one FMU simulated by itself."""
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from fmus.cosimulation.cosimulate import TOLERANCE, join
+from fmus.cosimulation.cosimulate import cosimulate as run_together
+from fmus.cosimulation.cosimulation_run import CosimulationRun
+from fmus.cosimulation.coupling import coupling as coupling_of
+from fmus.cosimulation.coupling_error import largest_stable_step, linear_network
+from fmus.cosimulation.network import Network
+from fmus.cosimulation.profiles import Profile, read_profile
+from fmus.cosimulation.simulate import simulate as run_alone
+from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem
+from fmus.declaration.component import Component, in_bounds
+from fmus.export.build import build
+from fmus.support.errors import InputError, unknown
+from motofmi.workflows.components import Given, component
+from motofmi.workflows.ridden_fmus import assumed, errors_by_mode, mode_names, parts, ridden_fmus
+
+SPEED = 30.0  # m/s, where none is given
+Inputs = (
+    str | Path | Mapping[str, ArrayLike]
+)  # a CSV file, or columns by name with `time` [s]; a pandas.DataFrame has such columns, too
+
+
+@dataclass(frozen=True, repr=False)
+class VehicleRun(CosimulationRun):
+    """A co-simulation of a named vehicle with named devices.
+
+    errors holds by mode what the coupling does to it: `frequency` [Hz] and `damping_ratio` of the exact mode,
+    `frequency_error` and `damping_error` as fractions, `real_error` [1/s]. largest_stable_step is in s.
+    """
+
+    vehicle: str = ""
+    device: str = "none"
+    duration: float = 0.0
+    errors: Mapping[str, Mapping[str, float]] | None = None
+    largest_stable_step: float = 0.0
+    assumed: Mapping[str, str] | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The keys of `motofmi cosimulate --json`."""
+        power_bonds = {
+            bond.name: {
+                "power": bond.power,
+                "energy": bond.energy,
+                "exchanged": bond.exchanged,
+                "energy_error": bond.energy_error,
+            }
+            for bond in self.power_bonds
+        }
+        return {
+            "vehicle": self.vehicle, "device": self.device, "assumed": dict(self.assumed or {}), "file": None if self.path is None else str(self.path),
+            "duration": self.duration, "step": self.step, "steps": self.steps, "shortest_step": self.shortest, "longest_step": self.longest,
+            "coupling": self.coupling, "steps_per_second": self.steps_per_second, "predicted": dict(self.errors or {}),
+            "stable": self.predicted.stable if self.predicted else None, "largest_stable_step": self.largest_stable_step,
+            "meets_tolerance": self.meets_tolerance, "advice": self.advice, "power_residual": self.power_residual, "bonds": power_bonds,
+        }  # fmt: skip
+
+
+def cosimulate(vehicle: Given, device: Given | Sequence[Given | None] | None = None, *, speed: float | None = None, duration: float = 5.0,
+               step: float | str = 0.001, coupling: str | None = None, tolerance: float = TOLERANCE, initial: Mapping[str, float] | None = None,
+               set: Mapping[str, float] | None = None, inputs: Inputs | None = None, out: str | Path | None = None) -> VehicleRun:  # fmt: skip
+    """Co-simulate the FMUs of a vehicle and of the devices at its ports from time 0 to `duration` [s].
+
+    vehicle and device are components, names, or paths of value files (.toml) or of FMUs. speed is in m/s (30 where none
+    is given). step is in s, or `auto`; without `coupling` the cheapest is taken whose modes are within `tolerance` (of
+    a mode's frequency; ten times that of its damping ratio). initial sets states and set parameters by name, or by
+    `vehicle.name`, `device.name`. inputs are linear between the given times: of a CSV file, or columns by name with
+    `time` [s]. With `out` the rows go to that CSV file, else they stay in the run.
+
+    A rider's inertia at the handlebar is bound to the vehicle, and the mass of a rider who leans is taken out of its
+    rear frame, as in `modes`. Raises InputError for what cannot be run, SimulationError when the coupling diverges.
+
+        cosimulate("sharp_1971", "rider:mean_2011", speed=30, initial={"steer_rate": 0.5})["vehicle.steer_angle"]
+    """
+    if not (np.isfinite(tolerance) and tolerance > 0):
+        raise InputError(f"tolerance = {tolerance:g}: a tolerance must be positive and finite, as in {TOLERANCE:g}")
+    whole, devices = parts(vehicle, device, set)
+    times, columns = _columns(inputs)
+    if "speed" in columns and speed is not None:
+        raise InputError(f"the speed is given twice: speed = {speed:g} and the column speed of {_shown(inputs)}")
+    start = float(columns["speed"][0]) if "speed" in columns else SPEED if speed is None else float(speed)
+    if isinstance(whole, Component):
+        in_bounds(start, whole.table["speed"], whole.name)
+    with ExitStack() as opened:
+        fmus = {name: opened.enter_context(fmu) for name, fmu in ridden_fmus(whole, devices, initial, start).items()}
+        wiring = join(fmus)
+        profile = Profile.over_time(Network(fmus, wiring), times, columns)
+        linear, named = linear_network(fmus, wiring), mode_names(fmus)
+        run = run_together(fmus, step, duration, coupling, wiring=wiring, profile=profile, out=out, tolerance=tolerance)
+    return VehicleRun(
+        **vars(run), vehicle=whole.name, device=", ".join(d.name for d in devices) or "none", duration=duration,
+        errors=errors_by_mode(named, run.predicted) if run.predicted else {},
+        largest_stable_step=largest_stable_step(coupling_of(run.coupling), linear), assumed=assumed(whole, devices),
+    )  # fmt: skip
+
+
+def simulate(fmu: Given, *, inputs: Inputs | None = None, step: float | None = None, duration: float | None = None,
+             set: Mapping[str, float] | None = None, out: str | Path | None = None) -> CosimulationRun:  # fmt: skip
+    """Simulate one FMU (FMI 2.0 or 3.0, co-simulation) by itself from time 0 to `duration` [s] in steps [s].
+
+    fmu is the path of any archive, or a component or its name, whose FMU is built. step and duration are those
+    of its default experiment where none are given, else 0.001 s and 5 s. set gives parameters, inputs and
+    starts of states by name; inputs and out are as in `cosimulate`. Raises InputError for an unknown name,
+    SimulationError when the FMU fails.
+
+        simulate("rider:mean_2011", inputs={"time": [0, 1], "steer_angle": [0, 0.1]}, duration=1.0)
+    """
+    times, columns = _columns(inputs)
+    with tempfile.TemporaryDirectory() as folder:
+        named = not isinstance(fmu, Component) and Path(fmu).suffix == ".fmu"
+        path = Path(str(fmu)) if named else build(component(fmu), folder).path
+        subsystem = FmuSubsystem(path, path.stem.replace(".", "_"), set)
+    with subsystem:
+        return run_alone(subsystem, step, duration, times, columns, out)
+
+
+def _columns(inputs: Inputs | None) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Times (n,) [s] and columns (n,) by name. Raises InputError for columns without a time or of different lengths."""
+    if inputs is None:
+        return np.zeros(1), {}
+    if isinstance(inputs, str | Path):
+        return read_profile(inputs)
+    columns = {str(name): np.atleast_1d(np.asarray(values, float)) for name, values in inputs.items()}
+    if "time" not in columns:
+        raise unknown("column", "time", columns)
+    if len({column.shape for column in columns.values()}) > 1 or columns["time"].ndim > 1:
+        lengths = ", ".join(f"{name} {column.shape}" for name, column in columns.items())
+        raise InputError(f"the columns of the inputs differ in shape: {lengths}; expected one value for each time")
+    return columns.pop("time"), columns
+
+
+def _shown(inputs: Inputs | None) -> str:
+    return str(inputs) if isinstance(inputs, str | Path) else "the inputs"

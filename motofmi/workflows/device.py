@@ -1,0 +1,113 @@
+"""Transfer functions of a device at its port, from the steer or roll angle to its torques and forces, the
+vehicle held still."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from fmus.interfaces.handlebar import TORQUES
+from fmus.interfaces.roll import FLOWS
+from fmus.linear_analysis.linearisation import linearise
+from fmus.support.errors import InputError, unknown
+from fmus.support.notebook import html, new_axes
+from motofmi.workflows.components import Given, with_settings
+from motofmi.workflows.components import device as device_of
+
+PORTS = (("steer", tuple(TORQUES)), ("roll", FLOWS))
+FREQUENCY = np.arange(0.5, 12.01, 0.5)  # Hz
+
+
+@dataclass(frozen=True, repr=False)
+class TransferFunctions:
+    """Torques and forces per angle of the device, complex (n,) by name, at frequencies (n,) in Hz; units
+    holds theirs by name."""
+
+    device: str
+    frequency: np.ndarray
+    responses: Mapping[str, np.ndarray]
+    units: Mapping[str, str]
+    assumed: Mapping[str, str]
+
+    def __getitem__(self, output: str) -> np.ndarray:
+        if output not in self.responses:
+            raise unknown(f"output of {self.device}", output, self.responses)
+        return self.responses[output]
+
+    def __repr__(self) -> str:
+        return f"TransferFunctions({self.device!r}: {', '.join(self.responses)} at {len(self.frequency)} frequencies)"
+
+    def _repr_html_(self) -> str:
+        rows = [(name, self.units[name], f"{abs(z[0]):.4g}", f"{abs(z[-1]):.4g}") for name, z in self.responses.items()]
+        ends = (f"magnitude at {f:g} Hz" for f in (self.frequency[0], self.frequency[-1]))
+        return html(f"{self.device}: torque or force per angle", ("output", "unit", *ends), rows, self._magnitudes)
+
+    def plot(self, axes: Any = None) -> Any:
+        """Bode diagram: magnitude above phase, a line for each output; the two axes of matplotlib."""
+        magnitude, phase = axes = new_axes(2, sharex=True) if axes is None else axes
+        self._magnitudes(magnitude)
+        for z in self.responses.values():
+            phase.semilogx(self.frequency, np.degrees(np.angle(z)))
+        magnitude.set_xlabel("")
+        phase.set(xlabel="frequency [Hz]", ylabel="phase [deg]")
+        return axes
+
+    def _magnitudes(self, axes: Any) -> None:
+        for name, z in self.responses.items():
+            axes.loglog(self.frequency, np.abs(z), label=f"{name.replace('_', ' ')} [{self.units[name]}]")
+        axes.set(xlabel="frequency [Hz]", ylabel="magnitude", title=self.device)
+        axes.legend()
+
+    def to_dict(self) -> dict[str, Any]:
+        """The keys of `motofmi device --json`."""
+        return {"device": self.device, "assumed": dict(self.assumed), "frequency": self.frequency, **self.responses}
+
+    def to_dataframe(self) -> Any:
+        """Complex responses by frequency (pandas.DataFrame with the index `frequency`)."""
+        import pandas as pd  # noqa: PLC0415 - imported on use
+
+        return pd.DataFrame(dict(self.responses), index=pd.Index(self.frequency, name="frequency"))
+
+    def to_xarray(self) -> Any:
+        """Complex responses over `frequency`, with units as attributes (xarray.Dataset)."""
+        import xarray as xr  # noqa: PLC0415 - imported on use
+
+        return xr.Dataset({name: ("frequency", z, {"units": self.units[name]}) for name, z in self.responses.items()},
+                          {"frequency": ("frequency", self.frequency, {"units": "Hz"})}, {"device": self.device})  # fmt: skip
+
+
+def transfer_functions(
+    device: Given, frequency: ArrayLike = FREQUENCY, *, set: Mapping[str, float] | None = None
+) -> TransferFunctions:
+    """Torques and forces of a device per angle at its port [N.m/rad, N/rad] at frequencies (n,) in Hz,
+    with the port's signs.
+
+        T(i w) = T_angle(i w) + i w T_rate(i w)
+
+    the sum of the responses to the angle and to its rate (Cossalter, Doria, Lot, Massaro, Meccanica 46 (2011), eqs 10
+    to 14). Raises InputError for what is no device of a vehicle, and for frequencies that are not finite and positive.
+
+        transfer_functions("rider:mean_2011", [1.0, 2.0])["handlebar_torque"]
+    """
+    found = device_of(device)
+    if found is None:
+        raise InputError("device 'none' has no transfer functions (valid: rider:NAME, damper:NAME, damper:VALUE)")
+    (found,) = with_settings({"device": found}, set or {})
+    assert found is not None
+    frequencies = np.atleast_1d(np.asarray(frequency, float))
+    if not (np.isfinite(frequencies).all() and (frequencies > 0).all()):
+        raise InputError(
+            f"frequencies must be finite and positive [Hz], not {np.array2string(frequencies, threshold=6)}"
+        )
+    space, omega = linearise(found), 2 * np.pi * frequencies
+    motion, outputs = next(port for port in PORTS if port[1][0] in found.outputs)
+    responses = {
+        n: space.frequency_response(omega, n, f"{motion}_angle")
+        + 1j * omega * space.frequency_response(omega, n, f"{motion}_rate")
+        for n in outputs
+    }
+    return TransferFunctions(
+        found.name, frequencies, responses, {n: f"{found.table[n].unit}/rad" for n in outputs}, found.assumed
+    )

@@ -1,0 +1,103 @@
+"""Where a model misses recordings, and which physical effect it lacks."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from fmus.effects import Effect
+from fmus.support.errors import InputError
+from fmus.support.files import writable
+from motofmi.gap.criteria import Criteria
+from motofmi.gap.preprocessing.eigenvalues import MeasuredEigenvalues
+from motofmi.gap.preprocessing.steer_test_run import NotSweptError
+from motofmi.gap.selection.model_selection import Verdict
+from motofmi.recordings.recording import Recording
+from motofmi.workflows.gap.given import Given, Measured, Named
+from motofmi.workflows.gap.imposed_motion import SteerTest
+from motofmi.workflows.gap.imposed_motion_over_time import SteerTestOverTime
+from motofmi.workflows.gap.input_output import InputOutput
+from motofmi.workflows.gap.kind import Kind
+from motofmi.workflows.gap.result import Gap
+from motofmi.workflows.gap.vehicle_eigenvalues import VehicleEigenvalues
+from motofmi.workflows.gap.vehicle_equations import VehicleEquations
+from motofmi.workflows.gap.vehicle_predictions import VehiclePredictions
+from motofmi.workflows.gap.verdict_file import FILE, writing_progress
+
+# The first that suits what was given; of the steer test the first that takes its motion.
+KINDS: tuple[type[Kind], ...] = (
+    VehicleEigenvalues,
+    VehicleEquations,
+    VehiclePredictions,
+    InputOutput,
+    SteerTest,
+    SteerTestOverTime,
+)
+
+
+def find_gap(recordings: Measured | Sequence[Measured], *, validation: Measured | Sequence[Measured] = (), bare: Measured | Sequence[Measured] = (),
+             component: Named | None = None, vehicle: Named | None = None, device: Named | None = None, rider: str = "mean_2011",
+             rig: str | Path | Mapping[str, Any] | None = None, impose: str | None = None, free: Sequence[str] = (),
+             mapping: Mapping[str, str] | None = None, effects: str | Path | Sequence[type[Effect]] = (), rate: float | None = None,
+             criteria: Criteria = Criteria(), tolerance: float | None = None, out: str | Path | None = None) -> Gap:  # fmt: skip
+    """Find where a model misses recordings, name the missing effect, add it, and compare before and after.
+
+    The model is fitted to recordings and only compared with the validation runs; each is a path or a Recording (columns
+    in SI units), one run each, or for a vehicle a table of eigenvalues over speed. The experiment is
+      the steer test        by default; bare are sweeps of the bare handlebar, rider names the published rider from which
+                            the fit starts, rig is a rig.json or its contents (default: beside the first recording)
+      any component         with component (a Component, a name, a .toml or PATH.py:CLASS); impose names a state that
+                            was imposed, free the parameters without prior knowledge
+      a vehicle over speed  with vehicle, and device at its handlebar
+    mapping gives columns other names ({"Torque": "steer_torque [N.m]"}), effects is a folder of own effects or their
+    classes, rate [Hz] reduces faster recordings while they are read, criteria are the thresholds of every decision.
+    tolerance is the share of the motion (rms) that the model may miss and be called sufficient, in place of the one in
+    criteria; it applies where the noise is not known.
+    With out, verdict.json, the fitted model as value file and FMU, and report.html are written into that folder, and an
+    interrupted run leaves what it had there as `unknown`.
+
+    Raises InputError for what cannot be used, before anything is fitted.
+
+        found = find_gap(["up.csv"], validation=["down.csv"])
+        found.verdict                       # "named"
+        found.effects[0]["name"]            # "coulomb_friction"
+    """
+    if tolerance is not None:
+        if not 0 <= tolerance < 1:
+            raise InputError(f"tolerance is {tolerance:g}: expected a share of the motion from 0 to 1, as in 0.01 for 1 %")
+        criteria = replace(criteria, tolerance=tolerance)
+    given = Given(_listed(recordings), _listed(validation), _listed(bare), component, vehicle, device, rider, rig, impose or "", tuple(free),
+                  mapping or {}, effects, rate, criteria)  # fmt: skip
+    if not given.recordings:
+        raise InputError("no recordings: give at least one, as in find_gap(['sweep.csv']) or motofmi gap FILE.csv")
+    if component is not None and vehicle is not None:
+        raise InputError("both component and vehicle are given: expected one of them")
+    folder = None if out is None else Path(out)
+    if folder is not None:
+        writable(folder / FILE)
+    experiment = _experiment(given)
+    verdict = experiment.verdict(_ignored if folder is None else writing_progress(folder, experiment.contents))
+    found = Gap(experiment, verdict)
+    if folder is None:
+        found.complete()
+    else:
+        found.save(folder)
+    return found
+
+
+def _experiment(given: Given) -> Kind:
+    *others, last = [kind for kind in KINDS if kind.suits(given)]
+    for kind in others:
+        try:
+            return kind(given)
+        except NotSweptError:
+            continue
+    return last(given)
+
+
+def _listed(given: Measured | Sequence[Measured]) -> list[Measured]:
+    return [given] if isinstance(given, str | Path | Recording | MeasuredEigenvalues) else list(given)
+
+
+def _ignored(verdict: Verdict) -> None:
+    """For a run that writes nothing."""

@@ -1,0 +1,196 @@
+"""Any component: recordings of its inputs and outputs, whatever drove it."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from fmus.declaration.component import Component
+from motofmi.gap.estimation.fit_result import parameters_of, sensor_offsets_of
+from motofmi.gap.estimation.unit_plausibility import forceful
+from motofmi.gap.experiment_design.next_experiment import next_experiment
+from motofmi.gap.experiment_design.scaled_runs import scaled_runs
+from motofmi.gap.experiments.input_output import InputOutputExperiment, input_output_experiment
+from motofmi.gap.experiments.sensor_offset import sensor_offset_parameter
+from motofmi.gap.localisation.sampled_places import cells
+from motofmi.gap.preprocessing.sampled_run import SampledRun, excited, prepare_sampled_run
+from motofmi.gap.selection.any_component import Investigation, investigate
+from motofmi.gap.selection.model_selection import Verdict
+from motofmi.gap.verdict import as_result
+from motofmi.recordings.recording import Recording
+from motofmi.reports.gap_component import modes_at_rest, pictures
+from motofmi.reports.gap_report import Pictures
+from motofmi.reports.report import Section
+from motofmi.workflows.components import ships
+from motofmi.workflows.gap.augmented_component import component_of, fitted_component, own_modes
+from motofmi.workflows.gap.first_checks import require_distinct, require_inputs, require_start
+from motofmi.workflows.gap.fitted_model import FittedModel
+from motofmi.workflows.gap.given import Given
+from motofmi.workflows.gap.kind import Kind
+
+FLEXIBLE = ("The noise is not known (no repeats, no noise in rig.json): it is what a flexible model leaves of the "
+            "residuals, "
+            "so a reduced chi-square of 1 means consistent with that model.")  # fmt: skip
+NONE_IS_WEAK = "none means that no effect of the library improves the model; what a flexible model does not explain counts as noise."
+OTHER_UNIT = ("All that has force or mass in its unit came out {:.3g} times as large as it started: is a column's unit "
+              "wrong (deg for rad, kN for N, "
+              "mm for m)? Nothing is named. If all units are right, start from values nearer to the component: "
+              "--component FILE.toml.")  # fmt: skip
+
+
+
+class InputOutput(Kind):
+    """Any component whose inputs and outputs are recorded, or with one of its states imposed."""
+
+    title = "The gap between component and recordings"
+    found: Investigation
+
+    @classmethod
+    def suits(cls, given: Given) -> bool:
+        return given.component is not None
+
+    def __init__(self, given: Given) -> None:
+        self.given, self.component = given, given.tested
+        quantities = {"time": "s"} | {n: row.unit for n, row in self.component.rows("input", "state", "output").items()}
+        recordings, self.validation = (given.runs(use, quantities) for use in ("recordings", "validation"))
+        every = [*recordings, *self.validation]
+        require_distinct(recordings, self.validation)
+        columns = _common_columns(every)
+        unused = require_inputs(self.component, every, columns, given.impose)
+        experiment = replace(
+            input_output_experiment(self.component, columns, given.impose, given.free),
+            own_values=not ships(self.component),
+        )
+        require_start(self.component, given.impose)
+        runs = [prepare_sampled_run(r, experiment) for r in recordings]
+        self.notes = [note for r in recordings for note in r.warnings] + [note for r in runs for note in r.notes] + unused
+        if not excited(runs):
+            experiment, anchor = anchored(experiment)
+            runs = [replace(run, experiment=experiment) for run in runs]
+            self.notes += (
+                [
+                    "No input is recorded or it is zero: only ratios of the parameters are identifiable, with "
+                    f"{anchor} as given."
+                ]
+                if anchor
+                else []
+            )
+        self.experiment, self.runs, self.noise = experiment, runs, given.rig_contents.get("noise", {})
+
+    def verdict(self, so_far: Callable[[Verdict], None]) -> Verdict:
+        self.found = investigate(
+            self.experiment,
+            self.runs,
+            self.given.own_effects,
+            self.noise,
+            so_far,
+            self.validation,
+            criteria=self.given.criteria,
+        )
+        return self.found.verdict
+
+    def contents(self, verdict: Verdict) -> dict[str, Any]:
+        return result_of(verdict, self.notes)
+
+    def limitations(self, verdict: Verdict, contents: dict[str, Any]) -> list[str]:
+        return limitations_of(self.found, contents, self.component, bool(self.validation))
+
+    def next_experiment(self, verdict: Verdict) -> dict[str, Any] | None:
+        return next_experiment(verdict, scaled_runs)
+
+    def model(self, verdict: Verdict) -> FittedModel:
+        source = f"Fitted to {', '.join(r.name for r in verdict.best.runs)}"
+        return fitted_component(self.found.experiment, verdict.best, source, self.given.own_class)
+
+    def modes(self, verdict: Verdict, model: Component) -> dict[str, Any]:
+        return {
+            label: own_modes(component_of(self.found.experiment, each))
+            for label, each in (("before", verdict.base), ("after", verdict.best))
+        }
+
+    def modes_section(self, contents: dict[str, Any]) -> Section:
+        return modes_at_rest(contents)
+
+    def pictures(self, verdict: Verdict) -> Pictures:
+        return pictures(verdict)
+
+
+def anchored(experiment: InputOutputExperiment) -> tuple[InputOutputExperiment, str]:
+    """The test of which one parameter with force or mass in its unit keeps its value, so that ratios say the
+    others; and its name."""
+    free = [f.name for f in experiment.free]
+    scaled = forceful(experiment.component)
+    kept = [n for n in scaled if n not in free]
+    if kept or not scaled:
+        return experiment, " and ".join(kept)
+    return replace(experiment, free=tuple(f for f in experiment.free if f.name != scaled[0])), scaled[0]
+
+
+def _common_columns(recordings: Sequence[Recording]) -> list[str]:
+    return [n for n in recordings[0].columns if all(n in r.columns for r in recordings)]
+
+
+def result_of(verdict: Verdict, notes: Sequence[str]) -> dict[str, Any]:
+    """What `verdict.json` says of a verdict on sampled runs."""
+    run: SampledRun = verdict.best.runs[0]
+    unit = run.recording.units[run.experiment.outputs[0]]
+    result = as_result(verdict, unit, run.noise_source or "flexible_model", cells)
+    result["limitations"] = [*dict.fromkeys(notes), *result["limitations"]]
+    return result
+
+
+def limitations_of(found: Investigation, result: dict[str, Any], component: Component, held: bool) -> list[str]:
+    """What an investigation of a component does not know, in sentences."""
+    sentences = []
+    if result["noise_source"] == "flexible_model":
+        sentences.append(FLEXIBLE)
+        if result["verdict"] == "none":
+            sentences.append(NONE_IS_WEAK)
+    if found.factor != 1.0:
+        sentences.append(OTHER_UNIT.format(found.factor))
+    sentences += [
+        f"{n} keeps its value: at the frequencies of these runs it is not identifiable beside a stiffness."
+        for n in found.kept
+    ]
+    criteria = found.verdict.criteria
+    if found.missed > criteria.slow_noise_share:
+        sentences.append(
+            f"{100 * found.missed:.0f} % of the measured motion is missed by the best model: too much to be called "
+            "noise."
+        )
+    best = found.verdict.best
+    rows, far = best.model.component.table, criteria.implausible_factor
+    for name, (value, _, _) in parameters_of(best).items():
+        row, start = rows[name], abs(component.values.get(name, 0.0))
+        if (
+            name in best.model.own
+            and name in [best.model.own[i] for i in best.model.sizes]
+            and np.isfinite(row.max)
+            and value >= row.max
+        ):
+            sentences.append(
+                f"{name} ran to its bound {row.max:g} {row.unit}: the effect does not fit well, or a column's unit is "
+                "wrong."
+            )
+        if found.experiment.own_values and name in best.model.base and start and not 1 / far < abs(value) / start < far:
+            sentences.append(
+                f"{name} came out at {value:.3g} {row.unit}, far from its start {start:.3g}: is a column's unit wrong?"
+            )
+    for run, zeros in zip(best.runs, sensor_offsets_of(best), strict=True):
+        for name in found.experiment.sensor_offsets:
+            value, error = zeros[sensor_offset_parameter(name)]
+            if abs(value) > criteria.sensor_offset_errors * error:
+                sentences.append(f"{value:.2g} {run.recording.units[name]} more than the {name} recorded in {run.name} "
+                                 f"acts (error {error:.1g}): "
+                                 "a sensor offset, or another constant input.")  # fmt: skip
+    gap = result["gap"]
+    share, by_chi_square = criteria.validation_warning_share, found.verdict.comparison is None and result["verdict"] == "named"
+    if held and by_chi_square and gap["holdout_after"] - 1 > (1 - share) * (gap["holdout_before"] - 1):
+        sentences.append(
+            f"On the validation run the effect closes less than {share:.0%} of the gap: the named effect may be "
+            "specific to the fitted runs."
+        )
+    if not held:
+        sentences.append("No validation run: the verdict is not checked on data that were not used.")
+    return sentences

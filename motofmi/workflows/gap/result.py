@@ -1,0 +1,190 @@
+"""The result of `find_gap`."""
+
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from fmus.declaration.component import Component
+from fmus.export.build import build
+from fmus.support.errors import MissingToolError
+from fmus.support.files import note_written, write_text
+from fmus.support.notebook import html, new_axes
+from fmus.support.parallel import in_background
+from motofmi.gap.selection.model_selection import Verdict
+from motofmi.reports.gap_report import FILE as REPORT
+from motofmi.reports.gap_report import Pictures, draw_before_and_after, gap_report
+from motofmi.reports.gap_tables import headline, nearest
+from motofmi.reports.report import Report
+from motofmi.workflows.gap.kind import Kind
+from motofmi.workflows.gap.verdict_file import FILE as VERDICT
+from motofmi.workflows.gap.verdict_file import write_verdict
+
+
+class Gap:
+    """Where a model misses recordings, and which physical effect it lacks.
+
+    `verdict` is `named`, `none`, `unknown` or `tied`; `effects`, `tied`, `candidates`, `where`, `gap`, `limitations`
+    and `next_experiment` are those of `verdict.json` (docs/gap.md). `model` is the fitted component with the effects
+    found, `selection` the fits behind the verdict.
+
+        found = find_gap(["sweep_up.csv"], validation=["sweep_down.csv"])
+        found.verdict, found.effects, found.model
+        found.save("gap")
+    """
+
+    def __init__(self, experiment: Kind, selection: Verdict) -> None:
+        self._experiment, self.selection = experiment, selection
+        self._contents = experiment.contents(selection)
+        self._contents["limitations"] = [
+            *self._contents["limitations"],
+            *experiment.limitations(selection, self._contents),
+        ]
+        self._fitted = experiment.model(selection)
+        self._complete = False
+
+    @property
+    def verdict(self) -> str:
+        """`named`, `none` (the base is consistent with the noise), `unknown` (no effect of the library explains
+        the data) or `tied`."""
+        return self._contents["verdict"]
+
+    @property
+    def effects(self) -> list[dict[str, Any]]:
+        """The effects found: name, form, probability, and parameters with value, standard_error and unit."""
+        return self._contents["effects"]
+
+    @property
+    def tied(self) -> list[str]:
+        """The names between which the data do not decide."""
+        return self._contents["tied"]
+
+    @property
+    def candidates(self) -> list[dict[str, Any]]:
+        """Every effect that was tried: name, form, delta_chi2, delta_bic, probability."""
+        return self._contents["candidates"]
+
+    @property
+    def where(self) -> list[dict[str, Any]]:
+        """Where the base misses the data: run, axis, from, to, unit, excess, p_value."""
+        return self._contents["where"]
+
+    @property
+    def gap(self) -> dict[str, Any]:
+        """Reduced chi-square before and after, on fitted and on validation runs, and the same as rms."""
+        return self._contents["gap"]
+
+    @property
+    def limitations(self) -> list[str]:
+        """What the verdict rests on and leaves open, in sentences."""
+        return self._contents["limitations"]
+
+    @property
+    def next_experiment(self) -> dict[str, Any] | None:
+        """The experiment that would settle the verdict, None where none is needed or known."""
+        return self._contents["next_experiment"]
+
+    @property
+    def model(self) -> Component:
+        """The component as fitted, with the effects found."""
+        return self._fitted.component
+
+    def to_dict(self) -> dict[str, Any]:
+        """The contents of `verdict.json`."""
+        return dict(self._contents)
+
+    def to_dataframe(self) -> Any:
+        """The candidates as a pandas.DataFrame, the best first."""
+        import pandas  # noqa: PLC0415 - imported on use
+
+        return pandas.DataFrame(self.candidates)
+
+    def complete(self) -> None:
+        """Work out the modes before and after, and the next experiment. `find_gap` does that."""
+        if self._complete:
+            return
+        with in_background(lambda: self._experiment.modes(self.selection, self.model)) as modes:
+            self._contents["next_experiment"] = self._experiment.next_experiment(self.selection)
+            if (found := modes()) is not None:
+                self._contents["modes"] = found
+        self._complete = True
+
+    def save(self, folder: str | Path) -> list[Path]:
+        """Write `verdict.json`, the fitted model as value file and FMU, and `report.html` into the folder; their paths.
+
+        Without a C compiler no FMU is written, and a limitation says so. Raises InputError where the
+        folder cannot be written.
+        """
+        folder = Path(folder)
+        contents = self._contents
+        write_verdict(contents, folder)
+        write_text(folder / self._fitted.file, self._fitted.text)
+        with in_background(lambda: _built(self.model, folder)) as built:
+            self.complete()
+            _ = self._pictures  # drawn while the FMU is built
+            contents["fmu"], sentences = built()
+        if contents["fmu"]:
+            note_written(folder / contents["fmu"])
+        contents["limitations"] += [s for s in sentences if s not in contents["limitations"]]
+        contents |= {"model": self._fitted.file, "report": REPORT}
+        device = self._experiment.found_device(self.selection) if self.verdict == "named" else None
+        if device is not None:
+            write_text(folder / device.file, device.text)
+            contents["device"] = {"path": device.file, "fmu": _built(device.component, folder)[0]}
+        self._report().write(folder / REPORT)
+        write_verdict(contents, folder)
+        written = (VERDICT, REPORT, self._fitted.file, contents["fmu"], *contents.get("device", {}).values())
+        return [folder / name for name in written if name]
+
+    def report(self, path: str | Path) -> Path:
+        """Write the HTML report; its path. Raises InputError where it cannot be written."""
+        self._report().write(Path(path))
+        return Path(path)
+
+    def plot(self) -> Any:
+        """Reduced chi-square before and after, on fitted and on validation runs: the matplotlib axes."""
+        return draw_before_and_after(new_axes(), self._contents)
+
+    @cached_property
+    def _pictures(self) -> Pictures:
+        return self._experiment.pictures(self.selection)
+
+    def _report(self) -> Report:
+        kind, contents = self._experiment, self._contents
+        return gap_report(
+            kind.title,
+            contents,
+            self._pictures,
+            kind.modes_section(contents),
+            kind.place,
+            kind.fitted_parameters(self.selection),
+        )
+
+    def __repr__(self) -> str:
+        said = [headline(self._contents)]
+        said += [f"{e['name']}.{n} = {_value(p)}" for e in self.effects for n, p in e["parameters"].items()]
+        said.append("reduced chi-square " + ", ".join(f"{key.replace('_', ' ')} {self.gap[key]:.3g}" for key in
+                                                      ("before", "after", "holdout_before", "holdout_after") if self.gap[key] is not None))  # fmt: skip
+        return f"Gap({'; '.join(said)})"
+
+    def _repr_html_(self) -> str:
+        rows = [(e["name"], e["form"], n, _value(p)) for e in self.effects for n, p in e["parameters"].items()]
+        text = " ".join([headline(self._contents), *nearest(self._contents)])
+        return html(
+            text,
+            ("effect", "form", "parameter", "value"),
+            rows,
+            lambda axes: draw_before_and_after(axes, self._contents),
+        )
+
+
+def _value(parameter: Mapping[str, Any]) -> str:
+    return f"{parameter['value']:.4g} +- {parameter['standard_error']:.2g} {parameter['unit']}"
+
+
+def _built(component: Component, folder: Path) -> tuple[str | None, list[str]]:
+    """The FMU's name in the folder; without a compiler none, and the sentence that says so."""
+    try:
+        return Path(build(component, folder).path).name, []
+    except MissingToolError as error:
+        return None, [f"No FMU was built: {error}"]

@@ -1,0 +1,137 @@
+"""A vehicle's eigenvalues, measured over its speed."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from fmus.declaration.component import Component
+from motofmi.gap.estimation.fit_result import Fit
+from motofmi.gap.experiments.vehicle_over_speed import VehicleOverSpeedExperiment
+from motofmi.gap.localisation.eigenvalue_places import cells
+from motofmi.gap.preprocessing.eigenvalues import MeasuredEigenvalues
+from motofmi.gap.selection.eigenvalues import select_model_for_eigenvalues
+from motofmi.gap.selection.model_selection import Verdict
+from motofmi.gap.verdict import as_result
+from motofmi.reports.gap_report import Pictures
+from motofmi.reports.gap_tables import modes_over_speed
+from motofmi.reports.gap_vehicle import eigenvalues_of, eigenvalues_over_speed
+from motofmi.reports.report import Section
+from motofmi.workflows.gap.augmented_vehicle import effect_on_modes, fitted_device, fitted_vehicle, vehicle_of
+from motofmi.workflows.gap.fitted_model import FittedModel
+from motofmi.workflows.gap.given import Given
+from motofmi.workflows.gap.kind import Kind
+from motofmi.workflows.gap.vehicle import NOT_LINEAR, vehicle_effects, vehicle_experiment, with_names
+
+GRID = 60  # speeds at which rivals are compared
+
+
+
+class VehicleEigenvalues(Kind):
+    """Tables of eigenvalues over speed with their standard errors."""
+
+    title = "The gap between vehicle and measured eigenvalues"
+    place = "mode and part"
+
+    @classmethod
+    def suits(cls, given: Given) -> bool:
+        return given.vehicle is not None and given.holds_eigenvalues
+
+    def __init__(self, given: Given) -> None:
+        self.given, self.vehicle, self.device = given, given.base_vehicle, given.base_device
+        self.experiment = vehicle_experiment(self.vehicle, self.device, given.free)
+        self.measured, self.validation = (
+            [with_names(each, self.experiment) for each in given.spectra(use)] for use in ("recordings", "validation")
+        )
+
+    def verdict(self, so_far: Callable[[Verdict], None]) -> Verdict:
+        library = vehicle_effects(self.vehicle, self.given.own_effects, linear=True)
+        return select_model_for_eigenvalues(
+            self.experiment, self.measured, library, self.validation, so_far, self.given.criteria
+        )
+
+    def contents(self, verdict: Verdict) -> dict[str, Any]:
+        return as_result(verdict, "1/s", "given", cells)
+
+    def limitations(self, verdict: Verdict, contents: dict[str, Any]) -> list[str]:
+        return limitations(self.vehicle, self.measured, self.validation)
+
+    def next_experiment(self, verdict: Verdict) -> dict[str, Any] | None:
+        return next_measurement(verdict, self.experiment)
+
+    def model(self, verdict: Verdict) -> FittedModel:
+        source = f"Fitted to {', '.join(r.name for r in self.measured)}"
+        return fitted_vehicle(self.vehicle, verdict.best, source, self.given.effects_folder, self.given.own_effects)
+
+    def found_device(self, verdict: Verdict) -> FittedModel | None:
+        return fitted_device(verdict.best, f"Fitted to {', '.join(r.name for r in self.measured)}")
+
+    def modes(self, verdict: Verdict, model: Component) -> dict[str, Any] | None:
+        if verdict.verdict != "named":
+            return None
+        speeds = np.unique(np.concatenate([r.over for r in self.measured]))
+        return effect_on_modes(vehicle_of(self.vehicle, verdict.base), model, self.device, speeds)
+
+    def modes_section(self, contents: dict[str, Any]) -> Section:
+        return modes_over_speed(contents)
+
+    def pictures(self, verdict: Verdict) -> Pictures:
+        caption = "Measured eigenvalues with their errors, the base, and the base with the effects found."
+        shown = f"Measured for validation, and not used to fit: {', '.join(r.name for r in self.validation) or 'none'}."
+        return Pictures([], [(eigenvalues_over_speed(verdict), caption)], shown)
+
+
+def limitations(
+    vehicle: Component, measured: Sequence[MeasuredEigenvalues], held: Sequence[MeasuredEigenvalues]
+) -> list[str]:
+    """What a verdict on eigenvalues rests on."""
+    sentences = ["The standard errors are those of the file: the verdict depends on them, and errors that rows have in "
+                 "common are not known.",
+                 f"What has no eigenvalues cannot be named from them ({', '.join(NOT_LINEAR)}); in measured ones it "
+                 "looks like a damper."]  # fmt: skip
+    if not vehicle.standard_error:
+        sentences.append(
+            f"{vehicle.name} gives no standard errors: its masses and lengths are taken as known to 1 %, inertias, "
+            "tyres and damper to 5 %."
+        )
+    if any(not m for r in measured for m in r.mode):
+        sentences.append("Eigenvalues without a mode's name were matched with the nearest computed one.")
+    if not held:
+        sentences.append("No eigenvalues for validation: the verdict is not checked on data that were not used.")
+    return sentences
+
+
+def next_measurement(verdict: Verdict, experiment: VehicleOverSpeedExperiment) -> dict[str, Any] | None:
+    """Where along the speed the rivals' eigenvalues part most, with the delta chi-square that measuring
+    there once would bring."""
+    rivals: list[Fit] = [c.fit for c in verdict.tied]
+    if verdict.verdict == "named" and verdict.effects[0].delta_bic < verdict.criteria.weak_name_delta_bic:
+        rivals = [verdict.best, verdict.base]
+    if len(rivals) < 2:
+        return None
+    run = verdict.base.runs[0]
+    top = experiment.component.table[experiment.over].max
+    proposals = []
+    for mode in dict.fromkeys(run.mode):
+        rows = [i for i, m in enumerate(run.mode) if m == mode]
+        first, last = run.over[rows].min(), run.over[rows].max()
+        speeds = np.linspace(first, min(1.2 * last, top), GRID)
+        error = float(np.median(run.real_error[rows]))
+        nearest = [_followed(f, speeds, run.over[rows[0]], run.value[rows[0]]) for f in rivals]
+        apart = np.min([np.abs(a - b) ** 2 for i, a in enumerate(nearest) for b in nearest[i + 1 :]], axis=0) / error**2
+        best = int(apart.argmax())
+        proposals.append({"experiment": "speed", "sentence": f"Measure {mode or 'the mode'} at {speeds[best]:.3g} m/s, "
+                                                             f"to {error:.2g} 1/s as before.",
+                          "speed": float(speeds[best]), "mode": mode, "expected_delta_chi2": float(apart[best])})  # fmt: skip
+    return max(proposals, key=lambda p: p["expected_delta_chi2"]) | {"alternatives": proposals}
+
+
+def _followed(found: Fit, speeds: np.ndarray, start: float, value: complex) -> np.ndarray:
+    """The eigenvalue of a fit (n,) over speeds that begins nearest to a measured one, by its continuity."""
+    spectra = eigenvalues_of(found, np.append(start, speeds))
+    followed, last = [], value
+    for spectrum in spectra:
+        upper = spectrum[spectrum.imag >= 0]
+        last = upper[np.abs(upper - last).argmin()]
+        followed.append(last)
+    return np.array(followed[1:])

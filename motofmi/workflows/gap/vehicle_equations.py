@@ -1,0 +1,127 @@
+"""A vehicle's recorded runs in which all of its states are measured: compared by the equations of
+motion, in weak form."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from fmus.declaration.component import Component
+from fmus.effects import Effect
+from motofmi.gap.criteria import Criteria
+from motofmi.gap.estimation.fit_result import Fit
+from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.experiments.vehicle_over_speed import VehicleOverSpeedExperiment
+from motofmi.gap.localisation.weak_form_places import cells
+from motofmi.gap.models.weak_form_model import WeakFormModel, accelerated
+from motofmi.gap.preprocessing.weak_form import BAND, BLOCK, WeakFormRun, prepare_weak_form
+from motofmi.gap.selection.model_selection import Verdict, select_model
+from motofmi.gap.verdict import as_result
+from motofmi.recordings.recording import Recording
+from motofmi.reports.gap_report import Pictures
+from motofmi.reports.gap_vehicle import weak_form_spectra
+from motofmi.workflows.gap.given import Given
+from motofmi.workflows.gap.vehicle import NOT_LINEAR, vehicle_effects, vehicle_runs_experiment
+from motofmi.workflows.gap.vehicle_runs import OnVehicle, notes_of, with_open_entries
+
+SHOWN = "What the equations of motion leave over frequency: the vehicle as given, the refitted base, with the effects found, and the disturbance."
+
+
+class VehicleEquations(OnVehicle):
+    """Runs with the speed and all states of a vehicle that is ridden without a device."""
+
+    @classmethod
+    def suits(cls, given: Given) -> bool:
+        if not super().suits(given) or given.base_device is not None:
+            return False
+        needed = {"speed", *given.base_vehicle.states}
+        return all(needed <= r.columns.keys() for r in cls.recorded(given))
+
+    def __init__(self, given: Given) -> None:
+        super().__init__(given)
+        self.experiment = vehicle_runs_experiment(self.vehicle, given.free, criteria=given.criteria)
+        self.runs, self.validation = (weak_runs(each, self.experiment) for each in self.recordings)
+
+    def verdict(self, so_far: Callable[[Verdict], None]) -> Verdict:
+        return verdict_on_runs(
+            self.experiment,
+            self.runs,
+            self.validation,
+            runs_effects(self.vehicle, self.given.own_effects),
+            so_far,
+            self.given.criteria,
+        )
+
+    def contents(self, verdict: Verdict) -> dict[str, Any]:
+        return with_open_entries(as_result(verdict, "rad/s2", "flexible_model", cells), verdict, self.experiment)
+
+    def limitations(self, verdict: Verdict, contents: dict[str, Any]) -> list[str]:
+        return [*limitations([*self.runs, *self.validation], verdict.criteria), *self.unvalidated(contents)]
+
+    def pictures(self, verdict: Verdict) -> Pictures:
+        given = as_given(verdict.base.model.experiment, verdict.best.runs[:1])
+        return Pictures([], [(weak_form_spectra(verdict, given), SHOWN)])
+
+
+def weak_runs(recordings: Sequence[Recording], experiment: VehicleOverSpeedExperiment) -> list[WeakFormRun]:
+    """Recordings with all states of the vehicle in weak form. Raises InputError where too little of one can be used."""
+    return [
+        prepare_weak_form(
+            r,
+            experiment.over,
+            accelerated(experiment),
+            (*experiment.component.states, *(n for n in experiment.component.inputs if n in r.columns)),
+        )
+        for r in recordings
+    ]
+
+
+def runs_effects(vehicle: Component, own: Sequence[type[Effect]] = ()) -> list[type[Effect]]:
+    """The effects that need no states besides those that are measured."""
+    return [
+        e for e in vehicle_effects(vehicle, own) if vehicle.with_effects(e(exact_delays=True)).states == vehicle.states
+    ]
+
+
+def verdict_on_runs(experiment: VehicleOverSpeedExperiment, runs: Sequence[WeakFormRun], held: Sequence[WeakFormRun], library: Sequence[type[Effect]],
+                    so_far: Callable[[Verdict], None] = lambda verdict: None, criteria: Criteria = Criteria()) -> Verdict:  # fmt: skip
+    """The verdict on runs, with the disturbances that are in each.
+
+    Feedback makes the motion depend on the disturbance, which the equations in a band of frequencies feel as a small
+    linear effect: one that makes up for less than `weak_form_linear_share` of the disturbance is not named. Whether
+    inputs are held between samples, or are what they are at each, is decided by what leaves less disturbance.
+    """
+    model = WeakFormModel(experiment)
+    ways = [
+        [[model.with_remaining_noise(replace(r, held=way), model.start()) for r in each] for each in (runs, held)]
+        for way in (False, True)
+    ]
+    prepared, checked = min(ways, key=lambda way: sum(np.log(d(r.frequency)).sum() for r in way[0] for d in r.densities))
+    verdict = select_model(model, prepared, library, checked, so_far, criteria=criteria)
+    least = criteria.weak_form_linear_share * verdict.base.count
+    while doubtful := {
+        c.family for c in (*verdict.effects, *verdict.tied) if c.family not in NOT_LINEAR and c.delta_chi2 < least
+    }:
+        library = [e for e in library if e.family not in doubtful]
+        verdict = select_model(model, prepared, library, checked, so_far, criteria=criteria)
+    return verdict
+
+
+def as_given(experiment: VehicleOverSpeedExperiment, runs: Sequence[WeakFormRun]) -> Fit:
+    """The vehicle as it was given, nothing fitted."""
+    model = WeakFormModel(experiment)
+    return fit(model, runs, model.start(), frozen=range(len(model.names)))
+
+
+def limitations(runs: Sequence[WeakFormRun], criteria: Criteria) -> list[str]:
+    """What a verdict by equations rests on."""
+    return [*notes_of(runs), f"Equations are compared from {BAND[0]:g} to {BAND[1]:g} Hz in blocks of {BLOCK:g} s, "
+                             "without offset and drift.",
+            "The noise is what a flexible linear and nonlinear regression of the same runs leaves: 1 means consistent "
+            "with that regression, not with the noise of the sensors.",
+            "Errors of the measured states bias what is fitted, and so does feedback, the more of the motion the "
+            "disturbances cause instead of a "
+            f"recorded excitation: linear effects that gain less than {criteria.weak_form_linear_share:g} of the "
+            "disturbance are therefore not named, and fitted entries are no physical "
+            "constants where nothing shakes the vehicle."]  # fmt: skip

@@ -1,0 +1,76 @@
+"""Recorded runs of a vehicle, however they are compared."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from motofmi.gap.estimation.fit_result import parameters_of
+from motofmi.gap.experiments.vehicle_over_speed import VehicleOverSpeedExperiment
+from motofmi.gap.selection.model_selection import Verdict
+from motofmi.recordings.recording import Recording
+from motofmi.reports.report import Table
+from motofmi.workflows.gap.augmented_vehicle import fitted_device, fitted_of, fitted_vehicle
+from motofmi.workflows.gap.fitted_model import FittedModel
+from motofmi.workflows.gap.given import Given
+from motofmi.workflows.gap.kind import Kind
+
+UNVALIDATED = (
+    "No validation run, or none that could be predicted: the verdict is not checked on data that were not used."
+)
+
+
+class OnVehicle(Kind):
+    """A vehicle with recorded speed and at least one recorded output."""
+
+    title = "The gap between vehicle and recorded runs"
+    place = "equation or output"
+
+    @classmethod
+    def suits(cls, given: Given) -> bool:
+        return given.vehicle is not None and not given.holds_eigenvalues
+
+    def __init__(self, given: Given) -> None:
+        self.given, self.vehicle, self.device = given, given.base_vehicle, given.base_device
+        quantities = self.quantities(given)
+        self.recordings = given.runs("recordings", quantities), given.runs("validation", quantities)
+
+    @staticmethod
+    def quantities(given: Given) -> dict[str, str]:
+        """The units of the vehicle's variables."""
+        return {"time": "s"} | {n: row.unit for n, row in given.base_vehicle.rows("input", "state", "output").items()}
+
+    @classmethod
+    def recorded(cls, given: Given) -> list[Recording]:
+        """All recordings, those for validation among them."""
+        quantities = cls.quantities(given)
+        return [*given.runs("recordings", quantities), *given.runs("validation", quantities)]
+
+    def unvalidated(self, contents: dict[str, Any]) -> list[str]:
+        """The limitation where no validation run was compared."""
+        return [UNVALIDATED] if contents["gap"]["holdout_after"] is None else []
+
+    def model(self, verdict: Verdict) -> FittedModel:
+        source = f"Fitted to {', '.join(r.name for r in self.recordings[0])}"
+        return fitted_vehicle(self.vehicle, verdict.best, source, self.given.effects_folder, self.given.own_effects)
+
+    def found_device(self, verdict: Verdict) -> FittedModel | None:
+        return fitted_device(verdict.best, f"Fitted to {', '.join(r.name for r in self.recordings[0])}")
+
+    def fitted_parameters(self, verdict: Verdict) -> list[Table]:
+        rows = [(n, f"{v:.5g}", f"{e:.2g}", u) for n, (v, e, u) in fitted_of(verdict.best).items()]
+        return [Table(("parameter", "value", "standard error", "unit"), rows)]
+
+
+def with_open_entries(
+    contents: dict[str, Any], verdict: Verdict, experiment: VehicleOverSpeedExperiment
+) -> dict[str, Any]:
+    """The contents with the entries of given matrices, as fitted, in `base`."""
+    fitted = parameters_of(verdict.best)
+    contents["base"] |= {
+        n: dict(zip(("value", "standard_error", "unit"), fitted[n], strict=True)) for n in experiment.unrestricted
+    }
+    return contents
+
+
+def notes_of(runs: Sequence[Any]) -> list[str]:
+    """What preparing the runs and reading their recordings showed."""
+    return [note for r in runs for note in (*r.notes, *r.recording.warnings)]

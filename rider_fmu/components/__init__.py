@@ -1,0 +1,1 @@
+"""Riders. Every component that a file of this folder defines is registered."""

@@ -1,0 +1,79 @@
+"""Losses on blocks and errors of values, on linear regressions that are solved again for comparison."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from motofmi.gap.comparison.block_losses import correlation_length, left_out_mean_squares, mean_squares, partition
+from motofmi.gap.comparison.residuals import TimeResiduals
+from motofmi.gap.comparison.sandwich import sandwich_covariance
+
+
+def regression(columns: np.ndarray, y: np.ndarray) -> TimeResiduals:
+    """A least-squares fit as residuals of one run with one output."""
+    x = np.linalg.lstsq(columns, y, rcond=None)[0]
+    return TimeResiduals(
+        [(columns @ x - y)[:, None]], [columns[:, None, :]], np.ones(1), np.zeros((0, columns.shape[1]))
+    )
+
+
+def test_a_block_left_out_is_predicted_by_the_others():
+    random = np.random.default_rng(1)
+    columns, y = random.normal(size=(120, 3)), random.normal(size=120)
+    blocks = [(0, a, a + 20) for a in range(0, 120, 20)]
+    found = left_out_mean_squares(regression(columns, y), blocks)
+    for (_, a, b), square in zip(blocks, found, strict=True):
+        others = np.r_[0:a, b:120]
+        x = np.linalg.lstsq(columns[others], y[others], rcond=None)[0]
+        # The formula is exact for a linear model: only rounding remains.
+        assert square == pytest.approx(np.mean((columns[a:b] @ x - y[a:b]) ** 2), rel=1e-9)
+
+
+def test_a_parameter_without_influence_changes_nothing():
+    random = np.random.default_rng(2)
+    columns, y = random.normal(size=(90, 2)), random.normal(size=90)
+    blocks = [(0, a, a + 30) for a in range(0, 90, 30)]
+    with_idle = TimeResiduals(
+        regression(columns, y).runs, [np.c_[columns, np.zeros(90)][:, None, :]], np.ones(1), np.zeros((0, 3))
+    )
+    assert left_out_mean_squares(with_idle, blocks) == pytest.approx(
+        left_out_mean_squares(regression(columns, y), blocks), rel=1e-9
+    )
+
+
+@pytest.mark.parametrize("decay", [0.0, 0.9, 0.98])
+def test_blocks_are_longer_than_the_correlation(decay):
+    noise = lfilter([1.0], [1.0, -decay], np.random.default_rng(3).normal(size=6000))
+    time_constant = -1 / np.log(decay) if decay else 0.0
+    found = correlation_length(noise)
+    # An autocorrelation of exp(-lag / tau) meets the limit of significance, 0.05 for 6,000 samples, at 3 tau; estimated
+    # autocorrelations fluctuate by about the limit itself.
+    assert 1.5 * time_constant <= found <= max(8, 8 * time_constant)
+
+
+def test_blocks_cover_every_sample_once():
+    found = TimeResiduals(
+        [np.random.default_rng(4).normal(size=(n, 1)) for n in (500, 37)], [], np.ones(1), np.zeros((0, 1))
+    )
+    blocks = partition(found)
+    for run, n in enumerate((500, 37)):
+        covered = np.concatenate([np.arange(a, b) for i, a, b in blocks if i == run])
+        assert np.array_equal(covered, np.arange(n))
+    assert mean_squares(found, blocks) @ [b - a for _, a, b in blocks] == pytest.approx(
+        sum(float(np.sum(run**2)) for run in found.runs)
+    )
+
+
+def test_sandwich_errors_are_those_of_repeated_experiments():
+    # Errors correlated over 20 samples and a regressor that is as slow: the usual error is too small by a factor of
+    # about 3. 400 repetitions give the scatter to 3.5 %; 30 blocks of 100 samples bias the sandwich low by some per cent.
+    random, values, claimed, naive = np.random.default_rng(5), [], [], []
+    slow = lfilter([1.0], [1.0, -0.95], random.normal(size=3000))
+    for _ in range(400):
+        y = 2.0 * slow + lfilter([1.0], [1.0, -0.95], random.normal(size=3000))
+        found = regression(slow[:, None], y)
+        values.append(float(slow @ y / (slow @ slow)))
+        claimed.append(float(sandwich_covariance(found, [(0, a, a + 100) for a in range(0, 3000, 100)])[0, 0]))
+        naive.append(float(found.runs[0].var() / (slow @ slow)))
+    assert np.sqrt(np.mean(claimed)) == pytest.approx(np.std(values), rel=0.15)
+    assert np.sqrt(np.mean(naive)) < 0.5 * np.std(values)

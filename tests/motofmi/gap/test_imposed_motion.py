@@ -1,0 +1,81 @@
+"""The band in which an imposed motion is resolved from its noise, on motions of known spectrum."""
+
+import numpy as np
+import pytest
+from scipy.signal import butter, sosfiltfilt
+
+from fmus.mechanisms.mass_spring_damper import MassSpringDamper
+from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.gap.preprocessing.input_interpolation import ABOVE_NOISE, resolved_frequency
+from motofmi.gap.preprocessing.sampled_run import CLEAR, prepare_sampled_run
+from motofmi.recordings.recording import Recording
+
+RATE, COUNT = 200.0, 8000
+CORNER = 2.0  # Hz
+
+
+def motion(noise, seed=0):
+    """A displacement of rms 1 whose power falls as f^-8 beyond CORNER, with white noise; and its noise-free samples."""
+    rng = np.random.default_rng(seed)
+    frequency = np.fft.rfftfreq(COUNT, 1 / RATE)
+    clean = np.fft.irfft(np.fft.rfft(rng.standard_normal(COUNT)) / (1 + (frequency / CORNER) ** 4), COUNT)
+    clean /= clean.std()
+    return clean + noise * rng.standard_normal(COUNT), clean
+
+
+def crossing(noise, ratio):
+    """The frequency [Hz] at which the power of `motion` is `ratio` times that of its noise."""
+    frequency = np.linspace(0, RATE / 2, 20001)
+    power = 1 / (1 + (frequency / CORNER) ** 4) ** 2
+    power /= power.mean()  # noise of rms 1 has power 1 everywhere
+    return frequency[np.flatnonzero(power > ratio * noise**2)[-1]]
+
+
+@pytest.mark.parametrize("noise", [1e-2, 1e-3, 1e-4])
+@pytest.mark.parametrize("ratio", [ABOVE_NOISE, CLEAR])
+def test_a_motion_is_resolved_up_to_where_it_meets_its_noise(noise, ratio):
+    """A power falling as f^-8 scatters by a factor of 2 where few frequencies are averaged: f by 2^(1/8)."""
+    assert resolved_frequency(motion(noise)[0], RATE, ratio) == pytest.approx(crossing(noise, ratio), rel=0.2)
+
+
+@pytest.mark.parametrize("cut_off", [80.0, 50.0])
+def test_the_floor_of_low_passed_noise_is_its_level_below_the_cut_off(cut_off):
+    noise = 1e-3
+    filtered = sosfiltfilt(butter(4, cut_off, fs=RATE, output="sos"), motion(noise)[0])
+    assert resolved_frequency(filtered, RATE) == pytest.approx(crossing(noise, ABOVE_NOISE), rel=0.2)
+
+
+def test_a_line_beyond_the_motion_is_not_motion():
+    """Mains interference with a thousand times the power of the noise around it."""
+    time = np.arange(COUNT) / RATE
+    noisy = motion(1e-3)[0] + 1e-3 * np.sin(2 * np.pi * 50 * time)
+    assert resolved_frequency(noisy, RATE) == pytest.approx(crossing(1e-3, ABOVE_NOISE), rel=0.2)
+
+
+def imposed(noise):
+    """A mass of 2 kg with a damper whose displacement is recorded with noise."""
+    noisy, clean = motion(noise)
+    cycles = 2j * np.pi * np.fft.rfftfreq(COUNT, 1 / RATE)
+    force = np.fft.irfft((2.0 * cycles**2 + 30.0 * cycles + 400.0) * np.fft.rfft(clean), COUNT)
+    force += 1e-3 * force.std() * np.random.default_rng(9).standard_normal(COUNT)
+    columns = {"displacement": noisy, "force": force}
+    return Recording("run", np.arange(COUNT) / RATE, columns, {"displacement": "m", "force": "N"})
+
+
+def test_the_compared_band_ends_where_the_imposed_motion_is_20_db_above_its_noise():
+    test = input_output_experiment(MassSpringDamper(), ["displacement", "force"], "displacement")
+    run = prepare_sampled_run(imposed(1e-3), test)
+    assert run.reduction_band == pytest.approx(crossing(1e-3, CLEAR), rel=0.2)
+    # Power that falls as f^-8 loses the 10 dB between both ratios over a factor 10^(1/8) in frequency
+    assert run.reduction_band == pytest.approx(crossing(1e-3, ABOVE_NOISE) / 10 ** (1 / 8), rel=0.2)
+    assert any("not resolved" in note for note in run.notes)
+
+
+def test_the_compared_band_ends_with_the_measured_force_where_the_motion_is_resolved_further():
+    noisy, exact = imposed(1e-9), imposed(1e-9)
+    rng = np.random.default_rng(4)
+    noisy.columns["force"] = exact["force"] + 0.1 * exact["force"].std() * rng.standard_normal(COUNT)
+    test = input_output_experiment(MassSpringDamper(), ["displacement", "force"], "displacement")
+    run = prepare_sampled_run(noisy, test)
+    assert run.reduction_band < resolved_frequency(exact["displacement"], RATE, CLEAR) / 2
+    assert not any("not resolved" in note for note in run.notes)

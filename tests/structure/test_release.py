@@ -1,0 +1,188 @@
+"""What a release carries: prebuilt archives that are used where no compiler is, and a wheel that has them."""
+
+import json
+import os
+import subprocess
+import sys
+import tomllib
+import venv
+import zipfile
+from importlib.metadata import version
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from fmus.export import prebuilt
+from fmus.export.build import build
+from fmus.export.compilers import host_compiler
+from fmus.support.errors import MissingToolError
+from rider_fmu import riders
+from tests import ROOT
+from tests.importer import Opened
+
+pytestmark = pytest.mark.skipif(host_compiler() is None, reason="no C compiler on this machine")
+
+
+@pytest.fixture
+def ready(tmp_path, monkeypatch):
+    """A folder of prebuilt archives, and then a machine without a compiler."""
+    folder = tmp_path / "built"
+    build(riders.load("mean_2011"), folder)
+    monkeypatch.setattr(prebuilt, "FOLDER", folder)
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setenv("PATH", "")
+    monkeypatch.setattr("fmus.export.compilers.find_spec", lambda name: None)
+    return folder
+
+
+@pytest.mark.slow
+def test_a_prebuilt_archive_needs_no_compiler(ready, tmp_path):
+    built = build(riders.load("mean_2011"), tmp_path / "out")
+    assert built.path.read_bytes() == (ready / built.path.name).read_bytes()
+    fmu = Opened(built.path).start(torso_angle=0.1)
+    fmu.fmu.doStep(0.0, 0.01)
+    fmu.close()
+
+
+@pytest.mark.slow
+def test_one_that_does_not_fit_is_not_used(ready, tmp_path):
+    with pytest.raises(MissingToolError):
+        build(riders.load("mean_2011", arm_damping=20.0), tmp_path / "out")
+    with pytest.raises(MissingToolError):
+        build(riders.load("mean_2011"), tmp_path / "out", fmi=3)
+
+
+NAMES = {"motofmi", "fmus", "rider_fmu", "vehicle_fmu"}
+needs_build = pytest.mark.skipif(find_spec("build") is None or int(version("setuptools").split(".")[0]) < 77,
+                                 reason="build, or setuptools from 77 on, is not installed (pip install motofmi[dev])")  # fmt: skip
+# Run beside folders of a lab that are called like folders of the project.
+SCRIPT = """
+import json, sys
+from importlib.util import find_spec
+from pathlib import Path
+import identification, scenarios
+assert (identification.OWN, scenarios.OWN) == (1, 2)
+import motofmi
+from motofmi.workflows.scenarios import scenario, scenario_names
+assert scenario("is_a_rider_a_damper").run is not None
+print(json.dumps({"version": motofmi.__version__, "scenarios": scenario_names(), "where": motofmi.__file__,
+                  "found": [name for name in sys.argv[1:] if find_spec(name)], "rider": motofmi.rider("mean_2011").name}))
+"""
+
+
+@pytest.fixture(scope="module")
+def checkout(tmp_path_factory):
+    """A copy of what git lists, with one prebuilt archive."""
+    folder = tmp_path_factory.mktemp("checkout")
+    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False).stdout.split(
+        "\n"
+    )
+    if "pyproject.toml" not in listed:
+        pytest.skip("not in a checkout")
+    for name in filter(None, listed):
+        if (ROOT / name).is_file():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (folder / name).write_bytes((ROOT / name).read_bytes())
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setenv("MOTOFMI_CACHE", str(tmp_path_factory.mktemp("archives")))
+        build(riders.load("mean_2011"), folder / "fmus" / "built")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def wheel(checkout):
+    done = subprocess.run([sys.executable, "-m", "build", "--wheel", "--no-isolation", "--skip-dependency-check"], cwd=checkout,
+                          capture_output=True, text=True, check=False)  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    (path,) = (checkout / "dist").glob("*.whl")
+    return path
+
+
+@pytest.mark.slow
+@needs_build
+def test_the_wheel_carries_code_values_and_prebuilt_archives(checkout, wheel):
+    (built,) = (checkout / "fmus" / "built").glob("*.fmu")
+    with zipfile.ZipFile(wheel) as members:
+        names = set(members.namelist())
+        assert members.read(f"fmus/built/{built.name}") == built.read_bytes()
+    assert {"fmus/export/runtime/step.c", "fmus/export/runtime/model.c.in", "fmus/export/runtime/LICENSE.txt", "fmus/export/python_slave.py.in",
+            "rider_fmu/riders/mean_2011.toml", "vehicle_fmu/motorcycles/sharp_1971.toml", "motofmi/py.typed"} <= names  # fmt: skip
+    assert {name.partition("/")[0] for name in names if ".dist-info/" not in name} == NAMES
+    assert "motofmi/scenarios/__init__.py" in names and "motofmi/scenarios.py" not in names
+
+
+def _dependencies(folder):
+    """What is installed here, without the project itself, which may be installed here too."""
+    for packages in [Path(path) for path in sys.path if path.endswith("site-packages")]:
+        for member in packages.iterdir():
+            own = member.name in NAMES or member.name.startswith(("motofmi-", "__editable__"))
+            if not own and not (folder / member.name).exists():
+                (folder / member.name).symlink_to(member)
+    return folder
+
+
+@pytest.fixture(scope="module", params=["wheel", "editable", "checkout"])
+def installed(request, checkout, tmp_path_factory):
+    """A Python in which the project is installed as a wheel, installed from the folder, or not installed but on the path; and how it runs."""
+    if request.param == "checkout":
+        return [sys.executable], {"PYTHONPATH": str(checkout)}, checkout
+    if find_spec("build") is None or int(version("setuptools").split(".")[0]) < 77:
+        pytest.skip("build, or setuptools from 77 on, is not installed (pip install motofmi[dev])")
+    folder = tmp_path_factory.mktemp(request.param)
+    venv.create(folder, with_pip=False)
+    python = folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+    packages = Path(
+        subprocess.run(
+            [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"],
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout.strip()
+    )
+    (packages / "dependencies.pth").write_text(str(_dependencies(tmp_path_factory.mktemp("dependencies"))), "utf-8")
+    what = (
+        [str(request.getfixturevalue("wheel"))]
+        if request.param == "wheel"
+        else ["--no-build-isolation", "-e", str(checkout)]
+    )
+    done = subprocess.run(
+        [sys.executable, "-m", "pip", "--python", str(python), "install", "--no-deps", "--no-index", *what],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return [str(python)], {}, folder if request.param == "wheel" else checkout
+
+
+def _run(command, environment, folder):
+    kept = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    done = subprocess.run(command, cwd=folder, env={**kept, **environment}, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.mark.slow
+def test_folders_of_a_lab_do_no_harm_and_suffer_none(installed, tmp_path):
+    python, environment, where = installed
+    for name, own in (("identification", 1), ("scenarios", 2)):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "__init__.py").write_text(f"OWN = {own}\n", "utf-8")
+    (tmp_path / "script.py").write_text(SCRIPT, "utf-8")
+    found = json.loads(_run([*python, "script.py", *NAMES], environment, tmp_path))
+    assert Path(found["where"]).is_relative_to(where)
+    assert found["version"] == tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["version"]
+    assert set(found["found"]) == NAMES and found["rider"] == "rider_mean_2011"
+    assert set(found["scenarios"]) == {path.stem for path in (ROOT / "scenarios").glob("*.py")} - {"__init__"}
+
+
+@pytest.mark.slow
+def test_the_command_and_the_module_run(installed, tmp_path):
+    python, environment, _ = installed
+    expected = f"motofmi {tomllib.loads((ROOT / 'pyproject.toml').read_text('utf-8'))['project']['version']}"
+    assert _run([*python, "-m", "motofmi", "--version"], environment, tmp_path).strip() == expected
+    if not environment:  # installed: there is a command, and nothing but the four names
+        assert _run([str(Path(python[0]).with_name("motofmi")), "--version"], environment, tmp_path).strip() == expected
+        code = "from importlib.util import find_spec; print([n for n in ('scenarios', 'identification', 'tests', 'benchmarks') if find_spec(n)])"
+        assert _run([*python, "-c", code], environment, tmp_path).strip() == "[]"
