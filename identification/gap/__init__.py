@@ -1,1 +1,0 @@
-"""The gap workflow: where a model misses measured data, which physical effect is missing, and what it changes."""

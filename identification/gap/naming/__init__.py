@@ -1,1 +1,0 @@
-"""Effects against each other: screened, fitted, judged; and the verdict."""

@@ -1,1 +1,0 @@
-"""Where a model misses the data, and the verdict as its file says it."""
