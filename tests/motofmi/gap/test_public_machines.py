@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+from scipy.signal import savgol_filter
 
 from benchmarks.gap_machines import as_recording
 from fmus.composition.imposed_motion import ImposedMotion
@@ -30,18 +31,24 @@ MEASURED = SHARED_DATA / "measured" / "mr_damper"
     not MEASURED.exists(), reason=f"the measured runs of a magnetorheological damper are not at {MEASURED}"
 )
 def test_a_real_magnetorheological_damper_rubs():
-    """Of its force over the rate everybody sees a yield force of 1.3 to 1.4 kN that comes in late; one run alone is so far from the noise that nothing is named."""
+    """Its friction lags its rate; friction and damping together are the force that is read at the largest rate.
+
+    Friction alone is not comparable with a reading: how the force divides into friction and damping depends on the
+    law of friction. The straight line through the force over the rate (Bingham) has 1.02 and 1.09 kN in the two runs.
+    """
     fitted, held = (read_recording(MEASURED / f"{name}.csv") for name in ("10mm1Hz1A", "25mm0p5Hz1A"))
     test = input_output_experiment(MassSpringDamper(), ["force", "displacement"], "displacement")
     verdict = investigate(test, [prepare_sampled_run(fitted, test)], validation=[held]).verdict
-    assert (verdict.verdict, [c.family for c in verdict.effects], verdict.unspecified_form) == (
-        "named",
-        ["coulomb_friction"],
-        True,
-    )
-    assert parameters_of(verdict.best)["coulomb_friction.friction_torque"][0] == pytest.approx(
-        1350, rel=0.1
-    )  # as the curve shows it
+    assert (verdict.verdict, [c.family for c in verdict.effects]) == ("named", ["coulomb_friction"])
+    values = {name: value for name, (value, *_) in parameters_of(verdict.best).items()}
+    # A quadratic over 50 ms (1/20 of a cycle) leaves the rate of a 1 Hz motion within 1 %.
+    rate = savgol_filter(fitted["displacement"], int(0.05 * fitted.rate) | 1, 2, deriv=1, delta=1 / fitted.rate)
+    largest = np.quantile(np.abs(rate), 0.99)
+    read = np.mean(np.abs(fitted["force"][np.abs(rate) > 0.97 * largest]))
+    friction = values["coulomb_friction.friction_torque"]
+    # 3 %: by that the strokes of the other run differ at the largest rate
+    assert friction + values["spring_damping"] * largest == pytest.approx(read, rel=0.03)
+    assert friction == pytest.approx(1050, rel=0.1)  # the mean of the two straight lines; they differ by 7 %
     before, after = verdict.validation_gap
     assert after.rms < 0.25 * before.rms  # half of it where friction does not lag
 
