@@ -2,7 +2,7 @@
 
 The case is the mean rider on a bar of 0.6 kg.m2, struck. Ours are all couplings of `fmus.cosimulation.coupling`; the others are
 the loops of other people's tools, as far as they are installed, and the plainest loop in C. Set-up is excluded: a rate, in
-steps per second of processor time, so that it tells the same on a busy machine,
+steps per second of processor time, so that it is the same on a busy machine,
 is the difference of two runs of different length. Also: what 2 to 200 riders on one bar cost.
 """
 
@@ -157,10 +157,10 @@ def bare_rate(fmus: Mapping[str, Path], step: float, count: int) -> float:
     subsystems, arrays = opened(fmus), []
     loop = in_c("jacobi.c").jacobi
     both = []
-    for name, told, answered in (("vehicle", torques, motion), ("device", motion, torques)):
+    for name, received, returned in (("vehicle", torques, motion), ("device", motion, torques)):
         subsystem = subsystems[name]
         references = [
-            np.array([subsystem.variables[n].valueReference for n in names], np.uint32) for names in (told, answered)
+            np.array([subsystem.variables[n].valueReference for n in names], np.uint32) for names in (received, returned)
         ]
         arrays += references
         functions = [

@@ -29,7 +29,7 @@ EFFECTS = 4  # at once
 
 @dataclass(frozen=True)
 class Program:
-    """A compiled misuse program and what it must be told of the model."""
+    """A compiled misuse program and the data of the model that it needs."""
 
     path: str
     guid: str

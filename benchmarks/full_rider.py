@@ -59,9 +59,9 @@ def fmu_time(path: Path, steps: int) -> float:
     references = {v.name: v.valueReference for v in description.modelVariables}
     inputs, outputs = ([references[n] for n in names] for names in (INPUTS, OUTPUTS))
     phase = 4 * np.pi * STEP * np.arange(steps)
-    told = np.radians(4) * np.column_stack([np.sin(phase), 4 * np.pi * np.cos(phase), 0 * phase])
-    told[:, 1] -= told[0, 1] * np.exp(-phase)  # the bar starts at rest
-    rows = told.tolist()
+    motion = np.radians(4) * np.column_stack([np.sin(phase), 4 * np.pi * np.cos(phase), 0 * phase])
+    motion[:, 1] -= motion[0, 1] * np.exp(-phase)  # the bar starts at rest
+    rows = motion.tolist()
     start = time.process_time()
     for k, row in enumerate(rows):
         fmu.setReal(inputs, row)
@@ -75,10 +75,10 @@ def fmu_time(path: Path, steps: int) -> float:
 
 def numpy_time(rider, steps: int) -> float:
     """Seconds of four evaluations of the equations on numbers."""
-    state, told = np.array([0.02, 0.01]), np.array([0.05, 0.3, 0.0])
+    state, motion = np.array([0.02, 0.01]), np.array([0.05, 0.3, 0.0])
     start = time.process_time()
     for _ in range(4 * steps):
-        rider.derivatives(state, told)
+        rider.derivatives(state, motion)
     return (time.process_time() - start) / steps
 
 

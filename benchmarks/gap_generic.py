@@ -67,7 +67,7 @@ def find(case: Case) -> dict[str, Any]:
         return {"verdict": "refused", "names": [], "why": str(error)}
     gain = verdict.base.chi2 - verdict.best.chi2
     return {"verdict": verdict.verdict, "names": sorted(c.family for c in verdict.effects), "forms": [c.effect.form for c in verdict.effects],
-            "open_form": verdict.unspecified_form, "tied": [c.family for c in verdict.tied], "closest": [c.family for c in verdict.candidates[:1]],
+            "unspecified_form": verdict.unspecified_form, "tied": [c.family for c in verdict.tied], "closest": [c.family for c in verdict.candidates[:1]],
             "reduced": verdict.best.reduced, "delta_chi2": gain}  # fmt: skip
 
 

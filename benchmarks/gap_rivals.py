@@ -51,15 +51,15 @@ KINDS = ("none", "single")
 
 def run(progress: Callable[..., Iterable], cases: int = 40, seed: int = 5) -> dict[str, Any]:
     """Per way of naming: alarms where nothing is hidden, and right and wrong names of single effects."""
-    answers: dict[str, list[tuple[str, str]]] = {}
+    verdicts: dict[str, list[tuple[str, str]]] = {}
     for number in progress(range(cases), "rivals"):
         truth = draw(number, seed, KINDS[number % 2])
         with tempfile.TemporaryDirectory() as folder:
             Laboratory(truth, number, seed).deliver(Path(folder))
             said = name(Path(folder))
         for way, answer in said.items():
-            answers.setdefault(way, []).append((truth.families[0] if truth.families else "none", answer))
-    return {"cases": cases, "ways": {way: _rates(rows) for way, rows in answers.items()}}
+            verdicts.setdefault(way, []).append((truth.families[0] if truth.families else "none", answer))
+    return {"cases": cases, "ways": {way: _rates(rows) for way, rows in verdicts.items()}}
 
 
 def name(folder: Path) -> dict[str, str]:

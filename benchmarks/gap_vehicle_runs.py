@@ -49,7 +49,7 @@ def find(case: Case, folder: Path) -> dict[str, Any]:
         return {"verdict": "refused", "names": [], "tied": [], "why": str(error), "delta_chi2": 0.0, "closest": []}
     gain = max((c.delta_chi2 for c in verdict.candidates if c.family == case.family), default=0.0)
     return {"verdict": verdict.verdict, "names": sorted(c.family for c in verdict.effects), "forms": [c.effect.form for c in verdict.effects],
-            "open_form": verdict.unspecified_form, "tied": [c.family for c in verdict.tied], "before": verdict.base.reduced, "after": verdict.best.reduced,
+            "unspecified_form": verdict.unspecified_form, "tied": [c.family for c in verdict.tied], "before": verdict.base.reduced, "after": verdict.best.reduced,
             "delta_chi2": gain, "closest": [(c.family, c.effect.form, round(c.delta_chi2, 1)) for c in verdict.candidates[:3]]}  # fmt: skip
 
 
@@ -62,9 +62,9 @@ def run(
         with tempfile.TemporaryDirectory() as folder:
             case, begun = draw(first + number, Path(folder)), time.perf_counter()
             found = find(case, Path(folder))
-        told = {"hidden": case.hidden, "family": case.family, "size": str(case.size), "vehicle": case.vehicle, "kind": case.kind,
+        truth = {"hidden": case.hidden, "family": case.family, "size": str(case.size), "vehicle": case.vehicle, "kind": case.kind,
                 "speeds": [round(v, 1) for v in case.speeds], "channels": case.channels}  # fmt: skip
-        return told | found | {"seconds": time.perf_counter() - begun}
+        return truth | found | {"seconds": time.perf_counter() - begun}
 
     return summary(resumed(progress, cases, out, one))
 

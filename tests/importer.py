@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from fmus import Component, System, linearise, output, parameter, state
-from fmus import input as told
+from fmus import input as port_input
 from fmus.equations.sympy_form import symbolic
 from rider_fmu import riders
 from vehicle_fmu import dampers, motorcycles
@@ -20,7 +20,7 @@ class Oscillator(Component):
     mass_of_body = parameter("kg", "Mass", min=0.1, max=10, start=1.3)
     hardening = parameter("N/m3", "Cubic stiffness", min=0, max=1e6, start=40)
     friction = parameter("N", "Friction", min=0, max=100, start=0.2)
-    force = told("N", "Force", min=-1e3, max=1e3)
+    force = port_input("N", "Force", min=-1e3, max=1e3)
     position = state("m", "Position", start=0.3, exposed=True)
     velocity = state("m/s", "Velocity", exposed=True)
     power = output("W", "Power of the force")

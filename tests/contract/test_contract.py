@@ -80,9 +80,9 @@ def test_the_handlebar_port_is_whole_and_as_declared(kind):
     if (
         rows.keys() & TORQUES.keys()
     ):  # without torques it shows a motion that it imposes on nobody: a rider with its rig
-        told, answered = (MOTION, TORQUES) if issubclass(kind, HandlebarDevice) else (TORQUES, MOTION)
-        assert set(told) <= set(kind().inputs)
-        assert set(answered) <= set(kind().outputs)
+        received, returned = (MOTION, TORQUES) if issubclass(kind, HandlebarDevice) else (TORQUES, MOTION)
+        assert set(received) <= set(kind().inputs)
+        assert set(returned) <= set(kind().outputs)
 
 
 # The equations ------------------------------------------------------------------------------------

@@ -71,9 +71,9 @@ def test_spreading_has_one_free_direction_and_says_what_it_cannot_meet():
         assert found.residual < 1e-9
         assert min(found.joints.values()) > 0
         step = 0.5 * min(v / abs(found.free_direction[j]) for j, v in found.joints.items())
-        moved = {f"{j}_{kind}": v + step * found.free_direction[j] for j, v in found.joints.items()}
+        shifted = {f"{j}_{kind}": v + step * found.free_direction[j] for j, v in found.joints.items()}
         still = {f"{j}_{kind}": v for j, v in found.joints.items()}
-        assert reduce(rider.with_values(**moved)).__dict__ == pytest.approx(
+        assert reduce(rider.with_values(**shifted)).__dict__ == pytest.approx(
             reduce(rider.with_values(**still)).__dict__, abs=1e-8
         )
     wide = rider.with_values(grip_half_width=0.38, elbow_spread=1.2)

@@ -196,10 +196,10 @@ def test_where_both_axes_are_one_the_papers_equations_hold_without_a_steer_stiff
     assert abs(reduced.steer_damping) < 1e-10 * reduced.arm_damping
 
 
-def test_its_inertia_at_rest_is_what_a_vehicle_must_carry():
+def test_the_port_inertia_at_rest_is_that_of_the_linear_rider():
     reduced = reduce(RIDER)
-    carried = RIDER.run(RIDER.start_values(), NUMERIC)["port_inertia"]
-    assert carried == pytest.approx(reduced.steer_inertia - reduced.cross_inertia**2 / reduced.torso_inertia, rel=1e-13)
+    port_inertia = RIDER.run(RIDER.start_values(), NUMERIC)["port_inertia"]
+    assert port_inertia == pytest.approx(reduced.steer_inertia - reduced.cross_inertia**2 / reduced.torso_inertia, rel=1e-13)
 
 
 # What it refuses -----------------------------------------------------------------------------------
@@ -244,14 +244,14 @@ def test_the_defaults_reach():
 @pytest.mark.slow
 def test_the_compiled_rider_is_the_component(tmp_path):
     """The bar held at 5 deg from rest: the torso settles as the component's does."""
-    told = np.array([np.radians(5), 0.0, 0.0])
+    inputs = np.array([np.radians(5), 0.0, 0.0])
     solution = solve_ivp(
-        lambda t, x: RIDER.derivatives(x, told, t)[0], (0, 0.1), [0.0, 0.0], method="DOP853", rtol=1e-10, atol=1e-12
+        lambda t, x: RIDER.derivatives(x, inputs, t)[0], (0, 0.1), [0.0, 0.0], method="DOP853", rtol=1e-10, atol=1e-12
     )
-    expected = dict(zip(RIDER.outputs, RIDER.derivatives(solution.y[:, -1], told)[1], strict=True))
-    unit = FmuSubsystem(build(RIDER, tmp_path).path, values={"steer_angle": told[0]})
+    expected = dict(zip(RIDER.outputs, RIDER.derivatives(solution.y[:, -1], inputs)[1], strict=True))
+    unit = FmuSubsystem(build(RIDER, tmp_path).path, values={"steer_angle": inputs[0]})
     for _ in range(20):
-        unit.step(np.vstack([told, np.zeros((3, 3))]), 0.005)  # constant over the step
+        unit.step(np.vstack([inputs, np.zeros((3, 3))]), 0.005)  # constant over the step
     # Each inner step errs by 1e-10 of the angle or a hundredth of a radian.
     for name, value in expected.items():
         assert unit.get(name) == pytest.approx(value, rel=1e-6, abs=1e-7), name
@@ -263,31 +263,31 @@ def test_the_compiled_rider_is_the_component(tmp_path):
 
 @pytest.mark.slow
 @given(angles, rates, st.floats(-20, 20))
-def test_a_bar_that_carries_the_posture_is_the_rig(at, moving, torque):
-    """The port with the vehicle's part and the rig's equations, which know no port, give one acceleration."""
+def test_the_bar_with_the_posture_inertia_has_the_equations_of_the_rig(at, moving, torque):
+    """The port with the vehicle's bar gives the acceleration of the rig's equations, which have no port."""
     rig = on_rig(RIDER)
     state = dict(zip(("steer_angle", "torso_angle", "steer_rate", "torso_rate"), (*at, *moving), strict=True))
-    told = {"servo_torque": torque, "handlebar_torque": 0.0, "frame_torque": 0.0}
+    inputs = {"servo_torque": torque, "handlebar_torque": 0.0, "frame_torque": 0.0}
     expected = dict(
         zip(
             rig.states,
-            rig.derivatives(np.array([state[n] for n in rig.states]), np.array([told[n] for n in rig.inputs]))[0],
+            rig.derivatives(np.array([state[n] for n in rig.states]), np.array([inputs[n] for n in rig.inputs]))[0],
             strict=True,
         )
     )
     now = motion(SimpleNamespace(**RIDER.values), NUMERIC, at)
     momentum = now.M12 * moving[0] + now.M22 * moving[1]
-    answered = dict(
+    outputs = dict(
         zip(
             RIDER.outputs,
             RIDER.derivatives(np.array([at[1], momentum]), np.array([at[0], moving[0], 0.0]))[1],
             strict=True,
         )
     )
-    carried = RIDER.run(RIDER.start_values(), NUMERIC)["port_inertia"]
-    bar = Handlebar("bar", steer_inertia=0.125, added_steer_inertia=carried).with_effects(PostureInertia())
+    port_inertia = RIDER.run(RIDER.start_values(), NUMERIC)["port_inertia"]
+    bar = Handlebar("bar", steer_inertia=0.125, added_steer_inertia=port_inertia).with_effects(PostureInertia())
     found = bar.derivatives(
-        np.array([at[0], moving[0]]), np.array([{**answered, "servo_torque": torque}[n] for n in bar.inputs])
+        np.array([at[0], moving[0]]), np.array([{**outputs, "servo_torque": torque}[n] for n in bar.inputs])
     )[0]
     assert found[1] == pytest.approx(expected["steer_rate"], rel=1e-11, abs=1e-9)  # rounding of torques of 1e3 N.m
 
@@ -318,12 +318,12 @@ class FreeFrame(Component):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("carries_posture", [True, False])
-def test_on_a_moving_frame_momentum_and_energy_are_kept_where_the_posture_is_carried(carries_posture):
+@pytest.mark.parametrize("with_posture_inertia", [True, False])
+def test_on_a_moving_frame_the_posture_inertia_conserves_momentum_and_energy(with_posture_inertia):
     rider = RIDER.with_values(**WITHOUT_DAMPERS, gravity=0.0)
     frame = FreeFrame("frame", added_steer_inertia=rider.run(rider.start_values(), NUMERIC)["port_inertia"])
     system = System(
-        "free", {"vehicle": frame.with_effects(PostureInertia()) if carries_posture else frame, "device": rider}
+        "free", {"vehicle": frame.with_effects(PostureInertia()) if with_posture_inertia else frame, "device": rider}
     )
     v = SimpleNamespace(**rider.values)
 
@@ -355,7 +355,7 @@ def test_on_a_moving_frame_momentum_and_energy_are_kept_where_the_posture_is_car
         np.ptp(momentum) / np.abs(momentum).max(),
         np.ptp(energy) / (energy.max() - full_rider_by_angles.potential(rider.values, np.zeros(2)).real),
     )
-    if carries_posture:
+    if with_posture_inertia:
         assert max(errors) < 1e-7  # of the integration
     else:
         assert 1e-4 < max(errors) < 0.1  # what a vehicle with a constant inertia loses at 6 deg

@@ -44,7 +44,7 @@ def test_on_the_rig_it_is_equation_4_of_the_papers(name):
     )
     impedance = -(OMEGA[:, None, None] ** 2) * M + 1j * OMEGA[:, None, None] * C + K
     inertance = -(OMEGA**2) * np.linalg.inv(impedance)[:, 0, 0]
-    # The bar carries what the cross inertia takes from it: port_inertia is -I_cc^2 / I_t for a rider without a share
+    # The bar's inertia includes what the cross inertia takes from it: port_inertia is -I_cc^2 / I_t for a rider without a share
     # of its own.
     alone = rider.with_values(added_steer_inertia=0)
     share = alone.run(alone.start_values(), NUMERIC)["port_inertia"]
@@ -64,10 +64,10 @@ def test_torques_and_momentum_balance(factors, cross, motion):
     rider = base.with_values(cross_inertia=cross * base.values["torso_inertia"],
                              **{n: base.values[n] * f for n, f in zip(names, factors, strict=True)})  # fmt: skip
     rates, outputs = rider.derivatives(np.array(motion[:2]), np.array(motion[2:]))
-    answers = dict(zip(rider.outputs, outputs, strict=True))
+    torques = dict(zip(rider.outputs, outputs, strict=True))
     ratio = rider.values["cross_inertia"] / rider.values["torso_inertia"]
     # T_h = T_a + ratio (T_a + T_w) and P' = -(T_a + T_w), so the arm torque alone is T_h + ratio P'.
-    total = answers["handlebar_torque"] + ratio * rates[1] + answers["frame_torque"]
+    total = torques["handlebar_torque"] + ratio * rates[1] + torques["frame_torque"]
     assert total == pytest.approx(-rates[1], rel=1e-9, abs=1e-9)
 
 
@@ -79,7 +79,7 @@ def test_torques_and_momentum_balance(factors, cross, motion):
 )
 @pytest.mark.slow
 def test_it_takes_energy_over_every_cycle(factors, frequency, frame, steer):
-    """With bar and frame both in motion, in any phase: the mean of T_h (s + w) + T_f w is not positive."""
+    """Bar and frame both move, in any phase: the mean of T_h (s + w) + T_f w is not positive."""
     names = ("torso_inertia", "arm_stiffness", "waist_stiffness", "arm_damping", "waist_damping")
     base = riders.load("mean_2011")
     space = linearise(base.with_values(**{n: base.values[n] * f for n, f in zip(names, factors, strict=True)}))

@@ -105,14 +105,14 @@ def test_the_features_come_out_of_a_test_in_time():
     omega = 2 * np.pi * frequency
     times = 24.0 + np.arange(64) / 64 / frequency
     solution = solve_ivp(
-        lambda t, x: RIDER.derivatives(x, told(t, omega))[0],
+        lambda t, x: RIDER.derivatives(x, frame_inputs(t, omega))[0],
         (0, times[-1]),
         np.zeros(6),
         rtol=1e-7,
         atol=1e-9,
         t_eval=times,
     )
-    outputs = np.array([RIDER.derivatives(x, told(t, omega))[1] for t, x in zip(times, solution.y.T, strict=True)])
+    outputs = np.array([RIDER.derivatives(x, frame_inputs(t, omega))[1] for t, x in zip(times, solution.y.T, strict=True)])
     for point in POINTS:
         velocity = np.exp(-1j * omega * times) @ outputs[:, RIDER.outputs.index(f"{point}_velocity")] * 2 / 64
         found = 1j * omega * velocity / (1j * omega**2 * np.radians(1) * heights[point])
@@ -120,7 +120,7 @@ def test_the_features_come_out_of_a_test_in_time():
         assert found == pytest.approx(expected[point][FREQUENCIES == frequency][0], abs=5e-3)
 
 
-def told(t, omega):
+def frame_inputs(t, omega):
     return np.array([np.radians(1) * np.sin(omega * t), np.radians(1) * omega * np.cos(omega * t), 0.0, 0.0])
 
 

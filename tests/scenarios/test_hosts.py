@@ -64,9 +64,9 @@ def held_torque_samples(step: float, count: int, scheme: str) -> np.ndarray:
     B = np.array([[0, 0], [stiffness / inertia, damping / inertia]])
     arms = np.array([stiffness, damping])
     held = expm(step * np.block([[A, B], [np.zeros((2, 4))]]))[:2]
-    torso, bar, told, torque, rows = np.zeros(2), np.array([0.0, STRIKE]), np.zeros(2), 0.0, []
+    torso, bar, bar_input, torque, rows = np.zeros(2), np.array([0.0, STRIKE]), np.zeros(2), 0.0, []
 
-    def moved(torque):
+    def bar_after_step(torque):
         return np.array(
             [bar[0] + step * bar[1] + step**2 * torque / (2 * STEER_INERTIA), bar[1] + step * torque / STEER_INERTIA]
         )
@@ -75,14 +75,14 @@ def held_torque_samples(step: float, count: int, scheme: str) -> np.ndarray:
         if scheme == "refreshed jacobi":
             torque = arms @ (torso - bar)
         rows.append([*bar, *torso, torque])
-        after = moved(torque)
-        told = bar if "jacobi" in scheme else after
+        after = bar_after_step(torque)
+        bar_input = bar if "jacobi" in scheme else after
         if scheme == "iterated":  # both with what holds at the end; contracts by H c_a / I = 0.03 an iteration
             for _ in range(15):
-                told = after
-                after = moved(arms @ (held @ [*torso, *told] - told))
-        torso = held @ [*torso, *told]
-        bar, torque = after, arms @ (torso - told)
+                bar_input = after
+                after = bar_after_step(arms @ (held @ [*torso, *bar_input] - bar_input))
+        torso = held @ [*torso, *bar_input]
+        bar, torque = after, arms @ (torso - bar_input)
     return np.array(rows)
 
 

@@ -147,7 +147,7 @@ def _sized(name, rng, low, high):
 
 
 class Laboratory:
-    """The rig with its rider in it: makes recordings into a folder; knows the truth, and tells it to nobody."""
+    """The rig with its rider in it: writes recordings into a folder; the truth is in `secret()` only."""
 
     def __init__(self, truth, number, seed):
         self.truth, self.rng = truth, np.random.default_rng([seed, number, 1])

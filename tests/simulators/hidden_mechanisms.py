@@ -149,11 +149,11 @@ def torque_for(p, hidden, motion, time):
         rates, time[[0, -1]], begin, "LSODA", dense_output=True, rtol=1e-7, atol=1e-9, max_step=4 * (time[1] - time[0])
     )
     states = made.sol(at)
-    told = zip(motion(at), motion(at, 1), motion(at, 2), *states, at, strict=True)
+    rows = zip(motion(at), motion(at, 1), motion(at, 2), *states, at, strict=True)
     return np.array(
         [
             p["J"] * a + resistance(p, hidden, q, s, z, t, end)[0] + inertia * swing(s, psi, W)
-            for q, s, a, z, psi, W, t in told
+            for q, s, a, z, psi, W, t in rows
         ]
     )
 

@@ -89,8 +89,11 @@ def ride(rng: np.random.Generator, p: dict, speed: float | tuple[float, float], 
 
 
 def write_ride(path, ridden: dict[str, np.ndarray], rng: np.random.Generator, sensors: tuple[str, ...] = ("steer_angle", "roll_rate", "yaw_rate"),
-               torque: bool = True, late: dict[str, int] | None = None, louder: float = 1.0) -> str:  # fmt: skip
-    """The recording as a CSV file with these channels, some late by so many samples, their noise so many times as loud; its path."""
+               torque: bool = True, late: dict[str, int] | None = None, noise_factor: float = 1.0) -> str:  # fmt: skip
+    """Path of the recording as a CSV file with these channels.
+
+    `late`: delay of a channel in samples. `noise_factor`: factor of the standard deviations of the noise.
+    """
     header, columns = (
         ["time [s]", "speed [m/s]"],
         [ridden["time"], ridden["speed"] + 0.02 * rng.standard_normal(len(ridden["time"]))],
@@ -99,7 +102,7 @@ def write_ride(path, ridden: dict[str, np.ndarray], rng: np.random.Generator, se
         header, columns = [*header, "steer_torque [N.m]"], [*columns, ridden["steer_torque"]]
     for name in sensors:
         state, unit, noise = SENSORS[name]
-        values = np.roll(ridden[state], (late or {}).get(name, 0)) + louder * noise * rng.standard_normal(
+        values = np.roll(ridden[state], (late or {}).get(name, 0)) + noise_factor * noise * rng.standard_normal(
             len(ridden["time"])
         )
         header, columns = [*header, f"{name} [{unit}]"], [*columns, np.degrees(values)]

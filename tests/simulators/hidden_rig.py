@@ -164,11 +164,11 @@ def record(excitation, hidden, rider, rng, rig=Rig()):
     finer = int(np.ceil(1500 / rig.rate))
     h = 1 / (finer * rig.rate)
     fine = np.arange(2 * int(duration / h) + 3) * h / 2
-    moved = angle(fine - rig.lag)
-    rate = np.gradient(moved, h / 2, edge_order=2)
+    delayed_angle = angle(fine - rig.lag)
+    rate = np.gradient(delayed_angle, h / 2, edge_order=2)
     acceleration = np.gradient(rate, h / 2, edge_order=2)
     p = Hidden(**{**ABSENT, **hidden})
-    torque, gyro = _torque(moved, rate, acceleration, angle(fine - rig.lag - p.tau), duration, h, Rider(**rider), p)
+    torque, gyro = _torque(delayed_angle, rate, acceleration, angle(fine - rig.lag - p.tau), duration, h, Rider(**rider), p)
     if p.hs:
         torque = torque + p.hs * _slider(torque, 5.0)
     steps = np.arange(len(torque)) * h
@@ -182,7 +182,7 @@ def record(excitation, hidden, rider, rng, rig=Rig()):
         disturbance[at : at + 2 * rig.rate] += 5 * rig.torque_noise * rng.standard_normal(2 * rig.rate)
     sizes = (np.radians(40) / 2**rig.bits, 400 / 2**rig.bits)
     measured = (
-        moved[:: 2 * finer][:n] * (1 + p.ga * moved[:: 2 * finer][:n] ** 2)
+        delayed_angle[:: 2 * finer][:n] * (1 + p.ga * delayed_angle[:: 2 * finer][:n] ** 2)
         + rig.angle_offset
         + rig.angle_noise * rng.standard_normal(n)
     )

@@ -58,13 +58,13 @@ def equations(p: dict, speed: float, hidden: dict) -> tuple[np.ndarray, np.ndarr
     q = dict(p, V=speed)
     if "air_load" in hidden:
         # Load in proportion to the square of the speed goes from the front to the rear, tyre forces with it.
-        moved = hidden["air_load"] * speed**2
+        load = hidden["air_load"] * speed**2
         rear = (q["M_f"] + q["M_r"]) * q["g"] + q["Z_f"]
         for name in ("C_f1", "C_f2"):
-            q[name] *= 1 + moved / q["Z_f"]
+            q[name] *= 1 + load / q["Z_f"]
         for name in ("C_r1", "C_r2"):
-            q[name] *= 1 + moved / rear
-        q["Z_f"] += moved
+            q[name] *= 1 + load / rear
+        q["Z_f"] += load
     if "lean" in hidden:
         q["m_u"], frequency, zeta = hidden["lean"]
         inertia, w = q["m_u"] * (q["rho"] ** 2 + q["c_r"] ** 2), 2 * np.pi * frequency

@@ -47,17 +47,17 @@ def positioning(seed, reach=0.2, duration=24, noise=2e-6):
 def silverbox(seed, samples=5000, size=0.05, noise=2e-4):
     """Time, input and output (n,) of the circuit that is a hardening spring, under noise below 200 Hz."""
     p, rng, rate, finer = SILVERBOX, np.random.default_rng(seed), 610.35, 8
-    told = size * lfilter(*butter(9, 200 / (rate / 2)), rng.standard_normal(samples))
+    drive = size * lfilter(*butter(9, 200 / (rate / 2)), rng.standard_normal(samples))
 
     def rates(x, u):
         return np.array([x[1], (u - p["damping"] * x[1] - p["stiffness"] * x[0] - p["cubic"] * x[0] ** 3) / p["mass"]])
 
     x, seen = np.zeros(2), np.empty(samples)
-    for k, u in enumerate(told):
+    for k, u in enumerate(drive):
         seen[k] = x[0]
         for _ in range(finer):
             x = _runge_kutta(rates, x, u, 1 / (rate * finer))
-    return np.arange(samples) / rate, told, seen + noise * rng.standard_normal(samples)
+    return np.arange(samples) / rate, drive, seen + noise * rng.standard_normal(samples)
 
 
 def bouc_wen(seed, periods=2, size=50.0, noise=8e-6):
@@ -65,8 +65,8 @@ def bouc_wen(seed, periods=2, size=50.0, noise=8e-6):
     p, rng, rate, samples, finer = BOUC_WEN, np.random.default_rng(seed), 750, 8192, 20
     frequency = np.arange(samples // 2 + 1) * rate / samples
     lines = np.where((frequency > 5) & (frequency < 150), np.exp(2j * np.pi * rng.random(len(frequency))), 0)
-    told = np.fft.irfft(lines, samples * finer)
-    told = np.tile(told * size / np.std(told), periods + 1)
+    drive = np.fft.irfft(lines, samples * finer)
+    drive = np.tile(drive * size / np.std(drive), periods + 1)
 
     def rates(x, u):
         y, v, z = x
@@ -74,9 +74,9 @@ def bouc_wen(seed, periods=2, size=50.0, noise=8e-6):
         return np.array([v, (u - p["damping"] * v - p["stiffness"] * y - z) / p["mass"], p["alpha"] * v - slip])
 
     x, seen = np.zeros(3), np.empty(samples * (periods + 1))
-    for k, u in enumerate(told[:-1]):
+    for k, u in enumerate(drive[:-1]):
         if k % finer == 0:
             seen[k // finer] = x[0]
-        x = _runge_kutta(rates, x, (u + told[k + 1]) / 2, 1 / (rate * finer))
-    seen, told = seen[samples:], told[samples * finer :: finer]
-    return np.arange(len(seen)) / rate, told, seen + noise * rng.standard_normal(len(seen))
+        x = _runge_kutta(rates, x, (u + drive[k + 1]) / 2, 1 / (rate * finer))
+    seen, drive = seen[samples:], drive[samples * finer :: finer]
+    return np.arange(len(seen)) / rate, drive, seen + noise * rng.standard_normal(len(seen))

@@ -64,7 +64,7 @@ def draw(number: int) -> Case:
         k for k in kinds if k not in ("steps", "road") or setting != "imposed"
     ]  # no servo imposes a jump of the acceleration
     kind, noise = kinds[int(rng.integers(len(kinds)))], 0.002 * 15 ** rng.uniform()
-    large = setting == "mass_spring_damper"  # hundreds of kilogrammes moved by kilonewtons, some millimetres
+    large = setting == "mass_spring_damper"  # hundreds of kilogrammes, kilonewtons, millimetres
     joint = {
         "J": (300.0 if large else 0.1) * np.exp(rng.normal()),
         "k": (1e6 if large else 10.0) * np.exp(rng.normal()),
@@ -104,8 +104,8 @@ def _recorded(rng, name, setting, kind, joint, angle, frequency, time) -> dict[s
         return {"torque": sensed(hidden, torque_for(joint, hidden, motion, time)), "angle": motion(time)}
     if setting == "two_mass":
         unit = unit.derivative()  # without a mean, which would turn both away for good
-        moved = simulate_two(joint, {}, unit, time)[0]
-        factor = angle / np.abs(moved[:, 0] - moved[:, 1]).max()
+        motion = simulate_two(joint, {}, unit, time)[0]
+        factor = angle / np.abs(motion[:, 0] - motion[:, 1]).max()
         hidden = _chosen(rng, name, joint, angle, factor)
         motion, torque = simulate_two(joint, hidden, _times(factor, unit), time)
         return {"torque": torque, "angle": sensed(hidden, motion[:, 0]), "load_angle": motion[:, 1]}
@@ -115,9 +115,9 @@ def _recorded(rng, name, setting, kind, joint, angle, frequency, time) -> dict[s
         def feedback(wanted):
             return lambda t, q, s: stiff * (wanted(t) - q) - slow * s
 
-        moved, told = simulate(joint, {}, None, time, feedback=feedback(unit))
-        factor = angle / np.abs(moved[:, 0]).max()
-        hidden = _chosen(rng, name, joint, angle, factor * told.std())
+        motion, torque = simulate(joint, {}, None, time, feedback=feedback(unit))
+        factor = angle / np.abs(motion[:, 0]).max()
+        hidden = _chosen(rng, name, joint, angle, factor * torque.std())
         motion, torque = simulate(joint, hidden, None, time, feedback=feedback(_times(factor, unit)))
         return {"torque": torque, "angle": sensed(hidden, motion[:, 0])}
     if kind == "decay":

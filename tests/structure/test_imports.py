@@ -94,7 +94,7 @@ def room(name: str) -> str:
     return max((r for r in ROOMS if name == r or name.startswith(f"{r}.")), key=len)
 
 
-def test_every_module_stands_in_a_room():
+def test_every_module_is_in_a_listed_package():
     assert [name for name in NAMES if not any(name == r or name.startswith(f"{r}.") for r in ROOMS)] == []
 
 

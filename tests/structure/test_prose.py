@@ -21,6 +21,8 @@ INSTEAD = {
     r"\bhums?\b": "mains interference",
     r"\bloud(er|est)?\b": "large, by its measure",
     r"\b(law|effect)s? (without|with no|that ha(s|ve) no) name\b|\bno name explains\b": "effect outside the library, unspecified form",
+    r"\bopen[- ]forms?\b": "unspecified form",
+    r"\brefut\w*\b": "rejected by the validation run",
     r"\bled in\b|\blead(s|ing)? in\b": "continuation in the effect's magnitude",
     r"\blightened\b": "rider mass removed",
     r"\bmade linear for motion\b|\bin motion\b": "describing-function linearisation",
@@ -31,11 +33,20 @@ INSTEAD = {
 }
 # Words that no identifier has, in whole or between underscores, except within the terms of TERMS.
 IDENTIFIERS = {"told", "untold", "answers", "carries", "stand", "stands", "hum", "loud", "lightened", "moved", "jets", "tape", "traced", "bonds", "origin", "ready", "resisted",
-               "realisation", "unlisted", "joining", "competing", "deciding", "naming", "foretold", "astray", "feigned"}  # fmt: skip
+               "realisation", "unlisted", "joining", "competing", "deciding", "naming", "foretold", "astray", "feigned", "refuted", "louder"}  # fmt: skip
 TERMS = re.compile("power_bonds")
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]
-SOURCES = [path for folder in ("motofmi", "fmus", "rider_fmu", "vehicle_fmu", "scenarios") for path in sorted((ROOT / folder).rglob("*.py"))]
-C_SOURCES = [path for suffix in ("*.c", "*.h", "*.in", "*.html") for folder in ("fmus", "motofmi", "examples") for path in sorted((ROOT / folder).rglob(suffix))]
+
+C_SUFFIXES = ("*.c", "*.h", "*.in", "*.html")
+
+
+def files(folders: str, *patterns: str) -> list[Path]:
+    return [path for pattern in patterns for folder in folders.split() for path in sorted((ROOT / folder).rglob(pattern))]
+
+
+SOURCES = files("motofmi fmus rider_fmu vehicle_fmu scenarios", "*.py")
+TESTS = [path for path in files("tests benchmarks", "*.py", *C_SUFFIXES) if path != Path(__file__).resolve()]
+C_SOURCES = files("fmus motofmi scenarios examples", *C_SUFFIXES)
 # Where the quoted word is meant: a glossary that defines it, a title, another tool's term.
 ALLOWED = {"docs/glossary.md"}
 
@@ -56,9 +67,9 @@ def found_in(path: Path) -> list[str]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["pages", "sources", "c_sources"])
+@pytest.mark.parametrize("kind", ["pages", "sources", "tests", "c_sources"])
 def test_prose_uses_the_words_of_the_field(kind):
-    paths = {"pages": PAGES, "sources": SOURCES, "c_sources": C_SOURCES}[kind]
+    paths = {"pages": PAGES, "sources": SOURCES, "tests": TESTS, "c_sources": C_SOURCES}[kind]
     assert [line for path in paths if str(path.relative_to(ROOT)) not in ALLOWED for line in found_in(path)] == []
 
 
@@ -77,7 +88,7 @@ def names_in(path: Path) -> set[str]:
 
 @pytest.mark.slow
 def test_identifiers_use_the_words_of_the_field():
-    wrong = {str(path.relative_to(ROOT)): sorted(bad) for path in SOURCES
+    wrong = {str(path.relative_to(ROOT)): sorted(bad) for path in [*SOURCES, *TESTS] if path.suffix == ".py"
              if (bad := {n for n in names_in(path) if set(re.split(r"_+", re.sub(r"(?<=[a-z])(?=[A-Z])", "_", TERMS.sub("", n)).lower())) & IDENTIFIERS})}  # fmt: skip
     assert wrong == {}
 

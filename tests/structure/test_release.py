@@ -25,7 +25,7 @@ pytestmark = pytest.mark.skipif(host_compiler() is None, reason="no C compiler o
 
 
 @pytest.fixture
-def ready(tmp_path, monkeypatch):
+def archives(tmp_path, monkeypatch):
     """A folder of prebuilt archives, and then a machine without a compiler."""
     folder = tmp_path / "built"
     build(riders.load("mean_2011"), folder)
@@ -37,16 +37,16 @@ def ready(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_a_prebuilt_archive_needs_no_compiler(ready, tmp_path):
+def test_a_prebuilt_archive_needs_no_compiler(archives, tmp_path):
     built = build(riders.load("mean_2011"), tmp_path / "out")
-    assert built.path.read_bytes() == (ready / built.path.name).read_bytes()
+    assert built.path.read_bytes() == (archives / built.path.name).read_bytes()
     fmu = Opened(built.path).start(torso_angle=0.1)
     fmu.fmu.doStep(0.0, 0.01)
     fmu.close()
 
 
 @pytest.mark.slow
-def test_one_that_does_not_fit_is_not_used(ready, tmp_path):
+def test_one_that_does_not_fit_is_not_used(archives, tmp_path):
     with pytest.raises(MissingToolError):
         build(riders.load("mean_2011", arm_damping=20.0), tmp_path / "out")
     with pytest.raises(MissingToolError):
@@ -101,7 +101,7 @@ def wheel(checkout):
 
 @pytest.mark.slow
 @needs_build
-def test_the_wheel_carries_code_values_and_prebuilt_archives(checkout, wheel):
+def test_the_wheel_contains_code_values_and_prebuilt_archives(checkout, wheel):
     (built,) = (checkout / "fmus" / "built").glob("*.fmu")
     with zipfile.ZipFile(wheel) as members:
         names = set(members.namelist())

@@ -62,9 +62,9 @@ def motions(p, q):
 def mass_matrix(p, q):
     slopes = []
     for i in range(2):
-        moved = q.astype(complex)
-        moved[i] += 1j * STEP
-        slopes.append([x.imag / STEP for _, x in motions(p, moved)])
+        shifted = q.astype(complex)
+        shifted[i] += 1j * STEP
+        slopes.append([x.imag / STEP for _, x in motions(p, shifted)])
     coefficients = [c for c, _ in motions(p, q)]
     M = np.array(
         [[sum(c * np.dot(a, b) for c, a, b in zip(coefficients, x, y, strict=True)) for y in slopes] for x in slopes]
@@ -118,8 +118,8 @@ def equations(p, q, u):
     M_slopes = [slope(lambda x: mass_matrix(p, x), q, i) for i in range(2)]
     changing = M_slopes[0] * u[0] + M_slopes[1] * u[1]
     force = np.array([u @ M_slopes[i] @ u / 2 for i in range(2)]) - changing @ u
-    moved = q + 1j * STEP * u
-    speeds = [(joint, d.imag / STEP) for joint, d in deflections(p, moved)]
+    shifted = q + 1j * STEP * u
+    speeds = [(joint, d.imag / STEP) for joint, d in deflections(p, shifted)]
     for i in range(2):
         along = q.astype(complex)
         along[i] += 1j * STEP

@@ -56,18 +56,18 @@ def derive():
     front = column.orientnew("front", "Axis", (delta, column.z))
     front.set_ang_vel(column, s * column.z)
 
-    origin = Point("A")
-    origin.set_vel(ground, V * heading.x + v * heading.y)
-    rear_centre = origin.locatenew("rear centre", -h * rear.z)
-    axis = origin.locatenew("foot of a on the steer axis", a * column.x)
+    rear_foot = Point("A")
+    rear_foot.set_vel(ground, V * heading.x + v * heading.y)
+    rear_centre = rear_foot.locatenew("rear centre", -h * rear.z)
+    axis = rear_foot.locatenew("foot of a on the steer axis", a * column.x)
     front_centre = axis.locatenew("front centre", e * front.x - f * front.z)
     front_contact = axis.locatenew("front contact", -t * front.x + (a - t) * sp.tan(eps) * front.z)
-    rear_contact = origin.locatenew("rear contact", -b * heading.x)
-    rear_centre.v2pt_theory(origin, ground, rear)
-    axis.v2pt_theory(origin, ground, rear)
+    rear_contact = rear_foot.locatenew("rear contact", -b * heading.x)
+    rear_centre.v2pt_theory(rear_foot, ground, rear)
+    axis.v2pt_theory(rear_foot, ground, rear)
     for point in (front_centre, front_contact):
         point.v2pt_theory(axis, ground, front)
-    rear_contact.v2pt_theory(origin, ground, heading)
+    rear_contact.v2pt_theory(rear_foot, ground, heading)
 
     rear_wheel = ReferenceFrame("rear wheel")
     rear_wheel.set_ang_vel(rear, -V / R_r * rear.y)
@@ -84,7 +84,7 @@ def derive():
     rear_slip, rear_camber, rear_side = tyre(rear_contact, rear, ground)
     loads = [
         Force(rear_centre, M_r * g * ground.z), Force(front_centre, M_f * g * ground.z),
-        Force(front_contact, Z_f * ground.z + Y_f * front_side), Force(rear_contact, Y_r * rear_side), Force(origin, F * heading.y),
+        Force(front_contact, Z_f * ground.z + Y_f * front_side), Force(rear_contact, Y_r * rear_side), Force(rear_foot, F * heading.y),
         Torque(front, (T_h + T_d - K * s) * front.z), Torque(rear, (T_f - T_d + K * s) * front.z + T_phi * rear.x),
     ]  # fmt: skip
     speeds = [v, r, p, s]

@@ -157,7 +157,7 @@ def test_the_limit_needs_the_front_product_of_inertia():
 
 @pytest.mark.parametrize("torque", ["handlebar_torque", "frame_torque", "steer_torque", "roll_torque"])
 @pytest.mark.parametrize("answer", ["steer_angle", "steer_rate", "roll_angle", "frame_rate"])
-def test_stiff_tyres_give_the_bicycles_answers_to_torques(torque, answer):
+def test_stiff_tyres_give_the_bicycles_responses_to_torques(torque, answer):
     bicycle = motorcycles.load("benchmark_bicycle", added_steer_inertia=0.05, steering_damping=2.0)
     omega = np.array([0.5, 3.0, 10.0, 40.0])  # rad/s
     wanted = linearise(bicycle, speed=6.0).frequency_response(omega, answer, torque)
@@ -165,7 +165,7 @@ def test_stiff_tyres_give_the_bicycles_answers_to_torques(torque, answer):
     assert found == pytest.approx(wanted, rel=1e-3)  # the eigenvalues' error of 1e-4 and less, at 1e8 N/rad
 
 
-def test_the_front_tyre_carries_what_the_masses_put_on_it():
+def test_the_front_tyre_load_balances_the_masses():
     motorcycle = motorcycles.load("sharp_1971")
     p = motorcycle.values
     S, c = sin(p["caster_angle"]), cos(p["caster_angle"])

@@ -86,13 +86,13 @@ def test_both_loops_take_fmi_3(third_riders, subsystems, name):
     fast, plain = (cosimulate(third_riders(), 4e-3, 0.1, name, compiled=each).rows for each in (True, False))
     second = cosimulate(subsystems(), 4e-3, 0.1, name).rows
     scale = np.maximum(np.abs(second).max(axis=0), 1e-6)
-    # Sums in another order; FMI 3.0 tells polynomials by four values each, which costs some digits.
+    # Sums in another order; FMI 3.0 represents polynomials by four values each, which costs some digits.
     assert np.all(np.abs(fast - plain) <= 1e-9 * scale)
     assert np.all(np.abs(fast - second) <= 1e-8 * scale)
 
 
 @pytest.mark.slow
-def test_without_a_compiler_fmi_3_is_told_how_inputs_move_from_python(third_riders, monkeypatch):
+def test_without_a_compiler_python_sets_the_input_derivatives_of_fmi_3(third_riders, monkeypatch):
     reference = cosimulate(third_riders(), 4e-3, 0.1, "interface_jacobian").rows
 
     def missing():

@@ -102,9 +102,9 @@ def test_feedthrough_is_declared_or_found_by_trying(subsystem):
     for k, name in enumerate(rider.outputs):
         if cross or name == "handlebar_torque":
             assert rider.feedthrough[k].tolist() == [bool(x) for x in expected[name]]
-    moved = rider._tried_feedthrough()
-    assert np.all(moved <= rider.feedthrough)
-    assert moved[rider.outputs.index("handlebar_torque")].all()
+    tried = rider._tried_feedthrough()
+    assert np.all(tried <= rider.feedthrough)
+    assert tried[rider.outputs.index("handlebar_torque")].all()
 
 
 def test_start_values_parameters_and_their_refusal(subsystem):

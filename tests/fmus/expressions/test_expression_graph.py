@@ -1,4 +1,4 @@
-"""Terms: what SymPy does to a term it does to the expression that the term stands for."""
+"""Terms: SymPy operations on a term act on the expression that defines it."""
 
 import numpy as np
 import pytest
@@ -63,9 +63,7 @@ def test_a_chain_of_terms_stays_small():
 
 
 def test_slopes_that_are_known_are_taken():
-    """A known slope is a term that is there already; with respect to what is no symbol, or not told, it is worked
-    out.
-    """
+    """A slope that is given with the term is used as it is; any other slope is derived from the definition."""
     slope = term(y + sympy.cos(x))
     known = term(INNER, (x, 0.0), (slope, 1))
     assert known.diff(x) is slope and known is not term(INNER)

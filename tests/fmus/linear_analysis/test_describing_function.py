@@ -27,7 +27,7 @@ def ridden_by(effect, **values):
 
 
 def damping_added(system, motion):
-    """The steer damping [N.m.s/rad] that slows the steer as the system's effect does in motion, at each speed."""
+    """The steer damping [N.m.s/rad] that slows the steer as the system's effect does in the given motion, at each speed."""
     row = system.states.index("vehicle.steer_rate")
     in_motion, plain = (
         linearise_by_describing_function(system, motion, **SPEEDS),
@@ -54,8 +54,8 @@ def test_dry_friction_under_gaussian_motion_is_the_damper_of_statistical_lineari
 
 
 def stiffened(motion, deflection):
-    """Slopes by the moved states of a rider with a cubic spring in motion, and of one whose spring is stiffer by 3/4
-    of its square at rest.
+    """Two Jacobians, columns of the states in `motion`: of a rider with a cubic spring, by the describing function, and
+    of a rider at rest whose spring is stiffer by 3/4 of the cubic stiffness times the squared deflection.
     """
     cubic, rider = 2e4, riders.load("mean_2011")  # N.m/rad3
     stiffer = rider.with_values(arm_stiffness=rider.start_values()["arm_stiffness"] + 0.75 * cubic * deflection**2)
@@ -89,6 +89,6 @@ def test_states_that_move_in_proportion_share_what_motion_adds():
     np.testing.assert_allclose(in_motion @ together, expected @ together, rtol=1e-9, atol=1e-6)
 
 
-def test_a_name_that_is_no_state_is_told():
+def test_a_name_that_is_no_state_is_an_error():
     with pytest.raises(InputError, match=r"vehicle.steer_angl.*did you mean"):
         linearise_by_describing_function(ridden_by(SteerDamping(), damping=1.0), {"vehicle.steer_angl": PHASE})

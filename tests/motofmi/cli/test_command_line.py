@@ -342,7 +342,7 @@ def test_a_file_that_is_not_there(capsys, tmp_path):
     assert "cannot read" in complaint(capsys, ["modes", "--device", str(tmp_path / "absent.toml")])
 
 
-def test_a_parameter_that_two_parts_have_must_be_told_apart(capsys):
+def test_a_parameter_that_two_parts_have_needs_the_name_of_the_part(capsys):
     arguments = ["modes", "--device", "rider:mean_2011", "--speed", "20"]
     message = complaint(capsys, [*arguments, "--set", "added_steer_inertia=0.1"])
     assert "'added_steer_inertia' is a parameter of vehicle and device: write device.added_steer_inertia=0.1" in message

@@ -116,9 +116,9 @@ def test_mean_of_runs_with_different_frequencies():
 
 @pytest.mark.slow
 def test_coherence_is_one_without_noise_and_falls_with_it():
-    quiet, loud = (estimate(steer_test(RIDER, 0.125, sweep(), noise)) for noise in (QUIET, Noise(torque=20.0)))
+    quiet, noisy = (estimate(steer_test(RIDER, 0.125, sweep(), noise)) for noise in (QUIET, Noise(torque=20.0)))
     assert np.all(quiet.coherence > 0.9999)
-    assert np.median(loud.between(1, 3).coherence) < 0.5
+    assert np.median(noisy.between(1, 3).coherence) < 0.5
 
 
 @pytest.mark.slow

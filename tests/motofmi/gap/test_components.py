@@ -107,9 +107,9 @@ def test_friction_may_act_at_drive_and_load():
 
 
 def test_a_component_without_elements_gets_a_place_for_laws():
-    resisted = WithAddedForce(MassSpringDamper(), "force", "displacement", "velocity")
-    hardening = next(e for e in laws_at(resisted) if (e.family, e.form) == ("hardening_stiffness", "cubic"))
-    joined = resisted.with_effects(hardening()).with_values(**{"hardening_stiffness.cubic_stiffness": 7.0})
+    with_force = WithAddedForce(MassSpringDamper(), "force", "displacement", "velocity")
+    hardening = next(e for e in laws_at(with_force) if (e.family, e.form) == ("hardening_stiffness", "cubic"))
+    joined = with_force.with_effects(hardening()).with_values(**{"hardening_stiffness.cubic_stiffness": 7.0})
     rates, _ = joined.derivatives(np.array([0.5, 2.0]), np.array([3.0]))
     # m v' = F - k x - c v - k3 x^3 with the defaults m = 1, k = 400, c = 2
     assert rates == pytest.approx([2.0, 3.0 - 200.0 - 4.0 - 7.0 * 0.125])
@@ -232,9 +232,9 @@ def test_loops_show_what_an_imposed_motion_takes(late):
     recording = late.best.runs[0].recording
     time, *_ = left_over(late.best)
     motion = np.interp(time, recording.time, recording["angle"])
-    for axes, told in zip(figure.axes, (motion, np.gradient(motion, time)), strict=True):
+    for axes, expected in zip(figure.axes, (motion, np.gradient(motion, time)), strict=True):
         measured, base, found = axes.get_lines()
-        assert np.corrcoef(told, measured.get_xdata())[0, 1] > 0.99  # but for the ends of a spline
+        assert np.corrcoef(expected, measured.get_xdata())[0, 1] > 0.99  # but for the ends of a spline
         assert (
             np.std(found.get_ydata() - measured.get_ydata())
             < 0.03

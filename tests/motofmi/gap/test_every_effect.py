@@ -85,7 +85,7 @@ def test_it_is_found_again(hidden, family, parameter, value):
     [((4e-3, 4e-3), "growing", "growth", 4e-3), ((3.5e-3, 5e-3), "skew", "skew", 5e-5)],
 )
 def test_a_delay_that_grows_by_as_much_in_every_run_is_no_clock_that_is_fast(growths, form, parameter, value):
-    """A buffer that fills, or two clocks: runs of 70 and 100 s tell which."""
+    """A buffer that fills, or two clocks: runs of 70 and 100 s distinguish them."""
     rng = np.random.default_rng(3)
     excitations = sweep(0.5, 12, 2, 70.0), sweep(12, 0.5, 3.5, 100.0)
     made = {

@@ -10,7 +10,7 @@ import time
 import pytest
 
 from motofmi.cli.main import main
-from motofmi.gap.selection import model_selection as deciding
+from motofmi.gap.selection import model_selection
 from motofmi.recordings.reading import write_recording
 
 pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")
@@ -96,7 +96,7 @@ def test_vehicles_leave_what_is_known_of_their_base(tmp_path, monkeypatch, capsy
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(deciding, "search_candidates", interrupted)
+    monkeypatch.setattr(model_selection, "search_candidates", interrupted)
     assert main(["gap", *recorded(tmp_path), "--out", str(tmp_path / "out")]) == 130
     assert capsys.readouterr().err == f"motofmi gap: interrupted; written: {tmp_path / 'out' / 'verdict.json'}\n"
     left = left_by(tmp_path / "out" / "verdict.json")

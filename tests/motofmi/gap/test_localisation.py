@@ -96,8 +96,8 @@ def test_a_drift_is_where_the_rider_changed_most():
 def test_what_happens_to_one_side_is_seen_there(unit, signal, side):
     """Bumps that last a fifth of a cycle, at the largest angle or rate of one sign."""
     run = made()
-    moved = run.motion_at(run.recording.time)[signal]
-    share = side * moved / np.sqrt(np.convolve(moved**2, np.ones(640) / 640, "same") * 2)
+    motion = run.motion_at(run.recording.time)[signal]
+    share = side * motion / np.sqrt(np.convolve(motion**2, np.ones(640) / 640, "same") * 2)
     bumps = noisy(run, np.random.default_rng(2), 2.0 * np.maximum(share - 0.8, 0))
     places = [p for p in cells(bumps, bumps.data / bumps.deviation) if p.axis == "direction" and p.unit == unit]
     there, elsewhere = sorted(places, key=lambda p: -side * (p.start + p.end))

@@ -14,8 +14,7 @@ from fmus.effects.placement import laws_at
 from fmus.support import parallel
 from fmus.support.errors import InputError
 from motofmi.gap.criteria import Criteria
-from motofmi.gap.estimation import effect_fit as joining
-from motofmi.gap.estimation import screening
+from motofmi.gap.estimation import effect_fit, screening
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.screening import screen, shapes_of
 from motofmi.gap.experiments.input_output import input_output_experiment
@@ -277,8 +276,8 @@ def test_a_rival_that_is_out_of_reach_gets_no_further_start(short_run, monkeypat
     rival = screen(found, [e for e in rig_effects() if e.family == "cross_inertia"], keep=1)[0]
     begun = []
     monkeypatch.setattr(parallel, "processes", lambda: 1)
-    monkeypatch.setattr(joining, "fit", lambda *a, **k: begun.append(fit(*a, **k)) or begun[-1])
-    joining.fit_each(found, [replace(rival, gain=found.chi2)], [], share * found.chi2, [], Criteria())
+    monkeypatch.setattr(effect_fit, "fit", lambda *a, **k: begun.append(fit(*a, **k)) or begun[-1])
+    effect_fit.fit_each(found, [replace(rival, gain=found.chi2)], [], share * found.chi2, [], Criteria())
     assert begun[0].chi2 < found.chi2 and (len(begun) > 1) == tried_again
 
 

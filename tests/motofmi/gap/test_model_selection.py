@@ -5,14 +5,13 @@ import pytest
 from fmus.effects.hysteresis import NARROWEST
 from fmus.support.errors import InputError
 from motofmi.gap.criteria import Criteria
-from motofmi.gap.estimation import effect_fit as joining
-from motofmi.gap.estimation import screening
+from motofmi.gap.estimation import effect_fit, screening
 from motofmi.gap.estimation.candidate import adequate
 from motofmi.gap.estimation.fit_result import parameters_of
 from motofmi.gap.estimation.fitting import fit, lost
 from motofmi.gap.estimation.multi_start import fit_base
 from motofmi.gap.models.harmonic_model import HarmonicModel
-from motofmi.gap.selection import candidate_search as competing
+from motofmi.gap.selection import candidate_search
 from motofmi.gap.selection.candidate_search import search_candidates
 from motofmi.gap.selection.model_selection import select_model
 from motofmi.workflows.gap.rig import rig_experiment
@@ -25,7 +24,7 @@ from tests.simulators.rig_runs import RIG, library, runs_of
 
 
 @pytest.mark.slow
-def test_a_family_that_only_comes_near_is_no_open_form():
+def test_a_family_that_only_comes_near_has_no_unspecified_form():
     """Arms that soften: a sensor whose gain falls with the load closes three quarters of the gap, and is not it."""
     runs = runs_of({"k3": -2300.0}, sweep(0.5, 12, 2.5, 100.0), sweep(12, 0.5, 3.2, 100.0))
     verdict = select_model(HarmonicModel(rig_experiment(RIG)), runs[:1], library("sensor_nonlinearity"), runs[1:])
@@ -135,7 +134,7 @@ def test_an_effect_is_tried_where_the_base_has_lost_what_it_needs(monkeypatch):
     assert (shaft.family, adequate(shaft.fit, Criteria())) == ("shaft_compliance", True)
     compliance, error, _ = parameters_of(shaft.fit)["shaft_compliance.compliance"]
     assert compliance == pytest.approx(3e-4, abs=3 * error) and error < 1e-5
-    for where in (competing, joining):
+    for where in (candidate_search, effect_fit):
         monkeypatch.setattr(where, "lost", lambda found: False)
     assert search_candidates(base, some)[0].family != "shaft_compliance"
 
@@ -163,7 +162,7 @@ def test_a_rival_that_cannot_be_taken_further_stays_where_it_is(monkeypatch):
         raise InputError("the simulation diverges")
 
     monkeypatch.setattr("motofmi.gap.estimation.fitting.fit", diverges)
-    assert {id(c) for c in joining.fitted_to_the_end(base, found, Criteria(clear_lead_delta_bic=-np.inf))} == {
+    assert {id(c) for c in effect_fit.fitted_to_the_end(base, found, Criteria(clear_lead_delta_bic=-np.inf))} == {
         id(c) for c in found
     }
 

@@ -36,8 +36,8 @@ def test_the_error_of_a_rebuilt_motion_is_that_of_many_rebuilt_ones():
     said = reconstruction.error_seen(reduction.bases, lambda order: np.full(len(time), 2j))[first]
     rng = np.random.default_rng(1)
     draws = [reconstruction.motion(rng.standard_normal(len(time))) for _ in range(60)]
-    answers = [2 * reduction.reduce(m(time)[0])[first] for m in draws]  # the phase of the answer changes no variance
-    seen = np.mean(np.square(answers), axis=0)
+    responses = [2 * reduction.reduce(m(time)[0])[first] for m in draws]  # the phase of the answer changes no variance
+    seen = np.mean(np.square(responses), axis=0)
     degree = np.array([c.degree for c in reduction.columns])[first]
     for each in (0, 1):
         # 60 draws of some 100 columns, whose errors are shared by half as many splines: 2 to 3 % of scatter.
@@ -120,15 +120,15 @@ def test_a_sensor_s_offset_and_drift_are_not_compared(column):
     columns = {"steer_angle_command": angle, "steer_angle": angle + 1e-4 * rng.standard_normal(len(time)),
                "steer_torque": torque + 0.1 * rng.standard_normal(len(time))}  # fmt: skip
     shifted = columns | {column: columns[column] + np.ptp(columns[column]) * (1 + time / DURATION)}
-    answers = []
+    responses = []
     for each in (columns, shifted):
         run = prepare_steer_test_run(
             Recording("truth", time, each, UNITS), "steer_angle", "steer_torque", "steer_angle_command"
         )
         x, v, a = run.motion(time)
-        answers.append((run.data - run.reduction.reduce(INERTIA * a + DAMPING * v + STIFFNESS * x)) / run.deviation)
+        responses.append((run.data - run.reduction.reduce(INERTIA * a + DAMPING * v + STIFFNESS * x)) / run.deviation)
     # A line is among what every window leaves out; the spline of the motion takes it up to the ridge that keeps it tame.
-    assert answers[1] == pytest.approx(answers[0], abs=1e-2)
+    assert responses[1] == pytest.approx(responses[0], abs=1e-2)
 
 
 @pytest.mark.slow
@@ -170,7 +170,7 @@ def test_a_burst_over_slow_harmonics_raises_their_noise():
 @pytest.mark.slow
 @pytest.mark.parametrize("burst", [0.0, 8.0])
 def test_a_burst_at_a_window_s_end_raises_its_noise_as_much_as_one_within(burst):
-    """One taper is nothing at the ends: what tells the noise of slow harmonics does not tell where bursts are."""
+    """One taper is nothing at the ends: an estimate of the noise of slow harmonics does not locate bursts."""
     time = np.arange(0, DURATION, 1 / RATE)
     phase = phase_of(np.sin(2 * np.pi * (0.5 * time + 4.75 * time**2 / DURATION)), RATE)
     reduction, rng, n, raised = reduction_of(phase, RATE), np.random.default_rng(6), int(RATE / 2), []

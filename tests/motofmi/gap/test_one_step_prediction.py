@@ -137,7 +137,7 @@ def test_the_best_prediction_errs_by_the_innovations():
 
 
 @pytest.mark.slow
-def test_a_held_input_carries_no_information_on_the_disturbance_of_its_own_sample():
+def test_a_held_input_has_no_information_on_the_disturbance_of_its_own_sample():
     """Fed back without delay or noise, u_k = -g x_k would determine x_k, and the floor would lie below the error of any prediction."""
     rng = np.random.default_rng(4)
     n, noise = 9000, 1.0

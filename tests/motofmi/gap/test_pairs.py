@@ -34,7 +34,7 @@ def drift_and_friction(best, first, *_):
 
 
 @pytest.mark.slow
-def test_an_effect_that_does_alone_what_a_pair_does_stands_alone(coupled, monkeypatch):
+def test_a_single_effect_is_selected_where_it_fits_as_well_as_a_pair(coupled, monkeypatch):
     monkeypatch.setattr("motofmi.gap.selection.model_selection.pairs_of", drift_and_friction)
     verdict = select_model(
         HarmonicModel(rig_experiment(RIG)), coupled[:1], library("drift", "cross_inertia", "coulomb_friction")
@@ -44,7 +44,10 @@ def test_an_effect_that_does_alone_what_a_pair_does_stands_alone(coupled, monkey
 
 @pytest.mark.slow
 def test_a_family_with_a_curve_of_its_own_is_rather_one_effect_than_two():
-    """Damping by the root of the rate: its square misses by little, which a loop makes up for; as one effect with an open form none is wrong."""
+    """Damping in proportion to the root of the rate: the library's square of the rate leaves a small residual.
+
+    A hysteresis loop as a second effect would fit it; one effect with an unspecified form is correct.
+    """
     runs = runs_of(
         {"cp": 0.3},
         sweep(1, 10.5, 3, 150.0),
@@ -127,8 +130,8 @@ def test_a_small_second_effect_is_looked_for_where_the_noise_is_known_only(sourc
 
 
 @pytest.mark.slow
-def test_of_a_pair_that_is_refuted_one_effect_may_stand_alone(coupled, monkeypatch):
-    """Where a wrong pair wins at first (here the only one), the single effects are heard again."""
+def test_one_effect_of_a_rejected_pair_may_be_selected_alone(coupled, monkeypatch):
+    """A wrong pair is selected first (here it is the only one); after its rejection single effects are candidates again."""
     monkeypatch.setattr("motofmi.gap.selection.model_selection.pairs_of", drift_and_friction)
     monkeypatch.setattr(
         "motofmi.gap.selection.model_selection.single_effects_instead", lambda *_: []

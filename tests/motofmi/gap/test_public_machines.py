@@ -118,10 +118,10 @@ def test_two_masses_much_slower_than_their_own_values(seen):
     }
     time = np.arange(0, 15 / frequency, 1 / (60 * frequency))
     drive = excitation("multisine", rng, time[-1], 2.5 * frequency, 1.0).derivative()
-    moved, torque = simulate_two(joint, {}, drive, time)
-    twist = np.ptp(moved[:, 0] - moved[:, 1])
+    motion, torque = simulate_two(joint, {}, drive, time)
+    twist = np.ptp(motion[:, 0] - motion[:, 1])
     shown = dict(
-        zip(("angle", "load_angle"), moved.T + 0.003 * twist * rng.standard_normal((2, len(time))), strict=True)
+        zip(("angle", "load_angle"), motion.T + 0.003 * twist * rng.standard_normal((2, len(time))), strict=True)
     )
     recording = Recording(
         "slow", time, {"torque": torque, **{n: shown[n] for n in seen}}, {"torque": "N.m", **dict.fromkeys(seen, "rad")}
@@ -158,7 +158,6 @@ def test_the_hardening_spring_of_the_silverbox():
     assert (verdict.verdict, [c.family for c in verdict.effects]) == ("named", ["hardening_stiffness"])
     found = parameters_of(verdict.best)
     for name, published in (("mass", "mass"), ("spring_stiffness", "stiffness"), ("spring_damping", "damping")):
-        assert found[name][0] == pytest.approx(
-            SILVERBOX[published], rel=0.02
-        )  # what a held input has above half of the sampling rate is not told
+        # The part of a held input above half of the sampling rate is not in the recording.
+        assert found[name][0] == pytest.approx(SILVERBOX[published], rel=0.02)
     assert found["hardening_stiffness.cubic_stiffness"][0] == pytest.approx(SILVERBOX["cubic"], rel=0.05)

@@ -61,11 +61,11 @@ def test_a_sweep_that_turns_around_is_followed_through_the_corner(commanded):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("wander", [0.0, 0.03])
-def test_mains_in_the_torque_s_wire_are_left_out(wander):
+@pytest.mark.parametrize("drift", [0.0, 0.03])
+def test_mains_interference_in_the_torque_is_left_out(drift):
     """Order 5 and on cross 50 Hz: as noise of a broad band it left a reduced chi-square of 1.3. The mains frequency drifts by 0.03 Hz within a minute."""
     time, columns = recorded(rate=500)
-    phase = 2 * np.pi * (50.02 * time - wander * 20 * np.cos(time / 20))
+    phase = 2 * np.pi * (50.02 * time - drift * 20 * np.cos(time / 20))
     columns["steer_torque"] = columns["steer_torque"] + 1.5 * np.cos(phase) + 0.7 * np.sin(2 * phase)
     run = run_of(time, columns)
     assert any("mains interference at 5" in note and "100" in note for note in run.notes)

@@ -1,4 +1,4 @@
-"""The report's pictures and its modes show the run that was held out, and what verdict.json says of it."""
+"""The figures and modes of the report show the validation run, with the values of verdict.json."""
 
 from dataclasses import replace
 

@@ -212,10 +212,10 @@ def test_noise_is_taken_beside_the_next_fit_where_the_best_can_be_simulated_from
 
     monkeypatch.setattr(FreeInitialStateModel, "with_remaining_noise", only_the_base)
     known = []
-    ready = any_component._with_noise_of_best_effect(
+    with_noise = any_component._with_noise_of_best_effect(
         base, laws_at(test.component, 0.35, {"torque": 1.0}, {"angle": 0.05}), known
     )
-    assert [r.name for r in ready] == ["run"] and all(k.model.effects for k in known)
+    assert [r.name for r in with_noise] == ["run"] and all(k.model.effects for k in known)
 
 
 def test_what_samples_miss_of_a_pulses_area():

@@ -40,7 +40,7 @@ def test_a_p_value_below_every_number_is_not_zero():
     assert [row[-1] for row in places(sure, most=2).rows] == ["< 1e-300", "1e-09"]
 
 
-def test_modes_stand_side_by_side():
+def test_modes_are_listed_side_by_side():
     modes = {"speed": [10.0, 20.0], "before": {"weave": {"frequency": [0.0, 2.5], "damping_ratio": [None, 0.1]}},
              "after": {"weave": {"frequency": [None, 2.4], "damping_ratio": [None, -0.2]}}}  # fmt: skip
     table = modes_over_speed({**TIED, "modes": modes}).tables[0]

@@ -6,7 +6,7 @@ import pytest
 
 from motofmi.cli.main import main
 from motofmi.gap.criteria import Criteria
-from motofmi.gap.estimation import effect_fit as joining
+from motofmi.gap.estimation import effect_fit
 from motofmi.gap.estimation.fit_result import parameters_of
 from motofmi.gap.estimation.multi_start import fit_base
 from motofmi.gap.estimation.screening import screen
@@ -77,7 +77,7 @@ def test_hysteresis_of_a_sensor_is_explained_by_its_own_law(lag):
     runs = runs_of({"hs": lag}, sweep(0.5, 12, 2, 100.0))
     base = fit_base(HarmonicModel(rig_experiment(RIG)), runs)
     law = next(law for law in laws_outside_library(rig_effects()) if law.form == "sensor_memory")
-    found = joining.fit_each(base, screen(base, [law], keep=1), [], np.inf, [], Criteria())[0]
+    found = effect_fit.fit_each(base, screen(base, [law], keep=1), [], np.inf, [], Criteria())[0]
     assert found.delta_chi2 > 0.5 * (base.chi2 - base.freedom) > 50
     assert np.sign(found.fit.shared[len(base.model.names)]) == np.sign(lag)
 

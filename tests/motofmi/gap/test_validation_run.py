@@ -1,4 +1,4 @@
-"""What runs that were held out say: names that they bear, refute or speak for, and how they are simulated."""
+"""Validation runs: effects that they confirm, reject or select, and how these runs are simulated."""
 
 import pytest
 
@@ -183,7 +183,7 @@ def test_a_validation_run_that_cannot_be_simulated_at_once_is_reached_by_continu
     )
     later.predicted(held[0], soft)
     with pytest.raises(InputError, match="diverges"):
-        later.predicted(held[0], stiffer)  # no trial of a fit is led in
+        later.predicted(held[0], stiffer)
     assert np.all(np.isfinite(later.with_remaining_noise(held[0], stiffer).deviation))
     found = fit(later, fitted, stiffer, frozen=range(len(later.names)))
     later.predicted(held[0], soft)

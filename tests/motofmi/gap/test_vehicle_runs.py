@@ -114,9 +114,9 @@ def test_starts_stops_and_wild_samples_are_cut_and_that_is_said():
     run = recording()
     run.columns["speed"][:1500] = np.linspace(0, 3.9, 1500)
     run.columns["steer_rate"][6000] = -22.0
-    ready = prepared(run)
-    assert not ({6000, *range(1200)} & set(ready.places.ravel().tolist()))
-    assert "samples below 80% of the usual speed and 1 outliers" in ready.notes[-1]
+    run_in_use = prepared(run)
+    assert not ({6000, *range(1200)} & set(run_in_use.places.ravel().tolist()))
+    assert "samples below 80% of the usual speed and 1 outliers" in run_in_use.notes[-1]
 
 
 @pytest.mark.slow

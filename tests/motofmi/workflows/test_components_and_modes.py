@@ -61,11 +61,11 @@ def test_modes_are_those_of_the_command_line(capsys):
         main(["modes", "--device", "rider:mean_2011", "--speed", "10:50:10", "--set", "arm_damping=20", "--json", "-"])
         == 0
     )
-    told = json.loads(capsys.readouterr().out)
+    printed = json.loads(capsys.readouterr().out)
     found = mf.modes("sharp_1971", "rider:mean_2011", np.arange(10, 51, 10), set={"arm_damping": 20.0})
-    assert told.keys() - {"units"} == found.to_dict().keys()
-    np.testing.assert_array_equal(told["modes"]["weave"]["damping_ratio"], found["weave"].damping_ratio)
-    assert found.unstable == told["unstable"] and found.title == "sharp_1971 with mean_2011"
+    assert printed.keys() - {"units"} == found.to_dict().keys()
+    np.testing.assert_array_equal(printed["modes"]["weave"]["damping_ratio"], found["weave"].damping_ratio)
+    assert found.unstable == printed["unstable"] and found.title == "sharp_1971 with mean_2011"
 
 
 @pytest.mark.slow

@@ -36,8 +36,8 @@ def test_the_run_is_the_motion_of_the_coupled_linear_system(names):
     bike, devices = mf.vehicle("sharp_1971"), [mf.rider(name) for name in names]
     run = mf.cosimulate(bike, devices, speed=SPEED, duration=1.0, initial={"vehicle.steer_rate": 0.5})
     times = run["time"][::100]
-    states, moved = exact(bike, devices, {"vehicle.steer_rate": 0.5}, times)
-    angle = moved[:, states.index("vehicle.steer_angle")]
+    states, motion = exact(bike, devices, {"vehicle.steer_rate": 0.5}, times)
+    angle = motion[:, states.index("vehicle.steer_angle")]
     # The coupling's error is within its tolerance of 1e-5 of a mode's frequency and 1e-4 of its damping. Measured: leaving
     # the rider's inertia out changes the angle by 0.7 %, counting the leaning rider's mass twice by 69 %.
     np.testing.assert_allclose(run["vehicle.steer_angle"][::100], angle, rtol=0, atol=2e-4 * np.abs(angle).max())
@@ -48,12 +48,12 @@ def test_the_run_is_the_motion_of_the_coupled_linear_system(names):
 def test_python_and_the_command_line_give_the_same_run(names, tmp_path, capsys):
     options = ["--device", ",".join(names), "--speed", "30", "--duration", "0.5", "--initial", "vehicle.steer_rate=0.5"]
     assert main(["cosimulate", *options, "--out", str(tmp_path / "run.csv"), "--json", "-"]) == 0
-    told = json.loads(capsys.readouterr().out)
+    printed = json.loads(capsys.readouterr().out)
     run = mf.cosimulate("sharp_1971", names, speed=30, duration=0.5, initial={"vehicle.steer_rate": 0.5})
     np.testing.assert_array_equal(run.rows, np.loadtxt(tmp_path / "run.csv", delimiter=",", skiprows=1))
     timed = {"steps_per_second", "file", "units"}
     given = json.loads(json.dumps(run.to_dict(), default=float))
-    assert {k: v for k, v in given.items() if k not in timed} == {k: v for k, v in told.items() if k not in timed}
+    assert {k: v for k, v in given.items() if k not in timed} == {k: v for k, v in printed.items() if k not in timed}
 
 
 @pytest.mark.slow
@@ -149,8 +149,8 @@ def test_a_simulation_takes_values_by_name_and_writes_rows(tmp_path, capsys):
     assert run["rider_mean_2011.torso_angle"][0] == 0.1 and len(run["time"]) == 11
     assert main(["simulate", "rider:mean_2011", "--set", "torso_angle=0.1", "--step", "0.01", "--duration", "0.1",
                  "--out", str(tmp_path / "run.csv"), "--json", "-"]) == 0  # fmt: skip
-    told = json.loads(capsys.readouterr().out)
-    assert told["rows"] == 11 and told["out"] == str(tmp_path / "run.csv")
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["rows"] == 11 and printed["out"] == str(tmp_path / "run.csv")
     np.testing.assert_array_equal(np.loadtxt(tmp_path / "run.csv", delimiter=",", skiprows=1), run.rows)
     with pytest.raises(mf.InputError, match="torso_angl"):
         mf.simulate("rider:mean_2011", set={"torso_angl": 0.1})
