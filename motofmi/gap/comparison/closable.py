@@ -3,7 +3,7 @@ r"""The closable misfit, and the share of it that a model closes on data that we
     share = (S_base - S_model) / (S_base - S_flexible)
 
 S are mean squares on validation runs. S_flexible is what a flexible nonparametric regression leaves (see
-`preprocessing.flexible_model`): no model of the library is expected to leave less. The interval is that of resampled
+`preprocessing.flexible_noise_model`): no model of the library is expected to leave less. The interval is that of resampled
 blocks.
 """
 

@@ -15,7 +15,7 @@ from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.starting_values import MAX_ITERATIONS, first_values, poles
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
-from motofmi.gap.preprocessing.flexible_model import Density
+from motofmi.gap.preprocessing.flexible_noise_model import Density
 from motofmi.gap.preprocessing.input_interpolation import KINDS, is_rough
 from motofmi.gap.preprocessing.sampled_run import SampledRun
 

@@ -22,7 +22,7 @@ from fmus.expressions.functions import NUMERIC
 from fmus.support.errors import InputError
 from motofmi.gap.models.segmented import Initial, SegmentedModel
 from motofmi.gap.models.simulation import Trajectory
-from motofmi.gap.preprocessing.flexible_model import features_of, noise_density
+from motofmi.gap.preprocessing.flexible_noise_model import features_of, noise_density
 from motofmi.gap.preprocessing.sampled_run import SampledRun
 
 STEPS = 6  # Gauss-Newton steps

@@ -21,7 +21,7 @@ from motofmi.gap.models.kalman import Discrete, LinearisedForce, errors, errors_
 from motofmi.gap.models.linear_model import LinearModel
 from motofmi.gap.models.nonlinear_effects import NonlinearForce, is_linear, vehicle_of
 from motofmi.gap.preprocessing.best_prediction import with_best_prediction
-from motofmi.gap.preprocessing.flexible_model import features_of
+from motofmi.gap.preprocessing.flexible_noise_model import features_of
 from motofmi.gap.preprocessing.predicted_run import PredictedRun
 
 BEFORE = 0.03  # s, span of the backward difference for rates

@@ -14,7 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from motofmi.gap.preprocessing.flexible_model import Density
+from motofmi.gap.preprocessing.flexible_noise_model import Density
 from motofmi.gap.preprocessing.predicted_run import PredictedRun
 
 LAGS = (10, 20, 40)  # samples; the best by Akaike's criterion is taken

@@ -9,7 +9,7 @@ from itertools import combinations
 
 import numpy as np
 
-from motofmi.gap.preprocessing.flexible_model import Density, noise_density
+from motofmi.gap.preprocessing.flexible_noise_model import Density, noise_density
 from motofmi.gap.preprocessing.sampled_run import SampledRun
 
 ALIKE = 0.01  # relative rms difference of an excitation between two periods or runs that count as repeated

@@ -18,7 +18,7 @@ from scipy.ndimage import uniform_filter1d
 from fmus.support.errors import InputError
 from motofmi.gap.experiments.input_output import InputOutputExperiment
 from motofmi.gap.preprocessing.blocks import Blocks, blocks_of
-from motofmi.gap.preprocessing.flexible_model import Density
+from motofmi.gap.preprocessing.flexible_noise_model import Density
 from motofmi.gap.preprocessing.input_interpolation import (
     ABOVE_NOISE,
     CLOSEST,

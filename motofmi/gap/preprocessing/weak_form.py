@@ -19,7 +19,7 @@ import numpy as np
 from scipy.fft import dct, dst
 
 from fmus.support.errors import InputError
-from motofmi.gap.preprocessing.flexible_model import Density
+from motofmi.gap.preprocessing.flexible_noise_model import Density
 from motofmi.gap.preprocessing.undisturbed_intervals import MARGIN, undisturbed
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.resampling import uniform

@@ -15,7 +15,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from motofmi.gap.preprocessing.flexible_model import Density, features_of
+from motofmi.gap.preprocessing.flexible_noise_model import Density, features_of
 from motofmi.gap.preprocessing.weak_form import WeakFormRun, whitener
 
 ROUNDS = 3  # of whitening and regression

@@ -1,6 +1,6 @@
 """Model selection on any component: initial fit of the base, noise estimate, and the effects at its own elements.
 
-Without other information the noise is what a flexible model leaves of the best fit so far (see `flexible_model`). So
+Without other information the noise is what a flexible model leaves of the best fit so far (see `flexible_noise_model`). So
 model selection is repeated with the noise of its result until the noise changes little. Where no model leaves noise
 alone, which is the rule on real machines, models are compared on blocks of their residuals instead (`comparison`).
 """

@@ -12,7 +12,7 @@ from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.blocks import blocks_of
-from motofmi.gap.preprocessing.flexible_model import noise_density
+from motofmi.gap.preprocessing.flexible_noise_model import noise_density
 from motofmi.gap.preprocessing.input_interpolation import input_function, motion_functions, unresolved_input
 from motofmi.gap.preprocessing.noise_sources import known_noise
 from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
