@@ -70,7 +70,7 @@ def by_chance(freedom: float, criteria: Criteria) -> float:
     return float(criteria.chance_deviations * np.sqrt(2 * freedom))
 
 
-def knows_its_noise(found: Fit) -> bool:
+def noise_is_known(found: Fit) -> bool:
     """Whether the noise is known from other sources than a flexible model, which leaves less than any single law."""
     return all(getattr(run, "noise_source", "") != "flexible_model" for run in found.runs)
 

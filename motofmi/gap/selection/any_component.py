@@ -1,8 +1,9 @@
 """Model selection on any component: initial fit of the base, noise estimate, and the effects at its own elements.
 
-Without other information the noise is what a flexible model leaves of the best fit so far (see `flexible_noise_model`). So
-model selection is repeated with the noise of its result until the noise changes little. Where no model leaves noise
-alone, which is the rule on real machines, models are compared on blocks of their residuals instead (`comparison`).
+Without other information the noise is estimated as the residual of a flexible model, which is fitted to the residuals
+of the best fit (see `flexible_noise_model`). A better fit leaves less noise, so model selection is repeated with the
+noise of its result until the noise changes little. On real machines usually no model has residuals that are consistent
+with noise; the models are then compared on blocks of their residuals (see the package `comparison`).
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -18,7 +19,7 @@ from fmus.support.errors import InputError
 from motofmi.gap.comparison.compare import compare
 from motofmi.gap.comparison.search import single_effects
 from motofmi.gap.criteria import Criteria
-from motofmi.gap.estimation.candidate import adequate, knows_its_noise
+from motofmi.gap.estimation.candidate import adequate, noise_is_known
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.initial_fit import equal_noise, initial_fit
@@ -36,70 +37,74 @@ from motofmi.gap.validation.before_after import on_validation_runs
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.resampling import white_noise
 
-ROUNDS = 3  # of model selection with updated noise
-FAST = 1.5  # factor on the estimate of white noise, which filtered sensors underestimate
-# prior standard deviation of a sensor offset over the input's rms; unmodelled offsets of 0.03 and
-# 0.1 gave wrong effects
-OFFSET = 0.3
-STEADY = 0.1  # relative change of the noise below which model selection is not repeated
+MOST_ROUNDS = 3  # rounds of model selection, each with the noise of the previous result
+# Factor on the estimate of white noise [1]: that estimate uses differences of adjacent samples and is too small for
+# sensors with a low-pass filter.
+WHITE_NOISE_FACTOR = 1.5
+# Prior standard deviation of a sensor offset over the standard deviation of the input [1]. Offsets of 0.03 and 0.1 that
+# were not modelled gave wrong effects.
+OFFSET_PRIOR = 0.3
+NOISE_CHANGE = 0.1  # mean relative change of the noise's standard deviation below which there is no further round
 
 
 @dataclass(frozen=True)
 class Investigation:
-    """The verdict, with the scaled experiment.
+    """The verdict on a component, with the scaled experiment.
 
-    factor is the common factor of fitted over initial values (see `common_factor`); unless it is 1 nothing is named.
-    missed is the share of the measured motion that the best model misses; beyond `slow_noise_share` it is not called
-    noise. kept are inertias that are not identifiable beside a stiffness in these runs, and that keep their values.
+    factor [1] is the common factor of fitted over initial values (see `common_factor`); unless it is 1, no effect is
+    named. missed [1] is the share (rms) of the measured motion that the best model does not reproduce; above
+    `Criteria.slow_noise_share` this misfit is not regarded as noise. fixed_inertias are inertias that these runs do not
+    distinguish from a stiffness; they keep their initial values.
     """
 
     verdict: Verdict
     experiment: InputOutputExperiment
     factor: float = 1.0
     missed: float = 0.0
-    kept: tuple[str, ...] = ()
+    fixed_inertias: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         return f"Investigation({self.verdict!r}, {self.missed:.1%} of the motion missed)"
 
 
-def investigate(experiment: InputOutputExperiment, runs: Sequence[SampledRun], more_effects: Sequence[type[Effect]] = (), given: Mapping[str, float] | None = None,
-                so_far: Callable[[Verdict], None] = lambda verdict: None, validation: Sequence[Recording] = (),
-                library: Sequence[type[Effect]] = (), criteria: Criteria = Criteria()) -> Investigation:  # fmt: skip
-    """The verdict on runs of a component, with the laws of mechanics at its elements (or a
-    library) and further effects.
+def investigate(
+    experiment: InputOutputExperiment,
+    runs: Sequence[SampledRun],
+    more_effects: Sequence[type[Effect]] = (),
+    given: Mapping[str, float] | None = None,
+    on_progress: Callable[[Verdict], None] = lambda verdict: None,
+    validation: Sequence[Recording] = (),
+    library: Sequence[type[Effect]] = (),
+    criteria: Criteria = Criteria(),
+) -> Investigation:
+    """The verdict on runs of a component.
 
-    given holds the known noise of outputs (standard deviation by name); so_far is called with an intermediate verdict
-    at every stage; validation recordings can only reject a name. Raises InputError where the base cannot be fitted.
+    The candidates are the effects of `library`, or by default the laws of mechanics at the component's elements, and
+    `more_effects`. given holds the known standard deviation of the noise by output, each in the output's unit.
+    on_progress is called with an intermediate verdict after every stage. A validation recording can reject an effect,
+    it cannot add one. Raises InputError where the base cannot be fitted.
     """
     experiment = experiment.with_sensor_offsets(_offset_priors(runs))
     component, model = experiment.component, FreeInitialStateModel(experiment)
-    found = initial_fit(model, runs)
-    kept = inseparable_inertias(found, criteria)
-    if kept and len(kept) < len(experiment.free):
-        experiment = replace(experiment, free=tuple(f for f in experiment.free if f.name not in kept))
+    initial = initial_fit(model, runs)
+    fixed = inseparable_inertias(initial, criteria)
+    if fixed and len(fixed) < len(experiment.free):
+        experiment = replace(experiment, free=tuple(f for f in experiment.free if f.name not in fixed))
         model = FreeInitialStateModel(experiment)
-        found = initial_fit(model, [replace(run, experiment=experiment, guess={}) for run in runs])
-    found = fit(model, equal_noise(found.runs, found), found.x)
-    deflection, rate = largest_motion(found)
-    experiment = replace(experiment, component=experiment.component.with_values(**_values(found))).scaled(
-        deflection, rate
-    )
-    library = [
-        *(
-            library
-            or laws_at(
-                experiment.component, rate, _largest(runs, experiment.driven), _largest(runs, experiment.outputs)
-            )
-        ),
-        *more_effects,
-    ]
+        initial = initial_fit(model, [replace(run, experiment=experiment, guess={}) for run in runs])
+    initial = fit(model, equal_noise(initial.runs, initial), initial.x)
+    deflection, rate = largest_motion(initial)
+    fitted_component = experiment.component.with_values(**_values(initial))
+    experiment = replace(experiment, component=fitted_component).scaled(deflection, rate)
+    inputs, outputs = _largest(runs, experiment.driven), _largest(runs, experiment.outputs)
+    library = [*(library or laws_at(experiment.component, rate, inputs, outputs)), *more_effects]
     model = FreeInitialStateModel(experiment)
-    base = fit(model, [_between_samples(model, run) for run in known_noise(found.runs, given or {})], model.start())
+    noisy = [_with_interpolation_error(model, run) for run in known_noise(initial.runs, given or {})]
+    base = fit(model, noisy, model.start())
     verdict = Verdict("unknown", base, base, criteria=criteria)
-    so_far(verdict)
-    held = [prepare_sampled_run(r, experiment) for r in validation]
-    verdict = _selected(base, library, held, so_far, criteria)
+    on_progress(verdict)
+    validation_runs = [prepare_sampled_run(recording, experiment) for recording in validation]
+    verdict = _selected(base, library, validation_runs, on_progress, criteria)
     expected = experiment.own_values and excited(runs)
     factor = common_factor(component, _values(verdict.best), criteria) if expected else 1.0
     if factor != 1.0 and verdict.verdict != "none":
@@ -107,89 +112,101 @@ def investigate(experiment: InputOutputExperiment, runs: Sequence[SampledRun], m
     missed = _missed(verdict.best)
     if missed > criteria.slow_noise_share and verdict.verdict == "none" and verdict.comparison is None:
         verdict = replace(verdict, verdict="unknown")
-    return Investigation(verdict, experiment, factor, missed, tuple(kept))
+    return Investigation(verdict, experiment, factor, missed, tuple(fixed))
 
 
-def _selected(base: Fit, library: Sequence[type[Effect]], held: Sequence[SampledRun], so_far: Callable[[Verdict], None],
-              criteria: Criteria) -> Verdict:  # fmt: skip
-    """The verdict by chi-square where the noise is known or some model leaves nothing else; by comparison otherwise."""
-    if knows_its_noise(base):
-        return _by_chi_square(base, library, held, so_far, criteria)
+def _selected(
+    base: Fit,
+    library: Sequence[type[Effect]],
+    validation_runs: Sequence[SampledRun],
+    on_progress: Callable[[Verdict], None],
+    criteria: Criteria,
+) -> Verdict:
+    """The verdict by chi-square where the noise is known or some model leaves noise alone; else by comparison."""
+    if noise_is_known(base):
+        return _by_chi_square(base, library, validation_runs, on_progress, criteria)
     singles = single_effects(base, library, criteria)
     best = min((c.fit for c in singles), key=lambda found: found.chi2, default=base)
-    tried = _leaves_noise(best, held, criteria)
-    if tried:
-        verdict = _by_chi_square(base, library, held, so_far, criteria)
-        if _settled(verdict, criteria):
+    chi_square_tried = _leaves_noise(best, validation_runs, criteria)
+    if chi_square_tried:
+        verdict = _by_chi_square(base, library, validation_runs, on_progress, criteria)
+        if _decisive(verdict, criteria):
             return verdict
     base = fit(base.model, [_in_shorter_segments(run) for run in base.runs], base.x)
     singles = single_effects(base, library, criteria)
-    like = [_in_shorter_segments(run) for run in _with_noise_like(held, base.runs[0])]
+    compared_runs = [_in_shorter_segments(run) for run in _with_noise_of(base.runs[0], validation_runs)]
 
-    def said() -> None:
-        so_far(Verdict("unknown", base, base, candidates=list(singles), criteria=criteria))
+    def report_singles() -> None:
+        on_progress(Verdict("unknown", base, base, candidates=list(singles), criteria=criteria))
 
-    compared = compare(base, singles, library, like, criteria, said)
+    compared = compare(base, singles, library, compared_runs, criteria, report_singles)
     pairs = [c.fit for c in compared.contenders if len(c.effects) > 1] if compared else []
-    if not tried and any(_leaves_noise(found, held, criteria) for found in pairs):
-        verdict = _by_chi_square(base, library, held, so_far, criteria)
-        tried = True
-        if _settled(verdict, criteria):
+    if not chi_square_tried and any(_leaves_noise(found, validation_runs, criteria) for found in pairs):
+        verdict = _by_chi_square(base, library, validation_runs, on_progress, criteria)
+        chi_square_tried = True
+        if _decisive(verdict, criteria):
             return verdict
     if compared is not None:
-        return verdict_by_comparison(compared, singles, like, criteria)
-    return verdict if tried else _by_chi_square(base, library, held, so_far, criteria)
+        return verdict_by_comparison(compared, singles, compared_runs, criteria)
+    if chi_square_tried:
+        return verdict
+    return _by_chi_square(base, library, validation_runs, on_progress, criteria)
 
 
 def _in_shorter_segments(run: SampledRun) -> SampledRun:
-    """The run in segments half as long: an incomplete model loses the phase of a large motion over long ones."""
+    """The run in segments half as long: the phase error of an incomplete model grows with the length of a segment."""
     longest = max(last - first for first, last in run.segments)
     return run.cut(max(longest // 2, SHORTEST_SEGMENT))
 
 
-def _settled(verdict: Verdict, criteria: Criteria) -> bool:
-    """Whether chi-square decides: the form is specified, and validation runs are not far from the noise."""
-    seen = verdict.validation_gap
-    return not verdict.unspecified_form and (seen is None or seen[1].chi2 < criteria.far_from_noise)
+def _decisive(verdict: Verdict, criteria: Criteria) -> bool:
+    """Whether the verdict by chi-square is final: its form is specified, and no validation run is far from the noise.
+
+    Otherwise the models are compared on blocks.
+    """
+    gap = verdict.validation_gap
+    return not verdict.unspecified_form and (gap is None or gap[1].chi2 < criteria.far_from_noise)
 
 
-def _leaves_noise(found: Fit, held: Sequence[SampledRun], criteria: Criteria) -> bool:
-    """Whether what a fit leaves is consistent with what a flexible model leaves of it, and not far from it on
-    validation runs."""
+def _leaves_noise(found: Fit, validation_runs: Sequence[SampledRun], criteria: Criteria) -> bool:
+    """Whether the residuals of a fit are consistent with the noise that a flexible model estimates from them.
+
+    On validation runs the reduced chi-square must also be below `Criteria.far_from_noise`.
+    """
     try:
-        quiet = _with_remaining_noise(found)
-        if not adequate(fit(found.model, quiet, found.x, iterations=0), criteria):
+        runs = _with_remaining_noise(found)
+        if not adequate(fit(found.model, runs, found.x, iterations=0), criteria):
             return False
-        like = _with_noise_like(held, quiet[0])
-        return not like or on_validation_runs(found, like, criteria).chi2 < criteria.far_from_noise
+        checked = _with_noise_of(runs[0], validation_runs)
+        return not checked or on_validation_runs(found, checked, criteria).chi2 < criteria.far_from_noise
     except InputError:
         return False
 
 
-def _by_chi_square(base: Fit, library: Sequence[type[Effect]], held: Sequence[SampledRun], so_far: Callable[[Verdict], None],
-                   criteria: Criteria) -> Verdict:  # fmt: skip
+def _by_chi_square(
+    base: Fit,
+    library: Sequence[type[Effect]],
+    validation_runs: Sequence[SampledRun],
+    on_progress: Callable[[Verdict], None],
+    criteria: Criteria,
+) -> Verdict:
     """The verdict of model selection, repeated with the noise of its result until the noise changes little."""
     verdict, known = Verdict("unknown", base, base, criteria=criteria), list[Fit]()
     prepared = _with_noise_of_best_effect(base, library, known, criteria)
-    for first in (True, *(False,) * (ROUNDS - 1)):
+    for round_ in range(MOST_ROUNDS):
+        checked = _with_noise_of(prepared[0], validation_runs)
+        # Intermediate verdicts of a later round contain less than the final verdict of the round before.
+        report = on_progress if round_ == 0 else _report_nothing
         try:
-            verdict = select_model(
-                base.model,
-                prepared,
-                library,
-                _with_noise_like(held, prepared[0]),
-                so_far if first else _report_nothing,
-                known,
-                criteria,
-            )  # a later round knows less while it lasts
-        except InputError:  # the last best fit cannot be simulated with less noise: its verdict stands
+            verdict = select_model(base.model, prepared, library, checked, report, known, criteria)
+        except InputError:  # no simulation of the last best fit with less noise: the verdict of the last round remains
             break
-        so_far(verdict)
+        on_progress(verdict)
         known.append(verdict.best)
         before, prepared = prepared, list(verdict.best.runs)
-        if _change(before, prepared) < STEADY:
+        if _change(before, prepared) < NOISE_CHANGE:
             break
-    if verdict.verdict == "named" and _doubtful(verdict, library, bool(held), criteria):
+    if verdict.verdict == "named" and _doubtful(verdict, library, bool(validation_runs), criteria):
         return replace(verdict, verdict="unknown", effects=[], tied=[], unspecified_form=False)
     return verdict
 
@@ -198,28 +215,34 @@ def _report_nothing(verdict: Verdict) -> None:
     """For callers that need no intermediate verdicts."""
 
 
-def _with_noise_like(held: Sequence[SampledRun], fitted: SampledRun) -> list[SampledRun]:
+def _with_noise_of(fitted: SampledRun, validation_runs: Sequence[SampledRun]) -> list[SampledRun]:
     """Validation runs with the noise and the input interpolation of a fitted run."""
-    return [run.with_interpolation(fitted.kind).with_densities(fitted.densities, fitted.noise_source) for run in held]
+    return [
+        run.with_interpolation(fitted.kind).with_densities(fitted.densities, fitted.noise_source)
+        for run in validation_runs
+    ]
 
 
-def _between_samples(model: FreeInitialStateModel, run: SampledRun) -> SampledRun:
-    """The run with the uncertainty of its inputs between their samples as additional variance."""
+def _with_interpolation_error(model: FreeInitialStateModel, run: SampledRun) -> SampledRun:
+    """The run with the additional variance due to inputs that are unknown between their samples.
+
+    It is the squared difference of the model's outputs with two splines through the input.
+    """
     if run.kind != KINDS[0]:
         return run
-    one, other = (model.reduced(r, model.start())[0] for r in (run, run.with_interpolation(SMOOTHER)))
-    return run.with_input_variance((one - other) * run.deviation)
+    smooth, smoother = (model.reduced(r, model.start())[0] for r in (run, run.with_interpolation(SMOOTHER)))
+    return run.with_input_variance((smooth - smoother) * run.deviation)
 
 
 def _with_noise_of_best_effect(
     base: Fit, library: Sequence[type[Effect]], known: list[Fit], criteria: Criteria = Criteria()
 ) -> list[SampledRun]:
-    """The runs with the noise that the best single effect leaves: the residuals of a poor base are not noise.
+    """The runs with the noise estimated from the best single effect; the residuals of a poor base are not noise.
 
-    The fits are added to `known`.
+    If that fit cannot be simulated again the next best one is used, at last the base. All fits are added to `known`.
     """
     for candidate in search_candidates(base, library, known=known, criteria=criteria):
-        with suppress(InputError):  # this candidate cannot be simulated again
+        with suppress(InputError):
             return _with_remaining_noise(candidate.fit)
     return _with_remaining_noise(base)
 
@@ -230,16 +253,17 @@ def _with_remaining_noise(found: Fit) -> list[SampledRun]:
 
 
 def _values(found: Fit) -> dict[str, float]:
+    """The fitted parameters of the base by name, within their bounds."""
     model: Any = found.model
-    values = model.values(found.shared)
-    return {
-        n: float(np.clip(values[n], found.model.component.table[n].min, found.model.component.table[n].max))
-        for n in found.model.base
-    }
+    values, rows = model.values(found.shared), model.component.table
+    return {n: float(np.clip(values[n], rows[n].min, rows[n].max)) for n in model.base}
 
 
 def largest_motion(found: Fit) -> tuple[float, float]:
-    """The 99.9 % quantiles of deflection and rate of the component's first element in the runs."""
+    """The 99.9 % quantiles of |deflection| and |rate| of the component's first element, the largest of all runs.
+
+    The units are those of the element (m and m/s, or rad and rad/s); both are 1 where there is no element.
+    """
     sizes = []
     model: Any = found.model
     for index, run in enumerate(found.runs):
@@ -250,40 +274,40 @@ def largest_motion(found: Fit) -> tuple[float, float]:
 
 
 def _largest(runs: Sequence[SampledRun], names: Sequence[str]) -> dict[str, float]:
-    """The 99.9 % quantiles of recorded signals, without those that are zero."""
+    """The 99.9 % quantiles of the moduli of recorded signals by name, the largest of all runs; zeros are left out."""
     levels = {n: max(float(np.quantile(np.abs(run.recording[n]), 0.999)) for run in runs) for n in names}
     return {n: level for n, level in levels.items() if level > 0}
 
 
 def _offset_priors(runs: Sequence[SampledRun]) -> dict[str, float]:
-    """The prior standard deviation of each input's sensor offset."""
-    rms = {n: max(float(np.std(run.recording[n])) for run in runs) for n in runs[0].experiment.inputs}
-    return {n: OFFSET * deviation for n, deviation in rms.items() if deviation > 0}
+    """The prior standard deviation of each input's sensor offset, in the unit of the input."""
+    inputs = runs[0].experiment.inputs
+    deviations = {n: max(float(np.std(run.recording[n])) for run in runs) for n in inputs}
+    return {n: OFFSET_PRIOR * deviation for n, deviation in deviations.items() if deviation > 0}
 
 
 def _doubtful(verdict: Verdict, library: Sequence[type[Effect]], confirmed: bool, criteria: Criteria) -> bool:
-    """Whether a name is far from the noise without a validation run, or of unspecified form in a
-    family with a single form.
+    """Whether a named effect is withdrawn.
 
-    Such a family is an additional body, which reduces most kinds of misfit.
+    It is where the residuals are far from the noise and no validation run confirms it, and where its form is
+    unspecified in a family with a single form: such a family is an additional body, which reduces most kinds of misfit.
     """
     forms = sum(effect.family == verdict.effects[0].family for effect in library)
-    return (verdict.best.reduced > criteria.far_from_noise and not confirmed) or (
-        verdict.unspecified_form and forms == 1
-    )
+    unconfirmed = verdict.best.reduced > criteria.far_from_noise and not confirmed
+    return unconfirmed or (verdict.unspecified_form and forms == 1)
 
 
 def _missed(found: Fit) -> float:
-    """The largest share of an output (rms) that the model misses beyond fast noise."""
+    """The rms of the misfit of an output, without white noise, over the rms of the output [1]; the largest of all."""
     model: Any = found.model
     shares = []
     for index, run in enumerate(found.runs):
-        left = np.std(model.residuals_and_motion(run, found.of_run(index))[0], axis=0)
-        noise = np.array([white_noise(y) for y in run.measured.T])
-        shares += list(np.sqrt(np.maximum(left**2 - (FAST * noise) ** 2, 0.0)) / np.std(run.measured, axis=0))
+        misfit = np.std(model.residuals_and_motion(run, found.of_run(index))[0], axis=0)
+        noise = WHITE_NOISE_FACTOR * np.array([white_noise(y) for y in run.measured.T])
+        shares += list(np.sqrt(np.maximum(misfit**2 - noise**2, 0.0)) / np.std(run.measured, axis=0))
     return float(max(shares))
 
 
 def _change(before: Sequence[SampledRun], after: Sequence[SampledRun]) -> float:
-    """The mean relative change of the standard deviations over the cosines."""
+    """The mean relative change of the noise's standard deviation over all coefficients, the largest of all runs."""
     return max(float(np.mean(np.abs(np.log(b.deviation / a.deviation)))) for a, b in zip(before, after, strict=True))

@@ -17,7 +17,7 @@ from motofmi.gap.estimation.candidate import (
     Candidate,
     adequate,
     by_chance,
-    knows_its_noise,
+    noise_is_known,
     one_each,
     reduced_by_noise,
 )
@@ -83,7 +83,7 @@ def pairs_of(best: Candidate, first: Sequence[Candidate], library: Sequence[type
                 *(pair.second.fit.chi2 for pair in found.values()),
             ]
         )
-        least = criteria.second_effect_delta_bic if not one_will_do and knows_its_noise(one.fit) else usual
+        least = criteria.second_effect_delta_bic if not one_will_do and noise_is_known(one.fit) else usual
         seconds = one_each(
             search_candidates(
                 one.fit, library, leaders=4, least=least, others=False, beat=enough, known=known, criteria=criteria
@@ -111,7 +111,7 @@ def _second_gain(first: Candidate, criteria: Criteria) -> float:
 
 def _impossible(found: Fit, gain: float, criteria: Criteria) -> bool:
     """Whether the required gain would leave less than noise leaves by chance."""
-    return knows_its_noise(found) and found.chi2 - gain < found.freedom - by_chance(found.freedom, criteria)
+    return noise_is_known(found) and found.chi2 - gain < found.freedom - by_chance(found.freedom, criteria)
 
 
 def _leads(candidates: Sequence[Candidate], criteria: Criteria) -> bool:

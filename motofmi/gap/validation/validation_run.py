@@ -16,7 +16,7 @@ import numpy as np
 
 from fmus.support.errors import InputError
 from motofmi.gap.criteria import Criteria
-from motofmi.gap.estimation.candidate import knows_its_noise
+from motofmi.gap.estimation.candidate import noise_is_known
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.models.harmonic_model import AnyRun
 from motofmi.gap.validation.before_after import Misfit, on_validation_runs, reduced_chi2_after_refit
@@ -93,4 +93,4 @@ class ValidationRuns:
 
 def required_share(found: Fit, usual: float, criteria: Criteria) -> float:
     """The share of the excess that a family with an unspecified form must close."""
-    return usual if knows_its_noise(found) else criteria.unspecified_form_closed_share_flexible_noise
+    return usual if noise_is_known(found) else criteria.unspecified_form_closed_share_flexible_noise

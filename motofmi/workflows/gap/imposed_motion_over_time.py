@@ -45,7 +45,7 @@ class SteerTestOverTime(OnRig):
         ]
 
     def verdict(self, so_far: Callable[[Verdict], None]) -> Verdict:
-        self.found = investigate(self.sampled, self.runs, so_far=so_far, validation=self.validation, library=self.library,
+        self.found = investigate(self.sampled, self.runs, on_progress=so_far, validation=self.validation, library=self.library,
                                  criteria=self.given.criteria)  # fmt: skip
         return self.found.verdict
 

@@ -151,7 +151,7 @@ def limitations_of(found: Investigation, result: dict[str, Any], component: Comp
         sentences.append(OTHER_UNIT.format(found.factor))
     sentences += [
         f"{n} keeps its value: at the frequencies of these runs it is not identifiable beside a stiffness."
-        for n in found.kept
+        for n in found.fixed_inertias
     ]
     criteria = found.verdict.criteria
     if found.missed > criteria.slow_noise_share:
