@@ -1,4 +1,4 @@
-"""What the words of a command line mean: `A:B:STEP`, `NAME=VALUE`, comma lists."""
+"""Values in the text of command-line options: ranges `A:B:STEP`, assignments `NAME=VALUE`, comma lists."""
 
 from collections.abc import Iterable, Sequence
 
@@ -6,40 +6,41 @@ import numpy as np
 
 from fmus.support.errors import InputError
 
-MOST = 1e6  # values in one range: a range with more of them is a typing error
+MAX_VALUES = 1e6  # in one range A:B:STEP; more values are taken for a typing error and refused
 
 
 def numbers(text: str, what: str, unit: str) -> np.ndarray:
-    """`A:B:STEP` with both ends, one value, or a comma list, as ascending positive numbers.
+    """The values (n,) of `A:B:STEP` (both ends included), of one value, or of a comma list, in the given unit.
 
-    Raises InputError that says what was expected.
+    Raises InputError for text of another form, and for values that are not positive and ascending.
     """
-    form = f"{what} {text!r} is not A:B:STEP, one value or a comma list of positive ascending numbers [{unit}], as in 1:60:0.5"
+    expected = (f"{what} {text!r} is not A:B:STEP, one value or a comma list of positive ascending numbers [{unit}], "
+                "as in 1:60:0.5")  # fmt: skip
     try:
         given = [float(part) for part in text.split(":" if ":" in text else ",")]
     except ValueError:
-        raise InputError(form) from None
+        raise InputError(expected) from None
     values = np.array(given)
     if ":" in text:
         if not (len(given) == 3 and np.isfinite(given).all() and given[2] > 0 and given[1] >= given[0]):
-            raise InputError(form)
+            raise InputError(expected)
         first, last, step = given
-        if (last - first) / step > MOST:
-            raise InputError(f"{what} {text!r} has more than {MOST:g} values; take a larger step")
+        if (last - first) / step > MAX_VALUES:
+            raise InputError(f"{what} {text!r} has more than {MAX_VALUES:g} values; give a larger step")
         values = first + step * np.arange(int((last - first) / step + 1e-9) + 1)
         values = np.append(values, last) if values[-1] < last - 1e-9 * step else values
     if not (np.isfinite(values).all() and (values > 0).all() and (np.diff(values) > 0).all()):
-        raise InputError(form)
+        raise InputError(expected)
     return values
 
 
 def separate(text: str) -> list[str]:
-    """The parts of a comma list."""
+    """The parts of a comma list, without surrounding blanks."""
     return [part.strip() for part in text.split(",")]
 
 
 def assignments(texts: Iterable[str]) -> dict[str, float]:
-    """`NAME=VALUE` texts as a dictionary. Raises InputError for what is not one."""
+    """Values by name, from texts NAME=VALUE. Raises InputError for a text of another form."""
     values = {}
     for text in texts:
         name, equals, value = text.partition("=")
@@ -48,16 +49,16 @@ def assignments(texts: Iterable[str]) -> dict[str, float]:
         except ValueError:
             equals = ""
         if equals == "" and set(value) & set(":,~") and name.strip():
-            raise InputError(f"{text!r} gives several values, and a command runs with one: repeat it in a loop, as in "
-                             f"for x in 10 20 30; do motofmi modes --set {name.strip()}=$x --json modes_$x.json; "
-                             "done")  # fmt: skip
+            raise InputError(f"{text!r} gives several values, but a command takes one value: repeat the command in a "
+                             f"loop, as in for x in 10 20 30; do motofmi modes --set {name.strip()}=$x --json "
+                             "modes_$x.json; done")  # fmt: skip
         if not equals:
             raise InputError(f"{text!r} is not NAME=VALUE with a number, as in arm_damping=20")
     return values
 
 
 def mapping_of(texts: Sequence[str]) -> dict[str, str]:
-    """Variables by column, of texts COLUMN=VARIABLE. Raises InputError for a text that is none."""
+    """Variable names by column name, from texts COLUMN=VARIABLE. Raises InputError for a text of another form."""
     mapping = {}
     for text in texts:
         column, equals, variable = text.partition("=")

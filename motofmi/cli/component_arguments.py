@@ -1,4 +1,4 @@
-"""The options by which commands name a vehicle, devices at its ports, archives instead of them, and parameters."""
+"""Options shared by several commands: vehicle, devices at its ports, FMU archives in their place, parameter values."""
 
 import argparse
 
@@ -9,18 +9,21 @@ DEVICE = (
 
 
 def add_vehicle(parser: argparse.ArgumentParser) -> None:
+    """Add `--vehicle`."""
     parser.add_argument(
         "--vehicle", default=VEHICLE, help="a motorcycle: a NAME of motofmi list, or a .toml (default: %(default)s)"
     )
 
 
 def add_archives(parser: argparse.ArgumentParser) -> None:
+    """Add `--fmu`, archives in place of the vehicle or of devices."""
     parser.add_argument("--fmu", action="append", default=[], metavar="PATH",
-                        help="an FMU instead of the vehicle or of the devices; its variables say which: the handlebar "
-                             "port or the roll port")  # fmt: skip
+                        help="FMU in place of the vehicle or of a device; which of them it replaces follows from the "
+                             "handlebar port or the roll port among its variables; repeatable")  # fmt: skip
 
 
 def add_settings(parser: argparse.ArgumentParser, of: str = "a parameter") -> None:
+    """Add `--set`; `of` says in the help text whose parameters it sets."""
     parser.add_argument("--set", dest="settings", action="append", default=[], metavar="NAME=VALUE",
-                        help=f"change {of}; names, units and bounds as motofmi list --json gives them; "
+                        help=f"value of {of}; names, units and bounds are in the output of motofmi list --json -; "
                              "repeatable")  # fmt: skip

@@ -1,7 +1,7 @@
-"""The commands by name: every module of `motofmi.cli.commands` is one.
+"""The commands by name: every module of `motofmi.cli.commands` is a command.
 
 A command declares SUMMARY, one line for the listing, and PLACE, a number by which the listing is sorted. Both are read
-from the source text: importing a command loads the numerical libraries, which takes longer than showing the listing.
+from the source text, because importing a command loads the numerical libraries and takes longer than the listing.
 """
 
 import ast
@@ -12,16 +12,17 @@ from pathlib import Path
 from motofmi.cli import commands as folder
 
 USAGE = "usage: motofmi COMMAND [options]"
-LEAD = "Riders, motorcycles and steering dampers as FMUs: built, co-simulated, linearised, identified and compared with data."
-CLOSING = """\
+DESCRIPTION = ("Builds riders, motorcycles and steering dampers as FMUs; co-simulates, linearises and identifies them, "
+               "and compares them with measured data.")  # fmt: skip
+FURTHER_HELP = """\
 motofmi help COMMAND       options and examples of a command
 motofmi --version          version of this installation
-motofmi completion bash    completion of commands and options in the shell"""
+motofmi completion bash    script that completes commands and options in the shell"""
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A command in the listing."""
+    """A command in the listing: name, one line of description, and the number by which the listing is sorted."""
 
     name: str
     summary: str
@@ -29,7 +30,7 @@ class Entry:
 
     @property
     def module(self) -> str:
-        """The name under which the command's module is imported."""
+        """The full name of the command's module, for import."""
         return f"{folder.__name__}.{self.name}"
 
 
@@ -45,17 +46,18 @@ def commands() -> dict[str, Entry]:
 
 
 def _entry(path: Path, name: str) -> Entry:
-    """What a command's source declares; without a PLACE it stands last, without a SUMMARY its line is empty."""
+    """The command that a source file declares; without PLACE it is listed last, without SUMMARY its line is empty."""
     tree = ast.parse((path / f"{name}.py").read_text("utf-8"))
     declared = {target.id: ast.literal_eval(node.value)
                 for node in tree.body if isinstance(node, ast.Assign)
-                for target in node.targets if isinstance(target, ast.Name) and target.id in ("SUMMARY", "PLACE")}  # fmt: skip
+                for target in node.targets if isinstance(target, ast.Name)
+                and target.id in ("SUMMARY", "PLACE")}  # fmt: skip
     return Entry(name, declared.get("SUMMARY", ""), declared.get("PLACE", float("inf")))
 
 
 def overview() -> str:
-    """The help of `motofmi` itself."""
+    """The help text of `motofmi` itself: usage, the commands, further help."""
     entries = commands().values()
     width = max(len(entry.name) for entry in entries)
     lines = "\n".join(f"  {entry.name:{width}}  {entry.summary}" for entry in entries)
-    return f"{USAGE}\n\n{LEAD}\n\ncommands:\n{lines}\n\n{CLOSING}"
+    return f"{USAGE}\n\n{DESCRIPTION}\n\ncommands:\n{lines}\n\n{FURTHER_HELP}"

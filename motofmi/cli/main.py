@@ -1,7 +1,7 @@
-"""The first word of a command line: help and version at once, anything else is a command.
+"""The entry point of the command line: prints help and version itself and passes everything else to a command.
 
-Nothing that takes long is imported here. A command's module, and with it the numerical libraries, is imported when the
-command is called or its own help is asked for.
+This module imports nothing slow. A command's module, and with it the numerical libraries, is imported when the command
+is called or when its own help is requested.
 """
 
 import sys
@@ -12,7 +12,7 @@ from motofmi.cli.listing import overview
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command line; the exit status is 0, 1 for failure, 2 for bad input, 130 when interrupted."""
+    """Run one command line and return the exit status: 0, 1 for failure, 2 for invalid input, 130 when interrupted."""
     words = list(sys.argv[1:] if arguments is None else arguments)
     first = words[0] if words else "help"
     if first in ("-V", "--version"):

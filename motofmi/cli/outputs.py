@@ -1,5 +1,7 @@
-"""The output of a command: its result as JSON or on the screen, and the files that it is asked to write, which are
-checked before it computes anything."""
+"""The output of a command: its result as JSON or on the screen, and files.
+
+Whether a file can be written is checked before the command computes anything.
+"""
 
 import argparse
 from collections.abc import Callable, Sequence
@@ -15,12 +17,12 @@ from fmus.support.plain_json import to_json
 from motofmi.cli.screen import Screen
 
 FIGURES = (".png", ".svg", ".pdf")
-LISTED = 12  # files of one folder that are listed one by one
-STANDARD_OUTPUT = Path("-")
+MAX_LISTED = 12  # files of one folder that are listed by name; of a folder with more, their number is printed
+STANDARD_OUTPUT = Path("-")  # as the FILE of --json
 
 
 def output_file(*suffixes: str) -> Callable[[str], Path]:
-    """The type of an argument that names a file to write, with one of the suffixes where some are given."""
+    """The argparse type of a file to write, whose name ends in one of the suffixes if any are given."""
 
     def checked(text: str) -> Path:
         path = Path(text)
@@ -35,24 +37,26 @@ def output_file(*suffixes: str) -> Callable[[str], Path]:
 
 
 def output_folder(text: str) -> Path:
-    """The type of an argument that names a folder to write files into."""
+    """The argparse type of a folder to write files into."""
     try:
         return writable(Path(text) / "file").parent
     except InputError:
         raise argparse.ArgumentTypeError(
-            f"no file can be written into the folder {text}; choose another place"
+            f"no file can be written into the folder {text}: choose another folder"
         ) from None
 
 
 def add_arguments(parser: argparse.ArgumentParser, figure: str, table: str = "") -> None:
-    """`--plot`, and `--csv` where there is a table; figure and table say what they show."""
+    """Add `--plot`, and `--csv` where there is a table; `figure` and `table` describe their contents in the help
+    text."""
     parser.add_argument("--plot", metavar="FILE", type=output_file(*FIGURES), help=f"{figure}, as .png, .svg or .pdf")
     if table:
-        parser.add_argument("--csv", metavar="FILE.csv", type=output_file(), help=f"{table}, with units in the heading")
+        parser.add_argument("--csv", metavar="FILE.csv", type=output_file(),
+                            help=f"{table}, with units in the headings")
 
 
 def save(found: Any, options: argparse.Namespace) -> None:
-    """Write the figure and the table of a result, where the options ask for them."""
+    """Write the figure (`--plot`) and the table (`--csv`) of a result."""
     if options.plot:
         figure = np.ravel(found.plot())[0].figure
         write_atomically(options.plot, partial(figure.savefig, dpi=150))
@@ -62,7 +66,10 @@ def save(found: Any, options: argparse.Namespace) -> None:
 
 
 def present(command: Any, result: dict[str, Any], json_file: Path | None, written: Sequence[Path]) -> None:
-    """Print the result as JSON, or write it to `json_file` where one is given and show it on the screen."""
+    """Print the result as JSON if `json_file` is `-`; else write the JSON file, if one is given, and show the result.
+
+    `written` are the files that the command wrote; they are listed at the end.
+    """
     if json_file == STANDARD_OUTPUT:
         print(to_json(result))
         return
@@ -76,16 +83,17 @@ def present(command: Any, result: dict[str, Any], json_file: Path | None, writte
 
 
 def described(written: Sequence[Path]) -> list[str]:
-    """The files that were written and still exist; of a folder with many, their number."""
+    """The files that were written and still exist; of a folder with more than MAX_LISTED, their number."""
     folders: dict[Path, list[Path]] = {}
     for path in dict.fromkeys(path for path in written if path.exists()):
         folders.setdefault(path.parent, []).append(path)
     return [line for folder, paths in folders.items()
-            for line in (map(str, paths) if len(paths) <= LISTED else [f"{len(paths)} files in {folder}"])]  # fmt: skip
+            for line in (map(str, paths) if len(paths) <= MAX_LISTED
+                         else [f"{len(paths)} files in {folder}"])]  # fmt: skip
 
 
 def _real_columns(found: Any) -> Any:
-    """The result's table without an index; a complex column is two, and every heading ends in its unit."""
+    """The result's table without an index; complex columns are split in two, and headings end in the unit."""
     table, units = found.to_dataframe().reset_index(), {"frequency": "Hz", **getattr(found, "units", {})}
     table = table.drop(columns="index", errors="ignore")
     for name in list(table.columns):

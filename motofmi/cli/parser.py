@@ -10,13 +10,13 @@ from motofmi.cli.outputs import STANDARD_OUTPUT, output_file
 
 
 class Parser(argparse.ArgumentParser):
-    """Raises InputError where argparse would print its usage, and proposes the option that was meant."""
+    """Raises InputError where argparse prints its usage and exits; the message proposes the nearest valid option."""
 
     def error(self, message: str) -> NoReturn:
         raise InputError(message)
 
     def options(self, words: Sequence[str]) -> argparse.Namespace:
-        """The options that the words give. Raises InputError for a word that the command does not take."""
+        """The options in the words of a command line. Raises InputError for a word that the command does not accept."""
         options, rest = self.parse_known_args(words)
         if rest and rest[0].startswith("-"):
             raise unknown(
@@ -26,7 +26,7 @@ class Parser(argparse.ArgumentParser):
             )
         if rest:
             raise InputError(
-                f"unexpected {rest[0]!r}; motofmi help {self.prog.split()[-1]} shows what the command takes"
+                f"unexpected {rest[0]!r}; motofmi help {self.prog.split()[-1]} shows the arguments of the command"
             )
         return options
 
@@ -36,7 +36,7 @@ def _json_file(text: str) -> Path:
 
 
 def fill(parser: Parser, command: Any) -> Parser:
-    """The parser with a command's options and those that every command has."""
+    """The parser with a command's own options and with `--json`, which every command has."""
     parser.description = command.HELP
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     command.add_arguments(parser)
@@ -44,6 +44,6 @@ def fill(parser: Parser, command: Any) -> Parser:
         "--json",
         metavar="FILE",
         type=_json_file,
-        help="also write the result as JSON; - for standard output, and nothing else there",
+        help="also write the result as JSON; - prints only the JSON, to standard output",
     )
     return parser

@@ -1,4 +1,4 @@
-"""Options of the commands that read recordings: files, names of columns, the band, figure and report."""
+"""Options of the commands that read recordings: files, column names, frequency band, figure and report."""
 
 import argparse
 from dataclasses import dataclass
@@ -12,12 +12,13 @@ from motofmi.recordings.formats import supported
 
 
 def add_arguments(parser: argparse.ArgumentParser, files: str = "+") -> None:
+    """Add the options; `files` is the number of recordings as argparse takes it (`+` at least one, `*` any)."""
     parser.add_argument(
         "files", nargs=files, metavar="FILE", help=f"recordings, one run each, of the formats {supported()}"
     )
     parser.add_argument("--map", dest="mapping", action="append", default=[], metavar="COLUMN=VARIABLE",
-                        help='another name for a column, with its unit where the file has none: "Torque=steer_torque '
-                             '[N.m]"')  # fmt: skip
+                        help='variable that a column holds, with its unit where the file gives none, as in '
+                             '"Torque=steer_torque [N.m]"; repeatable')  # fmt: skip
     parser.add_argument(
         "--rate",
         type=float,
@@ -27,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser, files: str = "+") -> None:
     parser.add_argument("--rig", metavar="FILE", help="rig.json (default: the one beside the first recording)")
     parser.add_argument("--reference", choices=REFERENCES, default="",
                         help="reference signal of the cross-spectra (default: the commanded angle where it was "
-                             "recorded, else the steer angle; the papers took the torque)")  # fmt: skip
+                             "recorded, else the steer angle; the published estimates use the torque)")  # fmt: skip
     parser.add_argument(
         "--band", default="0.5:12", metavar="LOW:HIGH", help="frequency band [Hz] (default: %(default)s)"
     )
@@ -35,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser, files: str = "+") -> None:
         "--width",
         type=float,
         metavar="HZ",
-        help="bandwidth of the spectral averages [Hz] (default: 0.25, more for recordings under 48 s)",
+        help="bandwidth of the spectral averages [Hz] (default: 0.25, larger for recordings shorter than 48 s)",
     )
     parser.add_argument("--plot", metavar="FILE", type=output_file(*FIGURES), help="figure, as .png, .svg or .pdf")
     parser.add_argument("--report", metavar="FILE.html", type=output_file(), help="HTML report")
@@ -43,14 +44,14 @@ def add_arguments(parser: argparse.ArgumentParser, files: str = "+") -> None:
 
 @dataclass(frozen=True)
 class Options:
-    """What the options mean: names of columns, and the band [Hz]."""
+    """The checked options: variable names by column name, and the frequency band [Hz]."""
 
     mapping: dict[str, str]
     band: tuple[float, float]
 
 
 def checked(options: argparse.Namespace) -> Options:
-    """The options' meaning. Raises InputError for what is wrong with them."""
+    """The options, checked. Raises InputError for a missing rig file, a width that is not positive, or a wrong band."""
     if options.rig and not Path(options.rig).exists():
         raise InputError(f"cannot read {options.rig}: no such file")
     if options.width is not None and not options.width > 0:
@@ -59,7 +60,7 @@ def checked(options: argparse.Namespace) -> Options:
 
 
 def limits(text: str, what: str) -> tuple[float, float]:
-    """`LOW:HIGH` as numbers. Raises InputError for what is none."""
+    """The two numbers of `LOW:HIGH`. Raises InputError unless 0 <= LOW < HIGH."""
     try:
         low, high = (float(part) for part in text.split(":"))
     except ValueError:

@@ -1,14 +1,14 @@
-"""Runs a command, shows its result, and turns errors into one line.
+"""Runs a command, shows its result, and reports errors as one line.
 
 A command is a module of `motofmi.cli.commands` with
 
-    SUMMARY, PLACE              its line in the listing, and where that stands
+    SUMMARY, PLACE              its line in the listing, and the number by which the listing is sorted
     HELP                        what the command computes, with examples
-    UNITS                       name -> unit, of the numbers in its result; they become the key `units` of the JSON; optional
-    add_arguments(parser)
-    run(arguments) -> dict      the result under the keys of its JSON
-    show(result, screen)        the result for the screen; optional
-    exit_status(result) -> int  where that is not always 0; optional
+    UNITS                       unit of each number in the result by name, the key `units` of the JSON; optional
+    add_arguments(parser)       adds the options of the command
+    run(arguments) -> dict      computes the result, under the keys of its JSON
+    show(result, screen)        prints the result; optional
+    exit_status(result) -> int  the exit status, if it is not always 0; optional
 """
 
 import gc
@@ -25,47 +25,49 @@ from motofmi.cli import outputs
 from motofmi.cli.listing import commands
 from motofmi.cli.parser import Parser, fill
 
-INTERRUPTED = 130  # as shells give it: 128 + SIGINT
+INTERRUPTED = 130  # exit status of an interrupted command in shells: 128 + SIGINT
 
 
 def run(words: Sequence[str]) -> int:
-    """Run the command that the first word names, with the other words as its options; the exit status."""
+    """Run the command that the first word names, with the other words as its options. Returns the exit status."""
     with files_written() as written:
         return _run(words, written)
 
 
 def _run(words: Sequence[str], written: Sequence[Path]) -> int:
-    who = "motofmi"
+    program = "motofmi"
     try:
         command = command_named(words[0])
-        who = f"motofmi {words[0]}"
-        options = fill(Parser(prog=who), command).options(_with_negative_values(words[1:]))
+        program = f"motofmi {words[0]}"
+        options = fill(Parser(prog=program), command).options(_with_negative_values(words[1:]))
         result = command.run(options)
         outputs.present(command, _with_units(command, result), options.json, written)
         return command.exit_status(result) if hasattr(command, "exit_status") else 0
     except SystemExit as stop:  # argparse has shown the help
         return int(stop.code or 0)
     except (InputError, MissingToolError) as error:
-        return _complain(who, str(error), 2)
+        return _report_error(program, str(error), 2)
     except SimulationError as error:
-        return _complain(who, str(error), 1)
+        return _report_error(program, str(error), 1)
     except BrokenPipeError:
         raise
     except OSError as error:
-        return _complain(who, f"{error.filename or ''}: {error.strerror or error}", 2)
+        return _report_error(program, f"{error.filename or ''}: {error.strerror or error}", 2)
     except KeyboardInterrupt:
-        return _complain(who, f"interrupted; written: {', '.join(outputs.described(written)) or 'nothing'}", INTERRUPTED)
+        return _report_error(program, f"interrupted; written: {', '.join(outputs.described(written)) or 'nothing'}",
+                         INTERRUPTED)
 
 
 def command_named(name: str) -> Any:
-    """The module of a command. Raises InputError with the nearest and all valid names for any other."""
+    """The module of a command. Raises InputError for an unknown name, with the nearest and all valid names."""
     if name not in commands():
         raise unknown("command", name, commands())
     return imported(commands()[name].module)
 
 
 def imported(name: str) -> Any:
-    """A module. Hardly anything that comes with it is ever garbage, and looking for that takes a fifth of the time."""
+    """A module, imported without garbage collection: an import frees few objects, and collection takes a fifth of
+    it."""
     if name not in sys.modules:
         gc.disable()
         try:
@@ -77,7 +79,8 @@ def imported(name: str) -> Any:
 
 
 def _with_negative_values(words: Sequence[str]) -> list[str]:
-    """`--speed -3` as `--speed=-3`: argparse takes a word that starts with a minus for an option."""
+    """The words with `--speed -3` as `--speed=-3`, because argparse reads a word that starts with a minus as an
+    option."""
     joined: list[str] = []
     for word in words:
         if joined and joined[-1].startswith("--") and "=" not in joined[-1] and re.match(r"-[\d.]", word):
@@ -88,11 +91,10 @@ def _with_negative_values(words: Sequence[str]) -> list[str]:
 
 
 def _with_units(command: Any, result: dict[str, Any]) -> dict[str, Any]:
-    """The result with the units of its numbers: those that the command declares, and those that the
-    result gives itself."""
+    """The result with the key `units`: the units that the command declares and those in the result itself."""
     return {**result, "units": {**getattr(command, "UNITS", {}), **result.get("units", {})}}
 
 
-def _complain(who: str, message: str, status: int) -> int:
-    print(f"{who}: {' '.join(message.split())}", file=sys.stderr)
+def _report_error(program: str, message: str, status: int) -> int:
+    print(f"{program}: {' '.join(message.split())}", file=sys.stderr)
     return status

@@ -1,4 +1,4 @@
-"""What a command prints: lines and tables that are never cut."""
+"""Printing of lines and tables, which are never truncated."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -10,13 +10,13 @@ from rich.table import Table
 
 from motofmi.workflows.titles import system_title
 
-WIDE = 100_000  # characters: without a terminal every line and every row of a table stays one line
+WIDE = 100_000  # characters per line if the output is no terminal: lines and table rows are then not wrapped
+# Text of a cell that starts with a number, or is a dash for a missing one
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?([ ,%(]|$)|-?$")
 
 
 class Screen(Console):
-    """Standard output. On a terminal long lines and cells wrap; elsewhere they stay one line. Text
-    is printed as it is."""
+    """Standard output. Long lines and cells are wrapped on a terminal only. Text is printed without markup."""
 
     def __init__(self) -> None:
         super().__init__(highlight=False, markup=False, emoji=False)
@@ -24,7 +24,8 @@ class Screen(Console):
             self.width = WIDE
 
     def on_broken_pipe(self) -> NoReturn:
-        """Whoever reads has seen enough (`| head`): the entry point ends the command."""
+        """The reader of a pipe has closed it, as in `| head`. Raises BrokenPipeError; the entry point ends the
+        command."""
         raise BrokenPipeError
 
     def table(self, headings: Sequence[str], rows: Iterable[Sequence[str]], title: str = "") -> None:
@@ -47,12 +48,12 @@ class Screen(Console):
             self.print(line.rstrip())
 
     def assumed(self, reasons: dict[str, str]) -> None:
-        """Print which parameters have assumed values, and why."""
+        """Print the parameters with assumed values, and the reason for each value."""
         for parameter, reason in reasons.items():
             self.print(f"assumed: {parameter} ({reason})")
 
     def warnings(self, sentences: Iterable[str], what: str = "warning") -> None:
-        """Print sentences that limit what a result means."""
+        """Print warnings or limitations of a result, one sentence a line."""
         for sentence in sentences:
             self.print(f"{what}: {sentence}", style="yellow")
 
@@ -63,7 +64,7 @@ def system(result: Mapping[str, Any]) -> str:
 
 
 def grid_values(values: Sequence[float] | np.ndarray) -> list[str]:
-    """The values of a grid with as many decimals as tell them apart: 11.25 and 11.75 stay what they are.
+    """The values of a grid as text, all with the fewest decimals (at most 6) that represent them exactly.
 
     >>> grid_values([11.25, 11.5])
     ['11.25', '11.50']

@@ -12,12 +12,13 @@ from motofmi.workflows.build import build
 SUMMARY = "FMUs of riders, motorcycles and dampers"
 PLACE = 50
 UNITS: dict[str, str] = {}
-HELP = """Writes FMUs of riders, motorcycles, dampers and mechanisms: FMI 2.0 or 3.0, co-simulation and model exchange in one archive
-that needs no Python (back end compiled). Without a NAME everything that motofmi list shows is built.
+HELP = """Writes FMUs of riders, motorcycles, dampers and mechanisms: FMI 2.0 or 3.0, co-simulation and model exchange
+in one archive. With the back end compiled the archive needs no Python. Without a NAME everything in motofmi list is
+built.
 
   motofmi build rider:mean_2011 sharp_1971 damper:7.5 --out fmus
   motofmi build rider:mean_2011 --set arm_damping=20 --fmi 3
-  motofmi build mine.toml --backend python                   # FMI 2.0; the slave is readable Python
+  motofmi build mine.toml --backend python                   # FMI 2.0; the slave is a Python source file
   motofmi build rider:mean_2011 --platforms all              # needs: pip install 'motofmi[platforms]'
 """
 
@@ -27,13 +28,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "names",
         nargs="*",
         metavar="NAME",
-        help="kind:NAME, damper:VALUE [N.m.s/rad], a NAME that is unique, or a .toml (default: everything)",
+        help="kind:NAME, damper:VALUE [N.m.s/rad], a NAME that is unique among the kinds, or a .toml (default: "
+             "everything)",
     )
     parser.add_argument("--fmi", default="2", help="version of the FMI standard, 2 or 3 (default: %(default)s)")
     parser.add_argument(
         "--backend",
         default="compiled",
-        help="compiled, or python for FMI 2.0 archives that run Python (default: %(default)s)",
+        help="compiled, or python for FMI 2.0 archives that run in Python (default: %(default)s)",
     )
     parser.add_argument(
         "--platforms",
@@ -51,8 +53,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
-    return build(arguments.names or None, arguments.out, fmi=arguments.fmi, backend=arguments.backend, platforms=arguments.platforms,
-                 set=assignments(arguments.settings)).to_dict()  # fmt: skip
+    return build(arguments.names or None, arguments.out, fmi=arguments.fmi, backend=arguments.backend,
+                 platforms=arguments.platforms, set=assignments(arguments.settings)).to_dict()  # fmt: skip
 
 
 def show(result: dict[str, Any], screen: Screen) -> None:

@@ -6,11 +6,12 @@ from typing import Any
 from motofmi.cli.screen import Screen
 from motofmi.workflows.check import check
 
-SUMMARY = "compliance of FMUs, also of other tools' FMUs"
+SUMMARY = "compliance of FMUs of this and of other tools"
 PLACE = 60
 UNITS: dict[str, str] = {}
-HELP = """Checks FMUs, of this and of other tools, against the standard: the archive, its model description, its binary, and its
-behaviour in short runs, each in a process of its own. The exit status is 1 when an FMU has errors; warnings are allowed.
+HELP = """Checks FMUs of this and of other tools against the FMI standard: the archive, its model description, its
+binary, and its behaviour in short simulations, each in a process of its own. The exit status is 1 if an FMU has errors,
+and 0 if it has only warnings.
 
   motofmi check rider_mean_2011.fmu
   motofmi check *.fmu --json problems.json

@@ -1,4 +1,4 @@
-"""The FMUs of a vehicle and a device, run together."""
+"""Co-simulation of the FMUs of a vehicle and its devices."""
 
 import argparse
 import warnings
@@ -14,24 +14,25 @@ from motofmi.cli.screen import Screen, system
 from motofmi.workflows.cosimulation import cosimulate
 from motofmi.workflows.ridden_fmus import with_archives
 
-SUMMARY = "the FMUs of a vehicle and its devices, coupled"
+SUMMARY = "co-simulation of the FMUs of a vehicle and its devices"
 PLACE = 70
-UNITS = {"duration": "s", "step": "s", "shortest_step": "s", "longest_step": "s", "largest_stable_step": "s", "steps_per_second": "1/s",
-         "frequency": "Hz", "damping_ratio": "1", "frequency_error": "1", "damping_error": "1", "real_error": "1/s", "power_residual": "W",
-         "power": "W", "energy": "J", "exchanged": "J", "energy_error": "1"}  # fmt: skip
-HELP = """Co-simulates the FMUs of a motorcycle and of the devices at its ports, and predicts the error that the coupling makes in the
-frequency and damping of every mode.
+UNITS = {"duration": "s", "step": "s", "shortest_step": "s", "longest_step": "s", "largest_stable_step": "s",
+         "steps_per_second": "1/s", "frequency": "Hz", "damping_ratio": "1", "frequency_error": "1",
+         "damping_error": "1", "real_error": "1/s", "power_residual": "W", "power": "W", "energy": "J",
+         "exchanged": "J", "energy_error": "1"}  # fmt: skip
+HELP = """Co-simulates the FMUs of a motorcycle and of the devices at its ports, and predicts the error that the
+coupling causes in the frequency and damping ratio of every mode.
 
   motofmi cosimulate --vehicle sharp_1971 --device rider:mean_2011 --speed 30 --initial steer_rate=0.5 --out run.csv
   motofmi cosimulate --device damper:7.5 --speed 50 --step 0.01 --coupling jacobi --initial roll_angle=0.05
-  motofmi cosimulate --input manoeuvre.csv --step auto --duration 20      # columns: time [s], speed [m/s], steer_torque [N.m]
+  motofmi cosimulate --input run.csv --step auto --duration 20    # columns: time [s], speed [m/s], steer_torque [N.m]
   motofmi cosimulate --fmu rider_of_another_tool.fmu --speed 30
 
-Couplings, the cheapest first; without --coupling the first whose modes are within the tolerance is taken:
+Couplings, the least costly first; without --coupling the first one with mode errors within the tolerance is used:
 """ + "\n".join(f"  {c.name:20}{c.summary}; order {c.order}" for c in COUPLINGS.values())
-RESIDUAL = ("Residual power: at the end of a step, torque times rate as one FMU received it, minus the same as the "
-            "other FMU computed it. "
-            "Its sum over time is energy that the coupling, not the physics, adds to the motion.")  # fmt: skip
+RESIDUAL = ("Residual power: torque times rate as one FMU received it, minus torque times rate as the other FMU "
+            "computed it, at the end of each step. Its integral over time is the energy that the coupling "
+            "adds.")  # fmt: skip
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -42,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--step",
         default="0.001",
-        help="communication step [s], or auto: controlled by the residual power and the modes during the run (default: "
+        help="communication step [s], or auto: controlled during the run by the residual power and the modes (default: "
              "%(default)s)",
     )
     parser.add_argument("--duration", type=float, default=5.0, help="simulated time [s] (default: 5)")
@@ -51,8 +52,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--tolerance",
         type=float,
         default=TOLERANCE,
-        help="admissible relative error of a mode's frequency; of its damping ratio ten times as much (default: "
-             f"{TOLERANCE:g})",
+        help="admissible relative error of a mode's frequency; the admissible error of its damping ratio is ten times "
+             f"larger (default: {TOLERANCE:g})",
     )
     parser.add_argument(
         "--initial",
@@ -65,14 +66,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--input",
         metavar="FILE.csv",
-        help="inputs over time: a column time [s] and columns with the names of inputs; linear between the rows",
+        help="inputs over time: a column time [s] and columns named as inputs, interpolated linearly between the rows",
     )
     parser.add_argument(
         "--out",
         "--csv",
         metavar="FILE.csv",
         type=outputs.output_file(),
-        help="file for the rows (default: %(default)s)",
+        help="file for every output over time (default: %(default)s)",
         default="cosimulation.csv",
     )
     outputs.add_arguments(parser, "every output over time")
@@ -83,16 +84,16 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ToleranceWarning)  # shown as `advice`
         found = cosimulate(
-            vehicle, devices, speed=arguments.speed, duration=arguments.duration, step=_step(arguments.step), coupling=arguments.coupling,
-            tolerance=arguments.tolerance, initial=assignments(arguments.initial), set=assignments(arguments.settings),
-            inputs=arguments.input, out=arguments.out,
+            vehicle, devices, speed=arguments.speed, duration=arguments.duration, step=_step(arguments.step),
+            coupling=arguments.coupling, tolerance=arguments.tolerance, initial=assignments(arguments.initial),
+            set=assignments(arguments.settings), inputs=arguments.input, out=arguments.out,
         )  # fmt: skip
     outputs.save(found, arguments)
     return found.to_dict()
 
 
 def _step(given: str) -> float | str:
-    """Seconds, or what else was written."""
+    """The step in seconds, or the text if it is no number (`auto`)."""
     try:
         return float(given)
     except ValueError:
@@ -100,7 +101,7 @@ def _step(given: str) -> float | str:
 
 
 def _lengths(result: dict[str, Any]) -> str:
-    """The length of the steps [s], or the shortest and the longest."""
+    """The communication step [s] as text; of variable steps the shortest and the longest."""
     shortest, longest = result["shortest_step"], result["longest_step"]
     return f"{shortest:g}" if shortest == longest else f"{shortest:.3g} to {longest:.3g}"
 
@@ -110,9 +111,11 @@ def show(result: dict[str, Any], screen: Screen) -> None:
     screen.print(f"{system(result)}: {result['duration']:g} s in {result['steps']} steps of {_lengths(result)} s, "
                  f"coupling {result['coupling']}, {result['steps_per_second']:,.0f} steps/s")  # fmt: skip
     if result["predicted"]:
-        rows = [(_mode(mode), f"{e['frequency']:.3f}", f"{e['damping_ratio']:.4f}", *(f"{100 * e[k]:+.3g}" for k in ("frequency_error", "damping_error")), f"{e['real_error']:+.2g}")
+        rows = [(_mode(mode), f"{e['frequency']:.3f}", f"{e['damping_ratio']:.4f}",
+                 *(f"{100 * e[k]:+.3g}" for k in ("frequency_error", "damping_error")), f"{e['real_error']:+.2g}")
                 for mode, e in result["predicted"].items()]  # fmt: skip
-        screen.table(("mode", "frequency [Hz]", "damping ratio [1]", "frequency error [%]", "damping error [%]", "real-part error [1/s]"), rows,
+        screen.table(("mode", "frequency [Hz]", "damping ratio [1]", "frequency error [%]", "damping error [%]",
+                      "real-part error [1/s]"), rows,
                      "Predicted error of each mode by the coupling:")  # fmt: skip
     if limit is not None:
         screen.print(
@@ -133,5 +136,5 @@ def show(result: dict[str, Any], screen: Screen) -> None:
 
 
 def _mode(name: str) -> str:
-    """A mode's name for the screen; one without a name goes by its frequency, as in `0.99_Hz`."""
+    """A mode's name for the screen; a mode without a name has its frequency as key, as in `0.99_Hz`."""
     return f"unnamed mode, {name.replace('_', ' ')}" if name.endswith("_Hz") else name.replace("_", "-")

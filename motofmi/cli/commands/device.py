@@ -1,4 +1,4 @@
-"""Transfer functions of a device at its port, the vehicle's other motion held still."""
+"""Transfer functions of a device at its port, with the vehicle's other motion held at zero."""
 
 import argparse
 from typing import Any
@@ -20,10 +20,10 @@ UNITS = {
     "roll_torque": "N.m/rad",
     "lateral_force": "N/rad",
 }
-HELP = """Transfer functions of a device at its port, with the vehicle's other motion held at zero. Of a rider or damper: from the
-steer angle to the torques on the front assembly and on the rear frame, T_h/delta and T_f/delta (Cossalter et al. 2011,
-eqs 10 to 14, with the signs of the port). Of a rider who leans: from the roll angle to the roll torque and the lateral
-force on the frame, T_phi/phi and F/phi.
+HELP = """Transfer functions of a device at its port, with the vehicle's other motion held at zero. Rider or damper:
+from the steer angle to the torques on the front assembly and on the rear frame, T_h/delta and T_f/delta (Cossalter et
+al. 2011, eqs 10 to 14, with the signs of the port). Leaning rider: from the roll angle to the roll torque and the
+lateral force on the frame, T_phi/phi and F/phi.
 
   motofmi device rider:mean_2011 --frequency 0.5:12:0.05 --plot bode.png
   motofmi device damper:7.5 --frequency 1,2,5 --csv damper.csv
@@ -56,7 +56,8 @@ def show(result: dict[str, Any], screen: Screen) -> None:
         if torque in result
     ]
     headings = [text for torque, unit in curves for text in (f"|{torque.replace('_', ' ')}| [{unit}]", "phase [deg]")]
-    rows = [(f, *(text for torque, _ in curves for text in (f"{abs(result[torque][k]):.4g}", f"{np.degrees(np.angle(result[torque][k])):.1f}")))
+    rows = [(f, *(text for torque, _ in curves
+                  for text in (f"{abs(result[torque][k]):.4g}", f"{np.degrees(np.angle(result[torque][k])):.1f}")))
             for k, f in enumerate(grid_values(result["frequency"]))]  # fmt: skip
     screen.table(("f [Hz]", *headings), rows, f"{result['device']}: torque or force per angle")
     screen.assumed(result["assumed"])

@@ -1,4 +1,4 @@
-"""Where a model misses measured data, and which physical effect is missing."""
+"""The gap between a model and measured data, and the physical effect that the model lacks."""
 
 import argparse
 from typing import Any
@@ -13,27 +13,29 @@ from motofmi.cli.screen import Screen
 from motofmi.reports.gap_tables import RUNS, headline, nearest, places
 from motofmi.workflows.gap.find_gap import find_gap
 
-# Numbers in an array. Once such an array is freed, the GNU C library keeps the memory of smaller ones instead of returning it
-# to the system. On a steer test the system time fell from 2.7 to 1.5 s (two pairs of runs of 12 s).
-KEPT = 4_000_000
+# Numbers (8 bytes each) in an array that is allocated and freed once, before the fits. The GNU C library then keeps the
+# memory of smaller freed arrays for reuse instead of returning it to the system. On a steer test of two pairs of runs
+# of 12 s the system time fell from 2.7 to 1.5 s.
+LARGE_ARRAY = 4_000_000
 SUMMARY = "the physical effect that a model lacks, from measured data"
 PLACE = 100
-UNITS = {"delta_chi2": "1", "delta_bic": "1", "probability": "1", "excess": "1", "p_value": "1", "before": "1", "after": "1",
-         "holdout_before": "1", "holdout_after": "1", "noise_floor": "1", "expected_delta_chi2": "1", "speed": "m/s", "frequency": "Hz",
-         "damping_ratio": "1", "amplitude": "rad", "duration": "s"}  # fmt: skip
-HELP = """Finds where a model misses measured data and which physical effect of the library explains it, adds the effect to the model,
-and shows the misfit before and after. The verdict is named, none (the model is consistent with the noise), unknown (no effect
-of the library explains the data) or tied (the data do not decide between the members). verdict.json, the report, the model
-and its FMU are written into the folder --out.
+UNITS = {"delta_chi2": "1", "delta_bic": "1", "probability": "1", "excess": "1", "p_value": "1", "before": "1",
+         "after": "1", "holdout_before": "1", "holdout_after": "1", "noise_floor": "1", "expected_delta_chi2": "1",
+         "speed": "m/s", "frequency": "Hz", "damping_ratio": "1", "amplitude": "rad", "duration": "s"}  # fmt: skip
+HELP = """Finds where a model deviates from measured data and which physical effect of the library explains the
+deviation. Adds the effect to the model and compares the misfit before and after. The verdict is named (one effect or
+pair explains the data), none (the model is consistent with the noise), unknown (no effect of the library explains the
+data) or tied (several effects explain the data equally well). verdict.json, the report, the model and its FMU are
+written into the folder --out.
 
 Recordings of the steer test:
   motofmi gap sweep_up.csv stepped.csv --holdout sweep_down.csv --out gap
   motofmi gap sweep.csv --bare bare_bar.csv --rig my_rig.json --rider 3_2011
-  motofmi gap --plan --sweep 0.5:12 --sweep 12:0.5 --amplitude 2       # before any test: which effects could be named
+  motofmi gap --plan --sweep 0.5:12 --sweep 12:0.5 --amplitude 2       # before any test: detectable effects
 Eigenvalues or runs of a vehicle:
   motofmi gap eigenvalues.csv --vehicle sharp_1971 --holdout others.csv
   motofmi gap run_1.csv run_2.csv --vehicle bicycle_at_4.toml --holdout run_3.csv
-Inputs and outputs of any component:
+Inputs and outputs of a component:
   motofmi gap run.csv --component driven_joint --map "T=torque [N.m]" --holdout other.csv
   motofmi gap run.csv --component mass_spring_damper --impose displacement
 """
@@ -47,14 +49,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         default=[],
         metavar="FILE",
-        help="validation runs: recordings that are only compared with",
+        help="validation runs: recordings that are not fitted; the result is compared with them",
     )
     parser.add_argument(
         "--bare",
         nargs="+",
         default=[],
         metavar="FILE",
-        help="sweeps of the bare handlebar without a rider, from which its inertia is estimated",
+        help="sweeps of the handlebar without a rider, from which its inertia, damping and stiffness are estimated",
     )
     parser.add_argument("--rig", metavar="FILE", help="rig.json (default: the one beside the first recording)")
     parser.add_argument(
@@ -68,7 +70,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="COLUMN=VARIABLE",
-        help='another name for a column, with its unit where the file has none: "T=torque [N.m]"; repeatable',
+        help='variable of a column, with its unit where the file gives none, as in "T=torque [N.m]"; repeatable',
     )
     parser.add_argument(
         "--rate",
@@ -80,15 +82,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--tolerance",
         type=float,
         metavar="PER_CENT",
-        help="share of the motion (rms) [%%] that the model may miss and be called sufficient, where the noise is not "
-             "known (default: 1)",
+        help="misfit (rms, as a share of the measured rms) [%%] up to which the model is called sufficient if the "
+             "noise is not known (default: 1)",
     )
     parser.add_argument("--effects", metavar="DIR", help="folder with Python files of further effects")
     parser.add_argument(
         "--vehicle",
         metavar="NAME",
-        help="a motorcycle: a NAME of motofmi list, or a .toml; the files are then its eigenvalues over speed, or "
-             "recorded runs",
+        help="a motorcycle: a NAME of motofmi list, or a .toml; the files then hold its eigenvalues over speed, "
+             "or recorded runs",
     )
     parser.add_argument(
         "--device",
@@ -96,13 +98,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="device at the vehicle's handlebar during the runs: rider:NAME, damper:VALUE [N.m.s/rad] or none "
              "(default: %(default)s)",
     )
-    parser.add_argument("--component", metavar="NAME|PATH.py:CLASS", help="the component whose inputs and outputs were "
-                                                                          "recorded: mass_spring_damper, "
-                        "driven_joint, pendulum, two_mass, a .toml, or a Component class in a Python file")  # fmt: skip
+    parser.add_argument(
+        "--component",
+        metavar="NAME|PATH.py:CLASS",
+        help="the component whose inputs and outputs were recorded: mass_spring_damper, driven_joint, pendulum, "
+             "two_mass, a .toml, or a Component class in a Python file",
+    )
     parser.add_argument(
         "--impose",
         metavar="VARIABLE",
-        help="displacement or angle of the component that was imposed while the force or torque was measured",
+        help="state of the component (displacement or angle) that was imposed while the force or torque was measured",
     )
     parser.add_argument("--free", nargs="+", default=[], metavar="NAME", help="parameters to fit without a prior value")
     planning.add_arguments(parser)
@@ -119,11 +124,13 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         return planning.run(arguments)
     if not arguments.files:
         raise InputError("gap needs recordings: motofmi gap FILE.csv [...] --holdout FILE.csv --out DIR")
-    np.empty(KEPT)
-    found = find_gap(arguments.files, validation=arguments.holdout, bare=arguments.bare, component=arguments.component, vehicle=arguments.vehicle,
-                     device=arguments.device, rider=arguments.rider, rig=arguments.rig, impose=arguments.impose, free=arguments.free,
-                     mapping=mapping_of(arguments.map), effects=arguments.effects or (), rate=arguments.rate,
-                     tolerance=None if arguments.tolerance is None else arguments.tolerance / 100, out=arguments.out or "gap")  # fmt: skip
+    np.empty(LARGE_ARRAY)
+    found = find_gap(arguments.files, validation=arguments.holdout, bare=arguments.bare, component=arguments.component,
+                     vehicle=arguments.vehicle, device=arguments.device, rider=arguments.rider, rig=arguments.rig,
+                     impose=arguments.impose, free=arguments.free, mapping=mapping_of(arguments.map),
+                     effects=arguments.effects or (), rate=arguments.rate,
+                     tolerance=None if arguments.tolerance is None else arguments.tolerance / 100,
+                     out=arguments.out or "gap")  # fmt: skip
     return found.to_dict()
 
 
@@ -140,7 +147,8 @@ def show(result: dict[str, Any], screen: Screen) -> None:
         )
         screen.print(f"{effect['name']} ({effect['form']}): {effect['sentence']} {values}")
     screen.table(("candidate", "form", "delta chi2 [1]", "delta BIC [1]", "probability [1]"),
-                 [(c["name"], c["form"], f"{c['delta_chi2']:.1f}", f"{c['delta_bic']:.1f}", f"{c['probability']:.3f}") for c in result["candidates"][:8]])  # fmt: skip
+                 [(c["name"], c["form"], f"{c['delta_chi2']:.1f}", f"{c['delta_bic']:.1f}", f"{c['probability']:.3f}")
+                  for c in result["candidates"][:8]])  # fmt: skip
     gap = result["gap"]
     for name, label in RUNS.items():
         if gap[name] is not None:
@@ -150,7 +158,7 @@ def show(result: dict[str, Any], screen: Screen) -> None:
             )
     if result["where"]:
         clearest = places(result, most=6)
-        screen.table(clearest.headings, clearest.rows, "where the base misses the data")
+        screen.table(clearest.headings, clearest.rows, "where the base deviates from the data")
     if result["next_experiment"]:
         proposed = result["next_experiment"]
         screen.print(

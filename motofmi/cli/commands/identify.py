@@ -21,14 +21,14 @@ UNITS = {
     "reduced_chi_square": "1",
     "run_to_run": "1",
 }
-HELP = """Identifies the six parameters of the passive rider from recordings of the steer test, with standard errors, and writes them
-as a .toml that build, modes and cosimulate take.
+HELP = """Identifies the six parameters of the passive rider, with standard errors, from recordings of the steer test.
+The result can be written as a .toml, which build, modes and cosimulate accept.
 
   motofmi identify sweep_1.csv sweep_2.csv --out mine.toml
   motofmi identify sweep.csv --method nyquist --bound steer_inertia=0.125:1 --plot fit.png --report fit.html
-  motofmi identify rider_1.csv rider_2.csv rider_3.csv --mean --out mean_rider.toml       # the mean FRF of several riders
-  motofmi identify sweep.csv --bootstrap 1000 --population 20 --out riders        # 20 riders from the fitted covariance
-  motofmi identify --population 20 --out riders              # 20 riders from the spread of the ten riders of 2011
+  motofmi identify rider_1.csv rider_2.csv rider_3.csv --mean --out mean_rider.toml    # mean FRF of several riders
+  motofmi identify sweep.csv --bootstrap 1000 --population 20 --out riders        # 20 random riders, fitted covariance
+  motofmi identify --population 20 --out riders              # 20 random riders, spread of 2011
 """
 
 
@@ -75,14 +75,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=int,
         default=0,
         metavar="N",
-        help="also estimate the standard errors by N fits to resampled data, on all cores",
+        help="also estimate the standard errors by N fits to resampled data (bootstrap), on all cores",
     )
     parser.add_argument(
         "--population",
         type=int,
         default=0,
         metavar="N",
-        help="draw N riders and write a .toml of each into the folder --out",
+        help="draw N random riders and write a .toml of each into the folder --out",
     )
     parser.add_argument(
         "--seed", type=int, default=0, help="seed of the starting values and of the draws (default: %(default)s)"
@@ -101,9 +101,10 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         _known(name): shared.limits(text, f"--bound {name}=")
         for name, _, text in (b.partition("=") for b in arguments.bounds)
     }
-    found = identify(arguments.files, method=arguments.method, mapping=options.mapping, rate=arguments.rate, rig=arguments.rig,
-                     reference=arguments.reference, band=options.band, width=arguments.width, mean=arguments.mean, bounds=bounds,
-                     starts=arguments.starts, handlebar_inertia=arguments.handlebar_inertia, run_to_run=arguments.run_to_run,
+    found = identify(arguments.files, method=arguments.method, mapping=options.mapping, rate=arguments.rate,
+                     rig=arguments.rig, reference=arguments.reference, band=options.band, width=arguments.width,
+                     mean=arguments.mean, bounds=bounds, starts=arguments.starts,
+                     handlebar_inertia=arguments.handlebar_inertia, run_to_run=arguments.run_to_run,
                      bootstrap=arguments.bootstrap, seed=arguments.seed)  # fmt: skip
     result = found.to_dict()
     if arguments.population:
@@ -120,12 +121,13 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def _check(arguments: argparse.Namespace) -> None:
     if not arguments.files and not arguments.population:
-        raise InputError("identify needs recordings, or --population N to draw riders from the published spread")
+        raise InputError("identify needs recordings, or --population N to draw riders from the published distribution")
     if arguments.population and not arguments.out:
         raise InputError("--population needs --out FOLDER for the riders' files")
     for option in ("starts", "bootstrap", "population"):
         if getattr(arguments, option) < (option == "starts"):
-            raise InputError(f"--{option} {getattr(arguments, option)} is too small")
+            raise InputError(f"--{option} {getattr(arguments, option)} is too small: expected at least "
+                             f"{int(option == 'starts')}")
     if arguments.out:
         writable(f"{arguments.out}/rider_001.toml" if arguments.population else toml_path(arguments.out))
 

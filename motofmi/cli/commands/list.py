@@ -1,4 +1,4 @@
-"""What ships: components, riders, motorcycles, dampers and effects, with parameters and sources."""
+"""List of the shipped components, riders, motorcycles, dampers, mechanisms and effects."""
 
 import argparse
 from typing import Any
@@ -9,8 +9,8 @@ from motofmi.workflows.listing import catalogue
 SUMMARY = "components, riders, motorcycles, dampers, mechanisms and effects, with parameters and sources"
 PLACE = 20
 UNITS: dict[str, str] = {}
-HELP = """Lists the components, riders, motorcycles, dampers, mechanisms and effects, with the source of each. The JSON has every
-parameter with symbol, unit, value and bounds: these are the names that --set takes.
+HELP = """Lists the components, riders, motorcycles, dampers, mechanisms and effects, with the source of each. The JSON
+also has every parameter with symbol, unit, value and bounds, under the name that --set expects.
 
   motofmi list
   motofmi list --json catalogue.json

@@ -1,4 +1,4 @@
-"""Eigenvalues over speed and the named modes."""
+"""Eigenvalues and named modes over speed."""
 
 import argparse
 from collections.abc import Sequence
@@ -27,8 +27,8 @@ UNITS = {
     "unstable": "m/s",
     "mixed": "m/s",
 }
-HELP = """Eigenvalues of a motorcycle with devices at its ports over speed: the modes weave, wobble, capsize, rear-wobble and
-rider-wobble with damped frequency and damping ratio, and the speeds at which each is unstable.
+HELP = """Eigenvalues of a motorcycle with devices at its ports over speed: the modes weave, wobble, capsize,
+rear-wobble and rider-wobble with damped frequency and damping ratio, and the speeds at which each is unstable.
 
   motofmi modes --vehicle sharp_1971 --device rider:mean_2011 --speed 1:60:0.5
   motofmi modes --device none --device rider:mean_2011 --device damper:7.5 --plot root_locus.png    # compared
@@ -36,46 +36,44 @@ rider-wobble with damped frequency and damping ratio, and the speeds at which ea
   motofmi modes --device rider:mean_2011,rider:roll_1971 --speed 5:60:5      # one rider who steers and leans
   motofmi modes --device rider:mean_2011 --speed 20:40:5 --matlab bike.mat   # A, B, C, D over speed
   motofmi modes --fmu rider_of_another_tool.fmu --speed 1:60:1
-  motofmi modes --ssp ridden.ssp --speed 10,30,50       # any system of FMUs, with the share of each FMU in each mode
+  motofmi modes --ssp ridden.ssp --speed 10,30,50       # a system of FMUs, with participation factors of each FMU
 """
-MIXED = ("(mixed): rear-wobble and rider-wobble are not distinct at this speed: the ratios of rear to front tyre side "
-         "force, by which "
-         "they are named, differ by less than a factor of two.")  # fmt: skip
+MIXED = ("(mixed): rear-wobble and rider-wobble are not distinct at this speed. They are named by the ratio of rear to "
+         "front tyre side force, and the two ratios differ by less than a factor of two.")  # fmt: skip
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_vehicle(parser)
     parser.add_argument("--device", dest="devices", action="append", default=[], metavar="DEVICE",
-                        help=f"{DEVICE} (default: none); given several times, the modes with each are "
-                             "compared")  # fmt: skip
+                        help=f"{DEVICE} (default: none); repeatable, the modes with each are compared")  # fmt: skip
     parser.add_argument(
         "--speed", default="1:60:1", help="A:B:STEP, one value or a comma list [m/s] (default: %(default)s)"
     )
     add_settings(parser)
     add_archives(parser)
     parser.add_argument(
-        "--ssp", metavar="PATH", help="a system of FMUs instead of vehicle and device; one of them has an input speed"
+        "--ssp", metavar="PATH", help="a system of FMUs in place of vehicle and device; one of them has an input speed"
     )
     parser.add_argument("--matlab", metavar="FILE.mat", type=outputs.output_file(".mat"),
-                        help="matrices A, B, C, D of the linearised system at these speeds (pages A(:, :, k) over `speed`) and the names of states, "
-                        "inputs and outputs, for MATLAB; with one device")  # fmt: skip
+                        help="matrices A, B, C, D of the linearised system for MATLAB (A(:, :, k) at speed(k)) and the "
+                             "names of states, inputs and outputs; with one --device only")  # fmt: skip
     outputs.add_arguments(parser, "root locus", "eigenvalue, frequency and damping ratio of every mode over speed")
 
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     if arguments.matlab and len(arguments.devices) > 1:
         raise InputError(
-            f"--matlab writes one system, and {len(arguments.devices)} devices are compared: give --device once"
+            f"--matlab writes one system, but {len(arguments.devices)} are given by --device: give --device once"
         )
     speeds, settings = numbers(arguments.speed, "speed", "m/s"), assignments(arguments.settings)
-    found = _found(arguments, speeds, settings)
+    found = _modes_of(arguments, speeds, settings)
     outputs.save(found, arguments)
     if arguments.matlab:
         _save_matlab(arguments, speeds, settings)
     return found.to_dict()
 
 
-def _found(
+def _modes_of(
     arguments: argparse.Namespace, speeds: np.ndarray, settings: dict[str, float]
 ) -> VehicleModes | ModesComparison:
     if arguments.ssp:
@@ -94,7 +92,7 @@ def _given(arguments: argparse.Namespace) -> list[tuple[Given, list[Given | None
 
 
 def _save_matlab(arguments: argparse.Namespace, speeds: np.ndarray, settings: dict[str, float]) -> None:
-    """Write the linearised system; at a single speed its matrices have no pages."""
+    """Write the linearised system: matrices of shape (n, m) at one speed, (n, m, speeds) at several."""
     at = speeds if len(speeds) > 1 else speeds[0]
     if arguments.ssp:
         space = state_space(arguments.ssp, speed=at)
@@ -122,7 +120,8 @@ def show(result: dict[str, Any], screen: Screen) -> None:
         screen.print(f"{mode.replace('_', '-')}: {'unstable ' + ', '.join(map(_band, bands)) if bands else 'stable'}")
     for mode, shares in result.get("participation", {}).items():
         mean = {unit: np.mean([s for s in column if s is not None] or [0.0]) for unit, column in shares.items()}
-        screen.print(f"{mode.replace('_', '-')}: " + ", ".join(f"{unit} {100 * share:.0f} %" for unit, share in mean.items())
+        screen.print(f"{mode.replace('_', '-')}: "
+                     + ", ".join(f"{unit} {100 * share:.0f} %" for unit, share in mean.items())
                      + " of the participation factors (mean over speed)")  # fmt: skip
     screen.assumed(result["assumed"])
 

@@ -1,4 +1,4 @@
-"""One FMU by itself."""
+"""Simulation of a single FMU."""
 
 import argparse
 from typing import Any
@@ -8,25 +8,25 @@ from motofmi.cli.arguments import assignments
 from motofmi.cli.screen import Screen
 from motofmi.workflows.cosimulation import simulate
 
-SUMMARY = "one FMU by itself"
+SUMMARY = "simulation of a single FMU"
 PLACE = 75
 UNITS = {"step": "s", "steps_per_second": "1/s"}
-HELP = """Simulates one FMU by itself, of this or of another tool (FMI 2.0 or 3.0, co-simulation), and writes its inputs and outputs
-over time as CSV.
+HELP = """Simulates a single FMU of this or of another tool (FMI 2.0 or 3.0, co-simulation) and writes its inputs and
+outputs over time as CSV.
 
-  motofmi simulate rider_mean_2011.fmu --input steer.csv --duration 10 --out run.csv     # columns: time [s], steer_angle [rad]
+  motofmi simulate rider_mean_2011.fmu --input steer.csv --duration 10    # columns: time [s], steer_angle [rad]
   motofmi simulate rider:mean_2011 --set arm_damping=20 --set torso_angle=0.1
 """
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "fmu", metavar="FMU", help="an archive, or the name or .toml of a component, of which the FMU is built"
+        "fmu", metavar="FMU", help="an archive, or the name or .toml of a component that is built first"
     )
     parser.add_argument(
         "--input",
         metavar="FILE.csv",
-        help="inputs over time: a column time [s] and columns with the names of inputs; linear between the rows",
+        help="inputs over time: a column time [s] and columns named as inputs, interpolated linearly between the rows",
     )
     parser.add_argument(
         "--step", type=float, help="communication step [s] (default: as in the FMU's default experiment, else 0.001)"
@@ -48,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE.csv",
         type=outputs.output_file(),
         default="simulation.csv",
-        help="file for the rows (default: %(default)s)",
+        help="file for every input and output over time (default: %(default)s)",
     )
     outputs.add_arguments(parser, "every input and output over time")
 
@@ -57,8 +57,8 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     found = simulate(arguments.fmu, inputs=arguments.input, step=arguments.step, duration=arguments.duration,
                      set=assignments(arguments.settings), out=arguments.out)  # fmt: skip
     outputs.save(found, arguments)
-    return {"fmu": arguments.fmu, "rows": found.steps + 1, "out": str(found.path), "step": found.step, "steps": found.steps,
-            "columns": found.columns, "steps_per_second": found.steps_per_second}  # fmt: skip
+    return {"fmu": arguments.fmu, "rows": found.steps + 1, "out": str(found.path), "step": found.step,
+            "steps": found.steps, "columns": found.columns, "steps_per_second": found.steps_per_second}  # fmt: skip
 
 
 def show(result: dict[str, Any], screen: Screen) -> None:

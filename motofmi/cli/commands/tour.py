@@ -1,4 +1,4 @@
-"""The main job on real input, from components to one report."""
+"""The main tasks in sequence, with one report."""
 
 import argparse
 from pathlib import Path
@@ -11,9 +11,9 @@ from motofmi.workflows.tour import tour
 SUMMARY = "the main tasks in one minute, with one report"
 PLACE = 10
 UNITS = {"seconds": "s"}
-HELP = """Does the main tasks in about a minute: builds FMUs of a motorcycle, a rider and a damper, co-simulates them, exchanges the
-rider for the damper, compares the modes with published ones, lets the gap workflow find an effect in the recordings of a
-simulated test rig, and writes one HTML report that opens offline.
+HELP = """Runs the main tasks in about a minute: builds FMUs of a motorcycle, a rider and a damper, co-simulates them,
+exchanges the rider for the damper, compares the modes with published ones, finds an effect with the gap workflow in the
+recordings of a simulated test rig, and writes one HTML report that needs no network.
 
   motofmi tour
   motofmi tour --seed 7 --out results          # another rider and another effect

@@ -41,5 +41,6 @@ def fitted_component(
 def own_modes(component: Component) -> list[dict[str, Any]]:
     """Frequency [Hz] and damping ratio of each mode of the component at rest; real roots have frequency 0."""
     roots = np.linalg.eigvals(linearise(component).A) if component.states else np.zeros(0)
-    return [{"eigenvalue": [complex(x)], "frequency": [float(x.imag / (2 * np.pi))], "damping_ratio": [float(-x.real / abs(x)) if x.imag else None]}
+    return [{"eigenvalue": [complex(x)], "frequency": [float(x.imag / (2 * np.pi))],
+             "damping_ratio": [float(-x.real / abs(x)) if x.imag else None]}
             for x in sorted(roots[roots.imag >= 0], key=lambda x: (abs(x), x.real))]  # fmt: skip

@@ -81,7 +81,8 @@ def effect_on_modes(
             lambda speeds: linearise_by_describing_function(with_it, motion, **{"vehicle.speed": speeds}), SPEEDS
         )
     return {"speed": SPEEDS.tolist(),
-            **{label: {name: _mode(each[name]) for name in ("weave", "wobble", "rider_wobble")} for label, each in found.items()}}  # fmt: skip
+            **{label: {name: _mode(each[name]) for name in ("weave", "wobble", "rider_wobble")}
+               for label, each in found.items()}}  # fmt: skip
 
 
 def _mode(mode: Any) -> Mapping[str, Any]:

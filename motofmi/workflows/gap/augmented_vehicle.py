@@ -72,5 +72,6 @@ def effect_on_modes(
     found = {label: modes(over_speed(ridden(v, device)), speeds) for label, v in (("before", before), ("after", after))}
     there = [m for m in MODES if any(not np.isnan(each[m].eigenvalue).all() for each in found.values())]
     return {"speed": speeds.tolist(),
-            **{label: {m: {"frequency": list(each[m].frequency), "damping_ratio": list(each[m].damping_ratio)} for m in there}
+            **{label: {m: {"frequency": list(each[m].frequency), "damping_ratio": list(each[m].damping_ratio)}
+                       for m in there}
                for label, each in found.items()}}  # fmt: skip

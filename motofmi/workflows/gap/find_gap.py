@@ -35,11 +35,13 @@ KINDS: tuple[type[Kind], ...] = (
 )
 
 
-def find_gap(recordings: Measured | Sequence[Measured], *, validation: Measured | Sequence[Measured] = (), bare: Measured | Sequence[Measured] = (),
-             component: Named | None = None, vehicle: Named | None = None, device: Named | None = None, rider: str = "mean_2011",
-             rig: str | Path | Mapping[str, Any] | None = None, impose: str | None = None, free: Sequence[str] = (),
-             mapping: Mapping[str, str] | None = None, effects: str | Path | Sequence[type[Effect]] = (), rate: float | None = None,
-             criteria: Criteria = Criteria(), tolerance: float | None = None, out: str | Path | None = None) -> Gap:  # fmt: skip
+def find_gap(recordings: Measured | Sequence[Measured], *, validation: Measured | Sequence[Measured] = (),
+             bare: Measured | Sequence[Measured] = (), component: Named | None = None, vehicle: Named | None = None,
+             device: Named | None = None, rider: str = "mean_2011", rig: str | Path | Mapping[str, Any] | None = None,
+             impose: str | None = None, free: Sequence[str] = (), mapping: Mapping[str, str] | None = None,
+             effects: str | Path | Sequence[type[Effect]] = (), rate: float | None = None,
+             criteria: Criteria = Criteria(), tolerance: float | None = None,
+             out: str | Path | None = None) -> Gap:  # fmt: skip
     """Find where a model misses recordings, name the missing effect, add it, and compare before and after.
 
     The model is fitted to recordings and only compared with the validation runs; each is a path or a Recording (columns
@@ -66,8 +68,8 @@ def find_gap(recordings: Measured | Sequence[Measured], *, validation: Measured 
         if not 0 <= tolerance < 1:
             raise InputError(f"tolerance is {tolerance:g}: expected a share of the motion from 0 to 1, as in 0.01 for 1 %")
         criteria = replace(criteria, tolerance=tolerance)
-    given = Given(_listed(recordings), _listed(validation), _listed(bare), component, vehicle, device, rider, rig, impose or "", tuple(free),
-                  mapping or {}, effects, rate, criteria)  # fmt: skip
+    given = Given(_listed(recordings), _listed(validation), _listed(bare), component, vehicle, device, rider, rig,
+                  impose or "", tuple(free), mapping or {}, effects, rate, criteria)  # fmt: skip
     if not given.recordings:
         raise InputError("no recordings: give at least one, as in find_gap(['sweep.csv']) or motofmi gap FILE.csv")
     if component is not None and vehicle is not None:

@@ -34,8 +34,8 @@ class SteerTestOverTime(OnRig):
     def __init__(self, given: Given) -> None:
         super().__init__(given)
         on_rig = self.experiment
-        self.sampled = InputOutputExperiment(on_rig.component, (on_rig.imposed,), (on_rig.measured,), on_rig.free, on_rig.imposed,
-                                             measured_effects=on_rig.measured_effects)  # fmt: skip
+        self.sampled = InputOutputExperiment(on_rig.component, (on_rig.imposed,), (on_rig.measured,), on_rig.free,
+                                             on_rig.imposed, measured_effects=on_rig.measured_effects)  # fmt: skip
         recordings, self.validation = (_named(given.runs(use), on_rig) for use in ("recordings", "validation"))
         self.runs = [prepare_sampled_run(r, self.sampled) for r in recordings]
         self.notes = [
@@ -45,8 +45,8 @@ class SteerTestOverTime(OnRig):
         ]
 
     def verdict(self, so_far: Callable[[Verdict], None]) -> Verdict:
-        self.found = investigate(self.sampled, self.runs, on_progress=so_far, validation=self.validation, library=self.library,
-                                 criteria=self.given.criteria)  # fmt: skip
+        self.found = investigate(self.sampled, self.runs, on_progress=so_far, validation=self.validation,
+                                 library=self.library, criteria=self.given.criteria)  # fmt: skip
         return self.found.verdict
 
     def contents(self, verdict: Verdict) -> dict[str, Any]:

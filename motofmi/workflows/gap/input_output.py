@@ -64,7 +64,8 @@ class InputOutput(Kind):
         )
         require_start(self.component, given.impose)
         runs = [prepare_sampled_run(r, experiment) for r in recordings]
-        self.notes = [note for r in recordings for note in r.warnings] + [note for r in runs for note in r.notes] + unused
+        self.notes = [note for r in recordings for note in r.warnings] + [note for r in runs
+                                                                          for note in r.notes] + unused
         if not excited(runs):
             experiment, anchor = anchored(experiment)
             runs = [replace(run, experiment=experiment) for run in runs]

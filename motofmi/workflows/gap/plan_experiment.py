@@ -50,13 +50,14 @@ class Plan:
     @property
     def rows(self) -> list[tuple[str, ...]]:
         """The effects as text, under HEADINGS."""
-        return [(e["name"], e["form"], e["parameter"], _strength(e["noticed_from"]), _strength(e["named_from"]), e["unit"],
+        return [(e["name"], e["form"], e["parameter"], _strength(e["noticed_from"]), _strength(e["named_from"]),
+                 e["unit"],
                  ", ".join(e["tied"]) or e["nearest_rival"]) for e in self.effects]  # fmt: skip
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of `motofmi gap --plan --json`."""
-        return {"rider": self.rider, "amplitude": self.amplitude, "duration": self.duration, "gyro": self.gyro, "runs": list(self.runs),
-                "noise": dict(self.noise), "effects": list(self.effects)}  # fmt: skip
+        return {"rider": self.rider, "amplitude": self.amplitude, "duration": self.duration, "gyro": self.gyro,
+                "runs": list(self.runs), "noise": dict(self.noise), "effects": list(self.effects)}  # fmt: skip
 
     def to_dataframe(self) -> Any:
         """The effects as a pandas.DataFrame."""
@@ -85,9 +86,11 @@ class Plan:
         return html(repr(self), HEADINGS, self.rows)
 
 
-def plan_experiment(rig: str | Path | Mapping[str, Any] | None = None, excitations: Sequence[Excitation | tuple[float, float]] = ((0.5, 12.0),), *,
-                    rider: str = "mean_2011", amplitude: float = np.radians(2.0), duration: float = 200.0, sampling: float = 128.0, gyro: bool = False,
-                    noise: Mapping[str, float] | None = None, effects: str | Path | Sequence[type[Effect]] = (),
+def plan_experiment(rig: str | Path | Mapping[str, Any] | None = None,
+                    excitations: Sequence[Excitation | tuple[float, float]] = ((0.5, 12.0),), *,
+                    rider: str = "mean_2011", amplitude: float = np.radians(2.0), duration: float = 200.0,
+                    sampling: float = 128.0, gyro: bool = False, noise: Mapping[str, float] | None = None,
+                    effects: str | Path | Sequence[type[Effect]] = (),
                     criteria: Criteria = Criteria()) -> Plan:  # fmt: skip
     """What a steer test could name before it is made, with this rig and these noises.
 
@@ -122,10 +125,12 @@ def plan_experiment(rig: str | Path | Mapping[str, Any] | None = None, excitatio
     ]
     library = rig_effects(load_folder(effects) if isinstance(effects, str | Path) else effects)
     found = detectable_effects(fit(model, runs, model.start()), library, criteria)
-    return Plan(rider, [{"excitation": e.name} if isinstance(e, Excitation) else {"from": e[0], "to": e[1]} for e in excitations], float(amplitude),
+    return Plan(rider, [{"excitation": e.name} if isinstance(e, Excitation) else {"from": e[0], "to": e[1]}
+                        for e in excitations], float(amplitude),
                 duration, gyro, deviations,
-                [{"name": n.effect.family, "form": n.effect.form, "parameter": n.parameter, "unit": n.unit, "noticed_from": n.detected,
-                  "named_from": n.named, "nearest_rival": n.rival, "tied": list(n.tied)} for n in found])  # fmt: skip
+                [{"name": n.effect.family, "form": n.effect.form, "parameter": n.parameter, "unit": n.unit,
+                  "noticed_from": n.detected, "named_from": n.named, "nearest_rival": n.rival, "tied": list(n.tied)}
+                 for n in found])  # fmt: skip
 
 
 def _density(noise: Mapping[str, float], rate: float) -> Callable[[np.ndarray], np.ndarray]:

@@ -164,7 +164,8 @@ class Gap:
         said = [headline(self._contents)]
         said += [f"{e['name']}.{n} = {_value(p)}" for e in self.effects for n, p in e["parameters"].items()]
         said.append("reduced chi-square " + ", ".join(f"{key.replace('_', ' ')} {self.gap[key]:.3g}" for key in
-                                                      ("before", "after", "holdout_before", "holdout_after") if self.gap[key] is not None))  # fmt: skip
+                                                      ("before", "after", "holdout_before", "holdout_after")
+                                                      if self.gap[key] is not None))  # fmt: skip
         return f"Gap({'; '.join(said)})"
 
     def _repr_html_(self) -> str:

@@ -122,7 +122,8 @@ def next_measurement(verdict: Verdict, experiment: VehicleOverSpeedExperiment) -
         best = int(apart.argmax())
         proposals.append({"experiment": "speed", "sentence": f"Measure {mode or 'the mode'} at {speeds[best]:.3g} m/s, "
                                                              f"to {error:.2g} 1/s as before.",
-                          "speed": float(speeds[best]), "mode": mode, "expected_delta_chi2": float(apart[best])})  # fmt: skip
+                          "speed": float(speeds[best]), "mode": mode,
+                          "expected_delta_chi2": float(apart[best])})  # fmt: skip
     return max(proposals, key=lambda p: p["expected_delta_chi2"]) | {"alternatives": proposals}
 
 

@@ -84,8 +84,9 @@ def runs_effects(vehicle: Component, own: Sequence[type[Effect]] = ()) -> list[t
     ]
 
 
-def verdict_on_runs(experiment: VehicleOverSpeedExperiment, runs: Sequence[WeakFormRun], held: Sequence[WeakFormRun], library: Sequence[type[Effect]],
-                    so_far: Callable[[Verdict], None] = lambda verdict: None, criteria: Criteria = Criteria()) -> Verdict:  # fmt: skip
+def verdict_on_runs(experiment: VehicleOverSpeedExperiment, runs: Sequence[WeakFormRun], held: Sequence[WeakFormRun],
+                    library: Sequence[type[Effect]], so_far: Callable[[Verdict], None] = lambda verdict: None,
+                    criteria: Criteria = Criteria()) -> Verdict:  # fmt: skip
     """The verdict on runs, with the disturbances that are in each.
 
     Feedback makes the motion depend on the disturbance, which the equations in a band of frequencies feel as a small
@@ -97,7 +98,8 @@ def verdict_on_runs(experiment: VehicleOverSpeedExperiment, runs: Sequence[WeakF
         [[model.with_remaining_noise(replace(r, held=way), model.start()) for r in each] for each in (runs, held)]
         for way in (False, True)
     ]
-    prepared, checked = min(ways, key=lambda way: sum(np.log(d(r.frequency)).sum() for r in way[0] for d in r.densities))
+    prepared, checked = min(ways,
+                            key=lambda way: sum(np.log(d(r.frequency)).sum() for r in way[0] for d in r.densities))
     verdict = select_model(model, prepared, library, checked, so_far, criteria=criteria)
     least = criteria.weak_form_linear_share * verdict.base.count
     while doubtful := {

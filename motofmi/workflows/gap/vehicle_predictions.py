@@ -151,8 +151,9 @@ def predictable_effects(
     return [e for e in every if e.family not in OF_HANDS and e.element != HEAD]
 
 
-def verdict_on_predictions(experiment: VehicleOverSpeedExperiment, runs: Sequence[PredictedRun], held: Sequence[PredictedRun],
-                           library: Sequence[type[Effect]], so_far: Callable[[Verdict], None] = lambda verdict: None,
+def verdict_on_predictions(experiment: VehicleOverSpeedExperiment, runs: Sequence[PredictedRun],
+                           held: Sequence[PredictedRun], library: Sequence[type[Effect]],
+                           so_far: Callable[[Verdict], None] = lambda verdict: None,
                            criteria: Criteria = Criteria()) -> Verdict:  # fmt: skip
     """The verdict on runs, each with the disturbances that are in it.
 
@@ -177,8 +178,9 @@ def verdict_on_predictions(experiment: VehicleOverSpeedExperiment, runs: Sequenc
     return verdict
 
 
-def _decided(model: PredictorModel, runs: Sequence[PredictedRun], library: Sequence[type[Effect]], held: Sequence[PredictedRun],
-             so_far: Callable[[Verdict], None], criteria: Criteria) -> Verdict:  # fmt: skip
+def _decided(model: PredictorModel, runs: Sequence[PredictedRun], library: Sequence[type[Effect]],
+             held: Sequence[PredictedRun], so_far: Callable[[Verdict], None],
+             criteria: Criteria) -> Verdict:  # fmt: skip
     """The verdict, without validation runs where the fitted vehicle cannot be predicted in them."""
     try:
         return select_model(model, runs, library, held, so_far, criteria=criteria)
