@@ -280,7 +280,7 @@ BAD = {
     "damper out of bounds": (["modes", "--device", "damper:-3"], "damping = -3 N.m.s/rad is outside its bounds"),
     "damper not a number": (["modes", "--device", "damper:nan"], "damping = nan N.m.s/rad is outside its bounds"),
     "value not a number": (["modes", "--set", "trail=long"], "'trail=long' is not NAME=VALUE with a number, as in arm_damping=20"),
-    "several values": (["modes", "--set", "trail=0.1:0.2:0.02"], "'trail=0.1:0.2:0.02' gives several values, but a command takes one value: repeat it in a loop, as in for x in"),
+    "several values": (["modes", "--set", "trail=0.1:0.2:0.02"], "'trail=0.1:0.2:0.02' gives several values, but a command takes one value: repeat the command in a loop, as in for x in"),
     "no value": (["modes", "--set", "trail"], "'trail' is not NAME=VALUE with a number"),
     "speed zero": (["modes", "--speed", "0"], "speed '0' is not A:B:STEP, one value or a comma list of positive ascending numbers [m/s]"),
     "speed negative": (["modes", "--speed", "-3"], "speed '-3' is not"),
