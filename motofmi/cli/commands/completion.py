@@ -50,8 +50,8 @@ def script(shell: str) -> str:
         command.description = entry.summary
         for action in command._actions:
             if action.dest in known:
-                action.complete = {"bash": f"_motofmi_{action.dest}",
-                                   "zsh": f"({' '.join(known[action.dest])})"}  # type: ignore[attr-defined]
+                choices = {"bash": f"_motofmi_{action.dest}", "zsh": f"({' '.join(known[action.dest])})"}
+                action.complete = choices  # type: ignore[attr-defined]
             elif action.metavar in FILES:
                 action.complete = FILES[str(action.metavar)]  # type: ignore[attr-defined]
     functions = "\n".join(
