@@ -1,9 +1,10 @@
 """The comparison of base, single effects and pairs on runs whose noise is not known.
 
-Source: Hansen, Lunde, Nason (2011) for the decision (see `confidence_set`); the other steps name theirs.
+Source: Hansen, Lunde, Nason (2011) for the decision (see `confidence_set`); the other modules cite their own sources.
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,10 +12,10 @@ import numpy as np
 from fmus.effects import Effect
 from fmus.support.errors import InputError
 from motofmi.gap.comparison.closable import flexible_mean_square
-from motofmi.gap.comparison.contender import Arena, Contender
+from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
 from motofmi.gap.comparison.outcome import Outcome, outcome
 from motofmi.gap.comparison.sandwich import sandwich_covariance
-from motofmi.gap.comparison.search import leading_contenders, pairs
+from motofmi.gap.comparison.search import leading_models, pairs
 from motofmi.gap.comparison.simplest_form import one_per_families
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import Candidate
@@ -25,66 +26,72 @@ from motofmi.gap.validation.before_after import on_validation_runs
 
 @dataclass(frozen=True)
 class Comparison:
-    """The outcome, the contenders that were compared (the least loss first), and the rms of the motion [1]."""
+    """The outcome, and what it rests on.
+
+    models are the compared models other than the base, the least loss first. All mean squares are over the squared
+    scale of the outputs [1].
+    """
 
     outcome: Outcome
-    base: Contender
-    contenders: list[Contender]
-    flexible: float  # mean square that a flexible regression leaves, in the units of the contenders
-    motion: float  # mean square of the outputs, in the same units
-    counts: tuple[int, int]  # blocks of fitted and of validation runs
+    base: ComparedModel
+    models: list[ComparedModel]
+    flexible_mean_square: float  # of the residuals of a flexible regression
+    motion_mean_square: float  # of the outputs about their means
+    block_counts: tuple[int, int]  # blocks of fitted and of validation runs
 
     def __repr__(self) -> str:
-        return f"Comparison({self.outcome.verdict}, {len(self.contenders)} contenders on {self.counts} blocks)"
+        fitted, validation = self.block_counts
+        blocks = f"{fitted} fitted and {validation} validation blocks"
+        return f"Comparison({self.outcome.verdict!r}, {len(self.models)} models on {blocks})"
 
 
-def compare(base: Fit, singles: Sequence[Candidate], library: Sequence[type[Effect]], validation: Sequence[SampledRun],
-            criteria: Criteria, so_far: Callable[[], None] = lambda: None) -> Comparison | None:  # fmt: skip
-    """The comparison of a base and its fitted single effects, and of pairs of them; None where the base cannot be
-    compared.
+def compare(
+    base: Fit,
+    singles: Sequence[Candidate],
+    library: Sequence[type[Effect]],
+    validation: Sequence[SampledRun],
+    criteria: Criteria,
+    on_progress: Callable[[], None] = lambda: None,
+) -> Comparison | None:
+    """The comparison of a base, its fitted single effects and pairs of them; None where the base cannot be compared.
 
-    validation are prepared runs with the noise of the fitted ones. so_far is called after each step.
+    singles are fits of one effect each on the runs of the base; validation are prepared runs with the noise of the
+    fitted ones. on_progress is called after each step. The fits of the compared models get their sandwich covariance.
     """
     leading = min((c.fit for c in singles), key=lambda found: found.chi2, default=base)
-    arena = Arena(leading, validation, criteria)
-    alone, contenders = leading_contenders(arena, base, singles)
-    if alone is None:
+    blocks = CommonBlocks(leading, validation, criteria)
+    compared_base = blocks.evaluated(base)
+    if compared_base is None:
         return None
-    so_far()
-    firsts = one_per_families(contenders)
-    contenders += pairs(arena, firsts, library, criteria, so_far)
-    so_far()
-    covariances = {id(c): sandwich_covariance(arena.residuals(c.fit), arena.blocks) for c in contenders}
+    models = leading_models(blocks, base, singles)
+    on_progress()
+    models += pairs(blocks, one_per_families(models), library, criteria, on_progress)
+    on_progress()
+    covariances = {id(m): sandwich_covariance(blocks.residuals(m.fit), blocks.blocks) for m in models}
     errors = {key: np.sqrt(np.maximum(np.diag(v), 0.0)) for key, v in covariances.items()}
-    flexible = _flexible(alone, contenders, arena)
-    counts = (len(arena.blocks), len(arena.validation_blocks))
-    motion = _motion(validation or base.runs, arena.scale)
-    found = outcome(alone, contenders, flexible, motion, counts, errors, criteria)
-    for contender in contenders:
-        contender.fit.sandwich = covariances[id(contender)]
-    return Comparison(found, alone, one_per_families(contenders), flexible, motion, counts)
+    flexible = _flexible_mean_square(compared_base, models, blocks)
+    counts = (len(blocks.blocks), len(blocks.validation_blocks))
+    motion = _motion_mean_square(validation or base.runs, blocks.scale)
+    result = outcome(compared_base, models, flexible, motion, counts, errors, criteria)
+    for model in models:
+        model.fit.sandwich = covariances[id(model)]
+    return Comparison(result, compared_base, one_per_families(models), flexible, motion, counts)
 
 
-def _flexible(base: Contender, contenders: Sequence[Contender], arena: Arena) -> float:
-    """The least mean square that a flexible regression leaves of the base or of the best contender."""
-    best = min((base, *contenders), key=lambda c: float(c.held_out.mean()))
-    found = []
-    for contender in (base, best):
-        try:
-            seen = (
-                on_validation_runs(contender.fit, arena.validation, arena.criteria).fit
-                if arena.validation
-                else contender.fit
-            )
-            unknown_noise = replace(
-                seen, runs=[run.with_densities(run.densities, "flexible_model") for run in seen.runs]
-            )
-            found.append(flexible_mean_square(unknown_noise, arena.scale))
-        except InputError:
-            continue
-    return min([*found, float(best.held_out.mean())])
+def _flexible_mean_square(base: ComparedModel, models: Sequence[ComparedModel], blocks: CommonBlocks) -> float:
+    """The mean square [1] after a flexible regression on the residuals of the base or of the best model, the lesser."""
+    best = min((base, *models), key=lambda m: float(m.out_of_sample.mean()))
+    mean_squares = [float(best.out_of_sample.mean())]
+    for model in (base, best):
+        with suppress(InputError):  # no simulation of this model on the validation runs
+            evaluated = model.fit
+            if blocks.validation:
+                evaluated = on_validation_runs(evaluated, blocks.validation, blocks.criteria).fit
+            runs = [run.with_densities(run.densities, "flexible_model") for run in evaluated.runs]
+            mean_squares.append(flexible_mean_square(replace(evaluated, runs=runs), blocks.scale))
+    return min(mean_squares)
 
 
-def _motion(runs: Sequence[SampledRun], scale: np.ndarray) -> float:
-    """The mean square of the runs' outputs about their means, in units of the scale (outputs,)."""
+def _motion_mean_square(runs: Sequence[SampledRun], scale: np.ndarray) -> float:
+    """The mean square [1] of the runs' outputs about their means, each over its scale (outputs,)."""
     return float(np.mean([np.mean((run.measured.std(axis=0) / scale) ** 2) for run in runs]))

@@ -4,8 +4,9 @@
     single effects in the set                 named if they are of one family, tied otherwise
     only pairs in the set                     the families that all pairs share are named
 
-A name needs also a gain on data that were not used whose 95 % interval is above zero, a share of the closable misfit
-worth naming, and a magnitude that its error does not exceed. Whatever withholds a name is a sentence with its number.
+A named effect must also have a gain on data that were not used whose 95 % interval is above zero, close at least
+`Criteria.least_share` of the closable misfit, and have a magnitude that is distinguishable from zero. Each reason not
+to name an effect is a sentence with its number in `limitations`.
 """
 
 from collections.abc import Sequence
@@ -13,9 +14,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from motofmi.gap.comparison.closable import Share, explained_share, log_gain_low
+from motofmi.gap.comparison.closable import Share, closed_share, log_gain_low
+from motofmi.gap.comparison.compared_model import ComparedModel
 from motofmi.gap.comparison.confidence_set import confidence_set
-from motofmi.gap.comparison.contender import Contender
 from motofmi.gap.comparison.simplest_form import one_per_families
 from motofmi.gap.criteria import Criteria
 
@@ -24,68 +25,83 @@ from motofmi.gap.criteria import Criteria
 class Outcome:
     """The verdict of a comparison: `named`, `tied`, `none` or `unknown`.
 
-    best is the model that the verdict selects (the base for `none` and `unknown`), members the contenders that are
-    named or tied, nearest the contender with the least loss, share what best (for `unknown`: nearest) closes.
+    best is the model that the verdict selects (the base for `none` and `unknown`), members are the models that are
+    named or tied, nearest is the model with the least loss, share is the share of the closable misfit that best (for
+    `unknown`: nearest) closes, and sentences are limitations.
     """
 
     verdict: str
-    best: Contender
-    members: list[Contender]
-    nearest: Contender | None
+    best: ComparedModel
+    members: list[ComparedModel]
+    nearest: ComparedModel | None
     share: Share | None
     sentences: list[str] = field(default_factory=list)
 
 
-def outcome(base: Contender, contenders: Sequence[Contender], flexible: float, motion: float, counts: tuple[int, int],
-            errors: dict[int, np.ndarray], criteria: Criteria) -> Outcome:  # fmt: skip
-    """The verdict from the base and its contenders.
+def outcome(
+    base: ComparedModel,
+    models: Sequence[ComparedModel],
+    flexible: float,
+    motion: float,
+    counts: tuple[int, int],
+    errors: dict[int, np.ndarray],
+    criteria: Criteria,
+) -> Outcome:
+    """The verdict from the base and the other compared models.
 
-    flexible is the mean square that a flexible regression leaves and motion that of the outputs, in the units of the
-    contenders; counts are the blocks of fitted and validation runs; errors holds the standard errors of the fitted
-    parameters by the id of a contender.
+    flexible [1] is the mean square after a flexible regression and motion [1] that of the outputs, over the squared
+    scale of the comparison; counts are the blocks of fitted and of validation runs; errors holds the standard errors
+    (parameters,) of the fitted parameters by the id of a model.
     """
-    sentences, doubts = few_blocks(counts, criteria), {}
-    for contender in contenders:
-        if doubt := _doubt(base, contender, contenders, flexible, errors[id(contender)], criteria):
-            doubts[id(contender)] = doubt
-    every = [c for c in one_per_families(contenders) if c.losses.mean() < base.losses.mean()]
-    gained = one_per_families([c for c in contenders if id(c) not in doubts])
-    nearest = next(iter([*gained, *every]), None)
-    unknown = Outcome(
-        "unknown", base, [], nearest, explained_share(base, nearest, flexible) if nearest else None, sentences
-    )
-    closable = np.sqrt(max(float(base.held_out.mean()) - flexible, 0.0) / motion)
+    sentences, objections = few_blocks(counts, criteria), {}
+    for model in models:
+        if objection := _objection(base, model, models, flexible, errors[id(model)], criteria):
+            objections[id(model)] = objection
+    better = [m for m in one_per_families(models) if m.losses.mean() < base.losses.mean()]
+    accepted = one_per_families([m for m in models if id(m) not in objections])
+    nearest = next(iter([*accepted, *better]), None)
+    share = closed_share(base.out_of_sample, nearest.out_of_sample, flexible) if nearest else None
+    unknown = Outcome("unknown", base, [], nearest, share, sentences)
+    closable = np.sqrt(max(float(base.out_of_sample.mean()) - flexible, 0.0) / motion)
     if closable <= criteria.tolerance:
-        sentences.append(f"The base misses {closable:.2%} of the motion (rms) beyond what a flexible model leaves, which is within the "
-                         f"tolerance of {criteria.tolerance:.2%}.")  # fmt: skip
+        sentences.append(
+            f"The base misses {closable:.2%} of the motion (rms) beyond what a flexible model leaves, which is within "
+            f"the tolerance of {criteria.tolerance:.2%}."
+        )
         return Outcome("none", base, [], nearest, None, sentences)
-    if not gained:
-        sentences += [doubts[id(c)] for c in every[:1]] or ["No effect of the library reduces the loss on blocks."]
+    if not accepted:
+        sentences += [objections[id(m)] for m in better[:1]] or ["No effect of the library reduces the loss on blocks."]
         return unknown
     if too_few(counts, criteria):
         return unknown
-    inside, p = confidence_set(np.array([base.losses, *(c.losses for c in gained)]), criteria.confidence_set_level)
+    inside, p = confidence_set(np.array([base.losses, *(m.losses for m in accepted)]), criteria.confidence_set_level)
     if 0 in inside:
-        sentences.append(f"No effect is distinguishable from none: the base is in the model confidence set (p = {p[0]:.3f}, "
-                         f"level {criteria.confidence_set_level:g}); nearest {_named(gained[0])}.")  # fmt: skip
+        sentences.append(
+            "No effect is distinguishable from none: the base is in the model confidence set "
+            f"(p = {p[0]:.3f}, level {criteria.confidence_set_level:g}); nearest {_effects_of(accepted[0])}."
+        )
         return unknown
-    if every[0] is not gained[0] and id(every[0]) in doubts:
-        sentences.append(doubts[id(every[0])])
-    left = [gained[i - 1] for i in inside]
-    fewest = min(len(c.effects) for c in left)
-    members = _with_equal_ones([c for c in left if len(c.effects) == fewest], gained, base, flexible, criteria)
-    best = min(members, key=lambda c: c.losses.mean())
-    verdict = "named" if frozenset.intersection(*(c.families for c in members)) else "tied"
-    return Outcome(verdict, best, members, gained[0], explained_share(base, best, flexible), sentences)
+    if better[0] is not accepted[0] and id(better[0]) in objections:
+        sentences.append(objections[id(better[0])])
+    not_eliminated = [accepted[i - 1] for i in inside]
+    fewest = min(len(m.effects) for m in not_eliminated)
+    members = [m for m in not_eliminated if len(m.effects) == fewest]
+    members = _with_equal_ones(members, accepted, base, flexible, criteria)
+    best = min(members, key=lambda m: m.losses.mean())
+    verdict = "named" if frozenset.intersection(*(m.families for m in members)) else "tied"
+    share = closed_share(base.out_of_sample, best.out_of_sample, flexible)
+    return Outcome(verdict, best, members, accepted[0], share, sentences)
 
 
 def few_blocks(counts: tuple[int, int], criteria: Criteria) -> list[str]:
-    """The sentence on comparisons of few blocks."""
+    """The limitation where there are few blocks of fitted or of validation runs; empty where there are enough."""
     fitted, validation = counts
     if fitted >= criteria.enough_blocks and (validation >= criteria.enough_blocks or not validation):
         return []
-    return [f"The residuals give {fitted} independent blocks of fitted and {validation} of validation runs; from "
-            f"{criteria.enough_blocks} of each on a comparison is reliable. Record longer runs."]  # fmt: skip
+    return [
+        f"The residuals give {fitted} independent blocks of fitted and {validation} of validation runs; from "
+        f"{criteria.enough_blocks} of each on a comparison is reliable. Record longer runs."
+    ]
 
 
 def too_few(counts: tuple[int, int], criteria: Criteria) -> bool:
@@ -94,48 +110,66 @@ def too_few(counts: tuple[int, int], criteria: Criteria) -> bool:
     return fitted < criteria.fewest_fitted_blocks or 0 < validation < criteria.fewest_validation_blocks
 
 
-def _with_equal_ones(members: Sequence[Contender], gained: Sequence[Contender], base: Contender, flexible: float,
-                     criteria: Criteria) -> list[Contender]:  # fmt: skip
-    """The members, and contenders that close the same share of the closable misfit with no more parameters."""
-    closable = max(float(base.held_out.mean()) - flexible, 1e-300)
-    best = min(members, key=lambda c: c.losses.mean())
+def _with_equal_ones(
+    members: Sequence[ComparedModel],
+    accepted: Sequence[ComparedModel],
+    base: ComparedModel,
+    flexible: float,
+    criteria: Criteria,
+) -> list[ComparedModel]:
+    """The members, and models that close the same share of the closable misfit with no more parameters."""
+    closable = max(float(base.out_of_sample.mean()) - flexible, 1e-300)
+    best = min(members, key=lambda m: m.losses.mean())
     near = [
-        c
-        for c in gained
-        if len(c.effects) == len(best.effects)
-        and c.parameters <= best.parameters
-        and float(c.held_out.mean() - best.held_out.mean()) < criteria.equal_share * closable
+        m
+        for m in accepted
+        if len(m.effects) == len(best.effects)
+        and m.parameters <= best.parameters
+        and float(m.out_of_sample.mean() - best.out_of_sample.mean()) < criteria.equal_share * closable
     ]
-    return list({id(c): c for c in (*members, *near)}.values())
+    return list({id(m): m for m in (*members, *near)}.values())
 
 
-def _doubt(base: Contender, member: Contender, contenders: Sequence[Contender], flexible: float, errors: np.ndarray,
-           criteria: Criteria) -> str:  # fmt: skip
-    """The sentence that withholds a name; empty where nothing does. A pair is compared with its better member alone."""
-    name, before, closed = _named(member), base, "the closable misfit"
-    if len(member.effects) > 1:
-        alone = [c for c in contenders if len(c.effects) == 1 and c.families < member.families]
-        before = min([base, *alone], key=lambda c: float(c.held_out.mean()))
-        closed = f"what {_named(before) or 'the base'} leaves"
-    if (low := log_gain_low(before, member)) <= 0:
-        return (f"{name} is not named: its gain on data that were not used is not clear (95 % interval of the gain in "
-                f"logarithmic loss from {low:.2g}).")  # fmt: skip
-    share = explained_share(before, member, flexible)
+def _objection(
+    base: ComparedModel,
+    model: ComparedModel,
+    models: Sequence[ComparedModel],
+    flexible: float,
+    errors: np.ndarray,
+    criteria: Criteria,
+) -> str:
+    """The reason not to name the effects of a model; empty where there is none.
+
+    A pair is compared with the better of its two effects alone.
+    """
+    name, before, closed = _effects_of(model), base, "the closable misfit"
+    if len(model.effects) > 1:
+        alone = [m for m in models if len(m.effects) == 1 and m.families < model.families]
+        before = min([base, *alone], key=lambda m: float(m.out_of_sample.mean()))
+        closed = f"what {_effects_of(before) or 'the base'} leaves"
+    if (low := log_gain_low(before, model)) <= 0:
+        return (
+            f"{name} is not named: its gain on data that were not used is not clear (95 % interval of the gain in "
+            f"logarithmic loss from {low:.2g})."
+        )
+    share = closed_share(before.out_of_sample, model.out_of_sample, flexible)
     if share.share < criteria.least_share:
         return f"{name} is not named: it closes {share.share:.0%} of {closed}, less than {criteria.least_share:.0%}."
-    model = member.fit.model
-    for effect in member.effects:
-        sizes = [
-            model.names.index(model.experiment.parameter(effect, n))
+    names, x = model.fit.model.names, model.fit.x
+    for effect in model.effects:
+        magnitudes = [
+            names.index(model.fit.model.experiment.parameter(effect, n))
             for n in effect.free_parameters()
             if n not in effect.nonlinear_parameters()
         ]
-        if sizes and all(abs(member.fit.x[i]) < criteria.value_errors * errors[i] for i in sizes):
-            i = sizes[0]
-            return (f"{name} is not named: {model.names[i]} = {member.fit.x[i]:.3g} is within {criteria.value_errors:g} "
-                    f"standard errors ({errors[i]:.2g}) of zero.")  # fmt: skip
+        if magnitudes and all(abs(x[i]) < criteria.value_errors * errors[i] for i in magnitudes):
+            i = magnitudes[0]
+            return (
+                f"{name} is not named: {names[i]} = {x[i]:.3g} is within {criteria.value_errors:g} "
+                f"standard errors ({errors[i]:.2g}) of zero."
+            )
     return ""
 
 
-def _named(contender: Contender) -> str:
-    return " and ".join(effect.family for effect in contender.effects)
+def _effects_of(model: ComparedModel) -> str:
+    return " and ".join(effect.family for effect in model.effects)

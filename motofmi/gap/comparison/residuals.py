@@ -1,8 +1,8 @@
 """The residuals of a fit over time, within the compared band, and their derivatives by the fitted parameters.
 
 A fit compares cosine coefficients of blocks (see `preprocessing.blocks`). Their inverse transform is the residual over
-time, of which initial states and offsets are eliminated already. Every output is divided by its mean standard
-deviation, so that outputs of different units are compared with equal weight.
+time, from which the effects of initial states and sensor offsets are already eliminated. Every output is divided by
+the root mean square of its noise's standard deviations, so that outputs of different units have equal weight.
 """
 
 from dataclasses import dataclass
@@ -12,13 +12,15 @@ from scipy.fft import idct
 
 from motofmi.gap.estimation.fit_result import Fit
 
+Block = tuple[int, int, int]  # run, first sample, last sample + 1
+
 
 @dataclass(frozen=True)
 class TimeResiduals:
-    """Residuals of every run (n, outputs) and their derivatives (n, outputs, parameters), and the units of the
-    outputs (outputs,): the standard deviations by which they are divided.
+    """Residuals (n, outputs) of every run, and their derivatives (n, outputs, parameters), over each output's scale.
 
-    priors (k, parameters) are the derivatives of the prior terms of the fit in the same weights.
+    scale (outputs,) are the standard deviations by which the outputs are divided, in the unit of each output; priors
+    (k, parameters) are the derivatives of the prior terms of the fit, which have standard deviation 1.
     """
 
     runs: list[np.ndarray]
@@ -28,31 +30,31 @@ class TimeResiduals:
 
     @property
     def lengths(self) -> list[int]:
-        """The samples of every run."""
+        """The number of samples of every run."""
         return [len(run) for run in self.runs]
 
 
 def time_residuals(found: Fit, scale: np.ndarray | None = None) -> TimeResiduals:
-    """The residuals of a fit over time. scale (outputs,) are the units of the outputs; by default those of the fit.
+    """The residuals of a fit over time, over scale (outputs,); by default that of the fit (see `output_scale`).
 
     Raises ValueError where residuals or derivatives are not finite.
     """
     if not (np.all(np.isfinite(found.residuals)) and np.all(np.isfinite(found.jacobian))):
-        raise ValueError(f"{found!r}: residuals or derivatives that are not finite")
+        raise ValueError(f"{found!r}: residuals or derivatives are not finite; expected a fit that can be simulated")
     scale = output_scale(found) if scale is None else scale
     residuals, slopes, first = [], [], 0
     for run in found.runs:
         last = first + len(run.data)
-        left = (found.residuals[first:last] * run.deviation)[:, None]
-        both = _over_time(run, np.hstack([left, found.jacobian[first:last] * run.deviation[:, None]])) / scale[:, None]
-        residuals.append(both[:, :, 0])
-        slopes.append(both[:, :, 1:])
+        columns = np.column_stack([found.residuals[first:last], found.jacobian[first:last]]) * run.deviation[:, None]
+        over_time = _over_time(run, columns) / scale[:, None]
+        residuals.append(over_time[:, :, 0])
+        slopes.append(over_time[:, :, 1:])
         first = last
     return TimeResiduals(residuals, slopes, scale, found.jacobian[first:])
 
 
 def output_scale(found: Fit) -> np.ndarray:
-    """The root mean square (outputs,) of the standard deviations of each output's data, over all runs."""
+    """The root mean square (outputs,) of the noise's standard deviations of each output over all runs, in its unit."""
     outputs = found.runs[0].reduction.outputs
     power = np.zeros(outputs)
     for run in found.runs:

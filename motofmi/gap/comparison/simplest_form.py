@@ -8,26 +8,26 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from motofmi.gap.comparison.contender import Contender
+from motofmi.gap.comparison.compared_model import ComparedModel
 
 
-def simplest_sufficient(forms: Sequence[Contender]) -> Contender:
-    """The contender with the fewest parameters among those within one standard error of the one with the least loss."""
+def simplest_sufficient(forms: Sequence[ComparedModel]) -> ComparedModel:
+    """The model with the fewest parameters among those within one standard error of the one with the least loss."""
     best = min(forms, key=lambda c: c.losses.mean())
     near = [c for c in forms if _excess(c, best) <= 0]
     fewest = min(c.parameters for c in near)
     return min((c for c in near if c.parameters == fewest), key=lambda c: c.losses.mean())
 
 
-def _excess(form: Contender, best: Contender) -> float:
-    """By how much the mean loss of a form exceeds that of the best plus one standard error of their difference."""
+def _excess(form: ComparedModel, best: ComparedModel) -> float:
+    """The mean loss of a form minus that of the best form, minus one standard error of their difference [1]."""
     difference = form.losses - best.losses
     return float(difference.mean() - difference.std(ddof=1) / np.sqrt(len(difference)))
 
 
-def one_per_families(contenders: Sequence[Contender]) -> list[Contender]:
+def one_per_families(models: Sequence[ComparedModel]) -> list[ComparedModel]:
     """The simplest sufficient form of every family or pair of families, the least loss first."""
-    groups: dict[frozenset[str], list[Contender]] = {}
-    for contender in contenders:
-        groups.setdefault(contender.families, []).append(contender)
+    groups: dict[frozenset[str], list[ComparedModel]] = {}
+    for model in models:
+        groups.setdefault(model.families, []).append(model)
     return sorted((simplest_sufficient(group) for group in groups.values()), key=lambda c: c.losses.mean())

@@ -140,7 +140,7 @@ def _selected(
         on_progress(Verdict("unknown", base, base, candidates=list(singles), criteria=criteria))
 
     compared = compare(base, singles, library, compared_runs, criteria, report_singles)
-    pairs = [c.fit for c in compared.contenders if len(c.effects) > 1] if compared else []
+    pairs = [c.fit for c in compared.models if len(c.effects) > 1] if compared else []
     if not chi_square_tried and any(_leaves_noise(found, validation_runs, criteria) for found in pairs):
         verdict = _by_chi_square(base, library, validation_runs, on_progress, criteria)
         chi_square_tried = True

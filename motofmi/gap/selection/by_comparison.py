@@ -27,13 +27,13 @@ def verdict_by_comparison(
     found, base = compared.outcome, compared.base.fit
     nearest = found.best if found.best is not compared.base else found.nearest or compared.base
     scale = nearest.fit.count / nearest.fit.chi2
-    fitted = {c.effects[0]: c.fit for c in compared.contenders if len(c.effects) == 1}
+    fitted = {c.effects[0]: c.fit for c in compared.models if len(c.effects) == 1}
     candidates = ranked(_candidate(base, c.effect, fitted.get(c.effect, c.fit), scale) for c in singles)
     candidates.sort(key=lambda c: c.effect not in nearest.effects)
     named = [_candidate(base, effect, found.best.fit, scale) for effect in found.best.effects]
     families = frozenset.intersection(*(c.families for c in found.members)) if found.members else frozenset()
     others = {e.family: (e, c) for c in reversed(found.members) for e in c.effects if e.family not in families}
-    tied = [_candidate(base, effect, contender.fit, scale) for effect, contender in reversed(others.values())]
+    tied = [_candidate(base, effect, model.fit, scale) for effect, model in reversed(others.values())]
     verdict = Verdict(
         found.verdict,
         base,

@@ -7,7 +7,7 @@ import pytest
 
 from fmus.effects.damping import CoulombFriction, CubicDamping, SoftFriction
 from fmus.effects.stiffness import CubicHardening
-from motofmi.gap.comparison.contender import Contender
+from motofmi.gap.comparison.compared_model import ComparedModel
 from motofmi.gap.comparison.outcome import outcome
 from motofmi.gap.comparison.simplest_form import simplest_sufficient
 from motofmi.gap.criteria import Criteria
@@ -17,24 +17,24 @@ MOTION = 100.0  # mean square
 FLEXIBLE = 0.01
 
 
-def contender(*effects, level, seed=0, scatter=0.1, blocks=BLOCKS, value=1.0):
-    """A contender whose mean square is `level` on all blocks but for a scatter, and whose parameters all have one value."""
+def model_with(*effects, level, seed=0, scatter=0.1, blocks=BLOCKS, value=1.0):
+    """A compared model whose mean square is `level` on all blocks but for a scatter, and whose parameters all have one value."""
     names = [f"{e.family}.{n}" for e in effects for n in e.free_parameters()]
     experiment = SimpleNamespace(parameter=lambda effect, n: f"{effect.family}.{n}")
     model = SimpleNamespace(names=names, own=names, experiment=experiment, effects=effects)
     squares = level * np.exp(scatter * np.random.default_rng(seed).normal(size=2 * blocks))
     fit = SimpleNamespace(model=model, x=np.full(len(names), value))
-    return Contender(effects, fit, squares[:blocks], squares[blocks:], 1e-9)
+    return ComparedModel(effects, fit, squares[:blocks], squares[blocks:], 1e-9)
 
 
-def decided(contenders, base_level=10.0, error=0.1, counts=(BLOCKS, BLOCKS), criteria=Criteria(), **options):
-    base = contender(level=base_level, **options)
-    errors = {id(c): np.full(len(c.fit.model.names), error) for c in contenders}
-    return outcome(base, contenders, FLEXIBLE, MOTION, counts, errors, criteria)
+def decided(models, base_level=10.0, error=0.1, counts=(BLOCKS, BLOCKS), criteria=Criteria(), **options):
+    base = model_with(level=base_level, **options)
+    errors = {id(c): np.full(len(c.fit.model.names), error) for c in models}
+    return outcome(base, models, FLEXIBLE, MOTION, counts, errors, criteria)
 
 
 def test_an_effect_that_leads_is_named():
-    found = decided([contender(CoulombFriction, level=1.0, seed=1), contender(CubicHardening, level=5.0, seed=2)])
+    found = decided([model_with(CoulombFriction, level=1.0, seed=1), model_with(CubicHardening, level=5.0, seed=2)])
     assert found.verdict == "named" and found.best.effects == (CoulombFriction,)
     # (10 - 1) / (10 - 0.01), but for the scatter of 0.1 over 20 blocks
     assert found.share.share == pytest.approx(0.9, abs=0.02) and found.share.low < found.share.share < found.share.high
@@ -42,64 +42,64 @@ def test_an_effect_that_leads_is_named():
 
 
 def test_effects_that_lead_in_turn_are_tied():
-    found = decided([contender(CoulombFriction, level=1.0, seed=1), contender(CubicHardening, level=1.0, seed=2)])
+    found = decided([model_with(CoulombFriction, level=1.0, seed=1), model_with(CubicHardening, level=1.0, seed=2)])
     assert found.verdict == "tied" and {c.effects[0] for c in found.members} == {CoulombFriction, CubicHardening}
 
 
 def test_two_effects_are_named_where_neither_does_alone():
-    pair = contender(CoulombFriction, CubicDamping, level=0.5, seed=3)
-    alone = [contender(CoulombFriction, level=8.0, seed=1), contender(CubicDamping, level=8.5, seed=2)]
+    pair = model_with(CoulombFriction, CubicDamping, level=0.5, seed=3)
+    alone = [model_with(CoulombFriction, level=8.0, seed=1), model_with(CubicDamping, level=8.5, seed=2)]
     found = decided([*alone, pair])
     assert found.verdict == "named" and found.best is pair
 
 
 def test_a_second_effect_that_closes_little_of_the_rest_is_not_named():
-    pair = contender(CoulombFriction, CubicDamping, level=0.95, seed=1, scatter=0.01)
-    found = decided([contender(CoulombFriction, level=1.0, seed=1, scatter=0.01), pair])
+    pair = model_with(CoulombFriction, CubicDamping, level=0.95, seed=1, scatter=0.01)
+    found = decided([model_with(CoulombFriction, level=1.0, seed=1, scatter=0.01), pair])
     assert found.verdict == "named" and found.best.effects == (CoulombFriction,)
     assert any("closes 5% of what coulomb_friction leaves" in s for s in found.sentences)
 
 
 def test_no_gain_is_unknown_with_the_probability_of_the_base():
-    found = decided([contender(CoulombFriction, level=9.0, seed=4, scatter=1.0)], scatter=1.0)
+    found = decided([model_with(CoulombFriction, level=9.0, seed=4, scatter=1.0)], scatter=1.0)
     assert found.verdict == "unknown" and found.sentences
 
 
 def test_a_clear_gain_of_a_small_share_is_not_named():
-    found = decided([contender(CoulombFriction, level=9.5, scatter=0.1)])
+    found = decided([model_with(CoulombFriction, level=9.5, scatter=0.1)])
     assert found.verdict == "unknown"
     assert "closes 5% of the closable misfit, less than 10%" in found.sentences[0]
 
 
 def test_a_magnitude_within_its_error_is_not_named():
-    found = decided([contender(CoulombFriction, level=1.0, seed=1)], error=0.6)
+    found = decided([model_with(CoulombFriction, level=1.0, seed=1)], error=0.6)
     assert found.verdict == "unknown" and "within 2 standard errors (0.6) of zero" in found.sentences[0]
 
 
 def test_a_misfit_within_the_tolerance_is_none():
     # A base that misses 0.5 % of the motion: sqrt(0.0025 / 100).
-    small = [contender(CoulombFriction, level=0.0001, seed=1)]
+    small = [model_with(CoulombFriction, level=0.0001, seed=1)]
     found = outcome(
-        contender(level=0.0025), small, 1e-6, MOTION, (BLOCKS, BLOCKS), {id(small[0]): np.full(1, 0.1)}, Criteria()
+        model_with(level=0.0025), small, 1e-6, MOTION, (BLOCKS, BLOCKS), {id(small[0]): np.full(1, 0.1)}, Criteria()
     )
     assert found.verdict == "none" and "within the tolerance of 1.00%" in found.sentences[-1]
     strict = Criteria(tolerance=0.001)
     found = outcome(
-        contender(level=0.0025), small, 1e-6, MOTION, (BLOCKS, BLOCKS), {id(small[0]): np.full(1, 0.1)}, strict
+        model_with(level=0.0025), small, 1e-6, MOTION, (BLOCKS, BLOCKS), {id(small[0]): np.full(1, 0.1)}, strict
     )
     assert found.verdict == "named"
 
 
 @pytest.mark.parametrize(("blocks", "verdict"), [(7, "unknown"), (10, "named"), (12, "named")])
 def test_few_blocks_are_a_limitation_and_very_few_give_no_verdict(blocks, verdict):
-    made = [contender(CoulombFriction, level=1.0, seed=1, blocks=blocks)]
+    made = [model_with(CoulombFriction, level=1.0, seed=1, blocks=blocks)]
     found = decided(made, counts=(blocks, blocks), blocks=blocks)
     assert found.verdict == verdict
     assert any("independent blocks" in s for s in found.sentences) == (blocks < 12)
 
 
 def test_the_simplest_form_within_one_standard_error_is_taken():
-    plain, soft = contender(CoulombFriction, level=1.0, seed=1), contender(SoftFriction, level=1.0, seed=4)
+    plain, soft = model_with(CoulombFriction, level=1.0, seed=1), model_with(SoftFriction, level=1.0, seed=4)
     assert simplest_sufficient([plain, soft]) is plain
-    better = contender(SoftFriction, level=0.5, seed=5)
+    better = model_with(SoftFriction, level=0.5, seed=5)
     assert simplest_sufficient([plain, better]) is better

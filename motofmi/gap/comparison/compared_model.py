@@ -1,0 +1,143 @@
+"""The models of a comparison: the base, single effects and pairs, with their losses on the same blocks.
+
+The fit of every compared model is refined until another step would change its parameters by much less than their
+standard errors. On validation runs only initial states and sensor offsets are estimated.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fmus.effects import Effect
+from fmus.support.errors import InputError
+from fmus.support.parallel import parallel_map
+from motofmi.gap.comparison.block_losses import left_out_mean_squares, mean_squares, partition
+from motofmi.gap.comparison.residuals import Block, TimeResiduals, time_residuals
+from motofmi.gap.criteria import Criteria
+from motofmi.gap.estimation.fit_result import Fit, PortableFit
+from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.preprocessing.sampled_run import ACCURACY, SampledRun
+from motofmi.gap.validation.before_after import on_validation_runs
+
+LEAST_GAIN = 1e-3  # gain of a step over the chi-square per datum [1] below which a refinement ends
+MOST_STEPS = 15  # steps of a refinement
+
+
+@dataclass(frozen=True)
+class ComparedModel:
+    """A fitted model with its mean squares on blocks.
+
+    fitted (blocks,) are the mean squares on blocks of the fitted runs, each in the fit without that block; validation
+    (blocks,) are those on validation runs, empty where there are none. Every output is divided by the scale of the
+    comparison, so that mean squares have no unit. floor [1] is the mean square that no model of a real component is
+    expected to go below.
+    """
+
+    effects: tuple[type[Effect], ...]
+    fit: Fit
+    fitted: np.ndarray
+    validation: np.ndarray
+    floor: float
+
+    @property
+    def families(self) -> frozenset[str]:
+        """The families of its effects."""
+        return frozenset(effect.family for effect in self.effects)
+
+    @property
+    def parameters(self) -> int:
+        """The number of parameters of its effects."""
+        return len(self.fit.model.own)
+
+    @property
+    def losses(self) -> np.ndarray:
+        """The logarithmic losses (blocks,) [1] on all blocks, fitted runs first."""
+        return np.log(np.concatenate([self.fitted, self.validation]) + self.floor)
+
+    @property
+    def out_of_sample(self) -> np.ndarray:
+        """The mean squares (blocks,) [1] on data that were not used for the fit.
+
+        These are the validation runs or, where there are none, blocks that are left out of the fit.
+        """
+        return self.validation if len(self.validation) else self.fitted
+
+    def __repr__(self) -> str:
+        named = " and ".join(f"{e.family} ({e.form})" for e in self.effects) or "base alone"
+        return f"ComparedModel({named}, mean loss {self.losses.mean():.3f})"
+
+
+class CommonBlocks:
+    """The blocks of the fitted runs and of the validation runs on which all models are compared.
+
+    The length of the blocks is the correlation length of the residuals of the leading fit. scale (outputs,) are the
+    standard deviations by which the outputs are divided.
+    """
+
+    def __init__(self, leading: Fit, validation: Sequence[SampledRun], criteria: Criteria):
+        self.validation, self.criteria = list(validation), criteria
+        residuals = time_residuals(leading)
+        self.scale, self.blocks = residuals.scale, partition(residuals)
+        outputs = np.concatenate([run.measured for run in leading.runs])
+        self.floor = float(np.mean((ACCURACY * outputs.std(axis=0) / self.scale) ** 2))
+        self.validation_blocks: list[Block] = []
+        if self.validation:
+            validated = on_validation_runs(leading, self.validation, criteria).fit
+            longest = max(last - first for _, first, last in self.blocks)
+            self.validation_blocks = partition(time_residuals(validated, self.scale), longest)
+
+    def evaluated(self, found: Fit) -> ComparedModel | None:
+        """The mean squares of a fit on all blocks; None where it cannot be simulated or differentiated."""
+        try:
+            fitted = left_out_mean_squares(time_residuals(found, self.scale), self.blocks)
+            validation = np.zeros(0)
+            if self.validation:
+                validated = on_validation_runs(found, self.validation, self.criteria).fit
+                validation = mean_squares(time_residuals(validated, self.scale), self.validation_blocks)
+        except (InputError, ValueError, np.linalg.LinAlgError):
+            return None
+        if not (np.all(np.isfinite(fitted)) and np.all(np.isfinite(validation))):
+            return None
+        return ComparedModel(found.model.effects, found, fitted, validation, self.floor)
+
+    def refined_and_evaluated(self, fits: Sequence[Fit], description: str) -> list[ComparedModel]:
+        """The compared models of refined fits, without those that cannot be simulated.
+
+        description names the computation in the progress display.
+        """
+
+        def mean_squares_of(found: Fit) -> tuple[PortableFit, np.ndarray, np.ndarray] | None:
+            refined = refined_fit(found)
+            model, portable = self.evaluated(refined), PortableFit.of(refined)
+            return None if model is None or portable is None else (portable, model.fitted, model.validation)
+
+        models = []
+        for found, result in zip(fits, parallel_map(mean_squares_of, fits, description), strict=True):
+            if result is not None:
+                portable, fitted, validation = result
+                refined = portable.on(found.model, found.runs)
+                models.append(ComparedModel(found.model.effects, refined, fitted, validation, self.floor))
+        return models
+
+    def fitted_losses(self, found: Fit) -> np.ndarray | None:
+        """The logarithmic losses (blocks,) [1] on the fitted runs; None where they cannot be computed."""
+        try:
+            squares = left_out_mean_squares(time_residuals(found, self.scale), self.blocks)
+        except (ValueError, np.linalg.LinAlgError):
+            return None
+        losses = np.log(squares + self.floor)
+        return losses if np.all(np.isfinite(losses)) else None
+
+    def residuals(self, found: Fit) -> TimeResiduals:
+        """The residuals of a fit over time, each output over the scale of the comparison."""
+        return time_residuals(found, self.scale)
+
+
+def refined_fit(found: Fit) -> Fit:
+    """The fit continued until a step gains little; itself where it cannot be simulated again."""
+    try:
+        again = fit(found.model, found.runs, found.x, gain=LEAST_GAIN * found.chi2 / found.count, iterations=MOST_STEPS)
+    except InputError:
+        return found
+    return again if again.chi2 <= found.chi2 else found
