@@ -26,23 +26,9 @@ from motofmi.recordings.recording import Recording
 from motofmi.reports.gap_before_after import without_and_with
 from motofmi.reports.gap_component import _loops, left_over
 from motofmi.workflows import components
+from tests.motofmi.gap.verdict_keys import KEYS
 from tests.simulators.hidden_joint import JOINT, joint_run
 from tests.simulators.hidden_mechanisms import excitation, resistance, simulate, torque_for
-
-KEYS = {
-    "verdict",
-    "effects",
-    "tied",
-    "closest",
-    "candidates",
-    "where",
-    "gap",
-    "next_experiment",
-    "model",
-    "fmu",
-    "limitations",
-    "noise_source",
-}
 
 
 def asked(component, recordings, **more):

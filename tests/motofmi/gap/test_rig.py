@@ -15,25 +15,12 @@ from motofmi.workflows.gap.rig import rig_effects, rig_experiment, with_bare_bar
 from tests import SHARED_DATA
 
 pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")
+from tests.motofmi.gap.verdict_keys import KEYS
 from tests.simulators.as_recordings import as_recording
 from tests.simulators.hidden_rig import RUNS, case, record
 from tests.simulators.rig_runs import RIG, prepared
 
 SOLVED = SHARED_DATA / "gap_open"
-KEYS = {
-    "verdict",
-    "effects",
-    "tied",
-    "closest",
-    "candidates",
-    "where",
-    "gap",
-    "next_experiment",
-    "model",
-    "fmu",
-    "limitations",
-    "noise_source",
-}
 
 
 @pytest.mark.slow
