@@ -10,7 +10,7 @@ from typing import ClassVar
 from fmus.declaration.variables import parameter, state
 from fmus.effects.effect import Effect, adds_to
 
-FAMILY = "unlisted"
+FAMILY = "outside_library"
 MEMORY = 0.01  # s, time constant of the sensor
 SOFTENING = ("saturation", "geometric_nonlinearity")  # families that describe softening, where a library has them
 

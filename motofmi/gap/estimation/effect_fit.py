@@ -12,7 +12,7 @@ from fmus.support.parallel import parallel_map
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import Candidate, adequate, one_each, ranked
 from motofmi.gap.estimation.fit_result import Fit, PortableFit, initial_guesses, with_initial_guesses
-from motofmi.gap.estimation.fitting import fit, fit_or_none, lost, with_sensitive_base
+from motofmi.gap.estimation.fitting import fit, fit_or_none, has_vanished_parameter, with_sensitive_base
 from motofmi.gap.estimation.screening import Signature, far_from_data
 from motofmi.gap.models.harmonic_model import AnyModel
 
@@ -71,7 +71,7 @@ def _best_fit(found: Fit, signature: Signature, beat: float, known: Sequence[Fit
     """The best fit from several starts, the most promising first; None where none can be simulated."""
     model = found.model.with_added_effects(signature.effect)
     far = far_from_data(found)
-    at_bound = lost(found)
+    at_bound = has_vanished_parameter(found)
     # no start is known to be better than another
     blind = at_bound and signature.gain < criteria.first_effect_delta_bic
     promised = np.inf if blind else signature.gain * (1.0 if far else PROMISED)

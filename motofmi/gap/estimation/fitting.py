@@ -44,7 +44,7 @@ def with_sensitive_base(found: Fit) -> np.ndarray:
     return x
 
 
-def lost(found: Fit) -> bool:
+def has_vanished_parameter(found: Fit) -> bool:
     """Whether a parameter of the base ended at its lower bound, where the derivatives are not representative of the
     gain of an effect."""
     low = _bounds(found.model, found.runs, len(found.x))[0]

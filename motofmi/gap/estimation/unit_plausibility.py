@@ -18,7 +18,7 @@ from motofmi.gap.criteria import Criteria
 UNITS = (180 / np.pi, 1e3, 1e6)  # degrees per radian, k or m, M
 
 
-def forceful(component: Component) -> list[str]:
+def parameters_with_force_or_mass(component: Component) -> list[str]:
     """The parameters with force or mass in their unit that are not 0: without a known force only their
     ratios are identifiable."""
     rows = component.rows("parameter")
@@ -27,7 +27,8 @@ def forceful(component: Component) -> list[str]:
 
 def common_factor(component: Component, found: Mapping[str, float], criteria: Criteria) -> float:
     """The common factor of fitted values, by name, over the component's; 1 where it is not that of a unit."""
-    ratios = np.array([abs(found[n] / component.values[n]) for n in forceful(component) if n in found])
+    names = [n for n in parameters_with_force_or_mass(component) if n in found]
+    ratios = np.array([abs(found[n] / component.values[n]) for n in names])
     ratios = ratios[ratios > 0]
     if len(ratios) < 2:
         return 1.0

@@ -26,7 +26,7 @@ class SensorOffset(Effect):
 
 def sensor_offset_parameter(name: str) -> str:
     """The name of the parameter of an input's sensor offset."""
-    return f"{name}_zero.offset"
+    return f"{name}_sensor.offset"
 
 
 def sensor_offset_effect(component: Component, name: str) -> type[SensorOffset]:
@@ -35,5 +35,5 @@ def sensor_offset_effect(component: Component, name: str) -> type[SensorOffset]:
     return type(
         "SensorOffset",
         (SensorOffset,),
-        {"__doc__": SensorOffset.__doc__, "family": f"{name}_zero", "element": name, "offset": offset},
+        {"__doc__": SensorOffset.__doc__, "family": f"{name}_sensor", "element": name, "offset": offset},
     )

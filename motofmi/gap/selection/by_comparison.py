@@ -1,7 +1,7 @@
 """The verdict of a comparison on blocks, for data that no model of the library explains within their noise.
 
-The noise is what the best model leaves: chi-square then measures gains in units of that, and a delta BIC orders
-candidates without deciding anything.
+The residuals of the best model take the place of the noise: chi-square and delta BIC are in units of their power. A
+delta BIC then only orders the candidates; the verdict is that of the comparison.
 """
 
 from collections.abc import Sequence
@@ -23,23 +23,26 @@ from motofmi.gap.validation.before_after import before_and_after
 def verdict_by_comparison(
     compared: Comparison, singles: Sequence[Candidate], validation: Sequence[SampledRun], criteria: Criteria
 ) -> Verdict:
-    """The verdict of a comparison; singles are the fitted single effects, validation the prepared validation runs."""
-    found, base = compared.outcome, compared.base.fit
-    nearest = found.best if found.best is not compared.base else found.nearest or compared.base
+    """The verdict of a comparison.
+
+    singles are the fitted single effects, validation are the prepared validation runs.
+    """
+    result, base = compared.outcome, compared.base.fit
+    nearest = result.best if result.best is not compared.base else result.nearest or compared.base
     scale = nearest.fit.count / nearest.fit.chi2
     fitted = {c.effects[0]: c.fit for c in compared.models if len(c.effects) == 1}
     candidates = ranked(_candidate(base, c.effect, fitted.get(c.effect, c.fit), scale) for c in singles)
     candidates.sort(key=lambda c: c.effect not in nearest.effects)
-    named = [_candidate(base, effect, found.best.fit, scale) for effect in found.best.effects]
-    families = frozenset.intersection(*(c.families for c in found.members)) if found.members else frozenset()
-    others = {e.family: (e, c) for c in reversed(found.members) for e in c.effects if e.family not in families}
+    named = [_candidate(base, effect, result.best.fit, scale) for effect in result.best.effects]
+    families = frozenset.intersection(*(c.families for c in result.members)) if result.members else frozenset()
+    others = {e.family: (e, c) for c in reversed(result.members) for e in c.effects if e.family not in families}
     tied = [_candidate(base, effect, model.fit, scale) for effect, model in reversed(others.values())]
     verdict = Verdict(
-        found.verdict,
+        result.verdict,
         base,
-        nearest.fit if found.verdict != "none" else base,
-        [c for c in named if c.family in families] if found.verdict == "named" else [],
-        tied if found.verdict in ("named", "tied") else [],
+        nearest.fit if result.verdict != "none" else base,
+        [c for c in named if c.family in families] if result.verdict == "named" else [],
+        tied if result.verdict in ("named", "tied") else [],
         candidates,
         criteria=criteria,
         comparison=compared,
@@ -51,17 +54,17 @@ def verdict_by_comparison(
 
 
 def _candidate(base: Fit, effect: type[Effect], fitted: Fit, scale: float) -> Candidate:
-    """The gain of a fitted effect with what the best model leaves as noise."""
+    """The candidate of a fitted effect; scale is the factor from chi-square to units of the best model's residuals."""
     gain = (base.chi2 - fitted.chi2) * scale
     return Candidate(effect, fitted, gain, gain - (fitted.penalty - base.penalty))
 
 
 def _with_remaining_noise(base: Fit, best: Fit) -> tuple[Fit, Fit]:
-    """Both fits, unchanged, on runs with the noise that a flexible model leaves of the best one."""
-    quiet = [best.model.with_remaining_noise(run, best.of_run(i)) for i, run in enumerate(best.runs)]
+    """Both fits, with the same parameters, on runs with the noise that a flexible model estimates from the best one."""
+    with_noise = [best.model.with_remaining_noise(run, best.of_run(i)) for i, run in enumerate(best.runs)]
     evaluated = []
     for found in (base, best):
-        runs = [new.with_initial_guesses(old.guess) for new, old in zip(quiet, found.runs, strict=True)]
+        runs = [new.with_initial_guesses(old.guess) for new, old in zip(with_noise, found.runs, strict=True)]
         again = fit(found.model, runs, found.x, iterations=0)
         evaluated.append(replace(again, sandwich=found.sandwich))
     return evaluated[0], evaluated[0] if best is base else evaluated[1]

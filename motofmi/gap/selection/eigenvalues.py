@@ -1,7 +1,7 @@
 """Model selection on measured eigenvalues.
 
-The effects of a linearised component have only the forms of the library. So a family without an adequate form is
-`unknown`, and not named with an unspecified form as where forces may be any function.
+In a linearised component an effect is linear, so that it has no form beyond those of the library. Therefore a family
+without an adequate form is not named with an unspecified form; the verdict is `unknown`.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,13 +15,20 @@ from motofmi.gap.preprocessing.eigenvalues import MeasuredEigenvalues
 from motofmi.gap.selection.model_selection import Verdict, select_model
 
 
-def select_model_for_eigenvalues(experiment: VehicleOverSpeedExperiment, runs: Sequence[MeasuredEigenvalues], library: Sequence[type[Effect]], validation: Sequence[MeasuredEigenvalues] = (),
-                          so_far: Callable[[Verdict], None] = lambda verdict: None, criteria: Criteria = Criteria()) -> Verdict:  # fmt: skip
-    """The verdict on measured eigenvalues, with the effects of a library; validation ones can only reject a name.
+def select_model_for_eigenvalues(
+    experiment: VehicleOverSpeedExperiment,
+    runs: Sequence[MeasuredEigenvalues],
+    library: Sequence[type[Effect]],
+    validation: Sequence[MeasuredEigenvalues] = (),
+    on_progress: Callable[[Verdict], None] = lambda verdict: None,
+    criteria: Criteria = Criteria(),
+) -> Verdict:
+    """The verdict on measured eigenvalues, with the effects of a library.
 
-    so_far is called with an intermediate verdict at every stage.
+    Validation eigenvalues can only reject an effect. on_progress is called with an intermediate verdict at every stage.
+    Raises InputError where the base cannot be fitted.
     """
-    verdict = select_model(EigenvalueModel(experiment), runs, library, validation, so_far, criteria=criteria)
-    return (
-        replace(verdict, verdict="unknown", effects=[], unspecified_form=False) if verdict.unspecified_form else verdict
-    )
+    verdict = select_model(EigenvalueModel(experiment), runs, library, validation, on_progress, criteria=criteria)
+    if verdict.unspecified_form:
+        return replace(verdict, verdict="unknown", effects=[], unspecified_form=False)
+    return verdict

@@ -1,10 +1,12 @@
 """Pairs of effects: every leading first effect with every second one, and the pairs that fit as well as the best.
 
-The first effect of a pair need not be the best single effect, since a single effect compensates for the other as far as
-it can. So pairs are compared as pairs, and only the families that all near-best pairs share are certain.
+The first effect of a pair need not be the best single effect, since a single effect is fitted so that it compensates in
+part for the missing one. Therefore pairs are compared with pairs, and only a family that all near-best pairs contain is
+certain.
 
-Small errors of a large effect look like another effect, so a second one must gain a share of the gain of the first. The
-exception is where the noise is known, no single effect is adequate, and the second one leads all others clearly.
+A small error in the form of a large effect has residuals like those of another effect. Therefore the gain of a second
+effect must exceed a share of the gain of the first. This is not required where the noise is known, no single effect is
+adequate, and the second effect leads all others clearly.
 """
 
 from collections.abc import Callable, Sequence
@@ -25,9 +27,9 @@ from motofmi.gap.estimation.effect_fit import as_found, fit_each
 from motofmi.gap.estimation.fit_result import Fit, penalty
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.screening import screen
-from motofmi.gap.selection.candidate_search import NEAR, search_candidates
+from motofmi.gap.selection.candidate_search import NEAR_SHARE, search_candidates
 
-FIRSTS = 3  # leading families that are tried as the first of a pair; each costs a search of the library
+FIRST_EFFECTS = 3  # leading families that are used as the first of a pair; each needs a search of the library
 
 
 @dataclass(frozen=True)
@@ -39,54 +41,54 @@ class Pair:
 
     @property
     def members(self) -> tuple[Candidate, Candidate]:
+        """Both effects."""
         return self.first, self.second
 
     @property
     def delta_bic(self) -> float:
+        """The delta BIC of both effects over the base [1]."""
         return self.first.delta_bic + self.second.delta_bic
 
     @property
     def families(self) -> frozenset[str]:
+        """The families of both effects."""
         return frozenset((self.first.family, self.second.family))
 
 
-def pairs_of(best: Candidate, first: Sequence[Candidate], library: Sequence[type[Effect]], criteria: Criteria = Criteria(),
-             so_far: Callable[[Pair], None] = lambda pair: None, known: list[Fit] | None = None) -> list[Pair]:  # fmt: skip
-    """The adequate pairs that are tied with the best one, which comes first; none where no pair is
-    worth its second effect.
+def pairs_of(
+    best: Candidate,
+    first: Sequence[Candidate],
+    library: Sequence[type[Effect]],
+    criteria: Criteria = Criteria(),
+    on_progress: Callable[[Pair], None] = lambda pair: None,
+    known: list[Fit] | None = None,
+) -> list[Pair]:
+    """The adequate pairs that are tied with the best one, which comes first.
 
-    `best` is the best single effect. Where it is adequate, a pair must contain it or lead it. so_far is called with the
-    best pair after each first effect; `known` are fits that serve as starts, see `search_candidates`.
+    The list is empty where no second effect gains enough. `best` is the best single effect, `first` are all of them.
+    Where `best` is adequate, a pair must contain it or have a larger delta BIC by the gain of a second effect.
+    on_progress is called with the best pair after each first effect; `known` are fits that serve as starts, see
+    `search_candidates`.
     """
-    leading = [
-        best,
-        *(
-            c
-            for c in one_each(first)
-            if c.family != best.family and c.effect in c.fit.model.effects and c.delta_bic > NEAR * best.delta_bic
-        ),
-    ]
-    one_will_do = adequate(best.fit, criteria)
-    must_gain = _second_gain(best, criteria)
-    if one_will_do and _impossible(best.fit, must_gain, criteria):
+    near = NEAR_SHARE * best.delta_bic
+    others = [c for c in one_each(first) if c.family != best.family and c.effect in c.fit.model.effects]
+    leading = [best, *(c for c in others if c.delta_bic > near)]
+    one_suffices = adequate(best.fit, criteria)
+    required = _second_gain(best, criteria)
+    if one_suffices and _impossible(best.fit, required, criteria):
         return []
-    worth = best.delta_bic + must_gain if one_will_do else 0.0
+    least_of_pair = best.delta_bic + required if one_suffices else 0.0
     found: dict[frozenset[str], Pair] = {}
-    for one in leading[:FIRSTS]:
-        # Pairs that are not adequate, gain too little or are far behind another one are not fitted to the end.
+    for one in leading[:FIRST_EFFECTS]:
         usual = _second_gain(one, criteria)
-        gained = [one.fit.chi2 - usual] if one_will_do else []
-        enough = min(
-            [
-                reduced_by_noise(one.fit, criteria) * one.fit.freedom,
-                *gained,
-                *(pair.second.fit.chi2 for pair in found.values()),
-            ]
-        )
-        least = criteria.second_effect_delta_bic if not one_will_do and noise_is_known(one.fit) else usual
+        # Chi-square that a pair must reach to be adequate, to gain enough and to be near the best pair.
+        needed = [reduced_by_noise(one.fit, criteria) * one.fit.freedom, *(p.second.fit.chi2 for p in found.values())]
+        if one_suffices:
+            needed.append(one.fit.chi2 - usual)
+        least = criteria.second_effect_delta_bic if not one_suffices and noise_is_known(one.fit) else usual
         seconds = one_each(
             search_candidates(
-                one.fit, library, leaders=4, least=least, others=False, beat=enough, known=known, criteria=criteria
+                one.fit, library, leaders=4, least=least, others=False, beat=min(needed), known=known, criteria=criteria
             )
         )
         if not _leads(seconds, criteria):
@@ -94,23 +96,23 @@ def pairs_of(best: Candidate, first: Sequence[Candidate], library: Sequence[type
         for two in seconds:
             pair = Pair(one, two)
             significant = two.effect in two.fit.model.effects and two.delta_bic > least
-            if significant and pair.delta_bic > worth and adequate(two.fit, criteria):
+            if significant and pair.delta_bic > least_of_pair and adequate(two.fit, criteria):
                 found[pair.families] = max(found.get(pair.families, pair), pair, key=lambda p: p.delta_bic)
-        if one_will_do and not found:
+        if one_suffices and not found:
             return []
         if found:
-            so_far(max(found.values(), key=lambda pair: pair.delta_bic))
+            on_progress(max(found.values(), key=lambda pair: pair.delta_bic))
     ranked = sorted(found.values(), key=lambda pair: -pair.delta_bic)
     return [pair for pair in ranked if ranked[0].delta_bic - pair.delta_bic < criteria.tie_delta_bic]
 
 
 def _second_gain(first: Candidate, criteria: Criteria) -> float:
-    """What a second effect must gain on top of a first one."""
+    """The delta BIC [1] that a second effect must have beside a first one."""
     return max(criteria.second_effect_delta_bic, criteria.second_effect_share * first.delta_chi2)
 
 
 def _impossible(found: Fit, gain: float, criteria: Criteria) -> bool:
-    """Whether the required gain would leave less than noise leaves by chance."""
+    """Whether chi-square with the required gain would be smaller than that of noise, beyond chance."""
     return noise_is_known(found) and found.chi2 - gain < found.freedom - by_chance(found.freedom, criteria)
 
 
@@ -126,14 +128,16 @@ def shared_families(pairs: Sequence[Pair]) -> frozenset[str]:
 
 
 def in_simplest_forms(base: Fit, pair: Pair, library: Sequence[type[Effect]], criteria: Criteria) -> Pair:
-    """The pair with the simplest forms that fit as well: as a single effect, the first took a form that
-    compensates for the second."""
+    """The pair with the simplest forms that fit as well.
+
+    The form of the first effect was selected before the second was added, and compensates for it in part.
+    """
     for place in (0, 1):
         here = pair.members[place]
         forms = [e for e in library if e.family == here.family and not e.flexible and e is not here.effect]
-        every = [pair, *filter(None, (_with_form(base, pair, place, form) for form in forms))]
-        best = min(every, key=lambda p: p.second.fit.bic)
-        near = [p for p in every if p.second.fit.bic - best.second.fit.bic < criteria.tie_delta_bic]
+        pairs = [pair, *filter(None, (_with_form(base, pair, place, form) for form in forms))]
+        best = min(pairs, key=lambda p: p.second.fit.bic)
+        near = [p for p in pairs if p.second.fit.bic - best.second.fit.bic < criteria.tie_delta_bic]
         pair = min(near, key=lambda p: (len(p.members[place].effect.free_parameters()), p.second.fit.bic))
     return pair
 
@@ -141,8 +145,10 @@ def in_simplest_forms(base: Fit, pair: Pair, library: Sequence[type[Effect]], cr
 def single_effects_instead(
     base: Fit, pair: Pair, library: Sequence[type[Effect]], criteria: Criteria
 ) -> list[Candidate]:
-    """Single effects that explain as much as a pair: one of its members fitted from the pair's values, or a flexible
-    form of its family."""
+    """Single effects that explain as much as a pair.
+
+    They are the members of the pair, fitted alone from the pair's values, and the flexible forms of their families.
+    """
     together, found = pair.second.fit, []
     for member in pair.members:
         model = base.model.with_added_effects(member.effect)
@@ -158,7 +164,7 @@ def single_effects_instead(
 
 
 def _with_form(base: Fit, pair: Pair, place: int, form: type[Effect]) -> Pair | None:
-    """The pair with another form of one of its families; None where that cannot be fitted."""
+    """The pair with another form of the effect at a place, 0 or 1; None where that cannot be fitted."""
     together = pair.second.fit
     effects = [c.effect for c in pair.members]
     effects[place] = form

@@ -2,11 +2,11 @@
 
     dchi2 |(1 - W W^+) r|^2 / |(1 - B B^+) r|^2 < dBIC of a tie
 
-r are the derivatives by the other effect's magnitude, B those by the base (data only), W these and the named effect's:
-the ratio is the share of the named effect's gain that the other effect cannot reach. At one port, with torque and
-angle, a linear rider has seven coefficients and the base has six parameters, so one linear effect can be replaced by
-another with other values of the base. Only knowledge besides the data distinguishes them: the physical sign of a
-parameter, or an inertia known from elsewhere.
+r are the derivatives of the data by the other effect's magnitude, B those by the parameters of the base, W those by the
+base and the named effect. The ratio is the share of the named effect's gain that the other effect cannot reach. At one
+port, with torque and angle, a linear rider has seven coefficients and the base has six parameters. Therefore one linear
+effect can be replaced by another with other values of the base. Only knowledge besides the data distinguishes them: the
+physical sign of a parameter, or an inertia known from another measurement.
 """
 
 from collections.abc import Sequence
@@ -20,15 +20,17 @@ from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import Candidate, one_each
 from motofmi.gap.estimation.fit_result import Fit
 
-INDEPENDENT = 1e-9  # of the largest singular value
-ROUNDING = 1e-9  # of the squared length: below it the response is one of the base
+INDEPENDENT = 1e-9  # singular value over the largest one [1] below which derivatives are linearly dependent
+ROUNDING = 1e-9  # share of the squared derivatives outside those of the base [1] that is due to rounding
 
 
 def equivalent(
     found: Fit, named: Candidate, candidates: Sequence[Candidate], criteria: Criteria = Criteria()
 ) -> list[str]:
-    """The families that only bounds and priors distinguish from the named effect of a fit; none where
-    it is not in the fit."""
+    """The families that only bounds and priors distinguish from the named effect of a fit.
+
+    The list is empty where the effect is not in the fit, or has a prior itself.
+    """
     effect = named.effect
     if effect not in found.model.effects or effect.prior is not None:  # a prior is knowledge besides the data
         return []
@@ -37,31 +39,38 @@ def equivalent(
     whole, without = _basis(slopes), _basis(np.delete(slopes, own, axis=1))
     rivals = [c for c in one_each(candidates) if c.family != named.family and not c.effect.nonlinear_parameters()]
     outside = parallel_map(
-        lambda effect: _left(found, effect, (whole, without)),
+        lambda effect: _share_outside(found, effect, (whole, without)),
         [c.effect for c in rivals],
         "effects with the same response",
     )
-    return [c.family for c, (beside, alone) in zip(rivals, outside, strict=True)
-            if alone > ROUNDING and named.delta_chi2 * beside < criteria.tie_delta_bic * alone]  # fmt: skip
+    return [
+        c.family
+        for c, (beside, alone) in zip(rivals, outside, strict=True)
+        if alone > ROUNDING and named.delta_chi2 * beside < criteria.tie_delta_bic * alone
+    ]
 
 
 def _basis(slopes: np.ndarray) -> np.ndarray:
-    """Orthonormal columns; without priors, common parameters and deviations of single runs are linearly dependent."""
-    left, sizes, _ = np.linalg.svd(slopes / (np.linalg.norm(slopes, axis=0) + 1e-12), full_matrices=False)
-    return left[:, sizes > INDEPENDENT * sizes[0]]
+    """An orthonormal basis of columns that may be linearly dependent.
+
+    Without priors, common parameters and deviations of single runs are.
+    """
+    basis, sizes, _ = np.linalg.svd(slopes / (np.linalg.norm(slopes, axis=0) + 1e-12), full_matrices=False)
+    return basis[:, sizes > INDEPENDENT * sizes[0]]
 
 
-def _left(found: Fit, effect: type[Effect], bases: Sequence[np.ndarray]) -> list[float]:
-    """The share of an effect's derivatives by its magnitude, at zero, that lies outside each of these bases."""
+def _share_outside(found: Fit, effect: type[Effect], bases: Sequence[np.ndarray]) -> list[float]:
+    """The share of an effect's squared derivatives by its magnitude, at zero, that lies outside each of these bases.
+
+    It is 1 where the effect cannot be simulated.
+    """
     try:
         model = found.model.with_added_effects(effect, slopes_of_base=False)
         shared = len(found.model.names)
-        more = np.array([max(row.min, 0.0) for row in model.rows[shared - len(model.base) :]])
+        zero = np.array([max(row.min, 0.0) for row in model.rows[shared - len(model.base) :]])
+        vectors = [np.concatenate([found.of_run(i), zero]) for i in range(len(found.runs))]
         slopes = np.concatenate(
-            [
-                model.reduced(run, np.concatenate([found.of_run(i), more]))[1][:, shared]
-                for i, run in enumerate(found.runs)
-            ]
+            [model.reduced(run, x)[1][:, shared] for run, x in zip(found.runs, vectors, strict=True)]
         )
     except InputError:
         return [1.0] * len(bases)

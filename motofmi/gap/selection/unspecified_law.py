@@ -1,10 +1,10 @@
-"""Effects outside the library: force laws without an effect of their own, one of which may explain the
-data better than a name.
+"""Effects outside the library: force laws that are compared with the library's effects and never named.
 
-An effect may be adequate and still be wrong: the effects of the library have their physical signs, so that a softening
-spring is fitted by the effect nearest to it.
+An effect of the library may be adequate and still be wrong. The parameters of the library have their physical signs, so
+that, for example, a softening spring is approximated by the nearest effect. Where a law outside the library explains
+the data better, the missing effect is not in the library:
 
-    BIC(base + law) < BIC(base + effect),   BIC(base + law) < BIC(base + two effects) + tie: one law rather than two effects
+    BIC(base + law) < BIC(base + effect),   BIC(base + law) < BIC(base + two effects) + `tie_delta_bic`
 """
 
 from collections.abc import Sequence
@@ -18,20 +18,26 @@ from motofmi.gap.estimation.effect_fit import fit_each
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.estimation.screening import screen
 
-SPRING = "hardening_stiffness"  # acts at every element that has a deflection and a rate
-LIKELIEST = 3  # laws that are fitted, the best by screening
+SPRING = "hardening_stiffness"  # the family that a library has at every element with a deflection and a rate
+MOST_LAWS = 3  # laws that are fitted, those with the largest screened gain
 
 
-def better_outside_library(base: Fit, named: Fit, library: Sequence[type[Effect]], criteria: Criteria, unspecified_form: bool = False,
-                    failed: bool = False) -> Candidate | None:  # fmt: skip
-    """The law outside the library that explains more than the effects of a fit, or as much as two of them;
-    None where there is none.
+def better_outside_library(
+    base: Fit,
+    named: Fit,
+    library: Sequence[type[Effect]],
+    criteria: Criteria,
+    unspecified_form: bool = False,
+    failed: bool = False,
+) -> Candidate | None:
+    """The law outside the library with a lower BIC than the effects of the fit `named`; None where there is none.
 
-    It must be adequate, unless the name that it is compared with has an unspecified form. Laws that a family of the
-    library approximates are left out, unless all families failed.
+    With two effects in that fit a law within `Criteria.tie_delta_bic` is sufficient. The law must be adequate, unless
+    the form of the named effect is unspecified. Laws that a family of the library approximates are left out, except
+    where no family is adequate (`failed`).
     """
-    likeliest = sorted(screen(base, laws_outside_library(library, failed), keep=1), key=lambda s: -s.gain)[:LIKELIEST]
-    law = best_of(ranked(fit_each(base, likeliest, [], named.chi2, [], criteria)), criteria)
+    screened = sorted(screen(base, laws_outside_library(library, failed), keep=1), key=lambda s: -s.gain)[:MOST_LAWS]
+    law = best_of(ranked(fit_each(base, screened, [], named.chi2, [], criteria)), criteria)
     if law is None or not (adequate(law.fit, criteria) or unspecified_form):
         return None
     two = len(named.model.effects) - len(base.model.effects) > 1
@@ -39,17 +45,19 @@ def better_outside_library(base: Fit, named: Fit, library: Sequence[type[Effect]
 
 
 def laws_outside_library(library: Sequence[type[Effect]], failed: bool = False) -> list[type[Effect]]:
-    """The laws outside the library, at the elements where it has springs, and at steering head and channel if
-    it has effects there."""
-    springs, families = (
-        dict.fromkeys(e.element for e in library if e.family == SPRING),
-        {e.family for e in library if not failed},
-    )
-    places = {
-        "spring": springs,
-        **{
-            place: [place] if any(e.element == place for e in library) else [] for place in ("steering_head", "channel")
-        },
-    }
-    return [type(law.__name__, (law,), {"__doc__": law.__doc__, "__module__": law.__module__, "element": element})
-            for law in declared_by(outside_library) if families.isdisjoint(law.named_by) for element in places[law.element]]  # fmt: skip
+    """The laws outside the library at the elements where the library has effects.
+
+    A law of a spring acts at every element at which the library has a spring. Laws of the steering head and of the
+    measuring channel are there if the library has an effect at the same place. Laws that a family of the library
+    approximates (`named_by`) are left out, unless `failed`.
+    """
+    families = {e.family for e in library if not failed}
+    elements = {e.element for e in library}
+    places: dict[str, list[str]] = {p: [p] if p in elements else [] for p in ("steering_head", "channel")}
+    places["spring"] = list(dict.fromkeys(e.element for e in library if e.family == SPRING))
+    return [
+        type(law.__name__, (law,), {"__doc__": law.__doc__, "__module__": law.__module__, "element": element})
+        for law in declared_by(outside_library)
+        if families.isdisjoint(law.named_by)
+        for element in places[law.element]
+    ]

@@ -8,7 +8,7 @@ import numpy as np
 
 from fmus.declaration.component import Component
 from motofmi.gap.estimation.fit_result import parameters_of, sensor_offsets_of
-from motofmi.gap.estimation.unit_plausibility import forceful
+from motofmi.gap.estimation.unit_plausibility import parameters_with_force_or_mass
 from motofmi.gap.experiment_design.next_experiment import next_experiment
 from motofmi.gap.experiment_design.scaled_runs import scaled_runs
 from motofmi.gap.experiments.input_output import InputOutputExperiment, input_output_experiment
@@ -121,7 +121,7 @@ def anchored(experiment: InputOutputExperiment) -> tuple[InputOutputExperiment, 
     """The test of which one parameter with force or mass in its unit keeps its value, so that ratios say the
     others; and its name."""
     free = [f.name for f in experiment.free]
-    scaled = forceful(experiment.component)
+    scaled = parameters_with_force_or_mass(experiment.component)
     kept = [n for n in scaled if n not in free]
     if kept or not scaled:
         return experiment, " and ".join(kept)

@@ -11,7 +11,7 @@ from motofmi.gap.estimation.effect_fit import contained
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.experiments.experiment import FreeParameter
 from motofmi.gap.selection.candidate_search import (
-    FLEXIBLE,
+    FLEXIBLE_RATIO,
     _fit_in_stages,
     _may_gain_enough,
     _near_families,
@@ -45,9 +45,9 @@ def test_no_curve_of_its_own_brings_a_family_back_from_far():
     """A loop that leaves 15 times what a limit leaves: its flexible form takes minutes, and cannot make up for that."""
     limit, loop = candidate("saturation", 508_000.0, 4.7), candidate("hysteresis", 393_000.0, 69.0)
     assert "hysteresis" in _near_families([limit, loop], Criteria()) and "hysteresis" not in _near_families(
-        [limit, loop], Criteria(), FLEXIBLE
+        [limit, loop], Criteria(), FLEXIBLE_RATIO
     )
-    assert "hysteresis" in _near_families([limit, candidate("hysteresis", 480_000.0, 19.0)], Criteria(), FLEXIBLE)
+    assert "hysteresis" in _near_families([limit, candidate("hysteresis", 480_000.0, 19.0)], Criteria(), FLEXIBLE_RATIO)
 
 
 def model(*own, family="extra_mode"):
@@ -127,7 +127,7 @@ def test_rivals_of_an_adequate_effect_and_its_other_forms_are_fitted_side_by_sid
     signatures, further = {name: [signature(name)] for name in "abcde"}, signature("a")
     field = SimpleNamespace(forms={name: [s.effect for s in of] + [further.effect] * (name == "a") for name, of in signatures.items()},
                             found=SimpleNamespace(chi2=1.0, count=1500), criteria=Criteria(), order=list("abcde"), of_family=signatures, promised=dict.fromkeys("abcde", 100.0),
-                            top=100.0, seen=[s for each in signatures.values() for s in each])  # fmt: skip
+                            top=100.0, signatures=[s for each in signatures.values() for s in each])  # fmt: skip
     assert len(_fit_in_stages(field, [], 4, True, np.inf, [])) >= 5 and made == calls
     led = fitted(field.found, signatures["a"], [], np.inf, [], Criteria())
     made.clear()

@@ -8,7 +8,7 @@ from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation import effect_fit, screening
 from motofmi.gap.estimation.candidate import adequate
 from motofmi.gap.estimation.fit_result import parameters_of
-from motofmi.gap.estimation.fitting import fit, lost
+from motofmi.gap.estimation.fitting import fit, has_vanished_parameter
 from motofmi.gap.estimation.multi_start import fit_base
 from motofmi.gap.models.harmonic_model import HarmonicModel
 from motofmi.gap.selection import candidate_search
@@ -128,14 +128,14 @@ def test_an_effect_is_tried_where_the_base_has_lost_what_it_needs(monkeypatch):
         {"C": 3e-4}, sweep(1, 15, 3.0, 200.0), rider=rider, rate=100, lag=0.041, angle_noise=0.00104, torque_noise=0.4
     )
     base = fit_base(HarmonicModel(rig_experiment({})), runs)
-    assert lost(base) and base.reduced < screening.FAR
+    assert has_vanished_parameter(base) and base.reduced < screening.FAR
     some = library("shaft_compliance", "cross_inertia", "viscoelastic_arm")
     shaft = search_candidates(base, some)[0]
     assert (shaft.family, adequate(shaft.fit, Criteria())) == ("shaft_compliance", True)
     compliance, error, _ = parameters_of(shaft.fit)["shaft_compliance.compliance"]
     assert compliance == pytest.approx(3e-4, abs=3 * error) and error < 1e-5
     for where in (candidate_search, effect_fit):
-        monkeypatch.setattr(where, "lost", lambda found: False)
+        monkeypatch.setattr(where, "has_vanished_parameter", lambda found: False)
     assert search_candidates(base, some)[0].family != "shaft_compliance"
 
 

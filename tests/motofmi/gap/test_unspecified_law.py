@@ -36,7 +36,7 @@ def test_a_law_outside_the_library_replaces_a_named_effect(monkeypatch):
     assert any(
         "the damping is larger to one side" in sentence.lower() for sentence in as_result(verdict, "N.m")["limitations"]
     )
-    assert "unlisted" in {rival["rival"] for rival in next_experiment(verdict)["rivals"]}
+    assert "outside_library" in {rival["rival"] for rival in next_experiment(verdict)["rivals"]}
     monkeypatch.setattr("motofmi.gap.selection.model_selection.better_outside_library", lambda *_, **__: None)
     assert select_model(HarmonicModel(rig_experiment(RIG)), runs[:1], some, runs[1:]).verdict == "named"
 
@@ -47,7 +47,7 @@ def test_an_unknown_effect_has_an_unspecified_form():
     runs = runs_of({"k3": -2300.0}, sweep(0.5, 12, 2.5, 100.0), sweep(12, 0.5, 3.2, 100.0))
     verdict = select_model(HarmonicModel(rig_experiment(RIG)), runs[:1], library("hardening_stiffness"), runs[1:])
     assert (verdict.verdict, verdict.effects, verdict.outside_library.effect.form) == ("unknown", [], "softening")
-    size, error, _ = parameters_of(verdict.outside_library.fit)["device.unlisted.size"]
+    size, error, _ = parameters_of(verdict.outside_library.fit)["device.outside_library.size"]
     assert size == pytest.approx(2300, abs=3 * error) and error < 150
     assert any("spring softens" in sentence for sentence in as_result(verdict, "N.m")["limitations"])
 
@@ -63,7 +63,7 @@ def test_a_bar_whose_inertia_grows_with_its_angle_is_unknown_and_said_to():
         runs[1:],
     )
     assert (verdict.verdict, verdict.effects, verdict.outside_library.effect.form) == ("unknown", [], "centrifugal")
-    size, error, _ = parameters_of(verdict.outside_library.fit)["device.unlisted.size"]
+    size, error, _ = parameters_of(verdict.outside_library.fit)["device.outside_library.size"]
     assert size == pytest.approx(3.0, abs=3 * error) and error < 0.3
     assert any(
         "a variable inertia" in sentence for sentence in as_result(verdict, "N.m")["limitations"]
