@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from fmus.declaration.component import Component
-from fmus.equations.sympy_form import _derive
+from fmus.equations.sympy_form import derive
 from fmus.export.c_code import model_code
 from fmus.export.interface import Interface
 from motofmi.gap.models.equations import Equations
@@ -61,7 +61,7 @@ def compared(component: Component, rounds: int) -> dict[str, Any]:
     moving = (*component.states, *component.inputs)
     values = {n: x + 0.05 * rng.standard_normal(SAMPLES) if n in moving else x for n, x in start.items()}
 
-    derivation = {"SymPy (modes, C code)": best(lambda: _derive(component).jacobian, 1)}
+    derivation = {"SymPy (modes, C code)": best(lambda: derive(component).jacobian, 1)}
     derivation["expression graph (gap)"] = best(lambda: fresh(component), rounds)
     derivation["CasADi"] = best(lambda: functions(component, names), rounds)
 

@@ -1,6 +1,7 @@
 """Fixtures: property tests that repeat, a cache of FMUs for the run of the tests, FMUs that are closed again."""
 
 import os
+import sys
 
 if "PYTEST_XDIST_WORKER" in os.environ:  # the other processors have workers of their own; numpy reads this once
     os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -29,6 +30,16 @@ def cache(tmp_path_factory):
 def private_cache(cache, monkeypatch):
     """No test reads or leaves anything in the user's own cache."""
     monkeypatch.setenv("MOTOFMI_CACHE", str(cache))
+
+
+@pytest.fixture
+def without_compiler(tmp_path, monkeypatch):
+    """A machine without a C compiler: no $CC, nothing on the search path, and no package ziglang."""
+    empty = tmp_path / "empty_search_path"
+    empty.mkdir()
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setenv("PATH", str(empty))
+    monkeypatch.setitem(sys.modules, "ziglang", None)
 
 
 @pytest.fixture

@@ -165,11 +165,12 @@ def symbolic(component: Component) -> Symbolic:
     Raises InputError when a rate or an output is missing, or is not in the table.
     """
     if component.structure not in _CACHE:
-        _CACHE[component.structure] = _derive(component)
+        _CACHE[component.structure] = derive(component)
     return _CACHE[component.structure]
 
 
-def _derive(component: Component) -> Symbolic:
+def derive(component: Component) -> Symbolic:
+    """The equations of the component in symbols, derived anew. Raises InputError as `symbolic` does."""
     names = ["time", *component.rows("parameter", "input", "state")]
     symbols = {n: sympy.Symbol(n, real=True) for n in names}
     results = component.complete(component.run(symbols, SYMBOLIC))

@@ -1,4 +1,4 @@
-"""What a release carries: prebuilt archives that are used where no compiler is, and a wheel that has them."""
+"""The contents of a release: prebuilt archives, used where no compiler is installed, and a wheel that contains them."""
 
 import json
 import os
@@ -25,14 +25,12 @@ pytestmark = pytest.mark.skipif(host_compiler() is None, reason="no C compiler o
 
 
 @pytest.fixture
-def archives(tmp_path, monkeypatch):
+def archives(tmp_path, monkeypatch, request):
     """A folder of prebuilt archives, and then a machine without a compiler."""
     folder = tmp_path / "built"
     build(riders.load("mean_2011"), folder)
     monkeypatch.setattr(prebuilt, "FOLDER", folder)
-    monkeypatch.delenv("CC", raising=False)
-    monkeypatch.setenv("PATH", "")
-    monkeypatch.setattr("fmus.export.compilers.find_spec", lambda name: None)
+    request.getfixturevalue("without_compiler")
     return folder
 
 

@@ -12,11 +12,10 @@ from fmus.cosimulation.master import library as loop_library
 from fmus.cosimulation.master.select import CompiledMaster, InterpretedMaster, master
 from fmus.cosimulation.network import Network
 from fmus.cosimulation.profiles import Profile
-from fmus.cosimulation.subsystems import fmi_calls
 from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem
 from fmus.export import compilers
 from fmus.export.build import build
-from fmus.support.errors import MissingToolError, SimulationError
+from fmus.support.errors import SimulationError
 from motofmi.workflows.ridden_fmus import ridden_fmus
 from tests import coupled
 from tests.coupled import MOTORCYCLE, RIDER
@@ -92,14 +91,13 @@ def test_both_loops_take_fmi_3(third_riders, subsystems, name):
 
 
 @pytest.mark.slow
-def test_without_a_compiler_python_sets_the_input_derivatives_of_fmi_3(third_riders, monkeypatch):
-    reference = cosimulate(third_riders(), 4e-3, 0.1, "interface_jacobian").rows
-
-    def missing():
-        raise MissingToolError("no C compiler")
-
-    monkeypatch.setattr(fmi_calls, "library", missing)
-    found = cosimulate(third_riders(), 4e-3, 0.1, "interface_jacobian", compiled=False).rows
+def test_without_a_compiler_python_sets_the_input_derivatives_of_fmi_3(third_riders, request):
+    with_compiler, without_compiler = third_riders(), third_riders()
+    reference = cosimulate(with_compiler, 4e-3, 0.1, "interface_jacobian").rows
+    request.getfixturevalue("without_compiler")
+    loop_library.library.cache_clear()
+    found = cosimulate(without_compiler, 4e-3, 0.1, "interface_jacobian", compiled=False).rows
+    loop_library.library.cache_clear()
     np.testing.assert_allclose(found, reference, rtol=0, atol=1e-9 * np.abs(reference).max())  # sums in another order
 
 
@@ -108,19 +106,14 @@ def test_a_subsystem_that_is_no_fmu_is_looped_over_in_python():
     assert isinstance(master(network, COUPLINGS["jacobi"].prepare(network, 1e-3)), InterpretedMaster)
 
 
-def test_without_a_compiler_the_loop_is_in_python(subsystems, monkeypatch):
+def test_without_a_compiler_the_loop_is_in_python(subsystems, request):
     made = subsystems()
     network = Network(made, join(made))
     running = COUPLINGS["jacobi"].prepare(network, 1e-3)
     assert isinstance(master(network, running), CompiledMaster)
-
-    def missing(*_, **__):
-        raise MissingToolError("no C compiler")
-
+    request.getfixturevalue("without_compiler")
     loop_library.library.cache_clear()
-    monkeypatch.setattr(compilers, "commands", missing)
     assert isinstance(master(network, running), InterpretedMaster)
-    loop_library.library.cache_clear()
 
 
 @pytest.fixture

@@ -110,10 +110,8 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path):
         build(riders.load("mean_2011"), tmp_path / "file")
 
 
-def test_without_a_compiler_the_error_says_how_to_get_one(tmp_path, monkeypatch):
-    monkeypatch.delenv("CC", raising=False)
-    monkeypatch.setenv("PATH", str(tmp_path))
-    monkeypatch.setattr("fmus.export.compilers.find_spec", lambda name: None)
+@pytest.mark.usefixtures("without_compiler")
+def test_without_a_compiler_the_error_says_how_to_get_one(tmp_path):
     assert host_compiler() is None
     with pytest.raises(MissingToolError, match=r"pip install motofmi\[platforms\]"):
         build(riders.load("mean_2011"), tmp_path / "out")

@@ -23,8 +23,7 @@ from motofmi.gap.selection import any_component
 from motofmi.gap.selection.any_component import investigate
 from motofmi.recordings.reading import write_recording
 from motofmi.recordings.recording import Recording
-from motofmi.reports.gap_before_after import without_and_with
-from motofmi.reports.gap_component import _loops, left_over
+from motofmi.reports.gap_component import left_over, pictures
 from motofmi.workflows import components
 from tests.motofmi.gap.verdict_keys import KEYS
 from tests.simulators.hidden_joint import JOINT, joint_run
@@ -214,7 +213,7 @@ def test_friction_that_lags_is_found_with_its_lag(late):
 
 @pytest.mark.slow
 def test_loops_show_what_an_imposed_motion_takes(late):
-    [(figure, _)] = _loops(without_and_with(late))
+    (figure,) = (f for f, caption in pictures(late).before_and_after if "over deflection and over rate" in caption)
     recording = late.best.runs[0].recording
     time, *_ = left_over(late.best)
     motion = np.interp(time, recording.time, recording["angle"])

@@ -8,8 +8,8 @@ import pytest
 from motofmi.frequency_response.excitation import sweep as planned_sweep
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.fitting import fit
-from motofmi.gap.experiment_design import next_experiment as next_test
 from motofmi.gap.experiment_design.detectable_effects import detectable_effects
+from motofmi.gap.experiment_design.discrimination import Prediction
 from motofmi.gap.experiment_design.next_experiment import next_experiment
 from motofmi.gap.experiment_design.planned_run import Channels, planned
 from motofmi.gap.localisation.harmonic_places import cells
@@ -154,28 +154,46 @@ def test_no_place_is_found_where_nothing_is_hidden():
 
 
 def candidate(family, delta_bic):
+    """A fitted effect beside one parameter of the base, on which no planned run depends."""
     effect = type(family, (), {"family": family})
+    model = SimpleNamespace(effects=(effect,), names=["stiffness"], base=["stiffness"], rows=[])
+    found = SimpleNamespace(model=model, x=np.zeros(1), jacobian=np.eye(1))
+    return SimpleNamespace(effect=effect, family=family, fit=found, delta_bic=delta_bic)
+
+
+def tied_by(*delta_bic):
+    """A verdict that ties spring and reflex; further candidates are a head and a drift."""
+    found = [candidate(*each) for each in zip(("spring", "reflex", "head", "drift"), delta_bic, strict=True)]
+    return SimpleNamespace(verdict="tied", tied=found[:2], candidates=found, base=None, criteria=Criteria())
+
+
+def proposal(name, predicted, left=np.inf):
+    """A planned run: data over the noise by family, and the delta chi-square that refitted rivals leave."""
     return SimpleNamespace(
-        effect=effect, family=family, fit=SimpleNamespace(model=SimpleNamespace(effects=(effect,))), delta_bic=delta_bic
+        experiment=name,
+        sentence=f"Run {name}.",
+        settings={},
+        predict=lambda rival: Prediction(np.array(predicted[rival.model.effects[0].family]), np.zeros((3, 1))),
+        left=lambda truth, rival, enough: left,
     )
 
 
 def test_what_is_near_a_tie_is_a_rival_and_what_is_far_is_none():
-    spring, reflex, head, drift = (
-        candidate(n, b) for n, b in (("spring", 99.0), ("reflex", 91.0), ("head", 70.0), ("drift", 40.0))
-    )
-    verdict = SimpleNamespace(
-        verdict="tied", tied=[spring, reflex], candidates=[spring, reflex, head, drift], criteria=Criteria()
-    )
-    assert [name for name, _ in next_test._rivals(verdict)] == ["spring", "reflex", "head"]
+    families = ("spring", "reflex", "head", "drift")
+    every = proposal("every", dict(zip(families, 10.0 * np.eye(4, 3), strict=True)))
+    found = next_experiment(tied_by(99.0, 91.0, 70.0, 40.0), lambda base: [every])
+    assert list(dict.fromkeys(row["truth"] for row in found["rivals"])) == ["spring", "reflex", "head"]
 
 
 def test_the_members_of_a_tie_are_distinguished_before_near_rivals():
-    bare_bar, gyro = 300.0 * np.array([[0, 1, 1], [1, 0, 0], [1, 0, 0]]), 35.0 * (1 - np.eye(3))
-    linear = [SimpleNamespace(left=lambda truth, rival, enough: np.inf)] * 2
-    fits = [object() for _ in range(3)]
-    # The gyro distinguishes most pairs a little, but only the bare bar separates the two of the tie
-    assert next_test._chosen(linear, [gyro, bare_bar], fits, 2, Criteria()) == [1, 0]
-    # What rivals that are fitted again leave counts: here the bare bar brings nothing
-    nonlinear = SimpleNamespace(left=lambda truth, rival, enough: 0.0)
-    assert next_test._chosen([linear[0], nonlinear], [gyro, bare_bar.copy()], fits, 2, Criteria()) == [0]
+    families, verdict = ("spring", "reflex", "head"), tied_by(99.0, 91.0, 70.0, 40.0)
+    # Delta chi-square: 35 between every two in the gyro's run, 300 between the spring and the others with the bare bar.
+    gyro = proposal("gyro", dict(zip(families, np.sqrt(17.5) * np.eye(3), strict=True)))
+    at_bar = dict(zip(families, np.sqrt(300.0) * np.array([[1, 0, 0], [0, 0, 0], [0, 0, 0]]), strict=True))
+    # The gyro distinguishes all pairs a little, but only the bare bar separates the two of the tie.
+    found = next_experiment(verdict, lambda base: [gyro, proposal("bare_bar", at_bar)])
+    assert [run["experiment"] for run in found["runs"]] == ["bare_bar", "gyro"]
+    assert {(r["truth"], r["rival"]): r["delta_chi2"] for r in found["rivals"]}["spring", "reflex"] == pytest.approx(335)
+    # A rival that is refitted to the data of the bare bar leaves nothing there.
+    found = next_experiment(verdict, lambda base: [gyro, proposal("bare_bar", at_bar, left=0.0)])
+    assert [run["experiment"] for run in found["runs"]] == ["gyro"]

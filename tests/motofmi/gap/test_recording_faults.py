@@ -14,9 +14,10 @@ from motofmi.gap.preprocessing.mains_interference import without_mains_interfere
 from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
 from motofmi.gap.preprocessing.steer_test_run import prepare_steer_test_run
 from motofmi.gap.preprocessing.undisturbed_intervals import undisturbed
+from motofmi.gap.selection.model_selection import Verdict
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.resampling import white_noise
-from motofmi.reports.gap_component import _responses
+from motofmi.reports.gap_component import pictures
 from motofmi.workflows.gap.rig import rig_experiment
 from tests.simulators.hidden_joint import joint_run
 from tests.simulators.hidden_rig import RIDER, Rig, record, sweep
@@ -122,7 +123,10 @@ def test_segments_of_a_component_s_run_do_not_cross_gaps():
 
 def drawn(found):
     """Frequency and response of the measured output, as the report draws it."""
-    magnitude, plane = (figure.axes[0].lines[0] for figure, _ in _responses([(found, "black", "base")]))
+    figures = {caption: figure for figure, caption in pictures(Verdict("none", found, found)).before_and_after}
+    captions = "Frequency response of the first output to the first input.", "The same in the Nyquist plane."
+    magnitude, plane = (figures[caption].axes[0].lines[0] for caption in captions)
+    assert magnitude.get_label() == plane.get_label() == "measured"
     return magnitude.get_xdata(), plane.get_xdata() + 1j * plane.get_ydata()
 
 

@@ -1,5 +1,6 @@
 """The figures and modes of the report show the validation run, with the values of verdict.json."""
 
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,7 @@ from motofmi.gap.models.harmonic_model import HarmonicModel
 from motofmi.gap.preprocessing.steer_test_run import prepare_steer_test_run
 from motofmi.gap.selection.model_selection import select_model
 from motofmi.gap.verdict import as_result
-from motofmi.reports.gap_before_after import _in_time, _Left, figures, shown_run, without_and_with
+from motofmi.reports.gap_before_after import LAGS, figures, shown_run, without_and_with
 from motofmi.workflows.gap.augmented_rider import effect_on_modes, motion_of
 from motofmi.workflows.gap.rig import rig_effects, rig_experiment
 from rider_fmu import riders
@@ -39,37 +40,51 @@ def test_figures_are_of_the_validation_run_and_their_residuals_agree_with_the_ve
     assert [label for _, _, label in shown] == ["base", "with the effects found"] and "Validation runs" in shown_run(
         case
     )
-    for (fit, _, _), key in zip(shown, ("holdout_before", "holdout_after"), strict=True):
+    drawn = figures(shown)
+    assert len(drawn) == 5
+    residuals = drawn[0][0].axes[1].lines
+    for (fit, _, _), line, key in zip(shown, residuals[:2], ("holdout_before", "holdout_after"), strict=True):
         assert fit.runs[0].name == "down"
-        left = _Left.of(fit)
-        samples = np.array([last - first for first, last, _ in left.run.reduction.bases])
-        assert np.sqrt(left.windows(left.left) ** 2 @ samples / samples.sum()) == pytest.approx(gap["rms"][key])
-    assert len(figures(shown)) == 5
+        samples = np.array([last - first for first, last, _ in fit.runs[0].reduction.bases])
+        assert np.sqrt(line.get_ydata() ** 2 @ samples / samples.sum()) == pytest.approx(gap["rms"][key])
     fitted = replace(case, validation_gap=None)
     assert without_and_with(fitted)[0][0].runs[0].name == "up" and "No validation run" in shown_run(fitted)
 
 
+def with_residuals(found, residuals):
+    """The fit with other residuals (m,) of its first run, in units of the noise."""
+    return replace(found, residuals=np.concatenate([residuals, found.residuals[len(residuals) :]]))
+
+
 @pytest.mark.slow
 def test_the_amplitude_of_an_order_is_that_of_its_sine(case):
-    run = case.validation_gap[1].fit.runs[0]
-    left, time = _Left.of(without_and_with(case)[0][0]), run.recording.time
+    found = case.validation_gap[1].fit
+    run = found.runs[0]
+    time = run.recording.time
     angle, rate, _ = run.motion_at(time)
     phase = np.unwrap(np.arctan2(-rate / (2 * np.pi * np.interp(time, [0, 60], [10, 0.5])), angle))
     for k in (1, 3):
-        amplitudes = left.amplitudes(run.reduction.reduce(0.4 * np.cos(k * phase)), k)
+        residuals = run.reduction.reduce(0.4 * np.cos(k * phase)) / run.effort.deviation
+        by_order = figures([(with_residuals(found, residuals), "black", "sine")])[1][0]
+        amplitudes = by_order.axes[k - 1].lines[0].get_ydata()
         # Where a slow sweep begins and ends its phase is only nearly that of angle and rate.
         assert np.median(amplitudes) == pytest.approx(0.4, rel=0.02)
 
 
 @pytest.mark.slow
-def test_what_is_in_time_is_one_kind_of_number_after_the_other(case):
-    columns = case.validation_gap[1].fit.runs[0].reduction.columns
-    windows = [columns[i].window for i in _in_time(columns)]
-    assert sorted(_in_time(columns)) == list(range(len(columns)))
-    kinds = 1 + np.count_nonzero(np.diff(windows) < 0)
-    assert kinds == len(
-        [c for c in columns if c.window == columns[-1].window]
-    )  # the slowest window has all orders below half the rate
+def test_the_autocorrelation_is_over_time_of_each_cosine_and_sine(case):
+    """Neighbours are numbers of one order, degree and phase in successive windows."""
+    found = case.validation_gap[1].fit
+    columns, seen, sequence = found.runs[0].reduction.columns, Counter(), []
+    for i, column in enumerate(columns):
+        seen[column.window, column.order, column.degree] += 1  # the cosine first, then the sine
+        kind = column.order, column.degree, seen[column.window, column.order, column.degree]
+        sequence.append((*kind, column.window, i))
+    noise = np.random.default_rng(1).standard_normal(len(columns))
+    ordered = noise[[i for *_, i in sorted(sequence)]]
+    figure = figures([(with_residuals(found, noise), "black", "noise")])[-1][0]
+    expected = [ordered[:-k] @ ordered[k:] / (ordered @ ordered) for k in range(1, LAGS + 1)]
+    assert figure.axes[1].lines[0].get_ydata() == pytest.approx(expected, abs=1e-12)
 
 
 @pytest.mark.slow

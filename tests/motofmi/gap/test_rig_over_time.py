@@ -7,7 +7,7 @@ import pytest
 from scipy.fft import dct
 from scipy.linalg import toeplitz
 
-from fmus.support.errors import InputError, MissingToolError
+from fmus.support.errors import InputError
 from motofmi.cli.main import main
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.preprocessing.blocks import blocks_of
@@ -47,10 +47,6 @@ def recorded(folder, hidden, *seeds):
     )
 
 
-def no_compiler(*_):
-    raise MissingToolError("no C compiler")
-
-
 @pytest.mark.slow
 @pytest.mark.study
 def test_a_head_is_found_in_a_multisine(tmp_path, monkeypatch):
@@ -71,14 +67,15 @@ def test_a_head_is_found_in_a_multisine(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("without_compiler")
 def test_nothing_is_found_in_a_multisine_where_nothing_is_hidden(tmp_path, monkeypatch):
     recorded(tmp_path, {}, 3)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("motofmi.workflows.gap.result.build", no_compiler)
     assert main(["gap", "run_3.csv", "--out", "gap"]) == 0
     result = json.loads((tmp_path / "gap" / "verdict.json").read_text())
     assert (result["verdict"], result["fmu"]) == ("none", None) and (tmp_path / "gap" / result["model"]).exists()
-    assert [s for s in result["limitations"] if "FMU" in s] == ["No FMU was built: no C compiler"]
+    (said,) = (s for s in result["limitations"] if "FMU" in s)
+    assert said.startswith("No FMU was built: no C compiler")
 
 
 def test_a_sweep_that_is_sampled_coarsely_is_no_noise():

@@ -1,5 +1,7 @@
 """Runs of a component sample by sample: the inputs between the samples, the noise, initial states, and fits that share nothing."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -88,6 +90,15 @@ def test_slopes_of_the_reduced_output_with_the_initial_states_taken_out():
         assert 2 * residual @ slopes[:, i] == pytest.approx((up @ up - down @ down) / 2e-5, rel=1e-3, abs=1.0)
 
 
+def one_segment(run, index):
+    """The run with one of its segments only, and the initial guess of that one."""
+    whole, rows = run.reduction, run.reduction.rows[index]
+    spans = [span for span, owner in zip(whole.spans, whole.segment_of, strict=True) if owner == index]
+    reduction = replace(whole, spans=spans, segment_of=[0] * len(spans), columns=[whole.columns[i] for i in rows])
+    return replace(run, segments=[run.segments[index]], reduction=reduction, data=run.data[rows],
+                   deviation=run.deviation[rows], guess={0: dict(run.guess[index])})  # fmt: skip
+
+
 @pytest.mark.slow
 def test_segments_together_are_what_each_is_alone():
     """One trajectory with breaks: outputs and slopes, of a hysteresis and of a linear joint whose matrices do not change over time."""
@@ -102,16 +113,12 @@ def test_segments_together_are_what_each_is_alone():
         model = FreeInitialStateModel(sampled.experiment, effects)
         q = np.concatenate([model.start()[: len(model.base)], own])
         together = model.reduced(sampled.with_initial_guesses(sampled.guess), q)
-        apart, values = (
-            [sampled.with_initial_guesses(sampled.guess) for _ in sampled.segments],
-            model._valued(sampled, q),
-        )
-        alone = [model._segments(run, values, {i: model._last(run, i)})[i] for i, run in enumerate(apart)]
+        alone = [model.reduced(one_segment(sampled, i), q) for i in range(len(sampled.segments))]
         assert len(sampled.segments) > 3
         # The initial states of either are known to a share of 1e-5 of what is left
-        assert together[0] == pytest.approx(np.concatenate([part.output for part in alone]), abs=0.02)
+        assert together[0] == pytest.approx(np.concatenate([output for output, _ in alone]), abs=0.02)
         scale = np.abs(together[1]).max(axis=0)
-        assert together[1] / scale == pytest.approx(np.concatenate([part.slopes for part in alone]) / scale, abs=1e-3)
+        assert together[1] / scale == pytest.approx(np.concatenate([slopes for _, slopes in alone]) / scale, abs=1e-3)
 
 
 def test_one_segment_that_diverges_is_left_out():
@@ -122,12 +129,13 @@ def test_one_segment_that_diverges_is_left_out():
         e for e in laws_at(sampled.experiment.component) if e.form == "square" and e.family == "hardening_stiffness"
     )
     model = FreeInitialStateModel(sampled.experiment, [law])
-    values = model._valued(sampled, np.concatenate([model.start()[: len(model.base)], [10.0]]))
+    base = model.start()[: len(model.base)]
+    values = model.values(np.append(base, 10.0))
     initial = {i: np.zeros(2) for i in range(len(sampled.segments))} | {2: np.array([np.nan, 0.0])}
     found = [i for indices, *_ in model.simulated_apart(sampled, list(initial), values, initial) for i in indices]
     assert found == [i for i in initial if i != 2]
     with pytest.raises(InputError, match="diverges from"):
-        model._traces(sampled, values, initial)
+        model.from_rest(sampled, np.append(base, np.nan))
 
 
 @pytest.mark.slow
