@@ -21,6 +21,7 @@ from fmus.support.errors import InputError, unknown
 from fmus.support.notebook import html
 
 SHOWN = "_shown"  # suffix of the sensor reading of an exposed state; the name without it is the true value
+RECORDED = "_recorded"  # suffix of an input's value before effects add to it; the name without it is what acts
 
 
 class Scope:
@@ -34,6 +35,7 @@ class Scope:
         self.__dict__.update(values, _component=component, _m=m)
         for name, variable in component.table.items():
             if variable.role in ("input", "parameter") and name in component.additions:
+                self.__dict__[name + RECORDED] = values[name]
                 self.__dict__[name] = self._with_additions(name, values[name])
 
     def __getattr__(self, name: str) -> Any:

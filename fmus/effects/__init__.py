@@ -1,7 +1,7 @@
 """Effects: physical phenomena that add terms to named quantities of a component.
 
-`effect` has the base class, `library` finds effects by folder, `placement` puts the laws of mechanics at the force
-elements of any component. The other files hold one kind of law each.
+`effect` has the base class, `library` finds effects by folder, `placement` puts laws at the force
+elements, states, inputs and outputs of any component. The other files hold one kind of law each.
 """
 
 from fmus.effects.effect import Effect, adds_to

@@ -21,6 +21,7 @@ class ClippedActuator(Effect):
     limit = parameter("N.m", "Command at which the actuator stops", symbol="L", min=1e-9, start=1.0)
     starts: ClassVar = {"limit": (0.3, 0.5, 0.7, 0.85)}
     relative_to_level: ClassVar = ("limit",)
+    in_its_unit: ClassVar = ("limit",)
 
     @adds_to("force")
     def reduction(self, v, m):

@@ -13,9 +13,10 @@ value that the equations have set so far.
 
 An effect of a library has a `family` (the law) and a `form` (its variant). Its variables are `family.name` in the
 table of the component, so that different effects may use equal names. `element` is the force element at which it acts
-(see `fmus.declaration.elements`); there it may use `force`, `deflection`, `rate`, `stiffness` and `damping`. An input
-or an output is an element as well, with itself as force and deflection. At a translational element N.m and rad become
-N and m.
+(see `fmus.declaration.elements`); there it may use `force`, `deflection`, `rate`, `stiffness` and `damping`. Inputs,
+outputs and states are elements as well, with themselves as force and deflection; the deflection of an input is its
+recorded value, without what effects add. `a_to_b` is an element between two states of one unit, with the deflection a
+and the force b. At a translational element N.m and rad become N and m.
 
 The first parameter is the magnitude: at zero the effect is absent. `starts` gives starting values for a fit. The
 bounds of the parameters express the physical sign.
@@ -23,9 +24,10 @@ bounds of the parameters express the physical sign.
 
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import replace
+from itertools import permutations
 from typing import Any, ClassVar
 
-from fmus.declaration.component import SHOWN, Component, Scope
+from fmus.declaration.component import RECORDED, SHOWN, Component, Scope
 from fmus.declaration.elements import Element
 from fmus.declaration.variables import Variable, input, output
 from fmus.effects.delay import delay_states
@@ -76,6 +78,9 @@ class Effect:
     relative_to_level: ClassVar[
         tuple[str, ...]
     ] = ()  # starting values as shares of the largest value of the input or output at which it acts
+    relative_to_period: ClassVar[tuple[str, ...]] = ()  # starting values as shares of the motion's period
+    within_range: ClassVar[tuple[str, ...]] = ()  # starting values as shares of the range of the state at which it acts
+    in_its_unit: ClassVar[tuple[str, ...]] = ()  # variables in the unit of the input, output or state at which it acts
     given: ClassVar[tuple[str, ...]] = ()  # parameters that the experiment sets, such as its duration
     named_by: ClassVar[
         tuple[str, ...]
@@ -155,8 +160,7 @@ class Effect:
                 yield target, getattr(self, name)
 
     def _element_of(self, component: Component) -> Element | None:
-        ports = {n: Element(n, n, "") for n in (*component.inputs, *component.outputs)} if self.element else {}
-        elements = {**ports, **component.elements}
+        elements = {**_signals(component), **component.elements} if self.element else {}
         if self.element and self.element not in elements:
             raise unknown(f"element of {component.title}", self.element, elements)
         return elements.get(self.element)
@@ -200,7 +204,7 @@ class _Names:
     def target(self, target: str, own: Collection[str]) -> str:
         if target.startswith(("der(", "mass(")):
             what, _, inside = target[:-1].partition("(")
-            return f"{what}({', '.join(self.prefix + n if n in own else n for n in inside.split(', '))})"
+            return f"{what}({', '.join(self.prefix + n if n in own else self.name(n) for n in inside.split(', '))})"
         return self.prefix + target if target in own and target != "force" else self.name(target)
 
     def of(self, scope: Scope) -> "_View":
@@ -219,6 +223,17 @@ class _View:
             return names.computed[word](scope)
         key = names.prefix + word
         return scope[key] if key in scope.__dict__ else getattr(scope, names.name(word))
+
+
+def _signals(component: Component) -> dict[str, Element]:
+    """The inputs, outputs and states of a component, and pairs of states of one unit, as elements."""
+    table, states = component.table, [n for n in component.states if n in component.declared]
+    transfers = [(a, b) for a, b in permutations(states, 2) if table[a].unit == table[b].unit]
+    return {
+        **{f"{a}_to_{b}": Element(b, a, "") for a, b in transfers},
+        **{n: Element(n, n, "") for n in (*component.states, *component.outputs)},
+        **{n: Element(n, n + RECORDED, "") for n in component.inputs},
+    }
 
 
 def _placed(row: Variable, name: str, translational: bool) -> Variable:

@@ -64,6 +64,7 @@ class _Sensor(Effect):
     part, element = "channel", "channel"
     reference = parameter("N.m", "Reference load", symbol="T_r", min=1e-12, start=100.0, tunable=False)
     given: ClassVar = ("reference",)
+    in_its_unit: ClassVar = ("reference",)
 
 
 class SensorNonlinearity(_Sensor):

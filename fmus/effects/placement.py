@@ -1,32 +1,67 @@
-"""Placement of the laws of mechanics at the elements, inputs and outputs of any component, one effect for each place.
+"""Placement of laws at the elements, states, inputs and outputs of any component, one effect for each place.
 
 A spring law acts at the element `spring`, a law of large rotation at `rotation`, friction and drag at every element, an
 actuator law at inputs and a sensor law at outputs. The family names the law and `element` the place; at another element
-than the law's own the form has the place as suffix: `coulomb_drive`, `clip_torque`.
+than the law's own the form has the place as suffix: `coulomb_drive`, `clip_torque`, `lost_level`.
+
+States that belong to no force element have the laws of `state_rate`. A component without force elements is not
+mechanical: its inputs and outputs have the laws of `input_channel` and `output_channel` as well.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import permutations
 
 from fmus.declaration.component import Component
 from fmus.declaration.variables import Variable
-from fmus.effects import actuator, damping, drift, hysteresis, resonance, sensor, stiffness
+from fmus.effects import (
+    actuator,
+    damping,
+    drift,
+    hysteresis,
+    input_channel,
+    output_channel,
+    resonance,
+    sensor,
+    state_rate,
+    stiffness,
+)
 from fmus.effects.effect import Effect
 from fmus.effects.library import declared_by
 from fmus.effects.measuring_channel import ChannelDelay
+from fmus.equations.sympy_form import symbolic
 from fmus.expressions.functions import NUMERIC
 
 LAWS = [law for module in (damping, stiffness, hysteresis, drift, resonance) for law in declared_by(module)]
 EVERYWHERE = declared_by(damping)
+MOST_DELAY = 0.25  # of a component that is not mechanical, as a share of the motion's period
+
+Range = tuple[float, float]
 
 
 def laws_at(component: Component, largest_rate: float = 1.0, inputs: Mapping[str, float] | None = None,
-            outputs: Mapping[str, float] | None = None) -> list[type[Effect]]:  # fmt: skip
+            outputs: Mapping[str, float] | None = None, states: Mapping[str, Range] | None = None,
+            period: float = 1.0) -> list[type[Effect]]:  # fmt: skip
     """The effects that can act on a component, with starting values scaled to the motion.
 
     largest_rate is the largest rate of the elements; inputs and outputs are those with an actuator or a sensor, with
-    their largest values. By default every input has an actuator, of the largest value 1, and no output has a sensor.
+    their largest values; states are those that may have further rates, with their ranges; period is that of the motion
+    [s]. By default every input has an actuator, of the largest value 1, no output has a sensor, and the threshold of
+    a state has no bounds.
     """
+    levels = dict.fromkeys(component.inputs, 1.0) if inputs is None else dict(inputs)
+    readings = dict(outputs or {})
+    other = not component.elements
+    at_inputs = [*declared_by(actuator), *(declared_by(input_channel) if other else [])]
+    at_outputs = [*declared_by(sensor), *(declared_by(output_channel) if other else [])]
+    found = _at_elements(component, largest_rate)
+    found += [_at_signal(law, component, n, level, period) for n, level in levels.items() for law in at_inputs]
+    found += [_at_signal(law, component, n, level, period) for n, level in readings.items() for law in at_outputs]
+    found += _at_states(component, states)
+    return [effect for effect in found if _can_act(component, effect)] + [_delay(period) if other else ChannelDelay]
+
+
+def _at_elements(component: Component, largest_rate: float) -> list[type[Effect]]:
     found: list[type[Effect]] = []
     for law in LAWS:
         known = {law.element: law.form} if law.element in component.elements else {}
@@ -36,43 +71,70 @@ def laws_at(component: Component, largest_rate: float = 1.0, inputs: Mapping[str
                 if element.force not in forces:
                     forces.add(element.force)
                     known[name] = f"{law.form}_{name}"
-        found += [_placed(law, name, form, largest_rate, 1.0) for name, form in known.items()]
-    levels = dict.fromkeys(component.inputs, 1.0) if inputs is None else inputs
-    found += [
-        _placed(law, name, f"{law.form}_{name}", largest_rate, level)
-        for name, level in levels.items()
-        for law in declared_by(actuator)
+        starts = _scaled(law, dict.fromkeys(law.relative_to_rate, largest_rate))
+        found += [_placed(law, name, form, starts) for name, form in known.items()]
+    return found
+
+
+def _at_signal(law: type[Effect], component: Component, name: str, level: float, period: float) -> type[Effect]:
+    """A law at an input or an output whose largest value is `level`."""
+    scale = dict.fromkeys(law.relative_to_level, level) | dict.fromkeys(law.relative_to_period, period)
+    return _placed(law, name, f"{law.form}_{name}", _scaled(law, scale), **_rows(law, component.table[name].unit, level))
+
+
+def _at_states(component: Component, ranges: Mapping[str, Range] | None) -> list[type[Effect]]:
+    """The laws of states that belong to no element and are no rate of another state, at each of them."""
+    found: list[type[Effect]] = []
+    states = [n for n in states_of_no_element(component) if ranges is None or n in ranges]
+    for law in declared_by(state_rate):
+        pairs = permutations(states, 2) if issubclass(law, state_rate.Transfer) else [(n, "") for n in states]
+        for state, to in pairs:
+            unit = component.table[state].unit
+            if to and component.table[to].unit != unit:
+                continue
+            low, high = (0.0, 1.0) if ranges is None else ranges[state]
+            rows = _rows(law, unit, max(abs(low), abs(high)))
+            bounds = {} if ranges is None else {n: replace(rows[n], min=low, max=high, start=high) for n in law.within_range}
+            starts = {n: tuple(low + s * (high - low) if n in law.within_range else s for s in values)
+                      for n, values in law.starts.items()}  # fmt: skip
+            place = f"{state}_to_{to}" if to else state
+            found.append(_placed(law, place, f"{law.form}_{place}", starts, **rows | bounds))
+    return found
+
+
+def states_of_no_element(component: Component) -> list[str]:
+    """The states that no force element has as deflection or rate, whose derivative is no state, and that the mass
+    matrix does not couple."""
+    form = symbolic(component)
+    of_elements = {n for e in component.elements.values() for n in (e.deflection, e.rate)}
+    return [
+        n
+        for i, (n, rate) in enumerate(zip(component.states, form.rates, strict=True))
+        if n not in of_elements and str(rate) not in component.states and i not in form.coupled
     ]
-    found += [
-        _at_sensor(law, component, name, level)
-        for name, level in (outputs or {}).items()
-        for law in declared_by(sensor)
-    ]
-    return [effect for effect in found if _can_act(component, effect)] + [ChannelDelay]
 
 
-def _placed(
-    law: type[Effect], element: str, form: str, largest_rate: float, level: float, **rows: Variable
-) -> type[Effect]:
-    scale = dict.fromkeys(law.relative_to_rate, largest_rate) | dict.fromkeys(law.relative_to_level, level)
-    starts = {n: tuple(s * scale.get(n, 1.0) for s in values) for n, values in law.starts.items()}
-    return type(
-        law.__name__,
-        (law,),
-        {
-            "__doc__": law.__doc__,
-            "__module__": law.__module__,
-            "element": element,
-            "form": form,
-            "starts": starts,
-            **rows,
-        },
-    )
+def _rows(law: type[Effect], unit: str, level: float) -> dict[str, Variable]:
+    """The variables of a law that depend on the signal at which it acts: its unit, and its largest value as reference."""
+    rows = {n: replace(law.declared[n], unit=unit) for n in law.in_its_unit}
+    return rows | ({"reference": replace(rows["reference"], start=level)} if "reference" in rows else {})
 
 
-def _at_sensor(law: type[Effect], component: Component, output: str, level: float) -> type[Effect]:
-    reference = replace(law.declared["reference"], unit=component.table[output].unit, start=level)
-    return _placed(law, output, f"{law.form}_{output}", 1.0, level, reference=reference)
+def _scaled(law: type[Effect], scale: Mapping[str, float]) -> dict[str, tuple[float, ...]]:
+    return {n: tuple(s * scale.get(n, 1.0) for s in values) for n, values in law.starts.items()}
+
+
+def _placed(law: type[Effect], element: str, form: str, starts: Mapping[str, tuple[float, ...]],
+            **rows: Variable) -> type[Effect]:  # fmt: skip
+    own = {"__doc__": law.__doc__, "__module__": law.__module__, "element": element, "form": form, "starts": starts}
+    return type(law.__name__, (law,), {**own, **rows})
+
+
+def _delay(period: float) -> type[Effect]:
+    """The delay of a component that is not mechanical, which may be as slow as a tank."""
+    delay = ChannelDelay.declared["delay"]
+    longest = replace(delay, max=max(delay.max, MOST_DELAY * period))
+    return _placed(ChannelDelay, ChannelDelay.element, ChannelDelay.form, ChannelDelay.starts, delay=longest)
 
 
 def _can_act(component: Component, effect: type[Effect]) -> bool:

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from fmus.composition.imposed_motion import ImposedMotion, ImposedThroughSpring
+from fmus.declaration.component import Component
 from fmus.effects import Effect
 from fmus.expressions.functions import NUMERIC
 from fmus.support.errors import InputError
@@ -116,25 +117,45 @@ class FreeInitialStateModel(SegmentedModel):
         """Residuals (n, outputs), deflections and rates of the elements, and inputs and outputs,
         over the segments (n,).
 
-        The noise of an imposed motion is included in the residuals only. Raises InputError where the
-        run cannot be simulated.
+        The noise of an imposed motion is included in the residuals only. A component without elements has the
+        deviations of its states from their means as deflections, and no rates. Raises InputError where the run cannot
+        be simulated.
         """
-        self.reduced(run, q)  # finds the initial states
-        values, initial = self._valued(run, q), {}
-        for index in range(len(run.segments)):
-            if (*self.own, index) not in run.guess:
-                raise InputError(
-                    f"{self.component.name}: no initial states were found with which {run.name} can be simulated"
-                )
-            initial[index] = self._last(run, index)
-        residuals, signals = [], []
-        for (first, last), (outputs, _), (made, states) in zip(
-            run.segments, self._traces(run, values, initial), self._traces(run.noiseless, values, initial), strict=True
-        ):
+        initial = self._found_initial(run, q)
+        values, residuals = self._valued(run, q), []
+        for (first, last), (outputs, _) in zip(run.segments, self._traces(run, values, initial), strict=True):
             left = run.measured[first:last] - outputs
-            if run.reduction.compared is not None:
-                left = np.where(run.reduction.compared[first:last], left, 0.0)
-            residuals.append(left - left.mean(axis=0))
+            counts = np.ones_like(left, bool) if run.reduction.compared is None else run.reduction.compared[first:last]
+            offset = np.sum(left * counts, axis=0) / np.maximum(counts.sum(axis=0), 1)
+            residuals.append(np.where(counts, left - offset, 0.0))
+        deflections, rates, linear = self._signals(run, values, initial)
+        return np.concatenate(residuals), deflections, rates, linear
+
+    def ranges_of_states(self, run: SampledRun, q: np.ndarray) -> dict[str, tuple[float, float]]:
+        """The least and the largest value of each state over the segments. Raises InputError where the run cannot be
+        simulated."""
+        initial = self._found_initial(run, q)
+        states = np.concatenate([x for _, x in self._traces(run, self._valued(run, q), initial)])
+        return {n: (float(x.min()), float(x.max())) for n, x in zip(self.equations.states, states.T, strict=True)}
+
+    def _found_initial(self, run: SampledRun, q: np.ndarray) -> dict[int, np.ndarray]:
+        """The best initial states of every segment."""
+        self.reduced(run, q)
+        missing = [i for i in range(len(run.segments)) if (*self.own, i) not in run.guess]
+        if missing:
+            raise InputError(
+                f"{self.component.name}: no initial states were found with which {run.name} can be simulated"
+            )
+        return {i: self._last(run, i) for i in range(len(run.segments))}
+
+    def _signals(
+        self, run: SampledRun, values: Mapping[str, float], initial: Initial
+    ) -> tuple[list[np.ndarray], list[np.ndarray], list[np.ndarray]]:
+        """Deflections, rates, and inputs and outputs (n,) over the segments, without the noise of an imposed motion."""
+        found = []
+        for (first, last), (made, states) in zip(
+            run.segments, self._traces(run.noiseless, values, initial), strict=True
+        ):
             time = run.recording.time[first:last]
             known = {
                 **values,
@@ -142,16 +163,17 @@ class FreeInitialStateModel(SegmentedModel):
                 **self._inputs(run.noiseless, time, values),
                 **dict(zip(self.equations.states, states.T, strict=True)),
             }
-            signals.append(
-                (
-                    self._elements(known),
-                    [np.broadcast_to(known[n], len(time)) for n in self.component.inputs] + list(made.T),
-                )
+            linear = [known[n] for n in self.component.inputs] + list(made.T)
+            found.append(
+                tuple([np.broadcast_to(x, len(time)) for x in each] for each in (*self._elements(known), linear))
             )
-        deflections, rates = [[np.concatenate([np.broadcast_to(x, len(s[1][0])) for x, s in zip(each, signals, strict=True)]) for each in
-                              zip(*(s[0][side] for s in signals), strict=True)] for side in (0, 1)]  # fmt: skip
-        linear = [np.concatenate(each) for each in zip(*(s[1] for s in signals), strict=True)]
-        return np.concatenate(residuals), deflections, rates, linear
+        deflections, rates, linear = ([np.concatenate(parts) for parts in zip(*each, strict=True)] for each in
+                                      zip(*found, strict=True))  # fmt: skip
+        if not self._bearing.elements:
+            own = zip(*(states.T for _, states in self._traces(run.noiseless, values, initial)), strict=True)
+            deflections = [x - x.mean() for x in map(np.concatenate, own)]
+            rates = [np.zeros_like(x) for x in deflections]
+        return deflections, rates, linear
 
     def _valued(self, run: Any, q: np.ndarray) -> dict[str, float]:
         return self.values(q) | dict.fromkeys(self.durations, run.duration)
@@ -178,11 +200,14 @@ class FreeInitialStateModel(SegmentedModel):
                 f"{self.component.name}: the simulation of {run.name} diverges from {begin:.4g} to {end:.4g} s"
             )
 
+    @property
+    def _bearing(self) -> Component:
+        """The component that declares the elements."""
+        return self.component.inner if isinstance(self.component, ImposedMotion | ImposedThroughSpring) else self.component
+
     def _elements(self, known: Mapping[str, Any]) -> tuple[list, list]:
         """Deflections and rates of the component's elements, once each."""
-        component = (
-            self.component.inner if isinstance(self.component, ImposedMotion | ImposedThroughSpring) else self.component
-        )
+        component = self._bearing
         scope = component.run({**dict.fromkeys(component.inputs, 0.0), **known}, NUMERIC)
         seen = {(e.deflection, e.rate): None for e in component.elements.values()}
         both = [({**known, **scope}[d], {**known, **scope}[r]) for d, r in seen if d and r]

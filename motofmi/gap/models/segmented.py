@@ -95,8 +95,8 @@ class SegmentedModel(HarmonicModel):
                 yield from self.simulated_apart(run, half, values, initial, length)
 
     def _guessed(self, run: SampledRun, indices: Sequence[int], nodes: Nodes) -> np.ndarray:
-        """The states (n, nx) of the segments' last simulation, zero where there is none."""
-        guess = np.zeros((len(self.equations.states), len(nodes.time)))
+        """The states (n, nx) of the segments' last simulation, their start values where there is none."""
+        guess = np.repeat(self._start_values[:, None], len(nodes.time), axis=1)
         for i, (a, b) in zip(indices, nodes.pieces, strict=True):
             known = run.guess.get(i, {}).get("states", {})
             for row, name in zip(guess, self.equations.states, strict=True):
@@ -134,7 +134,7 @@ class SegmentedModel(HarmonicModel):
         return inputs
 
     def first_states(self, run: SampledRun, index: int) -> np.ndarray:
-        """Initial states (nx,): measured states and their rates from the first samples, zero for the others."""
+        """Initial states (nx,): measured states and their rates from the first samples, start values for the others."""
         found: dict[str, float] = {}
         first = run.segments[index][0]
         some = slice(first, min(first + BEGINNING, len(run.measured)))
@@ -142,7 +142,12 @@ class SegmentedModel(HarmonicModel):
             slope, value = np.polyfit(np.arange(len(y[some])) / run.recording.rate, y[some], 1)
             found[name] = float(value)
             found |= {r: float(slope) for r in self._rates_of_states.get(name, ()) if r not in run.experiment.outputs}
-        return np.array([found.get(n, 0.0) for n in self.equations.states])
+        return np.array([found.get(n, x) for n, x in zip(self.equations.states, self._start_values, strict=True)])
+
+    @cached_property
+    def _start_values(self) -> np.ndarray:
+        """The declared start values (nx,) of the states."""
+        return np.array([self.component.table[n].start for n in self.equations.states])
 
     @cached_property
     def _rates_of_states(self) -> dict[str, list[str]]:

@@ -79,7 +79,7 @@ def investigate(
 ) -> Investigation:
     """The verdict on runs of a component.
 
-    The candidates are the effects of `library`, or by default the laws of mechanics at the component's elements, and
+    The candidates are the effects of `library`, or by default the laws at the places of the component, and
     `more_effects`. given holds the known standard deviation of the noise by output, each in the output's unit.
     on_progress is called with an intermediate verdict after every stage. A validation recording can reject an effect,
     it cannot add one. Raises InputError where the base cannot be fitted.
@@ -97,7 +97,9 @@ def investigate(
     fitted_component = experiment.component.with_values(**_values(initial))
     experiment = replace(experiment, component=fitted_component).scaled(deflection, rate)
     inputs, outputs = _largest(runs, experiment.driven), _largest(runs, experiment.outputs)
-    library = [*(library or laws_at(experiment.component, rate, inputs, outputs)), *more_effects]
+    states = {} if experiment.imposed else _ranges(initial)
+    period = float(np.median([1 / run.middle_frequency for run in runs]))
+    library = [*(library or laws_at(experiment.component, rate, inputs, outputs, states, period)), *more_effects]
     model = FreeInitialStateModel(experiment)
     noisy = [_with_interpolation_error(model, run) for run in known_noise(initial.runs, given or {})]
     base = fit(model, noisy, model.start())
@@ -277,6 +279,14 @@ def _largest(runs: Sequence[SampledRun], names: Sequence[str]) -> dict[str, floa
     """The 99.9 % quantiles of the moduli of recorded signals by name, the largest of all runs; zeros are left out."""
     levels = {n: max(float(np.quantile(np.abs(run.recording[n]), 0.999)) for run in runs) for n in names}
     return {n: level for n, level in levels.items() if level > 0}
+
+
+def _ranges(found: Fit) -> dict[str, tuple[float, float]]:
+    """The ranges of the states in the runs, without those that stay constant."""
+    model: Any = found.model
+    every = [model.ranges_of_states(run, found.of_run(index)) for index, run in enumerate(found.runs)]
+    ranges = {n: (min(r[n][0] for r in every), max(r[n][1] for r in every)) for n in every[0]}
+    return {n: (low, high) for n, (low, high) in ranges.items() if high > low}
 
 
 def _offset_priors(runs: Sequence[SampledRun]) -> dict[str, float]:

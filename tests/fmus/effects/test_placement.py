@@ -1,0 +1,118 @@
+"""Laws at states, inputs and outputs of components whose states are no deflection and rate, against their formulas."""
+
+import numpy as np
+import pytest
+
+from fmus import Component, Effect, input, parameter, state
+from fmus.composition.added_force import with_force_element
+from fmus.effects.placement import laws_at, states_of_no_element
+from fmus.mechanisms import DrivenJoint, TwoMass
+from tests.simulators.other_components import Tanks
+
+LEVELS = {"upper_level": 0.5, "level": 0.3}
+RANGES = {"upper_level": (0.1, 0.7), "level": (0.2, 0.4)}
+
+
+def law(component: Component, family: str, form: str, **values: float) -> tuple[type[Effect], Component]:
+    """The effect of that name, and the component with it."""
+    every = laws_at(component, 1.0, {"pump": 10.0}, {"level": 0.4}, RANGES, 100.0)
+    found = next(e for e in every if (e.family, e.form) == (family, form))
+    return found, component.with_effects(found()).with_values(**{f"{family}.{n}": x for n, x in values.items()})
+
+
+def rates(component: Component, pump: float = 3.0, **more: float) -> dict[str, float]:
+    """Rates and outputs by name at the levels above."""
+    known = {**component.start_values(), **LEVELS, "pump": pump, **more}
+    found = component.derivatives(np.array([known[n] for n in component.states]), np.array([pump]))
+    names = [*(f"der({n})" for n in component.states), *component.outputs]
+    return dict(zip(names, np.concatenate(found).tolist(), strict=True))
+
+
+@pytest.mark.parametrize(
+    ("family", "form", "values", "lost"),
+    [
+        ("leakage", "linear_upper_level", {"rate": 0.2}, 0.2 * 0.5),
+        ("leakage", "square_upper_level", {"square_rate": 0.2}, 0.2 * 0.5**2 / 0.7),
+        ("leakage", "cubic_upper_level", {"cubic_rate": 0.2}, 0.2 * 0.5**3 / 0.7**2),
+        ("overflow", "lost_upper_level", {"rate": 0.2, "threshold": 0.4}, 0.2 * 0.1),
+        ("overflow", "lost_upper_level", {"rate": 0.2, "threshold": 0.6}, 0.0),
+    ],
+)
+def test_a_law_at_a_state_adds_to_its_rate_alone(family, form, values, lost):
+    base, joined = rates(Tanks()), rates(law(Tanks(), family, form, **values)[1])
+    assert joined["der(upper_level)"] - base["der(upper_level)"] == pytest.approx(-lost, rel=1e-12)
+    assert joined["der(level)"] == base["der(level)"]
+    assert joined["level"] == LEVELS["level"]  # its sensor is another place
+
+
+def test_a_share_of_an_overflow_arrives_at_another_state():
+    effect, tanks = law(
+        Tanks(), "overflow", "transfer_upper_level_to_level", rate=0.2, threshold=0.4, share=0.3
+    )
+    base, joined = rates(Tanks()), rates(tanks)
+    assert joined["der(upper_level)"] - base["der(upper_level)"] == pytest.approx(-0.2 * 0.1, rel=1e-12)
+    assert joined["der(level)"] - base["der(level)"] == pytest.approx(0.3 * 0.2 * 0.1, rel=1e-12)
+    assert (tanks.table["overflow.threshold"].unit, tanks.table["overflow.threshold"].max) == ("m", 0.7)
+    assert effect.starts["threshold"] == pytest.approx((0.4, 0.49, 0.58, 0.64))  # shares of the range of the level
+
+
+def test_laws_between_a_recorded_input_and_what_acts():
+    gain = Tanks().values["pump_gain"]
+    outflow = rates(Tanks(), pump=0.0)["der(upper_level)"]
+
+    def acts(component: Component, pump: float, **more: float) -> float:
+        return (rates(component, pump, **more)["der(upper_level)"] - outflow) / gain
+
+    dead = law(Tanks(), "dead_zone", "threshold_pump", half_width=2.0)[1]
+    assert [acts(dead, u) for u in (1.0, 5.0, -5.0)] == pytest.approx([0.0, 3.0, -3.0])
+    cubic = law(Tanks(), "input_nonlinearity", "cubic_pump", cubic_gain=0.5)[1]
+    assert acts(cubic, 5.0) == pytest.approx(5.0 * (1 + 0.5 * 0.25))  # half of the largest input
+    late = law(Tanks(), "input_lag", "first_order_pump", time_constant=20.0)[1]
+    assert acts(late, 5.0, **{"input_lag.following": 1.0}) == pytest.approx(1.0)
+    found = rates(late, 5.0, **{"input_lag.following": 1.0})
+    assert found["der(input_lag.following)"] == pytest.approx((5.0 - 1.0) / 20.0)
+    assert late.table["input_lag.following"].unit == "V"
+
+
+def test_laws_between_an_output_and_its_recording():
+    clipped = law(Tanks(), "saturation", "clip_level", limit=0.2, share=1.0)[1]
+    found = rates(clipped)
+    assert (found["level_shown"], found["level"]) == (pytest.approx(0.2), 0.3)
+    late = law(Tanks(), "sensor_lag", "first_order_level", time_constant=4.0, share=1.0)[1]
+    found = rates(late, **{"sensor_lag.following": 0.1})
+    assert found["level_shown"] == pytest.approx(0.1)
+    assert found["der(sensor_lag.following)"] == pytest.approx((0.3 - 0.1) / 4.0)
+
+
+class Motor(Component):
+    """A motor whose current is a state beside deflection and rate."""
+
+    inertia = parameter("kg.m2", "Inertia", min=1e-9, start=0.1)
+    stiffness = parameter("N.m/rad", "Stiffness", min=0, start=10.0)
+    constant = parameter("N.m/A", "Torque per current", min=0, start=1.0)
+    resistance = parameter("V/A", "Resistance", min=0, start=1.0)
+    inductance = parameter("V.s/A", "Inductance", min=1e-9, start=0.01)
+    load = input("N.m", "Torque of the load")
+    voltage = input("V", "Voltage")
+    current = state("A", "Current")
+    angle = state("rad", "Angle", exposed=True)
+    rate = state("rad/s", "Rate")
+
+    def equations(self, v, m):
+        torque = v.constant * v.current + v.load - v.stiffness * v.angle
+        back = v.constant * v.rate
+        return {
+            "der(current)": (v.voltage - v.resistance * v.current - back) / v.inductance,
+            "der(angle)": v.rate,
+            "der(rate)": torque / v.inertia,
+        }
+
+
+def test_states_of_force_elements_have_the_laws_of_mechanics_and_others_those_of_states():
+    assert states_of_no_element(TwoMass()) == states_of_no_element(DrivenJoint()) == []
+    motor = with_force_element(Motor())
+    assert states_of_no_element(motor) == ["current"]
+    forms = {(e.family, e.form) for e in laws_at(motor)}
+    assert {("coulomb_friction", "coulomb"), ("leakage", "square_current")} <= forms
+    assert not any(family == "dead_zone" for family, _ in forms)
+    assert {family for family, _ in forms if family == "leakage"} and not any("rate" in form for _, form in forms)
