@@ -18,7 +18,7 @@ from fmus.support.progress import track
 from motofmi.gap.estimation.fit_result import parameters_of
 from motofmi.gap.preprocessing.eigenvalues import read_eigenvalues
 from motofmi.gap.selection.eigenvalues import select_model_for_eigenvalues
-from motofmi.workflows.gap.vehicle import vehicle_effects, vehicle_experiment, with_names
+from motofmi.workflows.gap.vehicle import vehicle_effects, vehicle_experiment, with_mode_names
 from motofmi.workflows.measured_rider import table_spread
 from rider_fmu.rigs.handlebar import HANDLEBAR_INERTIA
 from tests.simulators.hidden_vehicle import SHARP, known_to, spectrum, write
@@ -87,7 +87,7 @@ def case(name: str, seed: int, folder: Path) -> dict:
     write(folder / "eigenvalues.csv", found, speeds, rng, rng.uniform(0.004, 0.02))
     base = motorcycle(known)
     experiment = vehicle_experiment(base)
-    run = with_names(read_eigenvalues(folder / "eigenvalues.csv"), experiment)
+    run = with_mode_names(read_eigenvalues(folder / "eigenvalues.csv"), experiment)
     verdict = select_model_for_eigenvalues(experiment, [run], vehicle_effects(base, linear=True))
     names = [c.family for c in verdict.effects] or [c.family for c in verdict.tied]
     family = FAMILY.get(name, name)

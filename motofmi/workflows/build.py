@@ -9,7 +9,7 @@ from fmus.export.build import BuiltFmu, build_all
 from fmus.support.errors import InputError, unknown
 from fmus.support.notebook import html
 from fmus.support.progress import track
-from motofmi.workflows.components import Given, component, every_name
+from motofmi.workflows.components import ComponentLike, component, every_name
 
 VERSIONS = ("2", "3")
 
@@ -65,7 +65,7 @@ class BuiltFmus:
         return pd.DataFrame(self.to_dict()["fmus"])
 
 
-def build(given: Given | Sequence[Given] | None = None, out: str | Path = ".", *, fmi: int | str = 2, backend: str = "compiled",
+def build(given: ComponentLike | Sequence[ComponentLike] | None = None, out: str | Path = ".", *, fmi: int | str = 2, backend: str = "compiled",
           platforms: str = "host", set: Mapping[str, float] | None = None) -> BuiltFmus:  # fmt: skip
     """Write FMUs of components, of names, or of value files into a folder; without `given` of everything that ships.
 
@@ -77,7 +77,7 @@ def build(given: Given | Sequence[Given] | None = None, out: str | Path = ".", *
     """
     if str(fmi) not in VERSIONS:
         raise unknown("FMI version", fmi, VERSIONS)
-    chosen: Sequence[Given] = every_name() if given is None else [given] if isinstance(given, Given) else given
+    chosen: Sequence[ComponentLike] = every_name() if given is None else [given] if isinstance(given, ComponentLike) else given
     if set and len(chosen) != 1:
         raise InputError(f"parameters can be set of a single component, not of {len(chosen)}; build one at a time")
     components = [component(each, **(set or {})) for each in chosen]

@@ -35,10 +35,10 @@ VEHICLE_EFFECTS = distinct(
 )
 EFFECTS = {**dict.fromkeys(RIDER_COMPONENTS, effects_in(rider_fmu.effects)), **dict.fromkeys(VEHICLES, VEHICLE_EFFECTS)}
 
-Given = Component | str | Path  # a component, or what names one
+ComponentLike = Component | str | Path  # a component, its name, or the path of its value file
 
 
-def component(given: Given, **values: float) -> Component:
+def component(given: ComponentLike, **values: float) -> Component:
     """The component that `kind:NAME`, `damper:VALUE`, a NAME that is unique, the path of a .toml, or
     `PATH.py:CLASS` names.
 
@@ -50,7 +50,7 @@ def component(given: Given, **values: float) -> Component:
     return found.with_values(**values) if values else found
 
 
-def vehicle(given: Given, **values: float) -> Component:
+def vehicle(given: ComponentLike, **values: float) -> Component:
     """The motorcycle or bicycle of that name, or of a .toml; its input `speed` is in m/s. Raises
     InputError for anything else.
 
@@ -64,7 +64,7 @@ def vehicle(given: Given, **values: float) -> Component:
     return found
 
 
-def rider(given: Given, **values: float) -> Component:
+def rider(given: ComponentLike, **values: float) -> Component:
     """The rider of that name, or of a .toml. Raises InputError for anything else.
 
         rider("mean_2011", arm_damping=20.0)
@@ -72,22 +72,22 @@ def rider(given: Given, **values: float) -> Component:
     return _of_kind("rider", given, values)
 
 
-def damper(given: Given | float, **values: float) -> Component:
+def damper(given: ComponentLike | float, **values: float) -> Component:
     """The steering damper of that name, of a .toml, or with that damping [N.m.s/rad]. Raises
     InputError for anything else.
 
         damper(7.5)
     """
-    return _of_kind("damper", f"{float(given):g}" if isinstance(given, Real) else cast(Given, given), values)
+    return _of_kind("damper", f"{float(given):g}" if isinstance(given, Real) else cast(ComponentLike, given), values)
 
 
-def mechanism(given: Given, **values: float) -> Component:
+def mechanism(given: ComponentLike, **values: float) -> Component:
     """The mechanism of that name (`driven_joint`, `pendulum` and others), or of a .toml. Raises
     InputError for anything else."""
     return _of_kind("mechanism", given, values)
 
 
-def device(given: Given | None) -> Component | None:
+def device(given: ComponentLike | None) -> Component | None:
     """The device at the handlebar or at the saddle; None for None and for `none`. Raises InputError for
     any other component."""
     if given is None or given == "none":
@@ -105,7 +105,7 @@ def device(given: Given | None) -> Component | None:
     return found
 
 
-def devices(given: Given | Sequence[Given | None] | None) -> list[Component]:
+def devices(given: ComponentLike | Sequence[ComponentLike | None] | None) -> list[Component]:
     """The devices at a vehicle's ports: one, several or none. Raises InputError for a component that is no device."""
     every = given if isinstance(given, Sequence) and not isinstance(given, str) else [given]
     return [found for each in every if (found := device(each)) is not None]
@@ -162,7 +162,7 @@ def with_settings(parts: Mapping[str, Component | None], settings: Mapping[str, 
     return [c.with_values(**changed[part]) if c else None for part, c in parts.items()]
 
 
-def _of_kind(kind: str, given: Given, values: Mapping[str, float], called: str = "") -> Component:
+def _of_kind(kind: str, given: ComponentLike, values: Mapping[str, float], called: str = "") -> Component:
     """The component; a bare name is one of that kind. Raises InputError for a name of another kind, which says what
     the kind is called."""
     if isinstance(given, Component):
@@ -177,7 +177,7 @@ def _of_kind(kind: str, given: Given, values: Mapping[str, float], called: str =
     return component(name if ":" in name or name.endswith(".toml") else f"{kind}:{name}", **values)
 
 
-def _shown(given: Given) -> str:
+def _shown(given: ComponentLike) -> str:
     return given.name if isinstance(given, Component) else str(given)
 
 

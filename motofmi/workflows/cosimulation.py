@@ -22,7 +22,7 @@ from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem
 from fmus.declaration.component import Component, in_bounds
 from fmus.export.build import build
 from fmus.support.errors import InputError, unknown
-from motofmi.workflows.components import Given, component
+from motofmi.workflows.components import ComponentLike, component
 from motofmi.workflows.ridden_fmus import assumed, errors_by_mode, mode_names, parts, ridden_fmus
 
 SPEED = 30.0  # m/s, where none is given
@@ -66,7 +66,7 @@ class VehicleRun(CosimulationRun):
         }  # fmt: skip
 
 
-def cosimulate(vehicle: Given, device: Given | Sequence[Given | None] | None = None, *, speed: float | None = None, duration: float = 5.0,
+def cosimulate(vehicle: ComponentLike, device: ComponentLike | Sequence[ComponentLike | None] | None = None, *, speed: float | None = None, duration: float = 5.0,
                step: float | str = 0.001, coupling: str | None = None, tolerance: float = TOLERANCE, initial: Mapping[str, float] | None = None,
                set: Mapping[str, float] | None = None, inputs: Inputs | None = None, out: str | Path | None = None) -> VehicleRun:  # fmt: skip
     """Co-simulate the FMUs of a vehicle and of the devices at its ports from time 0 to `duration` [s].
@@ -104,7 +104,7 @@ def cosimulate(vehicle: Given, device: Given | Sequence[Given | None] | None = N
     )  # fmt: skip
 
 
-def simulate(fmu: Given, *, inputs: Inputs | None = None, step: float | None = None, duration: float | None = None,
+def simulate(fmu: ComponentLike, *, inputs: Inputs | None = None, step: float | None = None, duration: float | None = None,
              set: Mapping[str, float] | None = None, out: str | Path | None = None) -> CosimulationRun:  # fmt: skip
     """Simulate one FMU (FMI 2.0 or 3.0, co-simulation) by itself from time 0 to `duration` [s] in steps [s].
 

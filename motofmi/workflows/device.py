@@ -13,7 +13,7 @@ from fmus.interfaces.roll import FLOWS
 from fmus.linear_analysis.linearisation import linearise
 from fmus.support.errors import InputError, unknown
 from fmus.support.notebook import html, new_axes
-from motofmi.workflows.components import Given, with_settings
+from motofmi.workflows.components import ComponentLike, with_settings
 from motofmi.workflows.components import device as device_of
 
 PORTS = (("steer", tuple(TORQUES)), ("roll", FLOWS))
@@ -79,7 +79,7 @@ class TransferFunctions:
 
 
 def transfer_functions(
-    device: Given, frequency: ArrayLike = FREQUENCY, *, set: Mapping[str, float] | None = None
+    device: ComponentLike, frequency: ArrayLike = FREQUENCY, *, set: Mapping[str, float] | None = None
 ) -> TransferFunctions:
     """Torques and forces of a device per angle at its port [N.m/rad, N/rad] at frequencies (n,) in Hz,
     with the port's signs.

@@ -16,7 +16,7 @@ from fmus.linear_analysis.linearisation import StateSpace
 from fmus.linear_analysis.participation import participation
 from fmus.support.errors import InputError, unknown
 from fmus.support.notebook import html, new_axes
-from motofmi.workflows.components import Given
+from motofmi.workflows.components import ComponentLike
 from motofmi.workflows.ridden_fmus import Part, assumed, over_speed_fmus, parts, ridden_fmus
 from motofmi.workflows.titles import displayed, system_title
 from vehicle_fmu import Modes, over_speed, ridden
@@ -24,7 +24,7 @@ from vehicle_fmu import modes as modes_of
 from vehicle_fmu.mode_names import Linearised
 
 SPEEDS = np.arange(1.0, 61.0)  # m/s
-Devices = Given | Sequence[Given | None] | None  # one device, several or none
+Devices = ComponentLike | Sequence[ComponentLike | None] | None  # one device, several or none
 
 
 @dataclass(frozen=True, repr=False)
@@ -99,7 +99,7 @@ class ModesComparison:
 
 
 def modes(
-    vehicle: Given, device: Devices = None, speed: ArrayLike = SPEEDS, *, set: Mapping[str, float] | None = None
+    vehicle: ComponentLike, device: Devices = None, speed: ArrayLike = SPEEDS, *, set: Mapping[str, float] | None = None
 ) -> VehicleModes:
     """Eigenvalues at ascending speeds (n,) [m/s] and the named modes of a vehicle, alone or with devices at its ports.
 
@@ -125,7 +125,7 @@ def modes(
 
 
 def state_space(
-    vehicle: Given, device: Devices = None, speed: ArrayLike = SPEEDS, *, set: Mapping[str, float] | None = None
+    vehicle: ComponentLike, device: Devices = None, speed: ArrayLike = SPEEDS, *, set: Mapping[str, float] | None = None
 ) -> StateSpace:
     """A vehicle, alone or with devices, linearised at one speed [m/s], or at speeds (n,) with stacked matrices.
 
@@ -147,7 +147,7 @@ def state_space(
     return found if np.ndim(speed) else _first(found)
 
 
-def compare_modes(vehicle: Given, devices: Mapping[str, Devices] | Sequence[Devices], speed: ArrayLike = SPEEDS, *,
+def compare_modes(vehicle: ComponentLike, devices: Mapping[str, Devices] | Sequence[Devices], speed: ArrayLike = SPEEDS, *,
                   set: Mapping[str, float] | None = None) -> ModesComparison:  # fmt: skip
     """The modes of a vehicle with one device after the other, as `modes` gives them; devices by labels
     of your own, or a list.
@@ -176,7 +176,7 @@ def _linearised(whole: Part, devices: Sequence[Part], speeds: np.ndarray) -> Ite
             yield over_speed_fmus({n: opened.enter_context(fmu) for n, fmu in ridden_fmus(whole, devices).items()})
 
 
-def _ssp(vehicle: Given, device: Devices, set: Mapping[str, float] | None) -> Path | None:
+def _ssp(vehicle: ComponentLike, device: Devices, set: Mapping[str, float] | None) -> Path | None:
     """The path of an SSP archive. Raises InputError for one with a device or settings."""
     if isinstance(vehicle, Component) or Path(vehicle).suffix != ".ssp":
         return None

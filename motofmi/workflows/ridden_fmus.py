@@ -18,7 +18,7 @@ from fmus.interfaces.roll import FLOWS, ROLL
 from fmus.linear_analysis.linearisation import StateSpace
 from fmus.support.errors import InputError, unknown
 from motofmi.workflows import components
-from motofmi.workflows.components import Given
+from motofmi.workflows.components import ComponentLike
 from vehicle_fmu import MODES, modes
 from vehicle_fmu.mode_names import Linearised
 from vehicle_fmu.ridden import by_name, with_posture_inertia
@@ -33,7 +33,7 @@ PORTS = {
 
 
 def parts(
-    vehicle: Given, device: Given | Sequence[Given | None] | None = None, settings: Mapping[str, float] | None = None
+    vehicle: ComponentLike, device: ComponentLike | Sequence[ComponentLike | None] | None = None, settings: Mapping[str, float] | None = None
 ) -> tuple[Part, list[Part]]:
     """Vehicle and devices as components, with parameters set by name, or as the paths of archives.
 
@@ -54,8 +54,8 @@ def parts(
 
 
 def with_archives(
-    vehicle: Given, device: Sequence[Given | None], archives: Sequence[str | Path]
-) -> tuple[Given, list[Given | None]]:
+    vehicle: ComponentLike, device: Sequence[ComponentLike | None], archives: Sequence[str | Path]
+) -> tuple[ComponentLike, list[ComponentLike | None]]:
     """Vehicle and devices with archives in the places that their ports fit: one in the vehicle's place, others
     instead of all devices.
 
@@ -67,7 +67,7 @@ def with_archives(
         if role in given:
             raise InputError(f"two FMUs for the {role}: {given[role]} and {path}")
         given[role] = Path(path)
-    devices: list[Given | None] = [given[role] for role in PORTS if role in given]
+    devices: list[ComponentLike | None] = [given[role] for role in PORTS if role in given]
     return given.get("vehicle", vehicle), devices or list(device)
 
 
@@ -78,7 +78,7 @@ def assumed(vehicle: Part, devices: Sequence[Part]) -> dict[str, str]:
     }
 
 
-def _archive(given: Given | None, roles: Collection[str]) -> Path | None:
+def _archive(given: ComponentLike | None, roles: Collection[str]) -> Path | None:
     """The path of an archive; None for anything else. Raises InputError for an archive whose port
     does not fit the roles."""
     if isinstance(given, Component) or given is None or Path(given).suffix != ".fmu":

@@ -11,7 +11,7 @@ from motofmi.cli import outputs
 from motofmi.cli.arguments import assignments, numbers, separate
 from motofmi.cli.component_arguments import DEVICE, add_archives, add_settings, add_vehicle
 from motofmi.cli.screen import Screen, grid_values, system
-from motofmi.workflows.components import Given
+from motofmi.workflows.components import ComponentLike
 from motofmi.workflows.modes import ModesComparison, VehicleModes, compare_modes, modes, state_space
 from motofmi.workflows.ridden_fmus import with_archives
 from vehicle_fmu import MODES
@@ -85,7 +85,7 @@ def _modes_of(
     return compare_modes(vehicle, [devices for _, devices in given], speeds, set=settings)
 
 
-def _given(arguments: argparse.Namespace) -> list[tuple[Given, list[Given | None]]]:
+def _given(arguments: argparse.Namespace) -> list[tuple[ComponentLike, list[ComponentLike | None]]]:
     """The vehicle with the devices of each `--device`."""
     devices = arguments.devices or ["none"]
     return [with_archives(arguments.vehicle, separate(device), arguments.fmu) for device in devices]

@@ -1,4 +1,4 @@
-"""Any component as fitted, with the effects found: a value file that every command takes, and its FMU."""
+"""A component as fitted, with the effects found: its value file, which every command accepts, and its FMU."""
 
 from typing import Any
 
@@ -15,31 +15,36 @@ FILE = "augmented_component.toml"
 
 
 def component_of(experiment: InputOutputExperiment, found: Fit) -> Component:
-    """The component of a fit, driven by its own input again, its effects in it; effects of the measuring
-    channel are left out."""
-    joined = experiment.component.with_effects(*(e() for e in found.model.effects if e.part == "device"))
+    """The component with the fitted values and the effects found, without effects of the measuring channel.
+
+    An imposed state is a state again, so that the component has its own inputs.
+    """
+    with_effects = experiment.component.with_effects(*(e() for e in found.model.effects if e.part == "device"))
     model: Any = found.model
-    values = model.values(found.shared) | {n: found.runs[0].duration for n in joined.values if n.endswith(".duration")}
-    return joined.with_values(**{n: values.get(n, v) for n, v in joined.values.items()})
+    values = model.values(found.shared) | {n: found.runs[0].duration
+                                           for n in with_effects.values if n.endswith(".duration")}
+    return with_effects.with_values(**{n: values.get(n, v) for n, v in with_effects.values.items()})
 
 
 def fitted_component(
     experiment: InputOutputExperiment, found: Fit, source: str, own_class: tuple[str, str] | None = None
 ) -> FittedModel:
-    """The component as fitted, with the effects found; own_class is the file and the name of a class
-    that does not ship."""
-    made = component_of(experiment, found)
+    """The component as fitted, with the effects found; own_class is the file and the name of a user's own class."""
+    fitted = component_of(experiment, found)
     errors = {n: error for n, (_, error, _) in parameters_of(found).items()}
-    parameters = {n: (value, errors.get(n), made.table[n].unit) for n, value in made.values.items()}
-    class_file, title = own_class or (None, made.title)
+    parameters = {n: (value, errors.get(n), fitted.table[n].unit) for n, value in fitted.values.items()}
+    class_file, title = own_class or (None, fitted.title)
     text = value_file(title, parameters, "Component as fitted to recordings, with the effects found", source,
-                      [type(e) for e in made.effects], component_file=class_file)  # fmt: skip
-    made.name = FILE.removesuffix(".toml")
-    return FittedModel(made, FILE, text)
+                      [type(e) for e in fitted.effects], component_file=class_file)  # fmt: skip
+    fitted.name = FILE.removesuffix(".toml")
+    return FittedModel(fitted, FILE, text)
 
 
 def own_modes(component: Component) -> list[dict[str, Any]]:
-    """Frequency [Hz] and damping ratio of each mode of the component at rest; real roots have frequency 0."""
+    """Eigenvalue [1/s], frequency [Hz] and damping ratio of each mode of the component at rest.
+
+    A real eigenvalue has frequency 0 and no damping ratio.
+    """
     roots = np.linalg.eigvals(linearise(component).A) if component.states else np.zeros(0)
     return [{"eigenvalue": [complex(x)], "frequency": [float(x.imag / (2 * np.pi))],
              "damping_ratio": [float(-x.real / abs(x)) if x.imag else None]}

@@ -1,4 +1,4 @@
-"""The rider as fitted, with the effects found: a value file that every command takes, and its FMU."""
+"""The rider as fitted, with the effects found: his value file, which every command accepts, and his FMU."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -18,21 +18,21 @@ from rider_fmu import riders
 from vehicle_fmu import modes, motorcycles, over_speed, ridden
 
 FILE = "augmented_rider.toml"
-PREFIX = "device."
-BAR = ("steer_angle", "steer_rate")
-POINTS = 500  # of each run's motion
-SPEEDS = np.arange(10.0, 60.1, 10.0)
+PREFIX = "device."  # of the rider's parameters in the system of handlebar and rider
+HANDLEBAR_MOTION = ("steer_angle", "steer_rate")
+MOTION_POINTS = 500  # of each run, over which the describing functions are averaged
+SPEEDS = np.arange(10.0, 60.1, 10.0)  # m/s, at which the modes before and after are compared
 
 
 def device_effects(found: Fit) -> list[type[Effect]]:
-    """The effects that belong to the rider; those of the measuring channel stay with the rig."""
+    """The effects that belong to the rider; those of the measuring channel belong to the rig."""
     return [e for e in found.model.effects if e.part == "device"]
 
 
 def fitted_rider(
     found: Fit, source: str, effects_folder: str | None = None, own_effects: Sequence[type[Effect]] = ()
 ) -> FittedModel:
-    """The rider as fitted, with the effects found in him."""
+    """The rider as fitted, with the effects found. effects_folder is the folder of a user's own effects, or None."""
     fitted = {n.removeprefix(PREFIX): entry for n, entry in parameters_of(found).items() if n.startswith(PREFIX)}
     text = value_file("PassiveRider", fitted, "Rider as fitted to recordings, with the effects found", source,
                       device_effects(found), effects_folder=effects_folder)  # fmt: skip
@@ -40,7 +40,7 @@ def fitted_rider(
 
 
 def rider_of(found: Fit) -> Component:
-    """The rider of a fit without effects."""
+    """The rider with the values of a fit without effects."""
     values = {
         n.removeprefix(PREFIX): value for n, (value, _, _) in parameters_of(found).items() if n.startswith(PREFIX)
     }
@@ -48,32 +48,36 @@ def rider_of(found: Fit) -> Component:
 
 
 def motion_of(found: Fit, rider: Component) -> dict[str, np.ndarray]:
-    """How bar and rider move in the fitted runs: points (n,) of the steer angle, its rate and the rider's states, by
-    their names on the vehicle.
+    """Motion of handlebar and rider in the fitted runs, simulated with the fitted rider.
 
-    Empty where the rider cannot be simulated with his delays as states.
+    Values (n,) of the steer angle [rad], its rate [rad/s] and the rider's states, by their names in the ridden vehicle.
+    Empty if the rider cannot be simulated with his delays as states.
     """
     equations, points = Equations(rider, rider.outputs, ()), []
     for run in found.runs:
         middles = (run.nodes[1:] + run.nodes[:-1]) / 2
         at, between = (
-            {**dict.fromkeys(rider.inputs, 0.0), **dict(zip(BAR, run.motion_at(t), strict=False))}
+            {**dict.fromkeys(rider.inputs, 0.0), **dict(zip(HANDLEBAR_MOTION, run.motion_at(t), strict=False))}
             for t in (run.nodes, middles)
         )
         try:
             states = simulate(equations, rider.start_values(), Motion(run.nodes, at, between)).states
         except InputError:
             return {}
-        points.append(np.column_stack([at[n] for n in BAR] + [states])[:: max(len(states) // POINTS, 1)])
-    names_of = [*(f"vehicle.{n}" for n in BAR), *(f"device.{n}" for n in rider.states)]
-    return dict(zip(names_of, np.concatenate(points).T, strict=True))
+        points.append(np.column_stack([at[n] for n in HANDLEBAR_MOTION]
+                                      + [states])[:: max(len(states) // MOTION_POINTS, 1)])
+    names = [*(f"vehicle.{n}" for n in HANDLEBAR_MOTION), *(f"device.{n}" for n in rider.states)]
+    return dict(zip(names, np.concatenate(points).T, strict=True))
 
 
 def effect_on_modes(
     base: Component, augmented: Component, motion: Mapping[str, np.ndarray] | None = None, vehicle: str = "sharp_1971"
 ) -> dict[str, Any]:
-    """Frequency [Hz] and damping ratio of weave, wobble and rider-wobble over speed:
-    without and with the effects found, linearised at rest and by describing functions over the motion."""
+    """Frequency [Hz] and damping ratio of weave, wobble and rider-wobble over speed [m/s].
+
+    Keys: `before` without the effects found, `after` with them, linearised at rest, and `in_motion` with them,
+    linearised by describing functions over a motion (see `motion_of`), if one is given.
+    """
     without, with_it = (ridden(motorcycles.load(vehicle), rider) for rider in (base, augmented))
     found = {"before": modes(over_speed(without), SPEEDS), "after": modes(over_speed(with_it), SPEEDS)}
     if motion:

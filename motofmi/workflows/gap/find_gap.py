@@ -1,4 +1,4 @@
-"""Where a model misses recordings, and which physical effect it lacks."""
+"""The gap workflow: where a model deviates from recordings, and which physical effect it lacks."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -13,7 +13,8 @@ from motofmi.gap.preprocessing.eigenvalues import MeasuredEigenvalues
 from motofmi.gap.preprocessing.steer_test_run import NotSweptError
 from motofmi.gap.selection.model_selection import Verdict
 from motofmi.recordings.recording import Recording
-from motofmi.workflows.gap.given import Given, Measured, Named
+from motofmi.workflows.components import ComponentLike
+from motofmi.workflows.gap.given import Given, Measured
 from motofmi.workflows.gap.imposed_motion import SteerTest
 from motofmi.workflows.gap.imposed_motion_over_time import SteerTestOverTime
 from motofmi.workflows.gap.input_output import InputOutput
@@ -24,7 +25,8 @@ from motofmi.workflows.gap.vehicle_equations import VehicleEquations
 from motofmi.workflows.gap.vehicle_predictions import VehiclePredictions
 from motofmi.workflows.gap.verdict_file import FILE, writing_progress
 
-# The first that suits what was given; of the steer test the first that takes its motion.
+# Kinds of experiment in the order in which they are tried: the first that fits the arguments is taken. A steer test
+# whose motion is no sweep raises NotSweptError and is compared over time instead.
 KINDS: tuple[type[Kind], ...] = (
     VehicleEigenvalues,
     VehicleEquations,
@@ -36,29 +38,31 @@ KINDS: tuple[type[Kind], ...] = (
 
 
 def find_gap(recordings: Measured | Sequence[Measured], *, validation: Measured | Sequence[Measured] = (),
-             bare: Measured | Sequence[Measured] = (), component: Named | None = None, vehicle: Named | None = None,
-             device: Named | None = None, rider: str = "mean_2011", rig: str | Path | Mapping[str, Any] | None = None,
-             impose: str | None = None, free: Sequence[str] = (), mapping: Mapping[str, str] | None = None,
-             effects: str | Path | Sequence[type[Effect]] = (), rate: float | None = None,
-             criteria: Criteria = Criteria(), tolerance: float | None = None,
+             bare: Measured | Sequence[Measured] = (), component: ComponentLike | None = None,
+             vehicle: ComponentLike | None = None, device: ComponentLike | None = None, rider: str = "mean_2011",
+             rig: str | Path | Mapping[str, Any] | None = None, impose: str | None = None, free: Sequence[str] = (),
+             mapping: Mapping[str, str] | None = None, effects: str | Path | Sequence[type[Effect]] = (),
+             rate: float | None = None, criteria: Criteria = Criteria(), tolerance: float | None = None,
              out: str | Path | None = None) -> Gap:  # fmt: skip
-    """Find where a model misses recordings, name the missing effect, add it, and compare before and after.
+    """Find where a model deviates from recordings, name the missing effect, add it, and compare before and after.
 
-    The model is fitted to recordings and only compared with the validation runs; each is a path or a Recording (columns
-    in SI units), one run each, or for a vehicle a table of eigenvalues over speed. The experiment is
-      the steer test        by default; bare are sweeps of the bare handlebar, rider names the published rider from which
-                            the fit starts, rig is a rig.json or its contents (default: beside the first recording)
+    The model is fitted to the recordings; the validation runs are not fitted, the result is compared with them. A
+    recording is a path or a Recording (columns in SI units) of one run, or for a vehicle a table of eigenvalues over
+    speed. The experiment is
+      the steer test        by default; bare are sweeps of the bare handlebar, rider names the published rider whose
+                            values start the fit, rig is a rig.json or its contents (default: the rig.json beside the
+                            first recording)
       any component         with component (a Component, a name, a .toml or PATH.py:CLASS); impose names a state that
                             was imposed, free the parameters without prior knowledge
       a vehicle over speed  with vehicle, and device at its handlebar
-    mapping gives columns other names ({"Torque": "steer_torque [N.m]"}), effects is a folder of own effects or their
-    classes, rate [Hz] reduces faster recordings while they are read, criteria are the thresholds of every decision.
-    tolerance is the share of the motion (rms) that the model may miss and be called sufficient, in place of the one in
-    criteria; it applies where the noise is not known.
-    With out, verdict.json, the fitted model as value file and FMU, and report.html are written into that folder, and an
-    interrupted run leaves what it had there as `unknown`.
+    mapping gives the variables of columns ({"Torque": "steer_torque [N.m]"}); effects is a folder of own effects, or
+    their classes; rate [Hz] is the sampling rate to which faster recordings are reduced while they are read; criteria
+    are the thresholds of all decisions. tolerance replaces criteria.tolerance, the misfit (rms, as a share of the
+    measured rms) up to which the model is called sufficient if the noise is not known.
+    With out, verdict.json, the fitted model as value file and FMU, and report.html are written into that folder. An
+    interrupted run leaves a verdict.json with the verdict `unknown` and the results so far.
 
-    Raises InputError for what cannot be used, before anything is fitted.
+    Raises InputError for arguments or recordings that cannot be used, before anything is fitted.
 
         found = find_gap(["up.csv"], validation=["down.csv"])
         found.verdict                       # "named"
@@ -66,7 +70,7 @@ def find_gap(recordings: Measured | Sequence[Measured], *, validation: Measured 
     """
     if tolerance is not None:
         if not 0 <= tolerance < 1:
-            raise InputError(f"tolerance is {tolerance:g}: expected a share of the motion from 0 to 1, as in 0.01 for 1 %")
+            raise InputError(f"tolerance is {tolerance:g}: expected a share from 0 to below 1, as in 0.01 for 1 %")
         criteria = replace(criteria, tolerance=tolerance)
     given = Given(_listed(recordings), _listed(validation), _listed(bare), component, vehicle, device, rider, rig,
                   impose or "", tuple(free), mapping or {}, effects, rate, criteria)  # fmt: skip
@@ -102,4 +106,4 @@ def _listed(given: Measured | Sequence[Measured]) -> list[Measured]:
 
 
 def _ignored(verdict: Verdict) -> None:
-    """For a run that writes nothing."""
+    """The callback of a run without an output folder."""

@@ -1,4 +1,5 @@
-"""Checks of what a component's gap is searched in, before anything is fitted: each refusal names the option that fixes it."""
+"""Checks of a component and its recordings before anything is fitted; every error message names the option to
+correct."""
 
 import hashlib
 from collections.abc import Sequence
@@ -13,7 +14,7 @@ from motofmi.gap.experiments.experiment import with_imposed_state
 from motofmi.recordings.reading import UNUSED
 from motofmi.recordings.recording import Recording
 
-ELECTRICAL = ("A", "V")  # what an actuator's current or a sensor's voltage is recorded in
+ELECTRICAL_UNITS = ("A", "V")  # of an actuator's current or a sensor's voltage, recorded in place of force or motion
 
 
 def require_distinct(fitted: Sequence[Recording], validation: Sequence[Recording]) -> None:
@@ -22,18 +23,18 @@ def require_distinct(fitted: Sequence[Recording], validation: Sequence[Recording
     for run in validation:
         if same := known.get(_hash(run)):
             raise InputError(
-                f"validation run {run.file or run.name} has the values of the fitted run {same.file or same.name}: it "
-                "confirms nothing; give another run with --holdout FILE, or none"
+                f"validation run {run.file or run.name} has the values of the fitted run "
+                f"{same.file or same.name}: give another run with --holdout FILE, or none"
             )
 
 
 def require_inputs(
     component: Component, recordings: Sequence[Recording], columns: Sequence[str], imposed: str = ""
 ) -> list[str]:
-    """Notes on columns that nothing uses.
+    """Notes on columns that are not used, and on inputs without a column.
 
-    Raises InputError where one of them may be an input of the component that no column is: it has the input's
-    dimension, an electrical unit or none.
+    Raises InputError if an input has no column and an unused column may hold it: a column with the dimension of the
+    input, with an electrical unit, or without a unit.
     """
     used = {*component.inputs, *component.outputs, *([imposed] if imposed else [])} & set(columns)
     used |= set(component.states) & set(columns) if imposed else set()
@@ -42,24 +43,25 @@ def require_inputs(
     missing = [n for n in component.inputs if n not in columns]
     for name in missing:
         wanted = component.table[name].unit
-        likely = [n for n, given in spare.items() if _may_be(given, wanted)]
+        likely = [n for n, given in spare.items() if _may_hold(given, wanted)]
         if likely:
-            best = max(likely, key=lambda n: (_same(spare[n], wanted), SequenceMatcher(None, n, name).ratio()))
-            same = _same(spare[best], wanted)
+            best = max(likely, key=lambda n: (_same_dimension(spare[n], wanted),
+                                              SequenceMatcher(None, n, name).ratio()))
+            same = _same_dimension(spare[best], wanted)
             scaled = "" if same else f" (its numbers are then read in {wanted}: scale them in the file first)"
             stated = "" if same else f" [{wanted}]"
             raise InputError(
-                f"{first.file or first.name}: no column is the input {name} [{wanted}] of {component.title}, and "
-                f"nothing uses {', '.join(repr(n) for n in likely)}: add --map \"{best}={name}{stated}\"{scaled}, or --map "
-                f"\"{best}={UNUSED}\" if {name} is zero in these runs"
+                f"{first.file or first.name}: no column is the input {name} [{wanted}] of {component.title}, but these "
+                f"columns are not used: {', '.join(repr(n) for n in likely)}; add --map "
+                f"\"{best}={name}{stated}\"{scaled}, or --map \"{best}={UNUSED}\" if {name} is zero in these runs"
             )
-    notes = [f"{first.file or first.name}: nothing uses the column{'s' * (len(spare) > 1)} {', '.join(spare)}."] if spare else []
+    notes = [f"{first.file or first.name}: unused columns: {', '.join(spare)}."] if spare else []
     zero = [n for n in missing if not imposed]
     return notes + [f"No column is the input {n}: it is taken as zero." for n in zero]
 
 
 def require_start(component: Component, imposed: str = "") -> None:
-    """Raises InputError where the equations give no finite numbers at the component's own values."""
+    """Raises InputError unless state derivatives and outputs are finite at rest and a tunable parameter is not 0."""
     seen = with_imposed_state(component, imposed, component.inputs[0], []) if imposed else component
     try:
         with np.errstate(all="ignore"):
@@ -67,32 +69,31 @@ def require_start(component: Component, imposed: str = "") -> None:
         fine = bool(np.all(np.isfinite(rates)) and np.all(np.isfinite(outputs)))
     except ZeroDivisionError:
         fine = False
-    zeros = [n for n in component.rows("parameter") if component.values[n] == 0]
-    if not fine:
-        names = ", ".join(zeros) or "none is 0"
-        raise InputError(
-            f"{component.title} has no finite motion at rest with its own values (parameters that are 0: {names}); give "
-            "them values above 0, as in parameter(..., start=1.0), or --component FILE.toml"
-        )
     rows = component.rows("parameter")
+    if not fine:
+        zeros = ", ".join(n for n in rows if component.values[n] == 0) or "none"
+        raise InputError(
+            f"the equations of {component.title} give no finite numbers at rest with its own values (parameters that "
+            f"are 0: {zeros}); give values above 0, as in parameter(..., start=1.0), or --component FILE.toml"
+        )
     if not any(row.tunable and component.values[n] for n, row in rows.items()):
         raise InputError(
-            f"every parameter of {component.title} is 0 ({', '.join(rows)}), and a fit starts from values that are not "
-            "0: give them, as in parameter(..., start=1.0), or --component FILE.toml"
+            f"every parameter of {component.title} is 0 ({', '.join(rows)}), but a fit starts from values that are not "
+            "0: give start values, as in parameter(..., start=1.0), or --component FILE.toml"
         )
 
 
 def _hash(run: Recording) -> str:
-    """Of the values of all columns by name, whatever the file and its first time stamp."""
-    made = hashlib.sha256(np.round(run.time - run.time[0], 9).tobytes())
+    """Hash of the values of all columns by name, which does not depend on file name and first time stamp."""
+    digest = hashlib.sha256(np.round(run.time - run.time[0], 9).tobytes())
     for name in sorted(run.columns):
-        made.update(name.encode() + np.ascontiguousarray(run[name]).tobytes())
-    return made.hexdigest()
+        digest.update(name.encode() + np.ascontiguousarray(run[name]).tobytes())
+    return digest.hexdigest()
 
 
-def _same(given: str, wanted: str) -> bool:
+def _same_dimension(given: str, wanted: str) -> bool:
     return bool(given) and unit(given).exponents == unit(wanted).exponents
 
 
-def _may_be(given: str, wanted: str) -> bool:
-    return not given or _same(given, wanted) or any(_same(given, each) for each in ELECTRICAL)
+def _may_hold(given: str, wanted: str) -> bool:
+    return not given or _same_dimension(given, wanted) or any(_same_dimension(given, each) for each in ELECTRICAL_UNITS)

@@ -1,4 +1,4 @@
-"""A model as fitted: the component with the effects found, and its value file, which every command takes."""
+"""A model as fitted: the component with the effects found, and its value file, which every command accepts."""
 
 import tomllib
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ class FittedModel:
 
 
 def of_value_file(file: str, text: str, own_effects: Sequence[type[Effect]] = ()) -> FittedModel:
-    """The model that the text of a value file describes, with effects that ship and a user's own."""
+    """The model that the text of a value file describes, with shipped effects and a user's own."""
     contents = {key: value for key, value in tomllib.loads(text).items() if key != "effects_folder"}
     effects = [*components.EFFECTS.get(contents["component"], ()), *own_effects]
     return FittedModel(

@@ -1,4 +1,4 @@
-"""What `find_gap` is given: recordings by their use, what was tested, and the settings."""
+"""The arguments of `find_gap`: recordings by their use, the tested component or vehicle, and the settings."""
 
 import inspect
 from collections.abc import Mapping, Sequence
@@ -17,22 +17,22 @@ from motofmi.recordings.reading import read_recording
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.rig_file import read_rig
 from motofmi.workflows import components
+from motofmi.workflows.components import ComponentLike
 from motofmi.workflows.measured import Rig, rig_of
 
 Measured = str | Path | Recording | MeasuredEigenvalues  # one run, or the path of its file
-Named = components.Given  # a component, its name, or the path of its file
 
 
 @dataclass(frozen=True)
 class Given:
-    """The arguments of `find_gap`, which describes them; files are read on demand, and once."""
+    """The arguments of `find_gap`, as described there. Files are read on demand and only once."""
 
     recordings: Sequence[Measured]
     validation: Sequence[Measured] = ()
     bare: Sequence[Measured] = ()
-    component: Named | None = None
-    vehicle: Named | None = None
-    device: Named | None = None
+    component: ComponentLike | None = None
+    vehicle: ComponentLike | None = None
+    device: ComponentLike | None = None
     rider: str = "mean_2011"
     rig: Rig | None = None
     impose: str = ""
@@ -51,19 +51,18 @@ class Given:
 
     @property
     def own_effects(self) -> list[type[Effect]]:
-        """The user's own effects, of a folder or as classes."""
+        """The user's own effects, from a folder or given as classes."""
         return load_folder(self.effects) if isinstance(self.effects, str | Path) else list(self.effects)
 
     @property
     def effects_folder(self) -> str | None:
-        """The folder of the user's own effects, which a value file names."""
+        """The folder of the user's own effects, to which a value file refers; None if there is none."""
         return str(self.effects) if isinstance(self.effects, str | Path) else None
 
     def runs(self, use: str, quantities: Mapping[str, str] = UNITS) -> list[Recording]:
-        """The recordings of one use (`recordings`, `validation` or `bare`), with the SI units of the
-        names that are expected.
+        """The recordings of one use (`recordings`, `validation` or `bare`).
 
-        Raises InputError for what cannot be read.
+        quantities holds the expected variables with their SI units. Raises InputError for a file that cannot be read.
         """
         key = (use, tuple(quantities.items()))
         if key not in self._read:
@@ -75,12 +74,12 @@ class Given:
             return each
         if isinstance(each, MeasuredEigenvalues):
             raise InputError(
-                f"{each.name} holds eigenvalues, expected a recording over time: do not mix them with recordings"
+                f"{each.name} holds eigenvalues over speed, expected a recording over time as in the first file"
             )
         return read_recording(each, self.mapping or None, self.rate, quantities)
 
     def spectra(self, use: str) -> list[MeasuredEigenvalues]:
-        """The eigenvalues of one use. Raises InputError for what cannot be read as such."""
+        """The eigenvalue tables of one use. Raises InputError for recordings and for files that cannot be read."""
         given = getattr(self, use)
         if wrong := [each.name for each in given if isinstance(each, Recording)]:
             raise InputError(
@@ -90,9 +89,9 @@ class Given:
 
     @property
     def rig_contents(self) -> Mapping[str, Any]:
-        """What `rig.json` says: the file or the contents that were given, else the file beside the first recording.
+        """The contents of the given `rig.json`, else of the one beside the first recording; empty if there is none.
 
-        Raises InputError for a file that is not there.
+        Raises InputError if the given file does not exist.
         """
         first = self.recordings[0]
         if self.rig is None and isinstance(first, str | Path):
@@ -107,7 +106,7 @@ class Given:
 
     @property
     def own_class(self) -> tuple[str, str] | None:
-        """File and name of the class of a user's own component, None for one that ships or whose file is unknown."""
+        """File and class name of a user's own component; None for a shipped one or if the file is unknown."""
         if isinstance(self.component, Component):
             kind = type(self.component)
             if components.COMPONENTS.get(kind.__name__) is kind:
@@ -127,5 +126,5 @@ class Given:
 
     @property
     def base_device(self) -> Component | None:
-        """What was at the vehicle's handlebar. Raises InputError for an unknown name."""
+        """The device at the vehicle's handlebar, or None. Raises InputError for an unknown name."""
         return components.device(self.device)

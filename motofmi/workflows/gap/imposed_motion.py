@@ -1,5 +1,7 @@
-"""The steer test: handlebar and rider on the rig, the steer angle imposed, the torque measured; compared on the
-harmonics of the sweep."""
+"""The steer test on the rig: handlebar and rider, steer angle imposed, torque measured.
+
+Model and measurement are compared on the harmonics of a swept or stepped sine.
+"""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -25,11 +27,14 @@ from motofmi.workflows.gap.rig import rig_effects, rig_experiment, with_bare_bar
 from motofmi.workflows.gap.rig_proposals import rig_proposals
 
 UNVALIDATED = "No validation run: the verdict is not checked on data that were not used."
-BAR_UNKNOWN = "The handlebar's own inertia is not known (no rig.json, no bare-bar run): added inertia is not identifiable beside it."
+BAR_UNKNOWN = (
+    "The handlebar's own inertia is not known (no rig.json, no run of the bare handlebar): an added inertia is not "
+    "identifiable from these data."
+)
 
 
 class OnRig(Kind):
-    """A rider on the rig, whatever the motion."""
+    """A rider on the rig, under any imposed motion."""
 
     title = "The gap between model and recordings"
 
@@ -49,7 +54,7 @@ class OnRig(Kind):
             self.experiment = with_bare_bar(self.experiment, prepared(given.runs("bare"), self.experiment))
 
     def bar_unknown(self) -> list[str]:
-        """The limitation where nothing is known of the bare handlebar."""
+        """The limitation that applies if the handlebar's own inertia is not known."""
         return [] if "handlebar_inertia" in self.rig or self.given.bare else [BAR_UNKNOWN]
 
     def model(self, verdict: Verdict) -> FittedModel:
@@ -61,7 +66,7 @@ class OnRig(Kind):
 
 
 class SteerTest(OnRig):
-    """A swept or stepped sine. Raises NotSweptError for any other motion."""
+    """A steer test with a swept or stepped sine. Raises NotSweptError for any other motion."""
 
     def __init__(self, given: Given) -> None:
         super().__init__(given)
@@ -69,13 +74,13 @@ class SteerTest(OnRig):
             prepared(given.runs(use), self.experiment) for use in ("recordings", "validation")
         )
 
-    def verdict(self, so_far: Callable[[Verdict], None]) -> Verdict:
+    def verdict(self, on_progress: Callable[[Verdict], None]) -> Verdict:
         return select_model(
             HarmonicModel(self.experiment),
             self.runs,
             self.library,
             self.validation,
-            so_far,
+            on_progress,
             criteria=self.given.criteria,
         )
 
@@ -100,8 +105,10 @@ class SteerTest(OnRig):
 
 
 def prepared(recordings: Sequence[Recording], experiment: ImposedMotionExperiment) -> list[SteerTestRun]:
-    """The recordings on the harmonics of their motion. Raises NotSweptError for a motion without, InputError for
-    what cannot be used."""
+    """The recordings reduced to the harmonics of their motion.
+
+    Raises NotSweptError for a motion that is no swept or stepped sine, InputError for a recording that cannot be used.
+    """
     require_unclipped(recordings)
     columns = experiment.columns
     return [

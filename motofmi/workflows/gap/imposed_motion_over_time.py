@@ -1,4 +1,4 @@
-"""The steer test under a motion that is no swept or stepped sine (multisine, random): compared over time."""
+"""The steer test with a motion that is no swept or stepped sine (multisine, random noise), compared over time."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -21,13 +21,12 @@ from motofmi.workflows.gap.given import Given
 from motofmi.workflows.gap.imposed_motion import OnRig
 from motofmi.workflows.gap.input_output import limitations_of, result_of
 
-OVER_TIME = ("The imposed angle follows no swept or stepped sine: the runs are compared over time, where the noise is "
-             "not known separately. "
-             "A sweep is more informative (motofmi gap --plan).")  # fmt: skip
+OVER_TIME = ("The imposed angle is no swept or stepped sine: the runs are compared over time, where the noise is not "
+             "known separately. A sweep is more informative (motofmi gap --plan).")  # fmt: skip
 
 
 class SteerTestOverTime(OnRig):
-    """Any motion of the steer test."""
+    """A steer test with any imposed motion."""
 
     found: Investigation
 
@@ -36,7 +35,7 @@ class SteerTestOverTime(OnRig):
         on_rig = self.experiment
         self.sampled = InputOutputExperiment(on_rig.component, (on_rig.imposed,), (on_rig.measured,), on_rig.free,
                                              on_rig.imposed, measured_effects=on_rig.measured_effects)  # fmt: skip
-        recordings, self.validation = (_named(given.runs(use), on_rig) for use in ("recordings", "validation"))
+        recordings, self.validation = (_renamed(given.runs(use), on_rig) for use in ("recordings", "validation"))
         self.runs = [prepare_sampled_run(r, self.sampled) for r in recordings]
         self.notes = [
             OVER_TIME,
@@ -44,8 +43,8 @@ class SteerTestOverTime(OnRig):
             *(note for r in self.runs for note in r.notes),
         ]
 
-    def verdict(self, so_far: Callable[[Verdict], None]) -> Verdict:
-        self.found = investigate(self.sampled, self.runs, on_progress=so_far, validation=self.validation,
+    def verdict(self, on_progress: Callable[[Verdict], None]) -> Verdict:
+        self.found = investigate(self.sampled, self.runs, on_progress=on_progress, validation=self.validation,
                                  library=self.library, criteria=self.given.criteria)  # fmt: skip
         return self.found.verdict
 
@@ -68,15 +67,15 @@ class SteerTestOverTime(OnRig):
         return pictures(verdict)
 
 
-def _named(recordings: Sequence[Recording], experiment: ImposedMotionExperiment) -> list[Recording]:
-    """The recordings, their columns named as the variables of the rig."""
+def _renamed(recordings: Sequence[Recording], experiment: ImposedMotionExperiment) -> list[Recording]:
+    """The recordings with their columns renamed to the variables of the rig model."""
     require_unclipped(recordings)
-    called = {experiment.columns["imposed"]: experiment.imposed, experiment.columns["measured"]: experiment.measured}
+    names = {experiment.columns["imposed"]: experiment.imposed, experiment.columns["measured"]: experiment.measured}
     return [
         replace(
             r,
-            columns={new: r[old] for old, new in called.items()},
-            units={new: r.units[old] for old, new in called.items()},
+            columns={new: r[old] for old, new in names.items()},
+            units={new: r.units[old] for old, new in names.items()},
         )
         for r in recordings
     ]

@@ -1,4 +1,4 @@
-"""Any component: recordings of its inputs and outputs, whatever drove it."""
+"""The gap of any component from recordings of its inputs and outputs, under any excitation."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -29,19 +29,18 @@ from motofmi.workflows.gap.fitted_model import FittedModel
 from motofmi.workflows.gap.given import Given
 from motofmi.workflows.gap.kind import Kind
 
-FLEXIBLE = ("The noise is not known (no repeats, no noise in rig.json): it is what a flexible model leaves of the "
-            "residuals, "
-            "so a reduced chi-square of 1 means consistent with that model.")  # fmt: skip
-NONE_IS_WEAK = "none means that no effect of the library improves the model; what a flexible model does not explain counts as noise."
-OTHER_UNIT = ("All that has force or mass in its unit came out {:.3g} times as large as it started: is a column's unit "
-              "wrong (deg for rad, kN for N, "
-              "mm for m)? Nothing is named. If all units are right, start from values nearer to the component: "
-              "--component FILE.toml.")  # fmt: skip
-
+FLEXIBLE = ("The noise is not known (no repeated runs, no noise in rig.json): it is estimated by the residuals of a "
+            "flexible model, so a reduced chi-square of 1 means consistent with that model.")  # fmt: skip
+NONE_IS_WEAK = (
+    "none means that no effect of the library improves the model; residuals of the flexible model count as noise."
+)
+OTHER_UNIT = ("All parameters with force or mass in their unit were fitted to {:.3g} times their start values: is a "
+              "column's unit wrong (deg for rad, kN for N, mm for m)? Nothing is named. If all units are right, give "
+              "better start values: --component FILE.toml.")  # fmt: skip
 
 
 class InputOutput(Kind):
-    """Any component whose inputs and outputs are recorded, or with one of its states imposed."""
+    """A component with recorded inputs and outputs, or with one of its states imposed."""
 
     title = "The gap between component and recordings"
     found: Investigation
@@ -71,7 +70,7 @@ class InputOutput(Kind):
             runs = [replace(run, experiment=experiment) for run in runs]
             self.notes += (
                 [
-                    "No input is recorded or it is zero: only ratios of the parameters are identifiable, with "
+                    "No input is recorded, or all inputs are zero: only ratios of parameters are identifiable, with "
                     f"{anchor} as given."
                 ]
                 if anchor
@@ -79,13 +78,13 @@ class InputOutput(Kind):
             )
         self.experiment, self.runs, self.noise = experiment, runs, given.rig_contents.get("noise", {})
 
-    def verdict(self, so_far: Callable[[Verdict], None]) -> Verdict:
+    def verdict(self, on_progress: Callable[[Verdict], None]) -> Verdict:
         self.found = investigate(
             self.experiment,
             self.runs,
             self.given.own_effects,
             self.noise,
-            so_far,
+            on_progress,
             self.validation,
             criteria=self.given.criteria,
         )
@@ -118,13 +117,16 @@ class InputOutput(Kind):
 
 
 def anchored(experiment: InputOutputExperiment) -> tuple[InputOutputExperiment, str]:
-    """The test of which one parameter with force or mass in its unit keeps its value, so that ratios say the
-    others; and its name."""
+    """The experiment with one parameter fixed, and that parameter's name.
+
+    Without an input only ratios of the parameters with force or mass in their unit are identifiable. One of them
+    therefore keeps its value; unchanged if some of them are fixed already, or if there are none (name "").
+    """
     free = [f.name for f in experiment.free]
     scaled = parameters_with_force_or_mass(experiment.component)
-    kept = [n for n in scaled if n not in free]
-    if kept or not scaled:
-        return experiment, " and ".join(kept)
+    fixed = [n for n in scaled if n not in free]
+    if fixed or not scaled:
+        return experiment, " and ".join(fixed)
     return replace(experiment, free=tuple(f for f in experiment.free if f.name != scaled[0])), scaled[0]
 
 
@@ -133,7 +135,7 @@ def _common_columns(recordings: Sequence[Recording]) -> list[str]:
 
 
 def result_of(verdict: Verdict, notes: Sequence[str]) -> dict[str, Any]:
-    """What `verdict.json` says of a verdict on sampled runs."""
+    """The contents of `verdict.json` for a verdict on sampled runs; notes become limitations."""
     run: SampledRun = verdict.best.runs[0]
     unit = run.recording.units[run.experiment.outputs[0]]
     result = as_result(verdict, unit, run.noise_source or "flexible_model", cells)
@@ -142,7 +144,7 @@ def result_of(verdict: Verdict, notes: Sequence[str]) -> dict[str, Any]:
 
 
 def limitations_of(found: Investigation, result: dict[str, Any], component: Component, held: bool) -> list[str]:
-    """What an investigation of a component does not know, in sentences."""
+    """The limitations of an investigation of a component, in sentences. held: whether there are validation runs."""
     sentences = []
     if result["noise_source"] == "flexible_model":
         sentences.append(FLEXIBLE)
@@ -151,14 +153,14 @@ def limitations_of(found: Investigation, result: dict[str, Any], component: Comp
     if found.factor != 1.0:
         sentences.append(OTHER_UNIT.format(found.factor))
     sentences += [
-        f"{n} keeps its value: at the frequencies of these runs it is not identifiable beside a stiffness."
+        f"{n} keeps its value: at the frequencies of these runs it is not distinguishable from a stiffness."
         for n in found.fixed_inertias
     ]
     criteria = found.verdict.criteria
     if found.missed > criteria.slow_noise_share:
         sentences.append(
-            f"{100 * found.missed:.0f} % of the measured motion is missed by the best model: too much to be called "
-            "noise."
+            f"{100 * found.missed:.0f} % of the measured motion is not explained by the best model: too much to be "
+            "called noise."
         )
     best = found.verdict.best
     rows, far = best.model.component.table, criteria.implausible_factor
@@ -171,26 +173,28 @@ def limitations_of(found: Investigation, result: dict[str, Any], component: Comp
             and value >= row.max
         ):
             sentences.append(
-                f"{name} ran to its bound {row.max:g} {row.unit}: the effect does not fit well, or a column's unit is "
-                "wrong."
+                f"{name} was fitted to its bound {row.max:g} {row.unit}: the effect does not fit well, or a column's "
+                "unit is wrong."
             )
         if found.experiment.own_values and name in best.model.base and start and not 1 / far < abs(value) / start < far:
             sentences.append(
-                f"{name} came out at {value:.3g} {row.unit}, far from its start {start:.3g}: is a column's unit wrong?"
+                f"{name} was fitted to {value:.3g} {row.unit}, far from its start value {start:.3g}: is a column's "
+                "unit wrong?"
             )
     for run, zeros in zip(best.runs, sensor_offsets_of(best), strict=True):
         for name in found.experiment.sensor_offsets:
             value, error = zeros[sensor_offset_parameter(name)]
             if abs(value) > criteria.sensor_offset_errors * error:
-                sentences.append(f"{value:.2g} {run.recording.units[name]} more than the {name} recorded in {run.name} "
-                                 f"acts (error {error:.1g}): "
-                                 "a sensor offset, or another constant input.")  # fmt: skip
+                sentences.append(f"The {name} of {run.name} is fitted as the recorded values plus {value:.2g} "
+                                 f"{run.recording.units[name]} (standard error {error:.1g}): a sensor offset, or "
+                                 "another constant input.")  # fmt: skip
     gap = result["gap"]
-    share, by_chi_square = criteria.validation_warning_share, found.verdict.comparison is None and result["verdict"] == "named"
+    share = criteria.validation_warning_share
+    by_chi_square = found.verdict.comparison is None and result["verdict"] == "named"
     if held and by_chi_square and gap["holdout_after"] - 1 > (1 - share) * (gap["holdout_before"] - 1):
         sentences.append(
-            f"On the validation run the effect closes less than {share:.0%} of the gap: the named effect may be "
-            "specific to the fitted runs."
+            f"On the validation run the effect closes less than {share:.0%} of the gap: it may be specific to the "
+            "fitted runs."
         )
     if not held:
         sentences.append("No validation run: the verdict is not checked on data that were not used.")

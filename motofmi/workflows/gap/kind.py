@@ -1,4 +1,4 @@
-"""The interface of a kind of experiment: from the recordings to the contents of the report."""
+"""The interface of a kind of experiment: reading, verdict, fitted model and report."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -15,40 +15,41 @@ from motofmi.workflows.gap.given import Given
 class Kind(ABC):
     """One kind of experiment.
 
-    An instance has read and prepared the recordings: faults in what was given are raised (InputError) when it is made,
-    before anything is fitted.
+    Constructing it reads and prepares the recordings and raises InputError for arguments or recordings that cannot be
+    used, before anything is fitted.
     """
 
     title: ClassVar[str]  # of the report
-    place: ClassVar[str] = "axis"  # what the second column of the table of places is
+    place: ClassVar[str] = "axis"  # heading of the second column in the report's table of where the base deviates
 
     @classmethod
     @abstractmethod
     def suits(cls, given: Given) -> bool:
-        """Whether what was given is of this kind."""
+        """Whether the arguments describe an experiment of this kind."""
 
     @abstractmethod
     def __init__(self, given: Given) -> None:
         """Read and prepare the recordings."""
 
     @abstractmethod
-    def verdict(self, so_far: Callable[[Verdict], None]) -> Verdict:
-        """Fit the base and the candidates; so_far is called with what is known after every stage."""
+    def verdict(self, on_progress: Callable[[Verdict], None]) -> Verdict:
+        """Fit the base and the candidates and select a model; on_progress is called with the state after every
+        stage."""
 
     @abstractmethod
     def contents(self, verdict: Verdict) -> dict[str, Any]:
-        """What `verdict.json` holds of a verdict, also of one before the end."""
+        """The contents of `verdict.json` for a verdict, final or intermediate."""
 
     @abstractmethod
     def limitations(self, verdict: Verdict, contents: dict[str, Any]) -> list[str]:
-        """What the data leave open, besides the limitations in the contents."""
+        """Limitations of the verdict, in sentences, besides those in the contents."""
 
     @abstractmethod
     def model(self, verdict: Verdict) -> FittedModel:
-        """The fitted model with the effects that were found."""
+        """The fitted model with the effects found."""
 
     def found_device(self, verdict: Verdict) -> FittedModel | None:
-        """The device among the effects that were found, by itself; None where there is none."""
+        """The device among the effects found, as a model of its own, or None."""
         del verdict
         return None
 
@@ -57,21 +58,21 @@ class Kind(ABC):
         """The figures of the report."""
 
     def next_experiment(self, verdict: Verdict) -> dict[str, Any] | None:
-        """The experiment that would settle the verdict, None where none is needed or known."""
+        """The experiment that would distinguish the remaining candidates; None if none is needed or known."""
         del verdict
         return None
 
     def modes(self, verdict: Verdict, model: Component) -> dict[str, Any] | None:
-        """The modes before and after, None where nothing changes them."""
+        """The modes without and with the effects found, or None."""
         del verdict, model
         return None
 
     def modes_section(self, contents: dict[str, Any]) -> Section | None:
-        """The section of the report on the modes."""
+        """The section of the report on the modes, or None."""
         del contents
         return None
 
     def fitted_parameters(self, verdict: Verdict) -> list[Table]:
-        """Tables of fitted parameters beside those of the effects."""
+        """Tables of fitted parameters besides those of the effects."""
         del verdict
         return []

@@ -1,4 +1,4 @@
-"""What a steer test could name before it is made: every effect with the strength from which it could be named."""
+"""Planning of a steer test: the magnitude from which each effect would be detected and named by planned runs."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -25,18 +25,20 @@ from motofmi.reports.plan_figure import draw_plan, plan_figure
 from motofmi.workflows.gap.rig import GYRO_NOISE, rig_effects, rig_experiment
 
 FILE, PICTURE = "plan.json", "plan.png"
-NOISE = {"angle": 0.03, "torque": 0.2, "remnant": 0.4, "gyro": GYRO_NOISE}  # deg, N.m, N.m below 2 Hz, rad/s
-REMNANT_BAND = 2.0  # Hz
-HEADINGS = ("effect", "form", "parameter", "noticed from", "named from", "unit", "nearest rival")
+# Default standard deviations: deg, N.m, N.m (below REMNANT_BAND), rad/s
+NOISE = {"angle": 0.03, "torque": 0.2, "remnant": 0.4, "gyro": GYRO_NOISE}
+REMNANT_BAND = 2.0  # Hz; corner frequency of the rider's remnant torque
+HEADINGS = ("effect", "form", "parameter", "detected from", "named from", "unit", "nearest rival")
 
 
 @dataclass(frozen=True, repr=False)
 class Plan:
-    """What planned runs could name.
+    """The effects that planned runs would detect and name.
 
-    effects holds for every effect and form the parameter that is its size, `noticed_from` and `named_from` [unit] (None
-    where it never is), the nearest rival, and the effects tied with it at any strength. noise holds the deviations of
-    angle [deg], torque [N.m], remnant [N.m, below 2 Hz] and gyro [rad/s]; amplitude is in rad, duration in s.
+    effects holds for every effect and form: its magnitude parameter, the values `noticed_from` and `named_from` [unit]
+    from which it would be detected and named (None if never), the nearest rival, and the effects that are tied with it
+    at any magnitude. noise holds the standard deviations of angle [deg], torque [N.m], remnant [N.m, below 2 Hz] and
+    gyro [rad/s]; amplitude is in rad, duration in s.
     """
 
     rider: str
@@ -49,8 +51,8 @@ class Plan:
 
     @property
     def rows(self) -> list[tuple[str, ...]]:
-        """The effects as text, under HEADINGS."""
-        return [(e["name"], e["form"], e["parameter"], _strength(e["noticed_from"]), _strength(e["named_from"]),
+        """The effects as rows of text, under HEADINGS."""
+        return [(e["name"], e["form"], e["parameter"], _magnitude(e["noticed_from"]), _magnitude(e["named_from"]),
                  e["unit"],
                  ", ".join(e["tied"]) or e["nearest_rival"]) for e in self.effects]  # fmt: skip
 
@@ -66,7 +68,8 @@ class Plan:
         return pandas.DataFrame(list(self.effects))
 
     def save(self, folder: str | Path) -> list[Path]:
-        """Write plan.json and plan.png into the folder; their paths. Raises InputError where it cannot be written."""
+        """Write plan.json and plan.png into the folder and return their paths. Raises InputError where it cannot be
+        written."""
         folder = Path(folder)
         write_text(writable(folder / FILE), to_json({**self.to_dict(), "picture": PICTURE}) + "\n")
         write_atomically(
@@ -75,12 +78,15 @@ class Plan:
         return [folder / FILE, folder / PICTURE]
 
     def plot(self, axes: Any = None) -> Any:
-        """The strength from which each effect is named over that from which it is noticed; the axes of matplotlib."""
+        """Plot for each effect the magnitudes from which it is detected and named; returns the matplotlib axes."""
         return draw_plan(new_axes(figsize=(7, 0.25 * len(self.effects) + 1)) if axes is None else axes, self.effects)
 
     def __repr__(self) -> str:
         named = sum(e["named_from"] is not None for e in self.effects)
-        return f"Plan({len(self.runs)} runs of {self.duration:g} s at {np.degrees(self.amplitude):g} deg: {named} of {len(self.effects)} forms of effects could be named)"
+        return (
+            f"Plan({len(self.runs)} runs of {self.duration:g} s at {np.degrees(self.amplitude):g} deg: {named} of "
+            f"{len(self.effects)} forms of effects could be named)"
+        )
 
     def _repr_html_(self) -> str:
         return html(repr(self), HEADINGS, self.rows)
@@ -92,12 +98,14 @@ def plan_experiment(rig: str | Path | Mapping[str, Any] | None = None,
                     sampling: float = 128.0, gyro: bool = False, noise: Mapping[str, float] | None = None,
                     effects: str | Path | Sequence[type[Effect]] = (),
                     criteria: Criteria = Criteria()) -> Plan:  # fmt: skip
-    """What a steer test could name before it is made, with this rig and these noises.
+    """The effects that a planned steer test would detect and name, with this rig and noise.
 
-    rig is a rig.json or its contents; excitations are planned runs: an Excitation, or (from, to) [Hz] for a sweep of
-    `duration` [s] and `amplitude` [rad]. sampling is in Hz; gyro adds a rate gyro on the torso. noise replaces
-    deviations of angle [deg], torque [N.m], remnant [N.m, below 2 Hz] or gyro [rad/s]. effects are a folder of own
-    effects, or their classes. Raises InputError for what cannot be planned.
+    rig is a rig.json or its contents; excitations are the planned runs: an Excitation, or (from, to) [Hz] for a sweep
+    of `duration` [s] and `amplitude` [rad]. sampling is in Hz; gyro adds a rate gyro on the torso. noise replaces the
+    standard deviation of angle [deg], torque [N.m], remnant [N.m, below 2 Hz] or gyro [rad/s]. effects is a folder of
+    own effects, or their classes.
+
+    Raises InputError for a rig file that does not exist, and for an unknown or negative noise.
 
         plan = plan_experiment(excitations=[(0.5, 12), (12, 0.5)])
         plan.to_dataframe()
@@ -110,7 +118,7 @@ def plan_experiment(rig: str | Path | Mapping[str, Any] | None = None,
         if name not in NOISE:
             raise unknown("noise", name, NOISE)
         if not value >= 0:
-            raise InputError(f"noise of {name} {value:g}: a deviation cannot be negative")
+            raise InputError(f"noise of {name} is {value:g}: a standard deviation cannot be negative")
     model = HarmonicModel(experiment)
     motions = [each if isinstance(each, Excitation) else sweep(*each, duration, amplitude) for each in excitations]
     channels = Channels(
@@ -134,14 +142,14 @@ def plan_experiment(rig: str | Path | Mapping[str, Any] | None = None,
 
 
 def _density(noise: Mapping[str, float], rate: float) -> Callable[[np.ndarray], np.ndarray]:
-    """Density of the torque's noise, as a variance per sample: white, and the remnant below its band."""
-    share = rate / 2 / REMNANT_BAND / (np.pi / 4)  # the remnant's power lies in a small part of the band
+    """Spectral density of the torque noise as a variance per sample [(N.m)2]: white noise plus the low-pass remnant."""
+    gain = rate / 2 / REMNANT_BAND / (np.pi / 4)  # so that the remnant's density integrates to its variance
 
     def density(f: np.ndarray) -> np.ndarray:
-        return noise["torque"] ** 2 + noise["remnant"] ** 2 * share / (1 + (f / REMNANT_BAND) ** 2) ** 2
+        return noise["torque"] ** 2 + noise["remnant"] ** 2 * gain / (1 + (f / REMNANT_BAND) ** 2) ** 2
 
     return density
 
 
-def _strength(value: float | None) -> str:
+def _magnitude(value: float | None) -> str:
     return "never" if value is None else f"{value:.3g}"

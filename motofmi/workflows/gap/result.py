@@ -22,7 +22,7 @@ from motofmi.workflows.gap.verdict_file import write_verdict
 
 
 class Gap:
-    """Where a model misses recordings, and which physical effect it lacks.
+    """The result: where a model deviates from recordings, and which physical effect it lacks.
 
     `verdict` is `named`, `none`, `unknown` or `tied`; `effects`, `tied`, `candidates`, `where`, `gap`, `limitations`
     and `next_experiment` are those of `verdict.json` (docs/gap.md). `model` is the fitted component with the effects
@@ -45,8 +45,11 @@ class Gap:
 
     @property
     def verdict(self) -> str:
-        """`named`, `none` (the base is consistent with the noise), `unknown` (no effect of the library explains
-        the data) or `tied`."""
+        """`named`, `none`, `unknown` or `tied`.
+
+        none: the base is consistent with the noise; unknown: no effect of the library explains the data; tied: several
+        effects explain the data equally well.
+        """
         return self._contents["verdict"]
 
     @property
@@ -56,7 +59,7 @@ class Gap:
 
     @property
     def tied(self) -> list[str]:
-        """The names between which the data do not decide."""
+        """The names of the effects that explain the data equally well."""
         return self._contents["tied"]
 
     @property
@@ -66,22 +69,22 @@ class Gap:
 
     @property
     def where(self) -> list[dict[str, Any]]:
-        """Where the base misses the data: run, axis, from, to, unit, excess, p_value."""
+        """Where the base deviates from the data: run, axis, from, to, unit, excess, p_value."""
         return self._contents["where"]
 
     @property
     def gap(self) -> dict[str, Any]:
-        """Reduced chi-square before and after, on fitted and on validation runs, and the same as rms."""
+        """Reduced chi-square and rms of the residuals, before and after, on fitted and on validation runs."""
         return self._contents["gap"]
 
     @property
     def limitations(self) -> list[str]:
-        """What the verdict rests on and leaves open, in sentences."""
+        """Assumptions and limitations of the verdict, in sentences."""
         return self._contents["limitations"]
 
     @property
     def next_experiment(self) -> dict[str, Any] | None:
-        """The experiment that would settle the verdict, None where none is needed or known."""
+        """The experiment that would distinguish the remaining candidates; None if none is needed or known."""
         return self._contents["next_experiment"]
 
     @property
@@ -100,7 +103,7 @@ class Gap:
         return pandas.DataFrame(self.candidates)
 
     def complete(self) -> None:
-        """Work out the modes before and after, and the next experiment. `find_gap` does that."""
+        """Compute the modes before and after, and the next experiment. `find_gap` calls this."""
         if self._complete:
             return
         with in_background(lambda: self._experiment.modes(self.selection, self.model)) as modes:
@@ -110,9 +113,9 @@ class Gap:
         self._complete = True
 
     def save(self, folder: str | Path) -> list[Path]:
-        """Write `verdict.json`, the fitted model as value file and FMU, and `report.html` into the folder; their paths.
+        """Write `verdict.json`, the fitted model as value file and FMU, and `report.html` into the folder.
 
-        Without a C compiler no FMU is written, and a limitation says so. Raises InputError where the
+        Returns their paths. Without a C compiler no FMU is written, and a limitation is added. Raises InputError if the
         folder cannot be written.
         """
         folder = Path(folder)
@@ -137,12 +140,12 @@ class Gap:
         return [folder / name for name in written if name]
 
     def report(self, path: str | Path) -> Path:
-        """Write the HTML report; its path. Raises InputError where it cannot be written."""
+        """Write the HTML report and return its path. Raises InputError if it cannot be written."""
         self._report().write(Path(path))
         return Path(path)
 
     def plot(self) -> Any:
-        """Reduced chi-square before and after, on fitted and on validation runs: the matplotlib axes."""
+        """Plot reduced chi-square before and after, on fitted and on validation runs; returns the matplotlib axes."""
         return draw_before_and_after(new_axes(), self._contents)
 
     @cached_property
@@ -161,12 +164,12 @@ class Gap:
         )
 
     def __repr__(self) -> str:
-        said = [headline(self._contents)]
-        said += [f"{e['name']}.{n} = {_value(p)}" for e in self.effects for n, p in e["parameters"].items()]
-        said.append("reduced chi-square " + ", ".join(f"{key.replace('_', ' ')} {self.gap[key]:.3g}" for key in
+        parts = [headline(self._contents)]
+        parts += [f"{e['name']}.{n} = {_value(p)}" for e in self.effects for n, p in e["parameters"].items()]
+        parts.append("reduced chi-square " + ", ".join(f"{key.replace('_', ' ')} {self.gap[key]:.3g}" for key in
                                                       ("before", "after", "holdout_before", "holdout_after")
                                                       if self.gap[key] is not None))  # fmt: skip
-        return f"Gap({'; '.join(said)})"
+        return f"Gap({'; '.join(parts)})"
 
     def _repr_html_(self) -> str:
         rows = [(e["name"], e["form"], n, _value(p)) for e in self.effects for n, p in e["parameters"].items()]
@@ -184,7 +187,7 @@ def _value(parameter: Mapping[str, Any]) -> str:
 
 
 def _built(component: Component, folder: Path) -> tuple[str | None, list[str]]:
-    """The FMU's name in the folder; without a compiler none, and the sentence that says so."""
+    """The file name of the FMU in the folder; without a C compiler None and a limitation."""
     try:
         return Path(build(component, folder).path).name, []
     except MissingToolError as error:

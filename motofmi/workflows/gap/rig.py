@@ -1,5 +1,5 @@
-"""The rig of the steer test for the gap workflow: handlebar and passive rider, the angle imposed,
-the torque measured."""
+"""The rig of the steer test as an experiment of the gap workflow: handlebar and passive rider, angle imposed, torque
+measured."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -18,16 +18,18 @@ from motofmi.recordings.channels import STEER_ANGLE, STEER_ANGLE_COMMAND, STEER_
 from rider_fmu import Handlebar, riders
 from rider_fmu.rigs.handlebar import HANDLEBAR_INERTIA
 
-RIDER = ("torso_inertia", "arm_stiffness", "waist_stiffness", "arm_damping", "waist_damping")
-
-RUN_TO_RUN = 0.04  # by which a rider changes from one run to the next, relative
-DAMPING, STIFFNESS = "device.steer_damping.damping", "device.steer_stiffness.stiffness"  # of the bar itself
-GYRO_NOISE = 0.01  # rad/s, the default where rig.json does not give it
+RIDER_PARAMETERS = ("torso_inertia", "arm_stiffness", "waist_stiffness", "arm_damping", "waist_damping")
+RUN_TO_RUN = 0.04  # relative standard deviation of a rider's parameters between runs
+DAMPING, STIFFNESS = "device.steer_damping.damping", "device.steer_stiffness.stiffness"  # of the handlebar itself
+GYRO_NOISE = 0.01  # rad/s; standard deviation if rig.json gives none
 COLUMNS = {"imposed": STEER_ANGLE, "measured": STEER_TORQUE, "command": STEER_ANGLE_COMMAND}
 
 
 def rig_experiment(rig: Mapping[str, Any], rider: str = "mean_2011") -> ImposedMotionExperiment:
-    """The experiment as `rig.json` describes it, starting from a published rider's values."""
+    """The experiment that `rig.json` describes; the fit starts from the values of a published rider.
+
+    Raises InputError for an unknown rider.
+    """
     inertia = rig.get("handlebar_inertia", {})
     known = inertia.get("value")
     error = inertia.get("standard_error") or (0.01 * known if known else 0.0)
@@ -36,7 +38,7 @@ def rig_experiment(rig: Mapping[str, Any], rider: str = "mean_2011") -> ImposedM
     system = System("rig", {"bar": bar, "device": device}, bindings={"bar.added_steer_inertia": "device.port_inertia"})
     free = (
         FreeParameter("bar.steer_inertia", 0.0, known, error),
-        *(FreeParameter(f"device.{name}", RUN_TO_RUN) for name in RIDER),
+        *(FreeParameter(f"device.{name}", RUN_TO_RUN) for name in RIDER_PARAMETERS),
     )
     gyro = Sensor("device.torso_rate", rig.get("noise", {}).get(TORSO_RATE, GYRO_NOISE))
     return ImposedMotionExperiment(
@@ -45,11 +47,11 @@ def rig_experiment(rig: Mapping[str, Any], rider: str = "mean_2011") -> ImposedM
 
 
 def bare_bar(runs: Sequence[SteerTestRun]) -> tuple[np.ndarray, np.ndarray]:
-    """Inertia, damping and stiffness of the bar itself and their errors, (3,) each, from sweeps of it, hands off.
+    """Inertia [kg.m2], damping [N.m.s/rad] and stiffness [N.m/rad] of the bare handlebar, and their errors, (3,) each.
 
-        T = I a + c s + k delta, by weighted least squares on the harmonics
+        T = I delta'' + c delta' + k delta, by weighted least squares on the harmonics of sweeps without a rider
 
-    Where more is in the bar than that (friction), the errors grow by the root of the reduced chi-square.
+    A reduced chi-square above 1 (friction, for example) scales the errors by its square root.
     """
     columns, data = [], []
     for run in runs:
@@ -60,12 +62,12 @@ def bare_bar(runs: Sequence[SteerTestRun]) -> tuple[np.ndarray, np.ndarray]:
         data.append(run.effort.data / run.effort.deviation)
     matrix, target = np.concatenate(columns), np.concatenate(data)
     found, left = np.linalg.lstsq(matrix, target, rcond=None)[:2]
-    worse = max(float(left[0]) / (len(target) - 3), 1.0)
-    return found, np.sqrt(worse * np.diag(np.linalg.inv(matrix.T @ matrix)))
+    excess = max(float(left[0]) / (len(target) - 3), 1.0)
+    return found, np.sqrt(excess * np.diag(np.linalg.inv(matrix.T @ matrix)))
 
 
 def with_bare_bar(experiment: ImposedMotionExperiment, runs: Sequence[SteerTestRun]) -> ImposedMotionExperiment:
-    """The experiment with inertia, damping and stiffness of the bar from sweeps of the bare handlebar, hands off."""
+    """The experiment with inertia, damping and stiffness of the handlebar known from sweeps without a rider."""
     (inertia, damping, stiffness), errors = bare_bar(runs)
     bar = replace(experiment.free[0], known=float(inertia), standard_error=float(errors[0]))
     measured = {DAMPING: (float(damping), float(errors[1])), STIFFNESS: (float(stiffness), float(errors[2]))}
@@ -73,5 +75,5 @@ def with_bare_bar(experiment: ImposedMotionExperiment, runs: Sequence[SteerTestR
 
 
 def rig_effects(own: Sequence[type[Effect]] = ()) -> list[type[Effect]]:
-    """The effects of riders and of measuring channels that ship, and a user's own."""
+    """The shipped effects of riders and of measuring channels, and a user's own."""
     return [*effects_in(rider_fmu.effects), *declared_by(fmus.effects.measuring_channel), *own]

@@ -1,5 +1,4 @@
-"""The runs that the steer test could make next, and what each would tell: sweeps of rider and bar, with a gyro,
-and of the bar alone."""
+"""Proposals for the next run of a steer test: sweeps of rider and handlebar, with a torso gyro, of the bar alone."""
 
 from dataclasses import dataclass, replace
 
@@ -17,35 +16,38 @@ from motofmi.workflows.gap.rig import DAMPING, STIFFNESS, bare_bar
 
 @dataclass
 class BareBar:
-    """A sweep of the handlebar, hands off: the torque then holds the bar alone, with what sits on it."""
+    """A sweep of the handlebar without a rider, in which the torque is that of the bar and of parts fixed to it.
+
+    errors (3,) are the expected standard errors of inertia, damping and stiffness of the bar.
+    """
 
     settings: dict[str, float]
-    errors: np.ndarray  # of inertia, damping and stiffness of the bar
+    errors: np.ndarray
     experiment: str = "bare_bar"
     sentence: str = (
-        "Sweep the bare handlebar, hands off: its torque holds inertia, springs and dampers of the bar alone."
+        "Sweep the handlebar without a rider: the torque then shows inertia, stiffness and damping of the bar alone."
     )
 
     @classmethod
     def after(cls, found: Fit, duration: float = 60.0) -> "BareBar":
         """The sweep with frequencies and amplitude of the first run."""
-        made: SteerTestRun = found.runs[0]
-        frequencies = [c.frequency for c in made.reduction.columns if c.order == 1]
+        first: SteerTestRun = found.runs[0]
+        frequencies = [c.frequency for c in first.reduction.columns if c.order == 1]
         settings = {"from": float(min(frequencies)), "to": float(max(frequencies)), "duration": duration,
-                    "amplitude": float(np.abs(made.motion_at(made.recording.time)[0]).max())}  # fmt: skip
+                    "amplitude": float(np.abs(first.motion_at(first.recording.time)[0]).max())}  # fmt: skip
         inertia = float(np.exp(found.x[0]))
         columns = found.model.experiment.columns
         motion = sweep(settings["from"], settings["to"], duration, settings["amplitude"])
         run = planned(
             motion,
-            replace(Channels.of(made, columns["imposed"]), further={}),
+            replace(Channels.of(first, columns["imposed"]), further={}),
             columns,
             lambda run: inertia * run.motion_at(run.recording.time)[2][:, None],
         )
         return cls(settings, bare_bar([run])[1])
 
     def predict(self, rival: Fit) -> Prediction:
-        """Inertia, damping and stiffness that a fit gives the bar, over the errors with which they would be known."""
+        """Inertia, damping and stiffness of the bar by a fit, divided by their expected errors."""
         names = rival.model.names
         inertia = float(np.exp(rival.x[0]))
         predicted, slopes = np.zeros(3), np.zeros((3, len(names)))
@@ -61,7 +63,7 @@ class BareBar:
 
 
 def rig_proposals(found: Fit) -> list[Proposal]:
-    """What the rig could be asked next, after what a fit rests on."""
+    """The runs that could follow those of a fit."""
     return [BareBar.after(found), *_with_a_gyro(found), *further_sweeps(found)]
 
 
@@ -69,5 +71,8 @@ def _with_a_gyro(found: Fit) -> list[Proposal]:
     sensor = found.model.experiment.further[TORSO_RATE]
     if any(output.column == TORSO_RATE for run in found.runs for output in run.outputs):
         return []
-    sentence = "Repeat the sweep with a rate gyro on the torso: what the torso does parts its coupling with the bar from springs and dampers of the bar."
+    sentence = (
+        "Repeat the sweep with a rate gyro on the torso: the torso's motion distinguishes its coupling with the "
+        "handlebar from springs and dampers of the handlebar."
+    )
     return [Sweep.like(found, "torso_gyro", sentence, further={TORSO_RATE: sensor.noise})]

@@ -1,4 +1,4 @@
-"""A vehicle's eigenvalues, measured over its speed."""
+"""The gap of a vehicle from eigenvalues measured over its speed."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -21,14 +21,13 @@ from motofmi.workflows.gap.augmented_vehicle import effect_on_modes, fitted_devi
 from motofmi.workflows.gap.fitted_model import FittedModel
 from motofmi.workflows.gap.given import Given
 from motofmi.workflows.gap.kind import Kind
-from motofmi.workflows.gap.vehicle import NOT_LINEAR, vehicle_effects, vehicle_experiment, with_names
+from motofmi.workflows.gap.vehicle import NONLINEAR, vehicle_effects, vehicle_experiment, with_mode_names
 
-GRID = 60  # speeds at which rivals are compared
-
+SPEEDS = 60  # number of speeds at which the eigenvalues of rivals are compared
 
 
 class VehicleEigenvalues(Kind):
-    """Tables of eigenvalues over speed with their standard errors."""
+    """A vehicle with tables of eigenvalues over speed and their standard errors."""
 
     title = "The gap between vehicle and measured eigenvalues"
     place = "mode and part"
@@ -41,13 +40,14 @@ class VehicleEigenvalues(Kind):
         self.given, self.vehicle, self.device = given, given.base_vehicle, given.base_device
         self.experiment = vehicle_experiment(self.vehicle, self.device, given.free)
         self.measured, self.validation = (
-            [with_names(each, self.experiment) for each in given.spectra(use)] for use in ("recordings", "validation")
+            [with_mode_names(each, self.experiment) for each in given.spectra(use)]
+            for use in ("recordings", "validation")
         )
 
-    def verdict(self, so_far: Callable[[Verdict], None]) -> Verdict:
+    def verdict(self, on_progress: Callable[[Verdict], None]) -> Verdict:
         library = vehicle_effects(self.vehicle, self.given.own_effects, linear=True)
         return select_model_for_eigenvalues(
-            self.experiment, self.measured, library, self.validation, so_far, self.given.criteria
+            self.experiment, self.measured, library, self.validation, on_progress, self.given.criteria
         )
 
     def contents(self, verdict: Verdict) -> dict[str, Any]:
@@ -76,34 +76,36 @@ class VehicleEigenvalues(Kind):
         return modes_over_speed(contents)
 
     def pictures(self, verdict: Verdict) -> Pictures:
-        caption = "Measured eigenvalues with their errors, the base, and the base with the effects found."
-        shown = f"Measured for validation, and not used to fit: {', '.join(r.name for r in self.validation) or 'none'}."
-        return Pictures([], [(eigenvalues_over_speed(verdict), caption)], shown)
+        caption = "Measured eigenvalues with their standard errors, the base, and the base with the effects found."
+        validation = f"Validation, not fitted: {', '.join(r.name for r in self.validation) or 'none'}."
+        return Pictures([], [(eigenvalues_over_speed(verdict), caption)], validation)
 
 
 def limitations(
-    vehicle: Component, measured: Sequence[MeasuredEigenvalues], held: Sequence[MeasuredEigenvalues]
+    vehicle: Component, measured: Sequence[MeasuredEigenvalues], validation: Sequence[MeasuredEigenvalues]
 ) -> list[str]:
-    """What a verdict on eigenvalues rests on."""
-    sentences = ["The standard errors are those of the file: the verdict depends on them, and errors that rows have in "
-                 "common are not known.",
-                 f"What has no eigenvalues cannot be named from them ({', '.join(NOT_LINEAR)}); in measured ones it "
-                 "looks like a damper."]  # fmt: skip
+    """The limitations of a verdict on eigenvalues, in sentences."""
+    sentences = ["The verdict depends on the standard errors in the file; errors that several rows have in common are "
+                 "not taken into account.",
+                 f"Effects without eigenvalues ({', '.join(NONLINEAR)}) are not identifiable from eigenvalues; they "
+                 "change measured ones like a damper."]  # fmt: skip
     if not vehicle.standard_error:
         sentences.append(
-            f"{vehicle.name} gives no standard errors: its masses and lengths are taken as known to 1 %, inertias, "
-            "tyres and damper to 5 %."
+            f"{vehicle.name} gives no standard errors: its masses and lengths are assumed to have standard errors of "
+            "1 %, inertias, tyre and damper parameters of 5 %."
         )
     if any(not m for r in measured for m in r.mode):
         sentences.append("Eigenvalues without a mode's name were matched with the nearest computed one.")
-    if not held:
+    if not validation:
         sentences.append("No eigenvalues for validation: the verdict is not checked on data that were not used.")
     return sentences
 
 
 def next_measurement(verdict: Verdict, experiment: VehicleOverSpeedExperiment) -> dict[str, Any] | None:
-    """Where along the speed the rivals' eigenvalues part most, with the delta chi-square that measuring
-    there once would bring."""
+    """The speed at which the rivals' eigenvalues differ most, with the expected delta chi-square of one measurement.
+
+    None if there are no rivals. Rivals are the tied effects, or the base for a weakly named effect.
+    """
     rivals: list[Fit] = [c.fit for c in verdict.tied]
     if verdict.verdict == "named" and verdict.effects[0].delta_bic < verdict.criteria.weak_name_delta_bic:
         rivals = [verdict.best, verdict.base]
@@ -115,20 +117,22 @@ def next_measurement(verdict: Verdict, experiment: VehicleOverSpeedExperiment) -
     for mode in dict.fromkeys(run.mode):
         rows = [i for i, m in enumerate(run.mode) if m == mode]
         first, last = run.over[rows].min(), run.over[rows].max()
-        speeds = np.linspace(first, min(1.2 * last, top), GRID)
+        speeds = np.linspace(first, min(1.2 * last, top), SPEEDS)
         error = float(np.median(run.real_error[rows]))
-        nearest = [_followed(f, speeds, run.over[rows[0]], run.value[rows[0]]) for f in rivals]
-        apart = np.min([np.abs(a - b) ** 2 for i, a in enumerate(nearest) for b in nearest[i + 1 :]], axis=0) / error**2
+        followed = [_followed(f, speeds, run.over[rows[0]], run.value[rows[0]]) for f in rivals]
+        apart = np.min([np.abs(a - b) ** 2 for i, a in enumerate(followed) for b in followed[i + 1 :]],
+                       axis=0) / error**2
         best = int(apart.argmax())
         proposals.append({"experiment": "speed", "sentence": f"Measure {mode or 'the mode'} at {speeds[best]:.3g} m/s, "
-                                                             f"to {error:.2g} 1/s as before.",
+                                                             f"with a standard error of {error:.2g} 1/s as before.",
                           "speed": float(speeds[best]), "mode": mode,
                           "expected_delta_chi2": float(apart[best])})  # fmt: skip
     return max(proposals, key=lambda p: p["expected_delta_chi2"]) | {"alternatives": proposals}
 
 
 def _followed(found: Fit, speeds: np.ndarray, start: float, value: complex) -> np.ndarray:
-    """The eigenvalue of a fit (n,) over speeds that begins nearest to a measured one, by its continuity."""
+    """An eigenvalue (n,) [1/s] of a fit over speeds (n,) [m/s], followed by continuity from the one nearest to
+    `value`."""
     spectra = eigenvalues_of(found, np.append(start, speeds))
     followed, last = [], value
     for spectrum in spectra:

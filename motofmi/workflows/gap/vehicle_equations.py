@@ -1,5 +1,4 @@
-"""A vehicle's recorded runs in which all of its states are measured: compared by the equations of
-motion, in weak form."""
+"""The gap of a vehicle from runs in which all of its states are recorded, by the weak form of its equations."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -22,14 +21,17 @@ from motofmi.recordings.recording import Recording
 from motofmi.reports.gap_report import Pictures
 from motofmi.reports.gap_vehicle import weak_form_spectra
 from motofmi.workflows.gap.given import Given
-from motofmi.workflows.gap.vehicle import NOT_LINEAR, vehicle_effects, vehicle_runs_experiment
-from motofmi.workflows.gap.vehicle_runs import OnVehicle, notes_of, with_open_entries
+from motofmi.workflows.gap.vehicle import NONLINEAR, vehicle_effects, vehicle_runs_experiment
+from motofmi.workflows.gap.vehicle_runs import OnVehicle, notes_of, with_matrix_entries
 
-SHOWN = "What the equations of motion leave over frequency: the vehicle as given, the refitted base, with the effects found, and the disturbance."
+CAPTION = (
+    "Residuals of the equations of motion over frequency: the vehicle as given, the fitted base, the base with the "
+    "effects found, and the disturbance."
+)
 
 
 class VehicleEquations(OnVehicle):
-    """Runs with the speed and all states of a vehicle that is ridden without a device."""
+    """A vehicle without a device, with recorded speed and states."""
 
     @classmethod
     def suits(cls, given: Given) -> bool:
@@ -43,29 +45,29 @@ class VehicleEquations(OnVehicle):
         self.experiment = vehicle_runs_experiment(self.vehicle, given.free, criteria=given.criteria)
         self.runs, self.validation = (weak_runs(each, self.experiment) for each in self.recordings)
 
-    def verdict(self, so_far: Callable[[Verdict], None]) -> Verdict:
+    def verdict(self, on_progress: Callable[[Verdict], None]) -> Verdict:
         return verdict_on_runs(
             self.experiment,
             self.runs,
             self.validation,
             runs_effects(self.vehicle, self.given.own_effects),
-            so_far,
+            on_progress,
             self.given.criteria,
         )
 
     def contents(self, verdict: Verdict) -> dict[str, Any]:
-        return with_open_entries(as_result(verdict, "rad/s2", "flexible_model", cells), verdict, self.experiment)
+        return with_matrix_entries(as_result(verdict, "rad/s2", "flexible_model", cells), verdict, self.experiment)
 
     def limitations(self, verdict: Verdict, contents: dict[str, Any]) -> list[str]:
         return [*limitations([*self.runs, *self.validation], verdict.criteria), *self.unvalidated(contents)]
 
     def pictures(self, verdict: Verdict) -> Pictures:
         given = as_given(verdict.base.model.experiment, verdict.best.runs[:1])
-        return Pictures([], [(weak_form_spectra(verdict, given), SHOWN)])
+        return Pictures([], [(weak_form_spectra(verdict, given), CAPTION)])
 
 
 def weak_runs(recordings: Sequence[Recording], experiment: VehicleOverSpeedExperiment) -> list[WeakFormRun]:
-    """Recordings with all states of the vehicle in weak form. Raises InputError where too little of one can be used."""
+    """The recordings in weak form. Raises InputError for a recording of which too little can be used."""
     return [
         prepare_weak_form(
             r,
@@ -78,52 +80,54 @@ def weak_runs(recordings: Sequence[Recording], experiment: VehicleOverSpeedExper
 
 
 def runs_effects(vehicle: Component, own: Sequence[type[Effect]] = ()) -> list[type[Effect]]:
-    """The effects that need no states besides those that are measured."""
+    """The effects that add no states to the vehicle, so that all states remain recorded."""
     return [
         e for e in vehicle_effects(vehicle, own) if vehicle.with_effects(e(exact_delays=True)).states == vehicle.states
     ]
 
 
-def verdict_on_runs(experiment: VehicleOverSpeedExperiment, runs: Sequence[WeakFormRun], held: Sequence[WeakFormRun],
-                    library: Sequence[type[Effect]], so_far: Callable[[Verdict], None] = lambda verdict: None,
+def verdict_on_runs(experiment: VehicleOverSpeedExperiment, runs: Sequence[WeakFormRun],
+                    validation: Sequence[WeakFormRun], library: Sequence[type[Effect]],
+                    on_progress: Callable[[Verdict], None] = lambda verdict: None,
                     criteria: Criteria = Criteria()) -> Verdict:  # fmt: skip
-    """The verdict on runs, with the disturbances that are in each.
+    """The verdict on runs, with the disturbance of each estimated.
 
-    Feedback makes the motion depend on the disturbance, which the equations in a band of frequencies feel as a small
-    linear effect: one that makes up for less than `weak_form_linear_share` of the disturbance is not named. Whether
-    inputs are held between samples, or are what they are at each, is decided by what leaves less disturbance.
+    By feedback the motion depends on the disturbance, which biases the equations like a small linear effect: a linear
+    effect that explains less than `weak_form_linear_share` of the disturbance is not named. Inputs are either held
+    between samples or interpolated, whichever leaves the smaller disturbance.
     """
     model = WeakFormModel(experiment)
-    ways = [
-        [[model.with_remaining_noise(replace(r, held=way), model.start()) for r in each] for each in (runs, held)]
-        for way in (False, True)
+    prepared_runs = [
+        [[model.with_remaining_noise(replace(r, held=input_held), model.start()) for r in each]
+         for each in (runs, validation)]
+        for input_held in (False, True)
     ]
-    prepared, checked = min(ways,
-                            key=lambda way: sum(np.log(d(r.frequency)).sum() for r in way[0] for d in r.densities))
-    verdict = select_model(model, prepared, library, checked, so_far, criteria=criteria)
+    prepared, checked = min(
+        prepared_runs, key=lambda each: sum(np.log(d(r.frequency)).sum() for r in each[0] for d in r.densities)
+    )
+    verdict = select_model(model, prepared, library, checked, on_progress, criteria=criteria)
     least = criteria.weak_form_linear_share * verdict.base.count
     while doubtful := {
-        c.family for c in (*verdict.effects, *verdict.tied) if c.family not in NOT_LINEAR and c.delta_chi2 < least
+        c.family for c in (*verdict.effects, *verdict.tied) if c.family not in NONLINEAR and c.delta_chi2 < least
     }:
         library = [e for e in library if e.family not in doubtful]
-        verdict = select_model(model, prepared, library, checked, so_far, criteria=criteria)
+        verdict = select_model(model, prepared, library, checked, on_progress, criteria=criteria)
     return verdict
 
 
 def as_given(experiment: VehicleOverSpeedExperiment, runs: Sequence[WeakFormRun]) -> Fit:
-    """The vehicle as it was given, nothing fitted."""
+    """The vehicle with its given values, without a fit."""
     model = WeakFormModel(experiment)
     return fit(model, runs, model.start(), frozen=range(len(model.names)))
 
 
 def limitations(runs: Sequence[WeakFormRun], criteria: Criteria) -> list[str]:
-    """What a verdict by equations rests on."""
+    """The limitations of a verdict by the weak form, in sentences."""
     return [*notes_of(runs), f"Equations are compared from {BAND[0]:g} to {BAND[1]:g} Hz in blocks of {BLOCK:g} s, "
                              "without offset and drift.",
-            "The noise is what a flexible linear and nonlinear regression of the same runs leaves: 1 means consistent "
-            "with that regression, not with the noise of the sensors.",
-            "Errors of the measured states bias what is fitted, and so does feedback, the more of the motion the "
-            "disturbances cause instead of a "
-            f"recorded excitation: linear effects that gain less than {criteria.weak_form_linear_share:g} of the "
-            "disturbance are therefore not named, and fitted entries are no physical "
-            "constants where nothing shakes the vehicle."]  # fmt: skip
+            "The noise is estimated by the residuals of a flexible linear and nonlinear regression on the same runs: 1 "
+            "means consistent with that regression, not with the noise of the sensors.",
+            "Fitted values are biased by errors of the recorded states, and by feedback if disturbances instead of a "
+            "recorded excitation cause much of the motion: linear effects that explain less than "
+            f"{criteria.weak_form_linear_share:g} of the disturbance are therefore not named, and without an "
+            "excitation the fitted entries are no physical constants."]  # fmt: skip

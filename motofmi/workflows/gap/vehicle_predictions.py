@@ -1,4 +1,4 @@
-"""A vehicle's recorded runs in which only some states are measured: compared by one-step prediction."""
+"""The gap of a vehicle from runs in which only some states are recorded, by one-step prediction."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -26,19 +26,28 @@ from motofmi.reports.gap_report import Pictures
 from motofmi.reports.gap_vehicle import prediction_spectra
 from motofmi.workflows.gap.augmented_vehicle import fitted_of
 from motofmi.workflows.gap.given import Given
-from motofmi.workflows.gap.vehicle import NOT_LINEAR, OF_HANDS, uncertain, vehicle_effects, vehicle_runs_experiment
-from motofmi.workflows.gap.vehicle_runs import OnVehicle, notes_of, with_open_entries
+from motofmi.workflows.gap.vehicle import (
+    LIKE_HANDS,
+    NONLINEAR,
+    free_parameters_of,
+    vehicle_effects,
+    vehicle_runs_experiment,
+)
+from motofmi.workflows.gap.vehicle_runs import OnVehicle, notes_of, with_matrix_entries
 from vehicle_fmu import ridden
 
-RIDER = 0.2  # to which the parameters of whoever holds the handlebar are known
-HEAD = "steering_head"  # the element between handlebar and frame
-GUSTS = 0.5  # by how much the logarithms of disturbances differ from run to run beyond the first guess of each
-DIFFERS = 0.3  # from run to run, of what is not known of a parameter
-SHOWN = "What was measured, and the prediction errors, over frequency: base, with the effects found, and the best prediction that the recording allows."
+RIDER_ERROR = 0.2  # relative standard error of the parameters of the device at the handlebar
+STEERING_HEAD = "steering_head"  # the element between handlebar and frame
+DISTURBANCE_SPREAD = 0.5  # standard deviation between runs of the logarithm of a disturbance's level
+RUN_TO_RUN = 0.3  # standard deviation of a parameter between runs, over its standard error
+CAPTION = (
+    "Measured outputs and their prediction errors over frequency: the base, the base with the effects found, and the "
+    "prediction by a regression on all earlier samples."
+)
 
 
 class VehiclePredictions(OnVehicle):
-    """Runs with the speed and at least one output of a vehicle."""
+    """A vehicle with recorded speed and at least one recorded output."""
 
     def __init__(self, given: Given) -> None:
         super().__init__(given)
@@ -53,13 +62,13 @@ class VehiclePredictions(OnVehicle):
         self.runs, self.validation = every[: len(fitted)], every[len(fitted) :]
         self.library = predictable_effects(vehicle, self.experiment, self.runs, given.own_effects)
 
-    def verdict(self, so_far: Callable[[Verdict], None]) -> Verdict:
+    def verdict(self, on_progress: Callable[[Verdict], None]) -> Verdict:
         return verdict_on_predictions(
-            self.experiment, self.runs, self.validation, self.library, so_far, self.given.criteria
+            self.experiment, self.runs, self.validation, self.library, on_progress, self.given.criteria
         )
 
     def contents(self, verdict: Verdict) -> dict[str, Any]:
-        result = with_open_entries(as_result(verdict, "1", "flexible_model", cells), verdict, self.experiment)
+        result = with_matrix_entries(as_result(verdict, "1", "flexible_model", cells), verdict, self.experiment)
         shown = fitted_of(verdict.best)
         return result | {"base": {n: entry for n, entry in result["base"].items() if n in shown}}
 
@@ -68,47 +77,52 @@ class VehiclePredictions(OnVehicle):
         return [*notes_of(every), *limitations(self.experiment, every, verdict.criteria), *self.unvalidated(contents)]
 
     def pictures(self, verdict: Verdict) -> Pictures:
-        return Pictures([], [(prediction_spectra(verdict), SHOWN)])
+        return Pictures([], [(prediction_spectra(verdict), CAPTION)])
 
 
 def ridden_vehicle_experiment(
     vehicle: Component, device: Component, free: Sequence[str] = ()
 ) -> VehicleOverSpeedExperiment:
-    """The vehicle with a device at its handlebar whose torque nobody records; both fitted within
-    what is known of them."""
-    held = tuple(
-        FreeParameter(f"device.{n}", 0.0, x, RIDER * x)
+    """The vehicle with a device at its handlebar whose torque is not recorded; both are fitted with their priors."""
+    of_device = tuple(
+        FreeParameter(f"device.{n}", 0.0, x, RIDER_ERROR * x)
         for n, x in device.values.items()
         if x > 0 and device.table[n].tunable
     )
     return VehicleOverSpeedExperiment(
-        ridden(vehicle, device), "vehicle", "vehicle.speed", (*uncertain(vehicle, free), *held), exact_delays=True
+        ridden(vehicle, device), "vehicle", "vehicle.speed", (*free_parameters_of(vehicle, free), *of_device),
+        exact_delays=True
     )
 
 
-def differing(experiment: VehicleOverSpeedExperiment) -> VehicleOverSpeedExperiment:
-    """The stand whose known parameters differ from run to run: tyres warm up, tanks empty, riders sit differently."""
+def with_run_to_run_spread(experiment: VehicleOverSpeedExperiment) -> VehicleOverSpeedExperiment:
+    """The experiment whose parameters with a prior differ between runs, as with tyre temperature, fuel mass and
+    posture."""
     return replace(
         experiment,
-        free=tuple(replace(f, spread=DIFFERS * f.standard_error / f.known) if f.known else f for f in experiment.free),
+        free=tuple(replace(f, spread=RUN_TO_RUN * f.standard_error / f.known) if f.known else f
+                   for f in experiment.free),
     )
 
 
 def with_disturbances(experiment: VehicleOverSpeedExperiment, outputs: Sequence[str]) -> VehicleOverSpeedExperiment:
-    """The stand with the levels of disturbances and of the outputs' noise as free parameters:
-    factors of a first guess."""
+    """The experiment with the levels of disturbances and of sensor noise as free parameters: factors of first
+    estimates."""
     prefix = f"{experiment.part}." if experiment.part else ""
     factors = factors_of([n for n in FORCES if prefix + n in experiment.component.inputs], outputs)
     free = tuple(
-        FreeParameter(experiment.parameter(factors, n), GUSTS, 1.0, CORNER_SPREAD if n.startswith("corner") else SPREAD)
+        FreeParameter(experiment.parameter(factors, n), DISTURBANCE_SPREAD, 1.0,
+                      CORNER_SPREAD if n.startswith("corner") else SPREAD)
         for n in factors.free_parameters()
     )
     return replace(experiment, component=experiment.with_effects([factors]), free=(*experiment.free, *free))
 
 
 def predicted_runs(recordings: Sequence[Recording], experiment: VehicleOverSpeedExperiment) -> list[PredictedRun]:
-    """The recordings with the outputs and inputs of the vehicle that all of them have. Raises InputError without the
-    speed, or any output."""
+    """The recordings with the outputs and inputs of the vehicle that all of them have.
+
+    Raises InputError if the speed is missing in one, or if they have no output in common.
+    """
     component, prefix = experiment.component, f"{experiment.part}." if experiment.part else ""
     own = [n.removeprefix(prefix) for n in component.outputs if n.startswith(prefix)]
     inputs = [n.removeprefix(prefix) for n in component.inputs if n.startswith(prefix) and n != experiment.over]
@@ -116,7 +130,7 @@ def predicted_runs(recordings: Sequence[Recording], experiment: VehicleOverSpeed
     for r in recordings:
         if over not in r.columns:
             raise InputError(
-                f"{r.name}: no {over} [m/s], which a vehicle's run needs; columns: {', '.join(r.columns)}; name one "
+                f"{r.name}: expected a column {over} [m/s]; found: {', '.join(r.columns)}; name one "
                 f"with --map COLUMN={over}"
             )
     shared = [n for n in recordings[0].columns if all(n in r.columns for r in recordings)]
@@ -136,75 +150,76 @@ def predictable_effects(
     runs: Sequence[PredictedRun],
     own: Sequence[type[Effect]] = (),
 ) -> list[type[Effect]]:
-    """The library, without delays of what is not recorded, and without what nobody could tell from hands.
+    """The effects that are identifiable from the recorded variables.
 
-    Those hold a handlebar without a modelled device; where their torque is not recorded, they are a
-    spring, a damper, an inertia.
+    Delays of variables that are not recorded are left out. If neither a device is modelled nor the steer torque is
+    recorded, the effects of the rider's hands on the handlebar (LIKE_HANDS, and effects in the steering head) are left
+    out too.
     """
-    recorded = {
-        *runs[0].outputs,
-        *(() if experiment.part else runs[0].inputs),
-    }  # with a device between, nobody knows when an input acts
+    # With a device at the handlebar the time at which an input acts is not known.
+    recorded = {*runs[0].outputs, *(() if experiment.part else runs[0].inputs)}
     every = [e for e in vehicle_effects(vehicle, own) if all(source in recorded for source, _ in e.delayed.values())]
     if experiment.part or torque_is_known(runs):
         return every
-    return [e for e in every if e.family not in OF_HANDS and e.element != HEAD]
+    return [e for e in every if e.family not in LIKE_HANDS and e.element != STEERING_HEAD]
 
 
 def verdict_on_predictions(experiment: VehicleOverSpeedExperiment, runs: Sequence[PredictedRun],
-                           held: Sequence[PredictedRun], library: Sequence[type[Effect]],
-                           so_far: Callable[[Verdict], None] = lambda verdict: None,
+                           validation: Sequence[PredictedRun], library: Sequence[type[Effect]],
+                           on_progress: Callable[[Verdict], None] = lambda verdict: None,
                            criteria: Criteria = Criteria()) -> Verdict:  # fmt: skip
-    """The verdict on runs, each with the disturbances that are in it.
+    """The verdict on runs, with the disturbances of each estimated.
 
-    A first guess of disturbances and noises is found beside the base. A linear effect that makes up for less than
-    `prediction_linear_share` of the noise is not named.
+    First estimates of disturbances and sensor noise are fitted together with the base. A linear effect that explains
+    less than `prediction_linear_share` of the noise is not named.
     """
-    model = PredictorModel(with_disturbances(differing(experiment), runs[0].outputs))
+    model = PredictorModel(with_disturbances(with_run_to_run_spread(experiment), runs[0].outputs))
     base = _base(model, runs)
-    held = [replace(r, held=base.runs[0].held) for r in held]
+    validation = [replace(r, held=base.runs[0].held) for r in validation]
     prepared = [model.with_estimated_disturbances(r, base.of_run(i)) for i, r in enumerate(base.runs)]
-    held = [model.with_estimated_disturbances(r, base.shared) for r in held]
+    validation = [model.with_estimated_disturbances(r, base.shared) for r in validation]
     count = sum(len(r.data) for r in prepared)
     criteria = replace(
         criteria,
         second_effect_delta_bic=least_share(prepared, criteria) * count,
         second_effect_share=criteria.prediction_second_effect_share,
     )
-    verdict = _decided(model, prepared, library, held, so_far, criteria)
+    verdict = _selected(model, prepared, library, validation, on_progress, criteria)
     if doubtful := _doubtful(verdict):
-        again = _decided(model, prepared, [e for e in library if e.family not in doubtful], held, so_far, criteria)
+        rest = [e for e in library if e.family not in doubtful]
+        again = _selected(model, prepared, rest, validation, on_progress, criteria)
         verdict = replace(again, candidates=again.candidates or verdict.candidates)
     return verdict
 
 
-def _decided(model: PredictorModel, runs: Sequence[PredictedRun], library: Sequence[type[Effect]],
-             held: Sequence[PredictedRun], so_far: Callable[[Verdict], None],
+def _selected(model: PredictorModel, runs: Sequence[PredictedRun], library: Sequence[type[Effect]],
+             validation: Sequence[PredictedRun], on_progress: Callable[[Verdict], None],
              criteria: Criteria) -> Verdict:  # fmt: skip
-    """The verdict, without validation runs where the fitted vehicle cannot be predicted in them."""
+    """The verdict; without validation if the fitted vehicle cannot be predicted in the validation runs."""
     try:
-        return select_model(model, runs, library, held, so_far, criteria=criteria)
+        return select_model(model, runs, library, validation, on_progress, criteria=criteria)
     except InputError:
-        if not held:
+        if not validation:
             raise
-        return select_model(model, runs, library, (), so_far, criteria=criteria)
+        return select_model(model, runs, library, (), on_progress, criteria=criteria)
 
 
 def _doubtful(verdict: Verdict) -> set[str]:
-    """Families that gain too little to be named, if the verdict speaks of one: small errors of the base look like them.
+    """Families with a gain that small errors of the base can cause, if the verdict names or ties one of them; else
+    none.
 
-    Each parameter may gain a share by such errors. What is not linear is as doubtful as the linear effect that it
-    is hardly better than.
+    By such errors each parameter may gain `least_share` of the noise's power. A nonlinear effect is doubtful only if it
+    is also hardly better than the best linear one.
     """
     least = least_share(verdict.base.runs, verdict.criteria) * verdict.base.count
-    linear = max((c.delta_bic for c in verdict.candidates if c.fitted and c.family not in NOT_LINEAR), default=-np.inf)
+    linear = max((c.delta_bic for c in verdict.candidates if c.fitted and c.family not in NONLINEAR), default=-np.inf)
     weak = {c.family for c in one_each(verdict.candidates) if c.delta_chi2 < least * len(c.effect.free_parameters())
-            and (c.family not in NOT_LINEAR or c.delta_bic < linear + verdict.criteria.tie_delta_bic)}  # fmt: skip
+            and (c.family not in NONLINEAR or c.delta_bic < linear + verdict.criteria.tie_delta_bic)}  # fmt: skip
     return weak if weak & {c.family for c in (*verdict.effects, *verdict.tied)} else set()
 
 
 def least_share(runs: Sequence[PredictedRun], criteria: Criteria) -> float:
-    """The share of the noise's power that each parameter of a linear effect must gain for a name."""
+    """The share of the noise's power that an effect must gain for each of its parameters to be named."""
     return (
         criteria.prediction_linear_share if torque_is_known(runs) else criteria.prediction_linear_share_without_torque
     )
@@ -216,33 +231,35 @@ def torque_is_known(runs: Sequence[PredictedRun]) -> bool:
 
 
 def _base(model: PredictorModel, runs: Sequence[PredictedRun]) -> Fit:
-    """The base fitted, inputs joined between their samples in the way that leaves less."""
-    lines = fit(model, [model.with_estimated_disturbances(r, model.start()) for r in runs], model.start())
+    """The fitted base, with inputs interpolated linearly or held between samples, whichever has the smaller
+    chi-square."""
+    interpolated = fit(model, [model.with_estimated_disturbances(r, model.start()) for r in runs], model.start())
     if not any(r.inputs for r in runs):
-        return lines
-    steps = [model.with_estimated_disturbances(replace(r, held=True, noise=None), model.start()) for r in lines.runs]
-    held = fit(model, steps, model.start())
-    if lines.chi2 <= held.chi2:
-        return lines
-    return replace(held, runs=[replace(r, mixing=None) for r in held.runs])  # what predicts them best knows less
+        return interpolated
+    runs_held = [model.with_estimated_disturbances(replace(r, held=True, noise=None), model.start())
+                 for r in interpolated.runs]
+    held = fit(model, runs_held, model.start())
+    if interpolated.chi2 <= held.chi2:
+        return interpolated
+    return replace(held, runs=[replace(r, mixing=None) for r in held.runs])  # estimated for interpolated inputs
 
 
 def limitations(experiment: VehicleOverSpeedExperiment, runs: Sequence[PredictedRun], criteria: Criteria) -> list[str]:
-    """What a verdict by prediction rests on."""
-    sentences = ["Not all states of the vehicle are recorded: it is predicted from sample to sample, and the errors "
-                 f"are compared from {LOWEST:g} Hz on "
-                 f"in blocks of {BLOCK:g} s. 1 means consistent with a long regression on all earlier samples.",
-                 "Whatever drives the vehicle unrecorded is taken as a roll torque, a side force and a torque about "
-                 "the steer axis, each in part white and in part slow; "
-                 f"linear effects that gain less than {100 * least_share(runs, criteria):g} % of the noise's power for "
-                 "each of their parameters, "
-                 f"or {100 * criteria.prediction_second_effect_share:g} % of a larger effect's gain, are not "
+    """The limitations of a verdict by one-step prediction, in sentences."""
+    sentences = ["Not all states of the vehicle are recorded: its outputs are predicted one sample ahead, and the "
+                 f"prediction errors are compared from {LOWEST:g} Hz upwards in blocks of {BLOCK:g} s. 1 means "
+                 "consistent with a regression on all earlier samples.",
+                 "Excitation that is not recorded is modelled as a roll torque, a side force and a torque about the "
+                 "steer axis, each with a white and a slow part; linear effects that gain less than "
+                 f"{100 * least_share(runs, criteria):g} % of the noise's power for each of their parameters, or "
+                 f"{100 * criteria.prediction_second_effect_share:g} % of a larger effect's gain, are not "
                  "named."]  # fmt: skip
     if not any(r.inputs for r in runs):
-        sentences.append("No input is recorded: disturbances alone move the vehicle, and only its modes show.")
+        sentences.append("No input is recorded: only disturbances excite the vehicle, and only its modes are "
+                         "identifiable.")
     if not experiment.part and not torque_is_known(runs):
         sentences.append(
-            "The steer torque is not recorded: what hands on a handlebar do as well is not looked for (friction, "
-            "springs, dampers and inertia there)."
+            "The steer torque is not recorded: friction, springs, dampers and inertia at the handlebar are not "
+            "searched for, as the rider's hands act in the same way."
         )
     return sentences

@@ -1,4 +1,4 @@
-"""Recorded runs of a vehicle, however they are compared."""
+"""The common part of the kinds of experiment with recorded runs of a vehicle."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -45,7 +45,7 @@ class OnVehicle(Kind):
         return [*given.runs("recordings", quantities), *given.runs("validation", quantities)]
 
     def unvalidated(self, contents: dict[str, Any]) -> list[str]:
-        """The limitation where no validation run was compared."""
+        """The limitation that applies if no validation run was compared."""
         return [UNVALIDATED] if contents["gap"]["holdout_after"] is None else []
 
     def model(self, verdict: Verdict) -> FittedModel:
@@ -60,10 +60,10 @@ class OnVehicle(Kind):
         return [Table(("parameter", "value", "standard error", "unit"), rows)]
 
 
-def with_open_entries(
+def with_matrix_entries(
     contents: dict[str, Any], verdict: Verdict, experiment: VehicleOverSpeedExperiment
 ) -> dict[str, Any]:
-    """The contents with the entries of given matrices, as fitted, in `base`."""
+    """The contents with the fitted entries of given matrices added to `base`."""
     fitted = parameters_of(verdict.best)
     contents["base"] |= {
         n: dict(zip(("value", "standard_error", "unit"), fitted[n], strict=True)) for n in experiment.unrestricted
@@ -72,5 +72,5 @@ def with_open_entries(
 
 
 def notes_of(runs: Sequence[Any]) -> list[str]:
-    """What preparing the runs and reading their recordings showed."""
+    """Notes from preparing the runs, and warnings from reading their recordings."""
     return [note for r in runs for note in (*r.notes, *r.recording.warnings)]

@@ -1,5 +1,4 @@
-"""`verdict.json`: written once a verdict is reached, and so far at every stage before, so that an interrupted run
-leaves what it had."""
+"""`verdict.json`: written after every stage, so that an interrupted run leaves its intermediate results."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,23 +10,22 @@ from fmus.support.plain_json import to_json
 from motofmi.gap.selection.model_selection import Verdict
 
 FILE = "verdict.json"
-INTERRUPTED = "Interrupted: this is what was known until then, and no verdict."
+INTERRUPTED = "Interrupted: these are intermediate results, and no verdict."
 
 
 def write_verdict(result: dict[str, Any], folder: Path) -> None:
-    """The result as the folder's verdict.json, whole or not at all. Raises InputError when the
-    place cannot be written."""
+    """Write the result as verdict.json into the folder, atomically. Raises InputError if it cannot be written."""
     write_text(folder / FILE, to_json(result) + "\n")
 
 
-def writing_progress(folder: Path, say: Callable[[Verdict], dict[str, Any]]) -> Callable[[Verdict], None]:
-    """A callback that writes what is known after a stage as `unknown`, with the limitation that it is no verdict.
+def writing_progress(folder: Path, contents: Callable[[Verdict], dict[str, Any]]) -> Callable[[Verdict], None]:
+    """A callback that writes the state after a stage as `unknown`, with the limitation that it is no verdict.
 
-    say gives the contents of a verdict.
+    contents gives the contents of verdict.json for a verdict.
     """
 
-    def so_far(verdict: Verdict) -> None:
-        result = say(replace(verdict, verdict="unknown", effects=[], tied=[], unspecified_form=False))
+    def on_progress(verdict: Verdict) -> None:
+        result = contents(replace(verdict, verdict="unknown", effects=[], tied=[], unspecified_form=False))
         write_verdict(result | {"limitations": [INTERRUPTED, *result["limitations"]]}, folder)
 
-    return so_far
+    return on_progress

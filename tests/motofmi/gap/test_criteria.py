@@ -13,7 +13,7 @@ from motofmi.gap.models.eigenvalue_model import EigenvalueModel
 from motofmi.gap.preprocessing.eigenvalues import read_eigenvalues
 from motofmi.gap.selection.model_selection import select_model
 from motofmi.gap.verdict import as_result
-from motofmi.workflows.gap.vehicle import vehicle_effects, vehicle_experiment, with_names
+from motofmi.workflows.gap.vehicle import vehicle_effects, vehicle_experiment, with_mode_names
 from tests import ROOT
 from tests.simulators.hidden_vehicle import SHARP, spectrum, write
 from vehicle_fmu import motorcycles
@@ -28,7 +28,7 @@ def verdict_with(tmp_path_factory):
     experiment = vehicle_experiment(vehicle)
     library = [e for e in vehicle_effects(vehicle, linear=True) if e.family in ("frame_compliance", "rider_lean")]
     return lambda criteria: select_model(
-        EigenvalueModel(experiment), [with_names(read_eigenvalues(file), experiment)], library, criteria=criteria
+        EigenvalueModel(experiment), [with_mode_names(read_eigenvalues(file), experiment)], library, criteria=criteria
     )
 
 

@@ -16,7 +16,7 @@ from motofmi.gap.preprocessing.eigenvalues import read_eigenvalues
 from motofmi.gap.selection.eigenvalues import select_model_for_eigenvalues
 from motofmi.workflows.components import VEHICLE_EFFECTS
 from motofmi.workflows.device_effects import device_effects
-from motofmi.workflows.gap.vehicle import vehicle_effects, vehicle_experiment, with_names
+from motofmi.workflows.gap.vehicle import vehicle_effects, vehicle_experiment, with_mode_names
 from rider_fmu import COMPONENTS as RIDER_COMPONENTS
 from rider_fmu import riders
 from tests.simulators.hidden_vehicle import SHARP, matrix, spectrum
@@ -52,7 +52,7 @@ def table(path: Path, rider: str, modes: tuple[str, ...], heading: str = "imag [
 def verdict_on(path: Path):
     vehicle = motorcycles.load("sharp_1971")
     experiment = vehicle_experiment(vehicle)
-    run = with_names(read_eigenvalues(path), experiment)
+    run = with_mode_names(read_eigenvalues(path), experiment)
     return select_model_for_eigenvalues(experiment, [run], vehicle_effects(vehicle, linear=True))
 
 

@@ -11,7 +11,7 @@ from fmus import InputError, linearise
 from motofmi.cli.main import main
 from motofmi.gap.models.eigenvalue_model import EigenvalueModel
 from motofmi.gap.preprocessing.eigenvalues import EXAMPLE, read_eigenvalues
-from motofmi.workflows.gap.vehicle import vehicle_experiment, with_names
+from motofmi.workflows.gap.vehicle import vehicle_experiment, with_mode_names
 from tests.simulators.hidden_vehicle import SHARP, known_to, matrix, spectrum, write
 from vehicle_fmu import motorcycles
 
@@ -109,7 +109,7 @@ def test_what_no_effect_of_the_library_does_is_not_named(tmp_path, name):
 @pytest.mark.slow
 def test_slopes_of_eigenvalues_are_those_of_differences(tmp_path):
     experiment = vehicle_experiment(motorcycles.load("sharp_1971"))
-    run = with_names(read_eigenvalues(measured(tmp_path, {})), experiment)
+    run = with_mode_names(read_eigenvalues(measured(tmp_path, {})), experiment)
     model = EigenvalueModel(experiment)
     q = model.start()
     slopes = model.reduced(run, q)[1]
