@@ -35,9 +35,9 @@ def run() -> list[dict]:
         )
         full = FullRider(f"full_{name}", "", (), **full_rider_values(height, mass, lean))
         r, joints = reduce(full), joint_values(full, linear)
-        rows.append({"rider": name, "torso_inertia": r.torso_inertia, "steer_inertia": r.steer_inertia, "cross_inertia": r.cross_inertia,
-                     "identified_torso_inertia": linear.values["torso_inertia"], "identified_steer_inertia": linear.values["added_steer_inertia"],
-                     "spread": joints})  # fmt: skip
+        rows.append({"rider": name, "torso_inertia": r.torso_inertia, "steer_inertia": r.steer_inertia,
+                     "cross_inertia": r.cross_inertia, "identified_torso_inertia": linear.values["torso_inertia"],
+                     "identified_steer_inertia": linear.values["added_steer_inertia"], "spread": joints})  # fmt: skip
     return rows
 
 
@@ -69,16 +69,13 @@ def section(rows: list[dict]) -> Section:
     correlation = np.corrcoef([r["torso_inertia"] for r in rows], [r["identified_torso_inertia"] for r in rows])[0, 1]
     shares = np.array([r["steer_inertia"] for r in rows])
     text = [f"Torso: the identified inertia is {ratio.min():.2f} to {ratio.max():.2f} times that of the segments (mean "
-            f"{ratio.mean():.2f}); "
-            f"across riders the two correlate by {correlation:+.2f}.",
+            f"{ratio.mean():.2f}); across riders the two correlate by {correlation:+.2f}.",
             f"Steer: hands held fast on the grips, with the arms that follow them, are {shares.min():.2f} to "
-            f"{shares.max():.2f} kg.m2. The FRFs gave next to "
-            "nothing (0 to 0.003 kg.m2, rider 10: 0.143). This is a disagreement of the model with the measurement, "
-            "not of two measurements: hands that "
-            "are fixed to the grips and limbs that are rigid carry their whole mass to 12 Hz, flesh and a loose grip "
-            "do not. The bar's geometry is "
-            "assumed; no plausible one brings the share near zero, because the hands alone have 0.09 to 0.14 "
-            "kg.m2."]  # fmt: skip
+            f"{shares.max():.2f} kg.m2. The FRFs gave next to nothing (0 to 0.003 kg.m2, rider 10: 0.143). This is a "
+            "disagreement of the model with the measurement, not of two measurements: hands that are fixed to the "
+            "grips and limbs that are rigid carry their whole mass to 12 Hz, flesh and a loose grip do not. The bar's "
+            "geometry is assumed; no plausible one brings the share near zero, because the hands alone have 0.09 to "
+            "0.14 kg.m2."]  # fmt: skip
     headings = [
         "rider",
         "I_t [kg.m2]",
@@ -89,14 +86,16 @@ def section(rows: list[dict]) -> Section:
         "stiffness not spread",
         "damping not spread",
     ]
-    cells = [[r["rider"], f"{r['torso_inertia']:.3f}", f"{r['identified_torso_inertia']:.3f}", f"{r['steer_inertia']:.3f}", f"{r['identified_steer_inertia']:.4f}",
-              f"{r['cross_inertia']:+.3f}", *(f"{100 * r['spread'][kind].residual:.2g} %" for kind in KINDS)] for r in rows]  # fmt: skip
-    outside = [[r["rider"], f"{kind} [{unit}]", *(", ".join(f"{x:.4g}" for x in numbers) for numbers in (s.wanted, s.reached)), ", ".join(s.at_zero)]
+    cells = [[r["rider"], f"{r['torso_inertia']:.3f}", f"{r['identified_torso_inertia']:.3f}",
+              f"{r['steer_inertia']:.3f}", f"{r['identified_steer_inertia']:.4f}",
+              f"{r['cross_inertia']:+.3f}", *(f"{100 * r['spread'][kind].residual:.2g} %" for kind in KINDS)]
+             for r in rows]  # fmt: skip
+    outside = [[r["rider"], f"{kind} [{unit}]",
+                *(", ".join(f"{x:.4g}" for x in numbers) for numbers in (s.wanted, s.reached)), ", ".join(s.at_zero)]
                for r in rows for kind, unit in KINDS.items() if (s := r["spread"][kind]).at_zero]  # fmt: skip
     text.append("Four joints make three coefficients: one direction is free, and the middle of what it allows is "
-                "taken. Not every fitted rider is within what springs "
-                "of positive stiffness can make: bent arms that couple bar and torso stiffen the torso as well, by "
-                "more than the waist of the riders in the second "
+                "taken. Not every fitted rider is within what springs of positive stiffness can make: bent arms that "
+                "couple bar and torso stiffen the torso as well, by more than the waist of the riders in the second "
                 "table has been given by the fit, whose equations know no stiffness of the steer.")  # fmt: skip
     tables = [
         Table(headings, cells),

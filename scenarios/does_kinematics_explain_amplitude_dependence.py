@@ -68,7 +68,8 @@ def run(
         a: identify([exact_frf(frequency, H)], rig_response(), "nyquist")
         for a, H in zip((0.0, *amplitudes), (limit, *inertance), strict=True)
     }
-    return AmplitudeDependence(np.array(amplitudes), frequency, inertance, limit, np.abs(inertance / limit - 1).max(axis=1),
+    return AmplitudeDependence(np.array(amplitudes), frequency, inertance, limit,
+                               np.abs(inertance / limit - 1).max(axis=1),
                                (np.abs(torque[2]) / np.abs(torque[0])).max(axis=1), fits, reduce(full))  # fmt: skip
 
 
@@ -159,18 +160,14 @@ def section(found: AmplitudeDependence) -> Section:
             "limit is "
             + ", ".join(f"{100 * c:.1f} % at {a:g} deg" for a, c in zip(found.amplitude, found.change, strict=True))
             + f": it grows with the square of the angle. At {found.amplitude[-1]:g} deg the third harmonic of the "
-              "torque is "
-            f"{100 * found.third[-1]:.1f} % of the first and the papers' fit moves {largest.split('.')[-1]} by "
-            f"{100 * drift[largest]:+.1f} %. "
-            "The tests were made at 2 deg (2011) and 4 deg (2008), and riders differ from each other by 24 to 55 % in "
-            "the same parameters "
-            "(2011, Table 2): at those angles the geometry of the arms is a small part of what sets riders "
-            "apart.")  # fmt: skip
+              f"torque is {100 * found.third[-1]:.1f} % of the first and the papers' fit moves "
+              f"{largest.split('.')[-1]} by {100 * drift[largest]:+.1f} %. The tests were made at 2 deg (2011) and 4 "
+              "deg (2008), and riders differ from each other by 24 to 55 % in the same parameters (2011, Table 2): at "
+              "those angles the geometry of the arms is a small part of what sets riders apart.")  # fmt: skip
     inertia = found.reduced
     bias = (f"The fit has no cross inertia: the full rider's own I_t is {inertia.torso_inertia:.3f} kg.m2 and its k_a "
-            f"{inertia.arm_stiffness:.0f} N.m/rad, "
-            f"the fit to its linear limit gives {fits[0.0].values[1]:.3f} and {fits[0.0].values[2]:.0f}; I_cc = "
-            f"{inertia.cross_inertia:.3f} kg.m2 is hidden in them.")  # fmt: skip
+            f"{inertia.arm_stiffness:.0f} N.m/rad, the fit to its linear limit gives {fits[0.0].values[1]:.3f} and "
+            f"{fits[0.0].values[2]:.0f}; I_cc = {inertia.cross_inertia:.3f} kg.m2 is hidden in them.")  # fmt: skip
     rows = [
         ["linear limit" if a == 0 else f"{a:g} deg", *(f"{x:.4g}" for x in fit.values), f"{fit.residual['radius']:.3g}"]
         for a, fit in fits.items()
@@ -180,5 +177,6 @@ def section(found: AmplitudeDependence) -> Section:
         *(f"{n.split('.')[-1]} [{u}]" for n, u in zip(names, fits[0.0].units, strict=True)),
         "radius residual [1/(kg.m2)]",
     ]
-    return Section("Does kinematics alone explain amplitude dependence?", [text, bias], [(figure(found), "FRF of the full rider by amplitude of the steer")],
+    return Section("Does kinematics alone explain amplitude dependence?", [text, bias],
+                   [(figure(found), "FRF of the full rider by amplitude of the steer")],
                    [Table(headings, rows, "The linear rider fitted to the full one")])  # fmt: skip

@@ -39,10 +39,9 @@ REPORT = InReport("tour", 60, "printed against computed")
 FOOT = 0.3048  # m
 SPEEDS = np.linspace(1, 60, 591)  # m/s
 TOLERANCES = ("Tolerances: one unit of the last printed digit for Sharp's eigenvalues and the riders of 2008; what the "
-              "rounding of the "
-              "printed inputs allows for the riders of 2011; for the modes of 2011 1 % of a wobble's or rider-wobble's "
-              "frequency, "
-              "3.5 % of a weave's, 1 m/s at the ends of the weave band, 4 m/s for the reference's wobble.")  # fmt: skip
+              "rounding of the printed inputs allows for the riders of 2011; for the modes of 2011 1 % of a wobble's "
+              "or rider-wobble's frequency, 3.5 % of a weave's, 1 m/s at the ends of the weave band, 4 m/s for the "
+              "reference's wobble.")  # fmt: skip
 MODE_TOLERANCE = {
     ("wobble", "frequency"): 0.01,
     ("rider_wobble", "frequency"): 0.01,
@@ -50,8 +49,8 @@ MODE_TOLERANCE = {
 }  # of the value
 SPEED_TOLERANCE = {("rider", "weave"): 1.0, ("reference", "wobble"): 4.0}  # m/s, at the ends of unstable bands
 # One unit of the last digit in the tables of riders.
-DIGITS_2011 = {"torso_inertia": 1e-4, "arm_stiffness": 0.1, "waist_stiffness": 0.1, "arm_damping": 0.01, "waist_damping": 0.01,
-               "nu_t": 0.01, "zeta_t": 0.001}  # fmt: skip
+DIGITS_2011 = {"torso_inertia": 1e-4, "arm_stiffness": 0.1, "waist_stiffness": 0.1, "arm_damping": 0.01,
+               "waist_damping": 0.01, "nu_t": 0.01, "zeta_t": 0.001}  # fmt: skip
 DIGITS_2008 = {"nu1": 0.01, "nu2": 0.1, "zeta1": 0.01, "zeta2": 0.01}
 
 
@@ -99,9 +98,10 @@ def sharp_1971() -> list[dict[str, Any]]:
             mode, _, part = column.partition("_")
             value = found[mode].eigenvalue[k]
             unit = last_digit(text)
-            rows.append(compared(value.imag if part == "imag" else value.real, float(text) - unit / 2, float(text) + unit / 2, unit,
-                                 source="Sharp 1971", vehicle="sharp_1971", model="reference", mode=mode,
-                                 feature=f"{part or 'real'} part", speed=speeds[k], unit="1/s", printed=text))  # fmt: skip
+            rows.append(compared(value.imag if part == "imag" else value.real, float(text) - unit / 2,
+                                 float(text) + unit / 2, unit, source="Sharp 1971", vehicle="sharp_1971",
+                                 model="reference", mode=mode, feature=f"{part or 'real'} part", speed=speeds[k],
+                                 unit="1/s", printed=text))  # fmt: skip
     return rows
 
 
@@ -124,8 +124,8 @@ def modes_2011(vehicle: str) -> list[dict[str, Any]]:
             tolerance = MODE_TOLERANCE[mode, feature] * (lo + hi) / 2
         elif feature in ("unstable_from", "restabilised_from"):
             tolerance = SPEED_TOLERANCE.get((model, mode), 0.0)
-        rows.append(compared(computed, lo, hi, tolerance, source="Cossalter et al. 2011", vehicle=vehicle, model=model, mode=mode,
-                             feature=feature, speed=speed, unit=unit, printed=row["printed"]))  # fmt: skip
+        rows.append(compared(computed, lo, hi, tolerance, source="Cossalter et al. 2011", vehicle=vehicle, model=model,
+                             mode=mode, feature=feature, speed=speed, unit=unit, printed=row["printed"]))  # fmt: skip
     return rows
 
 
@@ -181,14 +181,16 @@ def riders_2011() -> list[dict[str, Any]]:
         rider, printed = riders.load(name), riders.contents(name)["printed"]
         inputs = {k: rider.values[k] for k in DIGITS_2011 if k in rider.values}
         # Both are monotonic in every input, so the corners of the box of half units bound them.
-        corners = np.array([locked_steer_mode(rider.with_values(**{k: x + sign * DIGITS_2011[k] / 2 for (k, x), sign in zip(inputs.items(), signs, strict=True)}))
+        corners = np.array([locked_steer_mode(rider.with_values(**{k: x + sign * DIGITS_2011[k] / 2
+                                                                   for (k, x), sign in zip(inputs.items(), signs,
+                                                                                           strict=True)}))
                             for signs in product((-1, 1), repeat=len(inputs))])  # fmt: skip
         for i, (feature, computed) in enumerate(zip(("nu_t", "zeta_t"), locked_steer_mode(rider), strict=True)):
             value, half = printed[feature]["value"], DIGITS_2011[feature] / 2
             tolerance = half + np.abs(corners[:, i] - computed).max()
-            rows.append(compared(computed, value - half, value + half, float(tolerance), source="Cossalter et al. 2011", vehicle="",
-                                 model=f"rider {name}", mode="torso", feature=feature, speed=nan, unit=printed[feature]["unit"],
-                                 printed=f"{value:g}"))  # fmt: skip
+            rows.append(compared(computed, value - half, value + half, float(tolerance), source="Cossalter et al. 2011",
+                                 vehicle="", model=f"rider {name}", mode="torso", feature=feature, speed=nan,
+                                 unit=printed[feature]["unit"], printed=f"{value:g}"))  # fmt: skip
     return rows
 
 
@@ -206,8 +208,9 @@ def riders_2008() -> list[dict[str, Any]]:
             if feature == "zeta1" and "arm_damping" in rider.assumed:
                 bound, least, most = range_of_zeta1(rider, steer_inertia)
                 note += f"; {least:.3f} to {most:.3f} for every arm damping from {bound:.1f} N.m.s/rad up"
-            rows.append(compared(computed[feature], lo, hi, digit if np.isfinite(hi) else 0.0, source="Cossalter et al. 2008", vehicle="",
-                                 model=f"rider {name}", mode="rig", feature=feature, speed=nan, unit=printed[feature]["unit"],
+            rows.append(compared(computed[feature], lo, hi, digit if np.isfinite(hi) else 0.0,
+                                 source="Cossalter et al. 2008", vehicle="", model=f"rider {name}", mode="rig",
+                                 feature=feature, speed=nan, unit=printed[feature]["unit"],
                                  printed=value if isinstance(value, str) else f"{value:g}", note=note))  # fmt: skip
     return rows
 
@@ -242,7 +245,8 @@ def rig_modes(rider: Component, steer_inertia: float) -> dict[str, float]:
 def section(found: dict[str, Any]) -> Section:
     """Every row, what is missed marked."""
     rows = found["rows"]
-    cells = [[row["source"].replace("Cossalter et al.", "Cossalter"), ", ".join(filter(None, (row["model"], row["vehicle"]))),
+    cells = [[row["source"].replace("Cossalter et al.", "Cossalter"),
+              ", ".join(filter(None, (row["model"], row["vehicle"]))),
               f"{row['mode'].replace('_', '-')}: "
               f"{row['feature'].replace('_', ' ')}", "" if np.isnan(row["speed"]) else f"{row['speed']:.4g}",
               row["printed"], *(f"{row[key]:.4g}" for key in ("computed", "residual", "tolerance")), row["unit"],

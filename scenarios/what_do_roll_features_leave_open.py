@@ -174,16 +174,15 @@ def section(found: OpenFeatures) -> Section:
     """Every feature with its reading, and what stays open."""
     low, high = found.weave.min(), found.weave.max()
     text = [f"Every one of the {len(FEATURES)} printed features is met at once by riders of three freedoms: a pelvis "
-            "that shifts on the saddle, a torso that "
-            "leans, a head on the neck. (The head of rider 2 is the exception of the paper: above 4 Hz it does not "
-            "come to rest.)",
+            "that shifts on the saddle, a torso that leans, a head on the neck. (The head of rider 2 is the exception "
+            "of the paper: above 4 Hz it does not come to rest.)",
             "The features do not single him out: the table gives how far riders that meet all of them were found "
-            "apart, at least; with the motorcycle's turning rider added, "
-            f"the real part of weave at 40 m/s is {low:+.2f} to {high:+.2f} 1/s for them, +0.34 without "
-            "lean."]  # fmt: skip
+            "apart, at least; with the motorcycle's turning rider added, the real part of weave at 40 m/s is "
+            f"{low:+.2f} to {high:+.2f} 1/s for them, +0.34 without lean."]  # fmt: skip
     read = {rider: readings(curves) for rider, curves in found.curves.items()}
     rows = [[f.quantity, str(NUMBER[f.point]), f.name.replace("_", " "), f"{f.low:g} to {f.high:g} {f.unit}",
-             *("{:.3g} to {:.3g}".format(*read[rider][k]) + ("" if rider in f.riders else " (not printed)") for rider in read)]
+             *("{:.3g} to {:.3g}".format(*read[rider][k]) + ("" if rider in f.riders else " (not printed)")
+               for rider in read)]
             for k, f in enumerate(FEATURES)]  # fmt: skip
     units = {n: RiderInRoll.declared[n].unit for n in FREE}
     ranges = [[n.replace("_", " "), units[n], *(f"{x:.3g}" for x in found.ranges[n])] for n in FREE]
@@ -191,4 +190,5 @@ def section(found: OpenFeatures) -> Section:
                                                                                "computed: FRFs of three riders at "
                                                                                "waist, shoulders and head, relative "
                                                                                "FRFs of rider 3")],
-                   [Table(["quantity", "point", "feature", "printed", *(f"rider {k}" for k in read)], rows), Table(["parameter", "unit", "least", "median", "largest"], ranges)])  # fmt: skip
+                   [Table(["quantity", "point", "feature", "printed", *(f"rider {k}" for k in read)], rows),
+                    Table(["parameter", "unit", "least", "median", "largest"], ranges)])  # fmt: skip

@@ -39,7 +39,8 @@ def worst(prediction: Prediction) -> tuple[float, float]:
     if not prediction.stable:
         return np.nan, np.nan
     modes = prediction.oscillatory & (prediction.exact.imag < FASTEST)
-    return tuple(float(np.abs(e[modes]).max()) for e in (prediction.frequency_error, prediction.damping_error))  # type: ignore[return-value]
+    return tuple(float(np.abs(e[modes]).max())
+                 for e in (prediction.frequency_error, prediction.damping_error))  # type: ignore[return-value]
 
 
 def figure(found: dict[str, dict[float, Prediction]]) -> Figure:
@@ -72,10 +73,8 @@ def section(found: dict[str, dict[float, Prediction]]) -> Section:
         *(f"{what} at {1e3 * step:g} ms [%]" for step in SHOWN for what in ("frequency", "damping")),
     ]
     text = ("A torque that is held for a step comes late, and a late damper is a weaker damper. The largest error of "
-            "any "
-            "mode below 15 Hz, rider on the motorcycle at 30 m/s, predicted from the linearised FMUs by running each "
-            "coupling's "
-            "own algorithm on them.")  # fmt: skip
+            "any mode below 15 Hz, rider on the motorcycle at 30 m/s, predicted from the linearised FMUs by running "
+            "each coupling's own algorithm on them.")  # fmt: skip
     return Section(
         "What does a coupling do to the modes?",
         [text],

@@ -70,16 +70,16 @@ def section(found: dict[str, Modes]) -> Section:
 
     first, last = found["rigid"].speed[[0, -1]]
     text = [f"Where weave grows, from {first:g} to {last:g} m/s: {bands('weave')} m/s. Lean on springs takes away the "
-            "instability that turning brings at speed: "
-            "the body follows the roll of weave late, and its saddle and waist dissipate. This is the answer to the "
-            "further developments of the 2011 paper "
-            "(Sect. 5) for a rider whose joints meet every printed feature of the 2008 roll test; the features do not "
-            "single him out.",
+            "instability that turning brings at speed: the body follows the roll of weave late, and its saddle and "
+            "waist dissipate. This is the answer to the further developments of the 2011 paper (Sect. 5) for a rider "
+            "whose joints meet every printed feature of the 2008 roll test; the features do not single him out.",
             f"Where wobble grows: {bands('wobble')} m/s. Lean does little to wobble; what calms it is the rider's "
             "arms."]  # fmt: skip
     at = [v for v in (5, 10, 15, 20, 30, 40, 50, 60) if first <= v <= last]
-    tables = [Table(["rider", *(f"{v} m/s" for v in at)], [[NAMES[name], *(_cell(one, mode, v) for v in at)] for name, one in found.items()],
-                    f"{mode.capitalize()}: real part [1/s], frequency [Hz]") for mode in ("weave", "wobble")]  # fmt: skip
+    tables = [Table(["rider", *(f"{v} m/s" for v in at)],
+                    [[NAMES[name], *(_cell(one, mode, v) for v in at)] for name, one in found.items()],
+                    f"{mode.capitalize()}: real part [1/s], frequency [Hz]")
+              for mode in ("weave", "wobble")]  # fmt: skip
     return Section(
         "What does lean do to weave?",
         text,

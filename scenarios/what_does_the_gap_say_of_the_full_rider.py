@@ -89,13 +89,16 @@ def section(found: Verdicts) -> Section:
             "limbs of the full rider add "
             f"{reduced.steer_inertia:.3f} kg.m2 to the steer axis, which the passive rider of 2011 has not.",
             f"Where it is not known, the linear coefficients are complete, and the rest is geometry. Verdicts: {said}. "
-            "No effect of the library is "
-            "the geometry of arms, so any name here is wrong; the misfit that remains on the validation sweep shows "
-            "it."]  # fmt: skip
-    rows = [[case, in_words(v), *(f"{v.gap[k]:.4g}" if v.gap[k] is not None else "" for k in ("before", "after", "holdout_before", "holdout_after"))]
-            for case, v in ((f"{found.smallest:g} deg, bar known", known), *((f"{a:g} deg", v) for a, v in found.by_amplitude.items()))]  # fmt: skip
+            "No effect of the library is the geometry of arms, so any name here is wrong; the misfit that remains on "
+            "the validation sweep shows it."]  # fmt: skip
+    rows = [[case, in_words(v),
+             *(f"{v.gap[k]:.4g}" if v.gap[k] is not None else ""
+               for k in ("before", "after", "holdout_before", "holdout_after"))]
+            for case, v in ((f"{found.smallest:g} deg, bar known", known),
+                            *((f"{a:g} deg", v) for a, v in found.by_amplitude.items()))]  # fmt: skip
     headings = ("sweep", "verdict", "before", "after", "validation, before", "validation, after")
-    return Section("What does the gap workflow say of the full rider?", text, [(figure(found), "Misfit over the amplitude, in units of the noise")],
+    return Section("What does the gap workflow say of the full rider?", text,
+                   [(figure(found), "Misfit over the amplitude, in units of the noise")],
                    [Table(headings, rows, "Reduced chi-square, one is the noise")])  # fmt: skip
 
 

@@ -79,7 +79,10 @@ def section(found: dict[str, Answer]) -> Section:
             rows.append(
                 [name, f"{value.imag / (2 * np.pi):.2f}", f"{-value.real / abs(value):.3f}", f"{100 * held:.0f}"]
             )
-    text = f"The motorcycle at {SPEED:g} m/s after a jump of the steer rate of {START['steer_rate']:g} rad/s, with what is held at its handlebar exchanged."
+    text = (
+        f"The motorcycle at {SPEED:g} m/s after a jump of the steer rate of {START['steer_rate']:g} rad/s, with what "
+        "is held at its handlebar exchanged."
+    )
     table = Table(
         ["device", "frequency [Hz]", "damping ratio", "share of the device in the mode [%]"], rows, "Oscillatory modes"
     )

@@ -92,11 +92,10 @@ def section(swap: Swap) -> Section:
         for part in (swap.stays, swap.swapped)
     ]
     text = (f"At {SPEED:g} m/s the weave grows with the rider (real part {growth['rider_mean_2011']:+.3f} 1/s) and "
-            "decays with the damper "
-            f"({growth['damper_7_5']:+.3f} 1/s). {HALF:g} s after the swap the steer angle is within {after[1]}; had "
-            "the rider "
-            f"stayed, within {after[0]}.")  # fmt: skip
-    rows = [[name, part.coupling, f"{part.step:g}", f"{part.steps_per_second:.0f}", f"{part.power_residual:.2g}", _errors(part.predicted)]
+            f"decays with the damper ({growth['damper_7_5']:+.3f} 1/s). {HALF:g} s after the swap the steer angle is "
+            f"within {after[1]}; had the rider stayed, within {after[0]}.")  # fmt: skip
+    rows = [[name, part.coupling, f"{part.step:g}", f"{part.steps_per_second:.0f}", f"{part.power_residual:.2g}",
+             _errors(part.predicted)]
             for name, part in (("rider", swap.before), ("damper", swap.swapped))]  # fmt: skip
     table = Table(("device", "coupling", "step [s]", "steps per second", "largest residual power [W]",
                    "predicted relative error of each mode's frequency and damping "
@@ -113,5 +112,6 @@ def _errors(predicted: Prediction | None) -> str:
         return "not known"
     return "; ".join(f"{value.imag / 2 / np.pi:.2f} Hz: {frequency:+.0e}, "
                      f"{damping:+.0e}" for value, frequency, damping, swings
-                     in zip(predicted.exact, predicted.frequency_error, predicted.damping_error, predicted.oscillatory, strict=True)
+                     in zip(predicted.exact, predicted.frequency_error, predicted.damping_error, predicted.oscillatory,
+                            strict=True)
                      if swings)  # fmt: skip

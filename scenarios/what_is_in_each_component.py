@@ -1,6 +1,8 @@
 """What is in each component? Writes a page for every one of them into a folder.
 
-    python -m motofmi.scenarios.what_is_in_each_component            # into docs/components, and the README's picture into docs
+    python -m motofmi.scenarios.what_is_in_each_component
+
+By default the pages are written into docs/components, and the figure of the README into docs.
 """
 
 import argparse

@@ -26,7 +26,8 @@ TESTS: dict[str, Excitation] = {
 def run(rider: str = "mean_2011", seed: int = 0) -> dict[str, Identification]:
     """What each test identifies, with the noise of a real rig."""
     model = rig_response()
-    return {name: identify([estimate(steer_test(riders.load(rider), HANDLEBAR_INERTIA, test, seed=seed, oversampling=2))], model)
+    return {name: identify([estimate(steer_test(riders.load(rider), HANDLEBAR_INERTIA, test, seed=seed,
+                                                oversampling=2))], model)
             for name, test in TESTS.items()}  # fmt: skip
 
 
@@ -51,11 +52,10 @@ def section(found: dict[str, Identification]) -> Section:
     worst = {name: float(np.max(f.standard_error / f.values)) for name, f in found.items()}
     best = min(worst, key=worst.__getitem__)
     text = (f"With the same 200 s, potentiometer, torsiometer, converters and remnant, the {best} leaves the smallest "
-            "worst error, "
-            f"{100 * worst[best]:.2g} %; the others "
-            f"{', '.join(f'{100 * w:.2g} % ({n})' for n, w in worst.items() if n != best)}. "
-            "These errors are of one run's rider: a rider differs by more from run to run, so repeats tell more than "
-            "longer tests.")  # fmt: skip
+            f"worst error, {100 * worst[best]:.2g} %; the others "
+            f"{', '.join(f'{100 * w:.2g} % ({n})' for n, w in worst.items() if n != best)}. These errors are of one "
+            "run's rider: a rider differs by more from run to run, so repeats tell more than longer "
+            "tests.")  # fmt: skip
     rows = [
         (name, *(f"{100 * e / v:.2g}" for e, v in zip(f.standard_error, f.values, strict=True)))
         for name, f in found.items()

@@ -153,7 +153,8 @@ class Subject:
         if self.inputs:
             yield "an input that is not a number", refused(lambda: self.set(self.inputs[:1], [float("nan")])), False
         fixed = [v for v in self.description.modelVariables
-                 if v.causality == "parameter" and v.variability == "fixed" and v.type in ("Real", "Float64")]  # fmt: skip
+                 if v.causality == "parameter" and v.variability == "fixed"
+                 and v.type in ("Real", "Float64")]  # fmt: skip
         if fixed:
             yield (
                 "a fixed parameter after initialisation",

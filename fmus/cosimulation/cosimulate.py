@@ -41,8 +41,9 @@ TOLERANCE = 1e-5  # of a mode's frequency; ten times that of its damping ratio
 
 
 def cosimulate(subsystems: Mapping[str, Subsystem], step: float | str, duration: float, coupling: str | None = None, *,
-               wiring: Mapping[str, Sequence[str]] | None = None, profile: Profile | None = None, out: str | Path | None = None,
-               tolerance: float = TOLERANCE, compiled: bool = True) -> CosimulationRun:  # fmt: skip
+               wiring: Mapping[str, Sequence[str]] | None = None, profile: Profile | None = None,
+               out: str | Path | None = None, tolerance: float = TOLERANCE,
+               compiled: bool = True) -> CosimulationRun:  # fmt: skip
     """Run subsystems together from time 0 to `duration` [s]; equal names meet where no wiring is given.
 
     coupling names one of `fmus.cosimulation.coupling.COUPLINGS`; without it the cheapest is taken whose modes are
@@ -85,8 +86,9 @@ def cosimulate(subsystems: Mapping[str, Subsystem], step: float | str, duration:
     finally:
         rows.close()
     rate = count / (perf_counter() - began)
-    return CosimulationRun(step, chosen.name, rows.columns, rows.kept, rows.path, rate, predicted, watched, count, control.smallest, control.largest,
-                           assessed.meets_tolerance if assessed else None, assessed.advice if assessed else None)  # fmt: skip
+    return CosimulationRun(step, chosen.name, rows.columns, rows.kept, rows.path, rate, predicted, watched, count,
+                           control.smallest, control.largest, assessed.meets_tolerance if assessed else None,
+                           assessed.advice if assessed else None)  # fmt: skip
 
 
 def _automatic(word: str, linear: Network | None, coupling: str | None, tolerance: float) -> float:

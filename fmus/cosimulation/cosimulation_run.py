@@ -78,7 +78,10 @@ class CosimulationRun:
     @property
     def _summary(self) -> str:
         tolerance = {True: ", within the tolerance", False: ", beyond the tolerance", None: ""}[self.meets_tolerance]
-        return f"{self.steps} steps of {self.step:g} s, coupling {self.coupling}{tolerance}, {len(self.columns) - 1} signals"
+        return (
+            f"{self.steps} steps of {self.step:g} s, coupling {self.coupling}{tolerance}, {len(self.columns) - 1} "
+            "signals"
+        )
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__}: {self._summary}{f', rows in {self.path}' if self.path else ''}>"

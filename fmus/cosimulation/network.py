@@ -173,8 +173,9 @@ class Network:
         closed = np.linalg.inv(np.eye(len(self.outputs)) - D @ wires)
         free = [k for k, name in enumerate(self.inputs) if name not in self.wiring]
         states = tuple(f"{n}.{x}" for n, s in zip(self.subsystems, spaces, strict=True) for x in s.states)
-        return StateSpace(A + B @ wires @ closed @ C, (B + B @ wires @ closed @ D)[:, free], closed @ C, (closed @ D)[:, free],
-                          states, tuple(self.inputs[k] for k in free), tuple(self.outputs))  # fmt: skip
+        return StateSpace(A + B @ wires @ closed @ C, (B + B @ wires @ closed @ D)[:, free], closed @ C,
+                          (closed @ D)[:, free], states, tuple(self.inputs[k] for k in free),
+                          tuple(self.outputs))  # fmt: skip
 
 
 def agree(given: str, wanted: str) -> bool:

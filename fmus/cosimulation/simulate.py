@@ -23,8 +23,9 @@ STEP, DURATION = 0.001, 5.0  # s, where neither the caller nor the FMU's default
 BLOCK = 1000  # rows between two writes
 
 
-def simulate(fmu: FmuSubsystem, step: float | None = None, duration: float | None = None, times: np.ndarray | None = None,
-             columns: Mapping[str, np.ndarray] | None = None, out: str | Path | None = None) -> CosimulationRun:  # fmt: skip
+def simulate(fmu: FmuSubsystem, step: float | None = None, duration: float | None = None,
+             times: np.ndarray | None = None, columns: Mapping[str, np.ndarray] | None = None,
+             out: str | Path | None = None) -> CosimulationRun:  # fmt: skip
     """Run an FMU from where it is to `duration` [s], with inputs by name as columns (n,) at ascending times (n,) [s].
 
     The rows hold inputs and outputs, to the CSV file `out` or in the run. Raises InputError for a column that is no

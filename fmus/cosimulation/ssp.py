@@ -69,8 +69,8 @@ def write_ssp(path: str | Path, fmus: Mapping[str, str | Path], wiring: Mapping[
     return write_atomically(path, write)
 
 
-def _component(parent: Xml.Element, name: str, file: str, description: ModelDescription, wiring: Mapping[str, Sequence[str]],
-               values: Mapping[str, float]) -> None:  # fmt: skip
+def _component(parent: Xml.Element, name: str, file: str, description: ModelDescription,
+               wiring: Mapping[str, Sequence[str]], values: Mapping[str, float]) -> None:  # fmt: skip
     component = Xml.SubElement(parent, f"{{{SSD}}}Component", name=name, type=FMU, source=f"resources/{file}")
     connectors = Xml.SubElement(component, f"{{{SSD}}}Connectors")
     for variable in description.modelVariables:

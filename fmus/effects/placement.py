@@ -79,7 +79,8 @@ def _at_elements(component: Component, largest_rate: float) -> list[type[Effect]
 def _at_signal(law: type[Effect], component: Component, name: str, level: float, period: float) -> type[Effect]:
     """A law at an input or an output whose largest value is `level`."""
     scale = dict.fromkeys(law.relative_to_level, level) | dict.fromkeys(law.relative_to_period, period)
-    return _placed(law, name, f"{law.form}_{name}", _scaled(law, scale), **_rows(law, component.table[name].unit, level))
+    return _placed(law, name, f"{law.form}_{name}", _scaled(law, scale),
+                   **_rows(law, component.table[name].unit, level))
 
 
 def _at_states(component: Component, ranges: Mapping[str, Range] | None) -> list[type[Effect]]:
@@ -94,7 +95,8 @@ def _at_states(component: Component, ranges: Mapping[str, Range] | None) -> list
                 continue
             low, high = (0.0, 1.0) if ranges is None else ranges[state]
             rows = _rows(law, unit, max(abs(low), abs(high)))
-            bounds = {} if ranges is None else {n: replace(rows[n], min=low, max=high, start=high) for n in law.within_range}
+            bounds = {} if ranges is None else {n: replace(rows[n], min=low, max=high, start=high)
+                                                for n in law.within_range}
             starts = {n: tuple(low + s * (high - low) if n in law.within_range else s for s in values)
                       for n, values in law.starts.items()}  # fmt: skip
             place = f"{state}_to_{to}" if to else state
@@ -115,7 +117,8 @@ def states_of_no_element(component: Component) -> list[str]:
 
 
 def _rows(law: type[Effect], unit: str, level: float) -> dict[str, Variable]:
-    """The variables of a law that depend on the signal at which it acts: its unit, and its largest value as reference."""
+    """The variables of a law that depend on the signal at which it acts: its unit, and its largest value as
+    reference."""
     rows = {n: replace(law.declared[n], unit=unit) for n in law.in_its_unit}
     return rows | ({"reference": replace(rows["reference"], start=level)} if "reference" in rows else {})
 

@@ -13,8 +13,8 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class LogNormalPrior:
-    """Names (k,) of parameters, their offsets (k,), mean (k,) and covariance (k, k) of the logarithms, and the published
-    values (n, k) behind them, from which fits start as well."""
+    """Names (k,) of parameters, their offsets (k,), mean (k,) and covariance (k, k) of the logarithms, and the
+    published values (n, k) behind them, from which fits start as well."""
 
     names: tuple[str, ...]
     offset: np.ndarray

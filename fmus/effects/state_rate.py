@@ -4,8 +4,8 @@
     threshold               x' += -k max(x - x_0, 0)
     transfer                the same, of which the share s arrives at another state of the same unit
 
-The linear term is a leakage to the reservoir at zero, the threshold an overflow. A transfer is that of one tank into the
-next, or of one thermal mass to another.
+The linear term is a leakage to the reservoir at zero, the threshold an overflow. A transfer is that of one tank into
+the next, or of one thermal mass to another.
 """
 
 from typing import ClassVar

@@ -109,7 +109,8 @@ class Program:
         return results
 
     def _order(self, changing: frozenset[str]) -> tuple[list, list, list[bool]]:
-        """With these leaves as arrays: the steps that are taken once, those of each block, and which results are arrays."""
+        """With these leaves as arrays: the steps that are taken once, those of each block, and which results are
+        arrays."""
         once = [s for s in self.steps if s[0].depends.isdisjoint(changing)]
         often = [s for s in self.steps if not s[0].depends.isdisjoint(changing)]
         return once, often, [not depends_on(r).isdisjoint(changing) for r in self.results]

@@ -74,8 +74,10 @@ def _context(interface: Interface, identifier: str, guid: str) -> dict:
     wide = form.slopes((*component.states, *component.inputs, "time"))
     functions = {
         "rates": [(f"f[{i}]", constants.hoist(e)) for i, e in enumerate(form.rates)],
-        "mass": [(f"m[{i * nx + j}]", constants.hoist(form.mass[i, j])) for i in range(nx) for j in range(nx) if form.mass[i, j] != 0],
-        "outputs": [(f"z[{v.reference}]", constants.hoist(form.outputs[component.outputs.index(v.name)])) for v in interface.of("output")],
+        "mass": [(f"m[{i * nx + j}]", constants.hoist(form.mass[i, j])) for i in range(nx)
+                 for j in range(nx) if form.mass[i, j] != 0],
+        "outputs": [(f"z[{v.reference}]", constants.hoist(form.outputs[component.outputs.index(v.name)]))
+                    for v in interface.of("output")],
         "jacobian": [(f"j[{i * wide.cols + k}]", constants.hoist(wide[i, k]))
                      for i in range(wide.rows) for k in range(wide.cols) if wide[i, k] != 0],
     }  # fmt: skip

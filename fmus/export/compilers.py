@@ -21,7 +21,8 @@ from pathlib import Path
 from fmus.support.errors import InputError, MissingToolError, unknown
 
 # -s: symbol tables contain the names of temporary files, which would make builds differ
-FLAGS = ("-std=c99", "-O3", "-g0", "-s", "-Wall", "-Wextra", "-Wpedantic", "-ffp-contract=off", "-fvisibility=hidden", "-shared",
+FLAGS = ("-std=c99", "-O3", "-g0", "-s", "-Wall", "-Wextra", "-Wpedantic", "-ffp-contract=off", "-fvisibility=hidden",
+         "-shared",
          "-ffunction-sections")  # fmt: skip
 LINKING = ("-shared", "-s")  # the flags that belong to the linker
 

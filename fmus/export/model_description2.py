@@ -150,7 +150,8 @@ def _interface_type(
 def _scalar_variable(interface: Interface, variable: FmuVariable) -> Xml.Element:
     row = variable.row
     element = Xml.Element("ScalarVariable", {"name": variable.name, "valueReference": str(variable.reference),
-                                             "description": row.description, **causality(interface, variable)})  # fmt: skip
+                                             "description": row.description,
+                                             **causality(interface, variable)})  # fmt: skip
     real = {"unit": row.unit, **bounds(variable)}
     if row.unit in DISPLAY:
         real["displayUnit"] = DISPLAY[row.unit]

@@ -19,7 +19,8 @@ COMMON = {"canGetAndSetFMUState": "true", "canSerializeFMUState": "true",
 def model_description(interface: Interface, identifier: str, token: str) -> bytes:
     """modelDescription.xml, UTF-8, the same for the same component."""
     root = Xml.Element("fmiModelDescription", {
-        "fmiVersion": "3.0", "modelName": interface.component.name, "instantiationToken": token, **described(interface.component),
+        "fmiVersion": "3.0", "modelName": interface.component.name, "instantiationToken": token,
+        **described(interface.component),
         "generationTool": TOOL, "generationDateAndTime": DATE, "variableNamingConvention": "structured",
     })  # fmt: skip
     Xml.SubElement(root, "ModelExchange", {"modelIdentifier": identifier, **COMMON})
@@ -46,7 +47,8 @@ def terminals(interface: Interface) -> bytes | None:
     for (part, port), variables in members.items():
         terminal = Xml.SubElement(parent, "Terminal", name=f"{part}.{port}" if part else port, matchingRule="plug")
         for variable in variables:
-            Xml.SubElement(terminal, "TerminalMemberVariable", variableName=variable.name, memberName=variable.name.rpartition(".")[2],
+            Xml.SubElement(terminal, "TerminalMemberVariable", variableName=variable.name,
+                           memberName=variable.name.rpartition(".")[2],
                            variableKind="inflow" if variable.row.flow else "signal")  # fmt: skip
     return to_bytes(root)
 

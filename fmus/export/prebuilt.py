@@ -24,5 +24,6 @@ def find(archive: str, model_description: bytes) -> tuple[bytes, tuple[str, ...]
         folders = {name.split("/")[1] for name in members.namelist() if name.startswith("binaries/")}
     arm = archive.endswith("_arm64.fmu")
     platforms = tuple(p.name for p in PLATFORMS.values()
-                      if set(p.tuples) <= folders or (p.folder in folders and arm == (p.name == "linux-arm64")))  # fmt: skip
+                      if set(p.tuples) <= folders
+                      or (p.folder in folders and arm == (p.name == "linux-arm64")))  # fmt: skip
     return path.read_bytes(), platforms

@@ -76,7 +76,8 @@ def device_effect(device: HandlebarDevice, prior: LogNormalPrior) -> type[Device
         raise InputError(f"{device.title} has an inertia that changes with posture, which no effect adds to a vehicle")
     median = dict(zip(prior.names, prior.median, strict=True))
     lowest = {n: 1e-3 * x - o for n, x, o in zip(prior.names, prior.median + prior.offset, prior.offset, strict=True)}
-    parameters = {n: replace(row, start=float(median.get(n, device.values[n])), min=max(row.min, lowest.get(n, row.min)))
+    parameters = {n: replace(row, start=float(median.get(n, device.values[n])),
+                             min=max(row.min, lowest.get(n, row.min)))
                   for n, row in device.rows("parameter").items()}  # fmt: skip
     body: dict[str, Any] = {
         "__doc__": kind.__doc__,

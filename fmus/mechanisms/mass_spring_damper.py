@@ -13,7 +13,8 @@ from fmus.declaration.variables import input, local, parameter, state
 class MassSpringDamper(Component):
     """Mass on a spring and a damper: force as input, displacement as output."""
 
-    mass = parameter("kg", "Moving mass", symbol="m", min=1e-6, max=1e6, start=1.0)  # type: ignore[assignment]  # rows leave the class
+    mass = parameter("kg", "Moving mass", symbol="m", min=1e-6, max=1e6,
+                     start=1.0)  # type: ignore[assignment]  # rows leave the class
     spring_stiffness = parameter("N/m", "Stiffness of the spring", symbol="k", min=0, max=1e9, start=400.0)
     spring_damping = parameter("N.s/m", "Damping beside the spring", symbol="c", min=0, max=1e7, start=2.0)
     force = input("N", "Force on the mass", symbol="F")

@@ -113,12 +113,13 @@ def estimate(
             )
         raise InputError(f"{recording.name}: nothing was excited between {band[0]:g} and {band[1]:g} Hz")
     acceleration = -((2 * pi * grid) ** 2) * angle
-    columns = [band_average((grid[k] - f) / (width / 2), lines.stretch[k], acceleration[k], lines.values[STEER_TORQUE][k], lines.values[reference][k])
+    columns = [band_average((grid[k] - f) / (width / 2), lines.stretch[k], acceleration[k],
+                            lines.values[STEER_TORQUE][k], lines.values[reference][k])
                for k, f in zip(bands, frequency, strict=True)]  # fmt: skip
     apparent, variance, coherence, weights = (np.array(c) for c in zip(*columns, strict=True))
     none = np.full(len(frequency), np.nan)
-    frf = FRF(recording.name, frequency, 1 / apparent, variance, coherence, frequency[:, None] + NODES * width / 2, weights,
-              none, none, np.ones(len(frequency)), reference, recording.warnings + notes + gaps)  # fmt: skip
+    frf = FRF(recording.name, frequency, 1 / apparent, variance, coherence, frequency[:, None] + NODES * width / 2,
+              weights, none, none, np.ones(len(frequency)), reference, recording.warnings + notes + gaps)  # fmt: skip
     return replace(frf, warnings=frf.warnings + _warnings(frf))
 
 
@@ -139,8 +140,7 @@ def _centres(recording: Recording, band: tuple[float, float], width: float) -> n
     centres = np.arange(band[0], min(band[1], 0.4 * recording.rate) + 1e-9, width)
     if not len(centres):
         raise InputError(f"{recording.name}: sampled at {recording.rate:.4g} Hz, nothing from {band[0]:g} to "
-                         f"{band[1]:g} Hz can be measured; "
-                         "is the time in the unit that the file says?")  # fmt: skip
+                         f"{band[1]:g} Hz can be measured; is the time in the unit that the file says?")  # fmt: skip
     return centres
 
 

@@ -36,8 +36,8 @@ def sweep(
     return _from_rest(f"sweep_{start:g}_to_{end:g}_Hz", duration, motion, ramp)
 
 
-def stepped_sine(frequencies: Sequence[float] | np.ndarray | None = None, seconds: float = 10.0, amplitude: float = radians(4),
-                 ramp: float = 1.0) -> Excitation:  # fmt: skip
+def stepped_sine(frequencies: Sequence[float] | np.ndarray | None = None, seconds: float = 10.0,
+                 amplitude: float = radians(4), ramp: float = 1.0) -> Excitation:  # fmt: skip
     """A sine of constant amplitude that stays `seconds` at each of the frequencies [Hz], in the order given.
 
     From one frequency to the next it moves within half a second, without a jump in angle or rate.
@@ -57,8 +57,8 @@ def stepped_sine(frequencies: Sequence[float] | np.ndarray | None = None, second
     return _from_rest("stepped_sine", seconds * len(levels), motion, ramp)
 
 
-def multisine(frequencies: Sequence[float] | np.ndarray | None = None, duration: float = 200.0, amplitude: float = radians(4), seed: int = 0,
-              ramp: float = 2.0) -> Excitation:  # fmt: skip
+def multisine(frequencies: Sequence[float] | np.ndarray | None = None, duration: float = 200.0,
+              amplitude: float = radians(4), seed: int = 0, ramp: float = 2.0) -> Excitation:  # fmt: skip
     """All frequencies [Hz] at once with random phases, of equal angle amplitudes, with the given largest angle."""
     lines = np.arange(0.5, 12.01, 0.25) if frequencies is None else np.asarray(frequencies, float)
     phases = np.random.default_rng(seed).uniform(0, 2 * pi, len(lines))

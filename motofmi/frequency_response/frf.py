@@ -118,8 +118,9 @@ class FRF:
     def to_dict(self) -> dict[str, Any]:
         """Arrays by name: frequency [Hz], inertance [(rad/s2)/(N.m)] complex, its standard error, coherence; name,
         reference, warnings."""
-        return {"name": self.name, "reference": self.reference, "frequency": self.frequency, "inertance": self.inertance,
-                "standard_error": self.standard_error, "coherence": self.coherence, "warnings": list(self.warnings)}  # fmt: skip
+        return {"name": self.name, "reference": self.reference, "frequency": self.frequency,
+                "inertance": self.inertance, "standard_error": self.standard_error, "coherence": self.coherence,
+                "warnings": list(self.warnings)}  # fmt: skip
 
     def to_dataframe(self) -> Any:
         """One row for each band (pandas.DataFrame); the unit is in the name of every column."""
@@ -127,7 +128,8 @@ class FRF:
 
         phase_error = np.degrees(self.standard_error / np.abs(self.inertance))
         return pd.DataFrame({"frequency [Hz]": self.frequency, "modulus [(rad/s2)/(N.m)]": np.abs(self.inertance),
-                             "modulus standard error [(rad/s2)/(N.m)]": self.standard_error, "phase [deg]": np.degrees(np.angle(self.inertance)),
+                             "modulus standard error [(rad/s2)/(N.m)]": self.standard_error,
+                             "phase [deg]": np.degrees(np.angle(self.inertance)),
                              "phase standard error [deg]": phase_error, "coherence [1]": self.coherence})  # fmt: skip
 
     def to_control(self) -> control.FrequencyResponseData:

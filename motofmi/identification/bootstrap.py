@@ -19,7 +19,8 @@ CHUNK = 25  # fits in one task
 
 
 def bootstrap(found: Identification, model: Response, count: int = 1000, seed: int = 0,
-              bounds: Mapping[str, tuple[float, float]] | None = None, processes: int | None = None) -> np.ndarray:  # fmt: skip
+              bounds: Mapping[str, tuple[float, float]] | None = None,
+              processes: int | None = None) -> np.ndarray:  # fmt: skip
     """Parameter vectors (count, np) from `count` repetitions, started at the best fit; the same for any
     number of processes."""
     model = Response(

@@ -63,8 +63,7 @@ class Problem:
             low, high = bounds.get(row.name, (row.min, row.max))
             if start <= 0 or low < 0:
                 raise InputError(f"{row.name} is searched as a logarithm: it needs a positive start and bounds from 0 "
-                                 "up, "
-                                 f"not {start:g} in [{low:g}, {high:g}] {row.unit}")  # fmt: skip
+                                 f"up, not {start:g} in [{low:g}, {high:g}] {row.unit}")  # fmt: skip
             lower.append(max(low, SMALLEST * start))
             upper.append(high)
         return np.log(lower), np.log(upper)
@@ -120,8 +119,9 @@ class Problem:
             if status in (1, 2, 3, 4) and np.all((free >= self.lower) & (free <= self.upper)):
                 return free, float(found["fvec"] @ found["fvec"]) / 2
         inside = np.minimum(1e-6, (self.upper - self.lower) / 4)
-        bounded = least_squares(lambda x: at(x)[0], np.clip(x, self.lower + inside, self.upper - inside), lambda x: at(x)[1].T,
-                                (self.lower, self.upper), x_scale="jac", xtol=TOLERANCE, ftol=TOLERANCE, gtol=TOLERANCE, max_nfev=200)  # fmt: skip
+        bounded = least_squares(lambda x: at(x)[0], np.clip(x, self.lower + inside, self.upper - inside),
+                                lambda x: at(x)[1].T, (self.lower, self.upper), x_scale="jac", xtol=TOLERANCE,
+                                ftol=TOLERANCE, gtol=TOLERANCE, max_nfev=200)  # fmt: skip
         return bounded.x, float(bounded.cost)
 
 
@@ -183,7 +183,10 @@ class Identification:
             (n, f"{v:.5g}", f"{e:.2g}", unit)
             for n, v, e, unit in zip(self.names, self.values, self.standard_error, self.units, strict=True)
         ]
-        text = f"Fit ({self.method}) to {', '.join(f.name for f in self.frfs)}; reduced chi-square {self.reduced_chi_square:.3g}"
+        text = (
+            f"Fit ({self.method}) to {', '.join(f.name for f in self.frfs)}; reduced chi-square "
+            f"{self.reduced_chi_square:.3g}"
+        )
         return html(
             ". ".join([text, *self.warnings]),
             ("parameter", "value", "standard error", "unit"),
@@ -244,9 +247,10 @@ def identify(frfs: Sequence[FRF], model: Response, method: str = "weighted",
     residual = {"radius": float(np.mean(np.abs(np.abs(value) - np.abs(together.measured)))),
                 "phase_deg": float(np.mean(np.abs(np.angle(value / together.measured, deg=True))))}  # fmt: skip
     values = np.clip(np.exp(x), *(np.array([getattr(row, side) for row in model.rows]) for side in ("min", "max")))
-    found = Identification(model.parameters, tuple(row.unit for row in model.rows), values, covariance, method, residual,
-                           float(np.mean(chi_squares)), singular, directions, tau, float(np.mean(agreeing)), (), tuple(frfs),
-                           tuple(np.split(value, np.cumsum([len(f.frequency) for f in frfs])[:-1])))  # fmt: skip
+    ends = np.cumsum([len(f.frequency) for f in frfs])[:-1]
+    found = Identification(model.parameters, tuple(row.unit for row in model.rows), values, covariance, method,
+                           residual, float(np.mean(chi_squares)), singular, directions, tau, float(np.mean(agreeing)),
+                           (), tuple(frfs), tuple(np.split(value, ends)))  # fmt: skip
     return replace(found, warnings=_warnings(found, together, x))
 
 

@@ -111,7 +111,8 @@ class Population:
         """mean, standard_deviation and unit by parameter (pandas.DataFrame); `attrs` has the correlations."""
         import pandas as pd  # noqa: PLC0415 - imported on use
 
-        frame = pd.DataFrame({"mean": self.mean, "standard_deviation": self.standard_deviation, "unit": list(self.units)},
+        frame = pd.DataFrame({"mean": self.mean, "standard_deviation": self.standard_deviation,
+                              "unit": list(self.units)},
                              index=pd.Index(self.names, name="parameter"))  # fmt: skip
         frame.attrs["correlation"] = self.correlation.tolist()
         return frame

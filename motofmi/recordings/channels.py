@@ -34,7 +34,8 @@ CHANNELS = {channel.name: channel for channel in (
     Channel(TIME, "s", "Time of the sample", ("t", "timestamp", "time_stamp", "elapsed_time")),
     Channel(STEER_ANGLE, "rad", "Angle of the handlebar relative to the rear "
                                 "frame", ("steering_angle", "handlebar_angle"), pi / 2, True),
-    Channel(STEER_ANGLE_COMMAND, "rad", "Steer angle that the servo is commanded", ("steering_angle_command", "commanded_steer_angle")),
+    Channel(STEER_ANGLE_COMMAND, "rad", "Steer angle that the servo is commanded",
+            ("steering_angle_command", "commanded_steer_angle")),
     Channel(STEER_TORQUE, "N.m", "Torque of the servo on the handlebar", ("steering_torque",), 2000.0, True),
     Channel(STEER_RATE, "rad/s", "Rate of the steer angle", ("steering_rate",)),
     Channel(TORSO_RATE, "rad/s", "Yaw rate of the rider's torso, from a gyro on the back", (), 30.0),

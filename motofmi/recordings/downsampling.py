@@ -45,7 +45,10 @@ def reduced(blocks: Iterator[np.ndarray], rate: float, time: int) -> tuple[np.nd
         windows = sliding_window_view(rows, len(taps), axis=0)[::factor]
         kept.append(windows @ taps)
         rest = rows[len(windows) * factor :]
-    note = f"reduced from {given:.6g} Hz to {given / factor:.6g} Hz while reading: low-pass filtered, every {factor}th sample kept"
+    note = (
+        f"reduced from {given:.6g} Hz to {given / factor:.6g} Hz while reading: low-pass filtered, every {factor}th "
+        "sample kept"
+    )
     return np.concatenate(kept), (note,)
 
 

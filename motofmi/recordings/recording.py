@@ -20,7 +20,8 @@ class Recording:
 
     gaps are the last recorded times before, and the first after, stretches [s] that are bridged but were not recorded;
     bridged are the same of stretches so short that a spline bridges them. unread are columns of the file without a
-    unit, which are not in `columns`. rig is the content of `rig.json`, file the name of the file that the run was read from.
+    unit, which are not in `columns`. rig is the content of `rig.json`, file the name of the file that the run was read
+    from.
 
         run = read_recording("sweep.csv")
         run["steer_torque"], run.units["steer_torque"], run.warnings
@@ -76,14 +77,16 @@ class Recording:
         if column not in UNITS:
             raise unknown(f"column of {there}", column, self.columns)
         raise InputError(f"{there} has no column {column!r} (columns there: {', '.join(self.columns) or 'none'}); if "
-                         "one of the file's columns is "
-                         f"the {column.replace('_', ' ')}, add --map \"COLUMN={column} "
+                         f"one of the file's columns is the {column.replace('_', ' ')}, add --map \"COLUMN={column} "
                          f"[{UNITS[column]}]\"")  # fmt: skip
 
     def __repr__(self) -> str:
         duration = float(np.ptp(self.time)) if len(self.time) else 0.0
         doubts = f", {len(self.warnings)} warning{'s' if len(self.warnings) > 1 else ''}" if self.warnings else ""
-        return f"Recording({self.name!r}: {', '.join(self.columns)}; {len(self.time)} samples, {duration:.4g} s at {self.rate:.4g} Hz{doubts})"
+        return (
+            f"Recording({self.name!r}: {', '.join(self.columns)}; {len(self.time)} samples, {duration:.4g} s at "
+            f"{self.rate:.4g} Hz{doubts})"
+        )
 
     def _repr_html_(self) -> str:
         rows = [

@@ -84,7 +84,8 @@ def _bridged(recording: Recording, at: np.ndarray, grid: np.ndarray, stamps: np.
         lines = np.interp(every, at, values)
         columns[name] = np.where(smooth, CubicSpline(at, values)(every), lines)
     wide = {True: steps > SHORT + 1, False: (steps > LONG) & (steps <= SHORT + 1)}
-    ends = {long: tuple((float(stamps[i]), float(stamps[i + 1])) for i in np.flatnonzero(w)) for long, w in wide.items()}
+    ends = {long: tuple((float(stamps[i]), float(stamps[i + 1])) for i in np.flatnonzero(w))
+            for long, w in wide.items()}
     return replace(recording, time=grid, columns=columns, gaps=ends[True], bridged=ends[False])
 
 
@@ -108,7 +109,8 @@ def _stamped_anew(recording: Recording, grid: np.ndarray) -> tuple[Recording, tu
             time=grid,
             columns={n: CubicSpline(recording.time, y)(grid) for n, y in recording.columns.items()},
         )
-        ratios = [white_noise(interpolated[n]) / white_noise(y) for n, y in recording.columns.items() if white_noise(y) > 0]
+        ratios = [white_noise(interpolated[n]) / white_noise(y)
+                  for n, y in recording.columns.items() if white_noise(y) > 0]
         if ratios and np.mean(np.log(np.maximum(ratios, 1e-3))) < np.log(SMOOTHER):
             return interpolated, (
                 f"{recording.name}: the samples, taken up to {1e3 * off:.2g} ms off a regular grid, were interpolated "

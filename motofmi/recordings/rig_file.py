@@ -32,7 +32,7 @@ def read_rig(folder: str | Path) -> dict[str, Any]:
             if "standard_error" in entry:
                 rig[name]["standard_error"] = entry["standard_error"] * scale
     except (ValueError, TypeError, KeyError, AttributeError) as error:
+        fault = f"no {error}" if isinstance(error, KeyError) else error
         raise InputError(f'{path}: expected {{"handlebar_inertia": {{"value": 0.125, "standard_error": 0.00125, '
-                         f'"unit": "kg.m2"}}}} '
-                         f"and the like, found {f'no {error}' if isinstance(error, KeyError) else error}") from None  # fmt: skip
+                         f'"unit": "kg.m2"}}}} and the like, found {fault}') from None  # fmt: skip
     return rig

@@ -28,7 +28,8 @@ def complete(time: np.ndarray) -> bool:
 
 
 def places(time: np.ndarray) -> np.ndarray | None:
-    """The places (n,) of samples on a regular grid, by increasing stamps (n,); None where the stamps are of no such grid.
+    """The places (n,) of samples on a regular grid, by increasing stamps (n,); None where the stamps are of no such
+    grid.
 
     On the grid of a clock each sample has a place of its own, and places that stay empty are missing samples. Stamps
     whose steps vary at random move away from every grid, so that two samples come to one place: they jitter, which

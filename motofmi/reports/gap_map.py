@@ -60,8 +60,9 @@ def _draw_orders(picture: Figure, axes, order_of: Mapping[Place, int], missed: l
     colours = ScalarMappable(LogNorm(0.5, 100.0), "Greys")
     for clear in (False, True):  # frames above all else
         shown = [p for p in order_of if (p in missed) == clear]
-        axes.bar([p.start for p in shown], 0.84, [p.end - p.start for p in shown], [order_of[p] - 0.42 for p in shown], align="edge",
-                 color=colours.to_rgba(np.array([p.excess + 1 for p in shown])), edgecolor=MISS if clear else "#bbbbbb", linewidth=1.6 if clear else 0.5)  # fmt: skip
+        axes.bar([p.start for p in shown], 0.84, [p.end - p.start for p in shown], [order_of[p] - 0.42 for p in shown],
+                 align="edge", color=colours.to_rgba(np.array([p.excess + 1 for p in shown])),
+                 edgecolor=MISS if clear else "#bbbbbb", linewidth=1.6 if clear else 0.5)  # fmt: skip
     picture.colorbar(colours, ax=axes, label="reduced chi-square")
     axes.set(
         xlabel="frequency of the excitation [Hz]; framed red: significant",

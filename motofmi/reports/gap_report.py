@@ -23,8 +23,8 @@ class Pictures:
     shown: str = ""
 
 
-def gap_report(title: str, contents: dict[str, Any], pictures: Pictures, modes: Section | None = None, place: str = "axis",
-               fitted: Sequence[Table] = ()) -> Report:  # fmt: skip
+def gap_report(title: str, contents: dict[str, Any], pictures: Pictures, modes: Section | None = None,
+               place: str = "axis", fitted: Sequence[Table] = ()) -> Report:  # fmt: skip
     """The report of a verdict's contents; place names the second column of the table of places."""
     sections = [
         verdict_section(contents, *fitted),

@@ -28,8 +28,9 @@ def _explained(result: dict[str, Any]) -> str:
     if result["verdict"] != "named" or not result["explained"] or result["remainder"]["share"] is None:
         return ""
     share, left = result["explained"], result["remainder"]
-    return (f"; closes {share['share']:.1%} [{share['low']:.1%}, {share['high']:.1%}] of the closable misfit on validation runs and "
-            f"leaves {left['rms']:.3g} {left['unit']} (rms), {left['share']:.2%} of the motion")  # fmt: skip
+    return (f"; closes {share['share']:.1%} [{share['low']:.1%}, {share['high']:.1%}] of the closable misfit on "
+            f"validation runs and leaves {left['rms']:.3g} {left['unit']} (rms), {left['share']:.2%} of the "
+            "motion")  # fmt: skip
 
 
 def nearest(result: dict[str, Any]) -> list[str]:
@@ -37,9 +38,8 @@ def nearest(result: dict[str, Any]) -> list[str]:
     if not result["closest"]:
         return []
     rms = result["gap"]["rms"]
-    return [f"Nearest in the library: {result['closest']['name']}. "
-            f"The best candidate reduces the misfit from {rms['before']:.3g} to {rms['after']:.3g} {rms['unit']} "
-            "(rms)."]  # fmt: skip
+    return [f"Nearest in the library: {result['closest']['name']}. The best candidate reduces the misfit from "
+            f"{rms['before']:.3g} to {rms['after']:.3g} {rms['unit']} (rms)."]  # fmt: skip
 
 
 def verdict_section(result: dict[str, Any], *more: Table) -> Section:
@@ -113,7 +113,8 @@ def axis_of(axis: str, order: int | None, unit: str) -> str:
 
 def places(result: dict[str, Any], axis: str = "axis", most: int = 40) -> Table:
     """Where the base misses the data, the clearest first; axis is the heading of the second column."""
-    rows = [(p["run"], axis_of(p["axis"], p["order"], p["unit"]), f"{p['from']:.3g}", f"{p['to']:.3g}", p["unit"], f"{p['excess']:.3g}", _small(p["p_value"]))
+    rows = [(p["run"], axis_of(p["axis"], p["order"], p["unit"]), f"{p['from']:.3g}", f"{p['to']:.3g}", p["unit"],
+             f"{p['excess']:.3g}", _small(p["p_value"]))
             for p in result["where"][:most]]  # fmt: skip
     return Table(("run", axis, "from", "to", "unit", "excess", "p"), rows)
 

@@ -1,10 +1,10 @@
-"""The steer test on the full rider: his compiled FMU follows a bar that the servo leads, recorded
-as the real rig records.
+"""The steer test on the full rider: his compiled FMU with an imposed steer angle, recorded with the sensors of the rig.
 
-    M_s = I_0 delta'' - T_h,    T_h = handlebar_torque - [R delta'' + inertia_torque],    R = port_inertia + inertia_change
+    M_s = I_0 delta'' - T_h
+    T_h = handlebar_torque - [R delta'' + inertia_torque],    R = port_inertia + inertia_change
 
-The angle counts as imposed, as in the virtual rig's servo and in both papers; noise, remnant and
-converters come on top.
+The steer angle is imposed, as by the servo of the virtual rig and in both papers. Sensor noise, rider remnant and
+analogue-digital converters are added.
 """
 
 import tempfile

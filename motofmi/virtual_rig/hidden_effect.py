@@ -2,9 +2,10 @@
 
     python -m motofmi.virtual_rig.hidden_effect SEED FOLDER TRUTH.json
 
-It shares no code with what has to find the effect: plain Runge-Kutta steps of the rider on an imposed angle,
+It shares no code with the gap workflow: it integrates the rider on an imposed angle by Runge-Kutta steps,
 
-    I_t theta'' = -T_a - k_t theta - c_t theta',   T_a = -F(d, d'),   M_s = I_s delta'' + F + friction,   d = delta - theta
+    I_t theta'' = -T_a - k_t theta - c_t theta',    T_a = -F(d, d'),    d = delta - theta
+    M_s = I_s delta'' + F + friction
 
 with F = k_a d + c_a d' and the effect in it. Noise and converters are those of a 12-bit rig.
 """
@@ -42,7 +43,8 @@ def main(seed: int, folder: Path, truth: Path) -> None:
     size = float(rng.uniform(low, high))
     rider = {k: v * np.exp(BETWEEN_RIDERS * rng.standard_normal()) for k, v in MEAN.items()}
     folder.mkdir(parents=True, exist_ok=True)
-    tests = {"sweep_up_2deg": sweep(0.5, 12, 90, np.radians(2)), "stepped_4deg": stepped_sine(np.arange(0.5, 8.1, 1.5), seconds=10.0),
+    tests = {"sweep_up_2deg": sweep(0.5, 12, 90, np.radians(2)),
+             "stepped_4deg": stepped_sine(np.arange(0.5, 8.1, 1.5), seconds=10.0),
              "holdout_sweep_down_3deg": sweep(12, 0.5, 80, np.radians(3))}  # fmt: skip
     for test, excitation in tests.items():
         today = {k: v * np.exp(BETWEEN_RUNS * rng.standard_normal()) for k, v in rider.items()}

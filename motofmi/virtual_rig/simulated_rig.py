@@ -52,12 +52,13 @@ def steer_test(rider: Component, steer_inertia: float, excitation: Excitation, n
     driven = replace(space, B=space.B[:, used], D=space.D[:, used], inputs=tuple(given))
     values, slopes = (np.column_stack(columns) for columns in zip(*given.values(), strict=True))
     states, _ = exact_response(driven, values, 1 / fine, slopes)
-    return _recorded(bar, dict(zip(space.states, states[::oversampling].T, strict=True)), time[::oversampling], angle[::oversampling],
-                     noise, rng, f"{excitation.name}_{rider.name}")  # fmt: skip
+    return _recorded(bar, dict(zip(space.states, states[::oversampling].T, strict=True)), time[::oversampling],
+                     angle[::oversampling], noise, rng, f"{excitation.name}_{rider.name}")  # fmt: skip
 
 
-def roll_test(rider: Component | None = None, frequencies: np.ndarray | None = None, accelerometer_noise: float = 0.01, seed: int = 0,
-              rate: float = 128.0, oversampling: int = 2, amplitude: float = np.radians(1), mockup_height: float = 0.5) -> tuple[Recording, np.ndarray]:  # fmt: skip
+def roll_test(rider: Component | None = None, frequencies: np.ndarray | None = None, accelerometer_noise: float = 0.01,
+              seed: int = 0, rate: float = 128.0, oversampling: int = 2, amplitude: float = np.radians(1),
+              mockup_height: float = 0.5) -> tuple[Recording, np.ndarray]:  # fmt: skip
     """The recording of a roll test, single frequencies in random order against voluntary reactions, and
     these frequencies [Hz].
 
@@ -88,8 +89,9 @@ def roll_test(rider: Component | None = None, frequencies: np.ndarray | None = N
 def _recorded(rig, states, time, command, noise: Noise, rng, name: str) -> Recording:
     """The channels as the rig's own equations give them for the states, with noise and converters."""
     values = {**rig.start_values(), **{key[4:]: value for key, value in states.items() if key.startswith("rig.")}}
-    values.update(angle_noise=noise.angle * rng.standard_normal(len(time)), torque_noise=noise.torque * rng.standard_normal(len(time)),
-                  angle_step=noise.angle_step, torque_step=noise.torque_step)  # fmt: skip
+    values.update(angle_noise=noise.angle * rng.standard_normal(len(time)),
+                  torque_noise=noise.torque * rng.standard_normal(len(time)), angle_step=noise.angle_step,
+                  torque_step=noise.torque_step)  # fmt: skip
     results = rig.run(values, NUMERIC)
     columns = {
         STEER_ANGLE_COMMAND: command,

@@ -65,8 +65,9 @@ class BuiltFmus:
         return pd.DataFrame(self.to_dict()["fmus"])
 
 
-def build(given: ComponentLike | Sequence[ComponentLike] | None = None, out: str | Path = ".", *, fmi: int | str = 2, backend: str = "compiled",
-          platforms: str = "host", set: Mapping[str, float] | None = None) -> BuiltFmus:  # fmt: skip
+def build(given: ComponentLike | Sequence[ComponentLike] | None = None, out: str | Path = ".", *, fmi: int | str = 2,
+          backend: str = "compiled", platforms: str = "host",
+          set: Mapping[str, float] | None = None) -> BuiltFmus:  # fmt: skip
     """Write FMUs of components, of names, or of value files into a folder; without `given` of everything that ships.
 
     fmi is 2 or 3, backend `compiled` or `python` (FMI 2 only), platforms `host`, `all` or a comma list. set changes
@@ -77,7 +78,8 @@ def build(given: ComponentLike | Sequence[ComponentLike] | None = None, out: str
     """
     if str(fmi) not in VERSIONS:
         raise unknown("FMI version", fmi, VERSIONS)
-    chosen: Sequence[ComponentLike] = every_name() if given is None else [given] if isinstance(given, ComponentLike) else given
+    chosen: Sequence[ComponentLike] = every_name() if given is None else [given] if isinstance(given,
+                                                                                               ComponentLike) else given
     if set and len(chosen) != 1:
         raise InputError(f"parameters can be set of a single component, not of {len(chosen)}; build one at a time")
     components = [component(each, **(set or {})) for each in chosen]

@@ -58,17 +58,21 @@ class VehicleRun(CosimulationRun):
             for bond in self.power_bonds
         }
         return {
-            "vehicle": self.vehicle, "device": self.device, "assumed": dict(self.assumed or {}), "file": None if self.path is None else str(self.path),
-            "duration": self.duration, "step": self.step, "steps": self.steps, "shortest_step": self.shortest, "longest_step": self.longest,
+            "vehicle": self.vehicle, "device": self.device, "assumed": dict(self.assumed or {}),
+            "file": None if self.path is None else str(self.path), "duration": self.duration, "step": self.step,
+            "steps": self.steps, "shortest_step": self.shortest, "longest_step": self.longest,
             "coupling": self.coupling, "steps_per_second": self.steps_per_second, "predicted": dict(self.errors or {}),
-            "stable": self.predicted.stable if self.predicted else None, "largest_stable_step": self.largest_stable_step,
-            "meets_tolerance": self.meets_tolerance, "advice": self.advice, "power_residual": self.power_residual, "bonds": power_bonds,
+            "stable": self.predicted.stable if self.predicted else None,
+            "largest_stable_step": self.largest_stable_step, "meets_tolerance": self.meets_tolerance,
+            "advice": self.advice, "power_residual": self.power_residual, "bonds": power_bonds,
         }  # fmt: skip
 
 
-def cosimulate(vehicle: ComponentLike, device: ComponentLike | Sequence[ComponentLike | None] | None = None, *, speed: float | None = None, duration: float = 5.0,
-               step: float | str = 0.001, coupling: str | None = None, tolerance: float = TOLERANCE, initial: Mapping[str, float] | None = None,
-               set: Mapping[str, float] | None = None, inputs: Inputs | None = None, out: str | Path | None = None) -> VehicleRun:  # fmt: skip
+def cosimulate(vehicle: ComponentLike, device: ComponentLike | Sequence[ComponentLike | None] | None = None, *,
+               speed: float | None = None, duration: float = 5.0, step: float | str = 0.001,
+               coupling: str | None = None, tolerance: float = TOLERANCE, initial: Mapping[str, float] | None = None,
+               set: Mapping[str, float] | None = None, inputs: Inputs | None = None,
+               out: str | Path | None = None) -> VehicleRun:  # fmt: skip
     """Co-simulate the FMUs of a vehicle and of the devices at its ports from time 0 to `duration` [s].
 
     vehicle and device are components, names, or paths of value files (.toml) or of FMUs. speed is in m/s (30 where none
@@ -104,8 +108,9 @@ def cosimulate(vehicle: ComponentLike, device: ComponentLike | Sequence[Componen
     )  # fmt: skip
 
 
-def simulate(fmu: ComponentLike, *, inputs: Inputs | None = None, step: float | None = None, duration: float | None = None,
-             set: Mapping[str, float] | None = None, out: str | Path | None = None) -> CosimulationRun:  # fmt: skip
+def simulate(fmu: ComponentLike, *, inputs: Inputs | None = None, step: float | None = None,
+             duration: float | None = None, set: Mapping[str, float] | None = None,
+             out: str | Path | None = None) -> CosimulationRun:  # fmt: skip
     """Simulate one FMU (FMI 2.0 or 3.0, co-simulation) by itself from time 0 to `duration` [s] in steps [s].
 
     fmu is the path of any archive, or a component or its name, whose FMU is built. step and duration are those

@@ -75,7 +75,8 @@ class TransferFunctions:
         import xarray as xr  # noqa: PLC0415 - imported on use
 
         return xr.Dataset({name: ("frequency", z, {"units": self.units[name]}) for name, z in self.responses.items()},
-                          {"frequency": ("frequency", self.frequency, {"units": "Hz"})}, {"device": self.device})  # fmt: skip
+                          {"frequency": ("frequency", self.frequency, {"units": "Hz"})},
+                          {"device": self.device})  # fmt: skip
 
 
 def transfer_functions(

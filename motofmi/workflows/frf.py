@@ -74,11 +74,13 @@ class FrequencyResponse:
         """The keys of `motofmi frf --json`."""
         confidence = self.mean.confidence()
         return {
-            "runs": self.runs, "reference": self.mean.reference, "frequency": self.frequency, "inertance": self.inertance,
-            "standard_deviation": self.standard_deviation, "phase_standard_deviation_deg": np.degrees(self.phase_standard_deviation),
+            "runs": self.runs, "reference": self.mean.reference, "frequency": self.frequency,
+            "inertance": self.inertance, "standard_deviation": self.standard_deviation,
+            "phase_standard_deviation_deg": np.degrees(self.phase_standard_deviation),
             "standard_deviation_of": ["runs" if repeated else "estimate" for repeated in self.mean.repeated],
-            "confidence_95": confidence[0], "phase_confidence_95_deg": np.degrees(confidence[1]), "coherence": self.coherence,
-            "receptance": self.mean.receptance, "impedance": self.mean.impedance, "warnings": self.warnings,
+            "confidence_95": confidence[0], "phase_confidence_95_deg": np.degrees(confidence[1]),
+            "coherence": self.coherence, "receptance": self.mean.receptance, "impedance": self.mean.impedance,
+            "warnings": self.warnings,
         }  # fmt: skip
 
     def to_dataframe(self) -> Any:
@@ -86,8 +88,9 @@ class FrequencyResponse:
         import pandas  # noqa: PLC0415 - imported on use
 
         return pandas.DataFrame({
-            "frequency [Hz]": self.frequency, "modulus [(rad/s2)/(N.m)]": np.abs(self.inertance), "modulus_sd [(rad/s2)/(N.m)]": self.standard_deviation,
-            "phase [deg]": np.degrees(np.angle(self.inertance)), "phase_sd [deg]": np.degrees(self.phase_standard_deviation), "coherence [1]": self.coherence,
+            "frequency [Hz]": self.frequency, "modulus [(rad/s2)/(N.m)]": np.abs(self.inertance),
+            "modulus_sd [(rad/s2)/(N.m)]": self.standard_deviation, "phase [deg]": np.degrees(np.angle(self.inertance)),
+            "phase_sd [deg]": np.degrees(self.phase_standard_deviation), "coherence [1]": self.coherence,
         })  # fmt: skip
 
     def to_control(self) -> control.FrequencyResponseData:
@@ -114,7 +117,10 @@ class FrequencyResponse:
 
     def __repr__(self) -> str:
         of = self.runs[0] if len(self.runs) == 1 else f"mean of {len(self.runs)} runs"
-        return f"FrequencyResponse({of}: {len(self.frequency)} frequencies from {self.frequency[0]:g} to {self.frequency[-1]:g} Hz)"
+        return (
+            f"FrequencyResponse({of}: {len(self.frequency)} frequencies from {self.frequency[0]:g} to "
+            f"{self.frequency[-1]:g} Hz)"
+        )
 
     def _repr_html_(self) -> str:
         frame = self.to_dataframe()
@@ -127,8 +133,9 @@ class FrequencyResponse:
         )
 
 
-def estimate_frf(recordings: Recorded | Sequence[Recorded], *, mapping: Mapping[str, str] | None = None, rate: float | None = None,
-                 reference: str = "", band: tuple[float, float] = (0.5, 12.0), width: float | None = None) -> FrequencyResponse:  # fmt: skip
+def estimate_frf(recordings: Recorded | Sequence[Recorded], *, mapping: Mapping[str, str] | None = None,
+                 rate: float | None = None, reference: str = "", band: tuple[float, float] = (0.5, 12.0),
+                 width: float | None = None) -> FrequencyResponse:  # fmt: skip
     """The inertance of rider and handlebar from recordings of the steer test, one run each (paths
     or Recording objects).
 

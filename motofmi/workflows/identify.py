@@ -92,9 +92,9 @@ class RiderIdentification:
         found = self.fit
         result = {
             "method": found.method, "parameters": self.parameters, "derived": self.derived, "residual": self.residual,
-            "handlebar_inertia": self.handlebar_inertia, "reduced_chi_square": found.reduced_chi_square, "run_to_run": found.run_to_run,
-            "correlation": found.correlation, "singular_values": found.singular_values, "agreeing_starts": found.agreeing_starts,
-            "warnings": self.warnings, "runs": list(self.runs),
+            "handlebar_inertia": self.handlebar_inertia, "reduced_chi_square": found.reduced_chi_square,
+            "run_to_run": found.run_to_run, "correlation": found.correlation, "singular_values": found.singular_values,
+            "agreeing_starts": found.agreeing_starts, "warnings": self.warnings, "runs": list(self.runs),
         }  # fmt: skip
         if self.draws is not None:
             low, high = np.percentile(self.draws, [2.5, 97.5], axis=0)
@@ -140,7 +140,8 @@ class RiderIdentification:
 
     def report(self, path: str | Path) -> Path:
         """Write an HTML report; its path. Raises InputError where it cannot be written."""
-        figures = [(frf_figures.amplitude_and_phase(mean_frf(self.fit.frfs), self._curve), "Amplitude and phase, measured and fitted."),
+        figures = [(frf_figures.amplitude_and_phase(mean_frf(self.fit.frfs), self._curve),
+                    "Amplitude and phase, measured and fitted."),
                    (frf_figures.nyquist(self.fit, self._curve), "Measured points and fitted curve in the Nyquist "
                                                                 "plane.")]  # fmt: skip
         table = Table(("parameter", "value", "standard error", "unit"), rows(self.to_dict()))
@@ -158,7 +159,8 @@ class RiderIdentification:
         return f"RiderIdentification({self.fit.method}, reduced chi-square {self.fit.reduced_chi_square:.3g}: {values})"
 
     def _repr_html_(self) -> str:
-        return html(" ".join([f"{self.source}: {residuals(self.to_dict())}.", *self.warnings]), ("parameter", "value", "standard error", "unit"), rows(self.to_dict()),
+        return html(" ".join([f"{self.source}: {residuals(self.to_dict())}.", *self.warnings]),
+                    ("parameter", "value", "standard error", "unit"), rows(self.to_dict()),
                     lambda axes: frf_figures.draw_nyquist(axes, self.fit, self._curve))  # fmt: skip
 
     @cached_property
@@ -166,10 +168,12 @@ class RiderIdentification:
         return frf_figures.fitted_curve(self.fit, rig_response())
 
 
-def identify(recordings: Recorded | Sequence[Recorded] | FrequencyResponse, *, method: str = "weighted", mapping: Mapping[str, str] | None = None,
-             rate: float | None = None, rig: Rig | None = None, reference: str = "", band: tuple[float, float] = (0.5, 12.0), width: float | None = None,
-             mean: bool = False, bounds: Mapping[str, tuple[float, float]] | None = None, starts: int = 4, handlebar_inertia: float | None = None,
-             run_to_run: float | None = None, bootstrap: int = 0, seed: int = 0) -> RiderIdentification:  # fmt: skip
+def identify(recordings: Recorded | Sequence[Recorded] | FrequencyResponse, *, method: str = "weighted",
+             mapping: Mapping[str, str] | None = None, rate: float | None = None, rig: Rig | None = None,
+             reference: str = "", band: tuple[float, float] = (0.5, 12.0), width: float | None = None,
+             mean: bool = False, bounds: Mapping[str, tuple[float, float]] | None = None, starts: int = 4,
+             handlebar_inertia: float | None = None, run_to_run: float | None = None, bootstrap: int = 0,
+             seed: int = 0) -> RiderIdentification:  # fmt: skip
     """The six parameters of the passive rider from recordings of the steer test (paths or Recording
     objects), or from their FRF.
 
@@ -227,8 +231,9 @@ def _three_axes(make: Any) -> Any:
 def rows(found: Mapping[str, Any]) -> list[tuple[str, str, str, str]]:
     """Parameters and derived quantities of a `RiderIdentification.to_dict()` as text: name, value,
     standard error, unit."""
-    return [(name, "overdamped" if e["value"] is None else f"{e['value']:.5g}", "" if e["standard_error"] is None else f"{e['standard_error']:.2g}",
-             e["unit"]) for name, e in {**found["parameters"], **found["derived"]}.items()]  # fmt: skip
+    return [(name, "overdamped" if e["value"] is None else f"{e['value']:.5g}",
+             "" if e["standard_error"] is None else f"{e['standard_error']:.2g}", e["unit"])
+            for name, e in {**found["parameters"], **found["derived"]}.items()]  # fmt: skip
 
 
 def residuals(found: Mapping[str, Any]) -> str:

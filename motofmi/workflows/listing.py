@@ -70,16 +70,19 @@ def catalogue() -> Catalogue:
 def effects() -> list[dict[str, Any]]:
     """The effects of riders, vehicles and measuring channels that ship: name, form, sentence, parameters and
     where each is declared."""
-    return [{"name": e.family, "form": e.form, "description": e.sentence(), "element": e.element, "source": e.__module__,
-             "parameters": {n: {"unit": r.unit, "symbol": r.symbol, "value": r.start, "min": r.min, "max": r.max, "description": r.description}
+    return [{"name": e.family, "form": e.form, "description": e.sentence(), "element": e.element,
+             "source": e.__module__, "parameters": {n: {"unit": r.unit, "symbol": r.symbol, "value": r.start,
+                                                        "min": r.min, "max": r.max, "description": r.description}
                             for n, r in e.parameters().items()}}
-            for e in [*effects_in(rider_fmu.effects), *VEHICLE_EFFECTS, *declared_by(fmus.effects.measuring_channel)]]  # fmt: skip
+            for e in [*effects_in(rider_fmu.effects), *VEHICLE_EFFECTS,
+                      *declared_by(fmus.effects.measuring_channel)]]  # fmt: skip
 
 
 def _class(kind: type[Component]) -> dict[str, Any]:
     component = kind()
-    return {"name": kind.__name__, "description": (inspect.getdoc(kind) or "").splitlines()[0], "parameters": _parameters(component),
-            "inputs": list(component.inputs), "outputs": list(component.outputs), "states": list(component.states)}  # fmt: skip
+    return {"name": kind.__name__, "description": (inspect.getdoc(kind) or "").splitlines()[0],
+            "parameters": _parameters(component), "inputs": list(component.inputs), "outputs": list(component.outputs),
+            "states": list(component.states)}  # fmt: skip
 
 
 def _instance(library: Library, name: str) -> dict[str, Any]:

@@ -147,8 +147,8 @@ def state_space(
     return found if np.ndim(speed) else _first(found)
 
 
-def compare_modes(vehicle: ComponentLike, devices: Mapping[str, Devices] | Sequence[Devices], speed: ArrayLike = SPEEDS, *,
-                  set: Mapping[str, float] | None = None) -> ModesComparison:  # fmt: skip
+def compare_modes(vehicle: ComponentLike, devices: Mapping[str, Devices] | Sequence[Devices], speed: ArrayLike = SPEEDS,
+                  *, set: Mapping[str, float] | None = None) -> ModesComparison:  # fmt: skip
     """The modes of a vehicle with one device after the other, as `modes` gives them; devices by labels
     of your own, or a list.
 

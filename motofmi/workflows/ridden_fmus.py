@@ -33,7 +33,8 @@ PORTS = {
 
 
 def parts(
-    vehicle: ComponentLike, device: ComponentLike | Sequence[ComponentLike | None] | None = None, settings: Mapping[str, float] | None = None
+    vehicle: ComponentLike, device: ComponentLike | Sequence[ComponentLike | None] | None = None,
+    settings: Mapping[str, float] | None = None
 ) -> tuple[Part, list[Part]]:
     """Vehicle and devices as components, with parameters set by name, or as the paths of archives.
 
@@ -98,7 +99,8 @@ def role_of(path: str | Path) -> str:
     description = model_description(path)
     inputs, outputs = ({v.name for v in description.modelVariables if v.causality == c} for c in ("input", "output"))
     wanted = {**PORTS, "vehicle": (TORQUES, MOTION)}
-    missing = {role: [f"input {n}" for n in needed if n not in inputs] + [f"output {n}" for n in given if n not in outputs]
+    missing = {role: [f"input {n}" for n in needed if n not in inputs]
+               + [f"output {n}" for n in given if n not in outputs]
                for role, (needed, given) in wanted.items()}  # fmt: skip
     for role, lacking in missing.items():
         if not lacking:

@@ -30,14 +30,16 @@ class RollTest:
     @property
     def features(self) -> list[dict[str, Any]]:
         """The features that the paper prints: what is printed, what was measured, and whether that meets it."""
-        return [{"quantity": f.quantity, "point": f.point, "feature": f.name, "printed": [f.low, f.high], "measured": [low, high], "unit": f.unit,
-                 "met": bool(f.low <= low and high <= f.high)}
-                for f, (low, high) in zip(FEATURES, readings(self.frf.absolute, self.frf.frequency), strict=True)]  # fmt: skip
+        return [{"quantity": f.quantity, "point": f.point, "feature": f.name, "printed": [f.low, f.high],
+                 "measured": [low, high], "unit": f.unit, "met": bool(f.low <= low and high <= f.high)}
+                for f, (low, high) in zip(FEATURES, readings(self.frf.absolute, self.frf.frequency),
+                                          strict=True)]  # fmt: skip
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of `motofmi frf --json` on a roll test."""
-        return {"runs": [self.recording.name], "frequency": self.frf.frequency, "frf": self.frf.absolute, "relative_frf": self.frf.relative,
-                "features": self.features, "warnings": list(self.recording.warnings)}  # fmt: skip
+        return {"runs": [self.recording.name], "frequency": self.frf.frequency, "frf": self.frf.absolute,
+                "relative_frf": self.frf.relative, "features": self.features,
+                "warnings": list(self.recording.warnings)}  # fmt: skip
 
     def plot(self, axes: Any = None) -> Any:
         """Amplitude and phase of FRF_i and rFRF_i; the axes (2, 2) of matplotlib."""
@@ -47,16 +49,22 @@ class RollTest:
 
     def report(self, path: str | Path) -> Path:
         """Write an HTML report; its path. Raises InputError where it cannot be written."""
-        rows = [(f"{f['quantity']}, {f['point']}", f["feature"].replace("_", " "), *(interval(f[k]) for k in ("printed", "measured")), f["unit"],
+        rows = [(f"{f['quantity']}, {f['point']}", f["feature"].replace("_", " "),
+                 *(interval(f[k]) for k in ("printed", "measured")), f["unit"],
                  "met" if f["met"] else "missed") for f in self.features]  # fmt: skip
-        section = Section("Roll test", list(self.recording.warnings), [(frf_figures.roll(self.frf), "As in Figs 16 to 23 of the 2008 paper.")],
-                          [Table(("FRF", "feature", "printed", "measured", "unit", ""), rows, marks=[r[-1] for r in rows])])  # fmt: skip
+        section = Section("Roll test", list(self.recording.warnings),
+                          [(frf_figures.roll(self.frf), "As in Figs 16 to 23 of the 2008 paper.")],
+                          [Table(("FRF", "feature", "printed", "measured", "unit", ""), rows,
+                                 marks=[r[-1] for r in rows])])  # fmt: skip
         Report("Roll test", f"From {self.recording.name}.", [section]).write(Path(path))
         return Path(path)
 
     def __repr__(self) -> str:
         met = sum(f["met"] for f in self.features)
-        return f"RollTest({self.recording.name}: {', '.join(self.frf.absolute)}; {met} of {len(FEATURES)} printed features met)"
+        return (
+            f"RollTest({self.recording.name}: {', '.join(self.frf.absolute)}; {met} of {len(FEATURES)} printed "
+            "features met)"
+        )
 
     def _repr_html_(self) -> str:
         rows = [
@@ -66,8 +74,8 @@ class RollTest:
         return html(repr(self), ("quantity", "point", "feature", "printed", "measured", "unit"), rows)
 
 
-def estimate_roll_frf(recording: Recorded, *, mapping: Mapping[str, str] | None = None, rate: float | None = None, rig: Rig | None = None,
-                      band: tuple[float, float] = (0.5, HIGHEST)) -> RollTest:  # fmt: skip
+def estimate_roll_frf(recording: Recorded, *, mapping: Mapping[str, str] | None = None, rate: float | None = None,
+                      rig: Rig | None = None, band: tuple[float, float] = (0.5, HIGHEST)) -> RollTest:  # fmt: skip
     """The response of waist, shoulders and head to the roll of the mock-up, from one recording (path or
     Recording) of the roll test.
 

@@ -7,11 +7,11 @@ A host is a module of this folder with
 
     HOST             the simulator's name
     PACKAGE          the import name of the package that it needs
-    run(**options)   what was found, by name
-    SAMPLES          optional: by name a function (fmus by name, step [s], count) -> samples (count, 5) of a rider on a bar,
-                     which the benchmark of couplings compares with the others
+    run(**options)   the results, by name
+    SAMPLES          optional: functions by name, (fmus by name, step [s], count) -> samples (count, 5) of a rider on a
+                     handlebar, which the benchmark of couplings compares
 
-What each was found to do is in docs/hosts.md.
+The results of each host are in docs/hosts.md.
 """
 
 from types import ModuleType

@@ -58,7 +58,8 @@ def rows(fmus: Mapping[str, Path], step: float, count: int, method: str, iterati
     start = {"vehicle": {"steer_rate": STRIKE}, "device": {}}
     configuration = {
         "fmus": [{"id": name, "path": str(path), "initialization": start[name]} for name, path in fmus.items()],
-        "connections": [{"source": {"id": source, "variable": n, "type": "fmu"}, "target": {"id": target, "variable": n, "type": "fmu"}}
+        "connections": [{"source": {"id": source, "variable": n, "type": "fmu"},
+                         "target": {"id": target, "variable": n, "type": "fmu"}}
                         for source, target, n in CONNECTIONS],
         "cosim_method": method,
         "iterative": iterative,

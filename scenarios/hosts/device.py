@@ -29,7 +29,8 @@ class Device:
         self._inputs, self._outputs = [references[n] for n in MOTION], [references[n] for n in TORQUES]
         self._references = references
         self._fmu = FMU2Slave(guid=description.guid, unzipDirectory=str(fmpy.extract(str(path), str(folder))),
-                              modelIdentifier=description.coSimulation.modelIdentifier, instanceName=description.modelName)  # fmt: skip
+                              modelIdentifier=description.coSimulation.modelIdentifier,
+                              instanceName=description.modelName)  # fmt: skip
         self._fmu.instantiate()
         self._fmu.setupExperiment(startTime=0.0)
         self._fmu.enterInitializationMode()

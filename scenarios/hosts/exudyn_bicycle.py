@@ -137,7 +137,8 @@ class Bicycle:
         def body(name: str, at: np.ndarray, tensor: np.ndarray, rate: np.ndarray, spin: float = 0.0) -> Any:
             velocity = ahead + np.cross(rear_rate, at) + np.cross(rate - rear_rate, at - foot)
             inertia = RigidBodyInertia(mass=p[f"{name}_mass"], inertiaTensor=TURNED @ tensor @ TURNED)
-            return mbs.CreateRigidBody(name, at, inertia=inertia, initialVelocity=velocity, initialAngularVelocity=rate + spin * LEFT,
+            return mbs.CreateRigidBody(name, at, inertia=inertia, initialVelocity=velocity,
+                                       initialAngularVelocity=rate + spin * LEFT,
                                        gravity=[0.0, 0.0, -p["gravity"]])  # fmt: skip
 
         def frame(name: str, rate: np.ndarray, added: np.ndarray) -> Any:

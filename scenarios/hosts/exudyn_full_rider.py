@@ -86,7 +86,8 @@ def _bodies(exudyn: Any, mbs: Any, rig: Component, along: float) -> dict[str, in
     ground = mbs.CreateGround()
 
     def body(mass: float, inertia: np.ndarray, centre: np.ndarray, falls: bool = True) -> int:
-        return mbs.CreateRigidBody(inertia=RigidBodyInertia(mass=mass, inertiaTensor=inertia), referencePosition=list(centre),
+        return mbs.CreateRigidBody(inertia=RigidBodyInertia(mass=mass, inertiaTensor=inertia),
+                                   referencePosition=list(centre),
                                    gravity=gravity if falls else [0.0, 0.0, 0.0])  # fmt: skip
 
     hips, axis = np.array(pelvis(v, NUMERIC), float), waist_axis(rig)
@@ -99,8 +100,9 @@ def _bodies(exudyn: Any, mbs: Any, rig: Component, along: float) -> dict[str, in
     mbs.CreateRevoluteJoint(
         itemNumbers=[ground, bodies["torso"]], position=list(hips), axis=list(axis), useGlobalFrame=True
     )
-    mbs.CreateTorsionalSpringDamper(itemNumbers=[ground, bodies["torso"]], position=list(hips), axis=list(axis), stiffness=v.waist_stiffness,
-                                    damping=v.waist_damping, useGlobalFrame=True)  # fmt: skip
+    mbs.CreateTorsionalSpringDamper(itemNumbers=[ground, bodies["torso"]], position=list(hips), axis=list(axis),
+                                    stiffness=v.waist_stiffness, damping=v.waist_damping,
+                                    useGlobalFrame=True)  # fmt: skip
     for side, word in ((1, "right"), (-1, "left")):
         at = arm(v, NUMERIC, side, 0.0, 0.0)
         S, E, W = (np.array([float(c.f) for c in point]) for point in (at.shoulder, at.elbow, at.wrist))
@@ -112,10 +114,12 @@ def _bodies(exudyn: Any, mbs: Any, rig: Component, along: float) -> dict[str, in
         bodies |= {f"{word}_upper_arm": upper[0], f"{word}_forearm": fore[0]}
         mbs.CreateSphericalJoint(itemNumbers=[bodies["torso"], upper[0]], position=list(S), useGlobalFrame=True)
         mbs.CreateRevoluteJoint(itemNumbers=[upper[0], fore[0]], position=list(E), axis=list(n), useGlobalFrame=True)
-        mbs.CreateGenericJoint(itemNumbers=[bodies["bar"], fore[0]], position=list(W), rotationMatrixAxes=np.column_stack([h, n, np.cross(h, n)]),
+        mbs.CreateGenericJoint(itemNumbers=[bodies["bar"], fore[0]], position=list(W),
+                               rotationMatrixAxes=np.column_stack([h, n, np.cross(h, n)]),
                                constrainedAxes=[1, 1, 1, 0, 0, 1], useGlobalFrame=True)  # fmt: skip
-        mbs.CreateTorsionalSpringDamper(itemNumbers=[upper[0], fore[0]], position=list(E), axis=list(n), stiffness=v.elbow_stiffness,
-                                        damping=v.elbow_damping, useGlobalFrame=True)  # fmt: skip
+        mbs.CreateTorsionalSpringDamper(itemNumbers=[upper[0], fore[0]], position=list(E), axis=list(n),
+                                        stiffness=v.elbow_stiffness, damping=v.elbow_damping,
+                                        useGlobalFrame=True)  # fmt: skip
         _spring(
             mbs,
             bodies["torso"],
@@ -154,4 +158,5 @@ def _spring(
     """A joint spring k |u - u_rest|^2 / 2 of a limb's direction u: between the elbow and where its
     carrier would hold it."""
     mbs.CreateCartesianSpringDamper(itemNumbers=[carrier, limb], localPosition0=list(rest), localPosition1=list(elbow),
-                                    stiffness=[stiffness / length**2] * 3, damping=[damping / length**2] * 3)  # fmt: skip
+                                    stiffness=[stiffness / length**2] * 3,
+                                    damping=[damping / length**2] * 3)  # fmt: skip

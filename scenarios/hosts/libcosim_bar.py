@@ -41,7 +41,8 @@ def run(step: float = 1e-3, duration: float = 1.0, tolerance: float = 1e-4) -> d
         _, samples = rows(Wired(fmus, fixed(step)), duration)
         times, chosen = rows(Wired(fmus, *ecco(step, tolerance)), duration)
     return {"fixed_step": errors(samples, step),
-            "ecco": {"steps": len(times) - 1, "smallest_step": np.diff(times).min(), "largest_step": np.diff(times).max(),
+            "ecco": {"steps": len(times) - 1, "smallest_step": np.diff(times).min(),
+                     "largest_step": np.diff(times).max(),
                      "trajectory_error": trajectory_error(times, chosen[:, 0])}}  # fmt: skip
 
 

@@ -51,8 +51,9 @@ class SprungFrame(Component):
     steer_rate = port_state("steer_rate")
 
     def mass(self, v, m):
-        return {("frame_rate", "frame_rate"): v.frame_inertia + v.bar_inertia, ("frame_rate", "steer_rate"): v.bar_inertia,
-                ("steer_rate", "frame_rate"): v.bar_inertia, ("steer_rate", "steer_rate"): v.bar_inertia}  # fmt: skip
+        return {("frame_rate", "frame_rate"): v.frame_inertia + v.bar_inertia,
+                ("frame_rate", "steer_rate"): v.bar_inertia, ("steer_rate", "frame_rate"): v.bar_inertia,
+                ("steer_rate", "steer_rate"): v.bar_inertia}  # fmt: skip
 
     def equations(self, v, m):
         held = v.frame_stiffness * v.frame_angle + v.frame_damping * v.frame_rate
@@ -133,7 +134,8 @@ def compared(samples: np.ndarray, space: StateSpace, step: float) -> dict:
     eigenvalues = np.linalg.eigvals(space.A)
     modes = np.sort_complex(eigenvalues[eigenvalues.imag > 0])[::-1]
     found: dict = {f"mode_{k}": {"exact": e, "error": m - e}
-                   for k, (e, m) in enumerate(zip(modes, measured_eigenvalues(samples, step, modes), strict=True), start=1)}  # fmt: skip
+                   for k, (e, m) in enumerate(zip(modes, measured_eigenvalues(samples, step, modes), strict=True),
+                                              start=1)}  # fmt: skip
     start = np.zeros(len(space.states))
     start[space.states.index("vehicle.steer_rate")] = STRIKE
     transition, true = expm(space.A * step), []

@@ -31,7 +31,8 @@ def rows(step: float, duration: float) -> np.ndarray:
     with TemporaryDirectory() as folder:
         unzipped = fmpy.extract(str(archives(folder)["device"]), f"{folder}/rider")
         host = f"{folder}/rider_on_a_bar"
-        subprocess.run([*compiler, "-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", f"-I{unzipped}/sources", str(SOURCE), "-o", host, "-ldl"],
+        subprocess.run([*compiler, "-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", f"-I{unzipped}/sources",
+                        str(SOURCE), "-o", host, "-ldl"],
                        check=True)  # fmt: skip
         printed = subprocess.run(
             [host, str(unzipped), repr(STEER_INERTIA), repr(step), repr(duration)],

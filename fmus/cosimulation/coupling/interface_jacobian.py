@@ -96,8 +96,11 @@ class InterfaceJacobianState:
         moments = np.concatenate([present, moments], axis=2)
         self.expected = np.hstack([np.zeros((len(drives), signals)), change(-1)])
         self.free = [network.inputs.index(name) for name in space.inputs]
-        self.matrices = [np.tensordot(from_moments(subsystem.input_order), moments[:, network.drive_of[u]], 1).reshape(COEFFICIENTS * len(subsystem.inputs), -1)
-                         for subsystem, u, _ in network.parts]  # fmt: skip
+        self.matrices = [
+            np.tensordot(from_moments(subsystem.input_order), moments[:, network.drive_of[u]], 1)
+            .reshape(COEFFICIENTS * len(subsystem.inputs), -1)
+            for subsystem, u, _ in network.parts
+        ]  # fmt: skip
 
     def advance(self, outputs: np.ndarray) -> np.ndarray:
         """Step all subsystems from where `outputs` (ny, ...) were read; the outputs after the step."""

@@ -101,7 +101,8 @@ class Calls2(Calls):
     """FMI 2.0."""
 
     version = 2
-    functions = ("fmi2SetReal", "fmi2GetReal", "fmi2DoStep", "fmi2SetRealInputDerivatives", "fmi2GetRealOutputDerivatives",
+    functions = ("fmi2SetReal", "fmi2GetReal", "fmi2DoStep", "fmi2SetRealInputDerivatives",
+                 "fmi2GetRealOutputDerivatives",
                  "fmi2GetFMUstate", "fmi2SetFMUstate", "fmi2GetDirectionalDerivative")  # fmt: skip
 
     def __init__(self, name: str, files: Mapping[str, str], moving: Sequence[int] = ()):
@@ -145,8 +146,8 @@ class Calls3(Calls):
         self._update = self._mover(moving)
         asked = (c_uint * len(moving))(*moving)
         self.fmu.component = self.fmu.fmi3InstantiateCoSimulation(
-            name.encode(), self.fmu.guid.encode(), f"{self.fmu.unzipDirectory}/resources/".encode(), False, True, False, False,
-            asked, len(moving), address(self.path) if self.path else None, self._log, self._update)  # fmt: skip
+            name.encode(), self.fmu.guid.encode(), f"{self.fmu.unzipDirectory}/resources/".encode(), False, True, False,
+            False, asked, len(moving), address(self.path) if self.path else None, self._log, self._update)  # fmt: skip
         if not self.fmu.component:
             raise SimulationError(f"{name}: fmi3InstantiateCoSimulation failed{': ' + self.said if self.said else ''}")
         if self.path:

@@ -270,8 +270,9 @@ class FmuInstance:
 
     def references(self) -> dict[str, tuple[str, np.ndarray]]:
         """The value references and orders that a compiled master needs: type in C and array by name in structures.h."""
-        return {"unknowns": ("unsigned", self.unknowns), "knowns": ("unsigned", self.knowns), "slope_inputs": ("unsigned", self._slope_references),
-                "slope_orders": ("int", self._slope_orders), "output_orders": ("int", self._all_output_orders)}  # fmt: skip
+        return {"unknowns": ("unsigned", self.unknowns), "knowns": ("unsigned", self.knowns),
+                "slope_inputs": ("unsigned", self._slope_references), "slope_orders": ("int", self._slope_orders),
+                "output_orders": ("int", self._all_output_orders)}  # fmt: skip
 
     def twin(self) -> "FmuInstance":
         """Another instance of the same FMU with the same parameters, at its start."""

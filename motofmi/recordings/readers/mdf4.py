@@ -14,7 +14,8 @@ def read(path: Path) -> Table:
 
     with MDF(path) as file:
         groups: Any = file.groups  # of version 3 or 4
-        signals = [file.get(group=g, index=i) for g, group in enumerate(groups) for i, channel in enumerate(group.channels)
+        signals = [file.get(group=g, index=i) for g, group in enumerate(groups)
+                   for i, channel in enumerate(group.channels)
                    if channel.channel_type not in MASTERS]  # fmt: skip
     signals = [s for s in signals if s.samples.dtype.kind in "fiu" and s.samples.ndim == 1]
     if not signals:
