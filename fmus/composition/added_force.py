@@ -1,65 +1,32 @@
 """A component with an added force at its driven point, for effects on a component that declares no force elements.
 
-    x' = f(x, u - F),   F = 0 unless an effect adds to it
+    x' = f(x, u - F),   F = 0 unless an effect adds a term
 """
 
 from typing import Any
 
+from fmus.composition.wrapped import WrappedComponent
 from fmus.declaration.component import Component, Scope
 from fmus.declaration.elements import Element
 from fmus.declaration.variables import Variable
 from fmus.equations.sympy_form import symbolic
-from fmus.support.errors import unknown
 
 FORCE = "resisting_force"
 
 
-class WithAddedForce(Component):
+class WithAddedForce(WrappedComponent):
     """A component with a force element `spring` between its driven point and the ground.
 
     effort is the driving input, deflection and rate the states of the driven point. Raises InputError for another name.
     """
 
+    effort: str
+
     def __init__(self, inner: Component, effort: str, deflection: str, rate: str, effects: tuple = ()):
-        for kind, name, valid in (
-            ("input", effort, inner.inputs),
-            ("state", deflection, inner.states),
-            ("state", rate, inner.states),
-        ):
-            if name not in valid:
-                raise unknown(f"{kind} of {inner.name}", name, valid)
-        self.inner, self.effort, self.deflection, self.rate = inner, effort, deflection, rate
-        Component.__init__(self, inner.name, inner.source)
-        self.table = {
-            **inner.table,
-            FORCE: Variable("local", inner.table[effort].unit, "Force against the driving one", name=FORCE),
-        }
-        self.elements = {"spring": Element(FORCE, deflection, rate)}  # type: ignore[misc]
-        self.effects = tuple(effects)
-        for effect in self.effects:
-            effect.join(self)
-        self.values = {
-            **inner.values,
-            **{n: r.start for n, r in self.rows("parameter").items() if n not in inner.values},
-        }
-
-    @property
-    def structure(self) -> tuple:
-        """What the equations depend on besides values (see `Component.structure`)."""
-        return (
-            type(self),
-            self.inner.structure,
-            self.effort,
-            self.deflection,
-            self.rate,
-            *(e.structure for e in self.effects),
-        )
-
-    def _remade(self, effects: tuple, values: Any) -> Component:
-        own = {n: v for n, v in values.items() if n in self.inner.values}
-        twin = type(self)(self.inner.with_values(**own), self.effort, self.deflection, self.rate, effects)
-        twin._set_values({n: v for n, v in values.items() if n in twin.values})
-        return twin
+        names = (("input", effort), ("state", deflection), ("state", rate))
+        self._begin(inner, inner.name, names, effort=effort, deflection=deflection, rate=rate)
+        force = Variable("local", inner.table[effort].unit, "Force against the driving one", name=FORCE)
+        self._complete({**inner.table, FORCE: force}, {"spring": Element(FORCE, deflection, rate)}, effects)
 
     def _own_rates_of_effects(self) -> list[str]:
         return [f"der({name})" for name in self.states if name not in self.inner.table]

@@ -14,60 +14,34 @@ from typing import Any
 
 import sympy
 
+from fmus.composition.wrapped import WrappedComponent
 from fmus.declaration.component import Component, Scope
 from fmus.declaration.elements import Element
 from fmus.declaration.variables import Variable
 from fmus.effects.measuring_channel import ShaftCompliance
 from fmus.equations.numpy_program import depends_on, recorded_equations
 from fmus.expressions.functions import SYMBOLIC
-from fmus.support.errors import InputError, unknown
+from fmus.support.errors import InputError
 
 COMPLIANCE = "shaft_compliance.compliance"
 
 
-class _Wrapped(Component):
-    """Base of both: the table and values of the inner component. `also` are outputs of it that are kept."""
+class _Imposed(WrappedComponent):
+    """Base of both: the imposed state is an input, the effort an output. `also` are further outputs of inner to
+    keep."""
+
+    imposed: str
+    effort: str
+    also: tuple[str, ...]
 
     def __init__(self, inner: Component, imposed: str, effort: str, effects: tuple = (), also: tuple[str, ...] = ()):
-        for kind, name, valid in (
-            ("state", imposed, inner.states),
-            ("input", effort, inner.inputs),
-            *(("output", n, inner.outputs) for n in also),
-        ):
-            if name not in valid:
-                raise unknown(f"{kind} of {inner.name}", name, valid)
-        self.inner, self.imposed, self.effort, self.also = inner, imposed, effort, also
-        Component.__init__(self, f"{inner.name}_imposed", inner.source)
+        names = (("state", imposed), ("input", effort), *(("output", n) for n in also))
+        self._begin(inner, f"{inner.name}_imposed", names, imposed=imposed, effort=effort, also=also)
         self.delays = dict(inner.delays)
         self.rate = rate_state(inner, imposed)
         self.acceleration = f"der({self.rate})"
-        self.table = self._turned_table(inner) | self._table(inner) | {n: inner.table[n] for n in also}
-        self.elements = {"channel": Element(effort, imposed, "")}  # type: ignore[misc]
-        self.effects = tuple(effects)
-        for effect in self.effects:
-            effect.join(self)
-        self.values = {
-            **inner.values,
-            **{n: r.start for n, r in self.rows("parameter").items() if n not in inner.values},
-        }
-
-    @property
-    def structure(self) -> tuple:
-        """What the equations depend on besides values (see `Component.structure`)."""
-        return (
-            type(self),
-            self.inner.structure,
-            self.imposed,
-            self.effort,
-            self.also,
-            *(e.structure for e in self.effects),
-        )
-
-    def _remade(self, effects: tuple, values: Any) -> Component:
-        own = {n: v for n, v in values.items() if n in self.inner.values}
-        twin = type(self)(self.inner.with_values(**own), self.imposed, self.effort, effects, self.also)
-        twin._set_values({n: v for n, v in values.items() if n in twin.values})
-        return twin
+        table = self._turned_table(inner) | self._table(inner) | {n: inner.table[n] for n in also}
+        self._complete(table, {"channel": Element(effort, imposed, "")}, effects)
 
     def _turned_table(self, inner: Component) -> dict[str, Variable]:
         """The table of the inner component with the imposed state, its rate and acceleration as inputs, the effort as
@@ -95,11 +69,11 @@ def _row(role: str, like: Variable, name: str, unit: str = "") -> Variable:
     return Variable(role, unit or like.unit, like.description, name=name)
 
 
-class ImposedMotion(_Wrapped):
+class ImposedMotion(_Imposed):
     """The component with a state, its rate and its acceleration as inputs, and the effort as output.
 
-    Raises InputError where the state is not an angle or displacement with its rate as another state, where the mass
-    matrix couples that rate with others, and where the effort does not accelerate it.
+    Raises InputError if the state is not an angle or displacement with its rate as another state, if the mass
+    matrix couples that rate with others, or if the effort does not accelerate it.
 
         ImposedMotion(DrivenJoint(), "angle", "torque")      # inputs angle, rate, der(rate); output torque
     """
@@ -138,7 +112,7 @@ class ImposedMotion(_Wrapped):
         return {k: e for k, e in self.inner.mass_entries(self._known(v), m).items() if self.rate not in k}
 
 
-class ImposedThroughSpring(_Wrapped):
+class ImposedThroughSpring(_Imposed):
     """The component behind a compliant shaft whose far end has imposed motion; the effort is the torque of the shaft.
     """
 
