@@ -4,18 +4,18 @@
 
 a is the angular acceleration of the handlebar, M the torque, and r the reference of the cross-spectra:
   - the torque itself: S_aM / S_MM, the estimator of both papers. The rider's own torque noise is in S_MM,
-    so it reads low wherever the rider is not quite passive;
+    so the estimate is too small if the rider is not passive;
   - the steer angle, which the servo imposes: S_aa / S_Ma, unbiased by noise in the torque;
-  - the commanded angle, where the rig logs it: unbiased by noise in the angle too.
+  - the commanded angle, if the rig records it: unbiased by noise in the angle too.
 
 A record with gaps is taken as the stretches between them. In each band
 
     M_k = A(f_k) a_k + p_s(f_k) + noise,     A = M/a = A_0 + A_1 f + A_2 f^2,     k: all lines of all stretches s
 
-where the polynomial p_s is what the ends of stretch s leak into its spectrum. It is taken out of r, so starts, ends and
-cuts do no harm (the local polynomial method: Pintelon, Schoukens, System Identification, 2nd ed., ch. 7; for several
-stretches: Schoukens, Vandersteen, Rolain, Pintelon, Frequency response function measurements using concatenated
-subrecords with arbitrary length, IEEE Transactions on Instrumentation and Measurement, 2012).
+where the polynomial p_s is the leakage from the ends of stretch s into its spectrum. It is removed from r, so that
+starts, ends and cuts cause no bias (the local polynomial method: Pintelon, Schoukens, System Identification, 2nd ed.,
+ch. 7; for several stretches: Schoukens, Vandersteen, Rolain, Pintelon, Frequency response function measurements using
+concatenated subrecords with arbitrary length, IEEE Transactions on Instrumentation and Measurement, 2012).
 
 The estimate is a weighted mean of the apparent inertia over the band, A_band = sum w_k A(f_k). The FRF holds the
 weights w_k, so that a model is averaged in the same way before it is compared.
@@ -37,16 +37,16 @@ from motofmi.recordings.resampling import uniform
 
 REFERENCES = (STEER_ANGLE_COMMAND, STEER_ANGLE, STEER_TORQUE)
 LEAKAGE_TERMS = 2  # coefficients of the polynomial in frequency by which the ends of each stretch enter a band
-INERTIA_TERMS = 3  # coefficients of the apparent inertia within a band: what a parabola does not explain is noise
-LINES = 12  # of the spectrum, that a band needs at least
-NARROW, WIDE = 0.25, 2.0  # Hz
-EMPTY = 0.01  # a band with less of the strongest band's excitation than this holds no measurement
+INERTIA_TERMS = 3  # coefficients of the apparent inertia within a band; the deviation from a parabola counts as noise
+LINES = 12  # least number of spectral lines in a band
+NARROW, WIDE = 0.25, 2.0  # Hz; default and largest width of a band
+EMPTY = 0.01  # least excitation of a band, as a share of the strongest band's
 # Records with gaps: in a study of 5872 bands (sweeps either way and stepped sines, one to twenty gaps), errors beyond
 # three standard errors came with 29 % of the bands that keep less than KEPT of the reference's power when leakage is
 # taken out, with 4 % of those of three lines, and with none of the others.
 KEPT = 0.03
-FEWEST = 4  # lines in a band, that a stretch between gaps needs
-LISTED = 8  # frequencies without an estimate, that a warning lists
+FEWEST = 4  # least number of lines of a stretch in a band
+LISTED = 8  # largest number of frequencies without an estimate that a warning lists
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Spectra:
 
 
 def spectra(recording: Recording, channels: Iterable[str]) -> Spectra:
-    """Of a recording on a regular grid: the spectra of its stretches without gaps, each without its mean."""
+    """The spectra of the stretches without gaps of a recording on a regular grid, each without its mean."""
     stretches = recording.stretches
     grids = [rfftfreq(s.stop - s.start, 1 / recording.rate) for s in stretches]
     frequency = np.concatenate(grids)
@@ -94,7 +94,7 @@ def estimate(
     """The inertance of one run, in bands of a width [Hz] whose centres go from one end of `band` [Hz] to the other.
 
     reference is one of REFERENCES: the commanded angle where it is logged, otherwise the measured one; the
-    papers took the torque. Raises InputError for a recording that is too short or not excited.
+    papers use the torque. Raises InputError for a recording that is too short or not excited.
     """
     reference = reference or next(r for r in REFERENCES if r in recording.columns or r == STEER_ANGLE)
     if reference not in REFERENCES:
@@ -149,7 +149,7 @@ def _measurable(lines: Spectra, centres: np.ndarray, width: float, angle: np.nda
     """The lines of each band that holds a measurement, the centres of these bands, and those that
     are lost to gaps [Hz].
 
-    What is excited within 1/width [s] of a gap has as smooth a spectrum as what the gap leaks.
+    An excitation within 1/width [s] of a gap has as smooth a spectrum as the leakage of the gap.
     """
     power = np.cumsum(np.abs(angle) ** 2 * (lines.frequency > NARROW))
     many = round(width * lines.duration)
@@ -173,7 +173,8 @@ def _measurable(lines: Spectra, centres: np.ndarray, width: float, angle: np.nda
 
 
 def _gap_warnings(recording: Recording, width: float, lost: np.ndarray) -> tuple[str, ...]:
-    """What is left out of a record with gaps; lost (k,) are the frequencies [Hz] of the bands without an estimate."""
+    """Warnings about the parts of a record with gaps that are not used; lost (k,) are the frequencies [Hz] of the bands
+    without an estimate."""
     if not recording.gaps:
         return ()
     count = len(recording.gaps)
@@ -234,7 +235,7 @@ def _freedom(stretch: np.ndarray) -> int:
 def _warnings(frf: FRF) -> tuple[str, ...]:
     """Warnings about channels that the FRF shows to be wrong.
 
-    A passive rider on a handlebar takes power in at every frequency: the impedance's real part is positive.
+    A passive rider on a handlebar dissipates power at every frequency: the impedance's real part is positive.
     """
     found = []
     active = np.real(frf.impedance) < -3 * np.sqrt(frf.variance) * frf.omega

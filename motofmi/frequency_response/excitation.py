@@ -11,7 +11,7 @@ from math import pi, radians
 import numpy as np
 
 Motion = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
-REST = 2.0  # s of standstill at the end, in which the rider comes to rest
+REST = 2.0  # s; time without motion at the end, in which the rider's motion decays
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Excitation:
 def sweep(
     start: float = 0.5, end: float = 12.0, duration: float = 200.0, amplitude: float = radians(2), ramp: float = 2.0
 ) -> Excitation:
-    """A sine whose frequency goes linearly from start to end [Hz]; reversed where end is below start."""
+    """A sine with a frequency that changes linearly from start to end [Hz]; end may be below start."""
 
     def motion(time):
         phase = 2 * pi * (start * time + (end - start) * time**2 / (2 * duration))
@@ -40,7 +40,7 @@ def stepped_sine(frequencies: Sequence[float] | np.ndarray | None = None, second
                  amplitude: float = radians(4), ramp: float = 1.0) -> Excitation:  # fmt: skip
     """A sine of constant amplitude that stays `seconds` at each of the frequencies [Hz], in the order given.
 
-    From one frequency to the next it moves within half a second, without a jump in angle or rate.
+    The frequency changes within half a second, without a jump in angle or rate.
     """
     levels = np.arange(0.5, 8.51, 0.5) if frequencies is None else np.asarray(frequencies, float)
     move = 0.5

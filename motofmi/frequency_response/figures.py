@@ -39,6 +39,7 @@ def draw_modulus(axes: Any, frf: Any) -> None:
 
 
 def _with_band(axes: Any, frequency: np.ndarray, value: np.ndarray, half: np.ndarray, label: str) -> None:
-    half = np.minimum(half, 10 * np.nanmedian(np.abs(value)))  # a band without information does not set the scale
+    # A band without information shall not determine the scale of the axis.
+    half = np.minimum(half, 10 * np.nanmedian(np.abs(value)))
     axes.fill_between(frequency, value - half, value + half, color=BAND, alpha=0.35, linewidth=0, label=label)
     axes.plot(frequency, value, ".", color="black", markersize=4, label="measured")

@@ -13,7 +13,7 @@ from fmus.support.notebook import html, new_axes
 from motofmi.frequency_response.figures import draw_amplitude_and_phase, draw_modulus
 from motofmi.recordings.channels import STEER_TORQUE
 
-NODES = np.cos(pi * np.arange(8, -1, -1) / 8)  # where in a band a model is evaluated: exact up to the eighth power
+NODES = np.cos(pi * np.arange(8, -1, -1) / 8)  # in a band, at which a model is evaluated; exact to degree 8
 CENTRE = np.eye(9, dtype=complex)[4]  # the weights of a measurement at one frequency
 
 
@@ -141,7 +141,7 @@ class FRF:
 def mean_frf(frfs: Sequence[FRF], name: str = "mean") -> FRF:
     """The mean of several FRFs, of modulus and phase each (as both papers take it), with their deviations.
 
-    The mean rider is identified from this, not from averaged parameters. One FRF is its own mean.
+    The mean rider is identified from this mean, not from averaged parameters. The mean of one FRF is that FRF.
     """
     if len(frfs) == 1:
         return frfs[0]
@@ -176,7 +176,7 @@ def mean_frf(frfs: Sequence[FRF], name: str = "mean") -> FRF:
 def exact_frf(frequency: np.ndarray, inertance: np.ndarray, name: str = "exact") -> FRF:
     """An FRF that was not estimated: one from a model, from a paper's figure, or from another program.
 
-    frequency (n,) [Hz], inertance (n,) complex [(rad/s2)/(N.m)]; all points weigh the same.
+    frequency (n,) [Hz], inertance (n,) complex [(rad/s2)/(N.m)]; all points have the same weight.
     """
     frequency, inertance = np.asarray(frequency, float), np.asarray(inertance, complex)
     ones, none = np.ones(len(frequency)), np.full(len(frequency), np.nan)

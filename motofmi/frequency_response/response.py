@@ -3,7 +3,7 @@
     G(s, p) = N(s, p) / D(s, p),   dG/dp = (dN/dp - G dD/dp) / D
 
 N and D are the determinants of the Rosenbrock matrix and of s M - F: polynomials in s whose coefficients
-SymPy derives once from the component's equations. One evaluation then is a few small matrix products.
+SymPy derives once from the component's equations. An evaluation then takes a few small matrix products.
 """
 
 from collections.abc import Sequence

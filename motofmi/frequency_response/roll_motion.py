@@ -1,4 +1,4 @@
-"""The roll test: how the rider's body follows the rolling mock-up.
+"""The roll test: the response of the rider's body to the roll of the mock-up.
 
     FRF_i = a_i / (alpha h_i) = a_i h_1 / (a_1 h_i),     rFRF_i = FRF_i - 1
 
@@ -19,7 +19,7 @@ from motofmi.recordings.channels import BODY_POINTS, MOCKUP_ACCELERATION
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.resampling import uniform
 
-WIDTH = 0.15  # Hz around each frequency of the test
+WIDTH = 0.15  # Hz; width of the band around each frequency of the test
 
 
 @dataclass(frozen=True)

@@ -27,11 +27,11 @@ from motofmi.frequency_response.frf import FRF, mean_frf
 from motofmi.frequency_response.response import Response
 
 METHODS = ("weighted", "nyquist", "amplitude")
-SMALLEST = 1e-4  # of the starting value: where a parameter's logarithm ends when its lower bound is zero
+SMALLEST = 1e-4  # lower bound of a parameter relative to its start value, if its own lower bound is zero (logarithm)
 TOLERANCE = 1e-11
-UNDETERMINED = 1e-6  # of the largest singular value: below, a direction counts as not determined
-FIRST_STEP = 0.01  # of MINPACK's trust region: longer first steps leave the basin of the optimum from distant starts
-SPREAD = 0.5  # of the logarithm of further starting values
+UNDETERMINED = 1e-6  # singular value, relative to the largest, below which a direction is not identifiable
+FIRST_STEP = 0.01  # of MINPACK's trust region; with longer steps fits from distant starts miss the optimum
+SPREAD = 0.5  # standard deviation of the logarithm of further start values
 
 
 class Problem:
@@ -100,7 +100,7 @@ class Problem:
     def solve(self, x: np.ndarray) -> tuple[np.ndarray, float]:
         """Log-parameters (np,) and half the sum of squares at the optimum reached from one start (np,).
 
-        MINPACK's unbounded search is the fastest. Where it leaves the bounds, it is repeated from nearer to the
+        MINPACK's unbounded search is the fastest. If it leaves the bounds, it is repeated from a start nearer to the
         model's own values; an optimum on a bound is found by the bounded search.
         """
         last: dict[bytes, tuple] = {}

@@ -1,1 +1,1 @@
-"""Recordings of tests: files in, columns with units in SI, checked, on a regular grid."""
+"""Recordings of tests: read from files, converted to SI units, checked, and resampled to a regular grid."""

@@ -1,4 +1,4 @@
-"""The channels of the rigs: the one table of their names, units, meaning and of other names that files give them."""
+"""The channels of the test rigs: one table of names, units, descriptions and aliases in files."""
 
 import re
 from collections.abc import Iterable
@@ -18,8 +18,8 @@ BODY_POINTS = ("waist", "shoulder", "head")  # of the roll test, from the seat u
 class Channel:
     """What a rig measures: name, SI unit, meaning, and aliases in lower case with underscores.
 
-    Beyond `largest` [unit] its unit is wrong or it is swapped with another. A channel that is `essential` is the test
-    itself: a constant one is a sensor that is not connected.
+    Larger values than `largest` [unit] indicate a wrong unit or swapped channels. Without an `essential` channel there
+    is no test: if it is constant, its sensor is not connected.
     """
 
     name: str
@@ -54,7 +54,7 @@ def units_of(names: Iterable[str]) -> dict[str, str]:
 
 
 def channel_name(column: str, expected: Iterable[str]) -> str:
-    """The expected name that a column goes by: its own, an alias of it, or the same in other letters ("Steer
+    """The channel name of a column: its own, an alias of it, or the same in other letters ("Steer
     Angle"); else its own."""
     expected = set(expected)
     if column in expected:

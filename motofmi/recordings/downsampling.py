@@ -1,7 +1,7 @@
-"""A fast recording reduced to fewer samples, block by block, so that it never is in memory as a whole.
+"""Reduction of a recording to a lower sampling rate while it is read, block by block, to limit the memory.
 
-All columns, the time among them, pass the same linear-phase low-pass filter, so nothing is shifted against
-anything; then every k-th sample is kept. Where samples are missing, so is what the filter would make of them.
+All columns, the time among them, pass the same linear-phase low-pass filter, so no column is delayed against
+another; then every k-th sample is kept. Filtered samples with a missing sample in the filter's length are missing.
 """
 
 from collections.abc import Iterator
@@ -14,7 +14,7 @@ from scipy.signal import firwin
 from fmus.support.errors import InputError
 from motofmi.recordings.time_stamps import coarse, interval
 
-PERIODS = 20  # of the reduced rate, that the filter is long
+PERIODS = 20  # length of the filter, in sampling intervals of the reduced rate
 
 
 def reduced(blocks: Iterator[np.ndarray], rate: float, time: int) -> tuple[np.ndarray, tuple[str, ...]]:

@@ -1,4 +1,4 @@
-"""Checks of a recording: each fault is reported with its time and count, and nothing is repaired."""
+"""Checks of a recording: each fault is reported with its time and count; no value is changed."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -11,8 +11,8 @@ from motofmi.recordings.time_stamps import coarse, interval
 
 
 def complete_rows(time: np.ndarray, columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray, list[str]]:
-    """Which rows (n,) have the time and a value in every column, and warnings about the others: they
-    count as missing rows."""
+    """Which rows (n,) have the time and a value in every column, and warnings about the other rows, which count as
+    missing."""
     complete, found = np.isfinite(time), []
     if not complete.all():
         found.append(
@@ -75,7 +75,7 @@ def sampling_warnings(time: np.ndarray) -> list[str]:
 
 
 def channel_warnings(time: np.ndarray, columns: Mapping[str, np.ndarray], units: Mapping[str, str]) -> list[str]:
-    """Constant channels, clipping, and ranges that no handlebar test has."""
+    """Constant channels, clipping, and values outside the range of handlebar tests."""
     found = []
     for name, values in columns.items():
         if np.ptp(values) == 0:
@@ -95,7 +95,7 @@ def channel_warnings(time: np.ndarray, columns: Mapping[str, np.ndarray], units:
 
 
 def rig_warnings(time: np.ndarray, rig: Mapping[str, Any]) -> list[str]:
-    """A sampling rate that is not the one that rig.json states."""
+    """A warning if the sampling rate differs from the one in rig.json."""
     stated = rig.get("sampling", {}).get("value")
     rate = 1 / max(interval(time), 1e-12)
     if stated and abs(rate / stated - 1) > 0.005:
@@ -109,8 +109,8 @@ def rig_warnings(time: np.ndarray, rig: Mapping[str, Any]) -> list[str]:
 def clipped(values: np.ndarray) -> np.ndarray:
     """Indices of samples held at the maximum by a limit.
 
-    A converter that saturates piles samples up at one value: several in a row, and many more than lie
-    just below it. The peaks of a coarsely quantised sine have as many in the next levels.
+    A saturated converter gives one value several times in a row, and much more often than the values just below it. At
+    the peaks of a coarsely quantised sine the next levels occur as often.
     """
     top, bottom = float(values.max()), float(values.min())
     span = top - bottom

@@ -1,4 +1,4 @@
-"""One recorded run: its time, its channels in SI, and what is doubtful about them."""
+"""One recorded run: its time, its channels in SI, and warnings about them."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace

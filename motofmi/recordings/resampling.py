@@ -13,16 +13,16 @@ from fmus.support.errors import InputError
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.time_stamps import coarse, complete, holes, interval, places
 
-BRIDGED = 0.01  # the share of samples that may be interpolated
-SHORT = 3  # samples in a row that a spline bridges
-LONG = 1.5  # intervals from one sample to the next: where more, a sample is missing
-HALF = 0.5  # of the interval, by which stamps of a regular clock may be late
-EXACT = 1e-3  # of the interval: nearer to a regular grid, stamps need no correction
+BRIDGED = 0.01  # largest share of samples that may be interpolated
+SHORT = 3  # longest gap that is interpolated by a spline, in samples; longer gaps by a straight line
+LONG = 1.5  # sampling intervals between two samples above which a sample is missing
+HALF = 0.5  # largest delay of a time stamp of a regular clock, in sampling intervals
+EXACT = 1e-3  # deviation from a regular grid up to which stamps are not corrected, in sampling intervals
 SMOOTHER = (
     0.95  # of the white noise: resampling at the stamps must reduce it to this for the stamps to be taken as true
 )
 LAGS, LEVEL = 20, 0.001  # samples and significance level of the test for white noise
-LEAST_SIGNAL = 5.0  # standard deviations of its noise, that a signal with motion in it has at least
+LEAST_SIGNAL = 5.0  # smallest standard deviation of a signal with motion, in standard deviations of its noise
 
 
 def uniform(recording: Recording, bridged: float = BRIDGED) -> tuple[Recording, tuple[str, ...]]:

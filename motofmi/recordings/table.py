@@ -16,7 +16,7 @@ class Table:
     blocks of rows (n, k).
 
     The blocks can be read once. NaN is a missing value. expected_bytes is the memory that reading all blocks takes, 0
-    where it is not known beforehand. Raises InputError for a name that stands twice.
+    where it is not known beforehand. Raises InputError for a name that occurs twice.
     """
 
     names: Sequence[str]

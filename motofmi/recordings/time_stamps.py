@@ -2,8 +2,8 @@
 
 import numpy as np
 
-EQUAL = 1e-3  # of the rounding: steps that differ by less are the same
-ENOUGH = 20  # long steps, and short ones, that distinguish rounding from missing samples
+EQUAL = 1e-3  # relative to the rounding: steps with a smaller difference are equal
+ENOUGH = 20  # least number of long steps, and of short ones, to distinguish rounding from missing samples
 
 
 def interval(time: np.ndarray) -> float:
@@ -20,7 +20,7 @@ def interval(time: np.ndarray) -> float:
 
 
 def complete(time: np.ndarray) -> bool:
-    """Whether no sample is missing or written twice, as far as the stamps (n,) show it."""
+    """Whether by the time stamps (n,) no sample is missing and none is written twice."""
     if coarse(time) or np.all(_near(np.diff(time))):
         return True
     taken = places(time)

@@ -20,7 +20,7 @@ SUFFIXES = (".png", ".svg", ".pdf")
 
 
 def fitted_curve(found: Identification, model: Response) -> Curve:
-    """The identified model over the measured frequencies, finely."""
+    """The identified model on a fine grid over the measured frequencies."""
     frequency = np.linspace(min(f.frequency[0] for f in found.frfs), max(f.frequency[-1] for f in found.frfs), 400)
     return frequency, model(2 * np.pi * frequency, found.values)
 

@@ -21,14 +21,14 @@ LAGS = 20
 
 def without_and_with(verdict: Verdict) -> list[tuple[Fit, str, str]]:
     """Fit, colour and label of base and best on the validation runs, else on the fitted ones; of the base alone
-    where nothing was found."""
+    if no effect was found."""
     found = [each.fit for each in verdict.validation_gap] if verdict.validation_gap else [verdict.base, verdict.best]
     both = list(zip(found, (COLOURS["damper"], COLOURS["rider"]), ("base", "with the effects found"), strict=True))
     return both if verdict.best.model.effects else both[1:]
 
 
 def shown_run(verdict: Verdict) -> str:
-    """Which run is shown."""
+    """A sentence that names the validation runs and the run that is shown."""
     names = [run.name for run in verdict.validation_gap[1].fit.runs] if verdict.validation_gap else []
     return (
         f"Validation runs, not used to fit: {', '.join(names)}. Shown is {names[0]}."
@@ -39,7 +39,7 @@ def shown_run(verdict: Verdict) -> str:
 
 @dataclass(frozen=True)
 class _Left:
-    """The harmonics of a run's effort (m,): measured, and what a fit leaves of them."""
+    """The harmonics of a run's effort (m,): measured, and the residuals of a fit."""
 
     run: SteerTestRun
     columns: list[Column]

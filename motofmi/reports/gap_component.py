@@ -1,4 +1,4 @@
-"""Figures of a component's gap: where the base misses, recording, response, Nyquist plane, whiteness."""
+"""Figures of a component's gap: where the base deviates, recording, response, Nyquist plane, whiteness."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -17,13 +17,13 @@ from motofmi.reports.gap_report import Pictures
 from motofmi.reports.report import COLOURS, Section, Table, new_figure
 
 MEASURED = "measured"
-DRIVEN = 1e-4  # of an input's largest power, above which it drives what is answered
-LEAST = 0.5  # of the noise: what is darkest in the map
-PERIODS, SHORTEST = 3.0, 16  # of the middle frequency in a window of the map, and its samples
+DRIVEN = 1e-4  # of an input's largest power spectrum, above which the response is shown
+LEAST = 0.5  # of the noise; lower end of the map's colour scale
+PERIODS, SHORTEST = 3.0, 16  # length of a window of the map: periods of the middle frequency, least number of samples
 
 
 def pictures(verdict: Verdict) -> Pictures:
-    """What a report shows of a verdict on sampled runs."""
+    """The figures of a report for a verdict on sampled runs."""
     shown = without_and_with(verdict)
     misses = [(_map(verdict.base), "Residuals of the base over time and frequency, in units of the noise.")]
     whiteness_ = (whiteness(shown), "Residuals in units of the noise against the normal distribution, and their "
@@ -42,7 +42,7 @@ def modes_at_rest(result: dict[str, Any]) -> Section:
 
 
 def left_over(fit: Fit, output: int = 0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Time (n,), what was measured and what the fit leaves of it (n,), of the first run within its band."""
+    """Time (n,), measured output and residuals of a fit (n,) of the first run, within its band."""
     run: SampledRun = fit.runs[0]
     z = fit.residuals[: len(run.data)] * run.deviation
     time, measured, left, first_row = [], [], [], 0
@@ -58,7 +58,7 @@ def left_over(fit: Fit, output: int = 0) -> tuple[np.ndarray, np.ndarray, np.nda
 
 
 def _outputs(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[np.ndarray, str, str]]:
-    """The first output (n,), colour and label: measured, and as each fit has it."""
+    """The first output (n,) with colour and label, measured and by each fit."""
     _, measured, _ = left_over(shown[0][0])
     return [
         (measured, COLOURS["reference"], MEASURED),

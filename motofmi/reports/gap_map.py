@@ -1,5 +1,5 @@
-"""Where the base misses the data: what passes the false-discovery rate, over recording, response,
-orders and directions."""
+"""Where the base deviates significantly (by the false-discovery rate), over recording, response, orders and
+directions."""
 
 from collections.abc import Collection, Mapping
 
@@ -21,7 +21,7 @@ MISS = "#c00000"
 def gap_map(found: Fit, places: Collection[Place], index: int = 0, of: int = 0) -> Figure:
     """An output of a run over time, its response over frequency, its orders by band, its directions and amplitudes.
 
-    Red marks significant misfit; the redder, the larger its excess.
+    Red marks significant misfit; a darker red means a larger excess.
     """
     run: SteerTestRun = found.runs[index]
     output = run.outputs[of]
@@ -58,7 +58,7 @@ def _shade(axes, places: list[Place], axis: str) -> None:
 def _draw_orders(picture: Figure, axes, order_of: Mapping[Place, int], missed: list[Place]) -> None:
     """Each order over the bands of the excitation, coloured by the misfit, framed where it is significant."""
     colours = ScalarMappable(LogNorm(0.5, 100.0), "Greys")
-    for clear in (False, True):  # frames above all else
+    for clear in (False, True):  # framed bars last, on top of the others
         shown = [p for p in order_of if (p in missed) == clear]
         axes.bar([p.start for p in shown], 0.84, [p.end - p.start for p in shown], [order_of[p] - 0.42 for p in shown],
                  align="edge", color=colours.to_rgba(np.array([p.excess + 1 for p in shown])),

@@ -1,4 +1,4 @@
-"""The gap as one HTML report: verdict, where the base misses the data, before and after, and the modes."""
+"""The gap as one HTML report: verdict, where the base deviates from the data, before and after, and the modes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,8 +15,10 @@ PASSING = "Cells in which the misfit passes a false-discovery rate of {:.0%} (Be
 
 @dataclass(frozen=True)
 class Pictures:
-    """Figures with their captions: where the base misses the runs, and one run before and after,
-    which `shown` names."""
+    """Figures with their captions: where the base deviates from the runs, and one run before and after.
+
+    `shown` is a sentence that names that run.
+    """
 
     misses: Sequence[tuple[Figure, str]]
     before_and_after: Sequence[tuple[Figure, str]]
@@ -25,7 +27,8 @@ class Pictures:
 
 def gap_report(title: str, contents: dict[str, Any], pictures: Pictures, modes: Section | None = None,
                place: str = "axis", fitted: Sequence[Table] = ()) -> Report:  # fmt: skip
-    """The report of a verdict's contents; place names the second column of the table of places."""
+    """The report of a verdict's contents; place is the heading of the second column in the table of where the
+    base deviates."""
     sections = [
         verdict_section(contents, *fitted),
         Section(

@@ -1,4 +1,4 @@
-"""Figures of a steer test's gap: where the base misses every run, and one run before and after."""
+"""Figures of a steer test's gap: where the base deviates in every run, and one run before and after."""
 
 from motofmi.gap.localisation.harmonic_places import cells
 from motofmi.gap.localisation.locating import locate
@@ -9,7 +9,7 @@ from motofmi.reports.gap_report import Pictures
 
 
 def pictures(verdict: Verdict) -> Pictures:
-    """What a report shows of a verdict."""
+    """The figures of a report for a verdict on steer tests."""
     missed = locate(verdict.base, cells, verdict.criteria)
     maps = [(gap_map(verdict.base, missed, i, k), f"{r.name}, {output.column}: recording, response, and what the base "
                                                   "leaves by order, band, amplitude and direction.")

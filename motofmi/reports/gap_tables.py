@@ -14,7 +14,7 @@ RUNS = {
 
 
 def headline(result: dict[str, Any]) -> str:
-    """The verdict in one line, with what it explains and what it leaves."""
+    """The verdict in one line, with the explained share of the misfit and the residual."""
     return {
         "named": "named: " + " and ".join(e["name"] for e in result["effects"]),
         "none": "none: the model is consistent with the noise",
@@ -24,7 +24,7 @@ def headline(result: dict[str, Any]) -> str:
 
 
 def _explained(result: dict[str, Any]) -> str:
-    """The share of the closable misfit on validation runs that is closed, and what is left of the motion."""
+    """The share of the closable misfit on validation runs that is closed, and the residual as a share of the motion."""
     if result["verdict"] != "named" or not result["explained"] or result["remainder"]["share"] is None:
         return ""
     share, left = result["explained"], result["remainder"]
@@ -34,7 +34,7 @@ def _explained(result: dict[str, Any]) -> str:
 
 
 def nearest(result: dict[str, Any]) -> list[str]:
-    """The nearest effect of the library and what remains with it, where the verdict is unknown."""
+    """The nearest effect of the library and the residual with it, if the verdict is unknown."""
     if not result["closest"]:
         return []
     rms = result["gap"]["rms"]
@@ -57,7 +57,7 @@ MODES_SHOWN = {"before": "without", "after": "with, at rest", "in_motion": "with
 
 
 def modes_over_speed(result: dict[str, Any]) -> Section:
-    """The vehicle's modes without and with the effect, where the verdict has them."""
+    """The vehicle's modes without and with the effect, if the verdict contains them."""
     modes = result.get("modes")
     if not modes:
         return Section("Effect on the modes", ["No effect was named: the modes do not change."])
@@ -112,7 +112,7 @@ def axis_of(axis: str, order: int | None, unit: str) -> str:
 
 
 def places(result: dict[str, Any], axis: str = "axis", most: int = 40) -> Table:
-    """Where the base misses the data, the clearest first; axis is the heading of the second column."""
+    """Where the base deviates from the data, the most significant first; axis is the heading of the second column."""
     rows = [(p["run"], axis_of(p["axis"], p["order"], p["unit"]), f"{p['from']:.3g}", f"{p['to']:.3g}", p["unit"],
              f"{p['excess']:.3g}", _small(p["p_value"]))
             for p in result["where"][:most]]  # fmt: skip
@@ -120,7 +120,7 @@ def places(result: dict[str, Any], axis: str = "axis", most: int = 40) -> Table:
 
 
 def _small(p_value: float) -> str:
-    """A p-value; one that is too small for a number is less than any."""
+    """A p-value as text; a value that underflows is given as an upper bound."""
     return f"{p_value:.1g}" if p_value > 0 else "< 1e-300"
 
 

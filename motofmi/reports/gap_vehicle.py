@@ -53,8 +53,10 @@ def eigenvalues_over_speed(verdict: Verdict) -> Figure:
 
 
 def weak_form_spectra(verdict: Verdict, given: Fit) -> Figure:
-    """Measured accelerations over frequency, and what each fit leaves of them, one panel per equation; first run. given
-    is the vehicle before any fit."""
+    """Spectra of measured accelerations and of each fit's residuals in the first run, one panel per equation.
+
+    given is the vehicle without a fit.
+    """
     run: WeakFormRun = verdict.best.runs[0]
     figure, axes = new_figure(columns=len(run.rates), width=11.0, sharex=True)
     fits = [
@@ -78,7 +80,7 @@ def weak_form_spectra(verdict: Verdict, given: Fit) -> Figure:
 
 
 def prediction_spectra(verdict: Verdict) -> Figure:
-    """What was measured and what each fit mispredicts over frequency, one panel per output; first run."""
+    """Spectra of measured outputs and of each fit's prediction errors in the first run, one panel per output."""
     run: PredictedRun = verdict.best.runs[0]
     figure, axes = new_figure(columns=len(run.outputs), width=4.0 + 3.0 * len(run.outputs), sharex=True, squeeze=False)
     shape = (len(run.outputs), len(run.blocks), len(run.frequency))

@@ -1,4 +1,4 @@
-"""The figure of a planned experiment: how strong each effect must be to be named."""
+"""The figure of a planned experiment: the magnitude from which each effect would be named."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -16,18 +16,20 @@ def plan_figure(effects: Sequence[Mapping[str, Any]]) -> Figure:
 
 
 def draw_plan(axes: Any, effects: Sequence[Mapping[str, Any]]) -> Any:
-    """Strength to be named over strength to be noticed, on matplotlib axes; a word where an effect is
-    never named. The axes."""
+    """Plot for each effect the ratio of the magnitude to be named to the magnitude to be detected.
+
+    An effect that is never named is labelled so. Returns the matplotlib axes.
+    """
     labels = [f"{e['name'].replace('_', ' ')} ({e['form'].replace('_', ' ')})" for e in effects]
     for place, e in enumerate(effects):
         if e["named_from"] and e["noticed_from"]:
             axes.barh(place, e["named_from"] / e["noticed_from"] - 1, left=1, color=COLOURS["rider"])
         else:
-            reason = f"tied with {', '.join(e['tied'])}" if e["tied"] else "the base makes up for it"
+            reason = f"tied with {', '.join(e['tied'])}" if e["tied"] else "absorbed by parameters of the base"
             axes.text(1.03, place, reason.replace("_", " "), va="center", fontsize=7, color=COLOURS["reference"])
     axes.set_yticks(range(len(labels)), labels)
     axes.set(
-        xscale="log", ylim=(len(labels) - 0.4, -0.6), xlabel="strength to be named\nover strength to be noticed [1]"
+        xscale="log", ylim=(len(labels) - 0.4, -0.6), xlabel="magnitude to be named\nover magnitude to be detected [1]"
     )
     axes.set_xlim(left=1)
     return axes

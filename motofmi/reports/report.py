@@ -1,4 +1,4 @@
-"""A report: sections of text, figures and tables in one HTML file that opens offline."""
+"""A report: sections of text, figures and tables in one HTML file that needs no network."""
 
 import base64
 import io
@@ -45,7 +45,7 @@ class Report:
     sections: list[Section] = field(default_factory=list)
 
     def write(self, path: Path) -> None:
-        """Write the report as one HTML file. Raises InputError when the place cannot be written."""
+        """Write the report as one HTML file. Raises InputError if it cannot be written."""
         loader = jinja2.FileSystemLoader(Path(__file__).parent)
         environment = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)
         figures = [figure for section in self.sections for figure, _ in section.figures]

@@ -1,1 +1,1 @@
-"""A simulated test rig, recorded as the real rig records."""
+"""A simulated test rig with the sensors of the real one."""

@@ -20,9 +20,9 @@ from motofmi.recordings.channels import STEER_ANGLE, STEER_ANGLE_COMMAND, STEER_
 from motofmi.recordings.recording import Recording
 from motofmi.virtual_rig.simulated_rig import Noise, remnant_torque
 
-RATE = 128  # Hz, of the recording
-FINER = 4  # steps of the bar's motion in a sample
-MOMENT = 1e-5  # s: over which the bar's acceleration is taken
+RATE = 128  # Hz; sampling rate of the recording
+FINER = 4  # integration steps per sample
+MOMENT = 1e-5  # s; time step of the finite difference for the bar's acceleration
 USUAL = Noise()
 ANSWERED = ("handlebar_torque", "inertia_change", "inertia_torque")
 
@@ -32,7 +32,7 @@ def steer_test(
 ) -> Recording:
     """The recording of one run: steer_angle_command, steer_angle, steer_torque; bar_inertia in kg.m2.
 
-    Raises SimulationError where the arms cannot follow.
+    Raises SimulationError if the arms cannot follow the grips.
     """
     fine = RATE * FINER
     time = np.arange(round(excitation.duration * RATE) * FINER + 1) / fine

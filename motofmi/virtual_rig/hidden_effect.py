@@ -1,4 +1,4 @@
-"""A simulated rig with a hidden effect: it draws a rider and an effect, and writes recordings that do not name it.
+"""A simulated rig with a hidden effect: draws a rider and an effect, and writes recordings that do not mention it.
 
     python -m motofmi.virtual_rig.hidden_effect SEED FOLDER TRUTH.json
 
@@ -20,12 +20,12 @@ import numpy as np
 from motofmi.frequency_response.excitation import Excitation, stepped_sine, sweep
 from rider_fmu.rigs.handlebar import HANDLEBAR_INERTIA
 
-RATE, FINER = 128, 8  # Hz, steps per sample
+RATE, FINER = 128, 8  # sampling rate [Hz], integration steps per sample
 MEAN = {"It": 0.6441, "ka": 1053.4, "kt": 75.8, "ca": 19.28, "ct": 4.79}  # 2011, Table 2
 BETWEEN_RIDERS, BETWEEN_RUNS = 0.2, 0.03
 ANGLE_NOISE, TORQUE_NOISE, REMNANT = np.radians(0.03), 0.2, 0.4  # rad, N.m, N.m below 2 Hz
 ANGLE_STEP, TORQUE_STEP = np.radians(40) / 4096, 400 / 4096
-# What may be hidden: its name in the library, its parameter, and between which values it is drawn.
+# The effects that may be hidden: name in the library, parameter, and the range from which its value is drawn.
 HIDDEN = {
     "coulomb_friction": ("friction_torque", 0.3, 0.8),
     "hardening_stiffness": ("cubic_stiffness", 3e3, 1.5e4),
@@ -36,7 +36,7 @@ HIDDEN = {
 
 
 def main(seed: int, folder: Path, truth: Path) -> None:
-    """Write three recordings and rig.json into the folder, and what was hidden into `truth`."""
+    """Write three recordings and rig.json into the folder, and the hidden effect with its values into `truth`."""
     rng = np.random.default_rng(seed)
     name = str(rng.choice(list(HIDDEN)))
     parameter, low, high = HIDDEN[name]
@@ -66,7 +66,7 @@ def main(seed: int, folder: Path, truth: Path) -> None:
 def record(
     path: Path, excitation: Excitation, rider: dict[str, float], name: str, size: float, rng: np.random.Generator
 ) -> None:
-    """Simulate one run and write what the channels show."""
+    """Simulate one run and write the recorded channels."""
     fine = RATE * FINER
     time = np.arange(round(excitation.duration * RATE) * FINER) / fine
     angle, rate = excitation.motion(time)

@@ -1,7 +1,7 @@
-"""The virtual rig: a rider on the servo-driven handlebar, recorded as the real rig records.
+"""The virtual rig: a rider on the servo-driven handlebar, recorded with the sensors of the real rig.
 
-The rig and the rider are one linear system, moved exactly (see `fmus.linear_analysis.exact_motion`); noise, remnant and
-the converters come on top. What comes out is a recording like any other.
+The rig and the rider are one linear system, integrated exactly (see `fmus.linear_analysis.exact_motion`); noise,
+remnant and quantisation are added. The result is a Recording.
 """
 
 from dataclasses import dataclass, replace
@@ -59,8 +59,8 @@ def steer_test(rider: Component, steer_inertia: float, excitation: Excitation, n
 def roll_test(rider: Component | None = None, frequencies: np.ndarray | None = None, accelerometer_noise: float = 0.01,
               seed: int = 0, rate: float = 128.0, oversampling: int = 2, amplitude: float = np.radians(1),
               mockup_height: float = 0.5) -> tuple[Recording, np.ndarray]:  # fmt: skip
-    """The recording of a roll test, single frequencies in random order against voluntary reactions, and
-    these frequencies [Hz].
+    """The recording of a roll test, and its single frequencies [Hz], in random order to avoid voluntary
+    reactions.
 
     The rider is rider 3 of 2008 by default; accelerometer_noise [m/s2] is a standard deviation, mockup_height [m] the
     distance of the mock-up's accelerometer from the roll axis.
@@ -87,7 +87,7 @@ def roll_test(rider: Component | None = None, frequencies: np.ndarray | None = N
 
 
 def _recorded(rig, states, time, command, noise: Noise, rng, name: str) -> Recording:
-    """The channels as the rig's own equations give them for the states, with noise and converters."""
+    """The channels computed from the states by the equations of the rig, with noise and quantisation."""
     values = {**rig.start_values(), **{key[4:]: value for key, value in states.items() if key.startswith("rig.")}}
     values.update(angle_noise=noise.angle * rng.standard_normal(len(time)),
                   torque_noise=noise.torque * rng.standard_normal(len(time)), angle_step=noise.angle_step,

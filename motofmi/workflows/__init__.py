@@ -1,1 +1,1 @@
-"""What the command line and the Python interface do, as typed functions."""
+"""The functions behind the command line and the Python interface."""

@@ -31,7 +31,7 @@ class BuiltFmus:
 
     @property
     def path(self) -> Path:
-        """The path of the only archive. Raises InputError where there are several."""
+        """The path of the only archive. Raises InputError if there are several."""
         if len(self.fmus) != 1:
             raise InputError(
                 f"{len(self.fmus)} archives were written, so there is no single path: take built[0].path, "
@@ -68,11 +68,12 @@ class BuiltFmus:
 def build(given: ComponentLike | Sequence[ComponentLike] | None = None, out: str | Path = ".", *, fmi: int | str = 2,
           backend: str = "compiled", platforms: str = "host",
           set: Mapping[str, float] | None = None) -> BuiltFmus:  # fmt: skip
-    """Write FMUs of components, of names, or of value files into a folder; without `given` of everything that ships.
+    """Write FMUs of components, of names, or of value files into a folder; without `given`, of every shipped
+    component.
 
     fmi is 2 or 3, backend `compiled` or `python` (FMI 2 only), platforms `host`, `all` or a comma list. set changes
     parameters of a single component. Raises InputError for an unknown name or choice and a folder that cannot be
-    written, MissingToolError where no compiler is there.
+    written, MissingToolError if there is no C compiler.
 
         build("rider:mean_2011", "out", fmi=3, set={"arm_damping": 20.0}).path
     """

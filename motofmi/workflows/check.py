@@ -1,4 +1,4 @@
-"""Compliance checks of FMUs, ours and other people's."""
+"""Compliance checks of FMUs of this and of other tools."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -55,10 +55,10 @@ class CheckReport:
 
 
 def check(fmus: str | Path | Sequence[str | Path]) -> CheckReport:
-    """Check one FMU or several: archive, model description and binary as the standard asks, and a short run
+    """Check one FMU or several: archive, model description and binary against the FMI standard, and a short run
     in a process of its own.
 
-    Raises InputError for a file that is not there.
+    Raises InputError for a file that does not exist.
 
         check("other.fmu").clean
     """

@@ -25,7 +25,7 @@ from fmus.support.errors import InputError, unknown
 from motofmi.workflows.components import ComponentLike, component
 from motofmi.workflows.ridden_fmus import assumed, errors_by_mode, mode_names, parts, ridden_fmus
 
-SPEED = 30.0  # m/s, where none is given
+SPEED = 30.0  # m/s; the default
 Inputs = (
     str | Path | Mapping[str, ArrayLike]
 )  # a CSV file, or columns by name with `time` [s]; a pandas.DataFrame has such columns, too
@@ -35,7 +35,7 @@ Inputs = (
 class VehicleRun(CosimulationRun):
     """A co-simulation of a named vehicle with named devices.
 
-    errors holds by mode what the coupling does to it: `frequency` [Hz] and `damping_ratio` of the exact mode,
+    errors holds the coupling's error of each mode by name: `frequency` [Hz] and `damping_ratio` of the exact mode,
     `frequency_error` and `damping_error` as fractions, `real_error` [1/s]. largest_stable_step is in s.
     """
 
@@ -76,13 +76,14 @@ def cosimulate(vehicle: ComponentLike, device: ComponentLike | Sequence[Componen
     """Co-simulate the FMUs of a vehicle and of the devices at its ports from time 0 to `duration` [s].
 
     vehicle and device are components, names, or paths of value files (.toml) or of FMUs. speed is in m/s (30 where none
-    is given). step is in s, or `auto`; without `coupling` the cheapest is taken whose modes are within `tolerance` (of
-    a mode's frequency; ten times that of its damping ratio). initial sets states and set parameters by name, or by
-    `vehicle.name`, `device.name`. inputs are linear between the given times: of a CSV file, or columns by name with
-    `time` [s]. With `out` the rows go to that CSV file, else they stay in the run.
+    is given). step is in s, or `auto`; without `coupling` the least costly one is used whose relative mode errors are
+    within `tolerance` (of the frequency; ten times that of the damping ratio). initial sets states and set parameters
+    by name, or by `vehicle.name`, `device.name`. inputs are linear between the given times: of a CSV file, or columns
+    by name with `time` [s]. With `out` the rows go to that CSV file, else they stay in the run.
 
     A rider's inertia at the handlebar is bound to the vehicle, and the mass of a rider who leans is taken out of its
-    rear frame, as in `modes`. Raises InputError for what cannot be run, SimulationError when the coupling diverges.
+    rear frame, as in `modes`. Raises InputError for arguments that cannot be used, SimulationError if the coupling
+    diverges.
 
         cosimulate("sharp_1971", "rider:mean_2011", speed=30, initial={"steer_rate": 0.5})["vehicle.steer_angle"]
     """

@@ -1,5 +1,5 @@
-"""Transfer functions of a device at its port, from the steer or roll angle to its torques and forces, the
-vehicle held still."""
+"""Transfer functions of a device at its port, from the steer or roll angle to its torques and forces, with the
+vehicle's other motion held at zero."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -88,7 +88,7 @@ def transfer_functions(
         T(i w) = T_angle(i w) + i w T_rate(i w)
 
     the sum of the responses to the angle and to its rate (Cossalter, Doria, Lot, Massaro, Meccanica 46 (2011), eqs 10
-    to 14). Raises InputError for what is no device of a vehicle, and for frequencies that are not finite and positive.
+    to 14). Raises InputError for a component that is no device, and for frequencies that are not finite and positive.
 
         transfer_functions("rider:mean_2011", [1.0, 2.0])["handlebar_torque"]
     """

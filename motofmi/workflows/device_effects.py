@@ -1,4 +1,4 @@
-"""Every device that ships as an effect at a vehicle's handlebar, with the spread of its published values as prior.
+"""Every shipped device as an effect at a vehicle's handlebar, with the spread of its published values as prior.
 
 The prior of a further rider is the predictive distribution of a normal sample of n riders in the logarithms of p
 parameters, with the mean and the covariance S of the population (`motofmi.identification.population`):
@@ -24,7 +24,7 @@ from fmus.interfaces.handlebar import HandlebarDevice
 from fmus.interfaces.posture_inertia import POSTURE
 from motofmi.identification.population import population
 
-WITHIN = 2.0  # factor to which a parameter is known that few published devices give
+WITHIN = 2.0  # factor of uncertainty of a parameter with few published values
 PERSON, BAR = "height", "handlebar_inertia"  # keys of [about]: of one rider, and of the bar that the rig measures with
 ADDED = "added_steer_inertia"
 

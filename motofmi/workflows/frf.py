@@ -67,7 +67,7 @@ class FrequencyResponse:
 
     @property
     def warnings(self) -> list[str]:
-        """What is doubtful about the recordings, with the name of the run."""
+        """Warnings about the recordings, with the name of the run."""
         return [f"{frf.name}: {warning}" for frf in self.each for warning in frf.warnings]
 
     def to_dict(self) -> dict[str, Any]:
@@ -139,10 +139,10 @@ def estimate_frf(recordings: Recorded | Sequence[Recorded], *, mapping: Mapping[
     """The inertance of rider and handlebar from recordings of the steer test, one run each (paths
     or Recording objects).
 
-    mapping gives columns other names ({"Torque": "steer_torque [N.m]"}), rate [Hz] reduces faster recordings while they
-    are read. reference is the signal of the cross-spectra: `steer_angle_command` where logged, else `steer_angle` (both
-    unbiased), or `steer_torque` as in the papers. band is in Hz, width [Hz] that of the averages (default 0.25, more
-    for recordings under 48 s). Raises InputError for what cannot be used.
+    mapping gives the variables of columns ({"Torque": "steer_torque [N.m]"}), rate [Hz] reduces faster recordings while
+    they are read. reference is the signal of the cross-spectra: `steer_angle_command` where logged, else `steer_angle`
+    (both unbiased), or `steer_torque` as in the papers. band is in Hz, width [Hz] that of the averages (default 0.25,
+    more for recordings under 48 s). Raises InputError for recordings that cannot be used.
 
         frf = estimate_frf(["sweep_1.csv", "sweep_2.csv"])
         frf.plot()

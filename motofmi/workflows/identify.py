@@ -1,4 +1,4 @@
-"""A rider's parameters from recordings of the steer test, and the rider that they make."""
+"""A rider's parameters from recordings of the steer test, and the rider component with these parameters."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -53,12 +53,12 @@ class RiderIdentification:
 
     @cached_property
     def rider(self) -> PassiveRider:
-        """The rider, which every function takes that takes a component."""
+        """The identified rider as a component."""
         return rider_from(self.fit.values, self.handlebar_inertia, source=self.source)
 
     @property
     def source(self) -> str:
-        """From which recordings the rider was identified, and how."""
+        """The recordings and the method by which the rider was identified."""
         return f"Identified from {', '.join(self.runs)} ({self.fit.method})"
 
     @property
@@ -79,7 +79,7 @@ class RiderIdentification:
 
     @property
     def warnings(self) -> list[str]:
-        """What is doubtful about recordings and fit."""
+        """Warnings about recordings and fit."""
         found = [w.replace("bar.", "").replace("rider.", "") for w in self.fit.warnings]
         if self.fit.reduced_chi_square > UNEXPLAINED[self.fit.method]:
             found.append(f"reduced chi-square {self.fit.reduced_chi_square:.3g} instead of 1: the model does not "
@@ -114,7 +114,7 @@ class RiderIdentification:
         )
 
     def save(self, path: str | Path) -> Path:
-        """Write the rider's value file (.toml) with errors and correlations, which every command takes; its path."""
+        """Write the rider's value file (.toml) with errors and correlations, which every command accepts; its path."""
         path = toml_path(path)
         write_text(path, rider_toml(self.fit, self.handlebar_inertia, "Measured rider, steer test", self.source))
         return path
@@ -182,7 +182,7 @@ def identify(recordings: Recorded | Sequence[Recorded] | FrequencyResponse, *, m
     one rider; bounds limit parameters by name; starts are the starting values; handlebar_inertia [kg.m2] is that of the
     bare bar (default: rig, rig.json beside the first recording, or that of the 2011 paper); run_to_run is the relative
     change of the rider from run to run (default: estimated from the runs); bootstrap repeats the fit so many times on
-    resampled data. Raises InputError for what cannot be used.
+    resampled data. Raises InputError for arguments or recordings that cannot be used.
 
         fit = identify(["sweep_1.csv", "sweep_2.csv"])
         fit.parameters["arm_stiffness"]
@@ -213,7 +213,7 @@ def identify(recordings: Recorded | Sequence[Recorded] | FrequencyResponse, *, m
 
 
 def save_drawn_riders(folder: str | Path, count: int, seed: int = 0) -> list[Path]:
-    """Write the value files of `count` riders drawn from the spread of the 2011 paper's ten; their paths."""
+    """Write the value files of `count` riders drawn from the distribution of the ten riders of 2011; their paths."""
     return write_population(table_spread(count, seed), HANDLEBAR_INERTIA, Path(folder), DRAWN)
 
 

@@ -1,4 +1,4 @@
-"""What ships: components, riders, motorcycles, dampers, mechanisms and effects, with parameters and sources."""
+"""The catalogue of shipped components, riders, motorcycles, dampers, mechanisms and effects."""
 
 import inspect
 from dataclasses import dataclass
@@ -46,7 +46,7 @@ class Catalogue:
         return self.entries
 
     def to_dataframe(self) -> Any:
-        """One row for each parameter of what ships (pandas.DataFrame)."""
+        """One row for each parameter of a shipped component or effect (pandas.DataFrame)."""
         import pandas as pd  # noqa: PLC0415 - imported on use
 
         return pd.DataFrame([
@@ -56,7 +56,7 @@ class Catalogue:
 
 
 def catalogue() -> Catalogue:
-    """Everything that ships, by kind.
+    """The shipped components and effects, by kind.
 
         catalogue()["riders"]["mean_2011"]["parameters"]["arm_damping"]
     """  # fmt: skip

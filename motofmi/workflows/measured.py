@@ -1,4 +1,4 @@
-"""Recordings as workflows take them: paths or objects, one or several, with what `rig.json` says."""
+"""The recordings of a workflow, given as paths or objects, one or several, and the contents of `rig.json`."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -26,7 +26,7 @@ def recordings_of(
 
 def rig_of(given: Rig | None, recordings: Sequence[Recording]) -> Mapping[str, Any]:
     """The contents of a rig.json, by default of the one beside the first recording. Raises InputError for a
-    file that is not there."""
+    file that does not exist."""
     if given is None:
         return recordings[0].rig if recordings else {}
     if isinstance(given, Mapping):

@@ -1,4 +1,4 @@
-"""From a test on the rig to a rider: the model that is fitted, and the rider and the file that come of it."""
+"""The model of the steer test that is fitted, and the rider component and value file from the fitted values."""
 
 from pathlib import Path
 
@@ -34,18 +34,18 @@ def qualified(name: str) -> str:
 def rider_from(
     values: np.ndarray, handlebar_inertia: float = HANDLEBAR_INERTIA, name: str = "measured", source: str = ""
 ) -> PassiveRider:
-    """The rider with identified values of PARAMETERS (6,); what the bar does not have of
-    steer_inertia is the rider's."""
+    """The rider with identified values of PARAMETERS (6,); the rider's inertia is steer_inertia without that of the
+    bar."""
     given = dict(zip(PARAMETERS, map(float, values), strict=True))
     given["added_steer_inertia"] = given.pop("steer_inertia") - handlebar_inertia
     return PassiveRider(name, source, (), **given)
 
 
 def derived_with_errors(found: Identification, handlebar_inertia: float) -> dict[str, dict]:
-    """What follows from the parameters, name -> {value, standard_error, unit}; errors to first order."""
+    """Quantities derived from the parameters, name -> {value, standard_error, unit}; errors to first order."""
 
     def at(x: np.ndarray) -> dict[str, float | None]:
-        values = np.clip(np.exp(x), low, high)  # a parameter on its bound stays there
+        values = np.clip(np.exp(x), low, high)  # a parameter on its bound keeps the value of the bound
         return derived(rider_from(values, handlebar_inertia), float(values[0]), handlebar_inertia)
 
     rows = rig_response().rows

@@ -149,8 +149,8 @@ def state_space(
 
 def compare_modes(vehicle: ComponentLike, devices: Mapping[str, Devices] | Sequence[Devices], speed: ArrayLike = SPEEDS,
                   *, set: Mapping[str, float] | None = None) -> ModesComparison:  # fmt: skip
-    """The modes of a vehicle with one device after the other, as `modes` gives them; devices by labels
-    of your own, or a list.
+    """The modes of a vehicle with one device after the other, as by `modes`; devices by labels, or a
+    list.
 
         compare_modes("sharp_1971", [None, "rider:mean_2011", "damper:7.5"]).plot()
     """  # fmt: skip

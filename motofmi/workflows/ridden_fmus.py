@@ -1,4 +1,4 @@
-"""A vehicle and devices at its ports as FMUs: built from components, or anybody's archives with the port."""
+"""A vehicle and devices at its ports as FMUs: built from components, or archives of any tool with the port."""
 
 import tempfile
 from collections.abc import Collection, Mapping, Sequence
@@ -24,7 +24,7 @@ from vehicle_fmu.mode_names import Linearised
 from vehicle_fmu.ridden import by_name, with_posture_inertia
 from vehicle_fmu.rider_mass_removed import RIDER_BODY, rear_frame_without
 
-Part = Component | Path  # what becomes an FMU, or an FMU
+Part = Component | Path  # a component of which an FMU is built, or the path of an FMU
 LEANING = "leaning rider"
 PORTS = {
     "device": (MOTION, TORQUES),
@@ -73,7 +73,7 @@ def with_archives(
 
 
 def assumed(vehicle: Part, devices: Sequence[Part]) -> dict[str, str]:
-    """What is assumed in the values of vehicle and devices: the reason by parameter."""
+    """The parameters of vehicle and devices with assumed values: the reason by parameter."""
     return {
         k: reason for part in (vehicle, *devices) if isinstance(part, Component) for k, reason in part.assumed.items()
     }
@@ -153,7 +153,7 @@ def _outputs(part: Part) -> list[str]:
 
 
 def _carried(vehicle: Mapping[str, float], devices: Mapping[str, FmuSubsystem]) -> dict[str, float]:
-    """What the devices change of a vehicle's parameters by name, as `vehicle_fmu.ridden` binds them.
+    """The vehicle parameters that the devices change, by name, as `vehicle_fmu.ridden` binds them.
 
     Raises InputError for two riders who hold the handlebar, and when the vehicle cannot spare the
     mass of one who leans.
@@ -244,7 +244,8 @@ def _name(eigenvalue: complex, named: Mapping[str, complex], default: str) -> st
 
 
 def mode_names(subsystems: Mapping[str, FmuSubsystem]) -> dict[str, complex]:
-    """The eigenvalues [1/s] of the named modes of the subsystems where they are; none for what has no speed."""
+    """The eigenvalues [1/s] of the named modes of the subsystems where they are; none for subsystems without a
+    speed."""
     vehicle = subsystems["vehicle"]
     if "speed" not in vehicle.inputs:
         return {}

@@ -1,5 +1,5 @@
-"""The roll test of 2008: how waist, shoulders and head follow the rolling mock-up, and the features
-that the paper prints."""
+"""The roll test of 2008: the response of waist, shoulders and head to the roll of the mock-up, and the
+features printed in the paper."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from motofmi.reports.report import Report, Section, Table
 from motofmi.workflows.measured import Recorded, Rig, recordings_of, rig_of
 from rider_fmu.roll_features import FEATURES, readings
 
-HIGHEST, STEP = 7.0, 0.25  # Hz
+HIGHEST, STEP = 7.0, 0.25  # Hz; highest frequency and spacing of the frequencies
 
 
 @dataclass(frozen=True, repr=False)
@@ -29,7 +29,7 @@ class RollTest:
 
     @property
     def features(self) -> list[dict[str, Any]]:
-        """The features that the paper prints: what is printed, what was measured, and whether that meets it."""
+        """The features printed in the paper: printed range, measured range, and whether it is met."""
         return [{"quantity": f.quantity, "point": f.point, "feature": f.name, "printed": [f.low, f.high],
                  "measured": [low, high], "unit": f.unit, "met": bool(f.low <= low and high <= f.high)}
                 for f, (low, high) in zip(FEATURES, readings(self.frf.absolute, self.frf.frequency),

@@ -1,6 +1,6 @@
-"""What a vehicle with devices is called in figures, tables and messages."""
+"""The displayed names of vehicles and devices in figures, tables and messages."""
 
-LIBRARIES = ("motorcycle_", "rider_")  # beginnings of component names that repeat the library
+LIBRARIES = ("motorcycle_", "rider_")  # prefixes of component names that are not displayed
 
 
 def system_title(vehicle: str, device: str) -> str:

@@ -1,4 +1,4 @@
-"""The main tasks on real input, from components to one report."""
+"""The main tasks in sequence, with one report."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,8 +13,7 @@ from motofmi.workflows.scenarios import answered
 
 FILE = "report.html"
 LEAD = ("Published riders, motorcycles and steering dampers, built as FMUs, co-simulated, and compared by their modes "
-        "with what was "
-        "printed. Every number below was computed by this run.")  # fmt: skip
+        "with what was printed. Every number below was computed by this run.")  # fmt: skip
 
 
 @dataclass(frozen=True, repr=False)

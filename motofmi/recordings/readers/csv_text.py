@@ -18,7 +18,7 @@ from fmus.support.errors import InputError
 from motofmi.recordings.formats import supported
 from motofmi.recordings.table import Format, Table, name_and_unit
 
-ROWS = 50_000  # in a block
+ROWS = 50_000  # rows of a block
 SAMPLE = 1 << 16  # bytes from which the layout is found
 EXAMPLE = "a header row such as 'time [s],steer_angle [rad],steer_torque [N.m]'"
 SKIPPED = ("#", "sep=")  # how lines above the header begin: comments, and what a spreadsheet program writes
