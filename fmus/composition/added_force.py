@@ -8,6 +8,7 @@ from typing import Any
 from fmus.composition.wrapped import WrappedComponent
 from fmus.declaration.component import Component, Scope
 from fmus.declaration.elements import Element
+from fmus.declaration.units import unit
 from fmus.declaration.variables import Variable
 from fmus.equations.sympy_form import symbolic
 
@@ -45,11 +46,14 @@ class WithAddedForce(WrappedComponent):
 def with_force_element(component: Component) -> Component:
     """The component, with a force element at the point that its first input drives if it declares no elements itself.
 
-    A component without inputs, or whose first input accelerates no state, is returned unchanged.
+    A component without inputs, or whose first input is no force or torque or accelerates no state, is returned
+    unchanged.
     """
     if component.elements or not component.inputs:
         return component
     form, effort = symbolic(component), component.inputs[0]
+    if unit(component.table[effort].unit).exponents not in (unit("N").exponents, unit("N.m").exponents):
+        return component
     deflection_of = {
         str(rate): n for n, rate in zip(component.states, form.rates, strict=True) if str(rate) in component.states
     }

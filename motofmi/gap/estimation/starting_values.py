@@ -2,9 +2,8 @@
 
 They are tried in this order:
 
-1. the values of the component;
-2. the values with time rescaled to the measured frequency, p tau^-s, where s is the exponent of seconds in the unit of
-   p and tau the ratio of the measured to the component's frequency;
+1. the values that fit the recordings in the frequency domain (see `frequency_domain_fit`);
+2. the values of the component;
 3. the values that fit the force which the measured motion requires; this force is linear in mass, damping and
    stiffness, so that the result does not depend on the start;
 4. all values times the ratio of the simulated motion (from rest) to the measured one;
@@ -19,10 +18,10 @@ from itertools import product
 import numpy as np
 
 from fmus.composition.imposed_motion import ImposedMotion
-from fmus.declaration.units import BASE, unit
 from fmus.linear_analysis.linearisation import linearise
 from fmus.support.errors import InputError
 from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.estimation.frequency_domain_fit import frequency_domain_start
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.sampled_run import SampledRun, sampled_run
 
@@ -33,11 +32,11 @@ MAX_ITERATIONS = 40  # of a fit from one start
 def first_values(model: FreeInitialStateModel, runs: Sequence[SampledRun]) -> Iterator[np.ndarray]:
     """Starting vectors, the most promising first, computed on demand."""
     own = model.start()
-    yield own
     base = np.arange(len(own)) < len(model.base)
-    with suppress(InputError):
-        for fast in _as_fast(model, runs, own):
-            yield fast + too_large(model, runs, fast) * base
+    by_frequency = frequency_domain_start(model, runs)
+    if by_frequency is not None:
+        yield np.concatenate([by_frequency, own[len(by_frequency) :]])
+    yield own
     yield from _imposed(model, runs)
     as_far = own + too_large(model, runs, own) * base
     yield as_far
@@ -93,12 +92,3 @@ def _imposed(model: FreeInitialStateModel, runs: Sequence[SampledRun]) -> Iterat
             )
             yield np.concatenate([found.x[: len(model.base)], model.start()[len(model.base) :]])
             return
-
-
-def _as_fast(model: FreeInitialStateModel, runs: Sequence[SampledRun], x: np.ndarray) -> Iterator[np.ndarray]:
-    """The values with time rescaled so that the slowest oscillation has the measured frequency."""
-    own = np.abs([pole for pole in poles(model, x) if pole.imag > 0])
-    if len(own):
-        tau = 2 * np.pi * float(np.median([run.middle_frequency for run in runs])) / own.min()
-        seconds = [unit(model.component.table[n].unit).exponents[BASE.index("s")] for n in model.base]
-        yield x - np.log(tau) * np.array(seconds + [0] * len(model.own))

@@ -46,9 +46,7 @@ def test_a_law_at_a_state_adds_to_its_rate_alone(family, form, values, lost):
 
 
 def test_a_share_of_an_overflow_arrives_at_another_state():
-    effect, tanks = law(
-        Tanks(), "overflow", "transfer_upper_level_to_level", rate=0.2, threshold=0.4, share=0.3
-    )
+    effect, tanks = law(Tanks(), "overflow", "transfer_upper_level_to_level", rate=0.2, threshold=0.4, share=0.3)
     base, joined = rates(Tanks()), rates(tanks)
     assert joined["der(upper_level)"] - base["der(upper_level)"] == pytest.approx(-0.2 * 0.1, rel=1e-12)
     assert joined["der(level)"] - base["der(level)"] == pytest.approx(0.3 * 0.2 * 0.1, rel=1e-12)
