@@ -28,7 +28,7 @@ def single_effects(base: Fit, library: Sequence[type[Effect]], criteria: Criteri
     """The forms of the library that are not flexible and reduce chi-square, each fitted with the base."""
     plain = [effect for effect in library if not effect.flexible]
     signatures = [s for s in screen(base, plain, keep=1) if s.gain > 0]
-    return [c for c in fit_each(base, signatures, [], np.inf, [], criteria) if c.fitted]
+    return [c for c in fit_each(base, signatures, [], base.chi2, [], criteria) if c.fitted]
 
 
 def leading_models(blocks: CommonBlocks, base: Fit, singles: Sequence[Candidate]) -> list[ComparedModel]:
@@ -64,7 +64,8 @@ def _forms_of(family: str, order: Sequence[Candidate], base: Fit) -> list[Fit]:
         form, start = pair
         model, runs = form.fit.model, with_initial_guesses(base.runs, initial_guesses(start.fit.runs))
         try:
-            return PortableFit.of(fit(model, runs, as_found(model, start.fit, form.fit.x[: len(model.names)])))
+            values = as_found(model, start.fit, form.fit.x[: len(model.names)])
+            return PortableFit.of(fit(model, runs, values, beat=form.fit.chi2))
         except InputError:
             return None
 
@@ -94,7 +95,7 @@ def pairs(
         signatures = sorted(screen(first.fit, others, keep=1), key=lambda s: -s.gain)
         best_forms = {s.effect.family: s for s in reversed(signatures) if s.gain > 0}
         leading = list(best_forms.values())[::-1][:SECOND_EFFECTS]
-        for candidate in fit_each(first.fit, leading, [], np.inf, [], criteria):
+        for candidate in fit_each(first.fit, leading, [], first.fit.chi2, [], criteria):
             effects = frozenset(candidate.fit.model.effects)
             if candidate.fitted and (effects not in fits or candidate.fit.chi2 < fits[effects].chi2):
                 fits[effects] = candidate.fit
@@ -125,6 +126,6 @@ def _in_other_forms(
         forms = [e for e in plain if e.family == replaced.family and frozenset((e, kept)) not in fits]
         if alone is None or not forms:
             continue
-        made = fit_each(alone.fit, screen(alone.fit, forms, keep=1), [], np.inf, [], criteria)
+        made = fit_each(alone.fit, screen(alone.fit, forms, keep=1), [], alone.fit.chi2, [], criteria)
         found += [c.fit for c in made if c.fitted]
     return found

@@ -130,6 +130,7 @@ def test_nothing_is_found_where_nothing_is_hidden(kind):
 
 
 @pytest.mark.slow
+@pytest.mark.study
 def test_an_unstable_component_in_a_closed_loop():
     rng = np.random.default_rng(7)
     time = np.arange(0, 12, 0.01)
@@ -181,6 +182,7 @@ def imposed(hidden, size, seed):
 
 
 @pytest.mark.slow
+@pytest.mark.study
 def test_a_larger_imposed_motion_settles_a_tie_by_as_much_as_was_said():
     run = imposed({"square": 2.4}, 0.05, 1)
     tied = asked(DrivenJoint(), [run], imposed="angle")
@@ -244,6 +246,7 @@ def test_nothing_is_named_where_a_columns_unit_is_wrong(column, factor):
 
 
 @pytest.mark.slow
+@pytest.mark.study
 def test_a_sensor_offset_is_not_fitted_as_asymmetry(tmp_path):
     """The offset differs between runs. If it were left out, a hardening spring would be asymmetric as well, or have backlash."""
     files = []
