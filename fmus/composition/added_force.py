@@ -13,29 +13,44 @@ from fmus.declaration.variables import Variable
 from fmus.equations.sympy_form import symbolic
 
 FORCE = "resisting_force"
+EFFORTS = (unit("N").exponents, unit("N.m").exponents)
 
 
 class WithAddedForce(WrappedComponent):
     """A component with a force element `spring` between its driven point and the ground.
 
-    effort is the driving input, deflection and rate the states of the driven point. Raises InputError for another name.
+    effort is the driving input, deflection and rate the states of the driven point. further are efforts, deflections
+    and rates of other driven points, with the element `at_<deflection>` each. Raises InputError for another name.
     """
 
     effort: str
+    deflection: str
+    rate: str
+    further: tuple[tuple[str, str, str], ...]
 
-    def __init__(self, inner: Component, effort: str, deflection: str, rate: str, effects: tuple = ()):
-        names = (("input", effort), ("state", deflection), ("state", rate))
-        self._begin(inner, inner.name, names, effort=effort, deflection=deflection, rate=rate)
-        force = Variable("local", inner.table[effort].unit, "Force against the driving one", name=FORCE)
-        self._complete({**inner.table, FORCE: force}, {"spring": Element(FORCE, deflection, rate)}, effects)
+    def __init__(
+        self, inner: Component, effort: str, deflection: str, rate: str,
+        further: tuple[tuple[str, str, str], ...] = (), effects: tuple = (),
+    ):  # fmt: skip
+        points = ((effort, deflection, rate), *further)
+        names = [pair for point in points for pair in zip(("input", "state", "state"), point, strict=True)]
+        self._begin(inner, inner.name, names, effort=effort, deflection=deflection, rate=rate, further=further)
+        self.forces = {FORCE: effort} | {f"{FORCE}_at_{d}": e for e, d, _ in further}
+        rows = {
+            n: Variable("local", inner.table[e].unit, f"Force against {e}", name=n) for n, e in self.forces.items()
+        }
+        elements = {"spring": Element(FORCE, deflection, rate)}
+        elements |= {f"at_{d}": Element(f"{FORCE}_at_{d}", d, r) for _, d, r in further}
+        self._complete({**inner.table, **rows}, elements, effects)
 
     def _own_rates_of_effects(self) -> list[str]:
         return [f"der({name})" for name in self.states if name not in self.inner.table]
 
     def equations(self, v: Scope, m: Any) -> dict[str, Any]:
-        v.resisting_force = 0.0
+        for force in self.forces:
+            setattr(v, force, 0.0)
         known = {n: v[n] for n in ("time", *self.inner.table) if n in v.__dict__}
-        results = self.inner.run({**known, self.effort: v[self.effort] - v.resisting_force}, m)
+        results = self.inner.run(known | {effort: v[effort] - v[force] for force, effort in self.forces.items()}, m)
         kept = {*(f"der({n})" for n in self.inner.states), *self.inner.rows("output", "calculated")}
         return {n: value for n, value in results.items() if n in kept}
 
@@ -44,22 +59,24 @@ class WithAddedForce(WrappedComponent):
 
 
 def with_force_element(component: Component) -> Component:
-    """The component, with a force element at the point that its first input drives if it declares no elements itself.
+    """The component, with a force element at every point that one of its inputs drives if it declares no elements
+    itself.
 
-    A component without inputs, or whose first input is no force or torque or accelerates no state, is returned
-    unchanged.
+    A component without an input that is a force or a torque and accelerates a state is returned unchanged.
     """
-    if component.elements or not component.inputs:
+    if component.elements:
         return component
-    form, effort = symbolic(component), component.inputs[0]
-    if unit(component.table[effort].unit).exponents not in (unit("N").exponents, unit("N.m").exponents):
+    efforts = [n for n in component.inputs if unit(component.table[n].unit).exponents in EFFORTS]
+    if not efforts:
         return component
-    deflection_of = {
-        str(rate): n for n, rate in zip(component.states, form.rates, strict=True) if str(rate) in component.states
-    }
-    driven = [
-        n
-        for n, rate in zip(component.states, form.rates, strict=True)
-        if n in deflection_of and rate.has(form.symbols[effort])
-    ]
-    return WithAddedForce(component, effort, deflection_of[driven[0]], driven[0]) if driven else component
+    form, points = symbolic(component), dict[str, tuple[str, str, str]]()
+    rates = dict(zip(component.states, form.rates, strict=True))
+    deflection_of = {str(rate): n for n, rate in rates.items() if str(rate) in component.states}
+    for effort in efforts:
+        driven = [n for n, rate in rates.items() if n in deflection_of and rate.has(form.symbols[effort])]
+        if driven:
+            points.setdefault(driven[0], (effort, deflection_of[driven[0]], driven[0]))
+    if not points:
+        return component
+    first, *further = points.values()
+    return WithAddedForce(component, *first, further=tuple(further))

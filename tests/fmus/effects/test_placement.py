@@ -7,7 +7,7 @@ from fmus import Component, Effect, input, parameter, state
 from fmus.composition.added_force import with_force_element
 from fmus.effects.placement import laws_at, states_of_no_element
 from fmus.mechanisms import DrivenJoint, TwoMass
-from tests.simulators.other_components import Tanks
+from tests.simulators.other_components import Tanks, TwoCarts
 
 LEVELS = {"upper_level": 0.5, "level": 0.3}
 RANGES = {"upper_level": (0.1, 0.7), "level": (0.2, 0.4)}
@@ -114,3 +114,17 @@ def test_states_of_force_elements_have_the_laws_of_mechanics_and_others_those_of
     assert {("coulomb_friction", "coulomb"), ("leakage", "square_current")} <= forms
     assert not any(family == "dead_zone" for family, _ in forms)
     assert {family for family, _ in forms if family == "leakage"} and not any("rate" in form for _, form in forms)
+
+
+def test_every_point_that_a_force_drives_has_the_laws_of_mechanics():
+    """m v' = F - R at both carts, with dry friction of 2 N at the second one."""
+    carts = with_force_element(TwoCarts())
+    rubbing = next(e for e in laws_at(carts) if e.form == "coulomb_at_other_position")
+    joined = carts.with_effects(rubbing()).with_values(**{"coulomb_friction.friction_torque": 2.0, "other_mass": 4.0})
+    assert joined.table["coulomb_friction.friction_torque"].unit == "N"
+    state = dict.fromkeys(carts.states, 0.0) | {"velocity": 3.0, "other_velocity": 3.0}
+    x = np.array([state[n] for n in joined.states])
+    change = joined.derivatives(x, np.zeros(2))[0] - carts.with_values(other_mass=4.0).derivatives(x, np.zeros(2))[0]
+    assert dict(zip(joined.states, change, strict=True)) == pytest.approx(
+        {"position": 0.0, "velocity": 0.0, "other_position": 0.0, "other_velocity": -2.0 / 4.0}
+    )
