@@ -124,8 +124,8 @@ class Accelerometer(Component):
 
 
 def accelerometer_run(name: str, seed: int, friction: float = 0.0, noise: float = 0.01) -> Recording:
-    """20 s at 200 Hz of 2 kg, 300 N/m and 4 N.s/m with dry friction [N]; noise over the acceleration's rms."""
-    rng, time = np.random.default_rng(seed), np.arange(0.0, 20.0, 0.005)
+    """20 s at 100 Hz of 2 kg, 300 N/m and 4 N.s/m with dry friction [N]; noise over the acceleration's rms."""
+    rng, time = np.random.default_rng(seed), np.arange(0.0, 20.0, 0.01)
     force = multisine(rng, 0.3, 8.0, 10.0)
 
     def acceleration(t: float, x: np.ndarray) -> float:

@@ -75,7 +75,7 @@ def test_the_fit_over_time_starts_from_there(factor):
     own = ACCELEROMETER | {"stiffness": factor * ACCELEROMETER["stiffness"]}
     model, run = prepared(Accelerometer(**own), accelerometer_run("shaken", 1))
     found = initial_fit(model, [run])
-    # 4,000 samples with noise of 1 %: standard errors are below 0.1 %
+    # 2,000 samples with noise of 1 %: standard errors are below 0.1 %
     assert dict(zip(model.base, np.exp(found.shared), strict=True)) == pytest.approx(ACCELEROMETER, rel=0.005)
 
 
