@@ -27,6 +27,7 @@ import cloudpickle
 import loky
 import psutil
 
+from fmus.support.deadline import Deadline, current, current_deadline
 from fmus.support.errors import unknown
 from fmus.support.progress import track
 
@@ -37,7 +38,7 @@ ONE_THREAD = dict.fromkeys(
     ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1"
 )
 _TASKS: dict[
-    str, tuple[Callable[[Any], Any], Sequence[Any]]
+    str, tuple[Callable[[Any], Any], Sequence[Any], Deadline]
 ] = {}  # by key: the open ones, or in a fresh worker the last one
 _numbers = itertools.count()
 
@@ -116,7 +117,7 @@ def _task(function: Callable[[Any], T], items: Sequence[Any], method: str) -> It
     """The key under which workers find a function and its items: inherited, or the path of a file."""
     if method == "fork":
         key = f"task {next(_numbers)}"
-        _TASKS[key] = function, items
+        _TASKS[key] = function, items, current_deadline()
         try:
             yield key
         finally:
@@ -124,7 +125,7 @@ def _task(function: Callable[[Any], T], items: Sequence[Any], method: str) -> It
         return
     with tempfile.TemporaryDirectory(prefix="motofmi_", ignore_cleanup_errors=True) as folder:
         path = Path(folder) / "task"
-        path.write_bytes(cloudpickle.dumps((function, items)))
+        path.write_bytes(cloudpickle.dumps((function, items, current_deadline())))
         yield str(path)
 
 
@@ -138,11 +139,13 @@ def _pool(count: int, method: str) -> Executor:
 
 
 def _stop(pool: Executor) -> None:
-    """No task is started any more. Fresh workers end at once, forked ones after the task that they are at."""
+    """No task is started any more, and the workers end at once."""
     if isinstance(pool, loky.ProcessPoolExecutor):
         pool.shutdown(kill_workers=True)
-    else:
-        pool.shutdown(cancel_futures=True)
+        return
+    for worker in list(getattr(pool, "_processes", {}).values()):  # a public method comes with Python 3.14
+        worker.terminate()
+    pool.shutdown(cancel_futures=True)
 
 
 @contextmanager
@@ -168,8 +171,9 @@ def _run(key: str, folder: str, index: int) -> Any:
         os.chdir(folder)
         _TASKS.clear()
         _TASKS[key] = cloudpickle.loads(Path(key).read_bytes())
-    function, items = _TASKS[key]
-    return function(items[index])
+    function, items, deadline = _TASKS[key]
+    with current(deadline):
+        return function(items[index])
 
 
 def _follow(parent: int) -> None:

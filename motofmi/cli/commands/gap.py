@@ -38,6 +38,8 @@ Eigenvalues or runs of a vehicle:
 Inputs and outputs of a component:
   motofmi gap run.csv --component driven_joint --map "T=torque [N.m]" --holdout other.csv
   motofmi gap run.csv --component mass_spring_damper --impose displacement
+A verdict from what is known after a minute:
+  motofmi gap run.csv --component driven_joint --holdout other.csv --time 60
 """
 
 
@@ -85,6 +87,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="misfit (rms, as a share of the measured rms) [%%] up to which the model is called sufficient if the "
              "noise is not known (default: 1)",
     )
+    parser.add_argument(
+        "--time",
+        type=float,
+        metavar="SECONDS",
+        help="time budget of the search [s], as in --time 60: at its end the verdict is that of what is known by then, "
+             "and a limitation says what was not done; the report follows (default: no limit)",
+    )
     parser.add_argument("--effects", metavar="DIR", help="folder with Python files of further effects")
     parser.add_argument(
         "--vehicle",
@@ -130,7 +139,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
                      impose=arguments.impose, free=arguments.free, mapping=mapping_of(arguments.map),
                      effects=arguments.effects or (), rate=arguments.rate,
                      tolerance=None if arguments.tolerance is None else arguments.tolerance / 100,
-                     out=arguments.out or "gap")  # fmt: skip
+                     time=arguments.time, out=arguments.out or "gap")  # fmt: skip
     return found.to_dict()
 
 

@@ -21,6 +21,7 @@ from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import Candidate
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.preprocessing.sampled_run import SampledRun
+from motofmi.gap.stages import Stage, running
 from motofmi.gap.validation.before_after import on_validation_runs
 
 
@@ -51,28 +52,34 @@ def compare(
     library: Sequence[type[Effect]],
     validation: Sequence[SampledRun],
     criteria: Criteria,
-    on_progress: Callable[[], None] = lambda: None,
+    on_progress: Callable[[Callable[[], Comparison]], None] = lambda known: None,
 ) -> Comparison | None:
     """The comparison of a base, its fitted single effects and pairs of them; None where the base cannot be compared.
 
     singles are fits of one effect each on the runs of the base; validation are prepared runs with the noise of the
-    fitted ones. on_progress is called after each step. The fits of the compared models get their sandwich covariance.
+    fitted ones. on_progress is called after the single effects, with a function that compares them alone. The fits of the compared models get their sandwich covariance.
     """
-    leading = min((c.fit for c in singles), key=lambda found: found.chi2, default=base)
-    blocks = CommonBlocks(leading, validation, criteria)
-    compared_base = blocks.evaluated(base)
-    if compared_base is None:
-        return None
-    models = leading_models(blocks, base, singles)
-    on_progress()
-    models += pairs(blocks, one_per_families(models), library, criteria, on_progress)
-    on_progress()
+    with running(Stage.COMPARISON):
+        leading = min((c.fit for c in singles), key=lambda found: found.chi2, default=base)
+        blocks = CommonBlocks(leading, validation, criteria)
+        compared_base = blocks.evaluated(base)
+        if compared_base is None:
+            return None
+        models = leading_models(blocks, base, singles)
+    on_progress(lambda: _compared(blocks, compared_base, models))
+    with running(Stage.PAIRS):
+        both = pairs(blocks, one_per_families(models), library, criteria)
+    return _compared(blocks, compared_base, [*models, *both])
+
+
+def _compared(blocks: CommonBlocks, compared_base: ComparedModel, models: Sequence[ComparedModel]) -> Comparison:
+    """The comparison of the base with models that are evaluated on the same blocks."""
     covariances = {id(m): sandwich_covariance(blocks.residuals(m.fit), blocks.blocks) for m in models}
     errors = {key: np.sqrt(np.maximum(np.diag(v), 0.0)) for key, v in covariances.items()}
     flexible = _flexible_mean_square(compared_base, models, blocks)
     counts = (len(blocks.blocks), len(blocks.validation_blocks))
-    motion = _motion_mean_square(validation or base.runs, blocks.scale)
-    result = outcome(compared_base, models, flexible, motion, counts, errors, criteria)
+    motion = _motion_mean_square(blocks.validation or compared_base.fit.runs, blocks.scale)
+    result = outcome(compared_base, models, flexible, motion, counts, errors, blocks.criteria)
     for model in models:
         model.fit.sandwich = covariances[id(model)]
     return Comparison(result, compared_base, one_per_families(models), flexible, motion, counts)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmus.effects import Effect
+from fmus.support.deadline import time_is_up
 from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
 from motofmi.gap.comparison.block_losses import left_out_mean_squares, mean_squares, partition
@@ -88,7 +89,10 @@ class CommonBlocks:
             self.validation_blocks = partition(time_residuals(validated, self.scale), longest)
 
     def evaluated(self, found: Fit) -> ComparedModel | None:
-        """The mean squares of a fit on all blocks; None where it cannot be simulated or differentiated."""
+        """The mean squares of a fit on all blocks; None where it cannot be simulated or differentiated, or after a
+        deadline."""
+        if time_is_up():
+            return None
         try:
             fitted = left_out_mean_squares(time_residuals(found, self.scale), self.blocks)
             validation = np.zeros(0)
@@ -121,7 +125,10 @@ class CommonBlocks:
         return models
 
     def fitted_losses(self, found: Fit) -> np.ndarray | None:
-        """The logarithmic losses (blocks,) [1] on the fitted runs; None where they cannot be computed."""
+        """The logarithmic losses (blocks,) [1] on the fitted runs; None where they cannot be computed, or after a
+        deadline."""
+        if time_is_up():
+            return None
         try:
             squares = left_out_mean_squares(time_residuals(found, self.scale), self.blocks)
         except (ValueError, np.linalg.LinAlgError):

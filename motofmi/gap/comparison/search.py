@@ -4,7 +4,7 @@ Effects are ordered by their mean logarithmic loss on blocks, not by chi-square:
 dominates chi-square and hides the gain of an effect in all other runs.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -82,11 +82,10 @@ def pairs(
     firsts: Sequence[ComparedModel],
     library: Sequence[type[Effect]],
     criteria: Criteria,
-    on_progress: Callable[[], None] = lambda: None,
 ) -> list[ComparedModel]:
     """Pairs of a leading effect and the effects with the largest gain beside it, then the best pair in other forms.
 
-    firsts are the single effects, the leading one first; on_progress is called after each of them.
+    firsts are the single effects, the leading one first.
     """
     fits: dict[frozenset[type[Effect]], Fit] = {}
     plain = [effect for effect in library if not effect.flexible]
@@ -99,7 +98,6 @@ def pairs(
             effects = frozenset(candidate.fit.model.effects)
             if candidate.fitted and (effects not in fits or candidate.fit.chi2 < fits[effects].chi2):
                 fits[effects] = candidate.fit
-        on_progress()
     losses = {effects: loss for effects, found in fits.items() if (loss := blocks.fitted_losses(found)) is not None}
     order = sorted(losses, key=lambda effects: losses[effects].mean())
     order = [effects for effects in order if not clearly_behind(losses[effects], losses[order[0]])]

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from fmus.effects import Effect
+from fmus.support.deadline import time_is_up
 from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
 from motofmi.gap.criteria import Criteria
@@ -23,14 +24,17 @@ OUT_OF_REACH = 4.0  # ratio of chi-square to the one to be reached above which n
 
 def fit_each(found: Fit, signatures: Sequence[Signature], so_far: Sequence[Candidate], beat: float, known: Sequence[Fit],
              criteria: Criteria) -> list[Candidate]:  # fmt: skip
-    """The candidates of these signatures, fitted as far as they may compete with the candidates so far."""
+    """The candidates of these signatures, fitted as far as they may compete with the candidates so far; after a deadline
+    not fitted."""
     beat = (
         min((beat, *(c.fit.chi2 for c in so_far if c.fitted and adequate(c.fit, criteria))))
         + criteria.clear_lead_delta_bic
     )
     known = [*known, *sorted((c.fit for c in so_far if c.fitted), key=lambda other: -other.chi2)]
     portable_fits = parallel_map(
-        lambda signature: PortableFit.of(_best_fit(found, signature, beat, known, criteria)),
+        lambda signature: None
+        if time_is_up()
+        else PortableFit.of(_best_fit(found, signature, beat, known, criteria)),
         signatures,
         "fitting effects",
     )
@@ -93,7 +97,7 @@ def _best_fit(found: Fit, signature: Signature, beat: float, known: Sequence[Fit
         )  # screened gains are too small where the base fits badly
         as_promised &= best.chi2 < least
         out_of_reach = not at_bound and OUT_OF_REACH * beat < fitted.chi2 < found.chi2
-        if adequate(best, criteria) or as_promised or out_of_reach or (settled and fitted.chi2 > beat):
+        if adequate(best, criteria) or as_promised or out_of_reach or (settled and fitted.chi2 > beat) or time_is_up():
             break
     if best is None or best.chi2 > found.chi2:
         with suppress(InputError):

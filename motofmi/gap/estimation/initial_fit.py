@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from fmus.support.deadline import time_is_up
 from fmus.support.errors import InputError
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.estimation.fitting import fit
@@ -44,7 +45,7 @@ def initial_fit(model: FreeInitialStateModel, runs: Sequence[SampledRun]) -> Fit
                 found.reduced, before.reduced
             )
             best = found if best is None or found.reduced < best.reduced else best
-            if best.reduced < GOOD or again:
+            if best.reduced < GOOD or again or time_is_up():
                 return _with_best_interpolation(model, best)
     if best is None:
         raise InputError(f"{model.component.name} cannot be simulated near its parameter values; expected values of "

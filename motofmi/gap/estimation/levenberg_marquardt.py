@@ -17,6 +17,7 @@ from typing import Protocol
 
 import numpy as np
 
+from fmus.support.deadline import time_is_up
 from fmus.support.errors import InputError
 
 COARSE = 1e-3  # share of chi2: the least significant change while a fit is far from the data
@@ -50,7 +51,7 @@ def levenberg_marquardt(problem: Problem, x: np.ndarray, bounds: tuple[np.ndarra
     """The minimum of the sum of squares from x (n,) over the parameters `free` (indices).
 
     reach(x) (n,) bounds one step from x. The search ends when a step reduces chi2 by less than the share `gain`, or
-    when chi2 is so far above `beat` that the next steps cannot reach it. Raises InputError where the model cannot be
+    when chi2 is so far above `beat` that the next steps cannot reach it, or at a deadline. Raises InputError where the model cannot be
     simulated at the start.
     """
     low, high = bounds
@@ -80,7 +81,7 @@ def levenberg_marquardt(problem: Problem, x: np.ndarray, bounds: tuple[np.ndarra
             unlimited = -float(
                 2 * gradient[open_] @ move + move @ normal @ move
             )  # the gain of a shortened step does not bound that of the next ones
-            if expected < worth or (not tries and chi2 - REMAINING_STEPS * max(expected, unlimited) > beat):
+            if time_is_up() or expected < worth or (not tries and chi2 - REMAINING_STEPS * max(expected, unlimited) > beat):
                 break
             try:
                 new_residuals = problem.residuals(trial)

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.stats import qmc
 
+from fmus.support.deadline import time_is_up
 from fmus.support.parallel import parallel_map
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import adequate
@@ -26,7 +27,7 @@ def fit_base(model: AnyModel, runs: Sequence[AnyRun], criteria: Criteria = Crite
     """The best fit of a model without effects. Raises InputError where not even the first start can be simulated."""
     first = model.start()
     best, reached = fit(model, runs, first), 1
-    if adequate(best, criteria) or not model.base:
+    if adequate(best, criteria) or not model.base or time_is_up():
         return best
     moves = np.zeros((MOST - 1, len(first)))
     moves[:, : len(model.base)] = qmc.scale(
@@ -37,7 +38,7 @@ def fit_base(model: AnyModel, runs: Sequence[AnyRun], criteria: Criteria = Crite
     )
     found = itertools.chain(
         (portable.on(model, runs) if portable else None for portable in begun),
-        (fit_or_none(model, runs, first + move) for move in moves[FEW - 1 :]),
+        (fit_or_none(model, runs, first + move) for move in moves[FEW - 1 :] if not time_is_up()),
     )
     for count, other in enumerate(found, 2):
         if other is not None and other.chi2 < (1 - SAME) * best.chi2:

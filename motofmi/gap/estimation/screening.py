@@ -17,6 +17,7 @@ from scipy.optimize import lsq_linear
 
 from fmus.effects import Effect
 from fmus.effects.prior import LogNormalPrior
+from fmus.support.deadline import time_is_up
 from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
 from motofmi.gap.estimation.fit_result import Fit, initial_guesses, with_initial_guesses
@@ -38,12 +39,14 @@ class Signature:
 
 
 def screen(found: Fit, effects: Iterable[type[Effect]], keep: int = 2) -> list[Signature]:
-    """The best starting values, at most `keep`, of every effect on top of a fit."""
+    """The best starting values, at most `keep`, of every effect on top of a fit; after a deadline none."""
     basis, _ = np.linalg.qr(found.jacobian / (np.linalg.norm(found.jacobian, axis=0) + 1e-12))
     left = found.residuals - basis @ (basis.T @ found.residuals)
 
     def tried(part: tuple[type[Effect], list[dict[str, float]]]) -> list[tuple[float, np.ndarray]]:
         effect, shapes = part
+        if time_is_up():
+            return []
         try:
             model = found.model.with_added_effects(effect, slopes_of_base=False)
         except InputError:  # it cannot be added to the effects of the fit

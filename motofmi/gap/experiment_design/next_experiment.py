@@ -12,6 +12,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from fmus.support.deadline import time_is_up
 from fmus.support.errors import InputError
 from fmus.support.progress import track
 from motofmi.frequency_response.excitation import sweep
@@ -99,16 +100,16 @@ def next_experiment(
     """The runs that would resolve a tie or confirm a weak verdict, with the delta chi-square expected from them.
 
     `propose` gives the possible experiments for a fit; it is called only where there are rivals. None where the verdict
-    needs no further experiment, or no proposed one is informative enough.
+    needs no further experiment, no proposed one is informative enough, or a deadline has passed.
     """
     rivals = _rivals(verdict)
-    proposals = propose(verdict.base) if len(rivals) > 1 else []
+    proposals = propose(verdict.base) if len(rivals) > 1 and not time_is_up() else []
     if not proposals:
         return None
     fits = [fit for _, fit in rivals]
     tables = [_separations(p, fits) for p in track(proposals, "predicting further runs")]
     chosen = _chosen(proposals, tables, fits, max(len(verdict.tied), 2), verdict.criteria)
-    if not chosen:
+    if not chosen or time_is_up():
         return None
     total = np.sum([tables[i] for i in chosen], axis=0)
     names = [name for name, _ in rivals]
@@ -189,7 +190,9 @@ def _others(fitted: Sequence[Candidate], family: str) -> list[tuple[str, Fit]]:
 
 
 def _separations(proposal: Proposal, rivals: Sequence[Fit]) -> np.ndarray:
-    """Expected delta chi-square (k, k) of the rival of a column where that of a row is the truth."""
+    """Expected delta chi-square (k, k) of the rival of a column where that of a row is the truth; after a deadline 0."""
+    if time_is_up():
+        return np.zeros((len(rivals), len(rivals)))
     try:
         predictions = [proposal.predict(rival) for rival in rivals]
     except InputError:  # the planned run cannot be simulated

@@ -14,26 +14,23 @@ from typing import Any
 import numpy as np
 
 from fmus.effects import Effect
-from fmus.effects.placement import laws_at
 from fmus.support.errors import InputError
-from motofmi.gap.comparison.compare import compare
+from motofmi.gap.comparison.compare import Comparison, compare
 from motofmi.gap.comparison.search import single_effects
 from motofmi.gap.criteria import Criteria
-from motofmi.gap.estimation.candidate import adequate, noise_is_known
+from motofmi.gap.estimation.base_fit import fitted_base, fitted_values
+from motofmi.gap.estimation.candidate import Candidate, adequate, noise_is_known, ranked
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.estimation.fitting import fit
-from motofmi.gap.estimation.initial_fit import equal_noise, initial_fit
-from motofmi.gap.estimation.single_frequency import inseparable_inertias
 from motofmi.gap.estimation.unit_plausibility import common_factor
 from motofmi.gap.experiments.input_output import InputOutputExperiment
-from motofmi.gap.models.free_initial_state import FreeInitialStateModel
-from motofmi.gap.preprocessing.input_interpolation import KINDS, SMOOTHER
-from motofmi.gap.preprocessing.noise_sources import known_noise
 from motofmi.gap.preprocessing.sampled_run import SHORTEST_SEGMENT, SampledRun, excited, prepare_sampled_run
 from motofmi.gap.selection.by_comparison import verdict_by_comparison
 from motofmi.gap.selection.candidate_search import search_candidates
 from motofmi.gap.selection.model_selection import Verdict, select_model
-from motofmi.gap.validation.before_after import on_validation_runs
+from motofmi.gap.selection.within_time import within_time
+from motofmi.gap.stages import Stage, running
+from motofmi.gap.validation.before_after import before_and_after, on_validation_runs
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.resampling import white_noise
 
@@ -45,6 +42,8 @@ WHITE_NOISE_FACTOR = 1.5
 # were not modelled gave wrong effects.
 OFFSET_PRIOR = 0.3
 NOISE_CHANGE = 0.1  # mean relative change of the noise's standard deviation below which there is no further round
+
+OnProgress = Callable[[Verdict], None]
 
 
 @dataclass(frozen=True)
@@ -72,7 +71,7 @@ def investigate(
     runs: Sequence[SampledRun],
     more_effects: Sequence[type[Effect]] = (),
     given: Mapping[str, float] | None = None,
-    on_progress: Callable[[Verdict], None] = lambda verdict: None,
+    on_progress: OnProgress = lambda verdict: None,
     validation: Sequence[Recording] = (),
     library: Sequence[type[Effect]] = (),
     criteria: Criteria = Criteria(),
@@ -85,74 +84,105 @@ def investigate(
     it cannot add one. Raises InputError where the base cannot be fitted.
     """
     experiment = experiment.with_sensor_offsets(_offset_priors(runs))
-    component, model = experiment.component, FreeInitialStateModel(experiment)
-    initial = initial_fit(model, runs)
-    fixed = inseparable_inertias(initial, criteria)
-    if fixed and len(fixed) < len(experiment.free):
-        experiment = replace(experiment, free=tuple(f for f in experiment.free if f.name not in fixed))
-        model = FreeInitialStateModel(experiment)
-        initial = initial_fit(model, [replace(run, experiment=experiment, guess={}) for run in runs])
-    initial = fit(model, equal_noise(initial.runs, initial), initial.x)
-    deflection, rate = largest_motion(initial)
-    fitted_component = experiment.component.with_values(**_values(initial))
-    experiment = replace(experiment, component=fitted_component).scaled(deflection, rate)
-    inputs, outputs = _largest(runs, experiment.driven), _largest(runs, experiment.outputs)
-    states = {} if experiment.imposed else _ranges(initial)
-    period = float(np.median([1 / run.middle_frequency for run in runs]))
-    library = [*(library or laws_at(experiment.component, rate, inputs, outputs, states, period)), *more_effects]
-    model = FreeInitialStateModel(experiment)
-    noisy = [_with_interpolation_error(model, run) for run in known_noise(initial.runs, given or {})]
-    base = fit(model, noisy, model.start())
-    verdict = Verdict("unknown", base, base, criteria=criteria)
-    on_progress(verdict)
-    validation_runs = [prepare_sampled_run(recording, experiment) for recording in validation]
-    verdict = _selected(base, library, validation_runs, on_progress, criteria)
+
+    def search(report: OnProgress) -> Verdict:
+        with running(Stage.BASE):
+            base, library_of_runs = fitted_base(experiment, runs, given or {}, criteria)
+            validation_runs = [prepare_sampled_run(recording, base.model.experiment) for recording in validation]
+            report(_undecided(base, base, validation_runs, criteria))
+        return _selected(base, [*(library or library_of_runs), *more_effects], validation_runs, report, criteria)
+
+    verdict = within_time(search, on_progress)
+    fitted: Any = verdict.best.model.experiment
+    fixed = {f.name for f in experiment.free} - {f.name for f in fitted.free}
     expected = experiment.own_values and excited(runs)
-    factor = common_factor(component, _values(verdict.best), criteria) if expected else 1.0
+    factor = common_factor(experiment.component, fitted_values(verdict.best), criteria) if expected else 1.0
     if factor != 1.0 and verdict.verdict != "none":
-        verdict = replace(verdict, verdict="unknown", effects=[], tied=[], unspecified_form=False)
+        verdict = verdict.as_unknown()
     missed = _missed(verdict.best)
     if missed > criteria.slow_noise_share and verdict.verdict == "none" and verdict.comparison is None:
         verdict = replace(verdict, verdict="unknown")
-    return Investigation(verdict, experiment, factor, missed, tuple(fixed))
+    return Investigation(verdict, fitted, factor, missed, tuple(sorted(fixed)))
+
+
+def _undecided(
+    base: Fit,
+    best: Fit,
+    validation_runs: Sequence[SampledRun],
+    criteria: Criteria,
+    candidates: Sequence[Candidate] = (),
+) -> Verdict:
+    """The verdict before any decision, `unknown`; concluded, it has the misfit on validation runs."""
+    verdict = Verdict("unknown", base, best, candidates=list(candidates), criteria=criteria)
+
+    def conclude() -> Verdict:
+        checked = _with_noise_of(base.runs[0], validation_runs)
+        return replace(verdict, validation_gap=before_and_after(base, best, checked, criteria))
+
+    return replace(verdict, conclude=conclude)
 
 
 def _selected(
     base: Fit,
     library: Sequence[type[Effect]],
     validation_runs: Sequence[SampledRun],
-    on_progress: Callable[[Verdict], None],
+    on_progress: OnProgress,
     criteria: Criteria,
 ) -> Verdict:
     """The verdict by chi-square where the noise is known or some model leaves noise alone; else by comparison."""
     if noise_is_known(base):
         return _by_chi_square(base, library, validation_runs, on_progress, criteria)
-    singles = single_effects(base, library, criteria)
-    best = min((c.fit for c in singles), key=lambda found: found.chi2, default=base)
-    chi_square_tried = _leaves_noise(best, validation_runs, criteria)
+
+    def report_unknown(verdict: Verdict) -> None:
+        """Noise that follows from the result is known at the end only: no name before."""
+        conclude = verdict.conclude
+        on_progress(replace(verdict.as_unknown(), conclude=conclude and (lambda: conclude().as_unknown())))
+
+    best, _ = _single_effects(base, library, validation_runs, on_progress, criteria)
+    with running(Stage.NOISE):
+        chi_square_tried = _leaves_noise(best, validation_runs, criteria)
     if chi_square_tried:
-        verdict = _by_chi_square(base, library, validation_runs, on_progress, criteria)
+        verdict = _by_chi_square(base, library, validation_runs, report_unknown, criteria)
         if _decisive(verdict, criteria):
             return verdict
     base = fit(base.model, [_in_shorter_segments(run) for run in base.runs], base.x)
-    singles = single_effects(base, library, criteria)
     compared_runs = [_in_shorter_segments(run) for run in _with_noise_of(base.runs[0], validation_runs)]
+    best, singles = _single_effects(base, library, compared_runs, on_progress, criteria)
 
-    def report_singles() -> None:
-        on_progress(Verdict("unknown", base, base, candidates=list(singles), criteria=criteria))
+    def decided(compared: Comparison) -> Verdict:
+        return verdict_by_comparison(compared, singles, compared_runs, criteria)
 
-    compared = compare(base, singles, library, compared_runs, criteria, report_singles)
+    def report(known: Callable[[], Comparison]) -> None:
+        verdict = _undecided(base, best, compared_runs, criteria, ranked(singles))
+        on_progress(replace(verdict, conclude=lambda: decided(known())))
+
+    compared = compare(base, singles, library, compared_runs, criteria, report)
     pairs = [c.fit for c in compared.models if len(c.effects) > 1] if compared else []
     if not chi_square_tried and any(_leaves_noise(found, validation_runs, criteria) for found in pairs):
-        verdict = _by_chi_square(base, library, validation_runs, on_progress, criteria)
+        verdict = _by_chi_square(base, library, validation_runs, report_unknown, criteria)
         chi_square_tried = True
         if _decisive(verdict, criteria):
             return verdict
     if compared is not None:
-        return verdict_by_comparison(compared, singles, compared_runs, criteria)
+        return decided(compared)
     if chi_square_tried:
         return verdict
-    return _by_chi_square(base, library, validation_runs, on_progress, criteria)
+    return _by_chi_square(base, library, validation_runs, report_unknown, criteria)
+
+
+def _single_effects(
+    base: Fit,
+    library: Sequence[type[Effect]],
+    validation_runs: Sequence[SampledRun],
+    on_progress: OnProgress,
+    criteria: Criteria,
+) -> tuple[Fit, list[Candidate]]:
+    """The fit with the least chi-square, and all single effects that were fitted."""
+    with running(Stage.SINGLE_EFFECTS):
+        singles = single_effects(base, library, criteria)
+        best = min((c.fit for c in singles), key=lambda found: found.chi2, default=base)
+        on_progress(_undecided(base, best, validation_runs, criteria, ranked(singles)))
+    return best, singles
 
 
 def _in_shorter_segments(run: SampledRun) -> SampledRun:
@@ -189,12 +219,13 @@ def _by_chi_square(
     base: Fit,
     library: Sequence[type[Effect]],
     validation_runs: Sequence[SampledRun],
-    on_progress: Callable[[Verdict], None],
+    on_progress: OnProgress,
     criteria: Criteria,
 ) -> Verdict:
     """The verdict of model selection, repeated with the noise of its result until the noise changes little."""
     verdict, known = Verdict("unknown", base, base, criteria=criteria), list[Fit]()
-    prepared = _with_noise_of_best_effect(base, library, known, criteria)
+    with running(Stage.NOISE):
+        prepared = _with_noise_of_best_effect(base, library, known, criteria)
     for round_ in range(MOST_ROUNDS):
         checked = _with_noise_of(prepared[0], validation_runs)
         # Intermediate verdicts of a later round contain less than the final verdict of the round before.
@@ -209,7 +240,7 @@ def _by_chi_square(
         if _change(before, prepared) < NOISE_CHANGE:
             break
     if verdict.verdict == "named" and _doubtful(verdict, library, bool(validation_runs), criteria):
-        return replace(verdict, verdict="unknown", effects=[], tied=[], unspecified_form=False)
+        return verdict.as_unknown()
     return verdict
 
 
@@ -223,17 +254,6 @@ def _with_noise_of(fitted: SampledRun, validation_runs: Sequence[SampledRun]) ->
         run.with_interpolation(fitted.kind).with_densities(fitted.densities, fitted.noise_source)
         for run in validation_runs
     ]
-
-
-def _with_interpolation_error(model: FreeInitialStateModel, run: SampledRun) -> SampledRun:
-    """The run with the additional variance due to inputs that are unknown between their samples.
-
-    It is the squared difference of the model's outputs with two splines through the input.
-    """
-    if run.kind != KINDS[0]:
-        return run
-    smooth, smoother = (model.reduced(r, model.start())[0] for r in (run, run.with_interpolation(SMOOTHER)))
-    return run.with_input_variance((smooth - smoother) * run.deviation)
 
 
 def _with_noise_of_best_effect(
@@ -252,41 +272,6 @@ def _with_noise_of_best_effect(
 def _with_remaining_noise(found: Fit) -> list[SampledRun]:
     """The runs of a fit with the noise estimated from its residuals."""
     return [found.model.with_remaining_noise(run, found.of_run(i)) for i, run in enumerate(found.runs)]
-
-
-def _values(found: Fit) -> dict[str, float]:
-    """The fitted parameters of the base by name, within their bounds."""
-    model: Any = found.model
-    values, rows = model.values(found.shared), model.component.table
-    return {n: float(np.clip(values[n], rows[n].min, rows[n].max)) for n in model.base}
-
-
-def largest_motion(found: Fit) -> tuple[float, float]:
-    """The 99.9 % quantiles of |deflection| and |rate| of the component's first element, the largest of all runs.
-
-    The units are those of the element (m and m/s, or rad and rad/s); both are 1 where there is no element.
-    """
-    sizes = []
-    model: Any = found.model
-    for index, run in enumerate(found.runs):
-        _, deflections, rates, _ = model.residuals_and_motion(run, found.of_run(index))
-        if deflections:
-            sizes.append((np.quantile(np.abs(deflections[0]), 0.999), np.quantile(np.abs(rates[0]), 0.999)))
-    return tuple(float(max(s)) for s in zip(*sizes, strict=True)) if sizes else (1.0, 1.0)  # type: ignore[return-value]
-
-
-def _largest(runs: Sequence[SampledRun], names: Sequence[str]) -> dict[str, float]:
-    """The 99.9 % quantiles of the moduli of recorded signals by name, the largest of all runs; zeros are left out."""
-    levels = {n: max(float(np.quantile(np.abs(run.recording[n]), 0.999)) for run in runs) for n in names}
-    return {n: level for n, level in levels.items() if level > 0}
-
-
-def _ranges(found: Fit) -> dict[str, tuple[float, float]]:
-    """The ranges of the states in the runs, without those that stay constant."""
-    model: Any = found.model
-    every = [model.ranges_of_states(run, found.of_run(index)) for index, run in enumerate(found.runs)]
-    ranges = {n: (min(r[n][0] for r in every), max(r[n][1] for r in every)) for n in every[0]}
-    return {n: (low, high) for n, (low, high) in ranges.items() if high > low}
 
 
 def _offset_priors(runs: Sequence[SampledRun]) -> dict[str, float]:

@@ -35,13 +35,18 @@ from motofmi.gap.models.harmonic_model import AnyModel, AnyRun
 from motofmi.gap.selection.candidate_search import search_candidates
 from motofmi.gap.selection.pairs import Pair, in_simplest_forms, pairs_of, shared_families, single_effects_instead
 from motofmi.gap.selection.unspecified_law import better_outside_library
+from motofmi.gap.stages import Stage, running
 from motofmi.gap.validation.before_after import ValidationGap, before_and_after
 from motofmi.gap.validation.validation_run import ValidationRuns, required_share
 
 
 @dataclass
 class Verdict:
-    """The result of model selection. `best` is the selected fit; candidates are all single effects, the best first."""
+    """The result of model selection. `best` is the selected fit; candidates are all single effects, the best first.
+
+    A search that reports a verdict before its end says with `conclude` how it is completed should the search end there.
+    `ended` is the sentence on what was not done where it was ended by a time budget or by an interrupt.
+    """
 
     verdict: str
     base: Fit
@@ -55,41 +60,67 @@ class Verdict:
     validation_gap: ValidationGap = None  # misfit on validation runs before and after
     criteria: Criteria = Criteria()
     comparison: Comparison | None = None  # where the verdict is that of a comparison on blocks
+    conclude: Callable[[], "Verdict"] | None = None
+    ended: str = ""
+    interrupted: bool = False
 
     def __repr__(self) -> str:
         names = " and ".join(c.family for c in self.effects) or " or ".join(c.family for c in self.tied)
         said = f"{self.verdict}: {names}" if names else self.verdict
         return f"Verdict({said}, reduced chi-square {self.base.reduced:.3g} -> {self.best.reduced:.3g})"
 
+    def as_unknown(self) -> "Verdict":
+        """The same without a name."""
+        return replace(self, verdict="unknown", effects=[], tied=[], unspecified_form=False)
+
 
 def select_model(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effect]], validation: Sequence[AnyRun] = (),
-                 so_far: Callable[[Verdict], None] = lambda verdict: None, known: list[Fit] | None = None,
+                 on_progress: Callable[[Verdict], None] = lambda verdict: None, known: list[Fit] | None = None,
                  criteria: Criteria = Criteria()) -> Verdict:  # fmt: skip
     """The verdict on runs, with a model of the base and the effects of a library; validation runs
     can only reject names.
 
-    The final fits use the noise that the best one leaves. so_far is called with an intermediate verdict, `unknown`,
-    after the base, after the single effects, and after each effect with which second ones were tried. known are fits
-    that serve as starts, see `search_candidates`. Raises InputError where the base cannot be fitted.
+    The final fits use the noise that the best one leaves. on_progress is called with an intermediate verdict after the base,
+    after the single effects, and after each effect with which second ones were tried. known are fits that serve as
+    starts, see `search_candidates`. Raises InputError where the base cannot be fitted, and TimeUpError after a deadline.
     """
     known = known if known is not None else []
-    held = ValidationRuns(validation, criteria)
-    first = verdict = _validated(_select(model, runs, library, held, so_far, known), held)
-    left, rejected = library, list(verdict.rejected)
+    held, rejected = ValidationRuns(validation, criteria), list[str]()
+
+    def validated(found: Verdict) -> Verdict:
+        verdict = _validated(found, held)
+        return replace(verdict, rejected=[*rejected, *verdict.rejected])
+
+    def report(found: Verdict) -> None:
+        on_progress(replace(found, conclude=lambda: _concluded(validated(found), held)))
+
+    def selected(library: Sequence[type[Effect]]) -> Verdict:
+        found = _select(model, runs, library, held, report, known)
+        with running(Stage.VALIDATION):
+            return validated(found)
+
+    first = verdict = selected(library)
+    left, rejected = library, verdict.rejected
     while verdict.verdict == "unknown" and any(e.family in rejected for e in left):
         left = [e for e in left if e.family not in rejected]
-        verdict = _validated(_select(model, runs, left, held, so_far, known), held)
-        rejected += verdict.rejected
+        verdict = selected(left)
+        rejected = verdict.rejected
     verdict = replace(verdict if verdict.verdict in ("named", "tied") else first, rejected=rejected)
-    verdict = _unless_outside_library(verdict, library, held)
+    with running(Stage.OUTSIDE):
+        on_progress(replace(verdict, conclude=lambda: _concluded(verdict, held)))
+        checked = _unless_outside_library(verdict, library, held)
+    return _concluded(checked, held)
+
+
+def _concluded(verdict: Verdict, held: ValidationRuns) -> Verdict:
+    """The verdict with the noise that the best fit leaves, and with its misfit on validation runs."""
     with suppress(InputError):
-        verdict.base, verdict.best = _refitted_with_remaining_noise(verdict)
-        verdict.validation_gap = before_and_after(verdict.base, verdict.best, validation, criteria)
-        return verdict
+        base, best = _refitted_with_remaining_noise(verdict)
+        return replace(verdict, base=base, best=best, validation_gap=before_and_after(base, best, held.runs, held.criteria))
     # The best fit cannot be simulated again, so that nothing is named.
-    verdict = replace(verdict, verdict="unknown", best=verdict.base, effects=[], tied=[], unspecified_form=False)
+    verdict = replace(verdict.as_unknown(), best=verdict.base)
     with suppress(InputError):
-        verdict.validation_gap = before_and_after(verdict.base, verdict.base, validation, criteria)
+        verdict.validation_gap = before_and_after(verdict.base, verdict.base, held.runs, held.criteria)
     return verdict
 
 
@@ -109,36 +140,41 @@ def _refitted_with_remaining_noise(verdict: Verdict) -> tuple[Fit, Fit]:
     return base, again
 
 
-def _select(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effect]], held: ValidationRuns, so_far: Callable[[Verdict], None],
+def _select(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effect]], held: ValidationRuns, on_progress: Callable[[Verdict], None],
             known: list[Fit]) -> Verdict:  # fmt: skip
     criteria = held.criteria
     verdict_of = partial(Verdict, criteria=criteria)
-    base = fit_base(model, runs, criteria)
-    so_far(verdict_of("unknown", base, base))
-    first = search_candidates(base, library, known=known, criteria=criteria)
-    best = best_of(first, criteria)
+    with running(Stage.BASE):
+        base = fit_base(model, runs, criteria)
+        on_progress(verdict_of("unknown", base, base))
+    with running(Stage.SINGLE_EFFECTS):
+        first = search_candidates(base, library, known=known, criteria=criteria)
+        best = best_of(first, criteria)
+        on_progress(verdict_of("unknown", base, best.fit if best else base, candidates=first))
     if best is None or best.delta_bic < criteria.first_effect_delta_bic:
         return verdict_of("none" if adequate(base, criteria) else "unknown", base, base, candidates=first)
-    so_far(verdict_of("unknown", base, best.fit, candidates=first))
-    law = (
-        None if adequate(best.fit, criteria) else better_outside_library(base, best.fit, library, criteria, failed=True)
-    )
-    if law is not None and _consistent_with_noise(law.fit, criteria) and not (held and held.reject(base, law.fit)):
-        return verdict_of("unknown", base, best.fit, candidates=first, outside_library=law)
-    pairs = pairs_of(
-        best,
-        first,
-        library,
-        criteria,
-        lambda leading: so_far(verdict_of("unknown", base, leading.second.fit, candidates=first)),
-        known,
-    )
-    if pairs and shared_families(pairs):
-        found = in_simplest_forms(base, pairs[0], library, criteria) if len(shared_families(pairs)) == 2 else pairs[0]
-        enough = single_effects_instead(base, found, library, criteria)
-        if not enough:
-            return _of_pairs(base, found, pairs, first, criteria)
-        first = ranked([*enough, *(c for c in first if c.effect not in [e.effect for e in enough])])
+    of_one = _of_one(base, first, criteria)
+    on_progress(of_one)
+    with running(Stage.PAIRS):
+        law = (
+            None
+            if adequate(best.fit, criteria)
+            else better_outside_library(base, best.fit, library, criteria, failed=True)
+        )
+        if law is not None and _consistent_with_noise(law.fit, criteria) and not (held and held.reject(base, law.fit)):
+            return verdict_of("unknown", base, best.fit, candidates=first, outside_library=law)
+
+        def with_second(leading: Pair) -> None:
+            on_progress(replace(of_one, best=leading.second.fit) if of_one.verdict == "unknown" else of_one)
+
+        pairs = pairs_of(best, first, library, criteria, with_second, known)
+        if pairs and shared_families(pairs):
+            certain = len(shared_families(pairs)) == 2
+            found = in_simplest_forms(base, pairs[0], library, criteria) if certain else pairs[0]
+            enough = single_effects_instead(base, found, library, criteria)
+            if not enough:
+                return _of_pairs(base, found, pairs, first, criteria)
+            first = ranked([*enough, *(c for c in first if c.effect not in [e.effect for e in enough])])
     return _of_one(base, first, criteria)
 
 
@@ -235,14 +271,7 @@ def _confirmed_name(verdict: Verdict, held: ValidationRuns) -> Verdict:
             return replace(
                 verdict, effects=[form], best=form.fit, unspecified_form=unspecified_form or form.effect.flexible
             )
-    return replace(
-        verdict,
-        verdict="unknown",
-        effects=[],
-        tied=[],
-        unspecified_form=False,
-        rejected=[" and ".join(c.family for c in named)],
-    )
+    return replace(verdict.as_unknown(), rejected=[" and ".join(c.family for c in named)])
 
 
 def _confirmed_form(
@@ -272,7 +301,7 @@ def _unless_outside_library(verdict: Verdict, library: Sequence[type[Effect]], h
         law = None
     if law is None and named and _explained(verdict, held):
         return verdict
-    return replace(verdict, verdict="unknown", effects=[], tied=[], unspecified_form=False, outside_library=law)
+    return replace(verdict.as_unknown(), outside_library=law)
 
 
 def _explained(verdict: Verdict, held: ValidationRuns) -> bool:

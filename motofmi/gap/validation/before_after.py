@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from fmus.support.deadline import time_is_up
 from fmus.support.errors import InputError
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.fit_result import Fit, run_to_run_deviations
@@ -60,7 +61,7 @@ def _deviations(found: Fit, run: AnyRun, criteria: Criteria) -> np.ndarray:
         with suppress(InputError):
             made = fit(found.model, [run], np.concatenate([found.x[:shared], share * offsets]), frozen=range(shared))
             best = made if best is None or made.chi2 < best.chi2 else best
-            if best.reduced < criteria.predicted_reduced_chi2:
+            if best.reduced < criteria.predicted_reduced_chi2 or time_is_up():
                 break
     return np.zeros(len(places)) if best is None else best.x[shared:]
 

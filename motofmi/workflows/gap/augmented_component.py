@@ -23,7 +23,10 @@ def component_of(experiment: InputOutputExperiment, found: Fit) -> Component:
     model: Any = found.model
     values = model.values(found.shared) | {n: found.runs[0].duration
                                            for n in with_effects.values if n.endswith(".duration")}
-    return with_effects.with_values(**{n: values.get(n, v) for n, v in with_effects.values.items()})
+    rows = with_effects.table  # a value at its bound may differ from it by rounding
+    return with_effects.with_values(
+        **{n: float(np.clip(values.get(n, v), rows[n].min, rows[n].max)) for n, v in with_effects.values.items()}
+    )
 
 
 def fitted_component(

@@ -1,17 +1,22 @@
 """The gap workflow: where a model deviates from recordings, and which physical effect it lacks."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
+from math import inf
 from pathlib import Path
 from typing import Any
 
 from fmus.effects import Effect
+from fmus.support.deadline import deadline
 from fmus.support.errors import InputError
 from fmus.support.files import writable
+from fmus.support.progress import stage
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.preprocessing.eigenvalues import MeasuredEigenvalues
 from motofmi.gap.preprocessing.steer_test_run import NotSweptError
 from motofmi.gap.selection.model_selection import Verdict
+from motofmi.gap.selection.within_time import within_time
 from motofmi.recordings.recording import Recording
 from motofmi.workflows.components import ComponentLike
 from motofmi.workflows.gap.given import Given, Measured
@@ -43,7 +48,7 @@ def find_gap(recordings: Measured | Sequence[Measured], *, validation: Measured 
              rig: str | Path | Mapping[str, Any] | None = None, impose: str | None = None, free: Sequence[str] = (),
              mapping: Mapping[str, str] | None = None, effects: str | Path | Sequence[type[Effect]] = (),
              rate: float | None = None, criteria: Criteria = Criteria(), tolerance: float | None = None,
-             out: str | Path | None = None) -> Gap:  # fmt: skip
+             time: float | None = None, out: str | Path | None = None) -> Gap:  # fmt: skip
     """Find where a model deviates from recordings, name the missing effect, add it, and compare before and after.
 
     The model is fitted to the recordings; the validation runs are not fitted, the result is compared with them. A
@@ -59,8 +64,11 @@ def find_gap(recordings: Measured | Sequence[Measured], *, validation: Measured 
     their classes; rate [Hz] is the sampling rate to which faster recordings are reduced while they are read; criteria
     are the thresholds of all decisions. tolerance replaces criteria.tolerance, the misfit (rms, as a share of the
     measured rms) up to which the model is called sufficient if the noise is not known.
+    time is the budget of the search [s]: at its end the verdict is that of what is known by then, and the first
+    limitation says what was not done. The comparison with validation runs may take a quarter of it more; then follow
+    model, FMU and report.
     With out, verdict.json, the fitted model as value file and FMU, and report.html are written into that folder. An
-    interrupted run leaves a verdict.json with the verdict `unknown` and the results so far.
+    interrupted run leaves verdict.json and report.html with the verdict `unknown` and the results so far.
 
     Raises InputError for arguments or recordings that cannot be used, before anything is fitted.
 
@@ -68,6 +76,8 @@ def find_gap(recordings: Measured | Sequence[Measured], *, validation: Measured 
         found.verdict                       # "named"
         found.effects[0]["name"]            # "coulomb_friction"
     """
+    if time is not None and not 0 < time < inf:
+        raise InputError(f"time is {time:g}: expected a number of seconds above 0, as in 60")
     if tolerance is not None:
         if not 0 <= tolerance < 1:
             raise InputError(f"tolerance is {tolerance:g}: expected a share from 0 to below 1, as in 0.01 for 1 %")
@@ -81,13 +91,18 @@ def find_gap(recordings: Measured | Sequence[Measured], *, validation: Measured 
     folder = None if out is None else Path(out)
     if folder is not None:
         writable(folder / FILE)
-    experiment = _experiment(given)
-    verdict = experiment.verdict(_ignored if folder is None else writing_progress(folder, experiment.contents))
-    found = Gap(experiment, verdict)
-    if folder is None:
-        found.complete()
-    else:
-        found.save(folder)
+    with nullcontext() if time is None else deadline(time), stage("gap"):
+        experiment = _experiment(given)
+        on_progress = _ignored if folder is None else writing_progress(folder, experiment.contents)
+        found = Gap(experiment, within_time(experiment.verdict, on_progress))
+        if found.selection.interrupted:
+            if folder is not None:
+                found.save_known(folder)
+            raise KeyboardInterrupt
+        if folder is None:
+            found.complete()
+        else:
+            found.save(folder)
     return found
 
 

@@ -37,6 +37,7 @@ class Gap:
         self._experiment, self.selection = experiment, selection
         self._contents = experiment.contents(selection)
         self._contents["limitations"] = [
+            *([selection.ended] if selection.ended else []),
             *self._contents["limitations"],
             *experiment.limitations(selection, self._contents),
         ]
@@ -138,6 +139,12 @@ class Gap:
         write_verdict(contents, folder)
         written = (VERDICT, REPORT, self._fitted.file, contents["fmu"], *contents.get("device", {}).values())
         return [folder / name for name in written if name]
+
+    def save_known(self, folder: Path) -> None:
+        """Write `verdict.json` and `report.html` of a search that was interrupted."""
+        self._contents["report"] = REPORT
+        self._report().write(folder / REPORT)
+        write_verdict(self._contents, folder)
 
     def report(self, path: str | Path) -> Path:
         """Write the HTML report and return its path. Raises InputError if it cannot be written."""

@@ -1,16 +1,15 @@
 """`verdict.json`: written after every stage, so that an interrupted run leaves its intermediate results."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from fmus.support.files import write_text
 from fmus.support.plain_json import to_json
 from motofmi.gap.selection.model_selection import Verdict
+from motofmi.gap.selection.within_time import INTERRUPTED
 
 FILE = "verdict.json"
-INTERRUPTED = "Interrupted: these are intermediate results, and no verdict."
 
 
 def write_verdict(result: dict[str, Any], folder: Path) -> None:
@@ -25,7 +24,7 @@ def writing_progress(folder: Path, contents: Callable[[Verdict], dict[str, Any]]
     """
 
     def on_progress(verdict: Verdict) -> None:
-        result = contents(replace(verdict, verdict="unknown", effects=[], tied=[], unspecified_form=False))
+        result = contents(verdict.as_unknown())
         write_verdict(result | {"limitations": [INTERRUPTED, *result["limitations"]]}, folder)
 
     return on_progress

@@ -59,7 +59,12 @@ def test_it_leaves_what_it_had(tmp_path, ended_by, start_method):
         _, errors = process.communicate(timeout=PATIENCE)
         assert process.returncode != 0 and "Traceback" not in errors
     left = left_by(file)
-    assert (left["verdict"], left["effects"], left["tied"], left["report"]) == ("unknown", [], [], None)
+    assert (left["verdict"], left["effects"], left["tied"]) == ("unknown", [], [])
+    if ended_by == signal.SIGINT:
+        assert left["report"] == "report.html" and (file.parent / "report.html").exists()
+        assert errors.endswith(f"interrupted; written: {file}, {file.parent / 'report.html'}\n")
+    else:
+        assert left["report"] is None
     assert left["limitations"][0].startswith("Interrupted")
     assert left["base"]["device.arm_stiffness"]["value"] > 0 and left["where"]
     if ended_by != signal.SIGTERM:
@@ -98,7 +103,9 @@ def test_vehicles_leave_what_is_known_of_their_base(tmp_path, monkeypatch, capsy
 
     monkeypatch.setattr(model_selection, "search_candidates", interrupted)
     assert main(["gap", *recorded(tmp_path), "--out", str(tmp_path / "out")]) == 130
-    assert capsys.readouterr().err == f"motofmi gap: interrupted; written: {tmp_path / 'out' / 'verdict.json'}\n"
+    written = ", ".join(str(tmp_path / "out" / name) for name in ("verdict.json", "report.html"))
+    assert capsys.readouterr().err == f"motofmi gap: interrupted; written: {written}\n"
+    assert "Interrupted" in (tmp_path / "out" / "report.html").read_text("utf-8")
     left = left_by(tmp_path / "out" / "verdict.json")
     assert (left["verdict"], left["effects"], left["candidates"]) == ("unknown", [], [])
     assert left["limitations"][0].startswith("Interrupted") and left["gap"]["before"] > 0

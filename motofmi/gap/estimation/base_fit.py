@@ -1,0 +1,90 @@
+"""The base of a component fitted to sampled runs, with the laws that are candidates at its places."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from fmus.effects import Effect
+from fmus.effects.placement import laws_at
+from motofmi.gap.criteria import Criteria
+from motofmi.gap.estimation.fit_result import Fit
+from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.estimation.initial_fit import equal_noise, initial_fit
+from motofmi.gap.estimation.single_frequency import inseparable_inertias
+from motofmi.gap.experiments.input_output import InputOutputExperiment
+from motofmi.gap.models.free_initial_state import FreeInitialStateModel
+from motofmi.gap.preprocessing.input_interpolation import KINDS, SMOOTHER
+from motofmi.gap.preprocessing.noise_sources import known_noise
+from motofmi.gap.preprocessing.sampled_run import SampledRun
+
+
+def fitted_base(
+    experiment: InputOutputExperiment, runs: Sequence[SampledRun], noise: Mapping[str, float], criteria: Criteria
+) -> tuple[Fit, list[type[Effect]]]:
+    """The base fitted from its initial fit, in the scaled experiment, and the laws at the places of its component."""
+    model = FreeInitialStateModel(experiment)
+    initial = initial_fit(model, runs)
+    fixed = inseparable_inertias(initial, criteria)
+    if fixed and len(fixed) < len(experiment.free):
+        experiment = replace(experiment, free=tuple(f for f in experiment.free if f.name not in fixed))
+        model = FreeInitialStateModel(experiment)
+        initial = initial_fit(model, [replace(run, experiment=experiment, guess={}) for run in runs])
+    initial = fit(model, equal_noise(initial.runs, initial), initial.x)
+    deflection, rate = largest_motion(initial)
+    fitted_component = experiment.component.with_values(**fitted_values(initial))
+    experiment = replace(experiment, component=fitted_component).scaled(deflection, rate)
+    inputs, outputs = _largest(runs, experiment.driven), _largest(runs, experiment.outputs)
+    states = {} if experiment.imposed else _ranges(initial)
+    period = float(np.median([1 / run.middle_frequency for run in runs]))
+    laws = laws_at(experiment.component, rate, inputs, outputs, states, period)
+    model = FreeInitialStateModel(experiment)
+    noisy = [_with_interpolation_error(model, run) for run in known_noise(initial.runs, noise)]
+    return fit(model, noisy, model.start()), laws
+
+
+def _with_interpolation_error(model: FreeInitialStateModel, run: SampledRun) -> SampledRun:
+    """The run with the additional variance due to inputs that are unknown between their samples.
+
+    It is the squared difference of the model's outputs with two splines through the input.
+    """
+    if run.kind != KINDS[0]:
+        return run
+    smooth, smoother = (model.reduced(r, model.start())[0] for r in (run, run.with_interpolation(SMOOTHER)))
+    return run.with_input_variance((smooth - smoother) * run.deviation)
+
+
+def fitted_values(found: Fit) -> dict[str, float]:
+    """The fitted parameters of the base by name, within their bounds."""
+    model: Any = found.model
+    values, rows = model.values(found.shared), model.component.table
+    return {n: float(np.clip(values[n], rows[n].min, rows[n].max)) for n in model.base}
+
+
+def largest_motion(found: Fit) -> tuple[float, float]:
+    """The 99.9 % quantiles of |deflection| and |rate| of the component's first element, the largest of all runs.
+
+    The units are those of the element (m and m/s, or rad and rad/s); both are 1 where there is no element.
+    """
+    sizes = []
+    model: Any = found.model
+    for index, run in enumerate(found.runs):
+        _, deflections, rates, _ = model.residuals_and_motion(run, found.of_run(index))
+        if deflections:
+            sizes.append((np.quantile(np.abs(deflections[0]), 0.999), np.quantile(np.abs(rates[0]), 0.999)))
+    return tuple(float(max(s)) for s in zip(*sizes, strict=True)) if sizes else (1.0, 1.0)  # type: ignore[return-value]
+
+
+def _largest(runs: Sequence[SampledRun], names: Sequence[str]) -> dict[str, float]:
+    """The 99.9 % quantiles of the moduli of recorded signals by name, the largest of all runs; zeros are left out."""
+    levels = {n: max(float(np.quantile(np.abs(run.recording[n]), 0.999)) for run in runs) for n in names}
+    return {n: level for n, level in levels.items() if level > 0}
+
+
+def _ranges(found: Fit) -> dict[str, tuple[float, float]]:
+    """The ranges of the states in the runs, without those that stay constant."""
+    model: Any = found.model
+    every = [model.ranges_of_states(run, found.of_run(index)) for index, run in enumerate(found.runs)]
+    ranges = {n: (min(r[n][0] for r in every), max(r[n][1] for r in every)) for n in every[0]}
+    return {n: (low, high) for n, (low, high) in ranges.items() if high > low}
