@@ -20,8 +20,8 @@ from motofmi.gap.comparison.simplest_form import one_per_families
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import Candidate
 from motofmi.gap.estimation.fit_result import Fit
+from motofmi.gap.estimation.stages import Stage, running
 from motofmi.gap.preprocessing.sampled_run import SampledRun
-from motofmi.gap.stages import Stage, running
 from motofmi.gap.validation.before_after import on_validation_runs
 
 

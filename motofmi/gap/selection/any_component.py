@@ -22,6 +22,7 @@ from motofmi.gap.estimation.base_fit import fitted_base, fitted_values
 from motofmi.gap.estimation.candidate import Candidate, adequate, noise_is_known, ranked
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.estimation.stages import Stage, running
 from motofmi.gap.estimation.unit_plausibility import common_factor
 from motofmi.gap.experiments.input_output import InputOutputExperiment
 from motofmi.gap.preprocessing.sampled_run import SHORTEST_SEGMENT, SampledRun, excited, prepare_sampled_run
@@ -29,7 +30,6 @@ from motofmi.gap.selection.by_comparison import verdict_by_comparison
 from motofmi.gap.selection.candidate_search import search_candidates
 from motofmi.gap.selection.model_selection import Verdict, select_model
 from motofmi.gap.selection.within_time import within_time
-from motofmi.gap.stages import Stage, running
 from motofmi.gap.validation.before_after import before_and_after, on_validation_runs
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.resampling import white_noise

@@ -31,11 +31,11 @@ from motofmi.gap.estimation.candidate import (
 from motofmi.gap.estimation.fit_result import Fit, initial_guesses, with_initial_guesses
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.multi_start import fit_base
+from motofmi.gap.estimation.stages import Stage, running
 from motofmi.gap.models.harmonic_model import AnyModel, AnyRun
 from motofmi.gap.selection.candidate_search import search_candidates
 from motofmi.gap.selection.pairs import Pair, in_simplest_forms, pairs_of, shared_families, single_effects_instead
 from motofmi.gap.selection.unspecified_law import better_outside_library
-from motofmi.gap.stages import Stage, running
 from motofmi.gap.validation.before_after import ValidationGap, before_and_after
 from motofmi.gap.validation.validation_run import ValidationRuns, required_share
 

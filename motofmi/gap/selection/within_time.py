@@ -6,8 +6,8 @@ from dataclasses import replace
 
 from fmus.support.deadline import current_deadline, deadline
 from fmus.support.errors import InputError
+from motofmi.gap.estimation.stages import TimeUpError
 from motofmi.gap.selection.model_selection import Verdict
-from motofmi.gap.stages import TimeUpError
 
 CONCLUDING = 0.25  # of the budget: what validation runs may take after its end
 INTERRUPTED = "Interrupted: these are intermediate results, and no verdict."
