@@ -15,7 +15,7 @@ from motofmi.gap.estimation.initial_fit import equal_noise, initial_fit
 from motofmi.gap.estimation.single_frequency import inseparable_inertias
 from motofmi.gap.experiments.input_output import InputOutputExperiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
-from motofmi.gap.preprocessing.input_interpolation import KINDS, SMOOTHER
+from motofmi.gap.preprocessing.input_interpolation import INTERPOLATIONS, SMOOTHER
 from motofmi.gap.preprocessing.noise_sources import known_noise
 from motofmi.gap.preprocessing.sampled_run import SampledRun
 
@@ -49,7 +49,7 @@ def _with_interpolation_error(model: FreeInitialStateModel, run: SampledRun) -> 
 
     It is the squared difference of the model's outputs with two splines through the input.
     """
-    if run.kind != KINDS[0]:
+    if run.kind != INTERPOLATIONS[0]:
         return run
     smooth, smoother = (model.reduced(r, model.start())[0] for r in (run, run.with_interpolation(SMOOTHER)))
     return run.with_input_variance((smooth - smoother) * run.deviation)

@@ -173,7 +173,7 @@ def _best(problem: FrequencyDomainProblem) -> np.ndarray:
 
 def _spectra(run: SampledRun, inputs: Sequence[str], scale: np.ndarray) -> _Spectra:
     """The transforms of the longest stretch without gaps, in the compared band."""
-    first, last = max(run.stretches, key=lambda s: s[1] - s[0])
+    first, last = max(run.intervals, key=lambda s: s[1] - s[0])
     u = np.column_stack([run.recording[n][first:last] for n in inputs] or [np.zeros((last - first, 0))])
     y = run.measured[first:last] / scale
     lines = np.arange(1, max(int(run.reduction_band / run.recording.rate * (last - first)), 16) + 1)

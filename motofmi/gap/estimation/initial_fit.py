@@ -17,7 +17,7 @@ from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.starting_values import MAX_ITERATIONS, first_values, poles
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.flexible_noise_model import Density
-from motofmi.gap.preprocessing.input_interpolation import KINDS, is_rough
+from motofmi.gap.preprocessing.input_interpolation import INTERPOLATIONS, is_rough
 from motofmi.gap.preprocessing.sampled_run import SampledRun
 
 STRETCHES = (1.0, 3.0)  # interval lengths in periods of the motion's mean frequency
@@ -101,7 +101,7 @@ def _with_best_interpolation(model: FreeInitialStateModel, found: Fit) -> Fit:
         is_rough(run.recording[n]) for run in runs for n in run.experiment.inputs if n != run.experiment.imposed
     ):
         return found
-    for kind in KINDS[1:]:
+    for kind in INTERPOLATIONS[1:]:
         other = fit(model, [run.with_interpolation(kind) for run in runs], found.x)
         if other.chi2 < CLOSER * found.chi2:
             found = other

@@ -99,7 +99,7 @@ class DisturbedVehicle:
 
 def first_guess(run: PredictedRun, driven: DisturbedVehicle) -> np.ndarray:
     """psi for which each force alone would cause the measured variation of the outputs."""
-    y = np.concatenate([run.measured[a:b] for a, b in run.stretches])
+    y = np.concatenate([run.measured[a:b] for a, b in run.intervals])
     sensor = np.array([white_noise(c) for c in y.T]) + 1e-6 * y.std(axis=0)
     fastest = np.max(np.abs(driven.A[0]))
     size = np.array(
@@ -139,10 +139,10 @@ def estimated(run: PredictedRun, driven: DisturbedVehicle, inputs: np.ndarray) -
 
 
 def predicted(run: PredictedRun, made: Discrete, K: np.ndarray, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The prediction errors (n, ny) and predicted states (n, nx) of a run; zero outside of its stretches."""
+    """The prediction errors (n, ny) and predicted states (n, nx) of a run; zero outside of its intervals."""
     _, place, share = run.speeds
     left, states = np.zeros_like(run.measured), np.zeros((len(run.measured), K.shape[1]))
-    for first, last in run.stretches:
+    for first, last in run.intervals:
         y, u = centred(run, inputs, first, last)
         left[first:last], states[first:last] = errors(made, K, place[first:last], share[first:last], y, u)
     return left, states

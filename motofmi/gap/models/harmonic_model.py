@@ -150,10 +150,10 @@ class HarmonicModel(BaseAndEffects):
             )
         if not slopes:
             self.fresh[id(run)] = run, values, made
-        time, y = run.recording.time, made.outputs[:: run.finer]
+        time, y = run.recording.time, made.outputs[:: run.steps_per_sample]
         jacobian = np.zeros((len(self.names), *y.T.shape))
         if slopes:
-            jacobian[[self.names.index(n) for n in self.sensitive]] = made.slopes[:: run.finer].T
+            jacobian[[self.names.index(n) for n in self.sensitive]] = made.slopes[:: run.steps_per_sample].T
             jacobian[: len(self.base)] *= np.array([values[n] for n in self.base])[:, None, None]
         if self.shift:  # a delay of all inputs delays the effort; drift during a delay is neglected
             jacobian[self.names.index(self.shift), 0] = (

@@ -66,7 +66,7 @@ class PredictorModel(LinearModel):
         _, place, share = run.speeds
         left = np.zeros((len(run.measured), len(run.outputs)))
         slopes_of_errors = np.zeros((*left.shape, len(wanted)))
-        for (first, last), force in zip(run.stretches, forces_near, strict=True):
+        for (first, last), force in zip(run.intervals, forces_near, strict=True):
             y, u = centred(run, inputs, first, last)
             du = np.array([_changes(run, each, first, last, u.shape[1]) for each in by_parameter]).reshape(
                 len(by_parameter), len(u), -1
@@ -265,7 +265,7 @@ class PredictorModel(LinearModel):
             CubicSpline(time, recorded[source])(np.maximum(time - values[delay], time[0]))
             for source, delay in self._lagging(run)
         ]
-        return np.column_stack([np.zeros((len(run.measured), 0)), *(run.joined(x) for x in inputs)])
+        return np.column_stack([np.zeros((len(run.measured), 0)), *(run.interpolable(x) for x in inputs)])
 
     def _lagging(self, run: PredictedRun) -> list[tuple[str, str]]:
         """The recorded inputs that are delayed, with the parameters of their delays."""
@@ -282,12 +282,12 @@ class PredictorModel(LinearModel):
         for i, state in enumerate(self.linear_part.states):
             motion[:, i] = run.motion.get(state, 0.0)
         if not self.nonlinear:
-            return [None] * len(run.stretches), motion
+            return [None] * len(run.intervals), motion
         values, inputs, (_, place, share) = self.values(q), self._signals(run, q), run.speeds
         for _ in range(NEWTON_STEPS):
             force = self.nonlinear.near(run, values, motion, deviations[len(deviations) // 2])
             before, motion = motion, np.zeros_like(motion)
-            for first, last in run.stretches:
+            for first, last in run.intervals:
                 y, u = centred(run, inputs, first, last)
                 motion[first:last] = errors(
                     made, K, place[first:last], share[first:last], y, u, force.between(first, last)
@@ -295,7 +295,7 @@ class PredictorModel(LinearModel):
             if np.all(np.abs(motion - before).max(axis=0) <= SETTLED * np.abs(motion).max(axis=0)):
                 break
         force = self.nonlinear.near(run, values, motion, deviations[len(deviations) // 2])
-        return [force.between(first, last) for first, last in run.stretches], motion
+        return [force.between(first, last) for first, last in run.intervals], motion
 
     def _known_before(self, run: PredictedRun) -> tuple[list[np.ndarray], list[np.ndarray]]:
         """Measured deflections of elements and their rates (N,) by backward differences,

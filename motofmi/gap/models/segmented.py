@@ -44,12 +44,12 @@ def nodes_of(run: SampledRun, indices: Sequence[int], length: int = 0) -> Nodes:
     """The nodes of some segments, or of their first samples."""
     first = np.array([run.segments[i][0] for i in indices])
     counts = np.array([min(run.segments[i][1] - run.segments[i][0], length or np.inf) for i in indices], int)
-    sizes = (counts - 1) * run.finer + 1
+    sizes = (counts - 1) * run.steps_per_sample + 1
     begins = np.cumsum(sizes) - sizes
-    step = 1 / (run.recording.rate * run.finer)
+    step = 1 / (run.recording.rate * run.steps_per_sample)
     time = np.repeat(run.recording.time[first] - begins * step, sizes) + np.arange(sizes.sum()) * step
     return Nodes(
-        time, begins, [slice(b, b + n, run.finer) for b, n in zip(begins.tolist(), sizes.tolist(), strict=True)]
+        time, begins, [slice(b, b + n, run.steps_per_sample) for b, n in zip(begins.tolist(), sizes.tolist(), strict=True)]
     )
 
 

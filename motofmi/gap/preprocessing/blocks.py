@@ -1,13 +1,13 @@
-"""Samples as cosine coefficients of short blocks: their errors are nearly independent for any noise
-with a smooth spectrum.
+"""Samples as cosine coefficients of short blocks, whose errors are nearly independent for noise with a smooth spectrum.
 
     c_k = sum_j y_j cos(pi k (j + 1/2) / n),   f_k = k rate / (2 n)
 
     var(c_k) = r_0 + 2 sum_t r_t ((1 - t / n) cos(a t) - sin(a t) / (n sin a)),   a = pi k / n
 
-An orthonormal transform of each block (DCT-II), cut off above the band in which the outputs exceed their noise. Nothing
-needs to be periodic over a block. r is the autocovariance of the noise. The variance is that of a cosine truncated at
-the ends of the block: S(f_k) where the density S is smooth, plus leakage from where it is larger.
+This is an orthonormal transform of each block (DCT-II), cut off above the band in which the outputs exceed their noise.
+Signals need not be periodic over a block. r is the autocovariance of the noise. The variance is that of a cosine
+truncated at the ends of the block: S(f_k) where the density S is smooth, and leakage from frequencies at which S is
+larger.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,18 +20,19 @@ from scipy.fft import dct
 
 from motofmi.gap.preprocessing.harmonics import Column
 
-BLOCKS = 8  # of a long segment
-SHORTEST = 256  # samples of a block, where there are several
-FINE = 4  # grid points of a density per sample of a block
+MOST_BLOCKS = 8  # blocks of a long segment
+SHORTEST_BLOCK = 256  # samples of a block, where a segment has several
+GRID_RATIO = 4  # grid points at which a density is evaluated, per sample of a block
 
 
 @dataclass
 class Blocks:
-    """The blocks of a run: [first, last) and the number of cosines of each that are compared; one column
-    per cosine and output.
+    """The blocks of a run with a sampling rate [Hz].
 
-    compared (n, outputs) are the samples of the run that count; the others are zero in every signal before it is
-    transformed, in the data as in the model's output. None where all count.
+    spans are (first, last, number of coefficients that are compared) for each block, segment_of the segments of the
+    blocks; there is one column per coefficient and output. compared (n, outputs) are the samples of the run that are
+    compared, None where all are. The others are set to zero before the transform, in the data and in the model's
+    output.
     """
 
     rate: float
@@ -47,19 +48,23 @@ class Blocks:
         return [(first, last, None) for first, last, _ in self.spans for _ in range(self.outputs)]
 
     def reduce(self, y: np.ndarray, segment: int | None = None, offset: int = 0) -> np.ndarray:
-        """The cosines (m, ...) of signals (n, outputs, ...) that begin at sample `offset`; of one segment if given."""
+        """The coefficients (m, ...) of signals (n, outputs, ...) that begin at sample `offset`.
+
+        They are those of one segment, if it is given; its signals begin at the segment's first sample.
+        """
         parts = []
         for first, last, kept in self.spans if segment is None else self._spans_of[segment]:
-            block = dct(self._counted(y[first - offset : last - offset], first, last), axis=0, norm="ortho")[:kept]
+            samples = self._compared_samples(y[first - offset : last - offset], first, last)
+            block = dct(samples, axis=0, norm="ortho")[:kept]
             parts.append(np.moveaxis(block, 1, 0).reshape(self.outputs * kept, *y.shape[2:]))
         return np.concatenate(parts)
 
-    def _counted(self, y: np.ndarray, first: int, last: int) -> np.ndarray:
-        """The samples (n, outputs, ...) of a block, zero where they do not count."""
+    def _compared_samples(self, y: np.ndarray, first: int, last: int) -> np.ndarray:
+        """The samples (n, outputs, ...) of a block, zero where they are not compared."""
         if self.compared is None:
             return y
-        counts = self.compared[first:last]
-        return np.where(counts.reshape(*counts.shape, *(1,) * (y.ndim - 2)), y, 0.0)
+        compared = self.compared[first:last]
+        return np.where(compared.reshape(*compared.shape, *(1,) * (y.ndim - 2)), y, 0.0)
 
     @cached_property
     def _spans_of(self) -> list[list[tuple[int, int, int]]]:
@@ -71,12 +76,12 @@ class Blocks:
 
     @cached_property
     def rows(self) -> list[np.ndarray]:
-        """The indices of every segment's cosines."""
+        """The indices of the coefficients of every segment."""
         owners = np.repeat(self.segment_of, [kept * self.outputs for _, _, kept in self.spans])
         return [np.flatnonzero(owners == segment) for segment in range(max(self.segment_of) + 1)]
 
     def deviations(self, densities: Sequence) -> np.ndarray:
-        """The standard deviation (m,) of every cosine, from the noise density of each output."""
+        """The standard deviation (m,) of every coefficient, from the noise density of each output, in its unit."""
         every = {last - first for first, last, _ in self.spans}
         known = {n: [np.sqrt(_variance(density, n, self.rate)) for density in densities] for n in every}
         return np.concatenate(
@@ -88,15 +93,15 @@ class Blocks:
         )
 
     def _shares(self, first: int, last: int) -> np.ndarray:
-        """The share of each output's samples in a block that count (outputs,), at least one sample's."""
+        """The share (outputs,) of the samples of a block that are compared, at least that of one sample."""
         if self.compared is None:
             return np.ones(self.outputs)
         return np.maximum(self.compared[first:last].mean(axis=0), 1 / (last - first))
 
 
 def _variance(density: Callable[[np.ndarray], np.ndarray], n: int, rate: float) -> np.ndarray:
-    """The variance (n,) of the cosines of a block of n samples."""
-    covariance = np.fft.irfft(density(np.fft.rfftfreq(FINE * n, 1 / rate)))[:n]
+    """The variance (n,) of the coefficients of a block of n samples."""
+    covariance = np.fft.irfft(density(np.fft.rfftfreq(GRID_RATIO * n, 1 / rate)))[:n]
     weighted = (1 - np.arange(n) / n) * covariance
     one_sided = np.fft.rfft(covariance, 2 * n)[:n]  # its imaginary part is - sum r_t sin(a t)
     variance = 2 * np.fft.rfft(weighted, 2 * n)[:n].real - covariance[0]
@@ -108,19 +113,22 @@ def blocks_of(
     segments: Sequence[tuple[int, int]],
     outputs: int,
     rate: float,
-    highest: float,
+    band: float,
     compared: np.ndarray | None = None,
 ) -> Blocks:
-    """The blocks of segments [first, last), with cosines up to a frequency [Hz], of the samples that are compared."""
+    """The blocks of segments [first, last), with coefficients up to a frequency `band` [Hz].
+
+    rate is the sampling rate [Hz]; compared (n, outputs) are the samples that are compared, None for all.
+    """
     spans: list[tuple[int, int, int]] = []
     owners: list[int] = []
     columns: list[Column] = []
     for index, (start, end) in enumerate(segments):
-        count = min(max((end - start) // SHORTEST, 1), BLOCKS)
+        count = min(max((end - start) // SHORTEST_BLOCK, 1), MOST_BLOCKS)
         edges = np.linspace(start, end, count + 1).astype(int)
         for first, last in pairwise(edges):
             n = int(last - first)
-            kept = min(int(2 * n * highest / rate) + 1, n)
+            kept = min(int(2 * n * band / rate) + 1, n)
             spans.append((int(first), int(last), kept))
             owners.append(index)
             for output in range(outputs):

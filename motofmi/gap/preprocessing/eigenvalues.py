@@ -1,10 +1,9 @@
-"""Measured eigenvalues over an input (a vehicle's speed), with standard errors and, where known,
-the names of their modes.
+"""Measured eigenvalues over an input (a vehicle's speed), with standard errors and the names of their modes.
 
     speed [m/s], mode, real [1/s], imag [1/s], real_se [1/s], imag_se [1/s]
 
-Units may be left out, and others are converted: rad/s or Hz (times 2 pi) of the imaginary part, km/h of the speed.
-A row is one eigenvalue with Im >= 0; a real root has imag 0, which is then no measurement. `mode` may be empty.
+Units may be left out, and other units are converted: rad/s or Hz (times 2 pi) of the imaginary part, km/h of the speed.
+A row is one eigenvalue with Im >= 0; a real root has imag 0, which is then not compared. `mode` may be empty.
 """
 
 import csv
@@ -20,13 +19,14 @@ from motofmi.recordings.table import name_and_unit
 
 UNITS = {"speed": "m/s", "real": "1/s", "imag": "1/s", "real_se": "1/s", "imag_se": "1/s"}
 EXAMPLE = "speed [m/s],mode,real [1/s],imag [1/s],real_se [1/s],imag_se [1/s]"
-FEWEST = 4  # rows
+FEWEST_ROWS = 4
 
 
 @dataclass(frozen=True)
 class MeasuredEigenvalues:
-    """Measured eigenvalues (n,) [1/s] over an input (n,), names (n,) ("" where unknown), and errors (n,) of both parts.
+    """Measured eigenvalues (n,) [1/s] over an input (n,), the speed [m/s].
 
+    mode (n,) are the names of the modes, "" where unknown; real_error and imag_error (n,) are standard errors [1/s].
     shapes are the right and left eigenvectors (n, nx) of the modes of these names in a base before any fit, NaN where
     there is none; without shapes the names are not used. As a run of the gap workflow the data are the real parts,
     followed by the imaginary parts of the oscillating eigenvalues.
@@ -42,26 +42,30 @@ class MeasuredEigenvalues:
 
     @property
     def oscillates(self) -> np.ndarray:
+        """Whether an eigenvalue (n,) is complex."""
         return self.value.imag > 0
 
     @property
     def data(self) -> np.ndarray:
+        """The real parts, then the imaginary parts of the oscillating eigenvalues, (m,) [1/s]."""
         return self.parts(self.value)
 
     @property
     def deviation(self) -> np.ndarray:
+        """The standard deviation (m,) of the data [1/s]."""
         return np.concatenate([self.real_error, self.imag_error[self.oscillates]])
 
     def parts(self, value: np.ndarray) -> np.ndarray:
-        """Real and imaginary parts (m, ...) of eigenvalues (n, ...), as the data have them."""
+        """Real and imaginary parts (m, ...) of eigenvalues (n, ...), in the order of the data."""
         return np.concatenate([value.real, value[self.oscillates].imag])
 
     @property
     def labels(self) -> tuple[np.ndarray, list[str], list[str]]:
         """For each datum: the input (m,), the mode, and `real` or `imag`."""
-        seen = np.flatnonzero(self.oscillates)
-        return (np.concatenate([self.over, self.over[seen]]), [*self.mode, *(self.mode[i] for i in seen)],
-                ["real"] * len(self.over) + ["imag"] * len(seen))  # fmt: skip
+        complex_ = np.flatnonzero(self.oscillates)
+        over = np.concatenate([self.over, self.over[complex_]])
+        modes = [*self.mode, *(self.mode[i] for i in complex_)]
+        return over, modes, ["real"] * len(self.over) + ["imag"] * len(complex_)
 
 
 def read_eigenvalues(path: str | Path) -> MeasuredEigenvalues:
@@ -77,9 +81,9 @@ def read_eigenvalues(path: str | Path) -> MeasuredEigenvalues:
             ]
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"cannot read {path}: {getattr(error, 'strerror', None) or error}") from None
-    if len(lines) < 1 + FEWEST:
+    if len(lines) < 1 + FEWEST_ROWS:
         raise InputError(
-            f"{path}: {max(len(lines) - 1, 0)} eigenvalues; expected at least {FEWEST} below the header {EXAMPLE}"
+            f"{path}: {max(len(lines) - 1, 0)} eigenvalues; expected at least {FEWEST_ROWS} below the header {EXAMPLE}"
         )
     places = _columns(path, lines[0])
     names = [row[places["mode"][0]].strip() if "mode" in places else "" for row in lines[1:]]
@@ -119,6 +123,7 @@ def _columns(path: Path, header: Sequence[str]) -> dict[str, tuple[int, str]]:
 
 
 def _number(path: Path, line: int, row: Sequence[str], name: str, place: int, given: str) -> float:
+    """The number in a row of a file, in the unit of its column; the error of a missing imaginary part is 0."""
     cell = row[place].strip() if place < len(row) else ""
     if not cell and name == "imag_se":
         return 0.0
@@ -133,8 +138,11 @@ def _number(path: Path, line: int, row: Sequence[str], name: str, place: int, gi
 
 
 def _converted(value: float, given: str, name: str) -> float:
-    """The value in the unit of its column. An imaginary part is an angular frequency, so that one in Hz is multiplied by
-    2 pi; a real part is a rate of decay, which has no cycles. Raises InputError for any other unit."""
+    """The value in the unit of its column.
+
+    An imaginary part is an angular frequency, so that one in Hz is multiplied by 2 pi. A real part is a rate of decay,
+    which has no cycles. Raises InputError for any other unit.
+    """
     if UNITS[name] != "1/s":
         return convert(value, given, UNITS[name])
     if unit(given) == unit("Hz"):

@@ -10,31 +10,36 @@ from scipy.interpolate import make_lsq_spline
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import hilbert
 
-SETTLE = 3.5  # s after a step of frequency or amplitude until transients of a rider have decayed
-JUMP = 0.1  # Hz within a second: faster changes of the frequency are steps
-END = 1.0  # s left out at the end of a recording
-CYCLES = 4.0  # minimum of a window
-WINDOW = 2.5  # s, minimum length of a window
-FINER = 2.0  # knots of a command's phase, which has no noise, are closer by this factor
-SLOWEST = 0.1  # Hz
-LOWEST = 0.2  # of the usual amplitude: below it the excitation has not started or has ended
+SETTLING_TIME = 3.5  # s after a step of frequency or amplitude, in which the transients of a rider decay
+FREQUENCY_STEP = 0.1  # Hz within a second: a faster change of the frequency is a step
+END_TIME = 1.0  # s left out at the end of a recording, where the analytic signal is not accurate
+WINDOW_CYCLES = 4.0  # least number of cycles in a window
+WINDOW_TIME = 2.5  # s, least length of a window
+COMMAND_KNOT_FACTOR = 2.0  # ratio of knot distances of a measured phase to those of a command's phase, without noise
+LOWEST_FREQUENCY = 0.1  # Hz, limit of the length of windows
+LEAST_AMPLITUDE = 0.2  # over the usual amplitude: below it the excitation has not started or has ended
 
 
 @dataclass(frozen=True)
 class Phase:
-    """phi (n,) [rad] and frequency (n,) [Hz] of a run, and its intervals [first, last) of slow change."""
+    """The phase angle (n,) [rad] and the frequency (n,) [Hz] of a run.
+
+    intervals [first, last) are the samples between steps of the excitation, without transients; windows [first, last)
+    divide them.
+    """
 
     angle: np.ndarray
     frequency: np.ndarray
-    stretches: tuple[tuple[int, int], ...]
+    intervals: tuple[tuple[int, int], ...]
     windows: tuple[tuple[int, int], ...]
 
 
 def phase_of(command: np.ndarray, rate: float, noisy: bool = False, broken: np.ndarray | bool = False) -> Phase | None:
     """The phase of a command (n,) sampled at `rate` [Hz]; None where it has no single, slowly changing frequency.
 
-    Intervals end where the recording is broken (n,). The phase of a noisy motion has knots no closer than those of the
-    motion that is reconstructed with it, else its noise would become part of that motion.
+    Intervals end at the samples where `broken` (n,) is true. `noisy` says that the command is a measured motion. The
+    knots of its phase are then no closer than those of the motion that is reconstructed with it; otherwise noise of the
+    phase would become part of that motion.
     """
     centred = command - np.median(command)
     signal = hilbert(centred)
@@ -43,39 +48,40 @@ def phase_of(command: np.ndarray, rate: float, noisy: bool = False, broken: np.n
     frequency = uniform_filter1d(np.gradient(angle) * rate / (2 * np.pi), width, mode="nearest")
     size = uniform_filter1d(size, width, mode="nearest")
     usual = np.quantile(size, 0.9)
-    lag = max(int(rate), 2)  # changes over the next second, since the analytic signal smooths a step
+    lag = max(int(rate), 2)  # one second: the analytic signal smooths a step
     change = np.zeros(len(command))
     change[:-lag] = np.abs(frequency[lag:] - frequency[:-lag])
     growth = np.zeros(len(command))
     growth[:-lag] = np.abs(size[lag:] - size[:-lag]) / usual
-    jumps = (
+    steps = (
         broken
-        | (change > 5 * np.median(change) + JUMP)
+        | (change > 5 * np.median(change) + FREQUENCY_STEP)
         | (growth > 0.15 + 5 * np.median(growth))
-        | (size < LOWEST * usual)
+        | (size < LEAST_AMPLITUDE * usual)
     )
-    jumps[-int(END * rate) :] = True
-    stretches = _runs(~jumps, int(SETTLE * rate))
-    if sum(last - first for first, last in stretches) < 0.3 * len(command) or np.any(
-        frequency[_inside(stretches)] <= 0
-    ):
+    steps[-int(END_TIME * rate) :] = True
+    intervals = _settled(~steps, int(SETTLING_TIME * rate))
+    inside = _inside(intervals)
+    if len(inside) < 0.3 * len(command) or np.any(frequency[inside] <= 0):
         return None
-    index, apart = np.arange(len(command)) / rate, lasting(frequency) / (1.0 if noisy else FINER)
-    for first, last in stretches:
-        here = slice(max(first - int(SETTLE * rate / 2), 0), min(last + int(END * rate), len(command)))
+    index, apart = np.arange(len(command)) / rate, window_length(frequency) / (1.0 if noisy else COMMAND_KNOT_FACTOR)
+    for first, last in intervals:
+        here = slice(max(first - int(SETTLING_TIME * rate / 2), 0), min(last + int(END_TIME * rate), len(command)))
         # A spline, since the ends of a recording add an error at twice the frequency to the analytic signal.
         angle[here] = make_lsq_spline(index[here], angle[here], knots_of(index[here], apart[here]), 3)(index[here])
-    return Phase(angle, frequency, tuple(stretches), tuple(_windows(stretches, frequency, rate)))
+    return Phase(angle, frequency, tuple(intervals), tuple(_windows(intervals, frequency, rate)))
 
 
-def lasting(frequency: np.ndarray) -> np.ndarray:
+def window_length(frequency: np.ndarray) -> np.ndarray:
     """The length of windows, and the distance of spline knots [s], at frequencies (n,) [Hz]."""
-    return np.maximum(WINDOW, CYCLES / np.maximum(frequency, SLOWEST))
+    return np.maximum(WINDOW_TIME, WINDOW_CYCLES / np.maximum(frequency, LOWEST_FREQUENCY))
 
 
 def knots_of(time: np.ndarray, apart: np.ndarray, borders: np.ndarray | None = None) -> np.ndarray:
-    """Knots of a cubic spline over times (n,) [s] at distances (n,) [s], one at each border
-    (k,) [s], the ends fourfold."""
+    """The knots [s] of a cubic spline over times (n,) [s], at distances (n,) [s] and at the borders (k,) [s].
+
+    The first and the last knot are fourfold.
+    """
     inner: list[float] = []
     at, borders = time[0], np.zeros(0) if borders is None else borders
     while True:
@@ -87,26 +93,28 @@ def knots_of(time: np.ndarray, apart: np.ndarray, borders: np.ndarray | None = N
         inner.append(at)
 
 
-def _runs(good: np.ndarray, settle: int) -> list[tuple[int, int]]:
+def _settled(good: np.ndarray, settle: int) -> list[tuple[int, int]]:
+    """The intervals [first, last) of good samples (n,) without the first `settle` samples of each."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], good.astype(int), [0]])))
     runs = zip(edges[::2], edges[1::2], strict=True)
     return [(int(first) + settle, int(last)) for first, last in runs if last - first - settle > settle / 2]
 
 
-def _inside(stretches: list[tuple[int, int]]) -> np.ndarray:
-    return np.concatenate([np.arange(*s) for s in stretches]) if stretches else np.zeros(0, int)
+def _inside(intervals: list[tuple[int, int]]) -> np.ndarray:
+    """The indices of all samples in the intervals."""
+    return np.concatenate([np.arange(*s) for s in intervals]) if intervals else np.zeros(0, int)
 
 
-def _windows(stretches: list[tuple[int, int]], frequency: np.ndarray, rate: float) -> list[tuple[int, int]]:
-    """Each interval in windows of at least WINDOW seconds and CYCLES cycles; the last one includes the rest."""
+def _windows(intervals: list[tuple[int, int]], frequency: np.ndarray, rate: float) -> list[tuple[int, int]]:
+    """The intervals in windows of at least `WINDOW_TIME` and `WINDOW_CYCLES`; the last window includes the rest."""
     windows = []
-    for first, last in stretches:
+    for first, last in intervals:
         spread = np.ptp(frequency[first:last])
         start = first
         while start < last:
-            length = int(lasting(frequency[start]) * rate)
+            length = int(window_length(frequency[start]) * rate)
             end = start + length
-            if spread < JUMP or last - end < length:
+            if spread < FREQUENCY_STEP or last - end < length:
                 end = last
             windows.append((start, end))
             start = end

@@ -1,11 +1,11 @@
-"""The noise of a run without repeats: what a flexible (nonparametric) model leaves of the residuals.
+"""The noise of a run without repetitions, estimated as the residuals of a flexible (nonparametric) model.
 
     R(f) = sum_j c_j(f) Phi_j(f) + transient(f) + N(f)
 
 Phi_j are the spectra of possible causes of the residual: inputs, modelled motion, and powers, moduli and signs of
-deflection and rate. In every narrow band each has its own complex gain, which represents any filter. The remainder
-is taken as the noise. It includes whatever this model cannot represent. A reduced chi-square of 1 then means that the
-misfit equals that of the flexible model.
+deflection and rate. In every narrow band each has its own complex gain, which represents any filter. The remainder N
+is the estimate of the noise. It includes everything that this model cannot represent. A reduced chi-square of 1 then
+means that the misfit equals that of the flexible model.
 
 Source: Pintelon, Schoukens, System Identification, 2nd ed. (2012), ch. 7 (local polynomial method).
 """
@@ -17,20 +17,24 @@ from itertools import pairwise
 import numpy as np
 from scipy.special import digamma, polygamma
 
-PER_TERM = 2.5  # frequencies in a band per fitted term
-HIGHEST_DEGREE = 6  # of the polynomial in frequency that smooths the logarithm of the density
-MISFIT = 3.0  # reduced chi-square of the smooth curve through the bands above which the bands are joined unsmoothed
-FEWEST = 24  # frequencies in a band
+FREQUENCIES_PER_TERM = 2.5  # frequencies in a band per fitted term
+HIGHEST_DEGREE = 6  # highest degree of the polynomial in frequency that smooths the logarithm of the density
+SMOOTH_CHI2 = 3.0  # reduced chi-square of that polynomial above which the densities of the bands are used unsmoothed
+FEWEST_FREQUENCIES = 24  # frequencies in a band
 
 
 @dataclass(frozen=True)
 class Density:
-    """A noise density: variance per sample at frequencies f [Hz], interpolated logarithmically."""
+    """A noise density (k,): variance per sample at frequencies (k,) [Hz], its logarithm interpolated linearly.
+
+    White noise of standard deviation s has the density s^2, in the squared unit of the signal.
+    """
 
     frequency: np.ndarray
     density: np.ndarray
 
     def __call__(self, f: np.ndarray) -> np.ndarray:
+        """The density at frequencies f [Hz], of any shape."""
         return np.exp(np.interp(f, self.frequency, np.log(self.density)))
 
     def at_least(self, least: float) -> "Density":
@@ -46,7 +50,7 @@ class Density:
 def features_of(
     deflections: Sequence[np.ndarray], rates: Sequence[np.ndarray], linear: Sequence[np.ndarray]
 ) -> list[np.ndarray]:
-    """Possible causes (n,) of residuals: linear signals first, then nonlinear functions of deflections and rates."""
+    """Possible causes (n,) of residuals: linear signals, then nonlinear functions of deflections and rates."""
     tau = np.linspace(-1, 1, len(linear[0]))
     found = list(linear)
     for d, s in zip(deflections, rates, strict=True):
@@ -69,13 +73,15 @@ def features_of(
 
 
 def noise_density(residual: np.ndarray, features: Sequence[np.ndarray], rate: float) -> Density:
-    """The density of the part of a residual (n,) that the features do not explain, smoothed over frequency where a
-    smooth curve fits."""
+    """The density of the part of a residual (n,) that the features (n,) do not explain.
+
+    rate is the sampling rate [Hz]. The density is smoothed over frequency where a smooth curve fits.
+    """
     spectrum = np.fft.rfft(residual)[1:] / np.sqrt(len(residual))
     n = len(spectrum)
     terms = _independent([np.fft.rfft(f)[1:] for f in features])
-    terms = terms[: max(int(n / PER_TERM) - 4, 1)]
-    width = max(int(PER_TERM * (len(terms) + 4)), FEWEST)
+    terms = terms[: max(int(n / FREQUENCIES_PER_TERM) - 4, 1)]
+    width = max(int(FREQUENCIES_PER_TERM * (len(terms) + 4)), FEWEST_FREQUENCIES)
     count = max(n // width, 1)
     edges = np.linspace(0, n, count + 1).astype(int)
     frequency, logs, freedoms = [], [], []
@@ -115,7 +121,7 @@ def _smooth(frequency: np.ndarray, logs: np.ndarray, freedoms: np.ndarray, rate:
         bic = chi2 + (degree + 1) * np.log(len(logs) + 1)
         if bic < best:
             best, chosen, misfit = bic, curve, chi2 / max(len(logs) - degree - 1, 1)
-    if misfit > MISFIT and len(logs) > 3:
+    if misfit > SMOOTH_CHI2 and len(logs) > 3:
         return Density(frequency, np.exp(logs))
     grid = np.linspace(frequency[0], frequency[-1], 64) if len(frequency) > 1 else frequency
     return Density(grid, np.exp(np.polynomial.legendre.legval(4 * grid / rate - 1, chosen)))

@@ -4,14 +4,14 @@
 
 In each window the amplitudes A_k are polynomials in time. The reduced data are q_j' y, with orthonormal columns q_j of
 these: orders 1 to 7, the first with its slope. Order 0 is left out, since it contains offsets and the slow part of the
-rider's remnant. What lies outside all columns is noise and gives its spectrum S(f) from one run, without repeats or a
-model; then var(q_j' n) = sum S(f) |Q_j(f)|^2. The model output passes through the same columns, so they cause no bias.
-The remnant below 2 Hz has a hundred times the power of the sensor noise above: without tapers h it would leak there,
-and the noise would come out up to a fifth too large.
+rider's remnant. The part of the signal outside all columns is noise. It gives the noise spectrum S(f) from one run,
+without repetitions and without a model; then var(q_j' n) = sum S(f) |Q_j(f)|^2. The model output is projected on the
+same columns, so that they cause no bias. The remnant below 2 Hz has a hundred times the power of the sensor noise above
+it. Without tapers h_k it would leak there, and the noise would be estimated up to a fifth too large.
 
     h_k(t) = sqrt(2 / T) sin(pi k t / T)     (Riedel, Sidorenko, IEEE Trans. Signal Process. 43 (1995) 188-195)
 
-The first taper leaks least and gives the spectrum. It vanishes at the ends of a window, so bursts are
+The first taper has the least leakage and gives the spectrum. It vanishes at the ends of a window; therefore bursts are
 detected with all tapers.
 """
 
@@ -23,11 +23,12 @@ import numpy as np
 
 from motofmi.gap.preprocessing.excitation_phase import Phase
 
-ORDERS = 7  # of the reduced data
-MORE_ORDERS = 20  # excluded from the noise: strong backlash excites that many
-BANDS = 24  # of the noise spectrum
-SIDES = (3.0, 12.0)  # Hz: below the first, bursts of the rider's remnant; above the second, sensor noise alone
-INDEPENDENT = 2 / 3  # share of independent lines in a tapered spectrum, (sum h^2)^2 / (n sum h^4)
+ORDERS = 7  # highest order of the reduced data
+EXCLUDED_ORDERS = 20  # highest order that is excluded from the noise: strong backlash excites as many
+BANDS = 24  # bands of the noise spectrum
+# Hz: bursts of the rider's remnant are below the first frequency; above the second there is only sensor noise.
+SIDE_FREQUENCIES = (3.0, 12.0)
+INDEPENDENT_SHARE = 2 / 3  # share of independent lines in a tapered spectrum, (sum h^2)^2 / (n sum h^4)
 TAPERS = 5
 
 
@@ -44,7 +45,11 @@ class Column:
 
 @dataclass
 class Reduction:
-    """The columns of a run. `bases` are (first, last, (samples, m)) per window."""
+    """The columns of a run with a sampling rate [Hz].
+
+    bases are (first, last, (samples, m)) for each window, the columns of the reduced data; outside are the same with
+    all columns that are excluded from the noise.
+    """
 
     rate: float
     columns: list[Column]
@@ -68,12 +73,11 @@ class Reduction:
 
     @cached_property
     def lines(self) -> np.ndarray:
-        """The number of spectral lines that the columns leave free, (TAPERS, windows, BANDS)."""
-        return np.array(
-            [self._in_bands(np.clip(1 - _power(basis).sum(axis=2), 0, 1)) for _, _, basis in self.outside]
-        ).swapaxes(0, 1)
+        """The number of spectral lines outside the columns, (TAPERS, windows, BANDS)."""
+        lines = [self._in_bands(np.clip(1 - _power(basis).sum(axis=2), 0, 1)) for _, _, basis in self.outside]
+        return np.array(lines).swapaxes(0, 1)
 
-    def left(self, y: np.ndarray) -> np.ndarray:
+    def power_outside(self, y: np.ndarray) -> np.ndarray:
         """The power of y (n,) outside all columns, (TAPERS, windows, BANDS)."""
         return np.array([self._in_bands(_power(part[:, None])[..., 0]) for part in self.residuals(y)]).swapaxes(0, 1)
 
@@ -94,7 +98,7 @@ def reduction_of(phase: Phase, rate: float, interference: Sequence[float] = ()) 
         angle, mean = phase.angle[first:last], float(phase.frequency[first:last].mean())
         raw: list[np.ndarray] = []
         labels: list[tuple[int, int]] = []
-        for order in range(MORE_ORDERS + 1):
+        for order in range(EXCLUDED_ORDERS + 1):
             if order * top > 0.47 * rate or len(raw) > n / 3:
                 continue
             degrees = 3 if order <= 1 else 2 if order <= 3 else 1
@@ -102,14 +106,11 @@ def reduction_of(phase: Phase, rate: float, interference: Sequence[float] = ()) 
                 waves = [tau**degree * np.cos(order * angle)] + ([tau**degree * np.sin(order * angle)] if order else [])
                 raw += waves
                 labels += [(order, degree)] * len(waves)
-        beat = 2 * np.pi * np.outer(np.arange(n) / rate, interference)
-        mains = [
-            tau**degree * wave for degree in (0, 1) for wave in (*np.cos(beat).T, *np.sin(beat).T)
-        ]  # linear in time, since the mains frequency drifts
-        raw, labels = (
-            [*mains, *raw],
-            [(0, 0)] * len(mains) + labels,
-        )  # first, so that the reduced data are orthogonal to them
+        mains_phase = 2 * np.pi * np.outer(np.arange(n) / rate, interference)
+        waves = [*np.cos(mains_phase).T, *np.sin(mains_phase).T]
+        mains = [tau**degree * wave for degree in (0, 1) for wave in waves]  # linear: the mains frequency drifts
+        # They come first, so that the reduced data are orthogonal to them.
+        raw, labels = [*mains, *raw], [(0, 0)] * len(mains) + labels
         q, r = np.linalg.qr(np.column_stack(raw))
         q *= np.where(np.diag(r) < 0, -1.0, 1.0)  # so that a cosine's column points along the cosine in every window
         sound = np.abs(np.diag(r)) > 1e-6 * np.abs(r).max()
@@ -126,11 +127,11 @@ def reduction_of(phase: Phase, rate: float, interference: Sequence[float] = ()) 
 
 @dataclass(frozen=True)
 class Noise:
-    """One-sided spectrum: density (m,) at frequency (m,) [Hz]. Bursts add white noise to windows, or raise
-    the density in a window.
+    """A one-sided noise spectrum: density (m,) at frequency (m,) [Hz].
 
-    freedom (m,) is the number of independent data behind each density, added (windows,) the white noise of a burst,
-    raised (windows, 3) the factors below, between and above the SIDES.
+    In a window with a burst the density is larger. freedom (m,) is the number of independent data behind each density,
+    added (windows,) is the density of the white noise of a burst, raised (windows, 3) are the factors on the density
+    below, between and above the `SIDE_FREQUENCIES`.
     """
 
     frequency: np.ndarray
@@ -145,24 +146,26 @@ class Noise:
 
     def of_window(self, window: int, f: np.ndarray) -> np.ndarray:
         """The density in a window, with its bursts."""
-        return self.raised[window][np.searchsorted(SIDES, f, side="right")] * (self(f) + self.added[window])
+        return self.raised[window][np.searchsorted(SIDE_FREQUENCIES, f, side="right")] * (self(f) + self.added[window])
 
 
 def noise_of(reduction: Reduction, y: np.ndarray) -> Noise:
     """The noise spectrum of y (n,) from the signal outside the harmonics."""
-    power, free = reduction.left(y), reduction.lines
+    power, free = reduction.power_outside(y), reduction.lines
     flat, tapered = np.array([power.mean(axis=0), free.mean(axis=0)]), np.array([power[0], free[0]])
-    lines, edges = INDEPENDENT * tapered[1].sum(axis=0), reduction.edges
+    lines, edges = INDEPENDENT_SHARE * tapered[1].sum(axis=0), reduction.edges
     enough = lines > 2.0
     flat, tapered, lines = flat[..., enough], tapered[..., enough], lines[enough]
     centre = np.sqrt(np.maximum(edges[:-1], 0.3) * edges[1:])[enough]
-    side = np.searchsorted(SIDES, centre, side="right")
-    density, added, raised = np.zeros(len(centre)), np.zeros(flat.shape[1]), np.ones((flat.shape[1], len(SIDES) + 1))
+    side = np.searchsorted(SIDE_FREQUENCIES, centre, side="right")
+    windows = flat.shape[1]
+    density, added = np.zeros(len(centre)), np.zeros(windows)
+    raised = np.ones((windows, len(SIDE_FREQUENCIES) + 1))
     for each in np.unique(side)[::-1]:  # from the highest frequencies, where the remnant does not hide a white burst
         part = side == each
-        usual, above = _usual(flat[0][:, part], flat[1][:, part], added)
+        usual, above = _without_bursts(flat[0][:, part], flat[1][:, part], added)
         density[part] = _mean(*tapered[:, (above == 1) & (added == 0)][..., part])
-        if each == len(SIDES):
+        if each == len(SIDE_FREQUENCIES):
             added = (above - 1) * np.average(usual, weights=lines[part])
         else:
             raised[:, each] = above
@@ -177,13 +180,15 @@ def _power(y: np.ndarray) -> np.ndarray:
 
 
 def _mean(power: np.ndarray, freedom: np.ndarray) -> np.ndarray:
-    """The density (bands,) over windows."""
+    """The mean density (bands,) of windows, from their power and numbers of lines (windows, bands)."""
     return np.maximum(power.sum(axis=0) / np.maximum(freedom.sum(axis=0), 1e-12), 1e-30)
 
 
-def _usual(power: np.ndarray, freedom: np.ndarray, added: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The density (bands,) of windows without bursts, and the factor (windows,) of each window above it, 1
-    where it may be chance."""
+def _without_bursts(power: np.ndarray, freedom: np.ndarray, added: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The density (bands,) of windows without bursts, and the factor (windows,) of each window over it.
+
+    The factor is 1 where its excess may be due to chance.
+    """
     scatter = 4 * np.sqrt(2 / np.maximum(freedom.sum(axis=1), 0.5))
     quiet = added == 0
     for _ in range(3):  # each time without the windows that exceeded the last density

@@ -1,11 +1,13 @@
 """Recorded inputs as functions of time, and an imposed motion with its rate and acceleration.
 
-Between its samples an input is held, linear or smooth. For rough inputs these differ by a delay of up to half a
-sample, which a fit would take for a delay of the component. Up to half the sampling rate, a held input equals lines
-through sharpened samples, half a sample later. An imposed motion is a spline with knots as far apart as the
-frequency allows up to which the motion exceeds its noise, since noise would become force otherwise. The remaining noise
-of the motion must not explain the noise of the force, so a version without it is used there. The difference between two
-splines shows how well the input is known between its samples.
+Between its samples an input is held, linear or smooth. For inputs with much power near half the sampling rate these
+interpolations differ by a delay of up to half a sample, which a fit would attribute to the component. Up to half the
+sampling rate, a held input equals the linear interpolation of sharpened samples, half a sample later.
+
+An imposed motion is a spline. Its knots are as far apart as the highest frequency allows at which the motion exceeds
+its noise; with closer knots the acceleration would contain differentiated noise. Where the noise of the measured force
+is estimated, a motion without its own noise is used, since that noise must not explain the noise of the force. The
+difference between two splines shows how accurately an input is known between its samples.
 """
 
 from collections.abc import Callable, Mapping
@@ -16,27 +18,30 @@ from scipy.interpolate import CubicSpline, make_interp_spline, make_lsq_spline
 from scipy.signal import periodogram
 
 CACHED = 32  # sets of times whose values are cached
-KINDS = ("smooth", "lines", "held")
+INTERPOLATIONS = ("smooth", "lines", "held")
 SMOOTHER = "smoother"
 NOISELESS = "noiseless"
 ABOVE_NOISE = 10.0  # ratio of power to noise power above which a motion is resolved
-TINY = 1e-300  # of a power, whose logarithm is taken
-ROUGH = 0.02  # share of an input's power in the upper half of its spectrum from which the interpolations differ
-DEGREE = 5  # of splines: the acceleration is then smooth
-AREA = float(np.sqrt(9 / 5 / 12))  # see `unresolved_input`
-LEAST_POWER = 1e-6  # share of a signal's power above the highest frequency that is considered
-PER_PERIOD = 6.0  # knots per period of the highest frequency: with fewer a spline's acceleration is too small
-LEAST_PER_PERIOD = 3.0  # knots per period with which a spline's acceleration is right within 7 % (0.2 % with 6)
-CLOSEST = 2.0  # samples between the knots of an imposed motion
+TINY = 1e-300  # added where the logarithm of a power is taken
+ROUGH_SHARE = 0.02  # share of an input's power in the upper half of its spectrum above which the interpolations differ
+DEGREE = 5  # degree of splines: the acceleration is then smooth
+AREA_FACTOR = float(np.sqrt(9 / 5 / 12))  # see `unresolved_input`
+LEAST_POWER = 1e-6  # share of a signal's power that may lie above the highest frequency
+KNOTS_PER_PERIOD = 6.0  # knots per period of the highest frequency: a spline's acceleration is accurate within 0.2 %
+LEAST_KNOTS_PER_PERIOD = 3.0  # knots per period with which a spline's acceleration is accurate within 7 %
+LEAST_KNOT_DISTANCE = 2.0  # samples between the knots of an imposed motion
 
 
 @dataclass
 class InterpolatedInputs:
-    """Functions of time by name; a call with times (n,) gives their values (n,) by name and caches them."""
+    """Functions of time [s] by name; a call with times (n,) gives their values (n,) by name and caches them.
+
+    ends are the first and the last time [s]; beyond them inputs keep their last value.
+    """
 
     functions: Mapping[str, Callable[[np.ndarray], np.ndarray]]
     ends: tuple[float, float]
-    known: dict = field(default_factory=dict)
+    cache: dict = field(default_factory=dict)
 
     def scaled(self, factor: float) -> "InterpolatedInputs":
         """All inputs times a factor."""
@@ -46,12 +51,12 @@ class InterpolatedInputs:
 
     def __call__(self, time: np.ndarray) -> dict[str, np.ndarray]:
         key = hash(time.tobytes())
-        if key not in self.known:
-            if len(self.known) > CACHED:
-                self.known.clear()
+        if key not in self.cache:
+            if len(self.cache) > CACHED:
+                self.cache.clear()
             inside = np.clip(time, *self.ends)
-            self.known[key] = {name: function(inside) for name, function in self.functions.items()}
-        return self.known[key]
+            self.cache[key] = {name: function(inside) for name, function in self.functions.items()}
+        return self.cache[key]
 
 
 def _times(factor: float, function: Callable[[np.ndarray], np.ndarray]) -> Callable[[np.ndarray], np.ndarray]:
@@ -59,7 +64,10 @@ def _times(factor: float, function: Callable[[np.ndarray], np.ndarray]) -> Calla
 
 
 def input_function(time: np.ndarray, values: np.ndarray, kind: str) -> Callable[[np.ndarray], np.ndarray]:
-    """The input between its samples (n,)."""
+    """An input as a function of time [s], from its samples (n,) at times (n,); kind is one of `INTERPOLATIONS`.
+
+    `SMOOTHER` gives a second spline, which differs by what the samples do not resolve (see `unresolved_input`).
+    """
     if kind in ("smooth", NOISELESS):
         return CubicSpline(time, values)
     if kind == SMOOTHER:
@@ -71,49 +79,58 @@ def input_function(time: np.ndarray, values: np.ndarray, kind: str) -> Callable[
 
 
 def _sharpened(values: np.ndarray) -> np.ndarray:
-    """Samples (n,) whose linear interpolation has the spectrum of the held ones: holding multiplies it by sinc(f T),
-    lines by its square."""
+    """Samples (n,) whose linear interpolation has the spectrum of the held ones.
+
+    Holding multiplies the spectrum by sinc(f T), linear interpolation by its square.
+    """
     n = len(values)
     mirrored = np.concatenate([values, values[::-1]])
     return np.fft.irfft(np.fft.rfft(mirrored) / np.sinc(np.fft.rfftfreq(2 * n)), 2 * n)[:n]
 
 
 def unresolved_input(values: np.ndarray) -> np.ndarray:
-    """The part of an input's time integral that its samples (n,) do not resolve, per sample, with random
-    sign, in the input's unit.
+    """The part (n,) of an input's time integral that its samples (n,) do not resolve, in the input's unit.
+
+    It is per sample, with random sign:
 
         e4_k = d^4 u_k / 6,  e6_k = d^6 u_k / 20      error of predicting u_k from its 4, or 6, neighbours
-        deviation = AREA |e4_k| min(1, sum e6^2 / sum e4^2)
+        deviation = AREA_FACTOR |e4_k| min(1, sum e6^2 / sum e4^2)
 
-    A jump J lies anywhere between two samples: its time integral is uncertain by J h / sqrt(12), and sum e4^2 is 5 J^2
-    / 9. For a smooth input the prediction error decreases with the number of neighbours.
+    The time of a jump J within a sample interval h is unknown: the time integral has the standard deviation J h /
+    sqrt(12), and sum e4^2 is 5 J^2 / 9. For a smooth input the prediction error is smaller with more neighbours.
     """
     middle = slice(3, -3)
     by_four, by_six = np.zeros(len(values)), np.diff(values, 6) / 20
     by_four[2:-2] = np.diff(values, 4) / 6
     power = float(np.sum(by_four[middle] ** 2))
     alike = min(1.0, float(np.sum(by_six**2)) / power) if power > 0 else 0.0
-    return AREA * alike * by_four * np.random.default_rng(0).choice([-1.0, 1.0], len(values))
+    return AREA_FACTOR * alike * by_four * np.random.default_rng(0).choice([-1.0, 1.0], len(values))
 
 
 def is_rough(values: np.ndarray) -> bool:
-    """Whether an input (n,) has so much power near half the sampling rate that its interpolation matters."""
+    """Whether an input (n,) has so much power near half the sampling rate that its interpolations differ."""
     _, power = periodogram(values - values.mean())
-    return float(power[len(power) // 2 :].sum()) > ROUGH * float(power.sum())
+    return float(power[len(power) // 2 :].sum()) > ROUGH_SHARE * float(power.sum())
 
 
-def motion_functions(time: np.ndarray, values: np.ndarray, rate: str, kind: str = KINDS[0]) -> dict[str, Callable]:
-    """An imposed motion, its rate and its acceleration, under the names "", rate and der(rate)."""
+def motion_functions(
+    time: np.ndarray, values: np.ndarray, rate: str, kind: str = INTERPOLATIONS[0]
+) -> dict[str, Callable]:
+    """Functions of time for an imposed motion, its rate and its acceleration, named "", rate and der(rate).
+
+    values (n,) are its samples at times (n,) [s], rate is the name of the rate.
+    """
     values = _without_noise(values) if kind == NOISELESS else values
     spline = make_lsq_spline(time, values, _knots(time, values, 1.5 if kind == SMOOTHER else 1.0), DEGREE)
     return {"": spline, rate: spline.derivative(1), f"der({rate})": spline.derivative(2)}
 
 
 def _knots(time: np.ndarray, values: np.ndarray, closer: float) -> np.ndarray:
-    """Knots close enough for the frequency up to which the motion is resolved, and closer by a factor."""
+    """Knots [s] for the frequency up to which the motion is resolved, at distances divided by the factor `closer`."""
     step = time[1] - time[0]
-    apart = step * max(1 / (PER_PERIOD * resolved_frequency(values, 1 / step) * step), CLOSEST) / closer
-    inner = np.arange(time[0] + apart, time[-1] - max(apart, (DEGREE + 1) * step), apart)
+    samples = max(1 / (KNOTS_PER_PERIOD * resolved_frequency(values, 1 / step) * step), LEAST_KNOT_DISTANCE)
+    distance = step * samples / closer
+    inner = np.arange(time[0] + distance, time[-1] - max(distance, (DEGREE + 1) * step), distance)
     return np.concatenate([[time[0]] * (DEGREE + 1), inner, [time[-1]] * (DEGREE + 1)])
 
 
@@ -122,7 +139,8 @@ def _without_noise(values: np.ndarray) -> np.ndarray:
     n = len(values)
     line = np.interp(np.arange(n), [0, n - 1], values[[0, -1]])
     _, power = _smooth_spectrum(values, 1.0)
-    return line + np.fft.irfft(np.where(power > ABOVE_NOISE * _floor(power), np.fft.rfft(values - line), 0.0), n)
+    resolved = power > ABOVE_NOISE * _noise_level(power)
+    return line + np.fft.irfft(np.where(resolved, np.fft.rfft(values - line), 0.0), n)
 
 
 def resolved_frequency(values: np.ndarray, rate: float, ratio: float = ABOVE_NOISE) -> float:
@@ -137,11 +155,11 @@ def resolved_frequency(values: np.ndarray, rate: float, ratio: float = ABOVE_NOI
     Source: Page, Biometrika 41 (1954) 100-115.
     """
     frequency, power = _smooth_spectrum(values, rate)
-    excess = np.cumsum(power / _floor(power) - ratio)
+    excess = np.cumsum(power / _noise_level(power) - ratio)
     return float(frequency[np.argmax(excess) if excess.max() > 0 else -1])
 
 
-def _floor(power: np.ndarray) -> float:
+def _noise_level(power: np.ndarray) -> float:
     """The level at which a smoothed spectrum (m,) is flat: the half-sample mode of its logarithm.
 
     It is the level of white noise, and that of noise that is flat up to the cut-off of a low-pass filter.
@@ -157,9 +175,9 @@ def _floor(power: np.ndarray) -> float:
 
 
 def highest_frequency(values: np.ndarray, rate: float, share: float = 4.0) -> float:
-    """The highest frequency [Hz] at which a signal (n,) exceeds its level at the highest frequencies.
+    """The highest frequency [Hz] at which a signal (n,) exceeds its level near half the sampling rate by a factor.
 
-    At most LEAST_POWER of the power lies above it.
+    A share of `LEAST_POWER` of its power or less lies above it.
     """
     frequency, power = _smooth_spectrum(values, rate)
     floor = float(np.median(power[int(0.7 * len(power)) :]))
@@ -169,7 +187,7 @@ def highest_frequency(values: np.ndarray, rate: float, share: float = 4.0) -> fl
 
 
 def _smooth_spectrum(values: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
-    """Frequencies (m,) and the smoothed power of a signal (n,) there."""
+    """Frequencies (m,), in the unit of the sampling rate, and the smoothed power (m,) of a signal (n,)."""
     n = len(values)
     line = np.interp(np.arange(n), [0, n - 1], values[[0, -1]])
     frequency, power = periodogram((values - line) * np.hanning(n), rate)

@@ -1,4 +1,4 @@
-"""Sources of a run's noise: given values, repeated periods, repeated runs; else a flexible model.
+"""Sources of a run's noise: given values, repeated periods or repeated runs of the same excitation.
 
     one period after another of the same excitation:   var(n) = sum over periods |y_p - mean|^2 / (P - 1)
     two runs of the same excitation:                   var(n) = |y_1 - y_2|^2 / 2
@@ -12,12 +12,15 @@ import numpy as np
 from motofmi.gap.preprocessing.flexible_noise_model import Density, noise_density
 from motofmi.gap.preprocessing.sampled_run import SampledRun
 
-ALIKE = 0.01  # relative rms difference of an excitation between two periods or runs that count as repeated
-PERIODS = 3  # whole periods that a run must have after the first, in which transients decay
+REPETITION_ERROR = 0.01  # relative rms difference between two periods or runs with the same excitation
+FEWEST_PERIODS = 3  # whole periods after the first one, in which transients decay
 
 
 def known_noise(runs: Sequence[SampledRun], given: Mapping[str, float]) -> list[SampledRun]:
-    """The runs with their noise where it is known, and with the source `flexible_model` where it is not."""
+    """The runs with their noise where it is known, and with the source `flexible_model` where it is not.
+
+    given holds the standard deviation of the noise by output, each in the output's unit.
+    """
     found = []
     for run in runs:
         if all(name in given for name in run.experiment.outputs):
@@ -35,11 +38,13 @@ def known_noise(runs: Sequence[SampledRun], given: Mapping[str, float]) -> list[
 
 
 def _excitation(run: SampledRun) -> np.ndarray:
+    """The inputs (n, k) of a run that are not constant."""
     names = [n for n in run.experiment.inputs if np.ptp(run.recording[n]) > 0]
     return np.column_stack([run.recording[n] for n in names]) if names else np.zeros((len(run.measured), 0))
 
 
 def _over_periods(run: SampledRun) -> list[Density] | None:
+    """The noise densities of the outputs from the differences between periods; None where the input is not periodic."""
     drive = _excitation(run)
     period = _period(drive[:, 0]) if drive.shape[1] else 0
     if not period:
@@ -56,26 +61,29 @@ def _period(drive: np.ndarray) -> int:
     n = len(drive)
     centred = drive - drive.mean()
     spectrum = np.abs(np.fft.rfft(centred, 2 * n)) ** 2
-    alike = np.fft.irfft(spectrum)[:n] / np.maximum(np.arange(n, 0, -1), 1) * n
-    last = n // (PERIODS + 1)
-    if last < 8 or alike[0] <= 0:
+    correlation = np.fft.irfft(spectrum)[:n] / np.maximum(np.arange(n, 0, -1), 1) * n
+    last = n // (FEWEST_PERIODS + 1)
+    if last < 8 or correlation[0] <= 0:
         return 0
-    fallen = np.flatnonzero(alike[:last] < 0.5 * alike[0])
+    fallen = np.flatnonzero(correlation[:last] < 0.5 * correlation[0])
     if not len(fallen):
         return 0
-    period = int(fallen[0] + np.argmax(alike[fallen[0] : last]))
+    period = int(fallen[0] + np.argmax(correlation[fallen[0] : last]))
     repeats = centred[period:] - centred[:-period]
-    return period if np.std(repeats) < ALIKE * np.std(centred) else 0
+    return period if np.std(repeats) < REPETITION_ERROR * np.std(centred) else 0
 
 
 def _over_runs(run: SampledRun, runs: Sequence[SampledRun]) -> list[Density] | None:
+    """The noise densities of the outputs from another run with the same excitation; None where there is none."""
     drive = _excitation(run)
     for first, second in combinations(runs, 2):
         other = second if first is run else first if second is run else None
         if other is None or len(other.measured) != len(run.measured) or not drive.shape[1]:
             continue
         same = _excitation(other)
-        if same.shape == drive.shape and np.all(np.std(same - drive, axis=0) < ALIKE * np.std(drive, axis=0)):
+        if same.shape != drive.shape:
+            continue
+        if np.all(np.std(same - drive, axis=0) < REPETITION_ERROR * np.std(drive, axis=0)):
             left = (run.measured - other.measured) / np.sqrt(2)
             return [noise_density(y, [], run.recording.rate) for y in left.T]
     return None

@@ -1,8 +1,8 @@
 r"""Recorded runs in which not all states are measured, prepared for one-step prediction.
 
-Unrecorded disturbances drive the vehicle, and under closed-loop control the inputs too. The one-step prediction error
-remains comparable: if the model is right it is independent of all earlier data, under feedback too. Errors are compared
-as cosine coefficients of blocks, at all frequencies above those of offsets and drift.
+Disturbances that are not recorded excite the vehicle; under closed-loop control the inputs depend on them too. The
+one-step prediction error of the right model is independent of all earlier data in both cases. Errors are compared as
+cosine coefficients of blocks, at all frequencies above those of offsets and drift.
 
 Source: Ljung, System Identification, 2nd ed. (1999), ch. 7 and 13.4.
 """
@@ -20,24 +20,25 @@ from motofmi.gap.preprocessing.undisturbed_intervals import MARGIN, undisturbed
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.resampling import uniform, white_noise
 
-RATE = 80.0  # Hz: faster recordings are averaged down to it, or a little above
+RATE = 80.0  # Hz: samples of faster recordings are averaged, down to this rate or a little above
 BLOCK = 10.0  # s
-MOVES = 2.0  # least standard deviation of an output over its noise for a run with excitation
-BURN = 3.0  # s at the start of an interval in which the effect of the initial state decays
-FEWEST = 2  # blocks of a run
-# [Hz]; errors are compared from there to half the rate, else a fit could shift errors to frequencies
-# that are not compared
-LOWEST = 0.3
-SPEEDS = 0.04  # relative distance of the speeds for which matrices are computed
-STEADY = 0.005  # relative range within which the speed counts as constant
+EXCITATION_RATIO = 2.0  # least standard deviation of an output over its noise in a run with excitation
+SETTLING_TIME = 3.0  # s at the start of an interval in which the effect of the initial state decays
+FEWEST_BLOCKS = 2  # blocks of a run
+# Hz: errors are compared from there to half the sampling rate. With an upper limit a fit could shift errors to
+# frequencies above it.
+LOWEST_FREQUENCY = 0.3
+SPEED_STEP = 0.04  # relative distance of the speeds for which matrices are computed
+CONSTANT_SPEED = 0.005  # relative range within which the speed is constant
 
 
 @dataclass(frozen=True, repr=False)
 class PredictedRun:
     """A run: compared outputs and recorded inputs, `factor` samples averaged to one, in intervals [first, last).
 
-    noise (k,) holds the magnitudes of disturbances and sensor noise (see `models.disturbances`). mixing (ny, ny) and
-    densities transform prediction errors to independent numbers of standard deviation 1.
+    over is the channel of the speed [m/s]. noise (k,) holds the magnitudes of disturbances and sensor noise (see
+    `models.disturbances`). mixing (ny, ny) and densities transform prediction errors to independent numbers of standard
+    deviation 1.
     """
 
     recording: Recording
@@ -45,7 +46,7 @@ class PredictedRun:
     inputs: tuple[str, ...]
     over: str
     factor: int
-    stretches: tuple[tuple[int, int], ...]
+    intervals: tuple[tuple[int, int], ...]
     noise: np.ndarray | None = None
     mixing: np.ndarray | None = None
     densities: tuple[Density, ...] = ()
@@ -58,14 +59,14 @@ class PredictedRun:
         inputs, outputs = (", ".join(names) or "none" for names in (self.inputs, self.outputs))
         return f"PredictedRun({self.name!r}, {len(self.recording.time)} samples, inputs {inputs}, outputs {outputs})"
 
-
     @property
     def name(self) -> str:
+        """The name of the recording."""
         return self.recording.name
 
     @property
     def step(self) -> float:
-        """Between two averaged samples [s]."""
+        """The time between two averaged samples [s]."""
         return self.factor / self.recording.rate
 
     @cached_property
@@ -80,13 +81,13 @@ class PredictedRun:
 
     @property
     def exactly_held(self) -> bool:
-        """Whether inputs are held exactly; where samples are averaged, a hold is represented by the mean."""
+        """Whether inputs are held between the averaged samples; an average over several held samples is not."""
         return self.held and self.factor == 1
 
-    def joined(self, values: np.ndarray) -> np.ndarray:
-        """An input (N,) as averaged values (n,) for a prediction that interpolates linearly.
+    def interpolable(self, values: np.ndarray) -> np.ndarray:
+        """An input (N,) as averaged values (n,) for a prediction that interpolates linearly between them.
 
-        Linear interpolation of a smooth signal has an error of its curvature times h^2 / 12, which is subtracted.
+        The mean error of linear interpolation of a smooth signal is its curvature times h^2 / 12; it is subtracted.
         """
         if self.exactly_held:
             return values
@@ -97,52 +98,51 @@ class PredictedRun:
 
     @cached_property
     def speeds(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Speeds (g,) for which matrices are needed, and for every sample (n,) its index among them and the
-        weight of the next."""
+        """The speeds (g,) [m/s] for which matrices are computed, and the position of every sample among them.
+
+        The position is the index (n,) of the next lower speed, and the weight (n,) of the next higher one.
+        """
         speed = self.averaged(self.recording[self.over])
         width = max(int(1 / (self.step * 2)), 1)
         smooth = np.convolve(np.pad(speed, width, mode="edge"), np.ones(2 * width + 1) / (2 * width + 1), "valid")
-        within = np.concatenate([smooth[a:b] for a, b in self.stretches])
+        within = np.concatenate([smooth[a:b] for a, b in self.intervals])
         low, high = np.quantile(within, [0.01, 0.99])
         mean = float(within.mean())
-        if high - low < STEADY * mean:
+        if high - low < CONSTANT_SPEED * mean:
             return np.array([mean]), np.zeros(len(speed), np.int64), np.zeros(len(speed))
-        grid = np.linspace(low, high, int(np.ceil((high - low) / (SPEEDS * mean))) + 1)
+        grid = np.linspace(low, high, int(np.ceil((high - low) / (SPEED_STEP * mean))) + 1)
         at = np.clip((smooth - grid[0]) / (grid[1] - grid[0]), 0, len(grid) - 1 - 1e-9)
         return grid, at.astype(np.int64), at - np.floor(at)
 
     @cached_property
     def blocks(self) -> np.ndarray:
-        """The first samples of the blocks."""
-        burn = int(BURN / self.step)
-        return np.array(
-            [b for first, last in self.stretches for b in range(first + burn, last - self.length + 1, self.length)], int
-        )
+        """The first samples (blocks,) of the blocks."""
+        settling = int(SETTLING_TIME / self.step)
+        starts = (range(a + settling, b - self.length + 1, self.length) for a, b in self.intervals)
+        return np.array([start for interval in starts for start in interval], int)
 
     @cached_property
     def compared(self) -> np.ndarray:
-        """The indices of the samples that are compared: those of all blocks."""
+        """The indices (m,) of the samples that are compared: those of all blocks."""
         return (self.blocks[:, None] + np.arange(self.length)).ravel()
 
     @property
     def length(self) -> int:
-        """Samples of a block."""
+        """The number of samples of a block."""
         return int(BLOCK / self.step)
 
     @cached_property
     def frequency(self) -> np.ndarray:
         """The frequencies (k,) that are compared [Hz]."""
         every = np.arange(self.length) / (2 * self.length * self.step)
-        return every[every >= LOWEST]
+        return every[every >= LOWEST_FREQUENCY]
 
     def cosines(self, errors: np.ndarray) -> np.ndarray:
-        """The cosines (ny, blocks, k, ...) of errors (n, ny, ...) over time, in independent
-        combinations of the outputs."""
+        """The cosine coefficients (ny, blocks, k, ...) of errors (n, ny, ...), in independent mixtures of outputs."""
         assert self.mixing is not None
         taken = errors[self.blocks[:, None] + np.arange(self.length)]
-        spectrum = dct(taken, axis=1, norm="ortho")[
-            :, np.round(self.frequency * 2 * self.length * self.step).astype(int)
-        ]
+        orders = np.round(self.frequency * 2 * self.length * self.step).astype(int)
+        spectrum = dct(taken, axis=1, norm="ortho")[:, orders]
         return np.einsum("ij,bkj...->ibk...", self.mixing, spectrum)
 
     def whitened(self, errors: np.ndarray) -> np.ndarray:
@@ -159,6 +159,7 @@ class PredictedRun:
 
     @cached_property
     def deviation(self) -> np.ndarray:
+        """Ones (m,): the standard deviation of whitened errors."""
         return np.ones_like(self.data)
 
     def with_noise(self, noise: np.ndarray, motion: Mapping[str, np.ndarray]) -> "PredictedRun":
@@ -166,17 +167,17 @@ class PredictedRun:
         return replace(self, noise=noise, motion=motion)
 
     def with_floor(self, mixing: np.ndarray, densities: Sequence[Density]) -> "PredictedRun":
-        """The run with the noise floor of its predictions."""
+        """The run with the covariance and the spectra of the errors of its best prediction."""
         return replace(self, mixing=mixing, densities=tuple(densities))
 
 
 def prepare_predicted_run(
     recording: Recording, over: str, outputs: Sequence[str], inputs: Sequence[str]
 ) -> PredictedRun:
-    """The run without the intervals in which the vehicle starts, stops or falls, and without outliers;
-    noise is not estimated yet.
+    """The run without the intervals in which the vehicle starts, stops or falls, and without outliers.
 
-    Raises InputError where too little is left, an output is constant, or all outputs are consistent with their noise.
+    over is the channel of the speed [m/s]. The noise is not estimated yet. Raises InputError where fewer than two
+    undisturbed blocks remain, an output is constant, or all outputs are consistent with their noise.
     """
     recording, notes = uniform(recording)
     for name in outputs:
@@ -185,15 +186,15 @@ def prepare_predicted_run(
                 f"{recording.name}: {name} is constant at {recording[name][0]:g} {recording.units[name]}; is the "
                 "sensor connected?"
             )
-    if all(np.std(recording[n]) < MOVES * white_noise(recording[n]) for n in outputs):
+    if all(np.std(recording[n]) < EXCITATION_RATIO * white_noise(recording[n]) for n in outputs):
         raise InputError(
             f"{recording.name}: no excitation: {', '.join(outputs)} are consistent with their noise; shake the "
             "handlebar, or let a disturbance move the vehicle"
         )
-    stretches, said = undisturbed(recording, over, (over, *outputs, *inputs))
+    intervals, excluded = undisturbed(recording, over, (over, *outputs, *inputs))
     factor = max(int(recording.rate / RATE), 1)
-    coarse = tuple((-(-a // factor), b // factor) for a, b in stretches)
-    needed = int((BURN + BLOCK) * recording.rate / factor)
+    coarse = tuple((-(-a // factor), b // factor) for a, b in intervals)
+    needed = int((SETTLING_TIME + BLOCK) * recording.rate / factor)
     run = PredictedRun(
         recording,
         tuple(outputs),
@@ -203,11 +204,14 @@ def prepare_predicted_run(
         tuple(s for s in coarse if s[1] - s[0] > needed),
         notes=notes,
     )
-    if not run.stretches or len(run.blocks) < FEWEST:
+    if not run.intervals or len(run.blocks) < FEWEST_BLOCKS:
         raise InputError(
-            f"{recording.name}: {len(run.blocks) if run.stretches else 0} undisturbed blocks of {BLOCK:g} s; expected "
-            f"at least {FEWEST}"
+            f"{recording.name}: {len(run.blocks) if run.intervals else 0} undisturbed blocks of {BLOCK:g} s; expected "
+            f"at least {FEWEST_BLOCKS}"
         )
     used = len(run.blocks) * BLOCK
-    note = f"{recording.name}: {used:g} of {len(recording.time) / recording.rate:.0f} s are compared: {said} are cut with {MARGIN:g} s at both sides, the rest in whole blocks"
+    note = (
+        f"{recording.name}: {used:g} of {len(recording.time) / recording.rate:.0f} s are compared: {excluded} are left "
+        f"out, with {MARGIN:g} s at both sides, and so are incomplete blocks"
+    )
     return replace(run, notes=(*notes, note))

@@ -1,8 +1,8 @@
 """A run of any component, prepared for comparison over time, as cosine coefficients of blocks.
 
-The excitation is arbitrary. The run is cut into segments of a few periods with unknown initial states: over
-long segments small errors accumulate to a phase error, so that a fit has many minima, and an unstable component
-cannot be simulated at all.
+The excitation is arbitrary. The run is cut into segments of a few periods with unknown initial states. Over a long
+segment small errors of the model accumulate to a phase error, so that a fit has many minima; an unstable component
+cannot be simulated over it at all.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,9 +21,9 @@ from motofmi.gap.preprocessing.blocks import Blocks, blocks_of
 from motofmi.gap.preprocessing.flexible_noise_model import Density
 from motofmi.gap.preprocessing.input_interpolation import (
     ABOVE_NOISE,
-    CLOSEST,
-    KINDS,
-    LEAST_PER_PERIOD,
+    INTERPOLATIONS,
+    LEAST_KNOT_DISTANCE,
+    LEAST_KNOTS_PER_PERIOD,
     NOISELESS,
     InterpolatedInputs,
     highest_frequency,
@@ -37,39 +37,40 @@ from motofmi.recordings.quality import clipped
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.resampling import is_white, slower, uniform, white_noise
 
-FEWEST = 200  # samples
-POINTS = 8  # simulation steps per cycle of the highest frequency
-MOST_POINTS = 40_000  # simulation steps of one run
-PERIODS = 6.0  # of the motion's mean frequency in a segment
-IMPOSED_PERIODS = 60.0  # the same where a state is imposed: the effect of other initial states decays
+FEWEST_SAMPLES = 200
+STEPS_PER_CYCLE = 8  # simulation steps per cycle of the highest frequency
+MOST_STEPS = 40_000  # simulation steps of one run
+SEGMENT_PERIODS = 6.0  # periods of the motion's mean frequency in a segment
+IMPOSED_SEGMENT_PERIODS = 60.0  # the same where a state is imposed: the effect of other initial states decays
 SHORTEST_SEGMENT = 100  # samples
-ACCURACY = 3e-4  # least noise over a signal's rms: no model of a real component is more accurate
-FASTER, MOST_SAMPLES = (
-    20,
-    6000,
-)  # sampling rate over highest frequency, and samples, above which a recording is decimated
-NEIGHBOURS = 9  # cosines over which a variance is averaged
-# ratio of an imposed motion's power to its noise up to which the run is compared: there 1 % of the acceleration's power
-# is noise
-CLEAR = 100.0
+ACCURACY = 3e-4  # least noise over a signal's rms [1]: no model of a real component is more accurate
+OVERSAMPLING = 20  # sampling rate over the highest frequency above which a recording is decimated
+MOST_SAMPLES = 6000  # samples above which a recording is decimated
+NEIGHBOURS = 9  # coefficients over which a variance is averaged
+# Ratio of an imposed motion's power to its noise down to which the run is compared: there 1 % of the acceleration's
+# power is noise.
+RESOLVED_RATIO = 100.0
+END_SHARE = 0.02  # share of a run left out at each end where a motion is imposed: its acceleration is not known there
 BAND_OF_MOTION = (
     "{}: compared up to {:.3g} Hz: beyond, the acceleration of the recorded {} is not resolved from its noise or by "
     "its samples"
 )
-EDGE = 0.02  # share of the recording left out at each end of an imposed motion, where its acceleration is not known
 
 
 @dataclass(repr=False)
 class SampledRun:
-    """A recording as cosine coefficients of its blocks: data (m,) and their standard deviation (m,)."""
+    """A recording as cosine coefficients of its blocks: data (m,) and their standard deviation (m,).
+
+    The coefficients have the units of the outputs. Intervals and segments are [first, last) in samples.
+    """
 
     recording: Recording
     experiment: InputOutputExperiment
     measured: np.ndarray  # (n, outputs)
     inputs: InterpolatedInputs
-    stretches: list[tuple[int, int]]  # without gaps
-    segments: list[tuple[int, int]]
-    finer: int  # simulation steps per sample
+    intervals: list[tuple[int, int]]  # between gaps
+    segments: list[tuple[int, int]]  # with an own initial state each
+    steps_per_sample: int  # simulation steps per sample
     reduction: Blocks
     densities: list[Density]
     noise_source: str
@@ -77,19 +78,19 @@ class SampledRun:
     deviation: np.ndarray
     notes: tuple[str, ...] = ()
     noise_from_model: bool = False
-    kind: str = KINDS[0]  # interpolation of the inputs
+    kind: str = INTERPOLATIONS[0]  # interpolation of the inputs
     input_variance: np.ndarray | None = None  # (m,) variance due to the inputs between their samples
-    guess: dict[Any, dict[str, Any]] = field(
-        default_factory=dict
-    )  # initial guesses of simulations, by segment, and by model and segment
+    # initial guesses of simulations, by segment, and by model and segment
+    guess: dict[Any, dict[str, Any]] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         inputs, outputs = (", ".join(names) for names in (self.experiment.inputs, self.experiment.outputs))
-        return f"SampledRun({self.name!r}, {len(self.recording.time)} samples, inputs {inputs or 'none'}, outputs {outputs})"
-
+        samples = f"{len(self.recording.time)} samples"
+        return f"SampledRun({self.name!r}, {samples}, inputs {inputs or 'none'}, outputs {outputs})"
 
     @property
     def name(self) -> str:
+        """The name of the recording."""
         return self.recording.name
 
     @property
@@ -99,17 +100,16 @@ class SampledRun:
 
     @property
     def duration(self) -> float:
-        """From time zero to the end of the run [s]."""
+        """The time from zero to the end of the run [s]."""
         return float(self.recording.time[-1] + 1 / self.recording.rate)
 
     def motion_at(self, time: np.ndarray) -> tuple[np.ndarray]:
-        """The motion (n,) at times (n,)."""
-        return (
-            np.interp(time, self.recording.time, self.recording[self.experiment.imposed or self.experiment.outputs[0]]),
-        )
+        """The imposed motion, or the first output, (n,) at times (n,) [s]."""
+        name = self.experiment.imposed or self.experiment.outputs[0]
+        return (np.interp(time, self.recording.time, self.recording[name]),)
 
     def with_densities(self, densities: list[Density], source: str) -> "SampledRun":
-        """The run with other noise densities."""
+        """The run with a noise density for each output, and the name of their source."""
         least = [(ACCURACY * np.std(y)) ** 2 for y in self.measured.T]
         densities = [d.at_least(x) for d, x in zip(densities, least, strict=True)]
         deviation = self.reduction.deviations(densities)
@@ -118,20 +118,22 @@ class SampledRun:
         return replace(self, densities=densities, noise_source=source, deviation=deviation)
 
     def with_input_variance(self, difference: np.ndarray) -> "SampledRun":
-        """The run with a further variance: the squared change (m,) of a model's output with the
-        interpolation of its inputs."""
+        """The run with an additional variance due to the interpolation of its inputs.
+
+        difference (m,) is the change of a model's output, in the units of the data, between two interpolations.
+        """
         sizes = [kept for _, _, kept in self.reduction.spans for _ in range(self.reduction.outputs)]
         parts = np.split(difference**2, np.cumsum(sizes)[:-1])
         smooth = np.concatenate([uniform_filter1d(part, min(NEIGHBOURS, len(part)), mode="nearest") for part in parts])
         return replace(self, input_variance=smooth).with_densities(self.densities, self.noise_source)
 
     def with_interpolation(self, kind: str) -> "SampledRun":
-        """The run with another interpolation of its inputs."""
+        """The run with another interpolation of its inputs, of `input_interpolation.INTERPOLATIONS`."""
         return replace(self, inputs=_interpolated_inputs(self.recording, self.experiment, kind), kind=kind, guess={})
 
     @cached_property
     def noiseless(self) -> "SampledRun":
-        """The run with the imposed motion without its noise; itself where nothing is imposed."""
+        """The run with an imposed motion from which noise is removed; itself where no motion is imposed."""
         return self.with_interpolation(NOISELESS) if self.experiment.imposed else self
 
     def with_initial_guesses(self, guess: Mapping[Any, Any]) -> "SampledRun":
@@ -139,7 +141,7 @@ class SampledRun:
         return replace(self, guess={key: dict(known) for key, known in guess.items()})
 
     def scaled(self, factor: float) -> "SampledRun":
-        """The run with its excitation scaled by a factor; the response is scaled as that of a linear component."""
+        """The run with its inputs and outputs multiplied by a factor, as for a linear component."""
         measured = factor * self.measured
         return replace(
             self, inputs=self.inputs.scaled(factor), measured=measured, data=self.reduction.reduce(measured), guess={}
@@ -148,21 +150,28 @@ class SampledRun:
     def cut(self, length: int) -> "SampledRun":
         """The run in segments of `length` samples, each with its own initial states."""
         segments: list[tuple[int, int]] = []
-        for first, last in self.stretches:
+        for first, last in self.intervals:
             edges = np.linspace(first, last, max((last - first) // max(length, 8), 1) + 1).astype(int)
             segments += [(int(a), int(b)) for a, b in pairwise(edges)]
         reduction = blocks_of(
             segments, len(self.experiment.outputs), self.recording.rate, self.reduction_band, self.reduction.compared
         )
-        return replace(self, segments=segments, reduction=reduction, data=reduction.reduce(self.measured), guess={},
-                       input_variance=None, deviation=reduction.deviations(self.densities))  # fmt: skip
+        return replace(
+            self,
+            segments=segments,
+            reduction=reduction,
+            data=reduction.reduce(self.measured),
+            deviation=reduction.deviations(self.densities),
+            guess={},
+            input_variance=None,
+        )
 
     @cached_property
     def middle_frequency(self) -> float:
         """The power-weighted mean frequency [Hz] of the first output, where it exceeds its noise.
 
-        It is a property of the motion: the power of its differences grows with the frequency, so that their mean
-        frequency moves with the sampling rate and with the noise.
+        The mean is that of the motion itself. The mean frequency of its differences would depend on the sampling rate
+        and on the noise, since the power of differences grows with the frequency.
         """
         y = self.measured[:, 0] - self.measured[:, 0].mean()
         window = np.hanning(len(y))
@@ -178,7 +187,7 @@ class SampledRun:
 
 
 def prepare_sampled_run(recording: Recording, experiment: InputOutputExperiment) -> SampledRun:
-    """The run with a first guess of its noise.
+    """The run of a recording, with white noise as the initial estimate of its noise.
 
     Missing and clipped samples are left out of the comparison. Raises InputError for a run that is too short, or an
     output that is constant or white noise that no input explains.
@@ -187,12 +196,12 @@ def prepare_sampled_run(recording: Recording, experiment: InputOutputExperiment)
     recording, bridged = uniform(recording, bridged=1.0)
     at_limits, clipping = _at_limits(recording.from_zero(), experiment)
     recording, interference = without_mains_interference(recording.from_zero(), experiment.inputs, experiment.outputs)
-    recording, reduced = _reduced(recording, experiment)
-    notes = (*bridged, *clipping, *interference, *reduced)
-    if min(recorded, len(recording.time)) < FEWEST:
+    recording, decimated = _decimated(recording, experiment)
+    notes = (*bridged, *clipping, *interference, *decimated)
+    if min(recorded, len(recording.time)) < FEWEST_SAMPLES:
         raise InputError(
             f"{recording.name}: {len(recording.time)} samples are too few to separate noise from a gap; expected at "
-            f"least {FEWEST}"
+            f"least {FEWEST_SAMPLES}"
         )
     for name in experiment.outputs:
         y, unit = recording[name], recording.units[name]
@@ -209,7 +218,7 @@ def prepare_sampled_run(recording: Recording, experiment: InputOutputExperiment)
 def _at_limits(
     recording: Recording, experiment: InputOutputExperiment
 ) -> tuple[dict[str, list[tuple[float, float]]], tuple[str, ...]]:
-    """The times [s] between which each output, or the imposed motion, is held by a limit, and notes on them."""
+    """The times [s] between which each output, or the imposed motion, stays at a limit, and notes on them."""
     found: dict[str, list[tuple[float, float]]] = {}
     notes = []
     for name in dict.fromkeys([*experiment.outputs, *filter(None, [experiment.imposed])]):
@@ -234,9 +243,10 @@ def sampled_run(
     notes: tuple[str, ...] = (),
     at_limits: Mapping[str, Sequence[tuple[float, float]]] = MappingProxyType({}),
 ) -> SampledRun:
-    """The run of a recording on a regular grid, without checks, with a first guess of its noise.
+    """The run of a recording with equidistant samples, without the checks of `prepare_sampled_run`.
 
-    at_limits are the times between which outputs, or the imposed motion, are not compared.
+    at_limits are the times [s] between which outputs, or the imposed motion, are not compared. Raises InputError where
+    the intervals between gaps are too short.
     """
     time, rate = recording.time, recording.rate
     measured = np.column_stack([recording[name] for name in experiment.outputs])
@@ -244,25 +254,40 @@ def sampled_run(
     highest = max(highest_frequency(y, rate) for y in measured.T)
     band = min(1.3 * highest + 4 * rate / len(time), rate / 2)
     if experiment.imposed:
-        clear = min(resolved_frequency(recording[experiment.imposed], rate, CLEAR), rate / (LEAST_PER_PERIOD * CLOSEST))
-        if clear < band:
-            notes = (*notes, BAND_OF_MOTION.format(recording.name, clear, experiment.imposed))
-        band = min(band, clear)
-    edge = int(EDGE * len(time)) if experiment.imposed else 0
-    stretches = [s for s in uninterrupted(~recording.broken, edge) if s[1] - s[0] >= SHORTEST_SEGMENT // 2]
-    if not stretches:
-        raise InputError(f"{recording.name}: fewer than {SHORTEST_SEGMENT // 2} consecutive samples between its gaps; "
-                         "record without gaps, "
-                         "or cut the recording into parts without gaps")  # fmt: skip
-    reduction = blocks_of(stretches, len(experiment.outputs), rate, band, _compared(recording, experiment, at_limits))
-    finer = int(np.clip(np.ceil(POINTS * highest / rate), 1, max(MOST_POINTS // len(time), 1)))
+        resolved = resolved_frequency(recording[experiment.imposed], rate, RESOLVED_RATIO)
+        resolved = min(resolved, rate / (LEAST_KNOTS_PER_PERIOD * LEAST_KNOT_DISTANCE))
+        if resolved < band:
+            notes = (*notes, BAND_OF_MOTION.format(recording.name, resolved, experiment.imposed))
+        band = min(band, resolved)
+    margin = int(END_SHARE * len(time)) if experiment.imposed else 0
+    intervals = [s for s in uninterrupted(~recording.broken, margin) if s[1] - s[0] >= SHORTEST_SEGMENT // 2]
+    if not intervals:
+        raise InputError(
+            f"{recording.name}: fewer than {SHORTEST_SEGMENT // 2} consecutive samples between its gaps; record "
+            "without gaps, or cut the recording into parts without gaps"
+        )
+    reduction = blocks_of(intervals, len(experiment.outputs), rate, band, _compared(recording, experiment, at_limits))
+    steps_per_sample = int(np.clip(np.ceil(STEPS_PER_CYCLE * highest / rate), 1, max(MOST_STEPS // len(time), 1)))
     densities = [
         Density(np.array([0.0, rate / 2]), np.full(2, max(s, ACCURACY * np.std(y)) ** 2))
         for s, y in zip(deviations, measured.T, strict=True)
     ]
-    whole = SampledRun(recording, experiment, measured, _interpolated_inputs(recording, experiment, KINDS[0]), stretches, stretches, finer, reduction, densities, "",
-                    reduction.reduce(measured), reduction.deviations(densities), notes)  # fmt: skip
-    periods = IMPOSED_PERIODS if experiment.imposed else PERIODS
+    whole = SampledRun(
+        recording,
+        experiment,
+        measured,
+        _interpolated_inputs(recording, experiment, INTERPOLATIONS[0]),
+        intervals,
+        segments=intervals,
+        steps_per_sample=steps_per_sample,
+        reduction=reduction,
+        densities=densities,
+        noise_source="",
+        data=reduction.reduce(measured),
+        deviation=reduction.deviations(densities),
+        notes=notes,
+    )
+    periods = IMPOSED_SEGMENT_PERIODS if experiment.imposed else SEGMENT_PERIODS
     return whole.cut(max(int(periods * rate / whole.middle_frequency), SHORTEST_SEGMENT))
 
 
@@ -275,30 +300,31 @@ def _compared(
     return ~np.column_stack(left_out) if np.any(left_out) else None
 
 
-def _reduced(recording: Recording, experiment: InputOutputExperiment) -> tuple[Recording, tuple[str, ...]]:
+def _decimated(recording: Recording, experiment: InputOutputExperiment) -> tuple[Recording, tuple[str, ...]]:
     """The recording at a lower rate, where its rate is far above the highest frequency in it."""
     wanted = [*experiment.outputs, *experiment.inputs]
     highest = max(highest_frequency(recording[n], recording.rate) for n in wanted if np.ptp(recording[n]) > 0)
-    factor = int(recording.rate / (FASTER * highest))
+    factor = int(recording.rate / (OVERSAMPLING * highest))
     if factor < 2 or len(recording.time) < MOST_SAMPLES:
         return recording, ()
     factor = min(factor, len(recording.time) // (MOST_SAMPLES // 2))
-    note = f"{recording.name}: reduced to {recording.rate / factor:.4g} Hz; its highest frequency is {highest:.3g} Hz"
+    note = f"{recording.name}: decimated to {recording.rate / factor:.4g} Hz; its highest frequency is {highest:.3g} Hz"
     return slower(recording, factor), (note,)
 
 
 def _interpolated_inputs(recording: Recording, experiment: InputOutputExperiment, kind: str) -> InterpolatedInputs:
+    """The recorded inputs, and an imposed motion with its derivatives, as functions of time."""
     time = recording.time
     functions: dict[str, Any] = {
         n: input_function(time, recording[n], kind) for n in experiment.inputs if n != experiment.imposed
     }
     if experiment.imposed:
-        seen = experiment.with_effects(())
-        motion = motion_functions(time, recording[experiment.imposed], seen.rate, kind)  # type: ignore[attr-defined]
+        rate: str = experiment.with_effects(()).rate  # type: ignore[attr-defined]
+        motion = motion_functions(time, recording[experiment.imposed], rate, kind)
         functions |= {name or experiment.imposed: function for name, function in motion.items()}
     return InterpolatedInputs(functions, (float(time[0]), float(time[-1])))
 
 
 def excited(runs: Sequence[SampledRun]) -> bool:
-    """Whether any recorded input drives the component; otherwise only ratios of its parameters are identifiable."""
+    """Whether any recorded input excites the component; otherwise only ratios of its parameters are identifiable."""
     return any(np.ptp(run.recording[n]) > 0 for run in runs for n in run.experiment.inputs)

@@ -7,28 +7,33 @@ import numpy as np
 from motofmi.recordings.recording import Recording
 
 MARGIN = 1.0  # s left out at both sides of an excluded interval
-MOVING = 0.8  # of the median speed: below it, the vehicle starts or stops
-WILD = 3.0  # times the 99.5 % quantile of a channel: larger values are outliers
+MOVING_SHARE = 0.8  # speed over the median speed below which the vehicle starts or stops
+OUTLIER_FACTOR = 3.0  # an outlier's deviation from the median, over the 99.5 % quantile of the deviations in a channel
 
 
 def undisturbed(recording: Recording, over: str, channels: Sequence[str]) -> tuple[list[tuple[int, int]], str]:
-    """The intervals [first, last) of samples without gaps, and a phrase on what was excluded."""
+    """The intervals [first, last) of samples without gaps, and a phrase on the excluded samples for a note.
+
+    over is the channel of the speed; channels are those that are searched for outliers.
+    """
     speed = recording[over]
     usual = np.median(speed[speed > 0.1 * speed.max()])
-    good = speed > MOVING * usual
+    good = speed > MOVING_SHARE * usual
     stopped = np.count_nonzero(~good)
     for name in channels:
         values = recording[name]
         centred = np.abs(values - np.median(values[good]))
-        good &= centred <= WILD * max(np.quantile(centred[good], 0.995), 1e-9)
-    wild = np.count_nonzero(~good) - stopped
-    said = (f"{stopped} samples below {MOVING:.0%} of the usual {over} and {wild} outliers (beyond {WILD:g} times the "
-            "99.5 % quantile of a channel)")  # fmt: skip
-    return uninterrupted(good & ~recording.broken, int(MARGIN * recording.rate)), said
+        good &= centred <= OUTLIER_FACTOR * max(np.quantile(centred[good], 0.995), 1e-9)
+    outliers = np.count_nonzero(~good) - stopped
+    excluded = (
+        f"{stopped} samples below {MOVING_SHARE:.0%} of the usual {over} and {outliers} outliers "
+        f"(beyond {OUTLIER_FACTOR:g} times the 99.5 % quantile of a channel)"
+    )
+    return uninterrupted(good & ~recording.broken, int(MARGIN * recording.rate)), excluded
 
 
 def uninterrupted(good: np.ndarray, margin: int) -> list[tuple[int, int]]:
-    """The intervals [first, last) of good samples (n,), without a margin at both sides."""
+    """The intervals [first, last) of good samples (n,), without a margin of samples at both sides."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], good.astype(int), [0]])))
     return [
         (int(a) + margin, int(b) - margin) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a > 2 * margin

@@ -1,12 +1,12 @@
-r"""Recorded runs in which all states are measured: the equations of motion in weak form, without initial
-states or derivatives.
+r"""Recorded runs in which all states are measured: the equations of motion in weak form.
 
     - integral of phi_k' x dt = integral of phi_k f(x, u, p) dt,    phi_k = sqrt(2 / n) sin(pi k t / T)
 
-on blocks of length T. As phi_k vanishes at both ends, no measured rate is differentiated; unstable vehicles under
-closed-loop control and stable ones are treated alike, and the excitation is arbitrary. An unknown offset and drift of
-every equation in every block are projected out, and with them the offset of an angle that is the integral of its rate.
-The noise is the disturbance, i.e. what a flexible model leaves of the equations (see `weak_form_noise`).
+on blocks of length T. Since phi_k vanishes at both ends, no measured rate is differentiated and no initial state is
+needed. The method is the same for stable vehicles and for unstable ones under closed-loop control, and the excitation
+is arbitrary. An unknown offset and drift of every equation in every block are projected out, and with them the offset
+of an angle that is the integral of its rate. The noise is the disturbance, estimated as the residual of a flexible
+model of the equations (see `weak_form_noise`).
 
 Source: Shinbrot, Trans. ASME 79 (1957) 579-588; Preisig, Rippin, Comput. Chem. Eng. 17 (1993) 1-16.
 """
@@ -25,8 +25,8 @@ from motofmi.recordings.recording import Recording
 from motofmi.recordings.resampling import uniform
 
 BLOCK = 10.0  # s
-BAND = (0.3, 5.0)  # Hz in which the equations are compared
-FEWEST = 2  # blocks of a run
+BAND = (0.3, 5.0)  # Hz, in which the equations are compared
+FEWEST_BLOCKS = 2  # blocks of a run
 
 
 @dataclass(frozen=True, repr=False)
@@ -47,27 +47,25 @@ class WeakFormRun:
     notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        return f"WeakFormRun({self.name!r}, {len(self.blocks)} blocks of {self.length} samples, rates {', '.join(self.rates)})"
-
+        blocks = f"{len(self.blocks)} blocks of {self.length} samples"
+        return f"WeakFormRun({self.name!r}, {blocks}, rates {', '.join(self.rates)})"
 
     @property
     def name(self) -> str:
+        """The name of the recording."""
         return self.recording.name
 
     @cached_property
     def places(self) -> np.ndarray:
-        """The samples (blocks, length) of the blocks."""
+        """The indices (blocks, length) of the samples of the blocks."""
         return self.blocks[:, None] + np.arange(self.length)
 
     @cached_property
     def frequency(self) -> np.ndarray:
         """The frequencies (k,) of the test functions [Hz]."""
-        k = (
-            np.arange(1, int(2 * self.length * BAND[1] / self.recording.rate) + 1)
-            * self.recording.rate
-            / (2 * self.length)
-        )
-        return k[k >= BAND[0]]
+        highest = int(2 * self.length * BAND[1] / self.recording.rate)
+        frequency = np.arange(1, highest + 1) * self.recording.rate / (2 * self.length)
+        return frequency[frequency >= BAND[0]]
 
     @cached_property
     def sizes(self) -> np.ndarray:
@@ -76,6 +74,7 @@ class WeakFormRun:
 
     @cached_property
     def data(self) -> np.ndarray:
+        """The whitened data (m,) [rad/s2]."""
         return self.whitened(self.measured)
 
     @cached_property
@@ -86,6 +85,7 @@ class WeakFormRun:
 
     @cached_property
     def deviation(self) -> np.ndarray:
+        """The standard deviation (m,) of the data, one number per equation [rad/s2]."""
         return np.repeat(self.sizes, len(self.blocks) * (len(self.frequency) - self.nuisance.shape[1]))
 
     @cached_property
@@ -93,7 +93,7 @@ class WeakFormRun:
         return np.round(self.frequency * 2 * self.length / self.recording.rate).astype(int)
 
     def inputs(self, name: str) -> np.ndarray:
-        """An input (n,) as its mean over the interval around each sample."""
+        """An input (n,) as its mean over the sample interval around each sample."""
         u = self.recording.columns[name]
         return (u + np.concatenate([u[:1], u[:-1]])) / 2 if self.held else u
 
@@ -102,8 +102,10 @@ class WeakFormRun:
         return dst(signals, norm="ortho")[..., self._orders - 1]
 
     def whitened(self, weak: np.ndarray) -> np.ndarray:
-        """The data (..., m) of a weak form (..., equations, blocks, k): whitened, without offset and
-        drift, times `sizes`."""
+        """The data (..., m) [rad/s2] of a weak form (..., equations, blocks, k).
+
+        They are whitened, without offset and drift, and multiplied by `sizes`.
+        """
         parts = []
         for i, (whitener, size) in enumerate(zip(self.whiteners, self.sizes, strict=True)):
             part = weak[..., i, :, :] @ whitener * size
@@ -123,24 +125,25 @@ class WeakFormRun:
 
 
 def prepare_weak_form(recording: Recording, over: str, rates: Sequence[str], needed: Sequence[str]) -> WeakFormRun:
-    """The run without the intervals in which the vehicle starts, stops or falls, and without outliers;
-    noise is not estimated yet.
+    """The run without the intervals in which the vehicle starts, stops or falls, and without outliers.
 
-    rates are the states whose equations are compared, needed all channels. Raises InputError where too little is left.
+    over is the channel of the speed [m/s], rates are the states whose equations are compared, needed are all channels.
+    The noise is not estimated yet. Raises InputError where fewer than two undisturbed blocks remain.
     """
     recording, notes = uniform(recording)
-    stretches, cut = undisturbed(recording, over, needed)
+    intervals, excluded = undisturbed(recording, over, needed)
     length = int(BLOCK * recording.rate)
-    blocks = np.array([b for first, last in stretches for b in range(first, last - length + 1, length)], int)
-    if len(blocks) < FEWEST:
+    blocks = np.array([b for first, last in intervals for b in range(first, last - length + 1, length)], int)
+    if len(blocks) < FEWEST_BLOCKS:
         raise InputError(
-            f"{recording.name}: {len(blocks)} undisturbed blocks of {BLOCK:g} s; expected at least {FEWEST}"
+            f"{recording.name}: {len(blocks)} undisturbed blocks of {BLOCK:g} s; expected at least {FEWEST_BLOCKS}"
         )
-    said = (f"{recording.name}: {len(blocks) * BLOCK:g} of {len(recording.time) / recording.rate:.0f} s are compared: "
-            f"{cut} are cut with {MARGIN:g} s "
-            "at both sides, the rest in whole blocks",)  # fmt: skip
+    note = (
+        f"{recording.name}: {len(blocks) * BLOCK:g} of {len(recording.time) / recording.rate:.0f} s are compared: "
+        f"{excluded} are left out, with {MARGIN:g} s at both sides, and so are incomplete blocks"
+    )
     flat = tuple(Density(np.array([0.0, recording.rate / 2]), np.ones(2)) for _ in rates)
-    return WeakFormRun(recording, blocks, length, tuple(rates), flat, notes=(*notes, *said))
+    return WeakFormRun(recording, blocks, length, tuple(rates), flat, notes=(*notes, note))
 
 
 def whitener(density: np.ndarray, nuisance: np.ndarray) -> np.ndarray:
@@ -150,5 +153,5 @@ def whitener(density: np.ndarray, nuisance: np.ndarray) -> np.ndarray:
 
 
 def with_noise(run: WeakFormRun, densities: Sequence[Density]) -> WeakFormRun:
-    """The run with the disturbance densities of its equations."""
+    """The run with the disturbance densities of its equations [(rad/s2)^2 per sample]."""
     return replace(run, densities=tuple(densities))

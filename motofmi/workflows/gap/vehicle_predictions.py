@@ -18,7 +18,7 @@ from motofmi.gap.experiments.vehicle_over_speed import VehicleOverSpeedExperimen
 from motofmi.gap.localisation.predicted_places import cells
 from motofmi.gap.models.disturbances import CORNER_SPREAD, FORCES, SPREAD, factors_of
 from motofmi.gap.models.one_step_prediction import PredictorModel
-from motofmi.gap.preprocessing.predicted_run import BLOCK, LOWEST, PredictedRun, prepare_predicted_run
+from motofmi.gap.preprocessing.predicted_run import BLOCK, LOWEST_FREQUENCY, PredictedRun, prepare_predicted_run
 from motofmi.gap.selection.model_selection import Verdict, select_model
 from motofmi.gap.verdict import as_result
 from motofmi.recordings.recording import Recording
@@ -247,8 +247,8 @@ def _base(model: PredictorModel, runs: Sequence[PredictedRun]) -> Fit:
 def limitations(experiment: VehicleOverSpeedExperiment, runs: Sequence[PredictedRun], criteria: Criteria) -> list[str]:
     """The limitations of a verdict by one-step prediction, in sentences."""
     sentences = ["Not all states of the vehicle are recorded: its outputs are predicted one sample ahead, and the "
-                 f"prediction errors are compared from {LOWEST:g} Hz upwards in blocks of {BLOCK:g} s. 1 means "
-                 "consistent with a regression on all earlier samples.",
+                 f"prediction errors are compared from {LOWEST_FREQUENCY:g} Hz upwards in blocks of {BLOCK:g} s. 1 "
+                 "means consistent with a regression on all earlier samples.",
                  "Excitation that is not recorded is modelled as a roll torque, a side force and a torque about the "
                  "steer axis, each with a white and a slow part; linear effects that gain less than "
                  f"{100 * least_share(runs, criteria):g} % of the noise's power for each of their parameters, or "

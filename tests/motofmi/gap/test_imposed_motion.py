@@ -7,7 +7,7 @@ from scipy.signal import butter, sosfiltfilt
 from fmus.mechanisms.mass_spring_damper import MassSpringDamper
 from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.preprocessing.input_interpolation import ABOVE_NOISE, resolved_frequency
-from motofmi.gap.preprocessing.sampled_run import CLEAR, prepare_sampled_run
+from motofmi.gap.preprocessing.sampled_run import RESOLVED_RATIO, prepare_sampled_run
 from motofmi.recordings.recording import Recording
 
 RATE, COUNT = 200.0, 8000
@@ -32,7 +32,7 @@ def crossing(noise, ratio):
 
 
 @pytest.mark.parametrize("noise", [1e-2, 1e-3, 1e-4])
-@pytest.mark.parametrize("ratio", [ABOVE_NOISE, CLEAR])
+@pytest.mark.parametrize("ratio", [ABOVE_NOISE, RESOLVED_RATIO])
 def test_a_motion_is_resolved_up_to_where_it_meets_its_noise(noise, ratio):
     """A power falling as f^-8 scatters by a factor of 2 where few frequencies are averaged: f by 2^(1/8)."""
     assert resolved_frequency(motion(noise)[0], RATE, ratio) == pytest.approx(crossing(noise, ratio), rel=0.2)
@@ -65,7 +65,7 @@ def imposed(noise):
 def test_the_compared_band_ends_where_the_imposed_motion_is_20_db_above_its_noise():
     test = input_output_experiment(MassSpringDamper(), ["displacement", "force"], "displacement")
     run = prepare_sampled_run(imposed(1e-3), test)
-    assert run.reduction_band == pytest.approx(crossing(1e-3, CLEAR), rel=0.2)
+    assert run.reduction_band == pytest.approx(crossing(1e-3, RESOLVED_RATIO), rel=0.2)
     # Power that falls as f^-8 loses the 10 dB between both ratios over a factor 10^(1/8) in frequency
     assert run.reduction_band == pytest.approx(crossing(1e-3, ABOVE_NOISE) / 10 ** (1 / 8), rel=0.2)
     assert any("not resolved" in note for note in run.notes)
@@ -77,5 +77,5 @@ def test_the_compared_band_ends_with_the_measured_force_where_the_motion_is_reso
     noisy.columns["force"] = exact["force"] + 0.1 * exact["force"].std() * rng.standard_normal(COUNT)
     test = input_output_experiment(MassSpringDamper(), ["displacement", "force"], "displacement")
     run = prepare_sampled_run(noisy, test)
-    assert run.reduction_band < resolved_frequency(exact["displacement"], RATE, CLEAR) / 2
+    assert run.reduction_band < resolved_frequency(exact["displacement"], RATE, RESOLVED_RATIO) / 2
     assert not any("not resolved" in note for note in run.notes)

@@ -33,7 +33,7 @@ def test_the_error_of_a_rebuilt_motion_is_that_of_many_rebuilt_ones():
     phase = phase_of(angle, RATE)
     reduction, reconstruction = reduction_of(phase, RATE), motion_reconstruction(time, phase)
     first = np.array([c.order == 1 for c in reduction.columns])
-    said = reconstruction.error_seen(reduction.bases, lambda order: np.full(len(time), 2j))[first]
+    said = reconstruction.response_variance(reduction.bases, lambda order: np.full(len(time), 2j))[first]
     rng = np.random.default_rng(1)
     draws = [reconstruction.motion(rng.standard_normal(len(time))) for _ in range(60)]
     responses = [2 * reduction.reduce(m(time)[0])[first] for m in draws]  # the phase of the answer changes no variance
@@ -54,7 +54,7 @@ def test_the_error_of_a_motion_that_has_no_command_counts_what_its_own_phase_bri
         phase = phase_of(measured, 64.0, noisy=True)
         reduction, reconstruction = reduction_of(phase, 64.0), motion_reconstruction(time, phase)
         slopes = np.array([c.order == 1 and c.degree == 1 and 2 < c.frequency < 9 for c in reduction.columns])
-        said.append(7e-4**2 * reconstruction.error_seen(reduction.bases, lambda order: np.ones(len(time)))[slopes])
+        said.append(7e-4**2 * reconstruction.response_variance(reduction.bases, lambda order: np.ones(len(time)))[slopes])
         seen.append(reduction.reduce(reconstruction.motion(measured)(time)[0] - angle(time))[slopes] ** 2)
     # 8 runs of some 100 columns, whose errors are shared by half as many splines: 7 % of scatter.
     assert np.mean([np.mean(a / b) for a, b in zip(seen, said, strict=True)]) == pytest.approx(1.0, abs=0.25)
