@@ -199,4 +199,5 @@ class Criteria:
     coarse."""
 
     fewest_validation_blocks: int = 6
-    """The same for validation runs, where there are any [1]; their parameters are fixed, so that fewer blocks suffice."""
+    """The same for validation runs, where there are any [1]; the parameters are fixed there, so that fewer blocks
+    are sufficient."""

@@ -1,6 +1,6 @@
 """The contents of `verdict.json`: every key is always present, every parameter has value, standard error and unit."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -18,9 +18,10 @@ from motofmi.gap.validation.before_after import floor, misfit_of
 
 
 def as_result(verdict: Verdict, unit: str, noise_source: str = "orders", cells: Cells = of_harmonics) -> dict[str, Any]:
-    """The verdict under the keys of the file; what is written beside it (model, FMU, report) is null yet.
+    """The verdict under the keys of the file; model, FMU and report are null until they are written.
 
-    cells gives the cells of a run in which misfit is located.
+    unit is that of the output, noise_source the source of its noise; cells gives the cells of a run in which misfit is
+    located.
     """
     best = verdict.best
     chances, left = _probabilities(verdict), gap(verdict, unit)
@@ -29,12 +30,22 @@ def as_result(verdict: Verdict, unit: str, noise_source: str = "orders", cells: 
         "effects": [_effect(verdict, c, chances) for c in verdict.effects] if verdict.verdict == "named" else [],
         "tied": [c.family for c in verdict.tied] if verdict.verdict == "tied" else [],
         "closest": _closest(verdict) if verdict.verdict == "unknown" else None,
-        "candidates": [{"name": c.family, "form": c.effect.form, "element": c.effect.element or None, "sentence": c.effect.sentence(), "delta_chi2": c.delta_chi2,
-                        "delta_bic": c.delta_bic, "probability": chances.get(id(c), 0.0), "fitted": c.fitted} for c in _distinct(verdict.candidates)],
-        "where": [{"run": p.run, "axis": p.axis, "order": p.order, "from": p.start, "to": p.end, "unit": p.unit, "excess": p.excess, "p_value": p.p_value}
-                  for p in locate(verdict.base, cells, verdict.criteria)],
+        "candidates": [_candidate(c, chances) for c in _distinct(verdict.candidates)],
+        "where": [
+            {
+                "run": p.run,
+                "axis": p.axis,
+                "order": p.order,
+                "from": p.start,
+                "to": p.end,
+                "unit": p.unit,
+                "excess": p.excess,
+                "p_value": p.p_value,
+            }
+            for p in locate(verdict.base, cells, verdict.criteria)
+        ],
         "gap": left,
-        "base": {n: {"value": v, "standard_error": e, "unit": u} for n, (v, e, u) in parameters_of(best).items() if n in best.model.base},
+        "base": _with_errors({n: p for n, p in parameters_of(best).items() if n in best.model.base}),
         "complete": complete(verdict),
         "explained": explained(verdict),
         "remainder": remainder(verdict, unit),
@@ -54,8 +65,8 @@ def _limitations(verdict: Verdict) -> list[str]:
     for candidate in verdict.effects if verdict.comparison else []:
         if names := unidentified(verdict, candidate.effect):
             sentences.append(
-                f"{candidate.family}: {' and '.join(names)} {'are' if names[1:] else 'is'} not identifiable from these data (within "
-                f"{verdict.criteria.value_errors:g} standard errors of zero)."
+                f"{candidate.family}: {' and '.join(names)} {'are' if names[1:] else 'is'} not identifiable from these "
+                f"data (within {verdict.criteria.value_errors:g} standard errors of zero)."
             )
     if verdict.verdict == "named" and len(verdict.effects) == 1:
         name = verdict.effects[0].family
@@ -106,13 +117,22 @@ def _validation_limitations(verdict: Verdict, left: dict[str, Any]) -> list[str]
 
 def gap(verdict: Verdict, unit: str) -> dict[str, Any]:
     """The misfit before and after, on fitted and on validation runs, as reduced chi-square and as rms."""
-    before, after, held = misfit_of(verdict.base), misfit_of(verdict.best), verdict.validation_gap
+    before, after, validated = misfit_of(verdict.base), misfit_of(verdict.best), verdict.validation_gap
     return {
-        "before": before.chi2, "after": after.chi2,
-        "holdout_before": held[0].chi2 if held else None, "holdout_after": held[1].chi2 if held else None, "noise_floor": 1.0,
-        "rms": {"before": before.rms, "after": after.rms, "holdout_before": held[0].rms if held else None,
-                "holdout_after": held[1].rms if held else None, "noise_floor": floor(held[1].fit.runs if held else verdict.base.runs), "unit": unit},
-    }  # fmt: skip
+        "before": before.chi2,
+        "after": after.chi2,
+        "holdout_before": validated[0].chi2 if validated else None,
+        "holdout_after": validated[1].chi2 if validated else None,
+        "noise_floor": 1.0,
+        "rms": {
+            "before": before.rms,
+            "after": after.rms,
+            "holdout_before": validated[0].rms if validated else None,
+            "holdout_after": validated[1].rms if validated else None,
+            "noise_floor": floor(validated[1].fit.runs if validated else verdict.base.runs),
+            "unit": unit,
+        },
+    }
 
 
 def _probabilities(verdict: Verdict) -> dict[int, float]:
@@ -134,9 +154,8 @@ def _probabilities(verdict: Verdict) -> dict[int, float]:
     result = {id(c): float(p) for c, p in zip(members, chances, strict=True)}
     for c in verdict.effects[1:]:
         result[id(c)] = float(1 / (1 + np.exp(-min(c.delta_bic, 600) / 2)))
-    for c in (
-        verdict.effects
-    ):  # the table of candidates has them as single effects, with the probability that they have together
+    # The table of candidates has the named effects as single ones, with the probability that they have together.
+    for c in verdict.effects:
         alone = next((other for other in verdict.candidates if other.effect is c.effect), c)
         result[id(alone)] = result.get(id(c), 1.0)
     return result
@@ -161,7 +180,26 @@ def _effect(verdict: Verdict, candidate: Candidate, chances: dict[int, float]) -
     return {"name": effect.family, "form": "open" if open_ else effect.form, "element": effect.element or None,
             "sentence": effect.sentence(), "probability": chances.get(id(candidate), 1.0),
             "delta_chi2": candidate.delta_chi2, "delta_bic": candidate.delta_bic,
-            "parameters": {n: {"value": v, "standard_error": e, "unit": u} for n, (v, e, u) in own.items()}}  # fmt: skip
+            "parameters": _with_errors(own)}  # fmt: skip
+
+
+def _candidate(candidate: Candidate, chances: dict[int, float]) -> dict[str, Any]:
+    """A row of the table of candidates."""
+    return {
+        "name": candidate.family,
+        "form": candidate.effect.form,
+        "element": candidate.effect.element or None,
+        "sentence": candidate.effect.sentence(),
+        "delta_chi2": candidate.delta_chi2,
+        "delta_bic": candidate.delta_bic,
+        "probability": chances.get(id(candidate), 0.0),
+        "fitted": candidate.fitted,
+    }
+
+
+def _with_errors(parameters: Mapping[str, tuple[float, float, str]]) -> dict[str, dict[str, Any]]:
+    """Parameters under the keys of the file, from value, standard error and unit."""
+    return {n: {"value": v, "standard_error": e, "unit": u} for n, (v, e, u) in parameters.items()}
 
 
 def unidentified(verdict: Verdict, effect: type[Effect]) -> list[str]:
@@ -174,6 +212,7 @@ def unidentified(verdict: Verdict, effect: type[Effect]) -> list[str]:
 
 
 def _closest(verdict: Verdict) -> dict[str, Any] | None:
+    """The best candidate of an unknown verdict; None where no candidate has a positive delta BIC."""
     if not verdict.candidates or verdict.candidates[0].delta_bic < 0:
         return None
     best = verdict.candidates[0]

@@ -57,7 +57,8 @@ def compare(
     """The comparison of a base, its fitted single effects and pairs of them; None where the base cannot be compared.
 
     singles are fits of one effect each on the runs of the base; validation are prepared runs with the noise of the
-    fitted ones. on_progress is called after the single effects, with a function that compares them alone. The fits of the compared models get their sandwich covariance.
+    fitted ones. on_progress is called after the single effects, with a function that compares them alone. The fits
+    of the compared models get their sandwich covariance.
     """
     with running(Stage.COMPARISON):
         leading = min((c.fit for c in singles), key=lambda found: found.chi2, default=base)

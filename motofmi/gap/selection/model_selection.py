@@ -1,14 +1,15 @@
 """Model selection: which effect is missing, as none, named, tied or unknown.
 
-    dchi2 = chi2(base) - chi2(base + effect)        dBIC = dchi2 - k ln n - 2 u     (u unknowns of single runs: initial states)
+    dchi2 = chi2(base) - chi2(base + effect),   dBIC = dchi2 - k ln n - 2 u
 
-Every candidate is fitted together with the base. A first effect must gain a certain delta BIC; adequate effects near
-the best one are tied. A fit is adequate if its residuals are consistent with the noise. Where no single effect is
-adequate, pairs are searched, and the families that all near-best pairs share are named. Where no form of a family is
-adequate, but the family closes nearly all of the excess and leads every other clearly, it is named with an
-unspecified form. Validation runs choose between forms that fit equally well, and confirm or reject names. After a
-rejection the search is repeated without the rejected families; if nothing is confirmed, the answer is `unknown`. All
-thresholds are fields of `Criteria`.
+k are the parameters of the effect, n the data, u the unknowns of single runs (initial states). Every candidate is
+fitted together with the base. A fit is adequate if its residuals are consistent with the noise. The first effect must
+have a delta BIC above a threshold; adequate effects whose delta BIC is near the best one are tied. Where no single
+effect is adequate, pairs are searched, and the families that all near-best pairs contain are named. Where no form of a
+family is adequate, but the family closes nearly all of the excess and leads all others clearly, it is named with an
+unspecified form. Validation runs select between forms that fit equally well, and confirm or reject named effects. After
+a rejection the search is repeated without the rejected families; if no effect is confirmed, the verdict is `unknown`.
+All thresholds are fields of `Criteria`.
 """
 
 from collections.abc import Callable, Sequence
@@ -42,13 +43,14 @@ from motofmi.gap.validation.validation_run import ValidationRuns, required_share
 
 @dataclass
 class Verdict:
-    """The result of model selection. `best` is the selected fit; candidates are all single effects, the best first.
+    """The result of model selection.
 
-    A search that reports a verdict before its end says with `conclude` how it is completed should the search end there.
-    `ended` is the sentence on what was not done where it was ended by a time budget or by an interrupt.
+    `best` is the selected fit; candidates are all single effects, the best first. `conclude` is a function that
+    completes an intermediate verdict where the search ends early; `ended` is then the sentence on what was not done
+    because of a time budget or an interrupt.
     """
 
-    verdict: str
+    verdict: str  # none, named, tied or unknown
     base: Fit
     best: Fit
     effects: list[Candidate] = field(default_factory=list)
@@ -66,36 +68,42 @@ class Verdict:
 
     def __repr__(self) -> str:
         names = " and ".join(c.family for c in self.effects) or " or ".join(c.family for c in self.tied)
-        said = f"{self.verdict}: {names}" if names else self.verdict
-        return f"Verdict({said}, reduced chi-square {self.base.reduced:.3g} -> {self.best.reduced:.3g})"
+        verdict = f"{self.verdict}: {names}" if names else self.verdict
+        return f"Verdict({verdict}, reduced chi-square {self.base.reduced:.3g} -> {self.best.reduced:.3g})"
 
     def as_unknown(self) -> "Verdict":
-        """The same without a name."""
+        """The same fits with the verdict `unknown`."""
         return replace(self, verdict="unknown", effects=[], tied=[], unspecified_form=False)
 
 
-def select_model(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effect]], validation: Sequence[AnyRun] = (),
-                 on_progress: Callable[[Verdict], None] = lambda verdict: None, known: list[Fit] | None = None,
-                 criteria: Criteria = Criteria()) -> Verdict:  # fmt: skip
-    """The verdict on runs, with a model of the base and the effects of a library; validation runs
-    can only reject names.
+def select_model(
+    model: AnyModel,
+    runs: Sequence[AnyRun],
+    library: Sequence[type[Effect]],
+    validation: Sequence[AnyRun] = (),
+    on_progress: Callable[[Verdict], None] = lambda verdict: None,
+    known: list[Fit] | None = None,
+    criteria: Criteria = Criteria(),
+) -> Verdict:
+    """The verdict on runs, with a model of the base and the effects of a library.
 
-    The final fits use the noise that the best one leaves. on_progress is called with an intermediate verdict after the base,
-    after the single effects, and after each effect with which second ones were tried. known are fits that serve as
-    starts, see `search_candidates`. Raises InputError where the base cannot be fitted, and TimeUpError after a deadline.
+    Validation runs can only reject effects. The final fits use the noise that is estimated from the best fit.
+    on_progress is called with an intermediate verdict after the fit of the base, after the single effects, and after
+    each effect to which second ones were added. known are fits that serve as starts, see `search_candidates`. Raises
+    InputError where the base cannot be fitted, and TimeUpError after a deadline.
     """
     known = known if known is not None else []
-    held, rejected = ValidationRuns(validation, criteria), list[str]()
+    validation_runs, rejected = ValidationRuns(validation, criteria), list[str]()
 
     def validated(found: Verdict) -> Verdict:
-        verdict = _validated(found, held)
+        verdict = _validated(found, validation_runs)
         return replace(verdict, rejected=[*rejected, *verdict.rejected])
 
     def report(found: Verdict) -> None:
-        on_progress(replace(found, conclude=lambda: _concluded(validated(found), held)))
+        on_progress(replace(found, conclude=lambda: _concluded(validated(found), validation_runs)))
 
     def selected(library: Sequence[type[Effect]]) -> Verdict:
-        found = _select(model, runs, library, held, report, known)
+        found = _select(model, runs, library, validation_runs, report, known)
         with running(Stage.VALIDATION):
             return validated(found)
 
@@ -107,42 +115,50 @@ def select_model(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type
         rejected = verdict.rejected
     verdict = replace(verdict if verdict.verdict in ("named", "tied") else first, rejected=rejected)
     with running(Stage.OUTSIDE):
-        on_progress(replace(verdict, conclude=lambda: _concluded(verdict, held)))
-        checked = _unless_outside_library(verdict, library, held)
-    return _concluded(checked, held)
+        on_progress(replace(verdict, conclude=lambda: _concluded(verdict, validation_runs)))
+        checked = _unless_outside_library(verdict, library, validation_runs)
+    return _concluded(checked, validation_runs)
 
 
-def _concluded(verdict: Verdict, held: ValidationRuns) -> Verdict:
-    """The verdict with the noise that the best fit leaves, and with its misfit on validation runs."""
+def _concluded(verdict: Verdict, validation: ValidationRuns) -> Verdict:
+    """The verdict with the noise that is estimated from the best fit, and with its misfit on validation runs."""
+    runs, criteria = validation.runs, validation.criteria
     with suppress(InputError):
         base, best = _refitted_with_remaining_noise(verdict)
-        return replace(verdict, base=base, best=best, validation_gap=before_and_after(base, best, held.runs, held.criteria))
-    # The best fit cannot be simulated again, so that nothing is named.
+        return replace(verdict, base=base, best=best, validation_gap=before_and_after(base, best, runs, criteria))
+    # The best fit cannot be simulated again, so that no effect is named.
     verdict = replace(verdict.as_unknown(), best=verdict.base)
     with suppress(InputError):
-        verdict.validation_gap = before_and_after(verdict.base, verdict.base, held.runs, held.criteria)
+        verdict.validation_gap = before_and_after(verdict.base, verdict.base, runs, criteria)
     return verdict
 
 
 def _refitted_with_remaining_noise(verdict: Verdict) -> tuple[Fit, Fit]:
-    """Base and best refitted to runs with the noise that the best leaves.
+    """The base and the best fit, fitted again with the noise that is estimated from the best fit.
 
-    Raises InputError where the best cannot be simulated again, or ends above the base.
+    Raises InputError where the best fit cannot be simulated again, or has a larger chi-square than the base.
     """
     base, best = verdict.base, verdict.best
-    quiet = [best.model.with_remaining_noise(run, best.of_run(i)) for i, run in enumerate(best.runs)]
-    again = fit(best.model, quiet, best.x)
+    with_noise = [best.model.with_remaining_noise(run, best.of_run(i)) for i, run in enumerate(best.runs)]
+    again = fit(best.model, with_noise, best.x)
     if best is base:
         return again, again
-    base = fit(base.model, with_initial_guesses(quiet, initial_guesses(base.runs)), base.x)
+    base = fit(base.model, with_initial_guesses(with_noise, initial_guesses(base.runs)), base.x)
     if again.chi2 > base.chi2:
-        raise InputError(f"{best.model.component.name}: the refit ended above the base")
+        raise InputError(f"{best.model.component.name}: the chi-square of the best fit is above that of the base")
     return base, again
 
 
-def _select(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effect]], held: ValidationRuns, on_progress: Callable[[Verdict], None],
-            known: list[Fit]) -> Verdict:  # fmt: skip
-    criteria = held.criteria
+def _select(
+    model: AnyModel,
+    runs: Sequence[AnyRun],
+    library: Sequence[type[Effect]],
+    validation: ValidationRuns,
+    on_progress: Callable[[Verdict], None],
+    known: list[Fit],
+) -> Verdict:
+    """The verdict from base, single effects and pairs before validation."""
+    criteria = validation.criteria
     verdict_of = partial(Verdict, criteria=criteria)
     with running(Stage.BASE):
         base = fit_base(model, runs, criteria)
@@ -156,12 +172,11 @@ def _select(model: AnyModel, runs: Sequence[AnyRun], library: Sequence[type[Effe
     of_one = _of_one(base, first, criteria)
     on_progress(of_one)
     with running(Stage.PAIRS):
-        law = (
-            None
-            if adequate(best.fit, criteria)
-            else better_outside_library(base, best.fit, library, criteria, failed=True)
-        )
-        if law is not None and _consistent_with_noise(law.fit, criteria) and not (held and held.reject(base, law.fit)):
+        law = None
+        if not adequate(best.fit, criteria):
+            law = better_outside_library(base, best.fit, library, criteria, failed=True)
+        explained = law is not None and _consistent_with_noise(law.fit, criteria)
+        if law is not None and explained and not (validation and validation.reject(base, law.fit)):
             return verdict_of("unknown", base, best.fit, candidates=first, outside_library=law)
 
         def with_second(leading: Pair) -> None:
@@ -209,8 +224,7 @@ def _rivals(best: Candidate, first: Sequence[Candidate], criteria: Criteria) -> 
 
 
 def _of_pairs(base: Fit, found: Pair, pairs: Sequence[Pair], first: list[Candidate], criteria: Criteria) -> Verdict:
-    """Both effects where all pairs are of the same families; else the effect that all pairs share, with
-    the seconds as tied."""
+    """Both effects where all pairs are of the same families; else the effect that all contain, with the others tied."""
     families = shared_families(pairs)
     if len(families) == 2:
         return Verdict("named", base, found.second.fit, [*found.members], [], first, criteria=criteria)
@@ -220,25 +234,27 @@ def _of_pairs(base: Fit, found: Pair, pairs: Sequence[Pair], first: list[Candida
     return Verdict("named", base, found.second.fit, [certain], tied, first, criteria=criteria)
 
 
-def _validated(found: Verdict, held: ValidationRuns) -> Verdict:
+def _validated(found: Verdict, validation: ValidationRuns) -> Verdict:
     """The verdict after validation: where a pair is rejected, one effect may be confirmed alone."""
-    verdict = _confirmed(found, held)
+    verdict = _confirmed(found, validation)
     if not verdict.rejected or len(found.effects) < 2:
         return verdict
-    alone = _confirmed(_of_one(found.base, found.candidates, held.criteria), held)
+    alone = _confirmed(_of_one(found.base, found.candidates, validation.criteria), validation)
     return replace(alone, rejected=[*verdict.rejected, *alone.rejected])
 
 
-def _confirmed(verdict: Verdict, held: ValidationRuns) -> Verdict:
-    """The verdict without what validation runs reject: members of a tie are removed, a rejected name or
-    base becomes `unknown`."""
-    if not held or verdict.verdict == "unknown":
+def _confirmed(verdict: Verdict, validation: ValidationRuns) -> Verdict:
+    """The verdict without the effects that validation runs reject.
+
+    A tied effect is removed; where a named effect or the base is rejected the verdict is `unknown`.
+    """
+    if not validation or verdict.verdict == "unknown":
         return verdict
     if verdict.verdict == "none":
-        return verdict if held.predicted_by(verdict.base) else replace(verdict, verdict="unknown")
+        return verdict if validation.predicted_by(verdict.base) else replace(verdict, verdict="unknown")
     if verdict.verdict == "named":
-        return _confirmed_name(verdict, held)
-    confirmed = {c.family: _confirmed_form(verdict, c, held) for c in verdict.tied}
+        return _confirmed_name(verdict, validation)
+    confirmed = {c.family: _confirmed_form(verdict, c, validation) for c in verdict.tied}
     left, wrong = [c for c in confirmed.values() if c], [family for family, c in confirmed.items() if not c]
     if len(left) > 1:
         return replace(verdict, tied=left, best=left[0].fit, rejected=wrong)
@@ -255,18 +271,20 @@ def _confirmed(verdict: Verdict, held: ValidationRuns) -> Verdict:
     return replace(verdict, verdict="unknown", tied=[], rejected=wrong)
 
 
-def _confirmed_name(verdict: Verdict, held: ValidationRuns) -> Verdict:
-    """A named verdict after validation; where its form alone is rejected, another form or an unspecified
-    one may be confirmed."""
+def _confirmed_name(verdict: Verdict, validation: ValidationRuns) -> Verdict:
+    """A named verdict after validation.
+
+    Where only the form is rejected, another form or an unspecified one may be confirmed.
+    """
     base, named = verdict.base, verdict.effects
-    if not held.reject(base, verdict.best, verdict.unspecified_form):
+    if not validation.reject(base, verdict.best, verdict.unspecified_form):
         return verdict
-    rivals = _rivals(named[0], verdict.candidates, held.criteria)
+    rivals = _rivals(named[0], verdict.candidates, validation.criteria)
     for unspecified_form in (False, True) if len(named) == 1 and not verdict.tied else ():
-        form = _confirmed_form(verdict, named[0], held, unspecified_form)
+        form = _confirmed_form(verdict, named[0], validation, unspecified_form)
         if form and not (
             unspecified_form
-            and any(not c.fitted or _confirmed_form(verdict, c, held, unspecified_form) for c in rivals)
+            and any(not c.fitted or _confirmed_form(verdict, c, validation, unspecified_form) for c in rivals)
         ):
             return replace(
                 verdict, effects=[form], best=form.fit, unspecified_form=unspecified_form or form.effect.flexible
@@ -275,46 +293,47 @@ def _confirmed_name(verdict: Verdict, held: ValidationRuns) -> Verdict:
 
 
 def _confirmed_form(
-    verdict: Verdict, found: Candidate, held: ValidationRuns, unspecified_form: bool = False
+    verdict: Verdict, found: Candidate, validation: ValidationRuns, unspecified_form: bool = False
 ) -> Candidate | None:
-    """The first form that validation runs do not reject, among those of the family that fit as well; None
-    where all are rejected."""
+    """The first form that validation runs do not reject, of those of the family that fit as well; None without one."""
     others = (c for c in verdict.candidates if c.family == found.family and c.fitted and c is not found)
     near = (
         c
         for c in others
-        if found.delta_bic - c.delta_bic < held.criteria.tie_delta_bic and adequate(c.fit, held.criteria)
+        if found.delta_bic - c.delta_bic < validation.criteria.tie_delta_bic and adequate(c.fit, validation.criteria)
     )
-    return next((c for c in (found, *near) if not held.reject(verdict.base, c.fit, unspecified_form)), None)
+    return next((c for c in (found, *near) if not validation.reject(verdict.base, c.fit, unspecified_form)), None)
 
 
-def _unless_outside_library(verdict: Verdict, library: Sequence[type[Effect]], held: ValidationRuns) -> Verdict:
-    """The verdict, or `unknown` where most of the misfit is left, or an effect outside the library explains
-    more and is confirmed."""
+def _unless_outside_library(verdict: Verdict, library: Sequence[type[Effect]], validation: ValidationRuns) -> Verdict:
+    """The verdict, or `unknown` where most of the misfit remains or an effect outside the library explains more.
+
+    The effect outside the library must not be rejected by validation runs.
+    """
     named = verdict.verdict in ("named", "tied")
-    if verdict.outside_library or (
-        not named and adequate(verdict.base, held.criteria)
-    ):  # already compared, or nothing is missing in the fitted runs
+    compared, complete = verdict.outside_library is not None, adequate(verdict.base, validation.criteria)
+    if compared or (complete and not named):
         return verdict
-    law = better_outside_library(verdict.base, verdict.best, library, held.criteria, verdict.unspecified_form)
-    if law is not None and held and held.reject(verdict.base, law.fit, verdict.unspecified_form):
+    law = better_outside_library(verdict.base, verdict.best, library, validation.criteria, verdict.unspecified_form)
+    if law is not None and validation and validation.reject(verdict.base, law.fit, verdict.unspecified_form):
         law = None
-    if law is None and named and _explained(verdict, held):
+    if law is None and named and _explained(verdict, validation):
         return verdict
     return replace(verdict.as_unknown(), outside_library=law)
 
 
-def _explained(verdict: Verdict, held: ValidationRuns) -> bool:
-    """Whether the named effects close a sufficient share of the excess, or leave no more than chance.
+def _explained(verdict: Verdict, validation: ValidationRuns) -> bool:
+    """Whether the named effects close a sufficient share of the excess, or what remains is due to chance.
 
-    With an unspecified form only fitted runs count.
+    With an unspecified form only the fitted runs are used.
     """
     base, best = verdict.base, verdict.best
     missed, left, freedom = base.chi2 - base.freedom, best.chi2 - best.freedom, best.freedom
-    if held and not verdict.unspecified_form:
-        missed, left = missed + held.least_excess(base) * held.count, left + held.least_excess(best) * held.count
-        freedom += held.count
-    return left < max(by_chance(freedom, held.criteria), (1 - held.criteria.explained_share) * missed)
+    if validation and not verdict.unspecified_form:
+        missed += validation.least_excess(base) * validation.count
+        left += validation.least_excess(best) * validation.count
+        freedom += validation.count
+    return left < max(by_chance(freedom, validation.criteria), (1 - validation.criteria.explained_share) * missed)
 
 
 def _consistent_with_noise(found: Fit, criteria: Criteria) -> bool:

@@ -9,16 +9,18 @@ from fmus.support.errors import InputError
 from motofmi.gap.estimation.stages import TimeUpError
 from motofmi.gap.selection.model_selection import Verdict
 
-CONCLUDING = 0.25  # of the budget: what validation runs may take after its end
+CONCLUDING_SHARE = 0.25  # of the time budget, for the simulation of validation runs after its end
 INTERRUPTED = "Interrupted: these are intermediate results, and no verdict."
 
 
-def within_time(search: Callable[[Callable[[Verdict], None]], Verdict], on_progress: Callable[[Verdict], None]) -> Verdict:
-    """The verdict of a search, or, where that is ended before, of what is known by then.
+def within_time(
+    search: Callable[[Callable[[Verdict], None]], Verdict], on_progress: Callable[[Verdict], None]
+) -> Verdict:
+    """The verdict of a search, or the latest intermediate verdict where the search ends early.
 
-    search(report) reports a verdict at every stage, and on_progress is called with each. Where the time is up, the latest one
-    is concluded (`Verdict.conclude`); after an interrupt it is `unknown`. Raises KeyboardInterrupt where nothing is
-    known yet.
+    search(report) reports a verdict at every stage, and on_progress is called with each. After the time budget the
+    latest one is concluded (`Verdict.conclude`); after an interrupt it is `unknown`. Raises KeyboardInterrupt where no
+    verdict was reported yet.
     """
     latest: list[Verdict] = []
 
@@ -34,6 +36,6 @@ def within_time(search: Callable[[Callable[[Verdict], None]], Verdict], on_progr
         return replace(latest[0].as_unknown(), ended=INTERRUPTED, interrupted=True)
     except TimeUpError as end:
         known = latest[0]
-        with suppress(InputError, TimeUpError), deadline(CONCLUDING * current_deadline().budget):
+        with suppress(InputError, TimeUpError), deadline(CONCLUDING_SHARE * current_deadline().budget):
             known = known.conclude() if known.conclude else known
         return replace(known, ended=str(end))
