@@ -21,9 +21,17 @@ from motofmi.gap.preprocessing.sampled_run import SampledRun
 
 
 def fitted_base(
-    experiment: InputOutputExperiment, runs: Sequence[SampledRun], noise: Mapping[str, float], criteria: Criteria
+    experiment: InputOutputExperiment,
+    runs: Sequence[SampledRun],
+    noise: Mapping[str, float],
+    library: Sequence[type[Effect]],
+    criteria: Criteria,
 ) -> tuple[Fit, list[type[Effect]]]:
-    """The base fitted from its initial fit, in the scaled experiment, and the laws at the places of its component."""
+    """The base fitted from its initial fit, in the scaled experiment, and the candidate effects.
+
+    The candidates are those of `library` or, where it is empty, the laws at the places of the component. noise holds
+    the known standard deviation by output. Raises InputError where the base cannot be fitted.
+    """
     model = FreeInitialStateModel(experiment)
     initial = initial_fit(model, runs)
     fixed = inseparable_inertias(initial, criteria)
@@ -35,13 +43,14 @@ def fitted_base(
     deflection, rate = largest_motion(initial)
     fitted_component = experiment.component.with_values(**fitted_values(initial))
     experiment = replace(experiment, component=fitted_component).scaled(deflection, rate)
-    inputs, outputs = _largest(runs, experiment.driven), _largest(runs, experiment.outputs)
-    states = {} if experiment.imposed else _ranges(initial)
-    period = float(np.median([1 / run.middle_frequency for run in runs]))
-    laws = laws_at(experiment.component, rate, inputs, outputs, states, period)
+    if not library:
+        inputs, outputs = _largest(runs, experiment.driven), _largest(runs, experiment.outputs)
+        states = {} if experiment.imposed else _ranges(initial)
+        period = float(np.median([1 / run.middle_frequency for run in runs]))
+        library = laws_at(experiment.component, rate, inputs, outputs, states, period)
     model = FreeInitialStateModel(experiment)
     noisy = [_with_interpolation_error(model, run) for run in known_noise(initial.runs, noise)]
-    return fit(model, noisy, model.start()), laws
+    return fit(model, noisy, model.start()), list(library)
 
 
 def _with_interpolation_error(model: FreeInitialStateModel, run: SampledRun) -> SampledRun:

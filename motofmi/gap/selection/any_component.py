@@ -87,10 +87,10 @@ def investigate(
 
     def search(report: OnProgress) -> Verdict:
         with running(Stage.BASE):
-            base, library_of_runs = fitted_base(experiment, runs, given or {}, criteria)
+            base, candidates = fitted_base(experiment, runs, given or {}, library, criteria)
             validation_runs = [prepare_sampled_run(recording, base.model.experiment) for recording in validation]
             report(_undecided(base, base, validation_runs, criteria))
-        return _selected(base, [*(library or library_of_runs), *more_effects], validation_runs, report, criteria)
+        return _selected(base, [*candidates, *more_effects], validation_runs, report, criteria)
 
     verdict = within_time(search, on_progress)
     fitted: Any = verdict.best.model.experiment
