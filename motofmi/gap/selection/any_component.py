@@ -83,7 +83,7 @@ def investigate(
     on_progress is called with an intermediate verdict after every stage. A validation recording can reject an effect,
     it cannot add one. Raises InputError where the base cannot be fitted.
     """
-    experiment = experiment.with_sensor_offsets(_offset_priors(runs))
+    experiment = experiment.with_sensor_offsets(offset_priors(runs))
 
     def search(report: OnProgress) -> Verdict:
         with running(Stage.BASE):
@@ -116,7 +116,7 @@ def _undecided(
     verdict = Verdict("unknown", base, best, candidates=list(candidates), criteria=criteria)
 
     def conclude() -> Verdict:
-        checked = _with_noise_of(base.runs[0], validation_runs)
+        checked = with_noise_of(base.runs[0], validation_runs)
         return replace(verdict, validation_gap=before_and_after(base, best, checked, criteria))
 
     return replace(verdict, conclude=conclude)
@@ -145,8 +145,8 @@ def _selected(
         verdict = _by_chi_square(base, library, validation_runs, report_unknown, criteria)
         if _decisive(verdict, criteria):
             return verdict
-    base = fit(base.model, [_in_shorter_segments(run) for run in base.runs], base.x)
-    compared_runs = [_in_shorter_segments(run) for run in _with_noise_of(base.runs[0], validation_runs)]
+    base = fit(base.model, [in_shorter_segments(run) for run in base.runs], base.x)
+    compared_runs = [in_shorter_segments(run) for run in with_noise_of(base.runs[0], validation_runs)]
     best, singles = _single_effects(base, library, compared_runs, on_progress, criteria)
 
     def decided(compared: Comparison) -> Verdict:
@@ -185,7 +185,7 @@ def _single_effects(
     return best, singles
 
 
-def _in_shorter_segments(run: SampledRun) -> SampledRun:
+def in_shorter_segments(run: SampledRun) -> SampledRun:
     """The run in segments half as long: the phase error of an incomplete model grows with the length of a segment."""
     longest = max(last - first for first, last in run.segments)
     return run.cut(max(longest // 2, SHORTEST_SEGMENT))
@@ -209,7 +209,7 @@ def _leaves_noise(found: Fit, validation_runs: Sequence[SampledRun], criteria: C
         runs = _with_remaining_noise(found)
         if not adequate(fit(found.model, runs, found.x, iterations=0), criteria):
             return False
-        checked = _with_noise_of(runs[0], validation_runs)
+        checked = with_noise_of(runs[0], validation_runs)
         return not checked or on_validation_runs(found, checked, criteria).chi2 < criteria.far_from_noise
     except InputError:
         return False
@@ -227,7 +227,7 @@ def _by_chi_square(
     with running(Stage.NOISE):
         prepared = _with_noise_of_best_effect(base, library, known, criteria)
     for round_ in range(MOST_ROUNDS):
-        checked = _with_noise_of(prepared[0], validation_runs)
+        checked = with_noise_of(prepared[0], validation_runs)
         # Intermediate verdicts of a later round contain less than the final verdict of the round before.
         report = on_progress if round_ == 0 else _report_nothing
         try:
@@ -248,7 +248,7 @@ def _report_nothing(verdict: Verdict) -> None:
     """For callers that need no intermediate verdicts."""
 
 
-def _with_noise_of(fitted: SampledRun, validation_runs: Sequence[SampledRun]) -> list[SampledRun]:
+def with_noise_of(fitted: SampledRun, validation_runs: Sequence[SampledRun]) -> list[SampledRun]:
     """Validation runs with the noise and the input interpolation of a fitted run."""
     return [
         run.with_interpolation(fitted.kind).with_densities(fitted.densities, fitted.noise_source)
@@ -274,7 +274,7 @@ def _with_remaining_noise(found: Fit) -> list[SampledRun]:
     return [found.model.with_remaining_noise(run, found.of_run(i)) for i, run in enumerate(found.runs)]
 
 
-def _offset_priors(runs: Sequence[SampledRun]) -> dict[str, float]:
+def offset_priors(runs: Sequence[SampledRun]) -> dict[str, float]:
     """The prior standard deviation of each input's sensor offset, in the unit of the input."""
     inputs = runs[0].experiment.inputs
     deviations = {n: max(float(np.std(run.recording[n])) for run in runs) for n in inputs}

@@ -1,0 +1,162 @@
+"""False names on recordings of real machines in which there is nothing to name.
+
+    python -m benchmarks.gap_permutation --data measured --trials 210 --out permutation
+
+Null hypothesis: the data are the simulated base, plus the base's real residuals in permuted blocks with random signs, on
+fitted and on validation runs (`benchmarks/_null_comparison.py`). A name, or a tie, is then false. The comparison on blocks
+must name nothing in at least 99 of 100 draws. The rates are those of the comparison alone, with a base and effects that
+are refitted by linearisation; the search by chi-square, which precedes it, is not part of this study.
+
+The recordings belong to others and are not part of the project. Their folder is given by --data or by the environment
+variable MOTOFMI_MEASURED; those that are not there are skipped, with the command that gets them.
+"""
+
+import argparse
+import json
+import os
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks._null_comparison import Null, decided, null_of
+from benchmarks._resumed import resumed
+from benchmarks.gap_blind import wilson
+from fmus.support.progress import track
+from motofmi.gap.criteria import Criteria
+from motofmi.gap.estimation.base_fit import fitted_base
+from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.selection.any_component import in_shorter_segments, offset_priors, with_noise_of
+from motofmi.gap.validation.before_after import on_validation_runs
+from motofmi.workflows.gap.given import Given
+from motofmi.workflows.gap.input_output import InputOutput
+
+TRIALS, SEED = 210, 1
+DATA = "MOTOFMI_MEASURED"
+COLUMNS = "time [s], force [N], displacement [m]"
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a recording is from, and its files in the folder of data: fitted and validation runs, or parts of one."""
+
+    fitted: Sequence[str]
+    validation: Sequence[str]
+    component: str
+    repository: str
+    impose: str = ""
+    parts: tuple[slice, slice] | None = None
+
+
+EMPS = (["emps/run.csv"], ["emps/pulses.csv"], "mass_spring_damper", "forgi86/sysid-neural-continuous")
+SOURCES = {
+    "EMPS, displacement imposed": Source(*EMPS, impose="displacement"),
+    "EMPS, force in": Source(*EMPS),
+    "Silverbox": Source(["silverbox/whole.csv"], [], "mass_spring_damper", "biaslab/nsi-silverbox",
+                        parts=(slice(40650, 44746), slice(110000, 114096))),
+    "filmed pendulum": Source(["pendulum_camera/pendulum_first.csv"], ["pendulum_camera/pendulum_second.csv"], "pendulum",
+                              "erwincoumans/tiny-differentiable-simulator"),
+    "four swings": Source([f"multiarm_pendulum/swing_{i}.csv" for i in range(1, 5)],
+                          [f"multiarm_pendulum/validation_{i}.csv" for i in (1, 2)], "pendulum", "dynamicslab/MultiArm-Pendulum"),
+    "magnetorheological damper": Source(["mr_damper/10mm1Hz1A.csv"], ["mr_damper/25mm0p5Hz1A.csv"], "mass_spring_damper",
+                                        "DanielMaurelE/vRTHS_AMBC_MRdamper", impose="displacement"),
+}  # fmt: skip
+
+
+def missing(folder: Path | None, source: Source) -> str:
+    """Why a recording cannot be used, and how to get it; empty where it is there."""
+    absent = [name for name in (*source.fitted, *source.validation) if folder is None or not (folder / name).exists()]
+    if not absent:
+        return ""
+    where = f"{folder} has no {absent[0]}" if folder else f"no folder of data (--data DIR, or {DATA})"
+    return (f"skipped: {where}; git clone https://github.com/{source.repository}, and write the columns with their units as "
+            f"{', '.join(absent)}")  # fmt: skip
+
+
+@lru_cache(maxsize=1)
+def prepared(folder: Path, name: str) -> Null:
+    """The null hypothesis of a recording: its base fitted as the workflow does, and the effects at its elements."""
+    kind, criteria = InputOutput(_given(folder, SOURCES[name])), Criteria()
+    experiment = kind.experiment.with_sensor_offsets(offset_priors(kind.runs))
+    found, library = fitted_base(experiment, kind.runs, {}, criteria)
+    base = fit(found.model, [in_shorter_segments(run) for run in found.runs], found.x)
+    held = [prepare_sampled_run(recording, found.model.experiment) for recording in kind.validation]
+    held = [in_shorter_segments(run) for run in with_noise_of(base.runs[0], held)]
+    return null_of(base, on_validation_runs(base, held, criteria).fit, library)
+
+
+def _given(folder: Path, source: Source) -> Given:
+    """The files of a source, or the parts of its one file."""
+    if source.parts is None:
+        fitted, validation = ([str(folder / name) for name in names] for names in (source.fitted, source.validation))
+        return Given(fitted, validation, component=source.component, impose=source.impose)
+    rows = np.loadtxt(folder / source.fitted[0], delimiter=",", skiprows=1)
+    with tempfile.TemporaryDirectory() as made:
+        paths = [Path(made) / f"{name}.csv" for name in ("fitted", "validation")]
+        for path, part in zip(paths, source.parts, strict=True):
+            np.savetxt(path, rows[part], delimiter=",", header=COLUMNS.replace(", ", ","), comments="")
+        given = Given([paths[0]], [paths[1]], component=source.component, impose=source.impose)
+        InputOutput(given)  # reads the files
+        return given
+
+
+def run(
+    progress: Callable[..., Iterable],
+    trials: int = TRIALS,
+    seed: int = SEED,
+    out: str | Path | None = None,
+    data: str | Path | None = None,
+    sources: Sequence[str] = tuple(SOURCES),
+) -> dict[str, Any]:
+    """The rates of false names; trials that `out`/cases.jsonl holds already are not run again."""
+    folder = data or os.environ.get(DATA)
+    reasons = {name: missing(Path(folder) if folder else None, SOURCES[name]) for name in sources}
+    present = [name for name, reason in reasons.items() if not reason]
+    skipped = {name: reason for name, reason in reasons.items() if reason}
+
+    def one(number: int) -> dict[str, Any]:
+        source, begun = present[number * len(present) // trials], time.process_time()
+        null = prepared(Path(str(folder)), source)
+        strict, loose = decided(null, np.random.default_rng([seed, number]), Criteria())
+        return {"source": source, "blocks": [len(strict.best.fitted), len(strict.best.validation)],
+                **{f"verdict{which}": each.verdict for which, each in (("", strict), (" without tolerance", loose))},
+                "names": sorted({e.family for m in loose.members for e in m.effects}), "share": loose.share and loose.share.share,
+                "sentences": loose.sentences, "cpu_seconds": time.process_time() - begun}  # fmt: skip
+
+    return summary(resumed(progress, trials if present else 0, out, one), skipped)
+
+
+def summary(rows: Sequence[dict[str, Any]], skipped: dict[str, str]) -> dict[str, Any]:
+    """False names with Wilson's intervals, altogether and by recording."""
+
+    def false(rows: Sequence[dict[str, Any]], key: str) -> dict[str, float] | None:
+        return wilson(sum(r[key] in ("named", "tied") for r in rows), len(rows))
+
+    return {
+        "trials": len(rows), "false_names": false(rows, "verdict"), "without_tolerance": false(rows, "verdict without tolerance"),
+        "by_source": {name: {"false_names": false(of, "verdict"), "without_tolerance": false(of, "verdict without tolerance"),
+                             "verdicts": dict(Counter(r["verdict"] for r in of))}
+                      for name in dict.fromkeys(r["source"] for r in rows) for of in [[r for r in rows if r["source"] == name]]},
+        "skipped": skipped, "cpu_seconds": sum(r["cpu_seconds"] for r in rows),
+    }  # fmt: skip
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.gap_permutation", description=__doc__)
+    parser.add_argument("--data", metavar="DIR", help=f"folder of recordings (default: environment variable {DATA})")
+    parser.add_argument("--trials", type=int, default=TRIALS)
+    parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--out", help="folder for cases.jsonl, from which a run is taken up again")
+    arguments = parser.parse_args()
+    print(json.dumps(run(track, arguments.trials, arguments.seed, arguments.out, arguments.data), indent=1))
+
+
+if __name__ == "__main__":
+    main()
