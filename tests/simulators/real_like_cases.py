@@ -214,13 +214,13 @@ class Machine:
         q, _, torque = self.motion(self.drive(rng, size))
         low = butter(2, self.corner, fs=FINER * self.sampling)
         regular = np.arange(2, int(self.duration * self.sampling) - 2) / self.sampling
-        moved = regular + rng.uniform(0.02, 0.15) / self.sampling * rng.uniform(-1, 1, len(regular))
+        jittered = regular + rng.uniform(0.02, 0.15) / self.sampling * rng.uniform(-1, 1, len(regular))
         names = ("force", "displacement") if self.setting == "mass_spring_damper" else ("torque", "angle")
         columns = {}
         for name, signal in zip(names, (torque, q), strict=True):
-            y = CubicSpline(self.time, lfilter(*low, signal))(moved if jitter == "sampling" else regular)
+            y = CubicSpline(self.time, lfilter(*low, signal))(jittered if jitter == "sampling" else regular)
             columns[name] = y + NOISE * np.std(y) * rng.standard_normal(len(y))
-        return moved, columns
+        return jittered, columns
 
 
 def _times(factor: float, law: Law) -> Law:
