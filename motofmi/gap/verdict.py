@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from fmus.effects import Effect
-from motofmi.gap.estimation.candidate import Candidate, adequate
+from fmus.effects.added_terms import added_terms
+from motofmi.gap.estimation.candidate import Candidate, adequate, reduced_by_noise
 from motofmi.gap.estimation.fit_result import parameters_of
 from motofmi.gap.localisation.harmonic_places import cells as of_harmonics
 from motofmi.gap.localisation.locating import Cells, locate
@@ -51,6 +52,7 @@ def as_result(verdict: Verdict, unit: str, noise_source: str = "orders", cells: 
         "remainder": remainder(verdict, unit),
         "noise_source": noise_source,
         "next_experiment": None,
+        "ended": verdict.ended or None,
         "limitations": [*_limitations(verdict), *_validation_limitations(verdict, left)],
         "criteria": asdict(verdict.criteria),
         "model": None,
@@ -97,12 +99,9 @@ def _validation_limitations(verdict: Verdict, left: dict[str, Any]) -> list[str]
     missed, predicted = left["holdout_after"], verdict.criteria.predicted_reduced_chi2
     if verdict.comparison:
         return []
-    if verdict.unspecified_form and (not adequate(verdict.best, verdict.criteria) or (missed or 0.0) > predicted):
-        on_validation = f", {missed:.2g} on the validation run" if missed is not None else ""
-        return [f"No form of {verdict.effects[0].family} in the library is adequate (reduced chi-square "
-                f"{left['after']:.2g}{on_validation}): the form "
-                "is unspecified, and the parameters are those of the nearest form."]  # fmt: skip
-    if missed is None or missed < predicted or verdict.unspecified_form:
+    if verdict.unspecified_form:
+        return _unspecified_form(verdict, left)
+    if missed is None or missed < predicted:
         return []
     if verdict.verdict == "named":
         return ["The fitted runs leave some values too uncertain to predict the validation run (reduced chi-square "
@@ -112,6 +111,19 @@ def _validation_limitations(verdict: Verdict, left: dict[str, Any]) -> list[str]
         return ["The model is adequate for the fitted runs but not for the validation run (reduced chi-square "
                 f"{missed:.2g}): the missing effect is not "
                 "identifiable from the fitted runs alone. Fit the validation run too."]  # fmt: skip
+    return []
+
+
+def _unspecified_form(verdict: Verdict, left: dict[str, Any]) -> list[str]:
+    """The sentence on a form that is not one of the library, with the runs that it does not explain."""
+    missed, family = left["holdout_after"], verdict.effects[0].family
+    said = "the form is unspecified, and the parameters are those of the nearest form."
+    if left["after"] >= reduced_by_noise(verdict.best, verdict.criteria):
+        on_validation = f", {missed:.2g} on the validation run" if missed is not None else ""
+        return [f"No form of {family} in the library is adequate (reduced chi-square {left['after']:.2g}{on_validation}): {said}"]
+    if missed is not None and missed > verdict.criteria.predicted_reduced_chi2:
+        return [f"The form of {family} is adequate for the fitted runs (reduced chi-square {left['after']:.2g}), but not for the "
+                f"validation run ({missed:.2g}): {said}"]  # fmt: skip
     return []
 
 
@@ -178,7 +190,7 @@ def _effect(verdict: Verdict, candidate: Candidate, chances: dict[int, float]) -
     own = {n: known[experiment.parameter(effect, n)] for n in effect.free_parameters()}
     own = {n: found for n, found in own.items() if n not in unidentified(verdict, effect)}
     return {"name": effect.family, "form": "open" if open_ else effect.form, "element": effect.element or None,
-            "sentence": effect.sentence(), "probability": chances.get(id(candidate), 1.0),
+            "sentence": effect.sentence(), "equations": added_terms(effect), "probability": chances.get(id(candidate), 1.0),
             "delta_chi2": candidate.delta_chi2, "delta_bic": candidate.delta_bic,
             "parameters": _with_errors(own)}  # fmt: skip
 

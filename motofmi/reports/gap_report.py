@@ -6,6 +6,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from motofmi.reports.gap_summary import headline, laws, nearest
 from motofmi.reports.gap_tables import RUNS, before_and_after, places, verdict_section
 from motofmi.reports.report import COLOURS, Report, Section, Table
 
@@ -29,6 +30,7 @@ def gap_report(title: str, contents: dict[str, Any], pictures: Pictures, modes: 
                place: str = "axis", fitted: Sequence[Table] = ()) -> Report:  # fmt: skip
     """The report of a verdict's contents; place is the heading of the second column in the table of where the
     base deviates."""
+    first, later = list(pictures.before_and_after[:1]), pictures.before_and_after[1:]
     sections = [
         verdict_section(contents, *fitted),
         Section(
@@ -40,11 +42,12 @@ def gap_report(title: str, contents: dict[str, Any], pictures: Pictures, modes: 
         Section(
             "Before and after",
             [pictures.shown] if pictures.shown else [],
-            pictures.before_and_after,
+            later,
             [before_and_after(contents)],
         ),
     ]
-    return Report(title, f"Verdict: {contents['verdict']}", sections if modes is None else [*sections, modes])
+    sections += [] if modes is None else [modes]
+    return Report(title, headline(contents), sections, laws(contents) or nearest(contents), first)
 
 
 def draw_before_and_after(axes: Any, contents: dict[str, Any]) -> Any:

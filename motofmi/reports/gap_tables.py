@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from motofmi.reports.gap_summary import nearest
 from motofmi.reports.report import Section, Table
 
 # The keys of `gap` in words.
@@ -13,38 +14,9 @@ RUNS = {
 }
 
 
-def headline(result: dict[str, Any]) -> str:
-    """The verdict in one line, with the explained share of the misfit and the residual."""
-    return {
-        "named": "named: " + " and ".join(e["name"] for e in result["effects"]),
-        "none": "none: the model is consistent with the noise",
-        "tied": "tied: the data do not decide between " + ", ".join(result["tied"]),
-        "unknown": "unknown: an effect is missing, and no effect of the library explains the data",
-    }[result["verdict"]] + _explained(result)
-
-
-def _explained(result: dict[str, Any]) -> str:
-    """The share of the closable misfit on validation runs that is closed, and the residual as a share of the motion."""
-    if result["verdict"] != "named" or not result["explained"] or result["remainder"]["share"] is None:
-        return ""
-    share, left = result["explained"], result["remainder"]
-    return (f"; closes {share['share']:.1%} [{share['low']:.1%}, {share['high']:.1%}] of the closable misfit on "
-            f"validation runs and leaves {left['rms']:.3g} {left['unit']} (rms), {left['share']:.2%} of the "
-            "motion")  # fmt: skip
-
-
-def nearest(result: dict[str, Any]) -> list[str]:
-    """The nearest effect of the library and the residual with it, if the verdict is unknown."""
-    if not result["closest"]:
-        return []
-    rms = result["gap"]["rms"]
-    return [f"Nearest in the library: {result['closest']['name']}. The best candidate reduces the misfit from "
-            f"{rms['before']:.3g} to {rms['after']:.3g} {rms['unit']} (rms)."]  # fmt: skip
-
-
 def verdict_section(result: dict[str, Any], *more: Table) -> Section:
     """The verdict, a sentence for each effect, the next experiment, limitations; parameters and candidates."""
-    said = [headline(result), *(e["sentence"] for e in result["effects"]), *nearest(result)]
+    said = [*(e["sentence"] for e in result["effects"]), *nearest(result)]
     if result["next_experiment"]:
         proposed = result["next_experiment"]
         said.append(

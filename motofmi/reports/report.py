@@ -38,17 +38,20 @@ class Section:
 
 @dataclass
 class Report:
-    """Sections under a title."""
+    """Sections under a title. lead, equations and figures are the first screen."""
 
     title: str
     lead: str
     sections: list[Section] = field(default_factory=list)
+    equations: Sequence[str] = ()
+    figures: Sequence[tuple[Figure, str]] = ()
 
     def write(self, path: Path) -> None:
         """Write the report as one HTML file. Raises InputError if it cannot be written."""
         loader = jinja2.FileSystemLoader(Path(__file__).parent)
         environment = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)
-        figures = [figure for section in self.sections for figure, _ in section.figures]
+        shown = [*self.figures, *(each for section in self.sections for each in section.figures)]
+        figures = [figure for figure, _ in shown]
         drawn = dict(zip(map(id, figures), parallel_map(as_png, figures, "drawing"), strict=True))
         environment.filters["png"] = lambda figure: drawn[id(figure)]
         write_text(path, environment.get_template("report.html").render(report=self))

@@ -10,7 +10,8 @@ from motofmi.cli import plan_arguments as planning
 from motofmi.cli.arguments import mapping_of
 from motofmi.cli.outputs import output_folder
 from motofmi.cli.screen import Screen
-from motofmi.reports.gap_tables import RUNS, headline, nearest, places
+from motofmi.reports.gap_summary import bars, headline, laws, nearest
+from motofmi.reports.gap_tables import RUNS, places
 from motofmi.workflows.gap.find_gap import find_gap
 
 # Numbers (8 bytes each) in an array that is allocated and freed once, before the fits. The GNU C library then keeps the
@@ -148,13 +149,10 @@ def show(result: dict[str, Any], screen: Screen) -> None:
         planning.show(result, screen)
         return
     screen.print(headline(result), style="bold")
-    for sentence in nearest(result):
-        screen.print(sentence)
+    for line in (*nearest(result), *laws(result), *bars(result)):
+        screen.print(line)
     for effect in result["effects"]:
-        values = ", ".join(
-            f"{n} = {p['value']:.4g} +- {p['standard_error']:.2g} {p['unit']}" for n, p in effect["parameters"].items()
-        )
-        screen.print(f"{effect['name']} ({effect['form']}): {effect['sentence']} {values}")
+        screen.print(f"{effect['name']} ({effect['form']}): {effect['sentence']}")
     screen.table(("candidate", "form", "delta chi2 [1]", "delta BIC [1]", "probability [1]"),
                  [(c["name"], c["form"], f"{c['delta_chi2']:.1f}", f"{c['delta_bic']:.1f}", f"{c['probability']:.3f}")
                   for c in result["candidates"][:8]])  # fmt: skip

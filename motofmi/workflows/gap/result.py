@@ -14,7 +14,7 @@ from fmus.support.parallel import in_background
 from motofmi.gap.selection.model_selection import Verdict
 from motofmi.reports.gap_report import FILE as REPORT
 from motofmi.reports.gap_report import Pictures, draw_before_and_after, gap_report
-from motofmi.reports.gap_tables import headline, nearest
+from motofmi.reports.gap_summary import headline, nearest
 from motofmi.reports.report import Report
 from motofmi.workflows.gap.kind import Kind
 from motofmi.workflows.gap.verdict_file import FILE as VERDICT
@@ -108,7 +108,8 @@ class Gap:
         if self._complete:
             return
         with in_background(lambda: self._experiment.modes(self.selection, self.model)) as modes:
-            self._contents["next_experiment"] = self._experiment.next_experiment(self.selection)
+            if self.verdict != "none" and not self._contents["complete"]:
+                self._contents["next_experiment"] = self._experiment.next_experiment(self.selection)
             if (found := modes()) is not None:
                 self._contents["modes"] = found
         self._complete = True

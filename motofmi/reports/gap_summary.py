@@ -1,0 +1,77 @@
+"""The first lines of a gap's report, from the contents of `verdict.json`: the verdict in one sentence, the law that was
+found with its values, and the misfit before and after."""
+
+from typing import Any
+
+BAR = 40  # characters of the longer bar
+
+
+def headline(result: dict[str, Any]) -> str:
+    """The verdict in one sentence: what is missing, the share of the closable misfit that it closes, what is left."""
+    if result["verdict"] == "named":
+        return "named: " + " and ".join(e["name"] for e in result["effects"]) + _closed(result) + _left(result)
+    if result["verdict"] == "tied":
+        return "tied: the data do not decide between " + ", ".join(result["tied"]) + _closed(result) + _left(result)
+    if result["verdict"] == "none":
+        why = "consistent with the noise" if result["complete"] else "sufficient"
+        return f"none: the model is {why}{_left(result)}"
+    if result["ended"]:
+        return "unknown: the search was ended before its verdict" + _left(result)
+    return "unknown: an effect is missing, and none of the library is named" + _left(result)
+
+
+def _closed(result: dict[str, Any]) -> str:
+    """The share of the closable misfit on validation runs that is closed, with its 95 % interval."""
+    share = result["explained"]
+    if share is None:
+        return ""
+    if share["share"] <= 0:
+        return "; on validation runs it closes nothing of the closable misfit"
+    return (f"; closes {share['share']:.1%} [{share['low']:.1%}, {share['high']:.1%}] of the closable misfit on "
+            "validation runs")  # fmt: skip
+
+
+def _left(result: dict[str, Any]) -> str:
+    """The rms of the residuals, and its share of the motion."""
+    left = result["remainder"]
+    share = "" if left["share"] is None else f", {left['share']:.2%} of the motion"
+    return f"; {left['rms']:.3g} {left['unit']} (rms) is left{share}"
+
+
+def nearest(result: dict[str, Any]) -> list[str]:
+    """The nearest effect of the library, and the misfit with it, where the verdict is unknown."""
+    if not result["closest"]:
+        return []
+    rms, name = result["gap"]["rms"], result["closest"]["name"]
+    if rms["after"] >= rms["before"]:
+        return [f"Nearest in the library: {name}. It does not reduce the rms of the misfit, {rms['before']:.3g} {rms['unit']}."]
+    return [f"Nearest in the library: {name}{_closed(result)}. The best candidate reduces the misfit of the fitted runs from "
+            f"{rms['before']:.3g} to {rms['after']:.3g} {rms['unit']} (rms)."]  # fmt: skip
+
+
+def laws(result: dict[str, Any]) -> list[str]:
+    """A line for each effect that was found: its equations, and the values of its parameters with standard errors."""
+    lines = []
+    for effect in result["effects"]:
+        law = "; ".join(effect["equations"]) or effect["sentence"]
+        values = ", ".join(_value(n, p) for n, p in effect["parameters"].items())
+        nearest_form = "nearest form: " if effect["form"] == "open" else ""
+        lines.append(f"{effect['name']}: {nearest_form}{law}" + (f", {values}" if values else ""))
+    return lines
+
+
+def _value(name: str, parameter: dict[str, Any]) -> str:
+    unit = "" if parameter["unit"] == "1" else f" {parameter['unit']}"
+    return f"{name} = {parameter['value']:.4g} +- {parameter['standard_error']:.2g}{unit}"
+
+
+def bars(result: dict[str, Any]) -> list[str]:
+    """The misfit before and after as bars of text: on the validation runs, else on the fitted ones."""
+    rms = result["gap"]["rms"]
+    where = "fitted" if rms["holdout_before"] is None else "validation"
+    before, after = (rms[key] for key in (("before", "after") if where == "fitted" else ("holdout_before", "holdout_after")))
+    longest = max(before, after)
+    if not longest > 0:
+        return []
+    return [f"{label:<7}{'#' * max(round(BAR * value / longest), 1):<{BAR + 1}} {value:.3g} {rms['unit']} (rms, {where} runs)"
+            for label, value in (("before", before), ("after", after))]  # fmt: skip
