@@ -97,7 +97,7 @@ def _limitations(verdict: Verdict) -> list[str]:
 def _validation_limitations(verdict: Verdict, left: dict[str, Any]) -> list[str]:
     """Sentences on misfit that the verdict leaves, mostly on validation runs; left is its gap."""
     missed, predicted = left["holdout_after"], verdict.criteria.predicted_reduced_chi2
-    if verdict.comparison:
+    if verdict.comparison or (verdict.ended and verdict.verdict == "unknown"):
         return []
     if verdict.unspecified_form:
         return _unspecified_form(verdict, left)

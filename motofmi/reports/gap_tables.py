@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from motofmi.reports.gap_summary import nearest
+from motofmi.reports.gap_summary import headline, nearest
 from motofmi.reports.report import Section, Table
 
 # The keys of `gap` in words.
@@ -16,7 +16,7 @@ RUNS = {
 
 def verdict_section(result: dict[str, Any], *more: Table) -> Section:
     """The verdict, a sentence for each effect, the next experiment, limitations; parameters and candidates."""
-    said = [*(e["sentence"] for e in result["effects"]), *nearest(result)]
+    said = [headline(result), *(e["sentence"] for e in result["effects"]), *nearest(result)]
     if result["next_experiment"]:
         proposed = result["next_experiment"]
         said.append(

@@ -26,7 +26,7 @@ from motofmi.gap.estimation.stages import Stage, running
 from motofmi.gap.estimation.unit_plausibility import common_factor
 from motofmi.gap.experiments.input_output import InputOutputExperiment
 from motofmi.gap.preprocessing.sampled_run import SHORTEST_SEGMENT, SampledRun, excited, prepare_sampled_run
-from motofmi.gap.selection.by_comparison import verdict_by_comparison
+from motofmi.gap.selection.by_comparison import verdict_by_comparison, with_remaining_noise
 from motofmi.gap.selection.candidate_search import search_candidates
 from motofmi.gap.selection.model_selection import Verdict, select_model
 from motofmi.gap.selection.within_time import within_time
@@ -89,7 +89,7 @@ def investigate(
         with running(Stage.BASE):
             base, candidates = fitted_base(experiment, runs, given or {}, library, criteria)
             validation_runs = [prepare_sampled_run(recording, base.model.experiment) for recording in validation]
-            report(_undecided(base, base, validation_runs, criteria))
+            report(_undecided(base, validation_runs, criteria))
         return _selected(base, [*candidates, *more_effects], validation_runs, report, criteria)
 
     verdict = within_time(search, on_progress)
@@ -106,18 +106,17 @@ def investigate(
 
 
 def _undecided(
-    base: Fit,
-    best: Fit,
-    validation_runs: Sequence[SampledRun],
-    criteria: Criteria,
-    candidates: Sequence[Candidate] = (),
+    base: Fit, validation_runs: Sequence[SampledRun], criteria: Criteria, singles: Sequence[Candidate] = ()
 ) -> Verdict:
-    """The verdict before any decision, `unknown`; concluded, it has the misfit on validation runs."""
-    verdict = Verdict("unknown", base, best, candidates=list(candidates), criteria=criteria)
+    """The verdict before any decision, `unknown`; concluded, it has the noise of the best fit and its misfit on
+    validation runs."""
+    candidates = ranked(singles)
+    verdict = Verdict("unknown", base, candidates[0].fit if candidates else base, candidates=candidates, criteria=criteria)
 
     def conclude() -> Verdict:
-        checked = with_noise_of(base.runs[0], validation_runs)
-        return replace(verdict, validation_gap=before_and_after(base, best, checked, criteria))
+        own, best = with_remaining_noise(verdict.base, verdict.best)
+        checked = with_noise_of(best.runs[0], validation_runs)
+        return replace(verdict, base=own, best=best, validation_gap=before_and_after(own, best, checked, criteria))
 
     return replace(verdict, conclude=conclude)
 
@@ -147,13 +146,13 @@ def _selected(
             return verdict
     base = fit(base.model, [in_shorter_segments(run) for run in base.runs], base.x)
     compared_runs = [in_shorter_segments(run) for run in with_noise_of(base.runs[0], validation_runs)]
-    best, singles = _single_effects(base, library, compared_runs, on_progress, criteria)
+    _, singles = _single_effects(base, library, compared_runs, on_progress, criteria)
 
     def decided(compared: Comparison) -> Verdict:
         return verdict_by_comparison(compared, singles, compared_runs, criteria)
 
     def report(known: Callable[[], Comparison]) -> None:
-        verdict = _undecided(base, best, compared_runs, criteria, ranked(singles))
+        verdict = _undecided(base, compared_runs, criteria, singles)
         on_progress(replace(verdict, conclude=lambda: decided(known())))
 
     compared = compare(base, singles, library, compared_runs, criteria, report)
@@ -181,7 +180,7 @@ def _single_effects(
     with running(Stage.SINGLE_EFFECTS):
         singles = single_effects(base, library, criteria)
         best = min((c.fit for c in singles), key=lambda found: found.chi2, default=base)
-        on_progress(_undecided(base, best, validation_runs, criteria, ranked(singles)))
+        on_progress(_undecided(base, validation_runs, criteria, singles))
     return best, singles
 
 

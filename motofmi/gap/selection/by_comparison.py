@@ -48,7 +48,7 @@ def verdict_by_comparison(
         comparison=compared,
     )
     with suppress(InputError):
-        verdict.base, verdict.best = _with_remaining_noise(verdict.base, verdict.best)
+        verdict.base, verdict.best = with_remaining_noise(verdict.base, verdict.best)
         verdict.validation_gap = before_and_after(verdict.base, verdict.best, validation, criteria)
     return verdict
 
@@ -59,7 +59,7 @@ def _candidate(base: Fit, effect: type[Effect], fitted: Fit, scale: float) -> Ca
     return Candidate(effect, fitted, gain, gain - (fitted.penalty - base.penalty))
 
 
-def _with_remaining_noise(base: Fit, best: Fit) -> tuple[Fit, Fit]:
+def with_remaining_noise(base: Fit, best: Fit) -> tuple[Fit, Fit]:
     """Both fits, with the same parameters, on runs with the noise that a flexible model estimates from the best one."""
     with_noise = [best.model.with_remaining_noise(run, best.of_run(i)) for i, run in enumerate(best.runs)]
     evaluated = []

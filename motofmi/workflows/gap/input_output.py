@@ -173,8 +173,8 @@ def limitations_of(found: Investigation, result: dict[str, Any], component: Comp
             and value >= row.max
         ):
             sentences.append(
-                f"{name} was fitted to its bound {row.max:g} {row.unit}: the effect does not fit well, or a column's "
-                "unit is wrong."
+                f"{name} was fitted to its bound {row.max:g} {row.unit}: the effect does not fit well"
+                + (", or a column's unit is wrong." if found.experiment.own_values else ".")
             )
         if found.experiment.own_values and name in best.model.base and start and not 1 / far < abs(value) / start < far:
             sentences.append(

@@ -1,11 +1,24 @@
 """The first lines of a report never contradict each other or the numbers, for any contents of `verdict.json`."""
 
 import re
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from motofmi.gap import verdict
+from motofmi.gap.criteria import Criteria
+from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.gap.models.free_initial_state import FreeInitialStateModel
+from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.selection.any_component import Investigation
+from motofmi.gap.selection.model_selection import Verdict
 from motofmi.reports.gap_summary import bars, headline, laws, nearest
+from motofmi.workflows.components import component, ships
+from motofmi.workflows.gap.input_output import limitations_of
+from tests.simulators.hidden_joint import joint_run
 
 NAMES = ("coulomb_friction", "hysteresis", "drift")
 
@@ -66,3 +79,43 @@ def test_the_law_stands_with_its_values_errors_and_units():
     assert laws(result) == [
         "coulomb_friction: force += friction_torque tanh(rate/sliding_rate), friction_torque = 20.61 +- 0.42 N"
     ]
+
+
+@pytest.mark.parametrize("fitted", [0.22, 1.0, 3.0])
+@pytest.mark.parametrize("validation", [None, 0.9, 5.0])
+def test_no_form_is_called_inadequate_beside_a_reduced_chi_square_of_noise(fitted, validation):
+    effect = SimpleNamespace(family="hysteresis")
+    criteria = Criteria()
+    best = SimpleNamespace(freedom=1000, reduced=fitted, runs=[], model=None, count=1000)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(verdict, "reduced_by_noise", lambda found, criteria: 1.12)
+        said = verdict._unspecified_form(
+            SimpleNamespace(effects=[effect], best=best, criteria=criteria), {"after": fitted, "holdout_after": validation}
+        )
+    if fitted < 1.12:
+        assert not any("is adequate (reduced" in s and s.startswith("No form") for s in said)
+    if fitted < 1.12 and (validation or 0.0) < criteria.predicted_reduced_chi2:
+        assert said == []
+    elif fitted < 1.12:
+        assert f"but not for the validation run ({validation:.2g})" in said[0]
+    else:
+        assert said[0].startswith("No form of hysteresis in the library is adequate (reduced chi-square 3")
+
+
+@pytest.mark.parametrize("name", ["mass_spring_damper", "driven_joint", "pendulum", "two_mass"])
+def test_defaults_of_shipped_mechanisms_are_no_expectation_of_units(name):
+    assert ships(component(name))
+
+
+@pytest.mark.parametrize("own_values", [True, False])
+def test_a_wrong_unit_is_suspected_only_where_the_values_are_the_users(own_values):
+    driven_joint = component("driven_joint")
+    experiment = input_output_experiment(driven_joint, ["torque", "angle"])
+    recording = joint_run({}, duration=2.0)
+    run = prepare_sampled_run(recording, experiment)
+    found = fit(FreeInitialStateModel(experiment), [run], FreeInitialStateModel(experiment).start(), iterations=0)
+    far = driven_joint.with_values(**{n: 1e4 * v for n, v in driven_joint.values.items() if v})
+    result = {"noise_source": "given", "verdict": "none", "gap": {"holdout_before": None, "holdout_after": None}}
+    searched = Investigation(Verdict("none", found, found), replace(experiment, own_values=own_values))
+    said = " ".join(limitations_of(searched, result, far, False))
+    assert ("unit" in said) == own_values
