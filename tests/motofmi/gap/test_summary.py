@@ -71,7 +71,7 @@ def test_the_longer_bar_is_the_larger_misfit(seed):
     assert lengths[0] >= lengths[1] if before >= after else lengths[1] >= lengths[0]
 
 
-def test_the_law_stands_with_its_values_errors_and_units():
+def test_an_equation_has_values_errors_and_units():
     result = drawn(np.random.default_rng(0)) | {"effects": [
         {"name": "coulomb_friction", "form": "coulomb", "sentence": "Dry friction.",
          "equations": ["force += friction_torque tanh(rate/sliding_rate)"],
