@@ -132,7 +132,7 @@ def test_inputs_as_polynomials_in_time(name, order, ramped_speed, opened):
 
     x0 = np.array([component.table[n].start for n in component.states])
     solved = solve_ivp(
-        lambda t, x: component.derivatives(x, inputs(t), t)[0], (0, step), x0, method="Radau", rtol=1e-12, atol=1e-14
+        lambda t, x: component.derivatives(x, inputs(t), t)[0], (0, step), x0, method="DOP853", rtol=1e-12, atol=1e-14
     )
     fmu.fmu.doStep(0.0, step)
     # scipy's own error over the step is some times its tolerance; ours is 1e-10 where the step is not exact.

@@ -1,5 +1,7 @@
 """Second-order Taylor arithmetic against SymPy's derivatives."""
 
+from functools import cache
+
 import numpy as np
 import sympy
 from hypothesis import given
@@ -17,16 +19,21 @@ def formula(cp, sp, cq, sq, m, reciprocal, root, arccosine):
     return dot((a, b, root(a * b + 3)), (sq, -a, b)) + arccosine(0.2 * sp * cq - 0.1)
 
 
+@cache
+def expected():
+    """Value, first and second derivatives of the formula as a function of p and q."""
+    exact = formula(
+        sympy.cos(p), sympy.sin(p), sympy.cos(q), sympy.sin(q), sympy, lambda a: 1 / a, sympy.sqrt, sympy.acos
+    )
+    first = [exact.diff(p), exact.diff(q)]
+    second = [exact.diff(p, 2), exact.diff(p, q), exact.diff(q, 2)]
+    return sympy.lambdify([p, q], [exact, *first, *second], cse=True)
+
+
 @given(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5))
 def test_six_slopes_equal_those_of_sympy(first, second):
     m = NUMERIC
     value = formula(
         *rotation(first, 1, m), *rotation(second, 2, m), m, Taylor2.reciprocal, lambda a: a.sqrt(m), lambda a: a.acos(m)
     )
-    assert np.allclose(np.array(value.parts, float), EXPECTED(first, second), rtol=1e-11, atol=1e-11)  # rounding only
-
-
-_EXACT = formula(sympy.cos(p), sympy.sin(p), sympy.cos(q), sympy.sin(q), sympy, lambda a: 1 / a, sympy.sqrt, sympy.acos)
-EXPECTED = sympy.lambdify(
-    [p, q], [_EXACT, _EXACT.diff(p), _EXACT.diff(q), _EXACT.diff(p, 2), _EXACT.diff(p, q), _EXACT.diff(q, 2)], cse=True
-)
+    assert np.allclose(np.array(value.parts, float), expected()(first, second), rtol=1e-11, atol=1e-11)  # rounding only
