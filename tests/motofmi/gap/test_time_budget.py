@@ -15,7 +15,7 @@ from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
 from motofmi.gap.selection import model_selection
 from motofmi.gap.selection.any_component import investigate
-from motofmi.gap.selection.within_time import CONCLUDING
+from motofmi.gap.selection.within_time import CONCLUDING_SHARE
 from motofmi.recordings.reading import write_recording
 from motofmi.workflows.components import component
 from motofmi.workflows.gap.find_gap import find_gap
@@ -61,7 +61,7 @@ def test_a_budget_that_is_too_short_for_all_ends_with_verdict_report_and_limitat
     out = tmp_path / "out"
     words = ["gap", fitted, "--component", "driven_joint", "--holdout", validation, "--time", f"{seconds:g}"]
     assert main([*words, "--out", str(out)]) == 0
-    assert time.monotonic() - began < (1 + CONCLUDING) * seconds + REPORT
+    assert time.monotonic() - began < (1 + CONCLUDING_SHARE) * seconds + REPORT
     said = json.loads((out / "verdict.json").read_text("utf-8"))
     assert set(said) >= KEYS
     assert said["limitations"][0].startswith(f"The time budget of {seconds:g} s ended during the stage '")
