@@ -4,7 +4,8 @@
     single effects in the set                 named if they are of one family, tied otherwise
     only pairs in the set                     the families that all pairs share are named
 
-A named effect must also have a gain on data that were not used whose 95 % interval is above zero, close at least
+Before that, the library as a whole must be better than the base, on the fitted runs and on the validation runs alone: of
+many effects, one gains by chance. A named effect must also have a gain on data that were not used whose 95 % interval is above zero, close at least
 `Criteria.least_share` of the closable misfit, and have a magnitude that is distinguishable from zero. Each reason not
 to name an effect is a sentence with its number in `limitations`.
 """
@@ -18,6 +19,7 @@ from motofmi.gap.comparison.closable import Share, closed_share, log_gain_low
 from motofmi.gap.comparison.compared_model import ComparedModel
 from motofmi.gap.comparison.confidence_set import confidence_set
 from motofmi.gap.comparison.simplest_form import one_per_families
+from motofmi.gap.comparison.superior_ability import superior_ability
 from motofmi.gap.criteria import Criteria
 
 
@@ -81,6 +83,9 @@ def outcome(
             f"(p = {p[0]:.3f}, level {criteria.confidence_set_level:g}); nearest {_effects_of(accepted[0])}."
         )
         return unknown
+    if sentence := _may_be_chance(base, models, criteria):
+        sentences.append(f"{sentence}; nearest {_effects_of(accepted[0])}.")
+        return unknown
     if better[0] is not accepted[0] and id(better[0]) in objections:
         sentences.append(objections[id(better[0])])
     not_eliminated = [accepted[i - 1] for i in inside]
@@ -108,6 +113,18 @@ def too_few(counts: tuple[int, int], criteria: Criteria) -> bool:
     """Whether there are too few blocks for any verdict."""
     fitted, validation = counts
     return fitted < criteria.fewest_fitted_blocks or 0 < validation < criteria.fewest_validation_blocks
+
+
+def _may_be_chance(base: ComparedModel, models: Sequence[ComparedModel], criteria: Criteria) -> str:
+    """The sentence where the largest gain of all models, on fitted or on validation runs, may be chance; empty otherwise."""
+    for runs in ("fitted", "validation"):
+        losses = np.log(np.array([getattr(model, runs) for model in (base, *models)]) + base.floor)
+        if losses.size and (p := superior_ability(losses[0], losses[1:])) >= criteria.confidence_set_level:
+            return (
+                f"No effect is named: on {runs} runs the largest gain of {len(models)} models is consistent with chance "
+                f"(p = {p:.3f}, level {criteria.confidence_set_level:g})"
+            )
+    return ""
 
 
 def _with_equal_ones(

@@ -1,5 +1,6 @@
 """Every rule that decides or withholds a name, each on losses constructed for it."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -103,3 +104,23 @@ def test_the_simplest_form_within_one_standard_error_is_taken():
     assert simplest_sufficient([plain, soft]) is plain
     better = model_with(SoftFriction, level=0.5, seed=5)
     assert simplest_sufficient([plain, better]) is better
+
+
+@pytest.mark.parametrize("runs", ["fitted", "validation"])
+def test_an_effect_that_gains_on_one_kind_of_runs_only_is_not_named(runs):
+    # On the other runs its mean square scatters about that of the base, by a factor exp(0.1) on each block.
+    made, as_base = model_with(CoulombFriction, level=1.0, seed=1), model_with(level=10.0, seed=7)
+    found = decided([replace(made, **{runs: getattr(as_base, runs)})])
+    assert found.verdict == "unknown" and found.members == []
+
+
+def test_the_best_of_many_equal_effects_is_chance():
+    # Gains of one standard error on validation runs are usual for the best of some effects; on fitted runs all gain.
+    made = [
+        model_with(effect, level=1.0, seed=i, scatter=1.0) for i, effect in enumerate((CoulombFriction, CubicHardening))
+    ]
+    equal = [
+        replace(m, validation=model_with(level=10.0, seed=20 + i, scatter=1.0).validation) for i, m in enumerate(made)
+    ]
+    found = decided(equal, scatter=1.0)
+    assert found.verdict == "unknown"
