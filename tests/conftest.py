@@ -6,6 +6,9 @@ import sys
 if "PYTEST_XDIST_WORKER" in os.environ:  # the other processors have workers of their own; numpy reads this once
     os.environ.setdefault("OMP_NUM_THREADS", "1")
 
+# Workers and the commands that tests start would otherwise compile the packages again, each time.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
 import pytest
 from hypothesis import settings
 

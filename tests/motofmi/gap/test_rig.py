@@ -26,7 +26,7 @@ SOLVED = SHARED_DATA / "gap_open"
 @pytest.mark.slow
 @pytest.mark.parametrize(("hidden", "family", "parameter", "value"), [
     ({"Tc": 0.5}, "coulomb_friction", "friction_torque", 0.5),
-    ({"ra": 0.05}, "asymmetry", "ratio", 0.05),
+    pytest.param({"ra": 0.05}, "asymmetry", "ratio", 0.05, marks=pytest.mark.study),
 ])  # fmt: skip
 def test_a_hidden_effect_is_named_with_its_size(hidden, family, parameter, value):
     made, _ = case(hidden, seed=11)
@@ -99,6 +99,7 @@ def test_recordings_that_cannot_be_used_are_refused():
 
 
 @pytest.mark.slow
+@pytest.mark.study
 @pytest.mark.skipif(not SOLVED.exists(), reason="the solved cases are not beside this checkout")
 def test_a_solved_case():
     truth = json.loads((SOLVED / "truth.json").read_text())

@@ -11,6 +11,7 @@ from fmus.effects.placement import laws_at
 from fmus.mechanisms import DrivenJoint, MassSpringDamper
 from fmus.support.errors import InputError
 from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.estimation.initial_fit import initial_fit
 from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.blocks import blocks_of
@@ -142,13 +143,10 @@ def test_one_segment_that_diverges_is_left_out():
 def test_a_spring_that_stiffens_much_is_simulated_as_a_variable_step_solver_does():
     """All segments at once do not converge from nowhere, and what they come to then was taken for the answer, a million times too large."""
     rng, (mass, damping, stiffness, cubic) = np.random.default_rng(2), (1.1, 1.2, 300.0, 1e5)
-    waves = [
-        (a, 2 * np.pi * f, p)
-        for a, f, p in zip(rng.normal(0, 0.8, 60), rng.uniform(0.2, 12, 60), rng.uniform(0, 6, 60), strict=True)
-    ]
+    a, w, p = rng.normal(0, 0.8, 60), 2 * np.pi * rng.uniform(0.2, 12, 60), rng.uniform(0, 6, 60)
 
     def force(t):
-        return sum(a * np.cos(w * t + p) for a, w, p in waves)
+        return np.cos(np.multiply.outer(t, w) + p) @ a
 
     time = np.arange(0, 60, 0.005)
     exact = solve_ivp(
@@ -210,7 +208,7 @@ def test_noise_is_taken_beside_the_next_fit_where_the_best_can_be_simulated_from
     columns = {"torque": np.sin(7 * t), "angle": 0.05 * np.sin(7 * t + 0.3) + 1e-4 * rng.standard_normal(len(t))}
     test = input_output_experiment(DrivenJoint(inertia=0.1, stiffness=10.0, damping=0.1), list(columns))
     run = prepare_sampled_run(Recording("run", t, columns, {"torque": "N.m", "angle": "rad"}), test)
-    base = any_component.initial_fit(FreeInitialStateModel(test), [run])
+    base = initial_fit(FreeInitialStateModel(test), [run])
     beside = FreeInitialStateModel.with_remaining_noise
 
     def only_the_base(model, run, q):
@@ -276,7 +274,7 @@ def test_many_processes_find_what_one_does(monkeypatch):
     found = {}
     for processes in ("1", "2"):
         monkeypatch.setenv("OMP_NUM_THREADS", processes)
-        base = any_component.initial_fit(FreeInitialStateModel(test), [prepare_sampled_run(run, test)])
+        base = initial_fit(FreeInitialStateModel(test), [prepare_sampled_run(run, test)])
         candidates = search_candidates(base, library)
         best, (sampled,) = candidates[0].fit, candidates[0].fit.runs
         found[processes] = [(c.effect.form, c.fit.chi2) for c in candidates if c.fitted]

@@ -136,6 +136,7 @@ B = [[0, 0], [0, 0], [0.0953640872087, -0.454498760802], [-0.454498760802, 9.301
 
 
 @pytest.mark.slow
+@pytest.mark.study
 @pytest.mark.skipif(
     not MEASURED.exists(), reason=f"the measured runs of the steer-by-wire bicycle are not at {MEASURED}"
 )

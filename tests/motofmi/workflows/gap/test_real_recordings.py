@@ -43,7 +43,7 @@ def names(found):
     return {e["name"] for e in found.effects}
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_filmed_pendulum_has_the_sine_of_large_angles():
     folder = MEASURED / "pendulum_camera"
     found = mf.find_gap(folder / "pendulum_first.csv", validation=folder / "pendulum_second.csv", component="pendulum")
