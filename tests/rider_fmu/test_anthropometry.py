@@ -64,6 +64,7 @@ def test_the_shipped_joints_give_the_mean_riders_stiffness_and_damping():
     assert abs(reduced.steer_stiffness) < 1e-6 * reduced.arm_stiffness
 
 
+@pytest.mark.slow
 def test_spreading_has_one_free_direction_and_says_what_it_cannot_meet():
     rider = FullRider("bare", **full_rider_values(1.783, 72.1, np.radians(9.3)))
     mean = riders.load("mean_2011")

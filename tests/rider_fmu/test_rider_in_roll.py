@@ -78,6 +78,7 @@ def test_the_port_gives_back_what_it_took():
     assert np.ptp(balance) < 1e-7 * np.abs(solution.y[6]).max()  # of the integration
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [5.0, 20.0, 45.0])
 def test_a_rigid_rider_on_a_motorcycle_without_his_mass_is_the_motorcycle(speed):
     """Weights, turning and reactions of the port are right: the eigenvalues return, the error falling as 1 /

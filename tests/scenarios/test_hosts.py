@@ -167,6 +167,7 @@ class TestPlainC:
         assert abs(slow.damping_error) < 1e-3 * abs(expected("refreshed jacobi")["slow"].damping_error)
 
     @pytest.mark.slow
+    @pytest.mark.slow
     def test_it_runs_outside_of_a_checkout(self, tmp_path):
         """From an installation, where the scenarios are the package `motofmi.scenarios` and there is no other folder."""
         for name in ("fmus", "rider_fmu", "vehicle_fmu", "motofmi"):

@@ -18,6 +18,7 @@ def missed(rows, **wanted):
     return [r for r in rows if r["met"] == "missed" and all(r[k] == x for k, x in wanted.items())]
 
 
+@pytest.mark.slow
 def test_every_printed_number_is_compared(rows):
     count = {source: sum(r["source"] == source for r in rows) for source in {r["source"] for r in rows}}
     # 20 eigenvalues; 21 features with each of two steering dampers, 11 riders with nu_t and zeta_t; 4 numbers
@@ -70,6 +71,7 @@ def test_verdicts():
     assert compared(2.0, 1.0, math.inf, 0.0)["met"] == "met"
 
 
+@pytest.mark.slow
 def test_misses_are_shown(rows):
     text = StringIO()
     show(rows, Console(file=text, width=250))

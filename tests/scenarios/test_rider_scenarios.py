@@ -58,6 +58,7 @@ def test_too_large_angles_name_angle_and_frequency():
         harmonics(riders.load("full_mean_2011"), np.radians([45.0]), np.array([9.0]))
 
 
+@pytest.mark.slow
 def test_anthropometry_disagrees_with_what_was_identified():
     rows = does_anthropometry_give_the_inertias.run()
     assert [r["rider"] for r in rows] == list(does_anthropometry_give_the_inertias.RIDERS)
@@ -66,6 +67,7 @@ def test_anthropometry_disagrees_with_what_was_identified():
     assert is_complete(does_anthropometry_give_the_inertias.section(rows))
 
 
+@pytest.mark.slow
 def test_joints_are_spread_exactly_or_as_near_as_springs_come():
     """The nearest point of the cone of the joints' matrices, by the conditions of Kuhn and Tucker."""
     for row in does_anthropometry_give_the_inertias.run():

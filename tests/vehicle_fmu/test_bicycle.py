@@ -43,6 +43,7 @@ def test_matrices_are_those_of_the_benchmark(speed):
     assert space.B[np.ix_(rates, torques)] == pytest.approx(np.linalg.inv(M), abs=1e-10)
 
 
+@pytest.mark.slow
 def test_it_is_self_stable_between_the_printed_speeds():
     found = modes(over_speed(ridden(bicycle())), np.linspace(1, 10, 91), reference_speed=10.0)
     # Printed: weave speed 4.29238253634111 m/s, capsize speed 6.02426201538837 m/s; edges are refined to 0.01 m/s.

@@ -63,6 +63,7 @@ def test_kanes_equations_of_twist_and_lean_give_the_same_matrices(seed):
     assert (np.abs(space.A[np.ix_(places, places)] - expected) <= 1e-9 * scale).all()
 
 
+@pytest.mark.slow
 def test_a_stiff_head_and_a_light_body_change_nothing():
     rigid = motorcycles.load("sharp_1971")
     flexible = rigid.with_effects(FrameCompliance(), RiderLean()).with_values(

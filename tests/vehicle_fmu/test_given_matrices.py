@@ -30,6 +30,7 @@ def written(folder, **changed):
     return folder / "benchmark.toml"
 
 
+@pytest.mark.slow
 def test_the_benchmark_bicycles_matrices_have_its_printed_eigenvalues(tmp_path):
     vehicle = components.vehicle(str(written(tmp_path)))
     eigenvalues = np.linalg.eigvals(linearise(vehicle, speed=5.0).A)

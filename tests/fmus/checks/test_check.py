@@ -162,6 +162,7 @@ def test_a_path_out_of_the_folder_is_refused_before_unpacking(name, sound, tmp_p
     assert not (tmp_path.parent / "outside.txt").exists()
 
 
+@pytest.mark.slow
 def test_a_link_is_refused_before_unpacking(sound, tmp_path):
     (found,) = check(with_member(sound, tmp_path, "resources/link", b"/etc/passwd", 0o120777 << 16))
     assert found.message == "is a symbolic link"

@@ -83,6 +83,7 @@ def test_a_damper_at_the_port_is_more_of_the_motorcycles_own():
     assert found == pytest.approx(expected, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_riders_share_of_inertia_reaches_the_motorcycle():
     motorcycle, rider = motorcycles.load("sharp_1971"), riders.load("10_2011")
     system = ridden(motorcycle, rider)

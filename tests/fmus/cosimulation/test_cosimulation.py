@@ -104,6 +104,7 @@ def test_predicted_errors_of_all_modes_below_15_hz_are_the_measured_ones_within_
         assert np.abs(measured - predicted).min() <= 0.1 * abs(predicted - exact)
 
 
+@pytest.mark.slow
 def test_rows_go_from_zero_to_the_duration_with_units_and_no_stale_feedthrough(run, tmp_path):
     out = tmp_path / "run.csv"
     found = run(1e-3, 0.7, out=out)

@@ -75,6 +75,7 @@ def test_a_figure_has_axes_with_units_for_each_unit(run):
     assert "<img" in found._repr_html_() and "handlebar_torque" in found._repr_html_()
 
 
+@pytest.mark.slow
 def test_the_repr_is_one_line(run):
     found = run()
     assert (

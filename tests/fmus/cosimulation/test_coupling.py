@@ -194,6 +194,7 @@ def test_largest_stable_step_separates_decay_from_growth():
         assert not predict(coupling(name), network(), 1.02 * limit).stable
 
 
+@pytest.mark.slow
 @given(
     st.sampled_from([HELD, LINEAR, QUADRATIC, END, LINE, PARABOLA, HERMITE, TAYLOR]),
     st.lists(st.floats(-10, 10), min_size=4, max_size=4),

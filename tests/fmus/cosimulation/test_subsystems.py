@@ -42,6 +42,7 @@ def test_outputs_follow_the_inputs_without_a_step(subsystem, options):
     assert outputs["frame_torque"] == pytest.approx(-p["waist_damping"] * 0.3, rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fmi", [2, 3])
 @pytest.mark.parametrize("order", [0, 1, 2, 3])
 def test_a_step_with_polynomial_inputs_solves_the_equations(subsystem, order, fmi):

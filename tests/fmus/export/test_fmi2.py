@@ -144,6 +144,7 @@ def test_inputs_as_polynomials_in_time(name, order, ramped_speed, opened):
     assert fmu.get(*component.inputs) == pytest.approx(inputs(step), rel=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["rider", "motorcycle", "inerter", "system", "oscillator"])
 def test_derivatives_of_outputs_are_those_of_their_polynomial(name, opened):
     component = COMPONENTS[name]()
@@ -284,6 +285,7 @@ def test_a_wrong_guid_gives_no_instance(tmp_path):
     fmu.fmu.freeLibrary()
 
 
+@pytest.mark.slow
 def test_instances_share_nothing_not_even_between_threads(tmp_path):
     path = build(COMPONENTS["motorcycle"](), tmp_path).path
     drive, times = drive_of(COMPONENTS["motorcycle"]()), np.linspace(0, 2, 201)

@@ -124,6 +124,7 @@ def test_inputs_as_polynomials_by_intermediate_update_are_those_by_input_derivat
     assert three.updates[-1] == (pytest.approx(step), False, True, True, False)
 
 
+@pytest.mark.slow
 def test_an_input_that_is_left_alone_is_held(opened, opened3):
     component = COMPONENTS["motorcycle"]()
     three, two = (
@@ -135,6 +136,7 @@ def test_an_input_that_is_left_alone_is_held(opened, opened3):
     assert three.get(*component.states).tobytes() == two.get(*component.states).tobytes()
 
 
+@pytest.mark.slow
 def test_early_return(opened3, opened):
     component = COMPONENTS["rider"]()
     fmu = opened3(component, moves=lambda t: {"steer_angle": np.sin(10 * t)}, returns_at=0.0125).start()
@@ -144,6 +146,7 @@ def test_early_return(opened3, opened):
     assert fmu.fmu.doStep(0.0125, 0.01)[2:] == (False, pytest.approx(0.0225))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["rider", "oscillator"])
 def test_states_are_restored_to_the_last_bit(name, opened3):
     component = COMPONENTS[name]()

@@ -25,6 +25,7 @@ def rendered(component):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("load", LOADED)
 def test_units_are_defined_with_the_exponents_of_the_base_units(load):
     _, root = rendered(load())
@@ -115,6 +116,7 @@ def test_kinds_of_dependency():
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("load", LOADED)
 def test_the_importer_s_schema_accepts_it(load, tmp_path):
     interface = Interface(load())

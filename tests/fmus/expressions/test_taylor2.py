@@ -3,6 +3,7 @@
 from functools import cache
 
 import numpy as np
+import pytest
 import sympy
 from hypothesis import given
 from hypothesis import strategies as st
@@ -30,6 +31,7 @@ def expected():
     return sympy.lambdify([p, q], [exact, *first, *second], cse=True)
 
 
+@pytest.mark.slow
 @given(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5))
 def test_six_slopes_equal_those_of_sympy(first, second):
     m = NUMERIC

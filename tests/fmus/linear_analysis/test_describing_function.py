@@ -68,6 +68,7 @@ def stiffened(motion, deflection):
     return in_motion.A[..., columns], expected.A[..., columns]
 
 
+@pytest.mark.slow
 def test_a_cubic_spring_under_a_sine_stiffens_by_three_quarters_of_its_square():
     np.testing.assert_allclose(*stiffened(SINE, AMPLITUDE), rtol=1e-9, atol=1e-6)
 

@@ -40,6 +40,7 @@ def column_of(branches, value, at=-1):
     return int(np.argmin(np.abs(branches.eigenvalues[at] - value)))
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 1000), slope=st.floats(0.5, 4), offset=st.floats(0.1, 0.9))
 def test_branches_that_cross_keep_their_identity(seed, slope, offset):
     """Two pairs whose frequencies cross while their growth differs."""
@@ -88,6 +89,7 @@ def test_the_grid_asked_for_is_part_of_the_answer():
     assert branches.at(GRID).shape == (len(GRID), 3)
 
 
+@pytest.mark.slow
 @given(roots=st.lists(st.floats(0.02, 0.98), min_size=1, max_size=4, unique=True))
 def test_intervals_of_growth_end_at_the_zeros(roots):
     """A root lambda(v) = prod (v - r_i) of simple zeros, beside stable ones that are no part of it."""

@@ -225,6 +225,7 @@ def test_speeds_have_both_ends(capsys, text, speeds):
     assert result_of(capsys, "modes", "--speed", text)["speed"] == speeds
 
 
+@pytest.mark.slow
 def test_a_device_may_be_a_value_or_a_file(capsys, tmp_path):
     (tmp_path / "mine.toml").write_text(
         'component = "LinearDamper"\n[parameters]\ndamping = { value = 7.5, unit = "N.m.s/rad" }\n', "utf-8"

@@ -155,6 +155,7 @@ def test_populations(runs, capsys, tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_mean_rider_of_several(runs, capsys):
     result = answer(capsys, "identify", *runs, "--mean", "--band", "1:12")
     assert result["parameters"]["torso_inertia"]["value"] == pytest.approx(0.5085, rel=0.05)

@@ -20,6 +20,7 @@ def printed(capsys, *arguments):
     return capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_tables_are_not_cut_without_a_terminal(capsys):
     shipped = json.loads(printed(capsys, "list", "--json", "-"))
     out = printed(capsys, "list")

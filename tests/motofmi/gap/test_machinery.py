@@ -58,6 +58,7 @@ def pushed(n=1281, h=1 / 128):
     return push, Motion(time, push(time), push((time[1:] + time[:-1]) / 2))
 
 
+@pytest.mark.slow
 def test_a_trajectory_is_that_of_solve_ivp():
     push, motion = pushed()
     duffing = Duffing()
@@ -269,6 +270,7 @@ def test_all_shapes_of_an_effect_are_screened_however_they_are_shared_out(short_
         np.testing.assert_allclose([s.gain for s in other], [s.gain for s in seen[0]], rtol=1e-6, atol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share, tried_again", [(1e-3, False), (0.9, True)])
 def test_a_rival_that_is_out_of_reach_gets_no_further_start(short_run, monkeypatch, share, tried_again):
     """It gains less than it promised: far from what is to be reached there is no other start, near it there is."""

@@ -122,6 +122,7 @@ def test_segments_together_are_what_each_is_alone():
         assert together[1] / scale == pytest.approx(np.concatenate([slopes for _, slopes in alone]) / scale, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_one_segment_that_diverges_is_left_out():
     sampled = prepare_sampled_run(
         joint_run({}, "random", seed=5, duration=12.0), input_output_experiment(DrivenJoint(), ["torque", "angle"])
@@ -248,6 +249,7 @@ def test_a_smooth_input_is_resolved():
     )
 
 
+@pytest.mark.slow
 def test_noise_does_not_make_a_motion_faster():
     motion = prepare_sampled_run(
         joint_run({}, "random", seed=1), input_output_experiment(DrivenJoint(), ["torque", "angle"])

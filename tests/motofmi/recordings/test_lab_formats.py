@@ -57,6 +57,7 @@ def test_universal_file(tmp_path):
     np.testing.assert_allclose(recording["steer_torque"], good()["steer_torque"], rtol=1e-5, atol=1e-5)
 
 
+@pytest.mark.slow
 def test_mdf4(tmp_path):
     asammdf = pytest.importorskip("asammdf")
     with asammdf.MDF(version="4.10") as file:

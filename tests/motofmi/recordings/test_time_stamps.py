@@ -22,6 +22,7 @@ def recording(stamps, values):
     return Recording("run", stamps, {"steer_angle": values}, {"steer_angle": "rad"})
 
 
+@pytest.mark.slow
 @given(rate=st.floats(20, 2000), decimals=st.integers(2, 6), first=st.floats(0, 1e4))
 def test_rounded_stamps_tell_the_rate(rate, decimals, first):
     longer = (
@@ -110,6 +111,7 @@ def test_exact_stamps_are_left_alone():
     assert uniform(run) == (run, ())
 
 
+@pytest.mark.slow
 def test_a_frequency_response_does_not_know_how_its_stamps_were_rounded():
     """The torque of an inertia of 0.2: its apparent value moved by 5 % when the rate was 2.4 % off."""
     rng, times = np.random.default_rng(3), np.arange(0, 60, 1 / 256)

@@ -91,6 +91,7 @@ def test_devices_side_by_side():
         mf.compare_modes("sharp_1971", ["damper:7.5", "damper:7.5"], 20.0)
 
 
+@pytest.mark.slow
 def test_a_damper_is_a_torque_against_the_rate():
     response = mf.transfer_functions(mf.damper(7.5), [1.0, 2.0])
     np.testing.assert_allclose(response["handlebar_torque"], -7.5 * 2j * np.pi * response.frequency, rtol=1e-12)

@@ -108,6 +108,7 @@ WRONG = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("options", "message"), WRONG.values(), ids=WRONG)
 def test_what_cannot_be_run_is_an_error_that_says_why(options, message):
     with pytest.raises(mf.InputError, match=message):

@@ -64,6 +64,7 @@ def test_blocks_cover_every_sample_once():
     )
 
 
+@pytest.mark.slow
 def test_sandwich_errors_are_those_of_repeated_experiments():
     # Errors correlated over 20 samples and a regressor that is as slow: the usual error is too small by a factor of
     # about 3. 400 repetitions give the scatter to 3.5 %; 30 blocks of 100 samples bias the sandwich low by some per cent.

@@ -1,11 +1,13 @@
 """The model confidence set on losses whose distribution is known."""
 
 import numpy as np
+import pytest
 from scipy.stats import norm
 
 from motofmi.gap.comparison.confidence_set import confidence_set
 
 
+@pytest.mark.slow
 def test_equal_models_stay_in_the_set():
     # The set holds the best model with probability 0.95 or more; with 200 draws a share below 0.9 has probability 0.003.
     kept = 0
