@@ -40,6 +40,7 @@ def positions(rider, steer, torso, side=1):
 # The loop ------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @given(angles)
 def test_the_loop_is_closed_and_the_elbow_bends_to_the_side_of_the_wrists_axis(at):
     p = RIDER.values
@@ -56,6 +57,7 @@ def test_the_loop_is_closed_and_the_elbow_bends_to_the_side_of_the_wrists_axis(a
         assert np.dot(elbow - shoulder, axis - line * np.dot(line, axis)) > 0
 
 
+@pytest.mark.slow
 @given(angles)
 def test_left_and_right_are_mirror_images(at):
     right, left = positions(RIDER, *at, 1), positions(RIDER, -at[0], -at[1], -1)
@@ -184,6 +186,7 @@ def test_the_linear_limit_is_the_linear_rider_with_what_the_bar_feels_of_the_fra
         assert np.abs(by_frame[0] - by_frame[1]).max() < 1e-8 * np.abs(by_frame[1]).max()
 
 
+@pytest.mark.slow
 def test_where_both_axes_are_one_the_papers_equations_hold_without_a_steer_stiffness():
     """Bar and torso turning about one axis: turning both by one angle deflects neither elbow, shoulder nor wrist."""
     one_axis = {"saddle_distance": 0.0, "saddle_drop": 0.08, "hip_rise": 0.08, "torso_inclination": -0.4715, "torso_length": 0.3,
@@ -196,6 +199,7 @@ def test_where_both_axes_are_one_the_papers_equations_hold_without_a_steer_stiff
     assert abs(reduced.steer_damping) < 1e-10 * reduced.arm_damping
 
 
+@pytest.mark.slow
 def test_the_port_inertia_at_rest_is_that_of_the_linear_rider():
     reduced = reduce(RIDER)
     port_inertia = RIDER.run(RIDER.start_values(), NUMERIC)["port_inertia"]

@@ -56,6 +56,7 @@ def test_on_the_rig_it_is_equation_4_of_the_papers(name):
 positive = st.floats(0.05, 5.0)
 
 
+@pytest.mark.slow
 @given(factors=st.tuples(*[positive] * 5), cross=st.floats(-0.3, 0.3), motion=st.tuples(*[st.floats(-3, 3)] * 5))
 def test_torques_and_momentum_balance(factors, cross, motion):
     """Newton's third law: what the rider puts on bar and frame is what its momentum loses, cross inertia aside."""

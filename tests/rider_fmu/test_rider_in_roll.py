@@ -44,6 +44,7 @@ def test_held_stiff_every_point_follows_the_frame():
         assert np.abs(low[point] - 1).max() < 2e-3
 
 
+@pytest.mark.slow
 def test_the_port_gives_back_what_it_took():
     """Without dampers, kinetic energy plus springs less weights' falls is the power of the port, integrated."""
     rider = RIDER.with_values(**{joint: 0.0 for joint in JOINTS if joint.endswith("damping")})

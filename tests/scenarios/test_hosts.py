@@ -157,6 +157,8 @@ class TestPlainC:
         # Second order: what is left out is T'' H^3 / 6 I in the rate, 0.03 ms of phase at most; measured 4.5e-5.
         assert np.abs(rows[:, 1] - true[:, 0]).max() < 1e-4 * np.abs(true[:, 0]).max()
 
+    @pytest.mark.slow
+    @pytest.mark.slow
     def test_the_error_falls_with_the_square_of_the_step(self):
         coarse, fine = (plain_c_bar.run(h)["plain_c"]["trajectory_error"] for h in (2e-3, 1e-3))
         # The third order adds H |lambda| = 6 % of the error at 1 ms and twice that at 2 ms.
@@ -166,6 +168,7 @@ class TestPlainC:
         slow = plain_c_bar.run(STEP)["plain_c"]["slow"]
         assert abs(slow.damping_error) < 1e-3 * abs(expected("refreshed jacobi")["slow"].damping_error)
 
+    @pytest.mark.slow
     @pytest.mark.slow
     @pytest.mark.slow
     def test_it_runs_outside_of_a_checkout(self, tmp_path):

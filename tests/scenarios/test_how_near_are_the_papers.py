@@ -26,10 +26,12 @@ def test_every_printed_number_is_compared(rows):
     assert count == {"Sharp 1971": 20, "Cossalter et al. 2011": 2 * 21 + 2 * 11, "Cossalter et al. 2008": 18}
 
 
+@pytest.mark.slow
 def test_sharps_eigenvalues_are_within_one_unit_of_the_last_digit(rows):
     assert not missed(rows, source="Sharp 1971")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("vehicle", ["sharp_1971", "reference_2011"])
 def test_only_the_reference_weave_frequency_is_missed(rows, vehicle):
     (row,) = missed(rows, vehicle=vehicle)

@@ -222,6 +222,7 @@ def leaning(turning=None, **joints):
     return over_speed(ridden(motorcycles.load("sharp_1971"), turning, riders.load("roll_1971", **joints)))
 
 
+@pytest.mark.slow
 def test_a_rider_who_hardly_leans_leaves_the_names_where_they_were():
     """Stiff joints bring fast modes of their own and the eigenvalues of the rigid rider's motorcycle return."""
     speeds = np.array([3.0, 8.0, 15.0, 30.0, 50.0])

@@ -40,6 +40,7 @@ def test_the_data_frame_has_a_row_for_each_speed_and_units_in_its_columns(found)
     )
 
 
+@pytest.mark.slow
 def test_the_dataset_has_modes_and_speeds_as_coordinates(found):
     data = found.to_xarray()
     assert data.frequency.sel(mode="weave", speed=30.0) == pytest.approx(found["weave"].frequency[1])

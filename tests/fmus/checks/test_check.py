@@ -168,6 +168,7 @@ def test_a_link_is_refused_before_unpacking(sound, tmp_path):
     assert found.message == "is a symbolic link"
 
 
+@pytest.mark.slow
 def test_an_oversized_member_is_refused_before_unpacking(sound, tmp_path):
     path = with_member(sound, tmp_path, "resources/zeros", bytes(2**24))
     (found,) = check(path)
@@ -179,6 +180,7 @@ def test_an_oversized_member_is_refused_before_unpacking(sound, tmp_path):
     assert "more than" in check(path)[0].message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
 def test_external_entities_are_refused_before_unpacking(encoding, sound, tmp_path):
     text = (

@@ -118,6 +118,7 @@ def test_a_system_in_a_system_is_the_same():
     assert outer.states == tuple(f"all.{n}" for n in inner.states)
 
 
+@pytest.mark.slow
 def test_values_of_the_parts_are_set_by_their_path():
     system = ridden(motorcycles.load("sharp_1971"), riders.load("mean_2011")).with_values(
         **{"device.arm_damping": 33.0}

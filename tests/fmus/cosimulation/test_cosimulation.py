@@ -208,11 +208,13 @@ def test_an_automatic_step_follows_the_run(coupling, tolerance):
         subsystem.close()
 
 
+@pytest.mark.slow
 def test_an_automatic_step_is_refused_in_words_that_are_no_step(run):
     with pytest.raises(InputError, match="'long' is neither a number of seconds nor auto"):
         run("long", 1.0)
 
 
+@pytest.mark.slow
 def test_a_run_without_a_device_is_the_vehicle_alone(run):
     found = run(1e-2, 0.2, device=None)
     space = linearise(MOTORCYCLE, speed=SPEED)

@@ -84,6 +84,7 @@ def test_the_repr_is_one_line(run):
     )
 
 
+@pytest.mark.slow
 def test_a_step_that_meets_the_tolerance_needs_no_advice(run):
     found = run()
     assert found.meets_tolerance is True and found.advice is None
@@ -106,6 +107,7 @@ def test_a_step_too_long_is_warned_of_with_one_that_meets_the_tolerance(run):
         assert run(float(step), 1.0).meets_tolerance
 
 
+@pytest.mark.slow
 def test_a_named_coupling_that_misses_the_tolerance_gets_a_better_one_as_advice(run):
     found = run(1e-3, 0.05, "jacobi")  # named: no warning
     assert found.meets_tolerance is False

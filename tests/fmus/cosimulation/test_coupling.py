@@ -86,6 +86,7 @@ def test_printed_errors_of_the_rider_on_the_bar(scheme, frequency, one, ten):
 TARGETS = {1e-3: (1e-5, 1e-4), 1e-2: (5e-4, 5e-3)}  # step: largest error of frequency and of damping ratio
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [None, 10.0, 30.0, 50.0])
 @pytest.mark.parametrize("name", ["interface_jacobian", "implicit_hermite"])
 @pytest.mark.parametrize("step", TARGETS)
@@ -178,6 +179,7 @@ STABLE = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", STABLE)
 def test_decay_and_growth_are_separated_at_the_largest_stable_step(name):
     for limit, speed in zip(STABLE[name], (None, 30.0), strict=True):
@@ -206,6 +208,7 @@ def test_a_polynomial_of_fitting_order_is_continued_exactly(knots, coefficients)
     assert through(knots) @ data == pytest.approx(expected, abs=1e-11)  # rounding of a 4 by 4 solve
 
 
+@pytest.mark.slow
 @given(st.integers(0, 3), st.lists(st.floats(-10, 10), min_size=4, max_size=4))
 def test_the_nearest_polynomial_leaves_what_is_orthogonal(order, coefficients):
     rest = np.polynomial.Polynomial(coefficients) - np.polynomial.Polynomial(nearest(order) @ coefficients)

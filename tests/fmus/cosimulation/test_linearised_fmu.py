@@ -69,6 +69,7 @@ def test_a_progressive_damper_is_linearised_where_it_is(tmp_path):
     subsystem.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [10.0, 30.0, 50.0])
 def test_coupled_fmus_have_the_eigenvalues_of_the_one_coupled_system(speed):
     subsystems = ridden_fmus(MOTORCYCLE, RIDER, speed=speed)

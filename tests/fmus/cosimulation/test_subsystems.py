@@ -60,6 +60,7 @@ def test_a_step_with_polynomial_inputs_solves_the_equations(subsystem, order, fm
     assert rider.state_values() == pytest.approx(solution.y[:, -1], rel=1e-9)  # of the integrator
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_going_back_repeats_a_step_to_the_bit(subsystem, fmi):
     rider = subsystem(RIDER, fmi=fmi)
@@ -173,6 +174,7 @@ def test_an_instance_is_freed_at_the_end_of_a_with_block(tmp_path):
     assert not failed.calls.alive
 
 
+@pytest.mark.slow
 def test_the_repr_is_one_line_with_version_and_signals(subsystem):
     assert repr(subsystem(RIDER, fmi=3)) == (
         "<FmuSubsystem subsystem, FMI 3.0, inputs steer_angle, steer_rate, frame_rate, "

@@ -57,6 +57,7 @@ def test_conversions(given, wanted, value):
     assert convert(180.0, given, wanted) == pytest.approx(value, rel=1e-15)
 
 
+@pytest.mark.slow
 @given(st.sampled_from(sorted(SYMBOLS)), st.sampled_from(sorted(SYMBOLS)), st.integers(1, 4), st.floats(-1e6, 1e6))
 def test_there_and_back_is_the_same(first, second, power, value):
     name = f"{first}{power if first not in '1%' else ''}/{second}"

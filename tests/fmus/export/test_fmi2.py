@@ -196,6 +196,7 @@ def test_a_message_names_variable_value_and_bounds_and_nothing_changes(opened):
     fmu.fmu.doStep(0.0, 0.01)
 
 
+@pytest.mark.slow
 def test_a_step_that_cannot_be_done_leaves_the_state_and_says_why(opened):
     fmu = opened(COMPONENTS["oscillator"]()).start(position=0.1, hardening=1e6, relative_tolerance=1e-13)
     before = fmu.fmu.serializeFMUstate(fmu.fmu.getFMUstate())

@@ -165,6 +165,7 @@ def test_states_are_restored_to_the_last_bit(name, opened3):
         fmu.fmu.freeFMUState(each)
 
 
+@pytest.mark.slow
 def test_slopes_of_outputs(opened3, opened):
     component = COMPONENTS["motorcycle"]()
     two, three = opened(component).start(roll_angle=0.1), opened3(component).start(roll_angle=0.1)
@@ -210,6 +211,7 @@ def test_event_mode_in_cosimulation_and_a_wrong_token_give_no_instance(tmp_path)
     fmu.fmu.freeLibrary()
 
 
+@pytest.mark.slow
 def test_model_exchange_in_fmpy(tmp_path):
     path = build(COMPONENTS["motorcycle"](), tmp_path, fmi=3).path
     ends = [fmpy.simulate_fmu(path, fmi_type=kind, start_values={"roll_angle": 0.05, "speed": 25.0}, stop_time=0.3, relative_tolerance=1e-10,

@@ -73,6 +73,7 @@ def test_a_cubic_spring_under_a_sine_stiffens_by_three_quarters_of_its_square():
     np.testing.assert_allclose(*stiffened(SINE, AMPLITUDE), rtol=1e-9, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_what_is_linear_stays_what_it_is():
     system = ridden_by(SteerDamping(), damping=3.0)
     np.testing.assert_allclose(
@@ -80,6 +81,7 @@ def test_what_is_linear_stays_what_it_is():
     )
 
 
+@pytest.mark.slow
 def test_states_that_move_in_proportion_share_what_motion_adds():
     """The torso turns by twice the steer angle, against it: which of them stiffens the spring is not identifiable, but
     together they do as they must.

@@ -208,6 +208,7 @@ def test_modes_has_its_keys(capsys):
     assert found["unstable"]["wobble"] == []
 
 
+@pytest.mark.slow
 def test_an_absent_mode_is_null(capsys):
     found = result_of(capsys, "modes", "--speed", "10,20")
     assert found["modes"]["rider_wobble"] == {
@@ -218,6 +219,7 @@ def test_an_absent_mode_is_null(capsys):
     assert "rider_wobble" not in found["unstable"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "text, speeds", [("30", [30]), ("1:10:4", [1, 5, 9, 10]), ("2:3:0.5", [2, 2.5, 3]), ("5,7.5", [5, 7.5])]
 )

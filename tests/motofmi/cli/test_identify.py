@@ -161,6 +161,7 @@ def test_mean_rider_of_several(runs, capsys):
     assert result["parameters"]["torso_inertia"]["value"] == pytest.approx(0.5085, rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "message"),
     [

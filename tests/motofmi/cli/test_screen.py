@@ -97,6 +97,7 @@ def test_one_speed_is_no_range(capsys):
     assert "capsize: unstable from 20 to 30 m/s\n" in printed(capsys, "modes", "--speed", "20:30:5")
 
 
+@pytest.mark.slow
 def test_a_vehicle_alone_is_without_a_device(capsys):
     assert printed(capsys, "modes", "--speed", "30").startswith("sharp_1971 without a device: ")
     assert printed(capsys, "modes", "--speed", "30", "--device", "damper:7.5").startswith(

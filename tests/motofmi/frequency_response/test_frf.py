@@ -32,6 +32,7 @@ def noisy_sweeps(count=24):
     return tuple(steer_test(RIDER, 0.125, sweep(), seed=seed, oversampling=2) for seed in range(count))
 
 
+@pytest.mark.slow
 def test_response_of_the_rig_is_eq_6():
     frequency = np.linspace(0.1, 20, 200)
     np.testing.assert_allclose(rig_response()(2 * np.pi * frequency), inertance_of_2011(frequency), rtol=1e-11)

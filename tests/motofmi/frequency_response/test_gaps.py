@@ -89,6 +89,7 @@ def test_stretches_too_short_for_the_bands_are_said():
     assert len(estimate(without(run("up"), *gaps), width=1.0).frequency) >= 10
 
 
+@pytest.mark.slow
 def test_a_short_gap_is_bridged_and_the_record_stays_whole():
     frf = estimate(without(run("up"), (60.0, 2 / 128)))
     assert len(frf.frequency) == 47 and not any("left out" in w for w in frf.warnings)

@@ -328,7 +328,7 @@ def test_a_front_frame_that_twists_is_named_and_sized_and_the_vehicle_written(tm
 
 
 @pytest.mark.parametrize("header, message", [
-    ("time [s],roll_rate [rad/s],steer_torque [N.m]", "no speed"), ("time [s],speed [m/s],steer_torque [N.m]", "no column is an output"),
+    ("time [s],roll_rate [rad/s],steer_torque [N.m]", "expected a column speed"), ("time [s],speed [m/s],steer_torque [N.m]", "no column is an output"),
 ])  # fmt: skip
 def test_a_run_without_speed_or_any_output_is_refused(tmp_path, header, message):
     rng = np.random.default_rng(0)

@@ -78,6 +78,7 @@ def test_nothing_is_found_in_a_multisine_where_nothing_is_hidden(tmp_path, monke
     assert said.startswith("No FMU was built: no C compiler")
 
 
+@pytest.mark.slow
 def test_a_sweep_that_is_sampled_coarsely_is_no_noise():
     """Fourth differences take a sine near the sampling rate for noise; what lies beside the harmonics is what counts."""
     arrays = record(sweep(8, 12, 2, 60.0), {}, RIDER, np.random.default_rng(0), Rig(rate=40))

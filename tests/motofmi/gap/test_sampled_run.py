@@ -225,6 +225,7 @@ def test_noise_is_taken_beside_the_next_fit_where_the_best_can_be_simulated_from
     assert [r.name for r in with_noise] == ["run"] and all(k.model.effects for k in known)
 
 
+@pytest.mark.slow
 def test_what_samples_miss_of_a_pulses_area():
     """Pulses that begin and end anywhere between samples: as much as the spline through them errs by is said to be unforeseen."""
     rng, time = np.random.default_rng(11), np.arange(0, 60.0)

@@ -178,6 +178,7 @@ def test_a_dead_gyro_is_not_compared(tmp_path):
     assert "torso_rate is constant at 0 rad/s" in read.warnings
 
 
+@pytest.mark.slow
 def test_the_rigs_noise_is_read(tmp_path):
     (tmp_path / "rig.json").write_text('{"noise": {"torso_rate": {"value": 2.0, "unit": "deg/s"}}}')
     write_recording(recorded({}, sweep(0.5, 12, 2, 30.0), 7), tmp_path / "run.csv")

@@ -39,6 +39,7 @@ def truth(name):
     return np.array([bare_bar(name) + rider.values["added_steer_inertia"], *(rider.values[n] for n in PARAMETERS[1:])])
 
 
+@pytest.mark.slow
 def test_derivatives_are_exact():
     """Against complex steps: G(p + i h) has the derivative in its imaginary part, without cancellation."""
     p, powers = MODEL.values, MODEL.powers(2 * np.pi * FREQUENCY)

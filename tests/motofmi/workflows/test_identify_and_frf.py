@@ -82,6 +82,7 @@ def test_the_identified_rider_is_a_component_that_other_functions_take(fit, tmp_
     assert set(fit.to_dataframe()["name"]) == {*fit.parameters, *fit.derived}
 
 
+@pytest.mark.slow
 def test_a_model_that_does_not_explain_the_data_is_said(fit, runs):
     assert not [w for w in fit.warnings if "chi-square" in w]
     rate = np.gradient(runs[0]["steer_angle_command"], runs[0].time)
