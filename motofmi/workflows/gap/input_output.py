@@ -109,8 +109,8 @@ class InputOutput(Kind):
             for label, each in (("before", verdict.base), ("after", verdict.best))
         }
 
-    def modes_section(self, contents: dict[str, Any]) -> Section:
-        return modes_at_rest(contents)
+    def modes_section(self, contents: dict[str, Any]) -> Section | None:
+        return modes_at_rest(contents) if "modes" in contents else None  # an interrupted search has no modes
 
     def pictures(self, verdict: Verdict) -> Pictures:
         return pictures(verdict)
