@@ -8,6 +8,7 @@ from fmus.checks.checked_fmu import CheckedFmu
 from fmus.checks.problem import Problem
 
 STAGE = "binary"
+SUFFIXES = (".so", ".dll", ".dylib", ".wasm")
 PYTHON = re.compile(rb"\b(Py_Initialize\w*|PyObject_\w+|PyGILState_\w+|libpython[\w.]*)")
 NEEDED = re.compile(rb"\0(lib[\w+-]+\.so[.\d]*)(?=\0)")
 C_RUNTIME = {b"libc", b"libm", b"libdl", b"libpthread", b"librt", b"libgcc_s", b"libstdc++"}
@@ -24,7 +25,7 @@ def check(fmu: CheckedFmu) -> list[Problem]:
         return [Problem("binary", "error", "no binary for any platform, and no source code", "binaries")]
     found = []
     for place in folders:
-        libraries = {p.stem: p for p in place.iterdir() if p.is_file() and p.suffix in (".so", ".dll", ".dylib")}
+        libraries = {p.stem: p for p in place.iterdir() if p.is_file() and p.suffix in SUFFIXES}
         for identifier in sorted({e.get("modelIdentifier") or "" for e in kinds}):
             if identifier not in libraries:
                 have = ", ".join(sorted(libraries)) or "nothing"

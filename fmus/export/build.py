@@ -22,7 +22,7 @@ import pythonfmu
 from fmpy.validation import validate_fmu
 
 from fmus.declaration.component import Component
-from fmus.export import compilers, model_description3, prebuilt, python_backend
+from fmus.export import compilers, model_description3, prebuilt, python_backend, wasm_component
 from fmus.export.c_code import model_code
 from fmus.export.cache_key import cache_key
 from fmus.export.compilers import Platform
@@ -44,8 +44,9 @@ RUNTIME = (
 )
 API = {
     2: ("fmi2_fmu.c", "fmi2.c"),
-    3: ("fmi3_fmu.c", "fmi3.c", "fmi3_absent.c", "fmi3_step.c", "fmi3_host.h"),
+    3: ("fmi3_fmu.c", "fmi3.c", "fmi3_absent.c", "fmi3_step.c", "fmi3_host.h", "fmi3_wasm.c", "fmi3_component.c"),
 }  # the first is compiled
+WASM_SOURCE = {2: "fmi2_fmu.c", 3: "fmi3_wasm.c"}  # what is compiled for WebAssembly
 HEADERS = ("call.h", "instance.h", "linear_algebra.h", "model.h", "snapshot.h", "step.h")
 FMI_HEADERS = {
     2: ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h"),
@@ -208,14 +209,15 @@ def compiler_versions(wanted: list[Platform], platforms: str) -> list[str]:
 def binaries(
     name: str, contents: Mapping[str, bytes], fmi: int, wanted: list[Platform], native: bool
 ) -> dict[str, bytes]:
-    """The shared libraries of that name by their path in the archive."""
+    """The shared libraries of that name, and what belongs to them, by their path in the archive."""
     sources = {name.removeprefix("sources/"): data for name, data in contents.items() if name.startswith("sources/")}
     made = {}
     for target in wanted:
         with tempfile.TemporaryDirectory() as folder:
             for file, data in sources.items():
                 Path(folder, file).write_bytes(data)
-            libraries = compilers.compile_library(target, native, Path(folder), API[fmi][:1], name)
+            compiled_file = WASM_SOURCE[fmi] if target.name == "wasm" else API[fmi][0]
+            libraries = compilers.compile_library(target, native, Path(folder), [compiled_file], name)
         library = f"{name}{target.suffix}"
         if fmi == 2:
             made[f"binaries/{target.folder}/{library}"] = (
@@ -223,6 +225,7 @@ def binaries(
             )
         else:
             made.update({f"binaries/{t}/{library}": b for t, b in zip(target.tuples, libraries, strict=False)})
+            made.update(wasm_component.additions(library, libraries[0]) if target.name == "wasm" else {})
     return made
 
 

@@ -25,6 +25,10 @@ FLAGS = ("-std=c99", "-O3", "-g0", "-s", "-Wall", "-Wextra", "-Wpedantic", "-ffp
          "-shared",
          "-ffunction-sections")  # fmt: skip
 LINKING = ("-shared", "-s")  # the flags that belong to the linker
+# A library for a host of WebAssembly: no program, no imports, memory and callbacks that the host can use.
+WASM_LINKING = ("-s", "-mexec-model=reactor", "-nostartfiles", "-Wl,--no-entry", "-Wl,--gc-sections",
+                "-Wl,--export-dynamic", "-Wl,--export=malloc", "-Wl,--export=free",
+                "-Wl,--export-table", "-Wl,--growable-table")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,8 @@ PLATFORMS = {
             ".dylib",
             ("x86_64-macos.11.0", "aarch64-macos.11.0"),
         ),
+        # zig's C library for WASI has functions without imports for all that the runtime calls
+        Platform("wasm", "wasm32", ("wasm32-unknown-unknown",), ".wasm", ("wasm32-wasi",)),
     )
 }
 
@@ -127,11 +133,13 @@ def compile_library(wanted: Platform, native: bool, folder: Path, files: Sequenc
 
 def _compile(command: Sequence[str], wanted: Platform, folder: Path, files: Sequence[str], library: str) -> bytes:
     compiling, linking = [f for f in FLAGS if f not in LINKING], [*LINKING]
-    if wanted.suffix != ".dll":
+    if wanted.suffix == ".wasm":  # 15 % smaller and 10 to 25 % slower than -O3, at 6 to 19 million steps a second
+        compiling, linking = [*compiling, "-Os"], [*WASM_LINKING]
+    elif wanted.suffix != ".dll":
         compiling += ["-fPIC", "-fno-unwind-tables", "-fno-asynchronous-unwind-tables"]  # no exception passes through C
     if wanted.suffix == ".dylib":
         linking += [f"-Wl,-install_name,@rpath/{library}", "-Wl,-dead_strip"]
-    else:
+    elif wanted.suffix != ".wasm":
         linking += ["-Wl,--gc-sections"]  # functions that were inlined everywhere
     objects = [f"{Path(file).stem}.o" for file in files]
     steps = [[*compiling, "-c", "-o", made, file] for made, file in zip(objects, files, strict=True)]

@@ -20,6 +20,7 @@ built.
   motofmi build rider:mean_2011 --set arm_damping=20 --fmi 3
   motofmi build mine.toml --backend python                   # FMI 2.0; the slave is a Python source file
   motofmi build rider:mean_2011 --platforms all              # needs: pip install 'motofmi[platforms]'
+  motofmi build rider:mean_2011 --fmi 3 --platforms wasm     # WebAssembly, for browsers and sandboxes
 """
 
 
@@ -40,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--platforms",
         default="host",
-        help="host, all, or a comma list such as linux-x86_64,windows-x86_64 (default: %(default)s)",
+        help="host, all, or a comma list such as linux-x86_64,windows-x86_64,wasm (default: %(default)s)",
     )
     parser.add_argument(
         "--out",
