@@ -10,15 +10,18 @@ At 60 m/s the mode shapes are distinct. Names are given there and kept along eac
   rear wobble    the pair that unnamed real roots form on the way down (near 18 m/s for Sharp's motorcycle)
 A wobble that is overdamped there is the two real roots in which the steer takes the largest part.
 
-Below the speed at which another pair forms, the branches of wobble, rider-wobble and rear wobble veer and exchange
-their mode shapes. There the names follow the mode shapes:
+Below the speed at which another pair forms, the branches of weave, wobble, rider-wobble and rear wobble veer and exchange
+their mode shapes. There the names follow the mode shapes. Where roll takes a larger part in the branch of rear wobble
+than in that of weave, these two have exchanged their names, and the others keep their branches. Elsewhere:
   rear wobble    the largest |Y_r / Y_f|, rear over front tyre side force, if above one
   wobble         of the other two the one in which the torso moves more against the bar:
                  the smaller Re(theta delta*) / (|theta|^2 + |delta|^2)
   rider-wobble   the last; where only one is left beside rear wobble, wobble is overdamped
-A pair in which further states of a device have more than a quarter of the participation has none of these names. Where
-weave veers with such a mode, weave is the one in which those states have the smaller part.
-Names are called mixed where the second largest |Y_r / Y_f| is more than half of the largest.
+A pair in which further states have more than a quarter of the participation has none of these names: states of a device
+or an effect, and freedoms of a vehicle besides lateral motion, yaw, roll and steer (heads, lean, twist). Where weave veers
+with such a mode, weave is the one in which those states have the smaller part; likewise wobble after that exchange.
+Names are called mixed where the second largest |Y_r / Y_f| is more than half of the largest, and where weave and rear
+wobble have exchanged and the part of roll in rear wobble is more than half of that in weave.
 
 Modes and their usual bands: Sharp 1971; Cossalter et al., Meccanica 46 (2011), Sect. 5.
 """
@@ -34,7 +37,8 @@ from fmus.linear_analysis.linearisation import StateSpace
 
 MODES = ("weave", "wobble", "capsize", "rear_wobble", "rider_wobble")
 FRONT = ("wobble", "rider_wobble", "rear_wobble")  # modes that exchange their shapes
-OTHER = "other"  # modes of further states of a device: heads, delays
+OTHER = "other"  # modes of further states: heads, delays, twist, lean
+PLANE = ("lateral", "yaw", "roll", "steer", "front", "rear")  # what states of a vehicle's plane motion and tyres begin with
 COARSE, FINE = 1.0, 0.1  # m/s: steps at which exchanges are searched for, and located
 MIXED = 0.5
 MAJORITY, SHARE = (
@@ -98,13 +102,16 @@ class ModeShapes:
         return part[own].sum(axis=0) / part.sum(axis=0)
 
     def foreign_participation(self, k: int) -> np.ndarray:
-        """The participation of states that belong neither to the part with the steer angle nor to a torso; states of
-        effects count.
+        """The participation of states that are neither those of a torso nor, of the part with the steer angle, those of
+        plane motion and tyres.
         """
         places = [n.rpartition(".")[::2] for n in self.states]
         owner = next((place for place, n in places if n.startswith("steer")), None)
         part = np.abs(np.linalg.inv(self.right[k]).T * self.right[k])
-        foreign = [owner not in (None, place) and not n.startswith("torso") for place, n in places]
+        foreign = [
+            owner is not None and not n.startswith("torso") and (place != owner or not n.startswith(PLANE))
+            for place, n in places
+        ]
         return part[foreign].sum(axis=0) / part.sum(axis=0)
 
 
@@ -145,7 +152,7 @@ def name_modes(linearised: Linearised, branches: Branches, reference_speed: floa
     for k in sorted(characters):
         columns, is_mixed = characters[k]
         if columns != last:
-            below.append((float(tenths[k]), dict(columns)))
+            below.append((float(tenths[k]), {mode: above[mode] for mode in ("capsize",) if mode in above} | dict(columns)))
             last = columns
         if is_mixed and mixed and mixed[-1][0] - tenths[k] < COARSE + FINE:
             mixed[-1][0] = float(tenths[k])
@@ -222,14 +229,25 @@ def _characters(speeds: np.ndarray, linearised: Linearised, branches: Branches, 
 
 
 def _character(shapes: ModeShapes, k: int, above: dict[str, Columns]) -> tuple[tuple[tuple[str, Columns], ...], bool]:
-    rivals = [
-        columns for mode, columns in above.items() if len(columns) == 2 and (mode == "weave" or mode.startswith(OTHER))
-    ]
-    elsewhere = {c for columns in rivals for c in columns}
+    others = [columns for mode, columns in above.items() if len(columns) == 2 and mode.startswith(OTHER)]
+    elsewhere = {c for columns in (*others, above.get("weave", ())) for c in columns}
     foreign, own = shapes.foreign_participation(k), shapes.column[k]
+
+    def most_own(mode: str) -> dict[str, Columns]:
+        """The branch of that mode, or another in which further states participate less."""
+        rivals = [above[mode], *others] if len(above.get(mode, ())) == 2 else []
+        return {mode: min(rivals, key=lambda columns: foreign[np.isin(own, columns)].sum())} if rivals else {}
+
+    if "weave" in above and "rear_wobble" in above:
+        roll = shapes.part(k, "roll")
+        old, new = (float(roll[np.isin(own, above[mode])].max()) for mode in ("weave", "rear_wobble"))
+        if new > old:
+            kept = {mode: above[mode] for mode in FRONT if mode in above} | most_own("wobble")
+            exchanged = kept | _weave_and_capsize(shapes, k, above) | {"rear_wobble": above["weave"]}
+            return tuple(sorted(exchanged.items())), old > MIXED * new
+    weave = most_own("weave")
     pairs = {i: shapes.pair(k, i) for i in shapes.upper(k)}
     pairs = {i: columns for i, columns in pairs.items() if foreign[i] < SHARE or not elsewhere.isdisjoint(columns)}
-    weave = {"weave": min(rivals, key=lambda columns: foreign[np.isin(own, columns)].sum())} if "weave" in above else {}
     tyres, together = shapes.tyres[k].tolist(), shapes.together[k].tolist()
     front = sorted((i for i, columns in pairs.items() if elsewhere.isdisjoint(columns)), key=lambda i: -tyres[i])
     if not front:
@@ -248,3 +266,14 @@ def _character(shapes: ModeShapes, k: int, above: dict[str, Columns]) -> tuple[t
     ratios = sorted((tyres[i] for i, columns in pairs.items() if elsewhere.isdisjoint(columns)), reverse=True)
     is_mixed = "rider_wobble" in above and "rear_wobble" in names and len(ratios) > 1 and ratios[1] > MIXED * ratios[0]
     return tuple(sorted(names.items())), is_mixed
+
+
+def _weave_and_capsize(shapes: ModeShapes, k: int, above: dict[str, Columns]) -> dict[str, Columns]:
+    """Weave and capsize from the branches of rear wobble and capsize: their pair, and their real root; of three real
+    roots capsize is the most stable one.
+    """
+    slow = (*above["rear_wobble"], *above.get("capsize", ()))
+    roots = sorted((i for i, c in enumerate(shapes.column[k]) if c in slow),
+                   key=lambda i: (shapes.eigenvalues[k, i].imag == 0, -shapes.eigenvalues[k, i].real))  # fmt: skip
+    columns = [int(shapes.column[k, i]) for i in roots]
+    return {"weave": tuple(columns[:2]), **({"capsize": tuple(columns[2:])} if "capsize" in above else {})}
