@@ -10,18 +10,18 @@ At 60 m/s the mode shapes are distinct. Names are given there and kept along eac
   rear wobble    the pair that unnamed real roots form on the way down (near 18 m/s for Sharp's motorcycle)
 A wobble that is overdamped there is the two real roots in which the steer takes the largest part.
 
-Below the speed at which another pair forms, the branches of weave, wobble, rider-wobble and rear wobble veer and exchange
-their mode shapes. There the names follow the mode shapes. Where roll takes a larger part in the branch of rear wobble
-than in that of weave, these two have exchanged their names, and the others keep their branches. Elsewhere:
+Below the speed at which another pair forms, the branches of wobble, rider-wobble and rear wobble veer and exchange
+their mode shapes. There the names follow the mode shapes:
   rear wobble    the largest |Y_r / Y_f|, rear over front tyre side force, if above one
   wobble         of the other two the one in which the torso moves more against the bar:
                  the smaller Re(theta delta*) / (|theta|^2 + |delta|^2)
   rider-wobble   the last; where only one is left beside rear wobble, wobble is overdamped
-A pair in which further states have more than a quarter of the participation has none of these names: states of a device
-or an effect, and freedoms of a vehicle besides lateral motion, yaw, roll and steer (heads, lean, twist). Where weave veers
-with such a mode, weave is the one in which those states have the smaller part; likewise wobble after that exchange.
-Names are called mixed where the second largest |Y_r / Y_f| is more than half of the largest, and where weave and rear
-wobble have exchanged and the part of roll in rear wobble is more than half of that in weave.
+A pair in which further states of a device have more than a quarter of the participation has none of these names. Where
+weave veers with such a mode, weave is the one in which those states have the smaller part.
+Names are called mixed where the second largest |Y_r / Y_f| is more than half of the largest.
+
+Further states are those of a device or an effect besides a torso, and those of freedoms of a vehicle besides lateral motion,
+yaw, roll and steer (twist of a frame, lean). `flexible_mode_names` names the modes of vehicles with such freedoms.
 
 Modes and their usual bands: Sharp 1971; Cossalter et al., Meccanica 46 (2011), Sect. 5.
 """
@@ -33,90 +33,13 @@ from itertools import pairwise
 import numpy as np
 
 from fmus.linear_analysis.eigenvalue_tracking import Branches
-from fmus.linear_analysis.linearisation import StateSpace
+from vehicle_fmu.flexible_mode_names import FRONT, MAJORITY, OTHER, flexible_characters, naming_speed
+from vehicle_fmu.mode_shapes import Columns, Linearised, ModeShapes
 
 MODES = ("weave", "wobble", "capsize", "rear_wobble", "rider_wobble")
-FRONT = ("wobble", "rider_wobble", "rear_wobble")  # modes that exchange their shapes
-OTHER = "other"  # modes of further states: heads, delays, twist, lean
-PLANE = ("lateral", "yaw", "roll", "steer", "front", "rear")  # what states of a vehicle's plane motion and tyres begin with
 COARSE, FINE = 1.0, 0.1  # m/s: steps at which exchanges are searched for, and located
 MIXED = 0.5
-MAJORITY, SHARE = (
-    0.5,
-    0.25,
-)  # of the participation, above which a mode belongs to a device, at the naming speed and below
-
-Linearised = Callable[[np.ndarray], StateSpace]  # speeds (n,) -> stacked state spaces
-Columns = tuple[int, ...]  # the branches of a mode: a pair, or real roots
-
-
-@dataclass(frozen=True)
-class ModeShapes:
-    """Mode shapes (n, nx) over speeds and eigenvalues; zeros for signals that a vehicle lacks.
-
-    column is the branch of each eigenvalue. tyres is |Y_r / Y_f|, together is
-    Re(theta delta*) / (|theta|^2 + |delta|^2), from -1/2 (torso against bar) to 1/2 (with it).
-    """
-
-    states: tuple[str, ...]
-    eigenvalues: np.ndarray
-    right: np.ndarray
-    column: np.ndarray
-    tyres: np.ndarray
-    together: np.ndarray
-
-    @classmethod
-    def at(cls, speeds: np.ndarray, linearised: Linearised, branches: Branches) -> "ModeShapes":
-        """The mode shapes at speeds of the grid of the branches."""
-        space = linearised(speeds)
-        eigenvalues, right = np.linalg.eig(space.A)
-        rows = {n.split(".")[-1]: i for i, n in enumerate(space.outputs)}
-        amplitudes = space.C @ right
-
-        def signal(output: str) -> np.ndarray:
-            return amplitudes[:, rows[output]] if output in rows else np.zeros_like(eigenvalues)
-
-        moves = np.abs(eigenvalues[:, :, None] - branches.at(speeds)[:, None, :])
-        torso, steer = signal("torso_angle"), signal("steer_angle")
-        return cls(space.states, eigenvalues, right, moves.argmin(axis=2),
-                   _ratio(np.abs(signal("rear_side_force")), np.abs(signal("front_side_force"))),
-                   _ratio((torso * steer.conj()).real, np.abs(torso) ** 2 + np.abs(steer) ** 2))  # fmt: skip
-
-    def upper(self, k: int) -> list[int]:
-        """The indices of the eigenvalues with positive imaginary part at speed k."""
-        return np.flatnonzero(self.eigenvalues[k].imag > 0).tolist()
-
-    def pair(self, k: int, i: int) -> Columns:
-        """The branches of the pair to which eigenvalue i belongs at speed k;
-
-        LAPACK returns pairs in adjacent positions.
-        """
-        return int(self.column[k, i]), int(self.column[k, i + 1])
-
-    def part(self, k: int, motion: str) -> np.ndarray:
-        """The participation factors of a motion's states (`steer`, `roll`, `torso`) in the modes at speed k, from 0
-        to 1.
-        """
-        part = np.abs(np.linalg.inv(self.right[k]).T * self.right[k])
-        own = [i for i, n in enumerate(self.states) if n.split(".")[-1].startswith(motion)]
-        return part[own].sum(axis=0) / part.sum(axis=0)
-
-    def foreign_participation(self, k: int) -> np.ndarray:
-        """The participation of states that are neither those of a torso nor, of the part with the steer angle, those of
-        plane motion and tyres.
-        """
-        places = [n.rpartition(".")[::2] for n in self.states]
-        owner = next((place for place, n in places if n.startswith("steer")), None)
-        part = np.abs(np.linalg.inv(self.right[k]).T * self.right[k])
-        foreign = [
-            owner is not None and not n.startswith("torso") and (place != owner or not n.startswith(PLANE))
-            for place, n in places
-        ]
-        return part[foreign].sum(axis=0) / part.sum(axis=0)
-
-
-def _ratio(above: np.ndarray, below: np.ndarray) -> np.ndarray:
-    return np.divide(above, below, out=np.zeros(above.shape), where=below > 0)
+SHARE = 0.25  # of the participation, above which a mode belongs to a device below the naming speed
 
 
 @dataclass(frozen=True)
@@ -132,33 +55,44 @@ class Names:
 
 def name_modes(linearised: Linearised, branches: Branches, reference_speed: float) -> Names:
     """The names of the branches at all speeds. The grid of the branches has every multiple of 0.1 m/s."""
+    flexible, reference_speed = naming_speed(reference_speed, linearised, branches)
     above = _named_at(reference_speed, linearised, branches)
     formation, another = _formation_of_another_pair(linearised, branches, above, reference_speed)
-    if not another:
+    if not another and not flexible:
         return Names(above, [], [])
-    if not {c for mode, columns in above.items() if not mode.startswith(OTHER) for c in columns} & set(another):
+    if another and not {c for mode, columns in above.items() if not mode.startswith(OTHER) for c in columns} & set(another):
         above["rear_wobble"] = another
-    low = branches.parameter[0]
-    tenths = FINE * np.arange(np.floor(formation / FINE + 1e-9), np.ceil(low / FINE - 1e-9) - 1, -1)
+
+    def characters(speeds: np.ndarray) -> list:
+        if flexible:
+            return flexible_characters(ModeShapes.at(speeds, linearised, branches), above)
+        return _characters(speeds, linearised, branches, above)
+
+    low, top = branches.parameter[0], branches.parameter[-1] if flexible else formation
+    return Names(above, *_along(FINE * np.arange(np.floor(top / FINE + 1e-9), np.ceil(low / FINE - 1e-9) - 1, -1), characters))
+
+
+def _along(tenths: np.ndarray, characters: Callable) -> tuple[list[tuple[float, dict[str, Columns]]], list[list[float]]]:
+    """The changes of names along descending speeds, and the intervals of mixed names."""
     stride = round(COARSE / FINE)
     coarse = np.unique(np.append(np.arange(0, len(tenths), stride), len(tenths) - 1))
-    characters = dict(zip(coarse.tolist(), _characters(tenths[coarse], linearised, branches, above), strict=True))
-    changed = [k for a, b in pairwise(coarse) if characters[a] != characters[b] for k in range(a + 1, b)]
+    found = dict(zip(coarse.tolist(), characters(tenths[coarse]), strict=True))
+    changed = [k for a, b in pairwise(coarse) if found[a] != found[b] for k in range(a + 1, b)]
     if changed:
-        characters.update(zip(changed, _characters(tenths[changed], linearised, branches, above), strict=True))
+        found.update(zip(changed, characters(tenths[changed]), strict=True))
     below: list[tuple[float, dict[str, Columns]]] = []
     mixed: list[list[float]] = []
     last = None
-    for k in sorted(characters):
-        columns, is_mixed = characters[k]
+    for k in sorted(found):
+        columns, is_mixed = found[k]
         if columns != last:
-            below.append((float(tenths[k]), {mode: above[mode] for mode in ("capsize",) if mode in above} | dict(columns)))
+            below.append((float(tenths[k]), dict(columns)))
             last = columns
         if is_mixed and mixed and mixed[-1][0] - tenths[k] < COARSE + FINE:
             mixed[-1][0] = float(tenths[k])
         elif is_mixed:
             mixed.append([float(tenths[k]), float(tenths[k])])
-    return Names(above, below, mixed[::-1])
+    return below, mixed[::-1]
 
 
 def _named_at(speed: float, linearised: Linearised, branches: Branches) -> dict[str, Columns]:
@@ -222,30 +156,18 @@ def _formation_of_another_pair(
 
 
 def _characters(speeds: np.ndarray, linearised: Linearised, branches: Branches, above: dict[str, Columns]) -> list:
-    """For each speed below the formation of rear wobble: the branches of the front modes, and whether they are mixed.
-    """
+    """For each speed below the formation of rear wobble: the branches of the modes, and whether they are mixed."""
     shapes = ModeShapes.at(speeds, linearised, branches)
     return [_character(shapes, k, above) for k in range(len(speeds))]
 
 
 def _character(shapes: ModeShapes, k: int, above: dict[str, Columns]) -> tuple[tuple[tuple[str, Columns], ...], bool]:
-    others = [columns for mode, columns in above.items() if len(columns) == 2 and mode.startswith(OTHER)]
-    elsewhere = {c for columns in (*others, above.get("weave", ())) for c in columns}
+    rivals = [
+        columns for mode, columns in above.items() if len(columns) == 2 and (mode == "weave" or mode.startswith(OTHER))
+    ]
+    elsewhere = {c for columns in rivals for c in columns}
     foreign, own = shapes.foreign_participation(k), shapes.column[k]
-
-    def most_own(mode: str) -> dict[str, Columns]:
-        """The branch of that mode, or another in which further states participate less."""
-        rivals = [above[mode], *others] if len(above.get(mode, ())) == 2 else []
-        return {mode: min(rivals, key=lambda columns: foreign[np.isin(own, columns)].sum())} if rivals else {}
-
-    if "weave" in above and "rear_wobble" in above:
-        roll = shapes.part(k, "roll")
-        old, new = (float(roll[np.isin(own, above[mode])].max()) for mode in ("weave", "rear_wobble"))
-        if new > old:
-            kept = {mode: above[mode] for mode in FRONT if mode in above} | most_own("wobble")
-            exchanged = kept | _weave_and_capsize(shapes, k, above) | {"rear_wobble": above["weave"]}
-            return tuple(sorted(exchanged.items())), old > MIXED * new
-    weave = most_own("weave")
+    weave = {"weave": min(rivals, key=lambda columns: foreign[np.isin(own, columns)].sum())} if "weave" in above else {}
     pairs = {i: shapes.pair(k, i) for i in shapes.upper(k)}
     pairs = {i: columns for i, columns in pairs.items() if foreign[i] < SHARE or not elsewhere.isdisjoint(columns)}
     tyres, together = shapes.tyres[k].tolist(), shapes.together[k].tolist()
@@ -267,13 +189,3 @@ def _character(shapes: ModeShapes, k: int, above: dict[str, Columns]) -> tuple[t
     is_mixed = "rider_wobble" in above and "rear_wobble" in names and len(ratios) > 1 and ratios[1] > MIXED * ratios[0]
     return tuple(sorted(names.items())), is_mixed
 
-
-def _weave_and_capsize(shapes: ModeShapes, k: int, above: dict[str, Columns]) -> dict[str, Columns]:
-    """Weave and capsize from the branches of rear wobble and capsize: their pair, and their real root; of three real
-    roots capsize is the most stable one.
-    """
-    slow = (*above["rear_wobble"], *above.get("capsize", ()))
-    roots = sorted((i for i, c in enumerate(shapes.column[k]) if c in slow),
-                   key=lambda i: (shapes.eigenvalues[k, i].imag == 0, -shapes.eigenvalues[k, i].real))  # fmt: skip
-    columns = [int(shapes.column[k, i]) for i in roots]
-    return {"weave": tuple(columns[:2]), **({"capsize": tuple(columns[2:])} if "capsize" in above else {})}

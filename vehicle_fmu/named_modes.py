@@ -8,7 +8,8 @@ import numpy as np
 from fmus.linear_analysis.eigenvalue_tracking import track_eigenvalues, unstable_intervals
 from fmus.support.errors import InputError, unknown
 from fmus.support.notebook import html, new_axes
-from vehicle_fmu.mode_names import FINE, MODES, Columns, Linearised, name_modes
+from vehicle_fmu.mode_names import FINE, MODES, name_modes
+from vehicle_fmu.mode_shapes import Columns, Linearised
 
 REFERENCE_SPEED = 60.0  # m/s
 ABSENT = complex(np.nan, np.nan)

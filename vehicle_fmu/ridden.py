@@ -16,7 +16,7 @@ from fmus.expressions.functions import NUMERIC
 from fmus.interfaces.posture_inertia import POSTURE, PostureInertia
 from fmus.linear_analysis.linearisation import StateSpace, linearise
 from fmus.support.errors import InputError
-from vehicle_fmu.mode_names import Linearised
+from vehicle_fmu.mode_shapes import Linearised
 from vehicle_fmu.rider_mass_removed import RIDER_BODY, without_rider_mass
 
 Part = TypeVar("Part")

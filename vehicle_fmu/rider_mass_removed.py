@@ -31,7 +31,7 @@ def rear_frame_without(
     if not set(REAR_FRAME) <= values.keys():
         raise InputError(
             f"{name} lacks the parameters {', '.join(REAR_FRAME)}, from which the mass of a leaning rider is removed; "
-            "use a motorcycle"
+            "use a motorcycle with a rigid rider, such as sharp_1971"
         )
     whole, centre, inertia = (values[n] for n in REAR_FRAME)
     rest = whole - mass

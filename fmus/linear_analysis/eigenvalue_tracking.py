@@ -105,7 +105,8 @@ def unstable_intervals(
 ) -> list[list[float]]:
     """The intervals [from, to] of the parameter in which a mode is unstable, with refined ends.
 
-    points (n,), growth (n,): the largest real part of the mode's eigenvalues there.
+    points (n,), growth (n,): the largest real part of the mode's eigenvalues there; NaN where the mode is absent, at which
+    an interval ends.
     """
     unstable = growth > 0
     edges = np.flatnonzero(unstable[1:] != unstable[:-1])
@@ -120,6 +121,8 @@ def unstable_intervals(
 def _zero(points: np.ndarray, growth: np.ndarray, matrices: Matrices, tolerance: float) -> float:
     """The parameter between two points at which a real part changes its sign, by the method of false position."""
     (a, b), (fa, fb) = points, growth
+    if np.isnan(growth).any():
+        return float(b if np.isnan(fa) else a)
     while b - a > tolerance:
         middle = (a * fb - b * fa) / (fb - fa)
         middle = min(max(middle, a + tolerance / 2), b - tolerance / 2)

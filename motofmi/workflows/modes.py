@@ -21,7 +21,7 @@ from motofmi.workflows.ridden_fmus import Part, assumed, over_speed_fmus, parts,
 from motofmi.workflows.titles import displayed, system_title
 from vehicle_fmu import Modes, over_speed, ridden
 from vehicle_fmu import modes as modes_of
-from vehicle_fmu.mode_names import Linearised
+from vehicle_fmu.mode_shapes import Linearised
 
 SPEEDS = np.arange(1.0, 61.0)  # m/s
 Devices = ComponentLike | Sequence[ComponentLike | None] | None  # one device, several or none

@@ -20,7 +20,7 @@ from fmus.support.errors import InputError, unknown
 from motofmi.workflows import components
 from motofmi.workflows.components import ComponentLike
 from vehicle_fmu import MODES, modes
-from vehicle_fmu.mode_names import Linearised
+from vehicle_fmu.mode_shapes import Linearised
 from vehicle_fmu.ridden import by_name, with_posture_inertia
 from vehicle_fmu.rider_mass_removed import RIDER_BODY, rear_frame_without
 
