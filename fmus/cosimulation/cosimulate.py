@@ -29,7 +29,7 @@ from fmus.cosimulation.master.select import CompiledMaster, InterpretedMaster, M
 from fmus.cosimulation.network import Network
 from fmus.cosimulation.power_bonds import PowerBond, power_bonds
 from fmus.cosimulation.profiles import Profile
-from fmus.cosimulation.results import Rows
+from fmus.cosimulation.results import Rows, heading
 from fmus.cosimulation.step_control import SEGMENT, StepControl
 from fmus.cosimulation.subsystems.subsystem import Subsystem
 from fmus.interfaces.handlebar import CONJUGATE_RATES, unbound_inertia
@@ -70,7 +70,7 @@ def cosimulate(subsystems: Mapping[str, Subsystem], step: float | str, duration:
     if assessed and assessed.advice and coupling is None:
         warnings.warn(assessed.advice, ToleranceWarning, stacklevel=2)
     profile = profile or Profile.constant(network)
-    columns = ["time [s]", *(f"{name} [{_unit(network, name)}]" for name in network.outputs)]
+    columns = ["time [s]", *(heading(name, network.unit_of(name)) for name in network.outputs)]
     rows, watched = Rows(columns, out, count + 1), power_bonds(network, CONJUGATE_RATES)
     network.external[:] = profile.at(np.zeros(2))
     outputs = network.read(np.zeros(len(network.outputs)))
@@ -191,11 +191,6 @@ def join(subsystems: Mapping[str, Subsystem]) -> dict[str, list[str]]:
     Raises InputError for an input with two writers that is neither torque nor force.
     """
     return by_names(subsystems, lambda _, name: name in CONJUGATE_RATES)
-
-
-def _unit(network: Network, name: str) -> str:
-    subsystem, _, variable = name.partition(".")
-    return network.subsystems[subsystem].unit_of(variable)
 
 
 def _linear(subsystems: Mapping[str, Subsystem], wiring: Mapping[str, Sequence[str]]) -> Network | None:

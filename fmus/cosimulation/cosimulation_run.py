@@ -9,7 +9,7 @@ import numpy as np
 
 from fmus.cosimulation.coupling_error import Prediction
 from fmus.cosimulation.power_bonds import PowerBond
-from fmus.cosimulation.results import Rows
+from fmus.cosimulation.results import Rows, heading
 from fmus.support.errors import unknown
 from fmus.support.notebook import html, new_axes
 
@@ -132,7 +132,7 @@ class CosimulationRun:
             axes.plot(table[:, 0], table[:, columns.index(name)], linewidth=1.0, label=name)
         axes.set(
             xlabel="time [s]",
-            ylabel=f"[{unit}]" if len(names) > 1 else f"{names[0].partition('.')[2].replace('_', ' ')} [{unit}]",
+            ylabel=heading("" if len(names) > 1 else names[0].partition(".")[2].replace("_", " "), unit).strip(),
         )
         axes.legend(fontsize="small")
 

@@ -52,11 +52,14 @@ class Network:
 
     def _same_units(self, source: str, target: str) -> None:
         """Raises InputError where the two have different units of measure."""
-        given, wanted = (
-            self.subsystems[n].unit_of(variable) for n, _, variable in (source.partition("."), target.partition("."))
-        )
+        given, wanted = self.unit_of(source), self.unit_of(target)
         if not agree(given, wanted):
             raise InputError(f"{source} [{given}] cannot drive {target} [{wanted}]: the units differ")
+
+    def unit_of(self, name: str) -> str:
+        """The unit of `subsystem.variable`; an empty text where it is unknown."""
+        subsystem, _, variable = name.partition(".")
+        return self.subsystems[subsystem].unit_of(variable)
 
     def _parts(self) -> list[tuple[Subsystem, slice, slice]]:
         """For each subsystem: itself, its inputs, its outputs."""

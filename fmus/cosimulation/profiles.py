@@ -1,4 +1,8 @@
-"""External inputs over time, as a speed or a disturbance; linear between the given points."""
+"""External inputs over time, as a speed or a disturbance; linear between the given points.
+
+Columns are named after inputs. A heading with a unit, `speed [km/h]`, is converted to the unit of the input; without
+one the numbers are in the unit of the input.
+"""
 
 import csv
 from collections.abc import Mapping
@@ -27,10 +31,12 @@ class Profile:
         return cls.over_time(network, np.zeros(1), {})
 
     @classmethod
-    def over_time(cls, network: Network, times: np.ndarray, columns: Mapping[str, np.ndarray]) -> "Profile":
-        """Columns (n,) by the name of an input, with or without its unit's name, at ascending times (n,) [s].
+    def over_time(cls, network: Network, times: np.ndarray, columns: Mapping[str, np.ndarray],
+                  units: Mapping[str, str] | None = None) -> "Profile":  # fmt: skip
+        """Columns (n,) by the name of an input, with or without its subsystem's name, at ascending times (n,) [s].
 
-        Raises InputError for a name that is no free input, or times that do not ascend.
+        units are those of columns, where they are not those of the inputs. Raises InputError for a name that is no free
+        input, times that do not ascend, and a unit that cannot be converted to that of the input.
         """
         free = [name for name in network.inputs if name not in network.wiring]
         if not (np.diff(times) > 0).all():
@@ -41,7 +47,11 @@ class Profile:
             if len(matching) != 1:
                 raise unknown("input", name, free)
             places.append(network.inputs.index(matching[0]))
-        values = np.column_stack(list(columns.values())) if columns else np.zeros((len(times), 0))
+        converted = [
+            values * _factor(units[name], network.unit_of(network.inputs[place]), name) if units and name in units else values
+            for (name, values), place in zip(columns.items(), places, strict=True)
+        ]
+        values = np.column_stack(converted) if columns else np.zeros((len(times), 0))
         return cls(network.external[0].copy(), times, np.array(places, int), values)
 
     def at(self, times: np.ndarray) -> np.ndarray:
@@ -54,8 +64,31 @@ class Profile:
         return inputs
 
 
-def read_profile(path: str | Path) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Times (n,) [s] and columns by name from a CSV file with a header; units in brackets are converted to SI.
+def _factor(given: str, wanted: str, name: str) -> float:
+    """From the unit of a column to that of the input; 1 where the unit of the input is unknown."""
+    try:
+        return unit(given).to(unit(wanted)) if wanted else 1.0
+    except InputError as error:
+        raise InputError(f"the column {name} of the inputs: {error}") from None
+
+
+def split_units(columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray, dict[str, np.ndarray], dict[str, str]]:
+    """Times (n,) [s], columns by name, and the units of those whose heading states one.
+
+    Raises InputError for columns without a `time`, and for an unknown unit.
+    """
+    parts = {title: title.partition("[") for title in columns}
+    units = {name.strip(): stated.rstrip("] ") for name, bracket, stated in parts.values() if bracket}
+    found = {parts[title][0].strip(): values for title, values in columns.items()}
+    for stated in units.values():
+        unit(stated)
+    if "time" not in found:
+        raise unknown("column", "time", found)
+    return found.pop("time") * unit(units.pop("time", "s")).to(unit("s")), found, units
+
+
+def read_profile(path: str | Path) -> tuple[np.ndarray, dict[str, np.ndarray], dict[str, str]]:
+    """Times (n,) [s], columns by name, and units by name, from a CSV file with a header.
 
     Raises InputError for a file without a column `time`, with a value that is not a number, or that cannot be read.
     """
@@ -74,11 +107,4 @@ def read_profile(path: str | Path) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         ) from None
     if not rows or not np.isfinite(table).all():
         raise InputError(f"{path}: needs rows of finite numbers below its header")
-    columns = {}
-    for title, values in zip(header, table.T, strict=True):
-        name, bracket, given = title.partition("[")
-        factor = unit(given.rstrip("] ")).factor if bracket else 1.0
-        columns[name.strip()] = values * factor
-    if "time" not in columns:
-        raise unknown("column", "time", columns)
-    return columns.pop("time"), columns
+    return split_units(dict(zip(header, table.T, strict=True)))

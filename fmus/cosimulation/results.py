@@ -14,6 +14,11 @@ from fmus.support.errors import InputError
 from fmus.support.files import note_written
 
 
+def heading(name: str, unit: str) -> str:
+    """The heading of a column; without brackets where the unit is unknown."""
+    return f"{name} [{unit}]" if unit else name
+
+
 class Rows:
     """The rows of a run, in the file `path`, or without one in memory, allocated for `expected` rows.
 

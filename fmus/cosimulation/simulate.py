@@ -15,7 +15,7 @@ from fmus.cosimulation.cosimulation_run import CosimulationRun
 from fmus.cosimulation.network import Network
 from fmus.cosimulation.polynomials import COEFFICIENTS
 from fmus.cosimulation.profiles import Profile
-from fmus.cosimulation.results import Rows
+from fmus.cosimulation.results import Rows, heading
 from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem
 from fmus.support.progress import track
 
@@ -25,10 +25,10 @@ BLOCK = 1000  # rows between two writes
 
 def simulate(fmu: FmuSubsystem, step: float | None = None, duration: float | None = None,
              times: np.ndarray | None = None, columns: Mapping[str, np.ndarray] | None = None,
-             out: str | Path | None = None) -> CosimulationRun:  # fmt: skip
+             units: Mapping[str, str] | None = None, out: str | Path | None = None) -> CosimulationRun:  # fmt: skip
     """Run an FMU from where it is to `duration` [s], with inputs by name as columns (n,) at ascending times (n,) [s].
 
-    The rows hold inputs and outputs, to the CSV file `out` or in the run. Raises InputError for a column that is no
+    units are those of columns, where they are not those of the inputs. The rows hold inputs and outputs, to the CSV file `out` or in the run. Raises InputError for a column that is no
     input and for a step or a duration that is not positive, SimulationError when the FMU fails.
     """
     experiment = fmu.description.defaultExperiment
@@ -38,9 +38,9 @@ def simulate(fmu: FmuSubsystem, step: float | None = None, duration: float | Non
         step = min(float(getattr(experiment, "stepSize", None) or STEP), duration)
     step, count = steps(step, duration)
     network = Network({fmu.name: fmu}, {})
-    profile = Profile.over_time(network, np.zeros(1) if times is None else times, columns or {})
+    profile = Profile.over_time(network, np.zeros(1) if times is None else times, columns or {}, units)
     names = [*network.inputs, *network.outputs]
-    rows = Rows(["time [s]", *(f"{name} [{fmu.unit_of(name.partition('.')[2])}]" for name in names)], out, count + 1)
+    rows = Rows(["time [s]", *(heading(name, fmu.unit_of(name.partition(".")[2])) for name in names)], out, count + 1)
     coefficients = np.zeros((COEFFICIENTS, len(fmu.inputs)))
     inputs = profile.at(np.zeros(1))[0]
     block = [np.concatenate([[0.0], inputs, fmu.exchange(inputs)])]

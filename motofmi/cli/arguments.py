@@ -57,6 +57,17 @@ def assignments(texts: Iterable[str]) -> dict[str, float]:
     return values
 
 
+def units_of(texts: Iterable[str]) -> dict[str, str]:
+    """Units by variable, from texts VARIABLE=UNIT. Raises InputError for a text of another form."""
+    found = {}
+    for text in texts:
+        variable, equals, unit = text.partition("=")
+        if not (equals and variable.strip() and unit.strip()):
+            raise InputError(f"--unit {text!r} is not VARIABLE=UNIT, as in handlebar_torque=N.m")
+        found[variable.strip()] = unit.strip().removeprefix("[").removesuffix("]")
+    return found
+
+
 def mapping_of(texts: Sequence[str]) -> dict[str, str]:
     """Variable names by column name, from texts COLUMN=VARIABLE. Raises InputError for a text of another form."""
     mapping = {}

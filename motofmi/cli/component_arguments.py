@@ -22,6 +22,18 @@ def add_archives(parser: argparse.ArgumentParser) -> None:
                              "handlebar port or the roll port among its variables; repeatable")  # fmt: skip
 
 
+def add_units(parser: argparse.ArgumentParser) -> None:
+    """Add `--unit`, the units of variables whose unit an FMU does not state."""
+    parser.add_argument("--unit", dest="units", action="append", default=[], metavar="VARIABLE=UNIT",
+                        help="unit of a variable that has none in its FMU, as in handlebar_torque=N.m; "
+                             "repeatable")  # fmt: skip
+
+
+def add_ssp(parser: argparse.ArgumentParser) -> None:
+    """Add `--ssp`, a system of FMUs in place of vehicle and device."""
+    parser.add_argument("--ssp", metavar="FILE.ssp", help="a system of FMUs (SSP 1.0 or 2.0) in place of vehicle and device")
+
+
 def add_settings(parser: argparse.ArgumentParser, of: str = "a parameter") -> None:
     """Add `--set`; `of` says in the help text whose parameters it sets."""
     parser.add_argument("--set", dest="settings", action="append", default=[], metavar="NAME=VALUE",

@@ -15,6 +15,7 @@ import gc
 import importlib
 import re
 import sys
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -30,7 +31,8 @@ INTERRUPTED = 130  # exit status of an interrupted command in shells: 128 + SIGI
 
 def run(words: Sequence[str]) -> int:
     """Run the command that the first word names, with the other words as its options. Returns the exit status."""
-    with files_written() as written:
+    with files_written() as written, warnings.catch_warnings():
+        warnings.showwarning = _shown_for(f"motofmi {words[0]}")
         return _run(words, written)
 
 
@@ -93,6 +95,15 @@ def _with_negative_values(words: Sequence[str]) -> list[str]:
 def _with_units(command: Any, result: dict[str, Any]) -> dict[str, Any]:
     """The result with the key `units`: the units that the command declares and those in the result itself."""
     return {**result, "units": {**getattr(command, "UNITS", {}), **result.get("units", {})}}
+
+
+def _shown_for(program: str) -> Any:
+    """The function that prints a warning as one line."""
+
+    def shown(message: Warning | str, *_: Any, **__: Any) -> None:
+        print(f"{program}: warning: {' '.join(str(message).split())}", file=sys.stderr)
+
+    return shown
 
 
 def _report_error(program: str, message: str, status: int) -> int:

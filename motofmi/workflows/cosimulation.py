@@ -16,16 +16,19 @@ from fmus.cosimulation.cosimulation_run import CosimulationRun
 from fmus.cosimulation.coupling import coupling as coupling_of
 from fmus.cosimulation.coupling_error import largest_stable_step, linear_network
 from fmus.cosimulation.network import Network
-from fmus.cosimulation.profiles import Profile, read_profile
+from fmus.cosimulation.profiles import Profile, read_profile, split_units
 from fmus.cosimulation.simulate import simulate as run_alone
 from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem
+from fmus.cosimulation.subsystems.stated_units import warn_of_missing_units
 from fmus.declaration.component import Component, in_bounds
+from fmus.declaration.units import convert
 from fmus.export.build import build
-from fmus.support.errors import InputError, unknown
+from fmus.support.errors import InputError
 from motofmi.workflows.components import ComponentLike, component
 from motofmi.workflows.ridden_fmus import assumed, errors_by_mode, mode_names, parts, ridden_fmus
+from motofmi.workflows.ssp_system import open_system, whole_system
 
-SPEED = 30.0  # m/s; the default
+SPEED, DURATION = 30.0, 5.0  # m/s and s; the defaults
 Inputs = (
     str | Path | Mapping[str, ArrayLike]
 )  # a CSV file, or columns by name with `time` [s]; a pandas.DataFrame has such columns, too
@@ -68,81 +71,99 @@ class VehicleRun(CosimulationRun):
         }  # fmt: skip
 
 
-def cosimulate(vehicle: ComponentLike, device: ComponentLike | Sequence[ComponentLike | None] | None = None, *,
-               speed: float | None = None, duration: float = 5.0, step: float | str = 0.001,
+def cosimulate(vehicle: ComponentLike | None = None,
+               device: ComponentLike | Sequence[ComponentLike | None] | None = None, *,
+               speed: float | None = None, duration: float | None = None, step: float | str = 0.001,
                coupling: str | None = None, tolerance: float = TOLERANCE, initial: Mapping[str, float] | None = None,
-               set: Mapping[str, float] | None = None, inputs: Inputs | None = None,
-               out: str | Path | None = None) -> VehicleRun:  # fmt: skip
-    """Co-simulate the FMUs of a vehicle and of the devices at its ports from time 0 to `duration` [s].
+               set: Mapping[str, float] | None = None, inputs: Inputs | None = None, ssp: str | Path | None = None,
+               units: Mapping[str, str] | None = None, out: str | Path | None = None) -> VehicleRun:  # fmt: skip
+    """Co-simulate the FMUs of a vehicle and of the devices at its ports from time 0 to `duration` [s] (5 where none
+    is given), or the FMUs of an SSP archive.
 
     vehicle and device are components, names, or paths of value files (.toml) or of FMUs. speed is in m/s (30 where none
     is given). step is in s, or `auto`; without `coupling` the least costly one is used whose relative mode errors are
     within `tolerance` (of the frequency; ten times that of the damping ratio). initial sets states and set parameters
     by name, or by `vehicle.name`, `device.name`. inputs are linear between the given times: of a CSV file, or columns
-    by name with `time` [s]. With `out` the rows go to that CSV file, else they stay in the run.
+    by name with `time` [s]; a name may end in a unit, `speed [km/h]`. units states the unit of variables that have none
+    in their FMU. With `out` the rows go to that CSV file, else they stay in the run.
 
     A rider's inertia at the handlebar is bound to the vehicle, and the mass of a rider who leans is taken out of its
-    rear frame, as in `modes`. Raises InputError for arguments that cannot be used, SimulationError if the coupling
-    diverges.
+    rear frame, as in `modes`. `ssp` is the path of a whole system in place of vehicle and device: speed and duration are
+    then those in the archive where none are given. Raises InputError for arguments that cannot be used,
+    SimulationError if the coupling diverges.
 
         cosimulate("sharp_1971", "rider:mean_2011", speed=30, initial={"steer_rate": 0.5})["vehicle.steer_angle"]
     """
     if not (np.isfinite(tolerance) and tolerance > 0):
         raise InputError(f"tolerance = {tolerance:g}: a tolerance must be positive and finite, as in {TOLERANCE:g}")
-    whole, devices = parts(vehicle, device, set)
-    times, columns = _columns(inputs)
+    times, columns, stated = _columns(inputs)
     if "speed" in columns and speed is not None:
         raise InputError(f"the speed is given twice: speed = {speed:g} and the column speed of {_shown(inputs)}")
-    start = float(columns["speed"][0]) if "speed" in columns else SPEED if speed is None else float(speed)
-    if isinstance(whole, Component):
-        in_bounds(start, whole.table["speed"], whole.name)
     with ExitStack() as opened:
-        fmus = {name: opened.enter_context(fmu) for name, fmu in ridden_fmus(whole, devices, initial, start).items()}
-        wiring = join(fmus)
-        profile = Profile.over_time(Network(fmus, wiring), times, columns)
-        linear, named = linear_network(fmus, wiring), mode_names(fmus)
+        if whole_system(ssp, vehicle, device):
+            changed = {**(set or {}), **(initial or {})}
+            system = opened.enter_context(open_system(ssp, changed, units, speed))
+            fmus, wiring = system.subsystems, system.wiring
+            names: dict[str, Any] = {"vehicle": Path(ssp).name, "device": "none", "assumed": {}}
+            duration = system.duration if duration is None else duration
+        else:
+            whole, devices = parts(vehicle, device, set)
+            start = _start_speed(columns, stated) if "speed" in columns else SPEED if speed is None else float(speed)
+            if isinstance(whole, Component):
+                in_bounds(start, whole.table["speed"], whole.name)
+            fmus = {n: opened.enter_context(f) for n, f in ridden_fmus(whole, devices, initial, start, units).items()}
+            wiring = join(fmus)
+            names = {"vehicle": whole.name, "device": ", ".join(d.name for d in devices) or "none",
+                     "assumed": assumed(whole, devices)}  # fmt: skip
+        duration = DURATION if duration is None else duration
+        profile = Profile.over_time(Network(fmus, wiring), times, columns, stated)
+        linear, named = linear_network(fmus, wiring), mode_names(fmus, wiring)
         run = run_together(fmus, step, duration, coupling, wiring=wiring, profile=profile, out=out, tolerance=tolerance)
     return VehicleRun(
-        **vars(run), vehicle=whole.name, device=", ".join(d.name for d in devices) or "none", duration=duration,
-        errors=errors_by_mode(named, run.predicted) if run.predicted else {},
-        largest_stable_step=largest_stable_step(coupling_of(run.coupling), linear), assumed=assumed(whole, devices),
+        **vars(run), **names, duration=duration, errors=errors_by_mode(named, run.predicted) if run.predicted else {},
+        largest_stable_step=largest_stable_step(coupling_of(run.coupling), linear),
     )  # fmt: skip
+
+
+def _start_speed(columns: Mapping[str, np.ndarray], units: Mapping[str, str]) -> float:
+    """The first speed [m/s] of the inputs."""
+    return convert(float(columns["speed"][0]), units.get("speed", "m/s"), "m/s")
 
 
 def simulate(fmu: ComponentLike, *, inputs: Inputs | None = None, step: float | None = None,
              duration: float | None = None, set: Mapping[str, float] | None = None,
-             out: str | Path | None = None) -> CosimulationRun:  # fmt: skip
+             units: Mapping[str, str] | None = None, out: str | Path | None = None) -> CosimulationRun:  # fmt: skip
     """Simulate one FMU (FMI 2.0 or 3.0, co-simulation) by itself from time 0 to `duration` [s] in steps [s].
 
     fmu is the path of any archive, or a component or its name, whose FMU is built. step and duration are those
     of its default experiment where none are given, else 0.001 s and 5 s. set gives parameters, inputs and
-    starts of states by name; inputs and out are as in `cosimulate`. Raises InputError for an unknown name,
+    starts of states by name; inputs, units and out are as in `cosimulate`. Raises InputError for an unknown name,
     SimulationError when the FMU fails.
 
         simulate("rider:mean_2011", inputs={"time": [0, 1], "steer_angle": [0, 0.1]}, duration=1.0)
     """
-    times, columns = _columns(inputs)
+    times, columns, stated = _columns(inputs)
     with tempfile.TemporaryDirectory() as folder:
         named = not isinstance(fmu, Component) and Path(fmu).suffix == ".fmu"
         path = Path(str(fmu)) if named else build(component(fmu), folder).path
-        subsystem = FmuSubsystem(path, path.stem.replace(".", "_"), set)
+        subsystem = FmuSubsystem(path, path.stem.replace(".", "_"), set, units=units)
     with subsystem:
-        return run_alone(subsystem, step, duration, times, columns, out)
+        warn_of_missing_units({subsystem.name: subsystem})
+        return run_alone(subsystem, step, duration, times, columns, stated, out)
 
 
-def _columns(inputs: Inputs | None) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Times (n,) [s] and columns (n,) by name. Raises InputError for columns without a time or of different lengths."""
+def _columns(inputs: Inputs | None) -> tuple[np.ndarray, dict[str, np.ndarray], dict[str, str]]:
+    """Times (n,) [s], columns (n,) by name, and units by name. Raises InputError for columns without a time or of
+    different lengths."""
     if inputs is None:
-        return np.zeros(1), {}
+        return np.zeros(1), {}, {}
     if isinstance(inputs, str | Path):
         return read_profile(inputs)
     columns = {str(name): np.atleast_1d(np.asarray(values, float)) for name, values in inputs.items()}
-    if "time" not in columns:
-        raise unknown("column", "time", columns)
-    if len({column.shape for column in columns.values()}) > 1 or columns["time"].ndim > 1:
+    if len({column.shape for column in columns.values()} | {(len(c),) for c in columns.values()}) > 1:
         lengths = ", ".join(f"{name} {column.shape}" for name, column in columns.items())
         raise InputError(f"the columns of the inputs differ in shape: {lengths}; expected one value for each time")
-    return columns.pop("time"), columns
+    return split_units(columns)
 
 
 def _shown(inputs: Inputs | None) -> str:

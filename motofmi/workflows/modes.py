@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fmus.cosimulation.ssp import read_ssp
 from fmus.declaration.component import Component, in_bounds
 from fmus.linear_analysis.linearisation import StateSpace
 from fmus.linear_analysis.participation import participation
@@ -18,6 +17,7 @@ from fmus.support.errors import InputError, unknown
 from fmus.support.notebook import html, new_axes
 from motofmi.workflows.components import ComponentLike
 from motofmi.workflows.ridden_fmus import Part, assumed, over_speed_fmus, parts, ridden_fmus
+from motofmi.workflows.ssp_system import open_system, whole_system
 from motofmi.workflows.titles import displayed, system_title
 from vehicle_fmu import Modes, over_speed, ridden
 from vehicle_fmu import modes as modes_of
@@ -98,23 +98,23 @@ class ModesComparison:
         )
 
 
-def modes(
-    vehicle: ComponentLike, device: Devices = None, speed: ArrayLike = SPEEDS, *, set: Mapping[str, float] | None = None
-) -> VehicleModes:
+def modes(vehicle: ComponentLike | None = None, device: Devices = None, speed: ArrayLike = SPEEDS, *,
+          set: Mapping[str, float] | None = None, ssp: str | Path | None = None,
+          units: Mapping[str, str] | None = None) -> VehicleModes:  # fmt: skip
     """Eigenvalues at ascending speeds (n,) [m/s] and the named modes of a vehicle, alone or with devices at its ports.
 
-    vehicle and device are components, names, paths of value files (.toml) or of FMUs; the path of an .ssp stands for
-    the whole. set changes parameters by name, or by `vehicle.name`, `device.name` where both have it. Raises InputError
-    for an unknown name, a component without the port, and speeds outside the vehicle's bounds.
+    vehicle and device are components, names, paths of value files (.toml) or of FMUs; `ssp` is the path of a whole
+    system in their place. set changes parameters by name, or by `vehicle.name`, `device.name` where both have it. units
+    states the unit of variables that have none in their FMU. Raises InputError for an unknown name, a component without
+    the port, and speeds outside the vehicle's bounds.
 
         modes("sharp_1971", "rider:mean_2011", speed=[20, 30, 40])["weave"].damping_ratio
     """
     speeds = np.atleast_1d(np.asarray(speed, float))
-    archive = _ssp(vehicle, device, set)
-    if archive:
-        return _of_ssp(archive, speeds)
+    if whole_system(ssp, vehicle, device):
+        return _of_ssp(ssp, speeds, set, units)
     whole, devices = parts(vehicle, device, set)
-    with _linearised(whole, devices, speeds) as linearised:
+    with _linearised(whole, devices, speeds, units) as linearised:
         found = modes_of(linearised, speeds)
     return VehicleModes(
         **vars(found),
@@ -124,9 +124,9 @@ def modes(
     )
 
 
-def state_space(
-    vehicle: ComponentLike, device: Devices = None, speed: ArrayLike = SPEEDS, *, set: Mapping[str, float] | None = None
-) -> StateSpace:
+def state_space(vehicle: ComponentLike | None = None, device: Devices = None, speed: ArrayLike = SPEEDS, *,
+                set: Mapping[str, float] | None = None, ssp: str | Path | None = None,
+                units: Mapping[str, str] | None = None) -> StateSpace:  # fmt: skip
     """A vehicle, alone or with devices, linearised at one speed [m/s], or at speeds (n,) with stacked matrices.
 
     The arguments are those of `modes`. Raises InputError as it does.
@@ -134,28 +134,25 @@ def state_space(
         state_space("sharp_1971", "rider:mean_2011", speed=[20, 30, 40]).save_matlab("bike.mat")
     """
     speeds = np.atleast_1d(np.asarray(speed, float))
-    archive = _ssp(vehicle, device, set)
-    if archive:
-        fmus, wiring = read_ssp(archive)
-        with ExitStack() as opened:
-            for fmu in fmus.values():
-                opened.enter_context(fmu)
-            found = over_speed_fmus(fmus, wiring)(speeds)
+    if whole_system(ssp, vehicle, device):
+        with open_system(ssp, set, units) as system:
+            found = over_speed_fmus(system.subsystems, system.wiring)(speeds)
     else:
-        with _linearised(*parts(vehicle, device, set), speeds) as linearised:
+        with _linearised(*parts(vehicle, device, set), speeds, units) as linearised:
             found = linearised(speeds)
     return found if np.ndim(speed) else _first(found)
 
 
 def compare_modes(vehicle: ComponentLike, devices: Mapping[str, Devices] | Sequence[Devices], speed: ArrayLike = SPEEDS,
-                  *, set: Mapping[str, float] | None = None) -> ModesComparison:  # fmt: skip
+                  *, set: Mapping[str, float] | None = None,
+                  units: Mapping[str, str] | None = None) -> ModesComparison:  # fmt: skip
     """The modes of a vehicle with one device after the other, as by `modes`; devices by labels, or a
     list.
 
         compare_modes("sharp_1971", [None, "rider:mean_2011", "damper:7.5"]).plot()
     """  # fmt: skip
     given = devices if isinstance(devices, Mapping) else dict(enumerate(devices))
-    found = {label: modes(vehicle, device, speed, set=set) for label, device in given.items()}
+    found = {label: modes(vehicle, device, speed, set=set, units=units) for label, device in given.items()}
     named = {label if isinstance(label, str) else each.device: each for label, each in found.items()}
     if len(named) < len(found):
         raise InputError("two of the devices have the same name; give them as a dictionary with labels of your own")
@@ -163,7 +160,8 @@ def compare_modes(vehicle: ComponentLike, devices: Mapping[str, Devices] | Seque
 
 
 @contextmanager
-def _linearised(whole: Part, devices: Sequence[Part], speeds: np.ndarray) -> Iterator[Linearised]:
+def _linearised(whole: Part, devices: Sequence[Part], speeds: np.ndarray,
+                units: Mapping[str, str] | None) -> Iterator[Linearised]:  # fmt: skip
     """The linearisation over speed. Raises InputError for speeds outside the vehicle's bounds."""
     if isinstance(whole, Component):
         for end in (speeds[0], speeds[-1]):
@@ -173,45 +171,29 @@ def _linearised(whole: Part, devices: Sequence[Part], speeds: np.ndarray) -> Ite
         if isinstance(whole, Component) and len(held) == len(devices):
             yield over_speed(ridden(whole, *held))
         else:
-            yield over_speed_fmus({n: opened.enter_context(fmu) for n, fmu in ridden_fmus(whole, devices).items()})
+            fmus = ridden_fmus(whole, devices, units=units)
+            yield over_speed_fmus({n: opened.enter_context(fmu) for n, fmu in fmus.items()})
 
 
-def _ssp(vehicle: ComponentLike, device: Devices, set: Mapping[str, float] | None) -> Path | None:
-    """The path of an SSP archive. Raises InputError for one with a device or settings."""
-    if isinstance(vehicle, Component) or Path(vehicle).suffix != ".ssp":
-        return None
-    if device is not None or set:
-        raise InputError(
-            f"{vehicle} is a whole system: it takes neither device nor set; change the FMUs or the values in it"
-        )
-    return Path(vehicle)
-
-
-def _of_ssp(path: Path, speeds: np.ndarray) -> VehicleModes:
+def _of_ssp(path: str | Path, speeds: np.ndarray, changed: Mapping[str, float] | None,
+            units: Mapping[str, str] | None) -> VehicleModes:  # fmt: skip
     """The modes of the FMUs of an SSP archive, with their shares in each mode."""
-    fmus, wiring = read_ssp(path)
-    with ExitStack() as opened:
-        for fmu in fmus.values():
-            opened.enter_context(fmu)
-        linearised = over_speed_fmus(fmus, wiring)
+    with open_system(path, changed, units) as system:
+        linearised = over_speed_fmus(system.subsystems, system.wiring)
         found = modes_of(linearised, speeds)
-        shares: dict[str, dict[str, list[float | None]]] = {
-            mode: {name: [] for name in fmus} for mode in found.unstable
-        }
-        for k, speed in enumerate(speeds):
-            eigenvalues, participating = participation(_at(linearised, speed))
-            for mode, by_fmu in shares.items():
-                value = found[mode].eigenvalue[k]
-                nearest = int(np.abs(eigenvalues - value).argmin())
-                for name, column in by_fmu.items():
-                    column.append(
-                        None
-                        if np.isnan(value)
-                        else float(participating[name][nearest])
-                        if name in participating
-                        else 0.0
-                    )
-    return VehicleModes(**vars(found), vehicle=path.name, assumed={}, participation=shares)
+        at_speeds = [participation(_at(linearised, speed)) for speed in speeds]
+    shares = {mode: {name: [_share(name, found[mode].eigenvalue[k], *each) for k, each in enumerate(at_speeds)]
+                     for name in system.fmus} for mode in found.unstable}  # fmt: skip
+    return VehicleModes(**vars(found), vehicle=Path(path).name, assumed={}, participation=shares)
+
+
+def _share(
+    fmu: str, value: complex, eigenvalues: np.ndarray, participating: Mapping[str, np.ndarray]
+) -> float | None:
+    """The share of an FMU's states in the mode with an eigenvalue; None where the mode is absent."""
+    if np.isnan(value):
+        return None
+    return float(participating[fmu][int(np.abs(eigenvalues - value).argmin())]) if fmu in participating else 0.0
 
 
 def _at(linearised: Linearised, speed: float) -> StateSpace:

@@ -10,8 +10,10 @@ from fmus.cosimulation.cosimulate import join
 from fmus.cosimulation.coupling_error import Prediction
 from fmus.cosimulation.network import Network
 from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem, model_description
+from fmus.cosimulation.subsystems.stated_units import by_fmu, described_unit, warn_of_missing_units
 from fmus.cosimulation.subsystems.subsystem import LinearSubsystem, Subsystem
 from fmus.declaration.component import Component
+from fmus.declaration.units import convert
 from fmus.export.build import build
 from fmus.interfaces.handlebar import MOTION, TORQUES
 from fmus.interfaces.roll import FLOWS, ROLL
@@ -33,7 +35,7 @@ PORTS = {
 
 
 def parts(
-    vehicle: ComponentLike, device: ComponentLike | Sequence[ComponentLike | None] | None = None,
+    vehicle: ComponentLike | None, device: ComponentLike | Sequence[ComponentLike | None] | None = None,
     settings: Mapping[str, float] | None = None
 ) -> tuple[Part, list[Part]]:
     """Vehicle and devices as components, with parameters set by name, or as the paths of archives.
@@ -41,6 +43,8 @@ def parts(
     Raises InputError for a name that is unknown, a component that is no vehicle or no device, and an
     archive without the port.
     """
+    if vehicle is None:
+        raise InputError("no vehicle is given: give its name, or ssp with the path of a system of FMUs (.ssp)")
     given = device if isinstance(device, Sequence) and not isinstance(device, str) else [device]
     devices = [_archive(each, PORTS) or components.device(each) for each in given]
     named: dict[str, Part] = {
@@ -113,12 +117,13 @@ def role_of(path: str | Path) -> str:
 
 
 def ridden_fmus(vehicle: Part, device: Part | Sequence[Part] | None, initial: Mapping[str, float] | None = None,
-                speed: float | None = None) -> dict[str, FmuSubsystem]:  # fmt: skip
+                speed: float | None = None, units: Mapping[str, str] | None = None) -> dict[str, FmuSubsystem]:  # fmt: skip
     """Vehicle and devices as subsystems `vehicle`, `device`, `device_2` and so on, initialised.
 
     initial sets states by name, or by `part.name` where several have it. A rider's inertia that moves with the
     handlebar becomes the vehicle's `added_steer_inertia`; a rider who leans is taken out of the vehicle's rear frame.
-    Raises InputError for a name that none has, and when the vehicle cannot spare the rider.
+    units states the unit of variables that have none, by name. Raises InputError for a name that none has, and when
+    the vehicle cannot spare the rider; warns of units that are missing.
     """
     devices = by_name([] if device is None else [device] if isinstance(device, Part) else device)
     if isinstance(vehicle, Component):
@@ -129,15 +134,19 @@ def ridden_fmus(vehicle: Part, device: Part | Sequence[Part] | None, initial: Ma
             name: build(part, folder).path if isinstance(part, Component) else part for name, part in parts.items()
         }
         starts = _starts(paths, initial or {})
-        subsystems = {name: FmuSubsystem(paths[name], name, starts[name]) for name in devices}
-        variables = {v.name: v for v in model_description(paths["vehicle"]).modelVariables}
+        every = {name: {v.name: v for v in model_description(path).modelVariables} for name, path in paths.items()}
+        stated = by_fmu(units or {}, every)
+        subsystems = {name: FmuSubsystem(paths[name], name, starts[name], units=stated[name]) for name in devices}
+        variables = every["vehicle"]
         if speed is not None and "speed" in variables:
-            starts["vehicle"]["speed"] = speed
+            unit = stated["vehicle"].get("speed") or described_unit(variables["speed"])
+            starts["vehicle"]["speed"] = convert(speed, "m/s", unit or "m/s")
         starts["vehicle"] |= _carried(
             {n: float(v.start) for n, v in variables.items() if v.causality == "parameter"}, subsystems
         )
-        subsystems["vehicle"] = FmuSubsystem(paths["vehicle"], "vehicle", starts["vehicle"])
+        subsystems["vehicle"] = FmuSubsystem(paths["vehicle"], "vehicle", starts["vehicle"], units=stated["vehicle"])
     subsystems = {name: subsystems[name] for name in parts}
+    warn_of_missing_units(subsystems)
     network = Network(subsystems, join(subsystems))
     network.read(np.zeros(len(network.outputs)))  # sets every input to the output that drives it
     return subsystems
@@ -192,29 +201,34 @@ def _starts(paths: Mapping[str, Path], initial: Mapping[str, float]) -> dict[str
 
 
 def over_speed_fmus(
-    subsystems: Mapping[str, FmuSubsystem], wiring: Mapping[str, Sequence[str]] | None = None
+    subsystems: Mapping[str, Subsystem], wiring: Mapping[str, Sequence[str]] | None = None
 ) -> Linearised:
     """The coupled FMUs, without coupling error, linearised as a function of speeds (n,) in m/s.
 
-    Raises InputError when not exactly one of them has an input `speed`.
+    Raises InputError when not exactly one of them has an input `speed`, and when another one drives it.
     """
+    wiring = join(subsystems) if wiring is None else wiring
     moving = [name for name, subsystem in subsystems.items() if "speed" in subsystem.inputs]
     if len(moving) != 1:
         raise InputError(
             f"modes over speed need one FMU with an input speed, not {len(moving)} ({', '.join(moving) or 'none'})"
         )
+    if driving := wiring.get(f"{moving[0]}.speed"):
+        raise InputError(f"modes over speed set the input {moving[0]}.speed, but {driving[0]} drives it")
     vehicle = subsystems[moving[0]]
+    assert isinstance(vehicle, FmuSubsystem)
     # Nothing but the vehicle changes with its speed.
     models: dict[str, Subsystem] = {
         name: subsystem if subsystem is vehicle else LinearSubsystem(subsystem.linearised())
         for name, subsystem in subsystems.items()
     }
-    network = Network(models, join(subsystems) if wiring is None else wiring)
+    network = Network(models, wiring)
+    unit = vehicle.unit_of("speed") or "m/s"
 
     def linearised(speeds: np.ndarray) -> StateSpace:
         spaces = []
         for speed in speeds:
-            vehicle.set("speed", float(speed))
+            vehicle.set("speed", convert(float(speed), "m/s", unit))
             spaces.append(network.linearised())
         first = spaces[0]
         A, B, C, D = (np.stack([getattr(space, matrix) for space in spaces]) for matrix in "ABCD")
@@ -243,15 +257,20 @@ def _name(eigenvalue: complex, named: Mapping[str, complex], default: str) -> st
     return next((name for name, value in named.items() if abs(value - eigenvalue) < 1e-6 * abs(eigenvalue)), default)
 
 
-def mode_names(subsystems: Mapping[str, FmuSubsystem]) -> dict[str, complex]:
-    """The eigenvalues [1/s] of the named modes of the subsystems where they are; none for subsystems without a
-    speed."""
-    vehicle = subsystems["vehicle"]
-    if "speed" not in vehicle.inputs:
+def mode_names(
+    subsystems: Mapping[str, Subsystem], wiring: Mapping[str, Sequence[str]] | None = None
+) -> dict[str, complex]:
+    """The eigenvalues [1/s] of the named modes of the subsystems where they are; none unless exactly one of them is a
+    vehicle whose speed is free."""
+    vehicles = [s for n, s in subsystems.items() if isinstance(s, FmuSubsystem) and "speed" in s.inputs
+                and set(MOTION) <= set(s.outputs) and f"{n}.speed" not in (wiring or {})]  # fmt: skip
+    if len(vehicles) != 1:
         return {}
-    speed = float(vehicle.present_inputs[vehicle.inputs.index("speed")])
+    vehicle = vehicles[0]
+    given = float(vehicle.present_inputs[vehicle.inputs.index("speed")])
+    speed = convert(given, vehicle.unit_of("speed") or "m/s", "m/s")
     try:
-        found = modes(over_speed_fmus(subsystems), np.array([speed]))
+        found = modes(over_speed_fmus(subsystems, wiring), np.array([speed]))
     finally:
-        vehicle.set("speed", speed)
+        vehicle.set("speed", given)
     return {mode: complex(found[mode].eigenvalue[0]) for mode in MODES}

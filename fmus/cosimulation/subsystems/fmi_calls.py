@@ -7,7 +7,7 @@ the FMU's last message.
 
 from collections.abc import Callable, Mapping, Sequence
 from ctypes import CFUNCTYPE, byref, c_bool, c_double, c_int, c_size_t, c_uint, c_void_p, cast
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
@@ -16,11 +16,13 @@ from fmpy.fmi2 import fmi2CallbackAllocateMemoryTYPE as Allocate
 from fmpy.fmi2 import fmi2CallbackFreeMemoryTYPE as Free
 from fmpy.fmi2 import fmi2CallbackLoggerTYPE as Logger
 from fmpy.fmi3 import FMU3Slave, fmi3IntermediateUpdateCallback, fmi3LogMessageCallback
+from fmpy.model_description import ModelVariable
 
 from fmus.cosimulation.master.library import address, array, library, pointer, structures
 from fmus.support.errors import MissingToolError, SimulationError
 
 Call = Callable[..., None]
+Value = float | int | bool | str  # of a variable, by its type
 
 WARNING, FATAL = 1, 4
 
@@ -41,6 +43,7 @@ class Calls:
 
     path: Any = None  # the Path of structures.h: how the inputs move within a step, where the FMU asks for them
     version: int
+    setters: ClassVar[Mapping[str, str]]  # the method of fmpy that sets a variable, by the variable's type
     functions: tuple[str, ...]  # of the library, in the order of structures.h
 
     def __init__(self, fmu: Any, name: str):
@@ -61,6 +64,16 @@ class Calls:
         """In the next step, from `time`, the inputs are polynomials with coefficients (4, nu) in
         powers of time / step."""
         raise NotImplementedError
+
+    def set_typed(self, variable: ModelVariable, value: Value) -> None:
+        """Set a variable that is no Real or Float64. Raises SimulationError where the FMU refuses it."""
+        if variable.type not in self.setters or variable.dimensions:
+            kind = "an array" if variable.dimensions else f"of type {variable.type}"
+            raise SimulationError(f"{self.name}: {variable.name} is {kind}, which cannot be set here")
+        try:
+            getattr(self.fmu, self.setters[variable.type])([variable.valueReference], [value])
+        except FMICallException as error:
+            self.fail(error.function, error.status)
 
     def save(self, state: c_void_p) -> None:
         """Save into a state, which is made where it is null."""
@@ -101,6 +114,7 @@ class Calls2(Calls):
     """FMI 2.0."""
 
     version = 2
+    setters: ClassVar = {"Integer": "setInteger", "Enumeration": "setInteger", "Boolean": "setBoolean", "String": "setString"}
     functions = ("fmi2SetReal", "fmi2GetReal", "fmi2DoStep", "fmi2SetRealInputDerivatives",
                  "fmi2GetRealOutputDerivatives",
                  "fmi2GetFMUstate", "fmi2SetFMUstate", "fmi2GetDirectionalDerivative")  # fmt: skip
@@ -137,6 +151,9 @@ class Calls3(Calls):
     """
 
     version = 3
+    setters: ClassVar = {**{f"{sign}Int{bits}": f"set{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)},
+               "Enumeration": "setInt64", "Boolean": "setBoolean", "String": "setString",
+               "Float32": "setFloat32"}  # fmt: skip
     functions = ("fmi3SetFloat64", "fmi3GetFloat64", "fmi3DoStep", "", "",
                  "fmi3GetFMUState", "fmi3SetFMUState", "fmi3GetDirectionalDerivative")  # fmt: skip
 

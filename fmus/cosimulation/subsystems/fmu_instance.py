@@ -15,9 +15,11 @@ from fmpy.model_description import ModelVariable
 
 from fmus.cosimulation.polynomials import ORDER, derivatives
 from fmus.cosimulation.subsystems.archive import open_archive
-from fmus.cosimulation.subsystems.fmi_calls import Calls, Calls2, Calls3
+from fmus.cosimulation.subsystems.fmi_calls import Calls, Calls2, Calls3, Value
+from fmus.cosimulation.subsystems.stated_units import described_unit, stated_units
 from fmus.support.errors import InputError, SimulationError, unknown
 
+REAL = ("Real", "Float64")  # the types whose values are read and set in every step
 SHOWN = 6  # so many names of inputs, and of outputs, are in the repr
 CALLS: dict[str, Callable[[str, Mapping[str, str], Sequence[int]], Calls]] = {"2": Calls2, "3": Calls3}
 
@@ -35,7 +37,7 @@ class Signals:
 
 class FmuInstance:
     """One instance of an FMU, initialised at its start values with some of them replaced; a context
-    manager that frees it.
+    manager that frees it. `units` states the unit of variables whose unit the description leaves out.
 
         with FmuSubsystem("rider_mean_2011.fmu", values={"steer_angle": 0.01}) as rider:
             torques = rider.exchange(rider.present_inputs)
@@ -43,13 +45,15 @@ class FmuInstance:
     Raises InputError for a file that is no FMU, a platform without a binary, or a value that is refused.
     """
 
-    def __init__(self, path: str | Path, name: str = "", values: Mapping[str, float] | None = None, time: float = 0.0):
+    def __init__(self, path: str | Path, name: str = "", values: Mapping[str, Value] | None = None, time: float = 0.0,
+                 units: Mapping[str, str] | None = None):  # fmt: skip
         self.path = Path(path)
         self._archive = open_archive(path)
         self.description = self._archive.description
         self.name = name or self.description.modelName
         self.variables = {v.name: v for v in self.description.modelVariables}
-        real = [v for v in self.description.modelVariables if v.type in ("Real", "Float64") and not v.dimensions]
+        self.units = stated_units(self.name, self.variables, units or {})
+        real = [v for v in self.description.modelVariables if v.type in REAL and not v.dimensions]
         self._inputs = Signals([v for v in real if v.causality == "input"])
         self._outputs = Signals([v for v in real if v.causality == "output"])
         self.inputs, self.outputs = self._inputs.names, self._outputs.names
@@ -120,8 +124,8 @@ class FmuInstance:
                 trial.close()
         return 0
 
-    def start(self, values: Mapping[str, float], time: float = 0.0) -> None:
-        """Initialise with parameters, inputs and starts of states by name."""
+    def start(self, values: Mapping[str, Value], time: float = 0.0) -> None:
+        """Initialise with parameters, inputs and starts of states by name. Raises InputError where one is refused."""
         for name in values:
             if name not in self.variables:
                 raise unknown(
@@ -140,13 +144,17 @@ class FmuInstance:
             self._inputs.values[k] = float(values.get(name, self.variables[name].start or 0.0))
         self.calls.get(*self._outputs.call)
 
-    def restart(self, values: Mapping[str, float], time: float = 0.0) -> None:
+    def restart(self, values: Mapping[str, Value], time: float = 0.0) -> None:
         """Reset, and initialise with other values."""
         self.calls.reset()
         self.start(values, time)
 
-    def _set_one(self, name: str, value: float) -> None:
-        signal = Signals([self.variables[name]])
+    def _set_one(self, name: str, value: Value) -> None:
+        variable = self.variables[name]
+        if variable.type not in REAL:
+            self.calls.set_typed(variable, value)
+            return
+        signal = Signals([variable])
         signal.values[0] = value
         self.calls.set(*signal.call)
 
@@ -173,7 +181,8 @@ class FmuInstance:
         self._set_one(name, value)
 
     def unit_of(self, variable: str) -> str:
-        return self.variables[variable].unit or "1"
+        """The unit of a variable; an empty text where it is unknown."""
+        return self.units.get(variable) or described_unit(self.variables[variable])
 
     @property
     def present_inputs(self) -> np.ndarray:
@@ -276,7 +285,7 @@ class FmuInstance:
 
     def twin(self) -> "FmuInstance":
         """Another instance of the same FMU with the same parameters, at its start."""
-        return type(self)(self.path, self.name, self.values, self.time)
+        return type(self)(self.path, self.name, self.values, self.time, self.units)
 
     def _feedthrough(self) -> np.ndarray:
         """(ny, nu) from the description; where it states no dependencies, from the outputs that

@@ -8,8 +8,8 @@ from fmus.cosimulation.cosimulate import TOLERANCE
 from fmus.cosimulation.coupling import COUPLINGS
 from fmus.cosimulation.coupling_error import ToleranceWarning
 from motofmi.cli import outputs
-from motofmi.cli.arguments import assignments, separate
-from motofmi.cli.component_arguments import DEVICE, add_archives, add_settings, add_vehicle
+from motofmi.cli.arguments import assignments, separate, units_of
+from motofmi.cli.component_arguments import DEVICE, add_archives, add_settings, add_ssp, add_units, add_vehicle
 from motofmi.cli.screen import Screen, system
 from motofmi.workflows.cosimulation import cosimulate
 from motofmi.workflows.ridden_fmus import with_archives
@@ -26,7 +26,8 @@ coupling causes in the frequency and damping ratio of every mode.
   motofmi cosimulate --vehicle sharp_1971 --device rider:mean_2011 --speed 30 --initial steer_rate=0.5 --out run.csv
   motofmi cosimulate --device damper:7.5 --speed 50 --step 0.01 --coupling jacobi --initial roll_angle=0.05
   motofmi cosimulate --input run.csv --step auto --duration 20    # columns: time [s], speed [m/s], steer_torque [N.m]
-  motofmi cosimulate --fmu rider_of_another_tool.fmu --speed 30
+  motofmi cosimulate --fmu rider_of_another_tool.fmu --speed 30 --unit handlebar_torque=N.m
+  motofmi cosimulate --ssp ridden.ssp --speed 30     # a system of FMUs, also one of another tool
 
 Couplings, the least costly first; without --coupling the first one with mode errors within the tolerance is used:
 """ + "\n".join(f"  {c.name:20}{c.summary}; order {c.order}" for c in COUPLINGS.values())
@@ -39,6 +40,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_vehicle(parser)
     parser.add_argument("--device", default="rider:mean_2011", help=f"{DEVICE} (default: %(default)s)")
     add_archives(parser)
+    add_ssp(parser)
+    add_units(parser)
     parser.add_argument("--speed", type=float, help="forward speed [m/s] (default: 30)")
     parser.add_argument(
         "--step",
@@ -46,7 +49,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="communication step [s], or auto: controlled during the run by the residual power and the modes (default: "
              "%(default)s)",
     )
-    parser.add_argument("--duration", type=float, default=5.0, help="simulated time [s] (default: 5)")
+    parser.add_argument(
+        "--duration", type=float, help="simulated time [s] (default: 5; of an .ssp as in its default experiment)"
+    )
     parser.add_argument("--coupling", help="one of the couplings above (default: the first within the tolerance)")
     parser.add_argument(
         "--tolerance",
@@ -80,13 +85,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
-    vehicle, devices = with_archives(arguments.vehicle, separate(arguments.device), arguments.fmu)
+    vehicle, devices = (
+        (None, None) if arguments.ssp
+        else with_archives(arguments.vehicle, separate(arguments.device), arguments.fmu)
+    )  # fmt: skip
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ToleranceWarning)  # shown as `advice`
         found = cosimulate(
             vehicle, devices, speed=arguments.speed, duration=arguments.duration, step=_step(arguments.step),
             coupling=arguments.coupling, tolerance=arguments.tolerance, initial=assignments(arguments.initial),
-            set=assignments(arguments.settings), inputs=arguments.input, out=arguments.out,
+            set=assignments(arguments.settings), inputs=arguments.input, ssp=arguments.ssp,
+            units=units_of(arguments.units), out=arguments.out,
         )  # fmt: skip
     outputs.save(found, arguments)
     return found.to_dict()

@@ -8,8 +8,8 @@ import numpy as np
 
 from fmus.support.errors import InputError
 from motofmi.cli import outputs
-from motofmi.cli.arguments import assignments, numbers, separate
-from motofmi.cli.component_arguments import DEVICE, add_archives, add_settings, add_vehicle
+from motofmi.cli.arguments import assignments, numbers, separate, units_of
+from motofmi.cli.component_arguments import DEVICE, add_archives, add_settings, add_ssp, add_units, add_vehicle
 from motofmi.cli.screen import Screen, grid_values, system
 from motofmi.workflows.components import ComponentLike
 from motofmi.workflows.modes import ModesComparison, VehicleModes, compare_modes, modes, state_space
@@ -51,9 +51,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_settings(parser)
     add_archives(parser)
-    parser.add_argument(
-        "--ssp", metavar="PATH", help="a system of FMUs in place of vehicle and device; one of them has an input speed"
-    )
+    add_ssp(parser)
+    add_units(parser)
     parser.add_argument("--matlab", metavar="FILE.mat", type=outputs.output_file(".mat"),
                         help="matrices A, B, C, D of the linearised system for MATLAB (A(:, :, k) at speed(k)) and the "
                              "names of states, inputs and outputs; with one --device only")  # fmt: skip
@@ -76,13 +75,14 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 def _modes_of(
     arguments: argparse.Namespace, speeds: np.ndarray, settings: dict[str, float]
 ) -> VehicleModes | ModesComparison:
+    units = units_of(arguments.units)
     if arguments.ssp:
-        return modes(arguments.ssp, speed=speeds)
+        return modes(ssp=arguments.ssp, speed=speeds, set=settings, units=units)
     given = _given(arguments)
     vehicle = given[0][0]
     if len(given) == 1:
-        return modes(vehicle, given[0][1], speeds, set=settings)
-    return compare_modes(vehicle, [devices for _, devices in given], speeds, set=settings)
+        return modes(vehicle, given[0][1], speeds, set=settings, units=units)
+    return compare_modes(vehicle, [devices for _, devices in given], speeds, set=settings, units=units)
 
 
 def _given(arguments: argparse.Namespace) -> list[tuple[ComponentLike, list[ComponentLike | None]]]:
@@ -95,10 +95,10 @@ def _save_matlab(arguments: argparse.Namespace, speeds: np.ndarray, settings: di
     """Write the linearised system: matrices of shape (n, m) at one speed, (n, m, speeds) at several."""
     at = speeds if len(speeds) > 1 else speeds[0]
     if arguments.ssp:
-        space = state_space(arguments.ssp, speed=at)
+        space = state_space(ssp=arguments.ssp, speed=at, set=settings, units=units_of(arguments.units))
     else:
         vehicle, devices = _given(arguments)[0]
-        space = state_space(vehicle, devices, at, set=settings)
+        space = state_space(vehicle, devices, at, set=settings, units=units_of(arguments.units))
     space.save_matlab(arguments.matlab, {"speed": speeds})
 
 

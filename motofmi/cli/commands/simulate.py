@@ -4,7 +4,8 @@ import argparse
 from typing import Any
 
 from motofmi.cli import outputs
-from motofmi.cli.arguments import assignments
+from motofmi.cli.arguments import assignments, units_of
+from motofmi.cli.component_arguments import add_units
 from motofmi.cli.screen import Screen
 from motofmi.workflows.cosimulation import simulate
 
@@ -50,12 +51,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="simulation.csv",
         help="file for every input and output over time (default: %(default)s)",
     )
+    add_units(parser)
     outputs.add_arguments(parser, "every input and output over time")
 
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     found = simulate(arguments.fmu, inputs=arguments.input, step=arguments.step, duration=arguments.duration,
-                     set=assignments(arguments.settings), out=arguments.out)  # fmt: skip
+                     set=assignments(arguments.settings), units=units_of(arguments.units), out=arguments.out)  # fmt: skip
     outputs.save(found, arguments)
     return {"fmu": arguments.fmu, "rows": found.steps + 1, "out": str(found.path), "step": found.step,
             "steps": found.steps, "columns": found.columns, "steps_per_second": found.steps_per_second}  # fmt: skip

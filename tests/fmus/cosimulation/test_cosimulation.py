@@ -15,6 +15,8 @@ from fmus.cosimulation.cosimulate import cosimulate, join, steps
 from fmus.cosimulation.coupling import COUPLINGS
 from fmus.cosimulation.network import Network
 from fmus.cosimulation.profiles import Profile, read_profile
+from fmus.cosimulation.ssp.converter import Converter
+from fmus.cosimulation.ssp.units import IDENTITY
 from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem
 from fmus.export.build import build
 from fmus.linear_analysis.linearisation import linearise
@@ -323,8 +325,13 @@ def test_modes_of_a_nonlinear_device_have_names_where_it_starts(tmp_path):
 def test_inputs_from_a_file_are_converted_and_checked(tmp_path):
     file = tmp_path / "in.csv"
     file.write_text("time [s],speed [km/h]\n0,72\n2,36\n")
-    times, columns = read_profile(file)
-    assert times.tolist() == [0, 2] and columns["speed"] == pytest.approx([20, 10])
+    times, columns, units = read_profile(file)
+    assert times.tolist() == [0, 2] and columns["speed"].tolist() == [72, 36] and units == {"speed": "km/h"}
+    converter = Converter(IDENTITY, ("m/s", "m/s"))
+    network = Network({"vehicle": converter}, {})
+    assert Profile.over_time(network, times, {"given": columns["speed"]}, {"given": "km/h"}).at(np.ones(1)) == pytest.approx(15.0)
+    with pytest.raises(InputError, match=r"the column given of the inputs: unit \[kg\] cannot be converted to \[m/s\]"):
+        Profile.over_time(network, times, {"given": columns["speed"]}, {"given": "kg"})
     file.write_text("t,speed\n0,1\n")
     with pytest.raises(InputError, match="unknown column 'time'"):
         read_profile(file)

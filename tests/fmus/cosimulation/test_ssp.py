@@ -42,9 +42,10 @@ def test_the_structure_is_valid_ssp_with_units_and_bindings(archive):
 
 
 def test_what_is_read_back_runs_as_what_was_written(archive):
-    subsystems, wiring = read_ssp(archive)
+    system = read_ssp(archive)
+    subsystems, wiring = system.subsystems, system.wiring
     assert wiring == PORT
-    assert subsystems["device"].get("arm_damping") == 25.0
+    assert system.fmus["device"].get("arm_damping") == 25.0
     exact = linearise(
         ridden(MOTORCYCLE, RIDER.with_values(arm_damping=25.0, added_steer_inertia=0.02)), **{"vehicle.speed": 30.0}
     )
@@ -52,8 +53,7 @@ def test_what_is_read_back_runs_as_what_was_written(archive):
     for eigenvalue in np.linalg.eigvals(exact.A):
         assert np.abs(np.linalg.eigvals(found.A) - eigenvalue).min() <= 1e-9 * abs(eigenvalue)
     assert np.abs(cosimulate(subsystems, 1e-2, 0.1, wiring=wiring)["vehicle.roll_angle"]).max() > 0
-    for subsystem in subsystems.values():
-        subsystem.close()
+    system.close()
 
 
 @pytest.mark.slow
@@ -67,23 +67,23 @@ def test_fmpy_runs_the_archive(archive):
     theirs = simulate_ssp(
         str(archive), stop_time=0.02, step_size=1e-3, parameter_set=ParameterSet(name="bound", parameters=bound)
     )
-    subsystems, wiring = read_ssp(archive)
+    system = read_ssp(archive)
+    subsystems, wiring = system.subsystems, system.wiring
     ours = cosimulate(subsystems, 1e-3, 0.02, "jacobi", wiring=wiring)
     # Its connections are one step late and its rows are stamped one step early: alike within what a step changes.
     assert theirs["vehicle.steer_rate"][-3] == pytest.approx(ours["vehicle.steer_rate"][-3], abs=0.05 * 0.5)
-    for subsystem in subsystems.values():
-        subsystem.close()
+    system.close()
 
 
 def test_shares_of_the_units_add_up_and_find_the_rider(archive):
-    subsystems, wiring = read_ssp(archive)
+    system = read_ssp(archive)
+    subsystems, wiring = system.subsystems, system.wiring
     eigenvalues, shares = participation(Network(subsystems, wiring).linearised())
     assert sum(shares.values()) == pytest.approx(np.ones(len(eigenvalues)))
     frequency = eigenvalues.imag / (2 * np.pi)
     rider_wobble, weave = np.argmin(np.abs(frequency - 4.8)), np.argmin(np.abs(frequency - 3.0))
     assert shares["device"][rider_wobble] > shares["device"][weave]  # the torso is what moves in the former
-    for subsystem in subsystems.values():
-        subsystem.close()
+    system.close()
 
 
 def test_participation_of_units_that_do_not_touch():
