@@ -135,7 +135,7 @@ def transition(chosen: Coupling, network: Network, step: float) -> np.ndarray:
         subsystem.state = state
     run.memory = columns[-1].reshape(*run.memory.shape, total)
     run.advance(network.read(np.zeros((len(network.outputs), total))))
-    return np.vstack([*(subsystem.state for subsystem in subsystems), run.memory.reshape(-1, total)])
+    return np.vstack([*(subsystem.state for subsystem in subsystems), run.memory.reshape(total - sum(sizes), total)])
 
 
 def predict(chosen: Coupling, network: Network, step: float) -> Prediction:

@@ -10,6 +10,7 @@ from fmus.support.errors import InputError, unknown
 from fmus.support.notebook import html
 from fmus.support.progress import track
 from motofmi.workflows.components import ComponentLike, component, every_name
+from motofmi.workflows.ssp_archive import SPEED, build_ssp
 
 VERSIONS = ("2", "3")
 
@@ -19,6 +20,7 @@ class BuiltFmus:
     """The archives that were written, each with name, path, SHA-256 and platforms."""
 
     fmus: tuple[BuiltFmu, ...]
+    ssp: Path | None = None  # the archive that holds them
 
     def __len__(self) -> int:
         return len(self.fmus)
@@ -51,12 +53,10 @@ class BuiltFmus:
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of `motofmi build --json`."""
-        return {
-            "fmus": [
-                {"name": f.name, "path": str(f.path), "sha256": f.sha256, "platforms": list(f.platforms)}
-                for f in self.fmus
-            ]
-        }
+        fmus = [
+            {"name": f.name, "path": str(f.path), "sha256": f.sha256, "platforms": list(f.platforms)} for f in self.fmus
+        ]
+        return {"fmus": fmus, "ssp": None if self.ssp is None else str(self.ssp)}
 
     def to_dataframe(self) -> Any:
         """One row for each archive (pandas.DataFrame)."""
@@ -67,20 +67,28 @@ class BuiltFmus:
 
 def build(given: ComponentLike | Sequence[ComponentLike] | None = None, out: str | Path = ".", *, fmi: int | str = 2,
           backend: str = "compiled", platforms: str = "host",
-          set: Mapping[str, float] | None = None) -> BuiltFmus:  # fmt: skip
+          set: Mapping[str, float] | None = None, ssp: str | Path | None = None, ssp_version: int | str = 1,
+          initial: Mapping[str, float] | None = None, speed: float = SPEED) -> BuiltFmus:  # fmt: skip
     """Write FMUs of components, of names, or of value files into a folder; without `given`, of every shipped
     component.
 
     fmi is 2 or 3, backend `compiled` or `python` (FMI 2 only), platforms `host`, `all` or a comma list. set changes
-    parameters of a single component. Raises InputError for an unknown name or choice and a folder that cannot be
-    written, MissingToolError if there is no C compiler.
+    parameters of a single component. With `ssp` the path of an archive of SSP 1.0 or 2.0 is written in place of the
+    folder: of one vehicle and the devices at its ports, with `initial` states and a speed [m/s] to start from. Raises
+    InputError for an unknown name or choice and a folder that cannot be written, MissingToolError if there is no C
+    compiler.
 
         build("rider:mean_2011", "out", fmi=3, set={"arm_damping": 20.0}).path
+        build(["sharp_1971", "rider:mean_2011"], ssp="ridden.ssp", speed=40.0)
     """
     if str(fmi) not in VERSIONS:
         raise unknown("FMI version", fmi, VERSIONS)
     chosen: Sequence[ComponentLike] = every_name() if given is None else [given] if isinstance(given,
                                                                                                ComponentLike) else given
+    if ssp is not None:
+        fmus = build_ssp(chosen if given is not None else [], Path(ssp), ssp_version, fmi=int(fmi), backend=backend,
+                         platforms=platforms, set=set, initial=initial, speed=speed)  # fmt: skip
+        return BuiltFmus(tuple(fmus), Path(ssp))
     if set and len(chosen) != 1:
         raise InputError(f"parameters can be set of a single component, not of {len(chosen)}; build one at a time")
     components = [component(each, **(set or {})) for each in chosen]

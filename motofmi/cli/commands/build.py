@@ -5,9 +5,9 @@ from typing import Any
 
 from motofmi.cli.arguments import assignments
 from motofmi.cli.component_arguments import add_settings
-from motofmi.cli.outputs import output_folder
+from motofmi.cli.outputs import output_file, output_folder
 from motofmi.cli.screen import Screen
-from motofmi.workflows.build import build
+from motofmi.workflows.build import SPEED, build
 
 SUMMARY = "FMUs of riders, motorcycles and dampers"
 PLACE = 50
@@ -19,6 +19,7 @@ built.
   motofmi build rider:mean_2011 sharp_1971 damper:7.5 --out fmus
   motofmi build rider:mean_2011 --set arm_damping=20 --fmi 3
   motofmi build mine.toml --backend python                   # FMI 2.0; the slave is a Python source file
+  motofmi build sharp_1971 rider:mean_2011 --ssp ridden.ssp --speed 40    # both, coupled, for any SSP tool
   motofmi build rider:mean_2011 --platforms all              # needs: pip install 'motofmi[platforms]'
   motofmi build rider:mean_2011 --fmi 3 --platforms wasm     # WebAssembly, for browsers and sandboxes
 """
@@ -50,12 +51,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="DIR",
         help="folder for the archives (default: the current folder)",
     )
-    add_settings(parser, "a parameter of the only NAME")
+    add_settings(parser, "a parameter of the only NAME, or of a part of the .ssp")
+    parser.add_argument("--ssp", metavar="FILE.ssp", type=output_file(".ssp"),
+                        help="write one system instead: a vehicle and the devices at its ports, coupled")  # fmt: skip
+    parser.add_argument("--ssp-version", default="1", help="of the SSP standard, 1 or 2 (default: %(default)s)")
+    parser.add_argument("--speed", type=float, default=SPEED, help="forward speed in the .ssp [m/s] (default: %(default)g)")
+    parser.add_argument("--initial", action="append", default=[], metavar="NAME=VALUE",
+                        help="start value of a state in the .ssp, in SI units; repeatable")  # fmt: skip
 
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     return build(arguments.names or None, arguments.out, fmi=arguments.fmi, backend=arguments.backend,
-                 platforms=arguments.platforms, set=assignments(arguments.settings)).to_dict()  # fmt: skip
+                 platforms=arguments.platforms, set=assignments(arguments.settings), ssp=arguments.ssp,
+                 ssp_version=arguments.ssp_version, initial=assignments(arguments.initial),
+                 speed=arguments.speed).to_dict()  # fmt: skip
 
 
 def show(result: dict[str, Any], screen: Screen) -> None:
