@@ -161,6 +161,7 @@ def _derivatives(subject: Subject) -> Iterator[Problem]:
 def _misuse(subject: Subject, step: float, lenient: bool) -> Iterator[Problem]:
     """Calls that an FMU should refuse without a crash; only warnings for FMUs that need an execution tool."""
     for what, was_refused, must in subject.wrong_calls(step):
+        subject.recover()
         if not was_refused:
             yield Problem("misuse", "error" if must and not lenient else "warning", f"accepts {what}", subject.kind)
 

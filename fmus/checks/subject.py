@@ -51,6 +51,11 @@ class Subject:
         self.fmu.reset()
         self._initialise()
 
+    def recover(self) -> None:
+        """Reset after an error, when an FMU may not be terminated."""
+        self.fmu.reset()
+        self._initialise()
+
     def close(self) -> None:
         self.fmu.terminate()
         self.fmu.freeInstance()

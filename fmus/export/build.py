@@ -22,7 +22,7 @@ import pythonfmu
 from fmpy.validation import validate_fmu
 
 from fmus.declaration.component import Component
-from fmus.export import compilers, model_description3, prebuilt, python_backend, wasm_component
+from fmus.export import accompanying, compilers, model_description3, prebuilt, python_backend, wasm_component
 from fmus.export.c_code import model_code
 from fmus.export.cache_key import cache_key
 from fmus.export.compilers import Platform
@@ -168,7 +168,8 @@ def archive_platforms(fmi: int, platforms: str) -> tuple[list[Platform], str]:
 
 
 def source_contents(interface: Interface, fmi: int) -> dict[str, bytes]:
-    """Model description and C source, by their path in the archive. The GUID follows from all of them."""
+    """Model description, C source and what accompanies them, by their path in the archive. The GUID follows from the
+    first two."""
     name = interface.identifier
     runtime = files("fmus.export").joinpath("runtime")
     code = {n: runtime.joinpath(n).read_bytes() for n in (*RUNTIME, *HEADERS, *API[fmi], "LICENSE.txt")}
@@ -181,10 +182,8 @@ def source_contents(interface: Interface, fmi: int) -> dict[str, bytes]:
     else:
         contents["modelDescription.xml"] = model_description3.model_description(interface, name, GUID)
         contents["sources/buildDescription.xml"] = model_description3.build_description(name, listed)
-        ports = model_description3.terminals(interface)
-        contents.update({} if ports is None else {"terminalsAndIcons/terminalsAndIcons.xml": ports})
     guid = guid_of(content_key(contents)).encode()
-    return {name: data.replace(GUID.encode(), guid) for name, data in contents.items()}
+    return {name: data.replace(GUID.encode(), guid) for name, data in contents.items()} | accompanying.files(interface, fmi)
 
 
 def guid_of(key: str) -> str:

@@ -1,7 +1,8 @@
 """The XML files of FMI 3.0, rendered from a component: model description, terminals, build description.
 
-A port is a terminal. Its members have the same names on both sides, so that terminals plug into each other; a
-torque is an `inflow` (it sums up), an angle or a rate a `signal`.
+A port is a terminal, also in archives of FMI 2.0 (since 2.0.4, 2.3, "Terminals and Icons"). Its members have the same
+names on both sides, so that terminals plug into each other. An angle or a rate is a `signal`. A torque sums up: as an
+output it is an `outflow` and as an input an `inflow`, so that no sign changes in the connection (FMI 3.0, 2.4.9.2.7).
 """
 
 from collections.abc import Iterable
@@ -14,6 +15,8 @@ from fmus.export.model_description2 import DATE, TOOL, bounds, causality, comple
 
 COMMON = {"canGetAndSetFMUState": "true", "canSerializeFMUState": "true",
           "providesDirectionalDerivatives": "true", "providesAdjointDerivatives": "true"}  # fmt: skip
+
+EXTENT = {"x1": "-100", "y1": "-100", "x2": "100", "y2": "100"}  # the default of the standard
 
 
 def model_description(interface: Interface, identifier: str, token: str) -> bytes:
@@ -33,24 +36,31 @@ def model_description(interface: Interface, identifier: str, token: str) -> byte
     return to_bytes(root)
 
 
-def terminals(interface: Interface) -> bytes | None:
-    """terminalsAndIcons.xml; None for a component without a port."""
+def terminals(interface: Interface) -> bytes:
+    """terminalsAndIcons.xml: the place of the icon, and a terminal for each port."""
     members: dict[tuple[str, str], list[FmuVariable]] = {}
     for variable in interface.variables:
         if variable.row.port and variable.role != "derivative":
             part, _, _ = variable.name.rpartition(".")
             members.setdefault((part, variable.row.port), []).append(variable)
-    if not members:
-        return None
     root = Xml.Element("fmiTerminalsAndIcons", fmiVersion="3.0")
-    parent = Xml.SubElement(root, "Terminals")
+    graphic = Xml.SubElement(root, "GraphicalRepresentation")
+    Xml.SubElement(graphic, "CoordinateSystem", EXTENT)
+    Xml.SubElement(graphic, "Icon", EXTENT)
+    parent = Xml.SubElement(root, "Terminals") if members else root
     for (part, port), variables in members.items():
         terminal = Xml.SubElement(parent, "Terminal", name=f"{part}.{port}" if part else port, matchingRule="plug")
         for variable in variables:
             Xml.SubElement(terminal, "TerminalMemberVariable", variableName=variable.name,
                            memberName=variable.name.rpartition(".")[2],
-                           variableKind="inflow" if variable.row.flow else "signal")  # fmt: skip
+                           variableKind=_kind(variable))  # fmt: skip
     return to_bytes(root)
+
+
+def _kind(variable: FmuVariable) -> str:
+    if not variable.row.flow:
+        return "signal"
+    return "inflow" if variable.role == "input" else "outflow"
 
 
 def build_description(identifier: str, sources: Iterable[str]) -> bytes:

@@ -20,6 +20,7 @@ import jinja2
 import sympy
 from sympy.printing.pycode import PythonCodePrinter
 
+from fmus.export import accompanying
 from fmus.export.interface import TOLERANCE, Interface
 from fmus.export.model_description2 import Capabilities, causality, model_description
 from fmus.expressions.expression_graph import common_subexpressions
@@ -115,6 +116,7 @@ def sources(interface: Interface) -> dict[str, bytes]:
     return {
         f"resources/{interface.identifier}_{digest[:12]}.py": code,
         "modelDescription.xml": model_description(interface, identifier, guid, CAPABILITIES),
+        **accompanying.files(interface, fmi=2),
     }
 
 

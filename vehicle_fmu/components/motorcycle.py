@@ -114,8 +114,8 @@ class Motorcycle(Component):
     steer_rate = port_state("steer_rate")
     roll_angle = state("rad", "Roll angle, lean to the right positive", symbol=r"\phi", exposed=True)
     steer_angle = port_state("steer_angle")
-    front_side_force = state("N", "Side force of the front tyre", symbol="Y_f", exposed=True, nominal=100)
-    rear_side_force = state("N", "Side force of the rear tyre", symbol="Y_r", exposed=True, nominal=100)
+    front_side_force = state("N", "Side force of the front tyre", symbol="Y_f", exposed=True)
+    rear_side_force = state("N", "Side force of the rear tyre", symbol="Y_r", exposed=True)
     frame_rate = port_output("frame_rate")
     turning_acceleration = roll_output("turning_acceleration")
 

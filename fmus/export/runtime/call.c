@@ -25,6 +25,7 @@ static const char *phase_name(Phase p)
     case STEPPING: return "between steps";
     case EVENT: return "in event mode";
     case CONTINUOUS: return "in continuous-time mode";
+    case FAILED: return "after an error; reset the instance or restore a state first";
     case INTERMEDIATE: return "during an intermediate update";
     default: return "after termination";
     }
@@ -64,7 +65,10 @@ const char *refused_identity(const char *name, const char *identifier)
 Status set_experiment(Instance *s, int tolerance_defined, double tolerance, double start, int stop_defined, double stop)
 {
     if (stop_defined && !(stop >= start)) return report(s, ERROR, "stop time %g s is before start time %g s", stop, start);
-    if (tolerance_defined && model.tolerance > 0 && set_values(s, &model.tolerance, 1, &tolerance) != OK) return ERROR;
+    if (tolerance_defined && model.tolerance > 0) {
+        const Status status = set_values(s, &model.tolerance, 1, &tolerance);
+        if (status != OK) return status;
+    }
     if (set_time(s, start) != OK) return ERROR;
     s->kept[STOP_TIME] = stop_defined ? stop : HUGE_VAL;
     return OK;
@@ -97,7 +101,7 @@ Status get_nominals(Instance *s, size_t n, double *nominals)
 
 Status take_state(void *instance, const char *function, void **state)
 {
-    Instance *s = called(instance, function, ANY, state != NULL);
+    Instance *s = called(instance, function, SOUND, state != NULL);
     if (!s) return ERROR;
     Snapshot *snapshot = *state;
     const Status status = snapshot_take(s, &snapshot);

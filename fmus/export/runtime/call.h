@@ -1,5 +1,5 @@
 /* Checks at the entry of every FMI function: a valid instance, a phase in which the call is allowed, valid pointers.
-   A call that is refused is logged and changes nothing. */
+   A call that is refused is logged and changes no value; the instance is then in the phase FAILED. */
 
 #ifndef CALL_H
 #define CALL_H
@@ -9,7 +9,8 @@
 enum {
     STARTING = INSTANTIATED | INITIALIZING,
     RUNNING = STEPPING | EVENT | CONTINUOUS,
-    ANY = STARTING | RUNNING | TERMINATED,
+    SOUND = STARTING | RUNNING | TERMINATED,
+    ANY = SOUND | FAILED,
     EVALUABLE = ANY & ~INSTANTIATED
 };
 

@@ -116,7 +116,7 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
 
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Real value[])
 {
-    Instance *s = called(c, "fmi2SetReal", ANY, nvr == 0 || (vr && value));
+    Instance *s = called(c, "fmi2SetReal", SOUND, nvr == 0 || (vr && value));
     return s ? as_fmi2(set_values(s, vr, nvr, value)) : fmi2Error;
 }
 
@@ -205,7 +205,7 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
 
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer order[], fmi2Real value[])
 {
-    Instance *s = called(c, "fmi2GetRealOutputDerivatives", STEPPING | TERMINATED, nvr == 0 || (vr && order && value));
+    Instance *s = called(c, "fmi2GetRealOutputDerivatives", STEPPING | TERMINATED | FAILED, nvr == 0 || (vr && order && value));
     return s ? as_fmi2(get_slopes(s, vr, nvr, order, value)) : fmi2Error;
 }
 
@@ -304,13 +304,13 @@ fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t n
 
 fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t nx)
 {
-    Instance *s = called(c, "fmi2GetContinuousStates", INITIALIZING | EVENT | CONTINUOUS | TERMINATED, nx == 0 || x);
+    Instance *s = called(c, "fmi2GetContinuousStates", INITIALIZING | EVENT | CONTINUOUS | TERMINATED | FAILED, nx == 0 || x);
     return s ? as_fmi2(get_block(s, model.first_state, nx, x)) : fmi2Error;
 }
 
 fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t nx)
 {
-    Instance *s = called(c, "fmi2GetDerivatives", INITIALIZING | EVENT | CONTINUOUS | TERMINATED, nx == 0 || derivatives);
+    Instance *s = called(c, "fmi2GetDerivatives", INITIALIZING | EVENT | CONTINUOUS | TERMINATED | FAILED, nx == 0 || derivatives);
     return s ? as_fmi2(get_block(s, model.first_derivative, nx, derivatives)) : fmi2Error;
 }
 
@@ -322,7 +322,7 @@ fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x_nominal
 
 fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real eventIndicators[], size_t ni)
 {
-    Instance *s = called(c, "fmi2GetEventIndicators", INITIALIZING | EVENT | CONTINUOUS | TERMINATED, 1);
+    Instance *s = called(c, "fmi2GetEventIndicators", INITIALIZING | EVENT | CONTINUOUS | TERMINATED | FAILED, 1);
     (void)eventIndicators;
     if (!s) return fmi2Error;
     return ni == 0 ? fmi2OK : as_fmi2(report(s, ERROR, "the model has no event indicators"));

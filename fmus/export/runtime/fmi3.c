@@ -135,7 +135,7 @@ fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference vr[], 
 
 fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference vr[], size_t nvr, const fmi3Float64 values[], size_t nValues)
 {
-    Instance *s = called(instance, "fmi3SetFloat64", ANY | INTERMEDIATE, nvr == 0 || (vr && values));
+    Instance *s = called(instance, "fmi3SetFloat64", SOUND | INTERMEDIATE, nvr == 0 || (vr && values));
     if (!s || same_number(s, "fmi3SetFloat64", nvr, nValues) != OK) return fmi3Error;
     return as_fmi3(set_values(s, vr, nvr, values));
 }

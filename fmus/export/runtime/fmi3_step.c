@@ -20,7 +20,7 @@ static void update(Instance *s, double time, int set, int finished, double *end,
     const Phase before = phase(s);
     enter(s, INTERMEDIATE);
     host->intermediate_update(host->environment, time, set, !set, finished, host->early_return && !finished, &requested, &wanted);
-    enter(s, before);
+    if (phase(s) == INTERMEDIATE) enter(s, before); /* else a call within the update has failed */
     if (host->early_return && !finished && requested && wanted >= time && wanted < *end) {
         *end = wanted;
         *early = 1;
@@ -70,11 +70,13 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
     *lastSuccessfulTime = s->z[0];
     if (check_step(s, time, h) != OK) return fmi3Error;
     if (host->intermediate_update && model.n_inputs > 0) sample_inputs(s, time, h, &end, &early);
+    if (phase(s) == FAILED) return fmi3Error;
     if (end > time) {
         const Status status = step_from(s, time, early ? end - time : h);
         if (status != OK) return as_fmi3(status);
     }
     if (host->intermediate_update) update(s, s->z[0], 0, 1, &end, &early);
+    if (phase(s) == FAILED) return fmi3Error;
     *earlyReturn = early != 0;
     *lastSuccessfulTime = s->z[0];
     return fmi3OK;
@@ -88,7 +90,7 @@ fmi3Status fmi3EnterStepMode(fmi3Instance instance)
 
 fmi3Status fmi3GetOutputDerivatives(fmi3Instance instance, const fmi3ValueReference vr[], size_t nvr, const fmi3Int32 orders[], fmi3Float64 values[], size_t nValues)
 {
-    Instance *s = called(instance, "fmi3GetOutputDerivatives", STEPPING | TERMINATED, nvr == 0 || (vr && orders && values));
+    Instance *s = called(instance, "fmi3GetOutputDerivatives", STEPPING | TERMINATED | FAILED, nvr == 0 || (vr && orders && values));
     if (!s) return fmi3Error;
     if (nvr != nValues) return as_fmi3(report(s, ERROR, "fmi3GetOutputDerivatives: as many values as references are needed"));
     return as_fmi3(get_slopes(s, vr, nvr, orders, values));

@@ -78,6 +78,7 @@ Status report(Instance *s, Status status, const char *format, ...)
     for (char *c = message; *c; c++) /* importers may use the message as a format string */
         if (*c == '%') *c = '/';
     s->logger(s, status, message);
+    if (status == ERROR) enter(s, FAILED);
     return status;
 }
 
@@ -118,9 +119,9 @@ static Status check_value(Instance *s, unsigned reference, double value)
     const Variable *v = &model.variables[reference];
     const char *reason = refusal(s, v);
     if (reason) return report(s, ERROR, "%s %s", v->name, reason);
-    if (!isfinite(value)) return report(s, ERROR, "%s = %g %s is not a finite number", v->name, value, v->unit);
+    if (!isfinite(value)) return report(s, DISCARD, "%s = %g %s is not a finite number", v->name, value, v->unit);
     if (!within(v, value))
-        return report(s, ERROR, "%s = %g %s is outside its bounds [%g, %g]", v->name, value, v->unit, v->min, v->max);
+        return report(s, DISCARD, "%s = %g %s is outside its bounds [%g, %g]", v->name, value, v->unit, v->min, v->max);
     return OK;
 }
 
@@ -132,7 +133,8 @@ Status set_values(Instance *s, const unsigned *references, size_t n, const doubl
         /* Values that are set in every step pass here; all others are examined in detail. */
         const unsigned input = references[i] - model.first_input;
         if (may_set_inputs && input < model.n_inputs && within(&model.variables[references[i]], values[i])) continue;
-        if (check_value(s, references[i], values[i]) != OK) return ERROR;
+        const Status status = check_value(s, references[i], values[i]);
+        if (status != OK) return status;
         parameters |= references[i] < model.first_input; /* time, which cannot be set, and the parameters */
     }
     for (size_t i = 0; i < n; i++) s->z[references[i]] = values[i];
@@ -175,7 +177,7 @@ Status set_states(Instance *s, const double *states, size_t n)
     if (n != model.n_states) return report(s, ERROR, "%u states were given, the model has %u", (unsigned)n, model.n_states);
     for (size_t i = 0; i < n; i++)
         if (!isfinite(states[i]))
-            return report(s, ERROR, "%s = %g is not a finite number", model.variables[model.first_state + i].name, states[i]);
+            return report(s, DISCARD, "%s = %g is not a finite number", model.variables[model.first_state + i].name, states[i]);
     if (n > 0) memcpy(s->z + model.first_state, states, n * sizeof *states);
     values_changed(s, 0);
     return OK;

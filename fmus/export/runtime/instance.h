@@ -9,7 +9,7 @@
 
 enum { MAX_ORDER = 3 }; /* of the inputs as polynomials in time */
 
-typedef enum { INSTANTIATED = 1, INITIALIZING = 2, STEPPING = 4, EVENT = 8, CONTINUOUS = 16, TERMINATED = 32, INTERMEDIATE = 64 } Phase;
+typedef enum { INSTANTIATED = 1, INITIALIZING = 2, STEPPING = 4, EVENT = 8, CONTINUOUS = 16, TERMINATED = 32, FAILED = 64, INTERMEDIATE = 128 } Phase;
 
 typedef enum { OK, WARNING, DISCARD, ERROR } Status;
 
@@ -52,13 +52,14 @@ void instance_free(Instance *s);
 /* Every value at its start, time zero, phase INSTANTIATED. */
 void instance_reset(Instance *s);
 
-/* Logs a message to the host and returns the status. */
+/* Logs a message to the host and returns the status. After an error the phase is FAILED until the instance is reset or a
+   state is restored (FMI 2.0.4, 2.1.3; FMI 3.0, 2.3.1). */
 Status report(Instance *s, Status status, const char *format, ...);
 
 Phase phase(const Instance *s);
 void enter(Instance *s, Phase phase);
 
-/* When one value is refused, none is set. */
+/* When one value is refused, none is set. A value outside its bounds is discarded: the instance is as before. */
 Status set_values(Instance *s, const unsigned *references, size_t n, const double *values);
 Status get_values(Instance *s, const unsigned *references, size_t n, double *values);
 /* The states or their derivatives, n_states values from a reference on. */

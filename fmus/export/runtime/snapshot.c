@@ -82,7 +82,7 @@ Status deserialise(Instance *s, const unsigned char *bytes, size_t size, Snapsho
         return report(s, ERROR, "the bytes given are no FMU state of this model");
     memcpy(&phase_kept, bytes + header + PHASE * sizeof phase_kept, sizeof phase_kept);
     for (unsigned p = INSTANTIATED; phase_kept != p; p *= 2)
-        if (p > TERMINATED) return report(s, ERROR, "the bytes given are no FMU state of this model");
+        if (p >= TERMINATED) return report(s, ERROR, "the bytes given are no FMU state of this model");
     if (*snapshot && !known(s, *snapshot)) return refuse(s);
     if (!*snapshot) *snapshot = new_snapshot(s);
     if (!*snapshot) return report(s, ERROR, "out of memory for an FMU state");

@@ -173,7 +173,8 @@ def test_derivatives_of_outputs_are_those_of_their_polynomial(name, opened):
 
 def test_a_message_names_variable_value_and_bounds_and_nothing_changes(opened):
     fmu = opened(riders.load("mean_2011")).start()
-    before = fmu.fmu.serializeFMUstate(fmu.fmu.getFMUstate())
+    saved = fmu.fmu.getFMUstate()
+    before = fmu.fmu.serializeFMUstate(saved)
     cases = [
         ({"steer_rate": 2.0, "arm_damping": -1.0}, "arm_damping = -1 N.m.s/rad is outside its bounds [0, 100000]"),
         ({"steer_angle": float("nan")}, "steer_angle = nan rad is not a finite number"),
@@ -187,10 +188,13 @@ def test_a_message_names_variable_value_and_bounds_and_nothing_changes(opened):
         ({"time": 0.1}, "time is the time, which the steps set"),
     ]
     for values, message in cases:
-        with pytest.raises(FMICallException):
+        with pytest.raises(FMICallException) as raised:
             fmu.set(**values)
-        category, text = fmu.log[-1]
-        assert (category, text) == ("logStatusError", message)
+        discarded = "bounds" in message or "finite" in message  # FMI 2.0.4, 2.1.3: the computation can continue
+        assert fmu.log[-1] == ("logStatusDiscard" if discarded else "logStatusError", message)
+        assert raised.value.status == (fmpy.fmi2.fmi2Discard if discarded else fmpy.fmi2.fmi2Error)
+        if not discarded:
+            fmu.fmu.setFMUstate(saved)
     assert fmu.fmu.serializeFMUstate(fmu.fmu.getFMUstate()) == before
     fmu.set(steer_rate=1.0)
     fmu.fmu.doStep(0.0, 0.01)
@@ -199,13 +203,15 @@ def test_a_message_names_variable_value_and_bounds_and_nothing_changes(opened):
 @pytest.mark.slow
 def test_a_step_that_cannot_be_done_leaves_the_state_and_says_why(opened):
     fmu = opened(COMPONENTS["oscillator"]()).start(position=0.1, hardening=1e6, relative_tolerance=1e-13)
-    before = fmu.fmu.serializeFMUstate(fmu.fmu.getFMUstate())
+    saved = fmu.fmu.getFMUstate()
+    before = fmu.fmu.serializeFMUstate(saved)
     for time, step, message in ((0.0, 0.0, "positive and finite"), (0.0, -1.0, "positive and finite"), (0.0, float("nan"), "positive and finite"),
                                 (7.0, 0.01, "the instance is at 0 s"), (0.0, 1e9, "relative tolerance")):  # fmt: skip
         with pytest.raises(FMICallException) as raised:
             fmu.fmu.doStep(time, step)
         assert message in fmu.log[-1][1]
         assert raised.value.status == (fmpy.fmi2.fmi2Discard if "tolerance" in message else fmpy.fmi2.fmi2Error)
+        fmu.fmu.setFMUstate(saved)
     assert fmu.fmu.serializeFMUstate(fmu.fmu.getFMUstate()) == before
     assert fmu.fmu.getRealStatus(fmpy.fmi2.fmi2LastSuccessfulTime) == 0.0
 
@@ -246,7 +252,28 @@ def test_a_calculated_parameter_follows(opened):
     assert fmu.get("port_inertia") == pytest.approx(0.3 - 0.2**2 / inertia, rel=1e-15)
 
 
-def test_calls_out_of_order_are_refused_and_the_instance_works_on(opened):
+def test_after_an_error_an_instance_refuses_to_go_on_until_it_is_reset_or_restored(opened):
+    # FMI 2.0.4, 2.1.3 and the table of 4.2.4: in the state error values can be read, and the simulation cannot go on
+    fmu = opened(riders.load("mean_2011")).start(torso_angle=0.1)
+    saved = fmu.fmu.getFMUstate()
+    with pytest.raises(FMICallException):
+        fmu.fmu.doStep(0.0, -1.0)
+    for call, name in ((lambda: fmu.fmu.doStep(0.0, 0.01), "fmi2DoStep"), (lambda: fmu.set(steer_rate=1.0), "fmi2SetReal"),
+                       (fmu.fmu.terminate, "fmi2Terminate"), (fmu.fmu.getFMUstate, "fmi2GetFMUstate")):  # fmt: skip
+        with pytest.raises(FMICallException):
+            call()
+        assert fmu.log[-1][1] == f"{name} may not be called after an error; reset the instance or restore a state first"
+    assert fmu.get("torso_angle") == 0.1
+    fmu.fmu.setFMUstate(saved)
+    fmu.fmu.doStep(0.0, 0.01)
+    with pytest.raises(FMICallException):
+        fmu.fmu.doStep(0.0, 0.01)
+    fmu.fmu.reset()
+    fmu.start()
+    fmu.fmu.doStep(0.0, 0.01)
+
+
+def test_calls_out_of_order_are_refused_until_a_reset(opened):
     fmu = opened(riders.load("mean_2011"))
     for call, message in ((lambda: fmu.fmu.doStep(0.0, 0.01), "fmi2DoStep may not be called before initialisation"),
                           (fmu.fmu.exitInitializationMode, "fmi2ExitInitializationMode may not be called before initialisation"),
@@ -254,6 +281,7 @@ def test_calls_out_of_order_are_refused_and_the_instance_works_on(opened):
         with pytest.raises(FMICallException):
             call()
         assert fmu.log[-1][1] == message
+        fmu.fmu.reset()
     fmu.start()
     fmu.fmu.doStep(0.0, 0.01)
     fmu.fmu.terminate()
@@ -269,7 +297,8 @@ def test_log_categories(opened, tmp_path):
     with pytest.raises(FMICallException):
         fmu.fmu.setDebugLogging(True, ["logEverything"])
     assert "unknown log category 'logEverything' (valid: logAll, logStatusError" in fmu.log[-1][1]
-    fmu.fmu.setDebugLogging(True, ["logStatusDiscard"])
+    fmu.fmu.setDebugLogging(True, ["logStatusError"])
+    fmu.fmu.reset()
     count = len(fmu.log)
     with pytest.raises(FMICallException):
         fmu.set(arm_damping=-1.0)

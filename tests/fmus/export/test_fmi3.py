@@ -1,5 +1,6 @@
 """FMI 3.0: the same numbers as FMI 2.0 to the last bit, and what only FMI 3.0 has."""
 
+import contextlib
 import zipfile
 from xml.etree import ElementTree as Xml
 
@@ -7,6 +8,7 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
+from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 from lxml import etree
 
@@ -61,17 +63,19 @@ def test_the_other_files_follow_the_standard_s_schema(file, schema, tmp_path):
 
 
 @pytest.mark.slow
-def test_the_port_is_a_terminal(tmp_path):
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_the_port_is_a_terminal(fmi, tmp_path):
     members = {}
     for name in ("rider", "motorcycle"):
-        with zipfile.ZipFile(build(COMPONENTS[name](), tmp_path, fmi=3).path) as archive:
+        with zipfile.ZipFile(build(COMPONENTS[name](), tmp_path, fmi=fmi).path) as archive:
             root = Xml.fromstring(archive.read("terminalsAndIcons/terminalsAndIcons.xml"))
         (terminal,) = [t for t in root.iter("Terminal") if t.get("name") == "handlebar"]
         assert terminal.get("matchingRule") == "plug"
         members[name] = {m.get("memberName"): m.get("variableKind") for m in terminal}
-    # Both sides have the same members, so that they plug into each other.
-    assert members["rider"] == members["motorcycle"] == {
-        "steer_angle": "signal", "steer_rate": "signal", "frame_rate": "signal", "handlebar_torque": "inflow", "frame_torque": "inflow"}  # fmt: skip
+    # Both sides have the same members, so that they plug into each other; the flow leaves the one and enters the other.
+    motion = dict.fromkeys(("steer_angle", "steer_rate", "frame_rate"), "signal")
+    for name, kind in (("rider", "outflow"), ("motorcycle", "inflow")):
+        assert members[name] == {**motion, "handlebar_torque": kind, "frame_torque": kind}
 
 
 @pytest.mark.slow
@@ -177,7 +181,58 @@ def test_slopes_of_outputs(opened3, opened):
         )
 
 
-def test_misuse_is_refused_with_a_message_and_the_instance_works_on(opened3):
+def test_after_an_error_an_instance_is_terminated_until_it_is_reset_or_restored(opened3):
+    # FMI 3.0, 2.3.1: after fmi3Error in any state the FMU is in Terminated
+    fmu = opened3(riders.load("mean_2011")).start(torso_angle=0.1)
+    saved = fmu.fmu.getFMUState()
+    with pytest.raises(FMICallException):
+        fmu.fmu.doStep(0.0, -1.0)
+    for call, name in ((lambda: fmu.fmu.doStep(0.0, 0.01), "fmi3DoStep"), (lambda: fmu.set(steer_rate=1.0), "fmi3SetFloat64"),
+                       (fmu.fmu.terminate, "fmi3Terminate")):  # fmt: skip
+        with pytest.raises(FMICallException):
+            call()
+        assert f"{name} may not be called after an error; reset" in fmu.log[-1][1]
+    assert fmu.get("torso_angle") == 0.1
+    fmu.fmu.setFMUState(saved)
+    fmu.fmu.doStep(0.0, 0.01)
+    with pytest.raises(FMICallException):
+        fmu.fmu.doStep(0.0, 0.01)
+    fmu.fmu.reset()
+    fmu.start()
+    fmu.fmu.doStep(0.0, 0.01)
+
+
+def test_a_value_out_of_bounds_is_discarded(opened3):
+    # FMI 3.0, 2.2.3: "handling of min/max violation" is an example of fmi3Discard; the instance is as before
+    fmu = opened3(riders.load("mean_2011")).start()
+    with pytest.raises(FMICallException) as raised:
+        fmu.set(arm_damping=-1.0)
+    assert raised.value.status == fmpy.fmi3.fmi3Discard
+    fmu.fmu.doStep(0.0, 0.01)
+
+
+def test_an_error_within_an_intermediate_update_fails_the_step(tmp_path):
+    path = build(riders.load("mean_2011"), tmp_path, fmi=3).path
+    description = fmpy.read_model_description(path)
+    fmu = FMU3Slave(guid=description.guid, unzipDirectory=fmpy.extract(path), instanceName="test",
+                    modelIdentifier=description.coSimulation.modelIdentifier)  # fmt: skip
+    steer = next(v.valueReference for v in description.modelVariables if v.name == "steer_angle")
+
+    def update(environment, time, set_requested, *_):
+        if set_requested:
+            with contextlib.suppress(FMICallException):
+                fmu.setFloat64([1000], [1.0])
+
+    fmu.instantiate(requiredIntermediateVariables=[steer], intermediateUpdate=update, logMessage=lambda *_: None)
+    fmu.enterInitializationMode(startTime=0.0)
+    fmu.exitInitializationMode()
+    for _ in range(2):
+        with pytest.raises(FMICallException):
+            fmu.doStep(0.0, 0.01)
+    fmu.freeInstance()
+
+
+def test_misuse_is_refused_with_a_message(opened3):
     fmu = opened3(riders.load("mean_2011"))
     cases = [
         (lambda: fmu.fmu.doStep(0.0, 0.01), "fmi3DoStep may not be called before initialisation"),
@@ -193,6 +248,7 @@ def test_misuse_is_refused_with_a_message_and_the_instance_works_on(opened3):
         with pytest.raises(FMICallException):
             call()
         assert message in fmu.log[-1][1]
+        fmu.fmu.reset()
     fmu.start()
     fmu.fmu.doStep(0.0, 0.01)
 
