@@ -26,6 +26,7 @@ NAMES = {
     "motofmi.workflows.components": ("component", "damper", "mechanism", "rider", "vehicle"),
     "motofmi.workflows.cosimulation": ("cosimulate", "simulate"),
     "motofmi.workflows.device": ("transfer_functions",),
+    "motofmi.workflows.explore": ("explore",),
     "motofmi.workflows.frf": ("estimate_frf",),
     "motofmi.workflows.gap.find_gap": ("find_gap",),
     "motofmi.workflows.gap.plan_experiment": ("plan_experiment",),
@@ -63,6 +64,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from motofmi.workflows.cosimulation import cosimulate as cosimulate
     from motofmi.workflows.cosimulation import simulate as simulate
     from motofmi.workflows.device import transfer_functions as transfer_functions
+    from motofmi.workflows.explore import explore as explore
     from motofmi.workflows.frf import estimate_frf as estimate_frf
     from motofmi.workflows.gap.find_gap import find_gap as find_gap
     from motofmi.workflows.gap.plan_experiment import plan_experiment as plan_experiment

@@ -1,0 +1,35 @@
+"""The page of `motofmi explore`: one HTML file with scripts, styles and compiled components inside.
+
+The scripts are small files with functions of their own, written into the page in the order of `SCRIPTS`.
+"""
+
+import json
+from collections.abc import Mapping
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from fmus.support.files import write_text
+
+FOLDER = Path(__file__).parent
+SCRIPTS = (
+    "vendor/ml-matrix-6.15.1.umd.js", "fmu.js", "linear.js", "eigen.js", "tracking.js", "naming.js", "settings.js",
+    "axes.js", "charts.js", "shape.js", "animation.js", "cosimulation.js", "live.js", "controls.js", "main.js",
+)  # fmt: skip
+LARGEST = 2_000_000  # bytes
+
+
+def write_page(path: Path, data: Mapping[str, Any], title: str) -> None:
+    """Write the page with its data. Raises InputError if it cannot be written."""
+    text = (FOLDER / "page.html").read_text("utf-8")
+    scripts = "\n".join((FOLDER / name).read_text("utf-8").partition("//# sourceMappingURL")[0] for name in SCRIPTS)
+    parts = {
+        "title": escape(title),
+        "style": (FOLDER / "style.css").read_text("utf-8"),
+        "data": json.dumps(data, separators=(",", ":")).replace("</", "<\\/"),
+        "scripts": scripts.replace("</script", "<\\/script"),
+        "licence": escape((FOLDER / "vendor/ml-matrix-LICENSE.txt").read_text("utf-8")),
+    }
+    for name, content in parts.items():
+        text = text.replace(f"<!-- {name} -->", content)
+    write_text(path, text)
