@@ -57,6 +57,21 @@ def assignments(texts: Iterable[str]) -> dict[str, float]:
     return values
 
 
+def values_of(texts: Iterable[str]) -> dict[str, float | str]:
+    """Numbers or texts by name, from texts NAME=VALUE; Booleans are `true` and `false`. Raises InputError for a text of
+    another form."""
+    found: dict[str, float | str] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not (equals and name.strip()):
+            raise InputError(f"{text!r} is not NAME=VALUE, as in arm_damping=20")
+        try:
+            found[name.strip()] = float(value)
+        except ValueError:
+            found[name.strip()] = value
+    return found
+
+
 def units_of(texts: Iterable[str]) -> dict[str, str]:
     """Units by variable, from texts VARIABLE=UNIT. Raises InputError for a text of another form."""
     found = {}

@@ -20,6 +20,7 @@ from fmus.cosimulation.profiles import Profile, read_profile, split_units
 from fmus.cosimulation.simulate import simulate as run_alone
 from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem
 from fmus.cosimulation.subsystems.stated_units import warn_of_missing_units
+from fmus.cosimulation.subsystems.typed_values import Value
 from fmus.declaration.component import Component, in_bounds
 from fmus.declaration.units import convert
 from fmus.export.build import build
@@ -131,7 +132,7 @@ def _start_speed(columns: Mapping[str, np.ndarray], units: Mapping[str, str]) ->
 
 
 def simulate(fmu: ComponentLike, *, inputs: Inputs | None = None, step: float | None = None,
-             duration: float | None = None, set: Mapping[str, float] | None = None,
+             duration: float | None = None, set: Mapping[str, Value] | None = None,
              units: Mapping[str, str] | None = None, out: str | Path | None = None) -> CosimulationRun:  # fmt: skip
     """Simulate one FMU (FMI 2.0 or 3.0, co-simulation) by itself from time 0 to `duration` [s] in steps [s].
 

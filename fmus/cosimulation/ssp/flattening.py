@@ -13,11 +13,11 @@ from fmus.cosimulation.ssp.package import Package
 from fmus.cosimulation.ssp.parameters import Setting
 from fmus.cosimulation.ssp.structure import Component, Connection, Element, Path_, System
 from fmus.cosimulation.ssp.units import IDENTITY, Affine, UnitDefinition, conversion
+from fmus.cosimulation.subsystems.typed_values import REAL, Value
 from fmus.support.errors import InputError, unknown
 
 Node = tuple[Path_, str]  # a connector: the path of its element, and its name
 SOURCES, SINKS = ("output", "calculatedParameter", "local", "constant"), ("input", "parameter", "structuralParameter")
-REALS = ("Real", "Float64")  # types that can be connected
 
 
 @dataclass
@@ -26,7 +26,7 @@ class Flat:
 
     components: dict[str, Component]
     wires: dict[tuple[str, str], tuple[tuple[str, str], Affine]] = field(default_factory=dict)
-    values: dict[str, dict[str, float | int | bool | str]] = field(default_factory=dict)
+    values: dict[str, dict[str, Value]] = field(default_factory=dict)
     ignored: list[str] = field(default_factory=list)  # bound values without a variable
 
 
@@ -68,7 +68,7 @@ class _Flattening:
                     start = (names[source.path], self._output(source, signal.source[1], node))
                     found.wires[name, self._input(component, variable)] = (start, signal.change)
                     continue
-                own = component.unit(variable) if component.variables[variable].type in REALS else None
+                own = component.unit(variable) if component.variables[variable].type in REAL else None
                 given = [(settings[at], change, self._unit(at) or own) for at, change in signal.passed if at in settings] if signal else []
                 given += [(settings[node], IDENTITY, own)] if node in settings else []
                 if given:
@@ -173,7 +173,7 @@ class _Flattening:
 
     def _connected(self, component: Component, name: str) -> str:
         variable = component.variables[name]
-        if variable.type not in REALS or variable.dimensions:
+        if variable.type not in REAL or variable.dimensions:
             kind = "an array" if variable.dimensions else f"of type {variable.type}"
             raise self.package.refused(f"{component.name}.{name}", f"is {kind}; only Real and Float64 can be connected")
         return variable.name
@@ -197,7 +197,7 @@ class _Flattening:
 
     def _value(
         self, setting: Setting, change: Affine, unit: UnitDefinition | None, component: Component, variable: str
-    ) -> float | int | bool | str:
+    ) -> Value:
         """A value that is given in a unit at a connector, as it arrives at a variable."""
         row = component.variables[variable]
         where = f"{component.name}.{variable}"
@@ -207,7 +207,7 @@ class _Flattening:
             value = setting.value(row, unit)
         except InputError as error:
             raise self.package.refused(f"value {setting.name} for {where}", str(error)) from None
-        return change(float(value)) if row.type in REALS else value
+        return change(float(value)) if row.type in REAL else value
 
 
 def _named(element: Component | System, name: str) -> Iterator[Node]:

@@ -8,6 +8,7 @@ from fmpy.model_description import ModelVariable
 
 from fmus.cosimulation.ssp.package import SSM, SSV, local, truth
 from fmus.cosimulation.ssp.units import IDENTITY, Affine, UnitDefinition, conversion, defined_units, named_unit
+from fmus.cosimulation.subsystems.typed_values import Value
 from fmus.support.errors import InputError, unknown
 
 REALS = ("Real", "Float64", "Float32")
@@ -31,7 +32,7 @@ class Setting:
     transformation: Affine = IDENTITY
     mapped: tuple[tuple[str, str], ...] = ()  # texts that are replaced
 
-    def value(self, variable: ModelVariable, unit: UnitDefinition | None) -> float | int | bool | str:
+    def value(self, variable: ModelVariable, unit: UnitDefinition | None) -> Value:
         """The value for a variable of an FMU, in the unit of that variable.
 
         Raises InputError where the types do not fit and where the value cannot be converted.

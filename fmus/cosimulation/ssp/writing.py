@@ -16,8 +16,8 @@ from fmpy.model_description import ModelDescription, ModelVariable
 from fmus.cosimulation.network import agree
 from fmus.cosimulation.ssp.package import FMU, SPACES, SSC, SSD, SSV, STRUCTURE
 from fmus.cosimulation.ssp.units import EXPONENTS, named_unit, units_of_fmu
-from fmus.cosimulation.subsystems.fmi_calls import Value
 from fmus.cosimulation.subsystems.fmu_subsystem import model_description
+from fmus.cosimulation.subsystems.typed_values import Value
 from fmus.export.build import archive
 from fmus.support.errors import InputError, unknown
 from fmus.support.files import write_atomically

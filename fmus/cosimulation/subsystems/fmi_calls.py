@@ -19,10 +19,10 @@ from fmpy.fmi3 import FMU3Slave, fmi3IntermediateUpdateCallback, fmi3LogMessageC
 from fmpy.model_description import ModelVariable
 
 from fmus.cosimulation.master.library import address, array, library, pointer, structures
+from fmus.cosimulation.subsystems.typed_values import Value, typed
 from fmus.support.errors import MissingToolError, SimulationError
 
 Call = Callable[..., None]
-Value = float | int | bool | str  # of a variable, by its type
 
 WARNING, FATAL = 1, 4
 
@@ -71,7 +71,7 @@ class Calls:
             kind = "an array" if variable.dimensions else f"of type {variable.type}"
             raise SimulationError(f"{self.name}: {variable.name} is {kind}, which cannot be set here")
         try:
-            getattr(self.fmu, self.setters[variable.type])([variable.valueReference], [value])
+            getattr(self.fmu, self.setters[variable.type])([variable.valueReference], [typed(variable, value)])
         except FMICallException as error:
             self.fail(error.function, error.status)
 

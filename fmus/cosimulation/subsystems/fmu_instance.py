@@ -15,11 +15,11 @@ from fmpy.model_description import ModelVariable
 
 from fmus.cosimulation.polynomials import ORDER, derivatives
 from fmus.cosimulation.subsystems.archive import open_archive
-from fmus.cosimulation.subsystems.fmi_calls import Calls, Calls2, Calls3, Value
+from fmus.cosimulation.subsystems.fmi_calls import Calls, Calls2, Calls3
 from fmus.cosimulation.subsystems.stated_units import described_unit, stated_units
+from fmus.cosimulation.subsystems.typed_values import REAL, Value, typed
 from fmus.support.errors import InputError, SimulationError, unknown
 
-REAL = ("Real", "Float64")  # the types whose values are read and set in every step
 SHOWN = 6  # so many names of inputs, and of outputs, are in the repr
 CALLS: dict[str, Callable[[str, Mapping[str, str], Sequence[int]], Calls]] = {"2": Calls2, "3": Calls3}
 
@@ -155,7 +155,7 @@ class FmuInstance:
             self.calls.set_typed(variable, value)
             return
         signal = Signals([variable])
-        signal.values[0] = value
+        signal.values[0] = typed(variable, value)
         self.calls.set(*signal.call)
 
     def close(self) -> None:

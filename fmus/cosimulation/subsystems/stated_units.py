@@ -41,7 +41,7 @@ def stated_units(owner: str, variables: Mapping[str, ModelVariable], units: Mapp
     return dict(units)
 
 
-def by_fmu(units: Mapping[str, str], fmus: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, str]]:
+def by_fmu(units: Mapping[str, str], fmus: Mapping[str, Mapping[str, ModelVariable]]) -> dict[str, dict[str, str]]:
     """Units by FMU and variable, from units by `variable` or `fmu.variable`; fmus holds the variables of each FMU.
 
     Raises InputError for a name that none has, and for one that several have.
@@ -52,8 +52,9 @@ def by_fmu(units: Mapping[str, str], fmus: Mapping[str, Mapping[str, Any]]) -> d
         matching = [key] if key in every else [full for full in every if full.partition(".")[2] == key]
         if not matching:
             raise unknown("variable", key, every)
-        for full in matching:  # variables of one name meet at a port and have one unit
-            name, _, variable = full.partition(".")
+        parts = [(name, variable) for name, _, variable in (full.partition(".") for full in matching)]
+        without = [(name, variable) for name, variable in parts if not described_unit(fmus[name][variable])]
+        for name, variable in without or parts:  # variables of one name meet at a port: one may have its unit
             found[name][variable] = stated
     return found
 

@@ -4,7 +4,7 @@ import argparse
 from typing import Any
 
 from motofmi.cli import outputs
-from motofmi.cli.arguments import assignments, units_of
+from motofmi.cli.arguments import units_of, values_of
 from motofmi.cli.component_arguments import add_units
 from motofmi.cli.screen import Screen
 from motofmi.workflows.cosimulation import simulate
@@ -17,6 +17,7 @@ outputs over time as CSV.
 
   motofmi simulate rider_mean_2011.fmu --input steer.csv --duration 10    # columns: time [s], steer_angle [rad]
   motofmi simulate rider:mean_2011 --set arm_damping=20 --set torso_angle=0.1
+  motofmi simulate other.fmu --set limited=true --set mode=fast --unit torque=N.m --plot run.png
 """
 
 
@@ -41,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME=VALUE",
-        help="a parameter, a constant input or the start value of a state; repeatable",
+        help="a parameter of any type, a constant input or the start value of a state; repeatable",
     )
     parser.add_argument(
         "--out",
@@ -57,7 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     found = simulate(arguments.fmu, inputs=arguments.input, step=arguments.step, duration=arguments.duration,
-                     set=assignments(arguments.settings), units=units_of(arguments.units), out=arguments.out)  # fmt: skip
+                     set=values_of(arguments.settings), units=units_of(arguments.units), out=arguments.out)  # fmt: skip
     outputs.save(found, arguments)
     return {"fmu": arguments.fmu, "rows": found.steps + 1, "out": str(found.path), "step": found.step,
             "steps": found.steps, "columns": found.columns, "steps_per_second": found.steps_per_second}  # fmt: skip
