@@ -58,7 +58,7 @@ class ExplorePage:
 
 
 def explore(
-    vehicle: ComponentLike = VEHICLE, device: ComponentLike | None | Sequence[ComponentLike | None] = DEVICES,
+    vehicle: ComponentLike = VEHICLE, device: ComponentLike | Sequence[ComponentLike | None] | None = DEVICES,
     out: str | Path = "explore.html", *, set: Mapping[str, float] | None = None,
 ) -> ExplorePage:  # fmt: skip
     """Write one HTML page of at most 2 MB that opens from a file, without a network.

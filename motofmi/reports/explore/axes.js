@@ -2,6 +2,8 @@
 
 const INK = { weave: "var(--weave)", wobble: "var(--wobble)", capsize: "var(--capsize)", rear_wobble: "var(--rear-wobble)", rider_wobble: "var(--rider-wobble)" };
 
+const DEGREES = 180 / Math.PI;
+
 function shown(mode) { return mode.replace("_", "-"); }
 
 function ticks(low, high, count = 6) {
@@ -30,10 +32,11 @@ class Axes {
       `<text transform="translate(${left - 40} ${top + height / 2}) rotate(-90)" class="label" text-anchor="middle">${yLabel}</text>`;
   }
 
-  /* A path through points; it is interrupted where a point is missing. */
-  path(xs, ys) {
+  /* A path through points; it is interrupted where a point is missing, and behind the places in `gaps`. */
+  path(xs, ys, gaps) {
     let text = "", pen = "M";
     for (let i = 0; i < xs.length; i++) {
+      if (gaps.has(i - 1)) pen = "M";
       if (!Number.isFinite(xs[i]) || !Number.isFinite(ys[i])) {
         pen = "M";
         continue;

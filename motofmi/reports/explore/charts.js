@@ -33,24 +33,24 @@ function marksOf(published, configuration) {
 function locusChart(found, limits, speed, published, id) {
   const axes = new Axes({ left: 56, top: 12, width: WIDTH - 70, height: HEIGHT - 64 }, limits.x, limits.y), at = nearestIndex(found.points, speed);
   const half = `<rect x="${axes.x(0)}" y="0" width="${WIDTH}" height="${HEIGHT}" class="unstable"/>`;
-  const curves = Object.entries(found.curves).map(([mode, { re, im }]) => {
+  const gaps = gapsOf(found), curves = Object.entries(found.curves).map(([mode, { re, im }]) => {
     const dots = found.points.map((p, i) => (Math.abs(p / 10 - Math.round(p / 10)) < 1e-9 && Number.isFinite(re[i]) ? `<circle cx="${axes.x(re[i]).toFixed(1)}" cy="${axes.y(im[i]).toFixed(1)}" r="2"/>` : "")).join("");
-    return `<g style="--ink:${INK[mode]}" class="curve" data-mode="${mode}"><path d="${axes.path(re, im)}"/>${dots}` +
+    return `<g style="--ink:${INK[mode]}" class="curve" data-mode="${mode}"><path d="${axes.path(re, im, gaps)}"/>${dots}` +
       (Number.isFinite(re[at]) ? `<circle class="here" cx="${axes.x(re[at])}" cy="${axes.y(im[at])}" r="6"/>` +
-        `<text x="${axes.x(re[at]) + 9}" y="${axes.y(im[at]) - 7}">${shown(mode)}</text>` : "") + "</g>";
+        nameAt(axes.x(re[at]), axes.y(im[at]), shown(mode)) : "") + "</g>";
   });
   const marks = published.flatMap(({ eigenvalues = {}, source }) => Object.entries(eigenvalues).flatMap(([mode, rows]) => rows.map(([v, re, im]) => cross(axes.x(re), axes.y(im), INK[mode], `${source}: ${shown(mode)} at ${v.toFixed(1)} m/s`))));
   return { axes, text: svg(axes.draw("real part [1/s]", "imaginary part [rad/s]", half + curves.join("") + marks.join(""), id), "Root locus over speed") };
 }
 
 function speedChart(found, limits, speed, published, id) {
-  const third = (HEIGHT - 90) / 2, frame = (top) => ({ left: 56, top, width: WIDTH - 70, height: third });
+  const third = (HEIGHT - 74) / 2, frame = (top) => ({ left: 56, top, width: WIDTH - 70, height: third });
   const upper = new Axes(frame(12), limits.x, limits.frequency), lower = new Axes(frame(28 + third), limits.x, limits.damping);
   const bands = (axes) => Object.entries(found.unstable).flatMap(([mode, list]) => list.map(([a, b]) =>
     `<rect x="${axes.x(a)}" y="${axes.frame.top}" width="${axes.x(b) - axes.x(a)}" height="${axes.frame.height}" style="fill:${INK[mode]}" class="band"/>`)).join("");
-  const line = (axes) => `<line x1="${axes.x(speed)}" x2="${axes.x(speed)}" y1="0" y2="${HEIGHT}" class="cursor"/>`;
+  const gaps = gapsOf(found), line = (axes) => `<line x1="${axes.x(speed)}" x2="${axes.x(speed)}" y1="0" y2="${HEIGHT}" class="cursor"/>`;
   const curves = (axes, value) => Object.entries(found.curves).map(([mode, { re, im }]) =>
-    `<g style="--ink:${INK[mode]}" class="curve" data-mode="${mode}"><path d="${axes.path(found.points, found.points.map((_, i) => value(re[i], im[i])))}"/></g>`).join("");
+    `<g style="--ink:${INK[mode]}" class="curve" data-mode="${mode}"><path d="${axes.path(found.points, found.points.map((_, i) => value(re[i], im[i])), gaps)}"/></g>`).join("");
   const marks = published.flatMap(({ eigenvalues = {}, frequencies = {}, source }) => [
     ...Object.entries(eigenvalues).flatMap(([mode, rows]) => rows.filter((r) => r[2] > 0).map(([v, , im]) => cross(upper.x(v), upper.y(im * TO_HERTZ), INK[mode], `${source}: ${shown(mode)}`))),
     ...Object.entries(frequencies).flatMap(([mode, rows]) => rows.map(([v, low, high]) => cross(upper.x(v), upper.y((low + high) / 2), INK[mode], `${source}: ${shown(mode)} ${low} to ${high} Hz`))),
@@ -58,6 +58,15 @@ function speedChart(found, limits, speed, published, id) {
   const text = upper.draw("", "frequency [Hz]", bands(upper) + curves(upper, (re, im) => im * TO_HERTZ) + line(upper) + marks, `${id}-f`) +
     lower.draw("speed [m/s]", "damping ratio [1]", bands(lower) + curves(lower, dampingRatio) + line(lower), `${id}-d`);
   return { axes: upper, text: svg(text, "Frequency and damping ratio over speed") };
+}
+
+/* The points behind which a name goes over to another branch. */
+function gapsOf(found) { return new Set(found.exchanges.map((speed) => nearestIndex(found.points, speed))); }
+
+/* The name of a mode beside its point, on the side where there is room. */
+function nameAt(x, y, name) {
+  const right = x < WIDTH - 90;
+  return `<text x="${x + (right ? 9 : -9)}" y="${y - 7}" text-anchor="${right ? "start" : "end"}">${name}</text>`;
 }
 
 function cross(x, y, ink, text) { return `<path class="mark" style="--ink:${ink}" d="M${x - 4} ${y - 4}l8 8M${x - 4} ${y + 4}l8 -8"><title>${text}</title></path>`; }
@@ -90,5 +99,5 @@ function reading(found, mode, i) {
 
 function bandsText(found, mode) {
   const list = found.unstable[mode];
-  return list.length ? list.map(([a, b]) => `${a.toFixed(1)} to ${b.toFixed(1)} m/s`).join(", ") : "stable";
+  return list.length ? list.map(([a, b]) => `${a.toFixed(1)} to ${b.toFixed(1)}`).join(", ") : "stable";
 }

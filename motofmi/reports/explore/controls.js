@@ -1,7 +1,6 @@
 /* The controls of the configuration that is edited: vehicle, device, and a slider with a number for every parameter. */
 
 const PROMINENT = ["trail", "ground_trail", "caster_angle", "front_cornering_stiffness", "rear_cornering_stiffness", "gravity", "steering_damping"];
-const DEGREES = 180 / Math.PI;
 
 function unitShown(unit) { return unit === "rad" ? { unit: "deg", factor: DEGREES } : { unit, factor: 1 }; }
 

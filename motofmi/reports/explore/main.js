@@ -11,6 +11,8 @@ class Page {
     Object.assign(this, { data, libraries, settings: new Settings(data), systems: {}, found: {}, axes: {} });
     SIDES.forEach((side) => this.compute(side));
     this.controls = new Controls(this.settings, (sides) => this.later(sides));
+    this.motion = new Motion(this);
+    this.live = new Live(this);
     this.listen();
     this.draw();
     document.getElementById("about").textContent = `motofmi ${data.version}. Eigenvalues with ml-matrix 6.15.1 (MIT licence). Nothing is loaded from a network.`;
@@ -69,6 +71,8 @@ class Page {
     });
     document.getElementById("charts").innerHTML = `<div class="pair">${panels.join("")}</div>${this.published()}`;
     document.getElementById("readings").innerHTML = `<div class="pair">${SIDES.map((side) => this.readings(side)).join("")}</div>`;
+    this.motion.update();
+    this.live.update();
     settings.write();
   }
 
@@ -82,10 +86,10 @@ class Page {
     const rows = Object.keys(found.curves).map((mode) => {
       const here = reading(found, mode, at), cell = (value, digits) => (here && Number.isFinite(value) ? value.toFixed(digits) : "-");
       const unstable = found.unstable[mode].length ? "bad" : "";
-      return `<tr><td><span class="dot" style="--ink:${INK[mode]}"></span>${shown(mode)}</td><td>${cell(here?.frequency, 2)}</td><td>${cell(here?.ratio, 3)}</td><td>${cell(here?.re, 2)}</td><td class="${unstable}">${bandsText(found, mode)}</td></tr>`;
+      return `<tr><td><span class="dot" style="--ink:${INK[mode]}"></span>${shown(mode)}</td><td>${cell(here?.frequency, 2)}</td><td>${cell(here?.ratio, 3)}</td><td class="wide">${cell(here?.re, 2)}</td><td class="${unstable}">${bandsText(found, mode)}</td></tr>`;
     });
     const mixed = found.mixed.some(([a, b]) => a <= this.settings.speed && this.settings.speed <= b) ? `<p class="note">Rear-wobble and rider-wobble are not distinct at this speed.</p>` : "";
-    return `<div class="table" aria-live="polite"><h2><span class="tag">${side}</span>at ${this.settings.speed.toFixed(1)} m/s</h2><table><thead><tr><th>mode</th><th>frequency [Hz]</th><th>damping ratio</th><th>real part [1/s]</th><th>unstable from 1 to 60 m/s</th></tr></thead><tbody>${rows.join("")}</tbody></table>${mixed}</div>`;
+    return `<div class="table" aria-live="polite"><h2><span class="tag">${side}</span>at ${this.settings.speed.toFixed(1)} m/s</h2><table><thead><tr><th>mode</th><th>frequency [Hz]</th><th>damping ratio</th><th class="wide">real part [1/s]</th><th>unstable [m/s]</th></tr></thead><tbody>${rows.join("")}</tbody></table>${mixed}</div>`;
   }
 
   /* The reading at the pointer; a click moves the speed there and selects the mode. */

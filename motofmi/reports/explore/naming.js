@@ -23,7 +23,7 @@ function namedModes(system, low = 1, high = 60) {
     }
   }
   const only = (values) => Array.from(values).filter((_, i) => inside[i]);
-  const found = { points: only(branches.points), spectra: branches.spectra.filter((_, i) => inside[i]), curves: {}, unstable: {}, mixed: names.mixed };
+  const found = { points: only(branches.points), spectra: branches.spectra.filter((_, i) => inside[i]), curves: {}, unstable: {}, mixed: names.mixed, exchanges: names.below.map(([speed]) => speed) };
   for (const mode of MODES) {
     if (!curves[mode]) continue;
     found.curves[mode] = { re: only(curves[mode].re), im: only(curves[mode].im) };
