@@ -2,9 +2,10 @@
 
 Modes of these freedoms lie between weave and wobble and veer with both, and weave veers with rear wobble. Therefore
   naming speed   of 60, 55, ... 30 m/s the one at which every pair is most clearly one of further states or none of them
-  weave          at every speed the pair, not mostly of further states, in which roll exceeds the steer most; without one the
-                 two least stable of the three real roots in which roll takes the largest part
-  capsize        the real root in which roll takes the largest part; without a pair of weave the most stable of the three
+  weave          its branch from the naming speed, or another pair, not mostly of further states, in which roll takes a larger
+                 part than that and than the steer; where roll takes a larger part in three real roots than in any such
+                 pair, the two least stable of them
+  capsize        the real root in which roll takes the largest part; of those three the most stable one
   rear wobble    the branch that weave has at the naming speed where weave is another pair; its own branch elsewhere
   wobble         its branch from the naming speed, or the branch of another pair there in which steer takes a larger part
                  than roll and further states a smaller one
@@ -58,7 +59,7 @@ def _character(shapes: ModeShapes, k: int, above: dict[str, Columns]) -> tuple[N
         others = [columns for mode, columns in above.items() if len(columns) == 2 and mode.startswith(OTHER)]
         others = [columns for columns in others if part(excess, columns) < 0]
         names["wobble"] = min([names["wobble"], *others], key=lambda columns: part(foreign, columns))
-    names |= _slow_modes(shapes, k, excess)
+    names |= _slow_modes(shapes, k, excess, above.get("weave", ()))
     if "rear_wobble" in names and len(above.get("weave", ())) == 2 and set(names["weave"]) != set(above["weave"]):
         names["rear_wobble"] = above["weave"]
     slow = {*names["weave"], *names["capsize"]}
@@ -69,13 +70,14 @@ def _character(shapes: ModeShapes, k: int, above: dict[str, Columns]) -> tuple[N
     return tuple(sorted(names.items())), len(ranked) > 1 and bool(ranked[1] > MIXED * ranked[0] > 0)
 
 
-def _slow_modes(shapes: ModeShapes, k: int, excess: np.ndarray) -> dict[str, Columns]:
-    """The branches of weave and capsize."""
-    roll, values, upper = shapes.part(k, "roll"), shapes.eigenvalues[k], shapes.upper(k)
+def _slow_modes(shapes: ModeShapes, k: int, excess: np.ndarray, branch: Columns) -> dict[str, Columns]:
+    """The branches of weave and capsize, from the branch of weave at the naming speed."""
+    foreign, roll, values = shapes.foreign_participation(k), shapes.part(k, "roll"), shapes.eigenvalues[k]
+    own = [i for i in shapes.upper(k) if set(shapes.pair(k, i)) == set(branch)]
+    pairs = [i for i in shapes.upper(k) if foreign[i] <= MAJORITY and excess[i] > 0] + own
     real = sorted((i for i, value in enumerate(values) if value.imag == 0), key=lambda i: -roll[i])
-    foreign = shapes.foreign_participation(k)
-    weave = max((i for i in upper if foreign[i] <= MAJORITY), key=lambda i: excess[i], default=None)
-    if weave is not None and excess[weave] > 0:
+    weave = max(pairs, key=lambda i: roll[i], default=None)
+    if weave is not None and (excess[weave] > 0 or len(real) < 3 or roll[weave] > roll[real[2]]):
         return {"weave": shapes.pair(k, weave), "capsize": tuple(int(shapes.column[k, i]) for i in real[:1])}
     three = sorted(real[:3], key=lambda i: -values[i].real)
     columns = tuple(int(shapes.column[k, i]) for i in three)

@@ -190,14 +190,15 @@ class CompliantMotorcycle(LoadDependentTyres):
 
     def mass(self, v, m):
         body = bodies(v, m)
-        return mass_matrix(body.values(), freedoms(body))
+        return mass_matrix(list(body.values()), freedoms(body))
 
     def equations(self, v, m):
         body = bodies(v, m)
         front, rear = body["front frame"].path, body["assembly"].path
         V, c, S = v.speed, m.cos(v.caster_angle), m.sin(v.caster_angle)
         contacts = {"front": (front, (v.front_contact_distance, 0)), "rear": (rear, (-v.rear_contact_distance, 0))}
-        loads, derivatives = wheel_loads(v, body), {}
+        loads = wheel_loads(v, body)
+        derivatives: dict[str, Any] = {}
         for end, (path, contact) in contacts.items():
             slip = heading(path, v) - lateral_velocity(path, contact, v) / V
             derivatives |= set_tyre(v, end, loads[end], slip, tilt(path, v))

@@ -1,0 +1,136 @@
+"""Does the passive rider calm wobble on every vehicle, and what does he do to weave? Writes docs/vehicles.md.
+
+    python -m motofmi.scenarios.does_the_passive_rider_calm_wobble_on_every_vehicle
+
+Each vehicle with the hands off, with the mean rider of 2011 and with an added steering damper of 7.5 N.m.s/rad; Sharp's
+motorcycle of 1994 also with its own hands. For each the unstable intervals of speed and the least damping ratio of weave
+and wobble are given.
+"""
+
+import argparse
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from fmus.composition.system import System
+from fmus.support.files import write_atomically
+from motofmi.reports.report import Table
+from motofmi.scenarios.what_does_each_reading_do_to_sharp_1994 import run as run_readings
+from motofmi.scenarios.what_does_each_reading_do_to_sharp_1994 import table as table_of_readings
+from rider_fmu import riders
+from vehicle_fmu import LinearDamper, Modes, modes, motorcycles, over_speed, ridden
+
+VEHICLES = ("sharp_1971", "reference_2011", "sharp_1994")
+SPEEDS = np.arange(10.0, 70.25, 0.5)  # m/s: from where a motorcycle is ridden hands off; the top of its range
+DAMPING = 7.5  # N.m.s/rad, added in Fig. 14 of the 2011 paper
+OFF, RIDER, DAMPER, HANDS = "hands off", "mean rider", f"damper {DAMPING:g} N.m.s/rad", "Sharp's hands"
+
+
+def systems(vehicle: str) -> dict[str, System]:
+    """The vehicle with each device, by words."""
+    motorcycle = motorcycles.load(vehicle)
+    found = {
+        OFF: ridden(motorcycle),
+        RIDER: ridden(motorcycle, riders.load("mean_2011")),
+        DAMPER: ridden(motorcycle, LinearDamper("damper", damping=DAMPING)),
+    }
+    if "hands_on" in motorcycle.values:
+        found[HANDS] = ridden(motorcycle.with_values(hands_on=1.0))
+    return found
+
+
+def run(vehicles: tuple[str, ...] = VEHICLES, speeds: np.ndarray = SPEEDS) -> dict[tuple[str, str], Modes]:
+    """The modes by vehicle and device, over speeds [m/s]."""
+    return {(vehicle, words): modes(over_speed(system), speeds)
+            for vehicle in vehicles for words, system in systems(vehicle).items()}  # fmt: skip
+
+
+def table(found: dict[tuple[str, str], Modes]) -> Table:
+    """One row for each vehicle and device."""
+    first = next(iter(found.values())).speed
+    rows = [[vehicle, words, bands(one, "weave"), bands(one, "wobble"), least(one, "weave"), least(one, "wobble")]
+            for (vehicle, words), one in found.items()]  # fmt: skip
+    return Table(["vehicle", "at the handlebar", "weave unstable [m/s]", "wobble unstable [m/s]",
+                  "least damping ratio of weave", "of wobble"], rows,
+                 f"From {first[0]:g} to {first[-1]:g} m/s; the speed of the least damping in parentheses")  # fmt: skip
+
+
+def bands(one: Modes, mode: str) -> str:
+    """The unstable intervals of a mode in words."""
+    return ", ".join(f"{low:.1f} to {high:.1f}" for low, high in one.unstable.get(mode, ())) or "none"
+
+
+def least(one: Modes, mode: str) -> str:
+    """The least damping ratio of a mode and the speed at which it occurs; real roots count as above 1."""
+    ratio = one[mode].damping_ratio
+    if np.isnan(ratio).all():
+        return "overdamped"
+    k = int(np.nanargmin(ratio))
+    return f"{ratio[k]:.3f} ({one.speed[k]:g})"
+
+
+def answer(found: dict[tuple[str, str], Modes]) -> str:
+    """The answer in sentences, from the numbers."""
+    lines = []
+    for vehicle in dict.fromkeys(vehicle for vehicle, _ in found):
+        off, rider = found[vehicle, OFF], found[vehicle, RIDER]
+        more, worse = (float(np.nanmean(sign * (rider[m].eigenvalue.real - off[m].eigenvalue.real) > 0))
+                       for m, sign in (("wobble", -1), ("weave", 1)))  # fmt: skip
+        lines.append(f"On {vehicle} the mean rider makes wobble more stable at {more:.0%} of the speeds "
+                     f"and weave less stable at {worse:.0%}.")  # fmt: skip
+    return " ".join(lines)
+
+
+def markdown(table: Table) -> str:
+    """A table as Markdown."""
+    lines = [f"**{table.caption}**", "", "| " + " | ".join(table.headings) + " |", "|" + "---|" * len(table.headings)]
+    return "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in table.rows)])
+
+
+def page() -> str:
+    """The text of docs/vehicles.md."""
+    found, choices = run(), run_readings()
+    return f"""# Vehicles
+
+Rendered by `python -m motofmi.scenarios.does_the_passive_rider_calm_wobble_on_every_vehicle`. No value is tuned.
+
+| vehicle | what it is |
+|---|---|
+| `sharp_1971` | rigid frames, two relaxing tyres; `reference_2011` is the same with the damper that the 2011 paper prints |
+| `sharp_1994` | steering head with lateral and torsional compliance, rear frame that twists, rider's upper body in roll, tyres that depend on their load, aerodynamic and drive forces, hands on or off the bar |
+| `benchmark_bicycle` | knife-edge wheels without slip; it has no wobble |
+
+## Does the passive rider calm wobble on every vehicle?
+
+{answer(found)}
+
+{markdown(table(found))}
+
+Sharp's hands of 1994 are a spring, a damper and an inertia between front and rear frame (`--set hands_on=1`). The
+passive rider is a body on springs: his torso moves against the bar, and the reaction goes to the frame through his waist.
+
+## What each reading of the values of 1994 does
+
+The parameter file of `sharp_1994` leaves choices open. The shipped choices and their reasons are in its value file; every
+other choice is a parameter. One of them is changed in each row.
+
+{markdown(table_of_readings(choices))}
+
+## Printed numbers
+
+Public sources print eigenvalues of `sharp_1971` and of the benchmark bicycle, and features of the modes of the 2011 paper;
+`motofmi tour` shows all of them beside the computed ones. For `sharp_1994` no printed eigenvalue was found in a public
+source: the figures of the 1994 paper are not accessible, and the AutoSim model of it is published as parameters.
+"""
+
+
+def main(arguments: list[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(description="Write the page about the vehicles.")
+    parser.add_argument("folder", nargs="?", default="docs", help="default: docs")
+    folder = Path(parser.parse_args(arguments).folder)
+    print(write_atomically(folder / "vehicles.md", partial(Path.write_text, data=page(), encoding="utf-8")))
+
+
+if __name__ == "__main__":
+    main()
