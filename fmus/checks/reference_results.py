@@ -112,7 +112,7 @@ def _modes(fmu: Path, given: Mapping[str, Any], where: str) -> Iterator[Problem]
         expected = complex(-damping * size, 2 * np.pi * frequency)
         near = eigenvalues[np.abs(eigenvalues - expected).argmin()] if len(eigenvalues) else 0j
         found = near.imag / (2 * np.pi), -near.real / max(abs(near), 1e-300)
-        if not (abs(found[0] - frequency) <= tolerance * frequency and abs(found[1] - damping) <= tolerance):
+        if not (abs(found[0] - frequency) <= tolerance * size / (2 * np.pi) and abs(found[1] - damping) <= tolerance):
             yield Problem(
                 NAME, "error",
                 f"the mode of {frequency:.9g} Hz with the damping ratio {damping:.9g} has {found[0]:.9g} Hz and "

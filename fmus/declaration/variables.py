@@ -42,7 +42,7 @@ class Variable:
 
     @property
     def typical(self) -> float:
-        """The usual size of the variable: its nominal, or that of its unit."""
+        """The usual size of the variable: its nominal where one is declared, else that of its unit."""
         return self.nominal if self.nominal != 1.0 else NOMINAL.get(self.unit, 1.0)
 
     @property
@@ -83,9 +83,7 @@ def output(si_unit: str, description: str, **options) -> Variable:
 
 
 def state(si_unit: str, description: str, **options) -> Variable:
-    """A continuous state; the equations return its `der(name)`. `exposed=True` makes it an output as well. Its nominal
-    is that of its unit in NOMINAL, where none is declared."""
-    options.setdefault("nominal", NOMINAL.get(si_unit, 1.0))
+    """A continuous state; the equations return its `der(name)`. `exposed=True` makes it an output as well."""
     return _row("state", si_unit, description, options)
 
 

@@ -306,5 +306,5 @@ def _row(variable) -> dict:
     role = ROLES.get(variable.role) or ("TUNABLE" if variable.row.tunable else "FIXED")
     bounded = variable.role in ("parameter", "input", "state")
     low, high = (variable.row.min, variable.row.max) if bounded else (-inf, inf)
-    numbers: Iterable[float] = (variable.start, low, high, variable.row.nominal)
+    numbers: Iterable[float] = (variable.start, low, high, variable.nominal)
     return {"name": variable.name, "unit": variable.row.unit, "role": role, "numbers": ", ".join(map(literal, numbers))}

@@ -33,6 +33,11 @@ class FmuVariable:
     def name(self) -> str:
         return self.row.name
 
+    @property
+    def nominal(self) -> float:
+        """The nominal; of a state its usual size, on which the tolerance of an importer's solver depends."""
+        return self.row.typical if self.role == "state" else self.row.nominal
+
 
 class Interface:
     """The variables of a component's FMU with their value references."""

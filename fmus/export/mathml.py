@@ -31,15 +31,15 @@ def symbol_markup(latex: str) -> str:
     r"""A LaTeX symbol as MathML: `\delta`, `I_t`, `\dot{\delta}`, `k_{a,1}'`; any other text as it is."""
     text = latex.strip()
     if whole := re.fullmatch(rf"\\(mathrm|text|mathit){GROUP}", text):
-        return f"<mi>{html.escape(whole[2].replace(chr(92) + '_', '_'))}</mi>"
+        return f"<mi>{html.escape(whole[2].replace(chr(92) + '_', '_'), quote=False)}</mi>"
     if accented := re.fullmatch(rf"\\({'|'.join(ACCENTS)}){GROUP}(.*)", text):
         base = f"<mover>{symbol_markup(accented[2])}<mo>{ACCENTS[accented[1]]}</mo></mover>"
         return _with_scripts(base, accented[3])
     plain = re.match(r"\\([A-Za-z]+)|[A-Za-z0-9]+", text)
     if plain is None:
-        return f"<mi>{html.escape(text)}</mi>"
+        return f"<mi>{html.escape(text, quote=False)}</mi>"
     name = html.unescape(f"&{plain[1]};") if plain[1] else plain[0]
-    return _with_scripts(f"<mi>{html.escape(name.strip('&;'))}</mi>", text[plain.end() :])
+    return _with_scripts(f"<mi>{html.escape(name.strip('&;'), quote=False)}</mi>", text[plain.end() :])
 
 
 def _with_scripts(base: str, rest: str) -> str:

@@ -108,7 +108,7 @@ def bounds(variable: FmuVariable) -> dict[str, str]:
     row = variable.row
     limits = {"min": row.min, "max": row.max} if variable.role != "derivative" else {}
     found = {key: repr(float(value)) for key, value in limits.items() if isfinite(value)}
-    return found if row.nominal == 1.0 else {**found, "nominal": repr(float(row.nominal))}
+    return found if variable.nominal == 1.0 else {**found, "nominal": repr(float(variable.nominal))}
 
 
 def causality(interface: Interface, variable: FmuVariable) -> dict[str, str]:

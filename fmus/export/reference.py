@@ -43,12 +43,12 @@ RELATED = {  # file: type, role, description
     MODES: ("application/json", "result", "Damped frequency [Hz] and damping ratio [1] of each oscillatory mode"),
 }
 DURATION, STEP = 0.2, 0.01  # s: one to two periods of the fastest mode of a motorcycle, which wobbles at 5 to 10 Hz
-STATE, RAMP = 0.3, 0.5  # share of a state's nominal at the start; of an input's, which it gains over the duration
+STATE, RAMP = 0.3, 0.5  # share of a state's usual size at the start; of an input's, which it gains over the duration
 SOLVER = {"method": "LSODA", "rtol": 1e-9, "atol": 1e-12}
 TOLERANCE, REASON = 1e-6, ("share of the largest value of the column; the reference was integrated with a relative tolerance "
                            "of 1e-9 per step, and the results have 9 digits")  # fmt: skip
-MODE_REASON = "share of the frequency, and absolute for the damping ratio; differences of fourth order are exact to about 1e-9"
-DIFFERENCE = 1e-3  # of a state's nominal
+MODE_REASON = "share of the undamped frequency, and absolute for the damping ratio; the differences are exact to about 1e-7"
+DIFFERENCE = 1e-7  # of a state's usual size: small against its nonlinearity, large against rounding
 OSCILLATES = 1e-6  # share of its size that the imaginary part of an oscillatory mode exceeds
 Xml.register_namespace("fmi-ls", SPACE)
 
@@ -65,7 +65,7 @@ def files(interface: Interface) -> dict[str, bytes]:
 
 def _experiment(component: Component) -> dict[str, bytes]:
     states, inputs = component.rows("state"), component.rows("input")
-    start = {n: _within(r, r.start + (-1) ** k * STATE * r.nominal) for k, (n, r) in enumerate(states.items())}
+    start = {n: _within(r, r.start + (-1) ** k * STATE * r.typical) for k, (n, r) in enumerate(states.items())}
     first = np.array([r.start for r in inputs.values()])
     gain = np.array([_gain(n, r, k) for k, (n, r) in enumerate(inputs.items())])
     times = np.linspace(0.0, DURATION, round(DURATION / STEP) + 1)
@@ -118,7 +118,7 @@ def _modes(component: Component) -> dict[str, bytes]:
     jacobian = np.zeros((len(states), len(states)))
     for k, row in enumerate(states.values()):
         step = np.zeros(len(states))
-        step[k] = DIFFERENCE * row.nominal
+        step[k] = DIFFERENCE * row.typical
         near, far = (component.derivatives(x0 + s * step, u)[0] - component.derivatives(x0 - s * step, u)[0] for s in (1, 2))
         jacobian[:, k] = (8 * near - far) / (12 * step[k])
     if not np.isfinite(jacobian).all():
