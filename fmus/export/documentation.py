@@ -11,6 +11,8 @@ from math import isinf
 import sympy
 
 from fmus.composition.system import System
+from fmus.effects import Effect
+from fmus.effects.added_terms import added_terms
 from fmus.export import mathml
 from fmus.export.component_page import LONG, ROLES, read
 from fmus.export.interface import FmuVariable, Interface
@@ -63,18 +65,23 @@ def _equations(interface: Interface) -> list[str]:
     latex = {n: row.latex for n, row in component.table.items()} | {"time": "t"}
     heavy = {n for entry in reading.mass for n in entry}
     lines = [_equation(mathml.symbol_markup(latex[n]), e, latex) for n, e in reading.definitions.items()]
-    for name in component.states:
+    for name in (n for n in component.states if f"der({n})" in reading.results):  # the other states are those of effects
         left = mathml.symbol_markup(latex[name])
         left = f"<msub><mi>f</mi>{left}</msub>" if name in heavy else f"<mover>{left}<mo>&#x2d9;</mo></mover>"
         lines.append(_equation(left, reading.results[f"der({name})"], latex))
     for (row, column), entry in reading.mass.items():
         at = mathml.symbol_markup(latex[row]) + mathml.symbol_markup(latex[column])
         lines.append(_equation(f"<msub><mi>M</mi><mrow>{at}</mrow></msub>", entry, latex))
-    results = [*component.rows("output"), *component.rows("calculated")]
+    results = [n for n in (*component.rows("output"), *component.rows("calculated")) if n in reading.results]
     lines += [_equation(mathml.symbol_markup(latex[n]), reading.results[n], latex) for n in results]
     note = ["<p>M x&#x2d9; = f, with the entries of M that are listed.</p>"] if heavy else []
-    effects = [f"<p>Effects add to these equations: {escape(', '.join(type(e).__name__ for e in component.effects))}.</p>"]
-    return [*lines, *note, *(effects if component.effects else [])]
+    return [*lines, *note, *(_effect(effect) for effect in component.effects)]
+
+
+def _effect(effect: Effect) -> str:
+    """What an effect is, and the terms that it adds where they are short."""
+    added = "".join(f"<br><code>{escape(equation)}</code>" for equation in added_terms(type(effect)))
+    return f"<p>Effect {escape(type(effect).__name__)}: {escape(effect.sentence())}{added}</p>"
 
 
 def _equation(left: str, right: sympy.Expr, latex: dict[str, str]) -> str:

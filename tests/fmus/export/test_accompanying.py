@@ -13,7 +13,10 @@ import pytest
 from lxml import etree
 from PIL import Image
 
+import rider_fmu.effects
 from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem
+from fmus.effects import effects_in
+from fmus.effects.added_terms import added_terms
 from fmus.export import documentation, icon, mathml, reference
 from fmus.export.build import build
 from fmus.export.interface import Interface
@@ -51,6 +54,16 @@ def test_the_page_is_complete_and_needs_no_other_file(name):
     for variable in interface.of("parameter", "input", "state", "output"):
         assert f"<td>{variable.name}</td>" in text and documentation.escape(variable.row.description) in text
     assert documentation.index(Interface(COMPONENTS[name]())).decode() == text
+
+
+@pytest.mark.slow
+def test_the_documentation_of_a_component_with_an_effect_says_what_it_adds():
+    """Effects may bring states and outputs of their own, which the equations of the component do not have."""
+    for effect in effects_in(rider_fmu.effects):
+        text = documentation.index(Interface(riders.load("mean_2011").with_effects(effect()))).decode()
+        assert documentation.escape(effect.sentence()) in text
+        for equation in added_terms(effect):
+            assert documentation.escape(equation) in text
 
 
 @pytest.mark.parametrize(("latex", "expected"), [
