@@ -15,7 +15,10 @@ class DrivenJoint(Component):
 
     inertia = parameter("kg.m2", "Inertia about the joint", symbol="J", min=1e-9, max=1e6, start=0.1)
     damping = parameter("N.m.s/rad", "Damping of the joint", symbol="c", min=0, max=1e6, start=0.2)
-    stiffness = parameter("N.m/rad", "Stiffness of the joint; 0 is none", symbol="k", min=0, max=1e9, start=10.0)
+    stiffness = parameter(
+        "N.m/rad", "Stiffness of the joint; 0 is none, negative where it turns away from zero", symbol="k", min=-1e9,
+        max=1e9, start=10.0,
+    )
     torque = input("N.m", "Torque on the body", symbol="T")
     angle = state("rad", "Angle of the body", symbol="q", exposed=True)
     rate = state("rad/s", "Rate of the body", symbol="s", exposed=True)

@@ -17,7 +17,7 @@ from motofmi.gap.estimation.candidate import Candidate
 from motofmi.gap.estimation.effect_fit import as_found, fit_each
 from motofmi.gap.estimation.fit_result import Fit, PortableFit, initial_guesses, with_initial_guesses
 from motofmi.gap.estimation.fitting import fit
-from motofmi.gap.estimation.screening import screen
+from motofmi.gap.estimation.screening import Signature, screen, screen_fitted
 
 LEADING_FAMILIES = 5  # families that are compared, and from which the first effect of a pair is taken
 SECOND_EFFECTS = 3  # effects that are fitted as the second of a pair, for each first effect
@@ -80,24 +80,23 @@ def _forms_of(family: str, order: Sequence[Candidate], base: Fit) -> list[Fit]:
 def pairs(
     blocks: CommonBlocks,
     firsts: Sequence[ComparedModel],
+    singles: Sequence[Candidate],
     library: Sequence[type[Effect]],
     criteria: Criteria,
 ) -> list[ComparedModel]:
     """Pairs of a leading effect and the effects with the largest gain beside it, then the best pair in other forms.
 
-    firsts are the single effects, the leading one first.
+    firsts are the compared single effects, the leading one first; singles are all that were fitted.
     """
     fits: dict[frozenset[type[Effect]], Fit] = {}
     plain = [effect for effect in library if not effect.flexible]
+    families: set[frozenset[str]] = set()
     for first in firsts[:LEADING_FAMILIES]:
-        others = [effect for effect in plain if effect.family not in first.families]
-        signatures = sorted(screen(first.fit, others, keep=1), key=lambda s: -s.gain)
-        best_forms = {s.effect.family: s for s in reversed(signatures) if s.gain > 0}
-        leading = list(best_forms.values())[::-1][:SECOND_EFFECTS]
+        leading = [s for s in _seconds(first, singles, plain) if first.families | {s.effect.family} not in families]
+        families |= {first.families | {s.effect.family} for s in leading}
         for candidate in fit_each(first.fit, leading, [], first.fit.chi2, [], criteria):
-            effects = frozenset(candidate.fit.model.effects)
-            if candidate.fitted and (effects not in fits or candidate.fit.chi2 < fits[effects].chi2):
-                fits[effects] = candidate.fit
+            if candidate.fitted:
+                fits[frozenset(candidate.fit.model.effects)] = candidate.fit
     losses = {effects: loss for effects, found in fits.items() if (loss := blocks.fitted_losses(found)) is not None}
     order = sorted(losses, key=lambda effects: losses[effects].mean())
     order = [effects for effects in order if not clearly_behind(losses[effects], losses[order[0]])]
@@ -107,6 +106,20 @@ def pairs(
     best = min(models, key=lambda m: m.losses.mean())
     other_forms = _in_other_forms(best, firsts, plain, fits, criteria)
     return models + blocks.refined_and_evaluated(other_forms, "comparing forms of a pair")
+
+
+def _seconds(first: ComparedModel, singles: Sequence[Candidate], plain: Sequence[type[Effect]]) -> list[Signature]:
+    """The effects with the largest gain beside a first one, each in its best form, the largest gain first.
+
+    An effect that gains nothing alone is simulated beside the first one.
+    """
+    fitted = [(c.effect, c.fit) for c in singles if c.family not in first.families]
+    alone = {effect for effect, _ in fitted}
+    others = [effect for effect in plain if effect.family not in first.families and effect not in alone]
+    screened = [*screen_fitted(first.fit, fitted), *screen(first.fit, others, keep=1)]
+    order = sorted((s for s in screened if s.gain > 0), key=lambda s: -s.gain)
+    best_forms = {s.effect.family: s for s in reversed(order)}
+    return sorted(best_forms.values(), key=lambda s: -s.gain)[:SECOND_EFFECTS]
 
 
 def _in_other_forms(

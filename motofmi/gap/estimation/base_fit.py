@@ -12,6 +12,7 @@ from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.initial_fit import equal_noise, initial_fit
+from motofmi.gap.estimation.sign_change import with_fitted_signs
 from motofmi.gap.estimation.single_frequency import inseparable_inertias
 from motofmi.gap.experiments.input_output import InputOutputExperiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
@@ -39,7 +40,8 @@ def fitted_base(
         experiment = replace(experiment, free=tuple(f for f in experiment.free if f.name not in fixed))
         model = FreeInitialStateModel(experiment)
         initial = initial_fit(model, [replace(run, experiment=experiment, guess={}) for run in runs])
-    initial = fit(model, equal_noise(initial.runs, initial), initial.x)
+    initial = with_fitted_signs(fit(model, equal_noise(initial.runs, initial), initial.x), criteria)
+    experiment = initial.model.experiment
     deflection, rate = largest_motion(initial)
     fitted_component = experiment.component.with_values(**fitted_values(initial))
     experiment = replace(experiment, component=fitted_component).scaled(deflection, rate)

@@ -25,6 +25,7 @@ MOST = 24  # intervals of a run in the first stages
 GROWTH = 20.0  # factor of an unstable motion over a segment
 GOOD = 2.0  # reduced chi-square below which no other start is tried
 SAME = 0.02  # relative difference of reduced chi-square within which two starts have reached the same minimum
+OUT_OF_REACH = 2.0  # ratio of chi-square to that of the best start above which a start that gains little is given up
 CLOSER = 0.9  # ratio of chi-square that another interpolation of the inputs must reach
 
 
@@ -35,18 +36,19 @@ def initial_fit(model: FreeInitialStateModel, runs: Sequence[SampledRun]) -> Fit
     """
     best: Fit | None = None
     for start in first_values(model, runs):
-        before = best
+        before, of_start = best, None
         for periods in (STRETCHES, STRETCHES[1:], ()):
             try:
-                found = _staged(model, runs, start, periods)
+                found = _staged(model, runs, start, periods, np.inf if best is None else OUT_OF_REACH * best.chi2)
             except InputError:
                 continue
-            again = before is not None and max(found.reduced, before.reduced) < (1 + SAME) * min(
-                found.reduced, before.reduced
-            )
+            again, same = (other is not None and _alike(found, other) for other in (before, of_start))
             best = found if best is None or found.reduced < best.reduced else best
             if best.reduced < GOOD or again or time_is_up():
                 return _with_best_interpolation(model, best)
+            of_start = found
+            if same:  # intervals of other lengths lead to the same minimum
+                break
     if best is None:
         raise InputError(f"{model.component.name} cannot be simulated near its parameter values; expected values of "
                          "the order of those of the "
@@ -54,14 +56,19 @@ def initial_fit(model: FreeInitialStateModel, runs: Sequence[SampledRun]) -> Fit
     return _with_best_interpolation(model, best)
 
 
+def _alike(one: Fit, other: Fit) -> bool:
+    """Whether two fits have reached the same minimum."""
+    return max(one.reduced, other.reduced) < (1 + SAME) * min(one.reduced, other.reduced)
+
+
 def _staged(
-    model: FreeInitialStateModel, runs: Sequence[SampledRun], start: np.ndarray, periods: Sequence[float]
+    model: FreeInitialStateModel, runs: Sequence[SampledRun], start: np.ndarray, periods: Sequence[float], beat: float
 ) -> Fit:
     x = start
     for each in periods:
         short = [_excerpt(run, int(each * run.recording.rate / run.middle_frequency)) for run in runs]
         x = fit(model, short, x, iterations=MAX_ITERATIONS).x
-    return fit(model, [stable_segments(model, run, x) for run in runs], x, iterations=MAX_ITERATIONS)
+    return fit(model, [stable_segments(model, run, x) for run in runs], x, iterations=MAX_ITERATIONS, beat=beat)
 
 
 def _excerpt(run: SampledRun, length: int) -> SampledRun:

@@ -29,7 +29,9 @@ from motofmi.gap.preprocessing.sampled_run import SampledRun
 STEPS = 6  # Gauss-Newton steps
 SHORTER = 0.25  # factor on a step that increased chi-square
 SETTLED = 0.02  # gain of chi-square below which no further step is made
-SHARE = 1e-5  # the same as a share of chi-square
+# The same as a share of chi-square. The step itself is in the result already, as it is eliminated linearly: what
+# is left out is of second order.
+SHARE = 3e-4
 RANK = 1e-7  # relative singular value below which initial states are not identifiable
 OFFSET_SAMPLES = 64  # samples of a segment from which sensor offsets are eliminated as well
 DELAY_STEP = 1e-4  # s, step of the finite difference by a delay
@@ -51,6 +53,7 @@ class _SegmentStart:
     x: np.ndarray
     left: np.ndarray
     taken: np.ndarray  # (m, unknowns), orthonormal
+    states_of_taken: np.ndarray  # (nx, unknowns): the initial states whose change is each direction
     step: np.ndarray
     gain: float
     chi2: float
@@ -62,12 +65,13 @@ class _SegmentStart:
 @dataclass(frozen=True)
 class _SegmentSolution:
     """A segment from its best initial states x (nx,): output (m,) and derivatives (m, np) without unknowns, and
-    mean square misfit."""
+    mean square misfit. x_slopes (nx, np) are the derivatives of x."""
 
     x: np.ndarray
     output: np.ndarray
     slopes: np.ndarray
     misfit: float
+    x_slopes: np.ndarray
 
 
 class FreeInitialStateModel(SegmentedModel):
@@ -86,7 +90,7 @@ class FreeInitialStateModel(SegmentedModel):
 
     def reduced(self, run: Any, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Reduced output (m,) and its derivatives (m, np) over the noise, with the unknowns of the run eliminated."""
-        parts = self._solved(run, self._valued(run, q))
+        parts = self._solved(run, q)
         return np.concatenate([part.output for part in parts]), np.concatenate([part.slopes for part in parts])
 
     def from_rest(self, run: SampledRun, q: np.ndarray) -> np.ndarray:
@@ -218,10 +222,16 @@ class FreeInitialStateModel(SegmentedModel):
         known = (run.guess.get((*self.own, index)) or run.guess[index])["initial"]
         return np.array([known.get(n, 0.0) for n in self.equations.states])
 
-    def _solved(self, run: SampledRun, values: Mapping[str, float]) -> list[_SegmentSolution]:
+    def _predicted(self, run: SampledRun, index: int, q: np.ndarray) -> np.ndarray:
+        """The initial states (nx,) for a vector q, linearly from the latest ones of this model."""
+        known = run.guess.get((*self.own, index), {})
+        move = known["slopes"] @ (q - known["at"]) if known.get("at") is not None and len(known["at"]) == len(q) else 0.0
+        return self._last(run, index) + move
+
+    def _solved(self, run: SampledRun, q: np.ndarray) -> list[_SegmentSolution]:
         """Every segment from the last initial states of this model or another one; where the misfit is large,
         from new estimates."""
-        every = range(len(run.segments))
+        every, values = range(len(run.segments)), self._valued(run, q)
         initial_guesses = [run.guess.get((*self.own, i)) or run.guess.get(i, {}) for i in every]
         at_rest = [float(np.mean(run.data[rows] ** 2)) for rows in run.reduction.rows]
         noise = [float(np.mean(run.deviation[rows] ** 2)) for rows in run.reduction.rows]
@@ -229,7 +239,8 @@ class FreeInitialStateModel(SegmentedModel):
             RESTART_RATIO * min(guess.get("misfit", n), rest)
             for guess, n, rest in zip(initial_guesses, noise, at_rest, strict=True)
         ]
-        found = self._segments(run, values, {i: self._last(run, i) for i in every if "initial" in initial_guesses[i]})
+        known = {i: self._predicted(run, i, q) for i in every if "initial" in initial_guesses[i]}
+        found = self._segments(run, values, known)
         restarted = [i for i in every if i not in found or found[i].misfit > usual[i]]
         for i, extended in self._segments(run, values, self._extended(run, restarted, values)).items():
             found[i] = extended if i not in found or extended.misfit < found[i].misfit else found[i]
@@ -238,11 +249,12 @@ class FreeInitialStateModel(SegmentedModel):
             if found[i].misfit < (
                 usual[i] if (*self.own, i) in run.guess else RESTART_RATIO * at_rest[i]
             ):  # otherwise the parameters are inaccurate, and the states are not a useful start
-                run.guess[(*self.own, i)] = {
+                best = {
                     "initial": dict(zip(self.equations.states, found[i].x.tolist(), strict=True)),
                     "misfit": found[i].misfit,
                 }
-                run.guess.setdefault(i, {}).update(run.guess[(*self.own, i)])
+                run.guess[(*self.own, i)] = best | {"at": np.array(q), "slopes": found[i].x_slopes}
+                run.guess.setdefault(i, {}).update(best)
         return [found[i] for i in every]
 
     def _extended(self, run: SampledRun, indices: Sequence[int], values: Mapping[str, float]) -> dict[int, np.ndarray]:
@@ -320,8 +332,13 @@ class FreeInitialStateModel(SegmentedModel):
         full[:, : len(self.base)] *= [values[n] for n in self.base]
         left = begun.left - begun.taken @ (begun.taken.T @ begun.left)
         misfit = float(np.mean((left * deviation) ** 2))
+        by_unknowns = begun.taken.T @ full
         return _SegmentSolution(
-            begun.x, run.data[rows] / deviation + left, full - begun.taken @ (begun.taken.T @ full), misfit
+            begun.x + begun.step,
+            run.data[rows] / deviation + left,
+            full - begun.taken @ by_unknowns,
+            misfit,
+            -begun.states_of_taken @ by_unknowns,
         )
 
     def _from(self, run: SampledRun, values: Mapping[str, float], initial: Initial) -> dict[int, _SegmentStart]:
@@ -348,13 +365,15 @@ class FreeInitialStateModel(SegmentedModel):
         u, size, vt = np.linalg.svd(tangent, full_matrices=False)
         kept = size > RANK * size.max(initial=1e-300)
         u, pull = u[:, kept], u[:, kept].T @ left
-        step = -(vt[kept].T @ (pull / size[kept]))[:nx]
+        states_of_taken = (vt[kept].T / size[kept])[:nx]
+        step = -states_of_taken @ pull
         gain = float(np.sum((tangent[:, :nx] @ step) ** 2))
         offsets = np.linalg.qr(tangent[:, nx:])[0].T @ left
         return _SegmentStart(
             x,
             left,
             u,
+            states_of_taken,
             step,
             gain,
             float(left @ left - offsets @ offsets),

@@ -35,7 +35,7 @@ from motofmi.gap.models.time_varying_matrices import (
     total,
 )
 
-CONVERGED = 1e-5  # step over a state's rms at convergence; the error after such a step is of the order of its square
+CONVERGED = 1e-4  # step over a state's rms at convergence; the error after such a step is of the order of its square
 STEPS = 30  # of Newton's method
 NOT_CONVERGED = 0.1  # step over a state's rms above which the trajectory has not converged
 SHORTEST = 1 / 256  # least step of the continuation, as a share of the magnitude

@@ -21,7 +21,7 @@ from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.base_fit import fitted_base, fitted_values
 from motofmi.gap.estimation.candidate import Candidate, adequate, noise_is_known, ranked
 from motofmi.gap.estimation.fit_result import Fit
-from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.estimation.fitting import fit, fit_or_none
 from motofmi.gap.estimation.stages import Stage, running
 from motofmi.gap.estimation.unit_plausibility import common_factor
 from motofmi.gap.experiments.input_output import InputOutputExperiment
@@ -137,25 +137,24 @@ def _selected(
         conclude = verdict.conclude
         on_progress(replace(verdict.as_unknown(), conclude=conclude and (lambda: conclude().as_unknown())))
 
-    best, _ = _single_effects(base, library, validation_runs, on_progress, criteria)
+    shorter = fit(base.model, [in_shorter_segments(run) for run in base.runs], base.x)
+    compared_runs = [in_shorter_segments(run) for run in with_noise_of(shorter.runs[0], validation_runs)]
+    best, singles = _single_effects(shorter, library, compared_runs, on_progress, criteria)
     with running(Stage.NOISE):
-        chi_square_tried = _leaves_noise(best, validation_runs, criteria)
+        chi_square_tried = _leaves_noise(_on_runs_of(base, best), validation_runs, criteria)
     if chi_square_tried:
         verdict = _by_chi_square(base, library, validation_runs, report_unknown, criteria)
         if _decisive(verdict, criteria):
             return verdict
-    base = fit(base.model, [in_shorter_segments(run) for run in base.runs], base.x)
-    compared_runs = [in_shorter_segments(run) for run in with_noise_of(base.runs[0], validation_runs)]
-    _, singles = _single_effects(base, library, compared_runs, on_progress, criteria)
 
     def decided(compared: Comparison) -> Verdict:
         return verdict_by_comparison(compared, singles, compared_runs, criteria)
 
     def report(known: Callable[[], Comparison]) -> None:
-        verdict = _undecided(base, compared_runs, criteria, singles)
+        verdict = _undecided(shorter, compared_runs, criteria, singles)
         on_progress(replace(verdict, conclude=lambda: decided(known())))
 
-    compared = compare(base, singles, library, compared_runs, criteria, report)
+    compared = compare(shorter, singles, library, compared_runs, criteria, report)
     pairs = [c.fit for c in compared.models if len(c.effects) > 1] if compared else []
     if not chi_square_tried and any(_leaves_noise(found, validation_runs, criteria) for found in pairs):
         verdict = _by_chi_square(base, library, validation_runs, report_unknown, criteria)
@@ -182,6 +181,11 @@ def _single_effects(
         best = min((c.fit for c in singles), key=lambda found: found.chi2, default=base)
         on_progress(_undecided(base, validation_runs, criteria, singles))
     return best, singles
+
+
+def _on_runs_of(base: Fit, found: Fit) -> Fit:
+    """A fit continued on the runs of the base; itself where it cannot be simulated on them."""
+    return fit_or_none(found.model, base.runs, found.x) or found
 
 
 def in_shorter_segments(run: SampledRun) -> SampledRun:

@@ -19,6 +19,7 @@ from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.models.harmonic_model import AnyRun
 
 OFFSET_STARTS = (0.0, 0.3, -0.3, 0.7, -0.7)  # starts of a sensor offset over its standard deviation
+SAME = 1e-3  # relative difference of chi-square within which two starts have reached the same minimum
 
 
 @dataclass(frozen=True)
@@ -60,8 +61,9 @@ def _deviations(found: Fit, run: AnyRun, criteria: Criteria) -> np.ndarray:
     for share in OFFSET_STARTS:
         with suppress(InputError):
             made = fit(found.model, [run], np.concatenate([found.x[:shared], share * offsets]), frozen=range(shared))
+            again = best is not None and abs(made.chi2 - best.chi2) < SAME * best.chi2
             best = made if best is None or made.chi2 < best.chi2 else best
-            if best.reduced < criteria.predicted_reduced_chi2 or time_is_up():
+            if best.reduced < criteria.predicted_reduced_chi2 or again or time_is_up():
                 break
     return np.zeros(len(places)) if best is None else best.x[shared:]
 
