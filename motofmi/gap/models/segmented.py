@@ -61,8 +61,8 @@ class SegmentedModel(HarmonicModel):
     ) -> tuple[Trajectory, Nodes]:
         """Segments, or their first `length` samples, simulated from initial states; at every node.
 
-        Raises InputError where one of several cannot be simulated with the others, or a single one
-        not even piece by piece.
+        Raises InputError where one of several cannot be simulated with the others, or a single one neither from its
+        last simulation nor, without one, piece by piece. A fit then takes a shorter step.
         """
         nodes, states = nodes_of(run, indices, length), self.equations.states
         at, between = (self._inputs(run, t - self.lag(values, t), values) for t in (nodes.time, nodes.middle))
@@ -72,7 +72,7 @@ class SegmentedModel(HarmonicModel):
         try:
             made = simulate(self.equations, values, motion, guess, begin, with_initial=True)
         except InputError:
-            if len(indices) > 1:
+            if len(indices) > 1 or (not length and "states" in run.guess.get(indices[0], {})):
                 raise
             made = simulate(
                 self.equations, values, motion, self._piecewise(values, motion, begin[0]), begin, with_initial=True
