@@ -31,7 +31,7 @@ SHORTER = 0.25  # factor on a step that increased chi-square
 SETTLED = 0.02  # gain of chi-square below which no further step is made
 # The same as a share of chi-square. The step itself is in the result already, as it is eliminated linearly: what
 # is left out is of second order.
-SHARE = 3e-4
+SHARE = 3e-5
 RANK = 1e-7  # relative singular value below which initial states are not identifiable
 OFFSET_SAMPLES = 64  # samples of a segment from which sensor offsets are eliminated as well
 DELAY_STEP = 1e-4  # s, step of the finite difference by a delay
