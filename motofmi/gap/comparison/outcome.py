@@ -21,6 +21,7 @@ from motofmi.gap.comparison.confidence_set import confidence_set
 from motofmi.gap.comparison.simplest_form import one_per_families
 from motofmi.gap.comparison.superior_ability import superior_ability
 from motofmi.gap.criteria import Criteria
+from motofmi.gap.estimation.candidate import undetermined_magnitude
 
 
 @dataclass(frozen=True)
@@ -172,19 +173,11 @@ def _objection(
     share = closed_share(before.out_of_sample, model.out_of_sample, flexible)
     if share.share < criteria.least_share:
         return f"{name} is not named: it closes {share.share:.0%} of {closed}, less than {criteria.least_share:.0%}."
-    names, x = model.fit.model.names, model.fit.x
-    for effect in model.effects:
-        magnitudes = [
-            names.index(model.fit.model.experiment.parameter(effect, n))
-            for n in effect.free_parameters()
-            if n not in effect.nonlinear_parameters()
-        ]
-        if magnitudes and all(abs(x[i]) < criteria.value_errors * errors[i] for i in magnitudes):
-            i = magnitudes[0]
-            return (
-                f"{name} is not named: {names[i]} = {x[i]:.3g} is within {criteria.value_errors:g} "
-                f"standard errors ({errors[i]:.2g}) of zero."
-            )
+    if (i := undetermined_magnitude(model.fit, errors, criteria)) is not None:
+        return (
+            f"{name} is not named: {model.fit.model.names[i]} = {model.fit.x[i]:.3g} is within {criteria.value_errors:g} "
+            f"standard errors ({errors[i]:.2g}) of zero."
+        )
     return ""
 
 

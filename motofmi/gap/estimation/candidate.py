@@ -65,6 +65,23 @@ def reduced_by_noise(found: Fit, criteria: Criteria) -> float:
     return max(criteria.adequate_reduced_chi2, 1 + criteria.scatter_deviations * float(np.sqrt(2 / found.freedom)))
 
 
+def undetermined_magnitude(found: Fit, errors: np.ndarray, criteria: Criteria) -> int | None:
+    """The index in x of the first magnitude of an effect that is not distinguishable from zero; None where all are.
+
+    errors (parameters,) are the standard errors of x. An effect with several magnitudes needs only one that is.
+    """
+    names = found.model.names
+    for effect in found.model.effects:
+        magnitudes = [
+            names.index(found.model.experiment.parameter(effect, n))
+            for n in effect.free_parameters()
+            if n not in effect.nonlinear_parameters()
+        ]
+        if magnitudes and all(abs(found.x[i]) < criteria.value_errors * errors[i] for i in magnitudes):
+            return magnitudes[0]
+    return None
+
+
 def by_chance(freedom: float, criteria: Criteria) -> float:
     """By how much chi-square may differ from its mean by chance."""
     return float(criteria.chance_deviations * np.sqrt(2 * freedom))

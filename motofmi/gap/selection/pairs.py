@@ -12,6 +12,8 @@ adequate, and the second effect leads all others clearly.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from fmus.effects import Effect
 from fmus.support.errors import InputError
 from motofmi.gap.criteria import Criteria
@@ -22,6 +24,7 @@ from motofmi.gap.estimation.candidate import (
     noise_is_known,
     one_each,
     reduced_by_noise,
+    undetermined_magnitude,
 )
 from motofmi.gap.estimation.effect_fit import as_found, fit_each
 from motofmi.gap.estimation.fit_result import Fit, penalty
@@ -95,7 +98,7 @@ def pairs_of(
             least = usual
         for two in seconds:
             pair = Pair(one, two)
-            significant = two.effect in two.fit.model.effects and two.delta_bic > least
+            significant = two.effect in two.fit.model.effects and two.delta_bic > least and _determined(two.fit, criteria)
             if significant and pair.delta_bic > least_of_pair and adequate(two.fit, criteria):
                 found[pair.families] = max(found.get(pair.families, pair), pair, key=lambda p: p.delta_bic)
         if one_suffices and not found:
@@ -104,6 +107,12 @@ def pairs_of(
             on_progress(max(found.values(), key=lambda pair: pair.delta_bic))
     ranked = sorted(found.values(), key=lambda pair: -pair.delta_bic)
     return [pair for pair in ranked if ranked[0].delta_bic - pair.delta_bic < criteria.tie_delta_bic]
+
+
+def _determined(found: Fit, criteria: Criteria) -> bool:
+    """Whether the data determine the magnitude of every effect: beside a right effect the other of a pair may vanish."""
+    errors = np.sqrt(np.maximum(np.diag(found.covariance()), 0.0))
+    return undetermined_magnitude(found, errors, criteria) is None
 
 
 def _second_gain(first: Candidate, criteria: Criteria) -> float:

@@ -2,10 +2,11 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from motofmi.gap.criteria import Criteria
-from motofmi.gap.estimation.candidate import Candidate, adequate, one_each
+from motofmi.gap.estimation.candidate import Candidate, adequate, one_each, undetermined_magnitude
 from motofmi.gap.estimation.fit_result import parameters_of
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.models.harmonic_model import HarmonicModel
@@ -40,6 +41,19 @@ def test_a_single_effect_is_selected_where_it_fits_as_well_as_a_pair(coupled, mo
         HarmonicModel(rig_experiment(RIG)), coupled[:1], library("drift", "cross_inertia", "coulomb_friction")
     )
     assert len(verdict.effects) < 2 and "coulomb_friction" not in {c.family for c in (*verdict.effects, *verdict.tied)}
+
+
+@pytest.mark.slow
+def test_an_effect_that_vanishes_beside_another_has_an_undetermined_magnitude():
+    """Friction is in the data, a reflex is not: fitted with it, its gain is within its error of zero."""
+    runs = runs_of({"Tc": 0.5}, sweep(0.5, 12, 2.5, 60.0))
+    model = HarmonicModel(rig_experiment(RIG))
+    friction, reflex = (library(family)[0] for family in ("coulomb_friction", "reflex"))
+    for effects, name in (((friction,), None), ((friction, reflex), "reflex")):
+        both = model.with_added_effects(*effects)
+        found = fit(both, runs, both.start())
+        index = undetermined_magnitude(found, np.sqrt(np.diag(found.covariance())), Criteria())
+        assert (index is None) if name is None else name in found.model.names[index]
 
 
 @pytest.mark.slow
