@@ -11,6 +11,7 @@ prints one JSON line for each problem.
 
 import csv
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -40,8 +41,10 @@ def check(fmu: CheckedFmu) -> list[Problem]:
     if not (fmu.folder / MANIFEST).is_file() or fmu.root.find("CoSimulation") is None:
         return []
     command = [sys.executable, "-P", "-m", "fmus.checks.reference_results", str(fmu.folder)]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(os.path.abspath(place) for place in sys.path)}
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=fmu.time_limit, check=False, cwd=fmu.folder)
+        done = subprocess.run(command, capture_output=True, text=True, timeout=fmu.time_limit, check=False,
+                              cwd=fmu.folder, env=environment)  # fmt: skip
     except subprocess.TimeoutExpired:
         return [Problem(NAME, "error", f"the replay did not finish within {fmu.time_limit:g} s", FOLDER)]
     found = [Problem(**json.loads(line)) for line in done.stdout.splitlines() if line.startswith('{"check"')]

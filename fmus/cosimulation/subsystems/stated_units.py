@@ -51,7 +51,8 @@ def by_fmu(units: Mapping[str, str], fmus: Mapping[str, Mapping[str, ModelVariab
     for key, stated in units.items():
         matching = [key] if key in every else [full for full in every if full.partition(".")[2] == key]
         if not matching:
-            raise unknown("variable", key, every)
+            ends = [f"{name}.{n}" for name, vs in fmus.items() for n, v in vs.items() if v.causality in ("input", "output")]
+            raise unknown("variable", key, ends if "." in key else {full.partition(".")[2] for full in ends})
         parts = [(name, variable) for name, _, variable in (full.partition(".") for full in matching)]
         without = [(name, variable) for name, variable in parts if not described_unit(fmus[name][variable])]
         for name, variable in without or parts:  # variables of one name meet at a port: one may have its unit
