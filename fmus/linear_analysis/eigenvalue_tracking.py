@@ -17,7 +17,6 @@ Matrices = Callable[[np.ndarray], np.ndarray]  # parameters (n,) -> matrices (n,
 SAFE_MOVE = 0.35  # of the distance to the nearest other eigenvalue; a match is unique below one half
 DIVIDED_BY = 5
 SMALLEST_STEP = 5e-3  # in the unit of the parameter
-TILT = 1e-6  # of the eigenvalue: far above rounding errors, far below what a smallest step changes
 
 
 @dataclass(frozen=True)
@@ -54,15 +53,8 @@ def track_eigenvalues(matrices: Matrices, grid: np.ndarray) -> Branches:
             np.insert(spectra, place, np.concatenate(between), axis=0),
         )
     for k in np.flatnonzero(~sure):
-        order[k] = linear_sum_assignment(np.abs(_tilted(spectra[k])[:, None] - _tilted(spectra[k + 1])[None, :]))[1]
+        order[k] = linear_sum_assignment(np.abs(spectra[k][:, None] - spectra[k + 1][None, :]))[1]
     return Branches(points, _in_branch_order(spectra, order))
-
-
-def _tilted(spectrum: np.ndarray) -> np.ndarray:
-    """The spectrum (nx,) with the upper half moved to the right, so that the upper eigenvalue of a pair becomes the
-    larger of two real roots: to both roots it has the same distance, and the order of LAPACK must not decide.
-    """
-    return spectrum + TILT * np.sign(spectrum.imag) * np.abs(spectrum)
 
 
 def _in_branch_order(spectra: np.ndarray, order: np.ndarray) -> np.ndarray:

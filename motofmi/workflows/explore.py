@@ -1,4 +1,4 @@
-"""One page that works offline: root loci with sliders, the moving mode, and the compiled components themselves.
+"""One page that works offline: root loci with sliders, the mode animated, and the compiled components themselves.
 
 The page holds the WebAssembly of every class of components that it offers. From that come the linear systems (the
 exact Jacobian) and the live co-simulation; parameters are set in the compiled component.

@@ -1,4 +1,4 @@
-"""One page that works offline: root loci with sliders, the moving mode, live co-simulation."""
+"""One page that works offline: root loci with sliders, the mode animated, live co-simulation."""
 
 import argparse
 from typing import Any
@@ -9,11 +9,11 @@ from motofmi.cli.outputs import output_file
 from motofmi.cli.screen import Screen
 from motofmi.workflows.explore import DEVICES, explore
 
-SUMMARY = "one HTML page with sliders, moving modes and live FMUs"
-PLACE = 35
+SUMMARY = "one HTML page with sliders, animated modes and live FMUs"
+PLACE = 32
 UNITS = {"bytes": "B"}
 HELP = """Writes one HTML file that opens in a browser without a network: root locus and frequencies over speed with sliders
-for device, damper, rider, trail, caster angle, tyres and gravity; two configurations side by side; the mode in motion;
+for device, damper, rider, trail, caster angle, tyres and gravity; two configurations side by side; the mode animated;
 and the FMUs in WebAssembly, co-simulated in the page.
 
   motofmi explore

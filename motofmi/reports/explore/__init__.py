@@ -13,7 +13,7 @@ from fmus.support.files import write_text
 
 FOLDER = Path(__file__).parent
 SCRIPTS = (
-    "vendor/ml-matrix-6.15.1.umd.js", "fmu.js", "linear.js", "eigen.js", "tracking.js", "naming.js", "settings.js",
+    "vendor/ml-matrix-6.15.1.umd.js", "fmu.js", "linear.js", "eigen.js", "eigenvalues.js", "tracking.js", "naming.js", "settings.js",
     "axes.js", "charts.js", "shape.js", "animation.js", "cosimulation.js", "live.js", "controls.js", "main.js",
 )  # fmt: skip
 LARGEST = 2_000_000  # bytes

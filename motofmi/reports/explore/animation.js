@@ -8,7 +8,7 @@ class Motion {
   constructor(page) {
     Object.assign(this, { page, place: document.getElementById("motion"), playing: !matchMedia("(prefers-reduced-motion: reduce)").matches, clock: 0 });
     const views = Object.entries(VIEWS).map(([key, { label, box }]) => `<figure><svg viewBox="${box.join(" ")}" role="img" aria-label="Motorcycle and rider, ${label}" data-view="${key}" class="motorcycle"></svg><figcaption>${label}</figcaption></figure>`);
-    this.place.innerHTML = `<h2>The mode in motion</h2><div class="choice" id="mode" role="group" aria-label="Mode"></div><p class="note" id="motion-text"></p>
+    this.place.innerHTML = `<h2>The mode, animated</h2><div class="choice" id="mode" role="group" aria-label="Mode"></div><p class="note" id="motion-text"></p>
       <div class="views">${views.join("")}<figure class="phases"><svg viewBox="-90 -90 180 180" role="img" aria-label="Phasors of roll, steer, torso and yaw" id="phasors"></svg><figcaption>amplitudes and phases:<br>${["roll", "steer", "torso", "yaw"].map((n) => `<span class="arrow ${n}">&#9679; ${n}</span>`).join(" ")}</figcaption></figure></div>
       <button type="button" id="play"></button>`;
     document.getElementById("play").addEventListener("click", () => { this.playing = !this.playing; this.label(); });
@@ -63,7 +63,7 @@ class Motion {
 
 /* Eigenvector nearest to re + i im as roll, steer, torso, yaw and shift; how its time runs on the screen. */
 function modeShape(system, speed, re, im) {
-  const { n } = system, found = eigen(system.matrix(speed), n, true);
+  const { n } = system, found = eigen(system.matrix(speed), n);
   let best = 0;
   for (let j = 1; j < n; j++) if (Math.hypot(found.re[j] - re, found.im[j] - im) < Math.hypot(found.re[best] - re, found.im[best] - im)) best = j;
   const value = (name) => {

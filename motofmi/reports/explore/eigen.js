@@ -27,14 +27,13 @@ function balance(A, n) {
   return { B, scale };
 }
 
-/* {re, im}: complex pairs are adjacent, the one with the positive imaginary part first. With vectors also
-   {vectorRe, vectorIm} (n, n), the eigenvectors in columns. */
-function eigen(A, n, vectors = false) {
+/* {re, im, vectorRe, vectorIm}: eigenvalues, complex pairs adjacent with the positive imaginary part first, and the
+   eigenvectors (n, n) in columns. */
+function eigen(A, n) {
   const { B, scale } = balance(A, n), rows = [];
   for (let i = 0; i < n; i++) rows.push(B.subarray(i * n, (i + 1) * n));
   const found = new mlMatrix.EigenvalueDecomposition(rows, { assumeSymmetric: false });
   const re = Float64Array.from(found.realEigenvalues), im = Float64Array.from(found.imaginaryEigenvalues);
-  if (!vectors) return { re, im };
   const V = found.eigenvectorMatrix, vectorRe = new Float64Array(n * n), vectorIm = new Float64Array(n * n);
   for (let j = 0; j < n; j++) {
     const lower = im[j] < 0, first = lower ? j - 1 : j;

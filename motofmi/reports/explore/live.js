@@ -1,4 +1,4 @@
-/* The FMUs in motion: they step in the page, and can be disturbed, changed and exchanged while they run. */
+/* The FMUs, live: they step in the page, and can be disturbed, changed and exchanged while they run. */
 
 const TRACES = [["roll_angle", "roll [deg]"], ["steer_angle", "steer [deg]"], ["torso_angle", "torso [deg]"]];
 const SECONDS = 6, ROWS = 3000, PULSE = 0.05, FALLEN = 60 / DEGREES;

@@ -7,7 +7,7 @@ const REFERENCE_SPEED = 60, FINE = 0.1, COARSE = 1, MIXED = 0.5, MAJORITY = 0.5,
 
 /* {points, branches, curves, unstable, mixed} of a coupled system over speeds of the internal grid. */
 function namedModes(system, low = 1, high = 60) {
-  const spectrum = (speed) => eigen(system.matrix(speed), system.n);
+  const spectrum = (speed) => eigenvalues(balance(system.matrix(speed), system.n).B, system.n);
   const top = Math.max(high, REFERENCE_SPEED), first = Math.ceil(low / FINE - 1e-9), last = Math.floor(top / FINE + 1e-9);
   const grid = Array.from({ length: last - first + 1 }, (_, i) => FINE * (first + i));
   const branches = track(spectrum, grid), names = nameModes(system, branches);
@@ -54,7 +54,7 @@ function curve({ spectra }, columns) {
 
 /* The mode shapes at a speed of the grid: eigenvalues and vectors with the branch of each, participation factors. */
 function shapesAt(system, branches, speed) {
-  const { n } = system, shapes = eigen(system.matrix(speed), n, true), here = branches.spectra[indexOf(branches.points, speed)];
+  const { n } = system, shapes = eigen(system.matrix(speed), n), here = branches.spectra[indexOf(branches.points, speed)];
   const part = participation(shapes, n), total = new Float64Array(n);
   for (let i = 0; i < n; i++) for (let j = 0; j < n; j++) total[j] += part[i * n + j];
   const column = Array.from({ length: n }, (_, i) => {

@@ -1,6 +1,6 @@
 /* Tracking of eigenvalues over the speed: the method of fmus/linear_analysis/eigenvalue_tracking.py. */
 
-const SAFE_MOVE = 0.35, DIVIDED_BY = 5, SMALLEST_STEP = 5e-3, TILT = 1e-6;
+const SAFE_MOVE = 0.35, DIVIDED_BY = 5, SMALLEST_STEP = 5e-3;
 
 /* {points, re, im}: eigenvalues over ascending points, column i of every row is branch i. */
 function track(spectrum, grid) {
@@ -57,8 +57,7 @@ function match(left, right) {
 }
 
 /* The assignment with the least total distance: shortest augmenting paths (Jonker and Volgenant 1987). */
-function assignment(from, to) {
-  const left = tilted(from), right = tilted(to);
+function assignment(left, right) {
   const n = left.re.length, u = new Float64Array(n + 1), v = new Float64Array(n + 1);
   const owner = new Int32Array(n + 1), before = new Int32Array(n + 1);
   for (let i = 1; i <= n; i++) {
@@ -90,11 +89,6 @@ function assignment(from, to) {
   const order = new Int32Array(n);
   for (let j = 1; j <= n; j++) order[owner[j] - 1] = j - 1;
   return order;
-}
-
-/* The upper eigenvalue of a pair becomes the larger of two real roots, to both of which it has the same distance. */
-function tilted({ re, im }) {
-  return { re: re.map((r, i) => r + TILT * Math.sign(im[i]) * Math.hypot(r, im[i])), im };
 }
 
 function inBranchOrder(spectra, orders) {

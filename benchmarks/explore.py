@@ -1,0 +1,106 @@
+"""The page of `motofmi explore` in headless Chromium: its numbers and names against Python at random settings, names
+along random moves of the sliders, the time from a slider's move to the drawing, and the live co-simulation."""
+
+import tempfile
+from pathlib import Path
+from statistics import median
+
+import motofmi as mf
+from tests.browser import chromium
+from tests.explore_page import (
+    MODE_OF_THE_COUPLED_FMUS,
+    MODES_IN_THE_PAGE,
+    Opened,
+    differing_modes,
+    eigenvalue_error,
+    modes_in_python,
+    random_settings,
+)
+
+# Milliseconds of the processor's time from the event of a slider to the end of the drawing, layout included.
+SLIDER = """async ({moves}) => {
+  const slider = document.getElementById("p-vehicle-trail"), low = Number(slider.min), high = Number(slider.max), spent = [];
+  for (let k = 0; k < moves; k++) {
+    slider.value = low + (high - low) * (0.2 + 0.6 * ((k * 0.618) % 1));
+    const start = performance.now();
+    slider.dispatchEvent(new Event("input"));
+    await new Promise(done => requestAnimationFrame(() => { document.body.getBoundingClientRect(); done(); }));
+    spent.push(performance.now() - start);
+  }
+  return spent;
+}"""
+
+# Seconds simulated in a second by the two FMUs in Chromium.
+RATE = """({steps}) => {
+  const run = new CoSimulation(page.settings.parts("B", page.libraries), 30);
+  run.disturb({steer_torque: 1});
+  for (let k = 0; k < steps / 10; k++) run.advance();
+  const start = performance.now();
+  for (let k = 0; k < steps; k++) run.advance();
+  const rate = steps * run.step / ((performance.now() - start) / 1000);
+  run.free();
+  return rate;
+}"""
+
+# Random moves of one slider by up to a hundredth of its range. Two names are swapped when each has the other's former
+# eigenvalue: both moved further than to that of the other.
+SWAPS = """({moves, seed}) => {
+  let state = seed;
+  const random = () => (state = (state * 1103515245 + 12345) % 2147483648) / 2147483648;
+  const settings = page.settings, keys = Object.entries(settings.components("B")).flatMap(([part, c]) => Object.keys(c.values)
+    .filter(n => part === "device" || PROMINENT.includes(n)).map(n => `${part}.${n}`)), place = Object.fromEntries(keys.map(k => [k, 0.3]));
+  let last = null, swaps = 0, count = 0;
+  for (let k = 0; k < moves; k++) {
+    const key = keys[Math.floor(random() * keys.length)], at = key.indexOf("."), own = settings.components("B")[key.slice(0, at)].values[key.slice(at + 1)];
+    place[key] = Math.min(Math.max(place[key] + 0.02 * (random() - 0.5), 0.1), 0.9);
+    const [low, high] = range(settings.row("B", key), own);
+    settings.B.values[key] = low + place[key] * (high - low);
+    page.compute("B");
+    const found = page.found.B, i = nearestIndex(found.points, 30), now = Object.fromEntries(Object.entries(found.curves).map(([m, c]) => [m, [c.re[i], c.im[i]]]));
+    const far = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1]), modes = Object.keys(now).filter(m => last?.[m]);
+    for (const a of modes) for (const b of modes) if (a < b) {
+      count++;
+      if (far(now[a], last[b]) < far(now[a], last[a]) && far(now[b], last[a]) < far(now[b], last[b])) swaps++;
+    }
+    last = now;
+  }
+  return {moves, pairs: count, swaps};
+}"""
+
+
+def run(progress, settings: int = 1000, moves: int = 2000, at_once: int = 10) -> dict:
+    """Errors and names at random settings, swapped names along random moves, milliseconds of a slider, and the
+    rate and the modes of the live co-simulation."""
+    with tempfile.TemporaryDirectory() as folder, chromium() as browser:
+        opened = Opened(browser, mf.explore(out=Path(folder) / "page.html").path)
+        window = opened.window
+        rates = [window.evaluate(RATE, {"steps": 20_000}) for _ in range(5)]
+        modes = mf.modes("sharp_1971", "rider:mean_2011", [30.0])
+        errors = {}
+        for mode in ("weave", "wobble", "rider_wobble"):
+            exact = modes[mode].eigenvalue[0]
+            coupled = complex(*window.evaluate(MODE_OF_THE_COUPLED_FMUS, exact.imag)["coupled"])
+            errors[mode] = abs(coupled - exact) / abs(exact)
+        spent = window.evaluate(SLIDER, {"moves": 60})
+        swapped = [window.evaluate(SWAPS, {"moves": 100, "seed": k}) for k in progress(range(moves // 100), "moves")]
+        opened = Opened(browser, Path(folder) / "page.html")
+        cases = list(random_settings(opened.window.evaluate("page.data"), 7, settings))
+        worst, equal = 0.0, 0
+        for first in progress(range(0, settings, at_once), "random settings"):
+            part = cases[first : first + at_once]
+            for case, found in zip(part, opened.window.evaluate(MODES_IN_THE_PAGE, part), strict=True):
+                expected = modes_in_python(case)
+                worst = max(worst, eigenvalue_error(found, expected))
+                equal += not differing_modes(found, expected)
+    return {
+        "settings": settings,
+        "eigenvalue_error": worst,
+        "settings_with_equal_names": equal / settings,
+        "slider_moves": sum(s["moves"] for s in swapped),
+        "swapped_names": sum(s["swaps"] for s in swapped),
+        "slider_median_ms": median(spent),
+        "slider_speeds": 591,
+        "live_rate": median(rates),
+        "live_step_s": 1e-3,
+        "live_mode_error": errors,
+    }

@@ -1,0 +1,279 @@
+"""The page of `motofmi explore` in a browser: the numbers and names of Python, every control, no request, the layout."""
+
+import csv
+import io
+import json
+import re
+from importlib.util import find_spec
+from xml.etree import ElementTree as Xml
+
+import numpy as np
+import pytest
+
+import motofmi as mf
+from fmus.support.errors import InputError, MissingToolError
+from tests.browser import chromium, needs_browser
+from tests.explore_page import (
+    MODE_OF_THE_COUPLED_FMUS,
+    MODES_IN_THE_PAGE,
+    SPEEDS,
+    Opened,
+    complex_numbers,
+    differing_modes,
+    eigenvalue_error,
+    modes_in_python,
+    random_settings,
+)
+from vehicle_fmu import MODES
+
+needs_zig = pytest.mark.skipif(find_spec("ziglang") is None, reason="needs ziglang (pip install motofmi[platforms])")
+
+
+def in_browser(test):
+    return pytest.mark.slow(needs_zig(needs_browser(test)))
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with chromium() as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory, cache):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("MOTOFMI_CACHE", str(cache))
+        return mf.explore(out=tmp_path_factory.mktemp("page") / "explore.html")
+
+
+@pytest.fixture
+def page(browser, written):
+    opened = Opened(browser, written.path)
+    yield opened
+    opened.window.close()
+    assert opened.complaints == []
+
+
+def test_a_device_at_another_port_is_refused(tmp_path):
+    with pytest.raises(InputError, match="posture"):
+        mf.explore(device="rider:full_mean_2011", out=tmp_path / "page.html")
+    with pytest.raises(InputError, match="handlebar port"):
+        mf.explore(device="rider:roll_1971", out=tmp_path / "page.html")
+    assert not list(tmp_path.iterdir())
+
+
+def test_without_webassembly_and_compiler_the_fix_is_named(tmp_path, without_compiler, monkeypatch):
+    monkeypatch.setenv("MOTOFMI_CACHE", str(tmp_path / "cache"))
+    with pytest.raises(MissingToolError, match=r"motofmi\[platforms\]"):
+        mf.explore(out=tmp_path / "page.html")
+    assert not (tmp_path / "page.html").exists()
+
+
+@pytest.mark.slow
+@needs_zig
+def test_the_page_is_one_file_below_two_megabytes_that_refers_to_no_other(written):
+    text = written.path.read_text("utf-8")
+    assert written.size == written.path.stat().st_size < 2_000_000
+    assert not re.findall(r"""(?:src|href)\s*=\s*["']?https?:|@import|url\(\s*["']?http""", text)
+    assert {"none", "mean_2011", "damper_low_2011"} <= set(written.devices) and "sharp_1971" in written.vehicles
+
+
+@in_browser
+@pytest.mark.parametrize("seed", [1, 2])
+def test_eigenvalues_and_names_are_those_of_python(page, seed):
+    cases = list(random_settings(page.window.evaluate("page.data"), seed, 6))
+    for case, found in zip(cases, page.window.evaluate(MODES_IN_THE_PAGE, cases), strict=True):
+        expected = modes_in_python(case)
+        # two QR methods: 1e-9 of the largest eigenvalue is far above their rounding errors
+        assert eigenvalue_error(found, expected) < 1e-9
+        assert differing_modes(found, expected) == []
+        for mode in found["curves"]:
+            assert np.ravel(found["unstable"][mode]) == pytest.approx(np.ravel(expected.unstable[mode]), abs=2e-2)
+
+
+@in_browser
+def test_eigenvalues_of_matrices_with_known_ones(page):
+    """Block-diagonal matrices of chosen eigenvalues in random orthogonal coordinates."""
+    rng, cases, expected = np.random.default_rng(4), [], []
+    for n in range(2, 12):
+        reals, pairs = rng.normal(size=n % 3), rng.normal(size=((n - n % 3) // 2, 2))
+        values = [*reals, *(complex(a, s * b) for a, b in pairs for s in (1, -1))]
+        block = np.zeros((len(values),) * 2)
+        block[range(len(reals)), range(len(reals))] = reals
+        for k, (a, b) in enumerate(pairs):
+            i = len(reals) + 2 * k
+            block[i : i + 2, i : i + 2] = [[a, b], [-b, a]]
+        Q, _ = np.linalg.qr(rng.normal(size=block.shape))
+        cases.append((Q @ block @ Q.T).tolist())
+        expected.append(values)
+    found = page.window.evaluate(
+        "cases => cases.map(A => { const {re, im} = eigenvalues(Float64Array.from(A.flat()), A.length); return [[...re], [...im]]; })",
+        cases,
+    )
+    for parts, values in zip(found, expected, strict=True):
+        assert np.sort_complex(complex_numbers(*parts)) == pytest.approx(np.sort_complex(values), abs=1e-12)
+
+
+@in_browser
+def test_every_slider_moves_a_curve(page):
+    window = page.window
+    for device, first in (("mean_2011", "p-"), ("damper_low_2011", "p-device")):
+        window.click("#reset")
+        window.select_option("#choose-device", device)
+        page.drawn()
+        window.evaluate("document.querySelectorAll('#parameters details').forEach(d => d.open = true)")
+        for key in window.evaluate(
+            "first => [...document.querySelectorAll('#parameters input[type=range]')].map(i => i.id).filter(id => id.startsWith(first))",
+            first,
+        ):
+            before = page.curves()
+            window.evaluate(
+                "id => { const s = document.getElementById(id); s.value = 0.3 * s.min + 0.7 * s.max; s.dispatchEvent(new Event('input')); }",
+                key,
+            )
+            page.drawn()
+            # what a rider adds to the steer inertia is bound to the vehicle's parameter of that name
+            bound = key == "p-vehicle-added_steer_inertia" and device == "mean_2011"
+            assert (page.curves() != before) != bound, key
+
+
+@in_browser
+def test_the_speed_the_view_and_the_mode_are_chosen(page):
+    window = page.window
+    window.evaluate(
+        "() => { const s = document.getElementById('speed'); s.value = 50; s.dispatchEvent(new Event('input')); }"
+    )
+    page.drawn()
+    assert "50.0 m/s" in window.text_content("#readings")
+    window.click("#view [data-value=speed]")
+    page.drawn()
+    assert "frequency [Hz]" in window.text_content("#charts") and window.locator("#charts .band").count() > 0
+    window.click("#mode [data-value='A weave']")
+    page.drawn()
+    assert "weave of A" in window.text_content("#motion-text")
+    assert window.locator("#motion .motorcycle path").count() > 30 and window.locator("#phasors .arrow").count() == 3
+
+
+@in_browser
+def test_unstable_speeds_and_the_reading_are_those_of_the_modes(page):
+    expected = mf.modes("sharp_1971", "rider:mean_2011", SPEEDS)
+    ((low, high),) = expected.unstable["weave"]
+    row = page.window.locator("#readings table").nth(1).locator("tr", has_text="weave").first.text_content()
+    assert f"{low:.1f} to {high:.1f}" in row and f"{expected['weave'].frequency[29]:.2f}" in row
+
+
+@in_browser
+def test_the_keyboard_moves_a_slider_and_its_number(page):
+    slider = page.window.locator("#p-vehicle-trail")
+    slider.focus()
+    before = float(slider.input_value())
+    page.window.keyboard.press("ArrowRight")
+    page.drawn()
+    assert float(slider.input_value()) > before and "vehicle.trail" in page.window.url
+
+
+@in_browser
+def test_an_address_reproduces_the_view(browser, written, page):
+    address = "#view=speed&speed=42.5&side=A&mode=wobble&A=reference_2011;damper_low_2011;device.damping:9&B=benchmark_bicycle;none"
+    again = Opened(browser, written.path, address)
+    state = again.window.evaluate("({...page.settings, data: 0})")
+    assert (state["view"], state["speed"], state["side"], state["mode"]) == ("speed", 42.5, "A", "wobble")
+    assert state["A"] == {"vehicle": "reference_2011", "device": "damper_low_2011", "values": {"device.damping": 9}}
+    assert state["B"] == {"vehicle": "benchmark_bicycle", "device": "none", "values": {}}
+    assert again.curves() != page.curves() and again.complaints == []
+    again.window.close()
+
+
+@in_browser
+def test_the_tables_and_the_drawing_are_downloaded(page):
+    with page.window.expect_download() as download:
+        page.window.click("#csv")
+    rows = list(csv.DictReader(io.StringIO(download.value.path().read_text("utf-8"))))
+    weave = {
+        float(r["speed [m/s]"]): float(r["real [1/s]"])
+        for r in rows
+        if r["configuration"][0] == "B" and r["mode"] == "weave"
+    }
+    expected = mf.modes("sharp_1971", "rider:mean_2011", SPEEDS)["weave"].eigenvalue.real
+    assert [weave[v] for v in SPEEDS] == pytest.approx(list(expected), rel=1e-9)
+    with page.window.expect_download() as download:
+        page.window.click("#svg")
+    drawing = Xml.fromstring(download.value.path().read_text("utf-8"))
+    assert len(drawing.findall(".//{*}path")) > 9 and "var(--weave)" in Xml.tostring(drawing, "unicode")
+
+
+@in_browser
+def test_the_fmus_run_are_disturbed_and_exchanged(page):
+    window = page.window
+    window.click("[data-kick=bar]")
+    window.wait_for_selector("text=faster than real time")
+    assert window.evaluate("Math.max(...page.live.rows.map(r => Math.abs(r[2])))") > 1e-3
+    before = window.evaluate("page.live.run.time")
+    window.select_option("#choose-device", "damper_low_2011")
+    page.drawn()
+    assert window.evaluate("page.live.run.device.fmu.library.title") == "LinearDamper"
+    assert window.evaluate("page.live.run.time") >= before > 0
+    window.click("#run")
+    stopped = window.evaluate("page.live.run.time")
+    page.drawn()
+    assert window.evaluate("page.live.run.time") == stopped
+
+
+@in_browser
+@pytest.mark.parametrize("mode", ["weave", "wobble"])
+def test_the_coupling_keeps_the_modes_within_a_hundredth_of_a_percent(page, mode):
+    exact = mf.modes("sharp_1971", "rider:mean_2011", [30.0])[mode].eigenvalue[0]
+    found = page.window.evaluate(MODE_OF_THE_COUPLED_FMUS, exact.imag)
+    assert complex(*found["exact"]) == pytest.approx(exact, rel=1e-9)
+    assert abs(complex(*found["coupled"]) - exact) < 1e-4 * abs(exact)
+
+
+@in_browser
+@pytest.mark.parametrize("width", [1280, 390])
+@pytest.mark.parametrize("view", ["locus", "speed"])
+def test_nothing_is_cut_or_wider_than_the_window(browser, written, width, view):
+    opened = Opened(browser, written.path, f"#view={view}", width)
+    wide = opened.window.evaluate(
+        """() => [...document.querySelectorAll('main *')].filter(e => !e.closest('svg') && e.getBoundingClientRect().right > innerWidth + 1)
+                 .map(e => e.tagName + '#' + e.id + '.' + e.className)"""
+    )
+    assert wide == [] and opened.window.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    cut = opened.window.evaluate(
+        "[...document.querySelectorAll('.table')].filter(t => t.scrollWidth > t.clientWidth + 1).length"
+    )
+    assert cut == 0 and opened.complaints == []
+    opened.window.close()
+
+
+@in_browser
+def test_dark_and_light_follow_the_system(browser, written):
+    papers = set()
+    for scheme in ("light", "dark"):
+        opened = Opened(browser, written.path, color_scheme=scheme)
+        papers.add(opened.window.evaluate("getComputedStyle(document.body).backgroundColor"))
+        opened.window.close()
+    assert len(papers) == 2
+
+
+@in_browser
+def test_every_control_has_a_name(page):
+    unnamed = page.window.evaluate(
+        """() => [...document.querySelectorAll('input, select, button, svg[role], canvas')].filter(e =>
+             !(e.labels?.length || e.getAttribute('aria-label') || e.textContent.trim())).map(e => e.outerHTML.slice(0, 80))"""
+    )
+    assert unnamed == []
+
+
+@in_browser
+def test_a_rider_of_the_gap_workflow_opens(browser, tmp_path):
+    rider = tmp_path / "augmented_rider.toml"
+    rider.write_text(
+        'component = "PassiveRider"\neffects = ["hardening_stiffness.cubic"]\nsource = "test"\n'
+        "[parameters]\narm_stiffness = 900.0\n", "utf-8"
+    )  # fmt: skip
+    built = mf.explore(device=["rider:mean_2011", rider], out=tmp_path / "page.html")
+    opened = Opened(browser, built.path)
+    data = json.loads(opened.window.text_content("#data"))
+    assert data["devices"] == ["mean_2011", "augmented_rider"]
+    assert opened.window.evaluate("Object.keys(page.found.B.curves).length") == len(MODES) and opened.complaints == []
+    opened.window.close()
