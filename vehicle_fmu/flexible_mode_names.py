@@ -28,7 +28,7 @@ MIXED = 0.5
 Names = tuple[tuple[str, Columns], ...]
 
 
-def naming_speed(speed: float, linearised: Linearised, branches: Branches) -> tuple[bool, float]:
+def distinct_speed(speed: float, linearised: Linearised, branches: Branches) -> tuple[bool, float]:
     """Whether the vehicle itself has further freedoms, and the speed at which the shapes are distinct.
 
     It is the given one, unless the vehicle has: then of those in steps of 5 m/s below it the one at which every pair is

@@ -33,7 +33,7 @@ from itertools import pairwise
 import numpy as np
 
 from fmus.linear_analysis.eigenvalue_tracking import Branches
-from vehicle_fmu.flexible_mode_names import FRONT, MAJORITY, OTHER, flexible_characters, naming_speed
+from vehicle_fmu.flexible_mode_names import FRONT, MAJORITY, OTHER, distinct_speed, flexible_characters
 from vehicle_fmu.mode_shapes import Columns, Linearised, ModeShapes
 
 MODES = ("weave", "wobble", "capsize", "rear_wobble", "rider_wobble")
@@ -55,7 +55,7 @@ class Names:
 
 def name_modes(linearised: Linearised, branches: Branches, reference_speed: float) -> Names:
     """The names of the branches at all speeds. The grid of the branches has every multiple of 0.1 m/s."""
-    flexible, reference_speed = naming_speed(reference_speed, linearised, branches)
+    flexible, reference_speed = distinct_speed(reference_speed, linearised, branches)
     above = _named_at(reference_speed, linearised, branches)
     formation, another = _formation_of_another_pair(linearised, branches, above, reference_speed)
     if not another and not flexible:

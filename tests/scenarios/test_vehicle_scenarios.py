@@ -26,7 +26,7 @@ def test_every_reading_changes_the_motorcycle_and_is_on_the_page():
     shipped = modes(over_speed(ridden(motorcycle)), speeds)
     for words, changed in of_readings.readings(motorcycle).items():
         one = motorcycle.with_values(**changed)
-        moved = max(np.abs(modes(over_speed(ridden(one)), speeds)[m].eigenvalue - shipped[m].eigenvalue).max()
+        change = max(np.abs(modes(over_speed(ridden(one)), speeds)[m].eigenvalue - shipped[m].eigenvalue).max()
                     for m in ("weave", "wobble")) if changed else 1.0  # fmt: skip
-        assert moved > 1e-3, words
+        assert change > 1e-3, words
         assert f"| {words} |" in PAGE

@@ -55,8 +55,8 @@ def derive():
     kk = ll + (ee + trail - jj * sp.sin(epsilon)) / sp.cos(epsilon)
     p8 = (ll + trail / sp.cos(epsilon) - ss * sp.tan(epsilon), -ss)
     p7 = (-bb + aa * sp.cos(epsilon1), -aa * sp.sin(epsilon1))
-    origin = Point("A")
-    origin.set_vel(ground, V * heading.x + v * heading.y)
+    foot = Point("A")
+    foot.set_vel(ground, V * heading.x + v * heading.y)
 
     def place(name, base, frame, at, relative_to=(0, 0)):
         """A point of a body that is at (x, z) nominally, where the frame is aligned with the vehicle then."""
@@ -65,11 +65,11 @@ def derive():
         return point
 
     upright_front = fixed(front, "front, upright", -epsilon)
-    p1 = place("p1", origin, rear, (0, -hh))
-    p12 = place("p12", origin, rear, ((ll - bb) / 2, -hh_cp))
-    joint = place("p7", origin, rear, p7)
-    saddle = place("p9", origin, rear, (-bb_p, -hh_s))
-    head = place("p8", origin, rear, p8)
+    p1 = place("p1", foot, rear, (0, -hh))
+    p12 = place("p12", foot, rear, ((ll - bb) / 2, -hh_cp))
+    joint = place("p7", foot, rear, p7)
+    saddle = place("p9", foot, rear, (-bb_p, -hh_s))
+    head = place("p8", foot, rear, p8)
     front_head = head.locatenew("p8 of the front frame", d * rear.y)
     front_head.set_vel(ground, head.vel(ground) + dd * rear.y + d * rear.ang_vel_in(ground).cross(rear.y))
     p3 = place("p3", front_head, upright_front, (kk, -jj), p8)
@@ -104,7 +104,7 @@ def derive():
         Force(contact_f, -Zf * ground.z + Y_f * side_f - resistance * forward_f),
         Force(contact_r, -Zr * ground.z + Y_r * side_r + (drag + resistance) * forward_r),
         Force(p12, -lift * ground.z - drag * heading.x),
-        Force(origin, F * heading.y), Force(front_head, -slide * rear.y), Force(head, slide * rear.y),
+        Force(foot, F * heading.y), Force(front_head, -slide * rear.y), Force(head, slide * rear.y),
         Torque(front, T_h * front.z + (T_d - steer_torque) * front.z + turn_f * ground.z + Cf3 * camber_f * forward_f),
         Torque(twisted, (steer_torque - T_d) * front.z - twist_torque * twist_axis.x),
         Torque(rear, T_f * steer_axis.z + T_phi * rear.x + twist_torque * twist_axis.x + assembly_torque * assembly_axis.z
