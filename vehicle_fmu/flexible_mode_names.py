@@ -53,11 +53,11 @@ def _character(shapes: ModeShapes, k: int, above: dict[str, Columns]) -> tuple[N
     names = {mode: above[mode] for mode in FRONT if mode in above}
 
     def part(of: np.ndarray, columns: Columns) -> float:
-        return float(of[np.isin(own, columns)].max())
+        return float(of[np.isin(own, columns)].max(initial=-1.0))
 
     if len(names.get("wobble", ())) == 2:
         others = [columns for mode, columns in above.items() if len(columns) == 2 and mode.startswith(OTHER)]
-        others = [columns for columns in others if part(excess, columns) < 0]
+        others = [columns for columns in others if set(columns) <= set(own) and part(excess, columns) < 0]
         names["wobble"] = min([names["wobble"], *others], key=lambda columns: part(foreign, columns))
     names |= _slow_modes(shapes, k, excess, above.get("weave", ()))
     if "rear_wobble" in names and len(above.get("weave", ())) == 2 and set(names["weave"]) != set(above["weave"]):

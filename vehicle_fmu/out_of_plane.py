@@ -34,34 +34,37 @@ from dataclasses import dataclass
 from typing import Any
 
 Point = tuple[Any, Any]  # (x, z) [m]
+LOCKED = 1e3  # 1/s: least decay of the states of a locked freedom, above all modes of vehicles
 
 
 @dataclass(frozen=True)
 class Freedom:
     """A hinge about `axis` (u_x, u_z) through `point` (x, z), or a slide to the right where the axis is None.
 
-    rate and angle are the names of the states; angle is empty for lateral velocity and yaw rate.
+    rate and angle are the names of the states; angle is empty for lateral velocity and yaw rate. free is 0 where the
+    freedom is locked: it then moves no body, and its diagonal entry of the mass matrix is 1.
     """
 
     rate: str
     angle: str = ""
     axis: tuple[Any, Any] | None = None
     point: Point = (0, 0)
+    free: Any = 1
 
     @property
     def tilt(self) -> Any:
         """u_x: tilt to the right per unit."""
-        return self.axis[0] if self.axis else 0
+        return self.axis[0] * self.free if self.axis else 0
 
     @property
     def heading(self) -> Any:
         """u_z: heading to the right per unit."""
-        return self.axis[1] if self.axis else 0
+        return self.axis[1] * self.free if self.axis else 0
 
     def shift(self, point: Point) -> Any:
         """Y: motion of the point (x, z) to the right per unit."""
         if self.axis is None:
-            return 1
+            return self.free
         return self.heading * (point[0] - self.point[0]) - self.tilt * (point[1] - self.point[1])
 
 
@@ -94,8 +97,16 @@ def mass_matrix(bodies: Sequence[Body], freedoms: Sequence[Freedom]) -> dict[tup
     for a, j in enumerate(freedoms):
         for k in freedoms[a:]:
             entry = sum(_shared_inertia(body, j, k) for body in bodies if j in body.path and k in body.path)
-            entries[j.rate, k.rate] = entries[k.rate, j.rate] = entry
+            entries[j.rate, k.rate] = entries[k.rate, j.rate] = entry + (1 - j.free if j is k else 0)
     return entries
+
+
+def held(j: Freedom, torque: Any, v: Any, place: int) -> Any:
+    """The generalised force of the torque that holds a freedom; a locked freedom decays by itself at a and 2 a, with a that
+    differs by its place among the freedoms, so that no eigenvalue is multiple.
+    """
+    a = LOCKED * (1 + place / 10)
+    return -j.free * torque - (1 - j.free) * (2 * a**2 * v[j.angle] + 3 * a * v[j.rate])
 
 
 def _shared_inertia(body: Body, j: Freedom, k: Freedom) -> Any:
