@@ -7,18 +7,15 @@ fitted and on validation runs (`benchmarks/_null_comparison.py`). A name, or a t
 must name nothing in at least 99 of 100 draws. The rates are those of the comparison alone, with a base and effects that
 are refitted by linearisation; the search by chi-square, which precedes it, is not part of this study.
 
-The recordings belong to others and are not part of the project. Their folder is given by --data or by the environment
-variable MOTOFMI_MEASURED; those that are not there are skipped, with the command that gets them.
+The recordings, and where they are from, are those of `benchmarks/_recordings.py`.
 """
 
 import argparse
 import json
-import os
 import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -26,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks._null_comparison import Null, decided, null_of
+from benchmarks._recordings import DATA, SOURCES, Source, folder_of_data, missing
 from benchmarks._resumed import resumed
 from benchmarks.gap_blind import wilson
 from fmus.support.progress import track
@@ -39,45 +37,8 @@ from motofmi.workflows.gap.given import Given
 from motofmi.workflows.gap.input_output import InputOutput
 
 TRIALS, SEED = 210, 1
-DATA = "MOTOFMI_MEASURED"
-COLUMNS = "time [s], force [N], displacement [m]"
-
-
-@dataclass(frozen=True)
-class Source:
-    """Where a recording is from, and its files in the folder of data: fitted and validation runs, or parts of one."""
-
-    fitted: Sequence[str]
-    validation: Sequence[str]
-    component: str
-    repository: str
-    impose: str = ""
-    parts: tuple[slice, slice] | None = None
-
-
-EMPS = (["emps/run.csv"], ["emps/pulses.csv"], "mass_spring_damper", "forgi86/sysid-neural-continuous")
-SOURCES = {
-    "EMPS, displacement imposed": Source(*EMPS, impose="displacement"),
-    "EMPS, force in": Source(*EMPS),
-    "Silverbox": Source(["silverbox/whole.csv"], [], "mass_spring_damper", "biaslab/nsi-silverbox",
-                        parts=(slice(40650, 44746), slice(110000, 114096))),
-    "filmed pendulum": Source(["pendulum_camera/pendulum_first.csv"], ["pendulum_camera/pendulum_second.csv"], "pendulum",
-                              "erwincoumans/tiny-differentiable-simulator"),
-    "four swings": Source([f"multiarm_pendulum/swing_{i}.csv" for i in range(1, 5)],
-                          [f"multiarm_pendulum/validation_{i}.csv" for i in (1, 2)], "pendulum", "dynamicslab/MultiArm-Pendulum"),
-    "magnetorheological damper": Source(["mr_damper/10mm1Hz1A.csv"], ["mr_damper/25mm0p5Hz1A.csv"], "mass_spring_damper",
-                                        "DanielMaurelE/vRTHS_AMBC_MRdamper", impose="displacement"),
-}  # fmt: skip
-
-
-def missing(folder: Path | None, source: Source) -> str:
-    """Why a recording cannot be used, and how to get it; empty where it is there."""
-    absent = [name for name in (*source.fitted, *source.validation) if folder is None or not (folder / name).exists()]
-    if not absent:
-        return ""
-    where = f"{folder} has no {absent[0]}" if folder else f"no folder of data (--data DIR, or {DATA})"
-    return (f"skipped: {where}; git clone https://github.com/{source.repository}, and write the columns with their units as "
-            f"{', '.join(absent)}")  # fmt: skip
+# The recordings of the study; others take too long for many draws.
+STUDIED = ("EMPS, displacement imposed", "EMPS, force in", "Silverbox", "filmed pendulum", "four swings", "magnetorheological damper")
 
 
 @lru_cache(maxsize=1)
@@ -93,16 +54,10 @@ def prepared(folder: Path, name: str) -> Null:
 
 
 def _given(folder: Path, source: Source) -> Given:
-    """The files of a source, or the parts of its one file."""
-    if source.parts is None:
-        fitted, validation = ([str(folder / name) for name in names] for names in (source.fitted, source.validation))
-        return Given(fitted, validation, component=source.component, impose=source.impose)
-    rows = np.loadtxt(folder / source.fitted[0], delimiter=",", skiprows=1)
+    """The files of a source, read."""
     with tempfile.TemporaryDirectory() as made:
-        paths = [Path(made) / f"{name}.csv" for name in ("fitted", "validation")]
-        for path, part in zip(paths, source.parts, strict=True):
-            np.savetxt(path, rows[part], delimiter=",", header=COLUMNS.replace(", ", ","), comments="")
-        given = Given([paths[0]], [paths[1]], component=source.component, impose=source.impose)
+        fitted, validation = source.files(folder, Path(made))
+        given = Given(fitted, validation, component=source.component, impose=source.impose)
         InputOutput(given)  # reads the files
         return given
 
@@ -113,11 +68,11 @@ def run(
     seed: int = SEED,
     out: str | Path | None = None,
     data: str | Path | None = None,
-    sources: Sequence[str] = tuple(SOURCES),
+    sources: Sequence[str] = STUDIED,
 ) -> dict[str, Any]:
     """The rates of false names; trials that `out`/cases.jsonl holds already are not run again."""
-    folder = data or os.environ.get(DATA)
-    reasons = {name: missing(Path(folder) if folder else None, SOURCES[name]) for name in sources}
+    folder = folder_of_data(data)
+    reasons = {name: missing(folder, SOURCES[name]) for name in sources}
     present = [name for name, reason in reasons.items() if not reason]
     skipped = {name: reason for name, reason in reasons.items() if reason}
 

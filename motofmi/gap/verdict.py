@@ -89,6 +89,8 @@ def _limitations(verdict: Verdict) -> list[str]:
         sentences.append(f"An effect outside the library explains the data better than {name} (delta chi-square "
                          f"{law.delta_chi2:.4g}): "
                          f"{law.effect.sentence()}")  # fmt: skip
+    if verdict.withheld and verdict.verdict == "unknown":
+        sentences.append(verdict.withheld)
     if verdict.rejected:
         sentences.append(f"The validation run rejects what fits as well or better: {', '.join(verdict.rejected)}.")
     return sentences

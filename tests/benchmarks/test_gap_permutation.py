@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks._null_comparison import permuted
-from benchmarks.gap_permutation import SOURCES, run
+from benchmarks.gap_permutation import STUDIED, run
 from motofmi.gap.comparison.block_losses import correlation_length
 from tests.simulators.hidden_joint import joint_run
 
@@ -25,7 +25,7 @@ def test_permuted_residuals_keep_their_moduli_and_lose_their_order():
 
 def test_recordings_that_are_not_there_are_skipped_with_the_command_that_gets_them(tmp_path):
     found = run(quiet, trials=3, data=tmp_path, out=tmp_path / "out")
-    assert found["trials"] == 0 and set(found["skipped"]) == set(SOURCES)
+    assert found["trials"] == 0 and set(found["skipped"]) == set(STUDIED)
     assert all("git clone https://github.com/" in reason and ".csv" in reason for reason in found["skipped"].values())
     assert all(str(tmp_path) in reason for reason in found["skipped"].values())
 

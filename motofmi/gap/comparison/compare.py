@@ -61,8 +61,7 @@ def compare(
     of the compared models get their sandwich covariance.
     """
     with running(Stage.COMPARISON):
-        leading = min((c.fit for c in singles), key=lambda found: found.chi2, default=base)
-        blocks = CommonBlocks(leading, validation, criteria)
+        blocks = _blocks(base, singles, validation, criteria)
         compared_base = blocks.evaluated(base)
         if compared_base is None:
             return None
@@ -71,6 +70,17 @@ def compare(
     with running(Stage.PAIRS):
         both = pairs(blocks, one_per_families(models), singles, library, criteria)
     return _compared(blocks, compared_base, [*models, *both])
+
+
+def _blocks(
+    base: Fit, singles: Sequence[Candidate], validation: Sequence[SampledRun], criteria: Criteria
+) -> CommonBlocks:
+    """The blocks by the residuals of the single effect with the least chi-square that has a magnitude, else of the base."""
+    for found in sorted((c.fit for c in singles), key=lambda found: found.chi2):
+        blocks = CommonBlocks(found, validation, criteria)
+        if blocks.has_magnitudes(found):
+            return blocks
+    return CommonBlocks(base, validation, criteria)
 
 
 def _compared(blocks: CommonBlocks, compared_base: ComparedModel, models: Sequence[ComparedModel]) -> Comparison:

@@ -15,7 +15,9 @@ from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
 from motofmi.gap.comparison.block_losses import left_out_mean_squares, mean_squares, partition
 from motofmi.gap.comparison.residuals import Block, TimeResiduals, time_residuals
+from motofmi.gap.comparison.sandwich import sandwich_covariance
 from motofmi.gap.criteria import Criteria
+from motofmi.gap.estimation.candidate import undetermined_magnitude
 from motofmi.gap.estimation.fit_result import Fit, PortableFit
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.preprocessing.sampled_run import ACCURACY, SampledRun
@@ -135,6 +137,12 @@ class CommonBlocks:
             return None
         losses = np.log(squares + self.floor)
         return losses if np.all(np.isfinite(losses)) else None
+
+    def has_magnitudes(self, found: Fit) -> bool:
+        """Whether every effect of a fit has a magnitude that is distinguishable from zero, by its sandwich errors."""
+        covariance = sandwich_covariance(self.residuals(found), self.blocks)
+        errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+        return undetermined_magnitude(found, errors, self.criteria) is None
 
     def residuals(self, found: Fit) -> TimeResiduals:
         """The residuals of a fit over time, each output over the scale of the comparison."""

@@ -76,6 +76,10 @@ def outcome(
         sentences += [objections[id(m)] for m in better[:1]] or ["No effect of the library reduces the loss on blocks."]
         return unknown
     if too_few(counts, criteria):
+        sentences.append(
+            f"{_effects_of(accepted[0])} is not named: a name needs {criteria.fewest_fitted_blocks} blocks of fitted and "
+            f"{criteria.fewest_validation_blocks} of validation runs."
+        )
         return unknown
     inside, p = confidence_set(np.array([base.losses, *(m.losses for m in accepted)]), criteria.confidence_set_level)
     if 0 in inside:
@@ -92,7 +96,13 @@ def outcome(
     not_eliminated = [accepted[i - 1] for i in inside]
     fewest = min(len(m.effects) for m in not_eliminated)
     members = [m for m in not_eliminated if len(m.effects) == fewest]
-    members = _with_equal_ones(members, accepted, base, flexible, criteria)
+    equal = _with_equal_ones(members, accepted, base, flexible, criteria)
+    if added := equal[len(members) :]:
+        sentences.append(
+            f"{' and '.join(_effects_of(m) for m in added)} is tied: it closes the same share of the closable misfit within "
+            f"{criteria.equal_share:.0%}, with no more parameters."
+        )
+    members = equal
     best = min(members, key=lambda m: m.losses.mean())
     verdict = "named" if frozenset.intersection(*(m.families for m in members)) else "tied"
     share = closed_share(base.out_of_sample, best.out_of_sample, flexible)

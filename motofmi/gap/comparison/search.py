@@ -5,6 +5,7 @@ dominates chi-square and hides the gain of an effect in all other runs.
 """
 
 from collections.abc import Sequence
+from typing import TypeVar
 
 import numpy as np
 
@@ -18,6 +19,8 @@ from motofmi.gap.estimation.effect_fit import as_found, fit_each
 from motofmi.gap.estimation.fit_result import Fit, PortableFit, initial_guesses, with_initial_guesses
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.screening import Signature, screen, screen_fitted
+
+Key = TypeVar("Key")
 
 LEADING_FAMILIES = 5  # families that are compared, and from which the first effect of a pair is taken
 SECOND_EFFECTS = 3  # effects that are fitted as the second of a pair, for each first effect
@@ -35,17 +38,25 @@ def leading_models(blocks: CommonBlocks, base: Fit, singles: Sequence[Candidate]
     """The forms of the leading families, evaluated on all blocks.
 
     Effects that are clearly behind the leading one on the fitted blocks are left out: they cannot be in the model
-    confidence set. A form is also fitted from the best form of its family, which it may contain or be contained in.
+    confidence set. An effect whose magnitude is not distinguishable from zero leads nothing; where it has the least loss
+    it is the last of the models. A form is also fitted from the best form of its family, which it may contain or be
+    contained in.
     """
-    losses = {id(c): loss for c in singles if (loss := blocks.fitted_losses(c.fit)) is not None}
-    order = sorted((c for c in singles if id(c) in losses), key=lambda c: losses[id(c)].mean())
-    if not order:
-        return []
-    best = losses[id(order[0])]
-    near = [c for c in order if not clearly_behind(losses[id(c)], best)]
-    families = list(dict.fromkeys(c.family for c in near))[:LEADING_FAMILIES]
-    fits = [found for family in families for found in _forms_of(family, order, base)]
-    return blocks.refined_and_evaluated(fits, "comparing effects")
+    order, near = _leading(blocks, {id(c): c.fit for c in singles})
+    fitted = {id(c): c for c in singles}
+    families = list(dict.fromkeys(fitted[key].family for key in near))[:LEADING_FAMILIES]
+    fits = [found for family in families for found in _forms_of(family, [fitted[key] for key in order], base)]
+    withheld = [fitted[key].fit for key in order[:1] if key not in near]
+    return blocks.refined_and_evaluated([*fits, *withheld], "comparing effects")
+
+
+def _leading(blocks: CommonBlocks, fits: dict[Key, Fit]) -> tuple[list[Key], list[Key]]:
+    """The keys of fits in the order of their mean loss on fitted blocks, and those that are not clearly behind the best
+    one that has magnitudes."""
+    losses = {key: loss for key, found in fits.items() if (loss := blocks.fitted_losses(found)) is not None}
+    order = sorted(losses, key=lambda key: losses[key].mean())
+    real = [key for key in order if blocks.has_magnitudes(fits[key])]
+    return order, [key for key in real if not clearly_behind(losses[key], losses[real[0]])]
 
 
 def clearly_behind(losses: np.ndarray, best: np.ndarray) -> bool:
@@ -91,16 +102,14 @@ def pairs(
     fits: dict[frozenset[type[Effect]], Fit] = {}
     plain = [effect for effect in library if not effect.flexible]
     families: set[frozenset[str]] = set()
-    for first in firsts[:LEADING_FAMILIES]:
+    for first in [m for m in firsts if blocks.has_magnitudes(m.fit)][:LEADING_FAMILIES]:
         leading = [s for s in _seconds(first, singles, plain) if first.families | {s.effect.family} not in families]
         families |= {first.families | {s.effect.family} for s in leading}
         for candidate in fit_each(first.fit, leading, [], first.fit.chi2, [], criteria):
             if candidate.fitted:
                 fits[frozenset(candidate.fit.model.effects)] = candidate.fit
-    losses = {effects: loss for effects, found in fits.items() if (loss := blocks.fitted_losses(found)) is not None}
-    order = sorted(losses, key=lambda effects: losses[effects].mean())
-    order = [effects for effects in order if not clearly_behind(losses[effects], losses[order[0]])]
-    models = blocks.refined_and_evaluated([fits[effects] for effects in order[:LEADING_FAMILIES]], "comparing pairs")
+    _, near = _leading(blocks, fits)
+    models = blocks.refined_and_evaluated([fits[effects] for effects in near[:LEADING_FAMILIES]], "comparing pairs")
     if not models:
         return []
     best = min(models, key=lambda m: m.losses.mean())

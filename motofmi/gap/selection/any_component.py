@@ -130,7 +130,8 @@ def _selected(
 ) -> Verdict:
     """The verdict by chi-square where the noise is known or some model leaves noise alone; else by comparison."""
     if noise_is_known(base):
-        return _by_chi_square(base, library, validation_runs, on_progress, criteria)
+        verdict = _by_chi_square(base, library, validation_runs, on_progress, criteria)
+        return _unless_doubtful(verdict, library, validation_runs, criteria)
 
     def report_unknown(verdict: Verdict) -> None:
         """Noise that follows from the result is known at the end only: no name before."""
@@ -145,7 +146,7 @@ def _selected(
     if chi_square_tried:
         verdict = _by_chi_square(base, library, validation_runs, report_unknown, criteria)
         if _decisive(verdict, criteria):
-            return verdict
+            return _unless_doubtful(verdict, library, validation_runs, criteria)
 
     def decided(compared: Comparison) -> Verdict:
         return verdict_by_comparison(compared, singles, compared_runs, criteria)
@@ -160,12 +161,12 @@ def _selected(
         verdict = _by_chi_square(base, library, validation_runs, report_unknown, criteria)
         chi_square_tried = True
         if _decisive(verdict, criteria):
-            return verdict
+            return _unless_doubtful(verdict, library, validation_runs, criteria)
     if compared is not None:
         return decided(compared)
-    if chi_square_tried:
-        return verdict
-    return _by_chi_square(base, library, validation_runs, report_unknown, criteria)
+    if not chi_square_tried:
+        verdict = _by_chi_square(base, library, validation_runs, report_unknown, criteria)
+    return _unless_doubtful(verdict, library, validation_runs, criteria)
 
 
 def _single_effects(
@@ -242,8 +243,6 @@ def _by_chi_square(
         before, prepared = prepared, list(verdict.best.runs)
         if _change(before, prepared) < NOISE_CHANGE:
             break
-    if verdict.verdict == "named" and _doubtful(verdict, library, bool(validation_runs), criteria):
-        return verdict.as_unknown()
     return verdict
 
 
@@ -284,15 +283,28 @@ def offset_priors(runs: Sequence[SampledRun]) -> dict[str, float]:
     return {n: OFFSET_PRIOR * deviation for n, deviation in deviations.items() if deviation > 0}
 
 
-def _doubtful(verdict: Verdict, library: Sequence[type[Effect]], confirmed: bool, criteria: Criteria) -> bool:
-    """Whether a named effect is withdrawn.
+def _unless_doubtful(
+    verdict: Verdict, library: Sequence[type[Effect]], validation_runs: Sequence[SampledRun], criteria: Criteria
+) -> Verdict:
+    """The verdict by chi-square; `unknown` where the named effect may stand for another one.
 
-    It is where the residuals are far from the noise and no validation run confirms it, and where its form is
+    It may where the residuals are far from the noise and no validation run confirms it, and where its form is
     unspecified in a family with a single form: such a family is an additional body, which reduces most kinds of misfit.
     """
-    forms = sum(effect.family == verdict.effects[0].family for effect in library)
-    unconfirmed = verdict.best.reduced > criteria.far_from_noise and not confirmed
-    return unconfirmed or (verdict.unspecified_form and forms == 1)
+    if verdict.verdict != "named":
+        return verdict
+    name, far = verdict.effects[0].family, criteria.far_from_noise
+    if verdict.best.reduced > far and not validation_runs:
+        return verdict.as_unknown(
+            f"{name} is not named: what it leaves is far from the noise (reduced chi-square {verdict.best.reduced:.3g}, "
+            f"limit {far:g}), and no validation run confirms it; give one with --holdout."
+        )
+    if verdict.unspecified_form and sum(effect.family == name for effect in library) == 1:
+        return verdict.as_unknown(
+            f"{name} is not named: it is not adequate (reduced chi-square {verdict.best.reduced:.3g}), and as an effect with a "
+            "single form it reduces most kinds of misfit."
+        )
+    return verdict
 
 
 def _missed(found: Fit) -> float:

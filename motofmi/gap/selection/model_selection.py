@@ -58,6 +58,7 @@ class Verdict:
     candidates: list[Candidate] = field(default_factory=list)
     unspecified_form: bool = False
     rejected: list[str] = field(default_factory=list)  # families that fit well, but that validation runs reject
+    withheld: str = ""  # the sentence on a rule by which nothing is named
     outside_library: Candidate | None = None  # an effect outside the library that explains more than any inside
     validation_gap: ValidationGap = None  # misfit on validation runs before and after
     criteria: Criteria = Criteria()
@@ -71,9 +72,10 @@ class Verdict:
         verdict = f"{self.verdict}: {names}" if names else self.verdict
         return f"Verdict({verdict}, reduced chi-square {self.base.reduced:.3g} -> {self.best.reduced:.3g})"
 
-    def as_unknown(self) -> "Verdict":
-        """The same fits with the verdict `unknown`."""
-        return replace(self, verdict="unknown", effects=[], tied=[], unspecified_form=False)
+    def as_unknown(self, withheld: str = "") -> "Verdict":
+        """The same fits with the verdict `unknown`, and the sentence on the rule by which nothing is named."""
+        return replace(self, verdict="unknown", effects=[], tied=[], unspecified_form=False,
+                       withheld=withheld or self.withheld)  # fmt: skip
 
 
 def select_model(
@@ -168,7 +170,13 @@ def _select(
         best = best_of(first, criteria)
         on_progress(verdict_of("unknown", base, best.fit if best else base, candidates=first))
     if best is None or best.delta_bic < criteria.first_effect_delta_bic:
-        return verdict_of("none" if adequate(base, criteria) else "unknown", base, base, candidates=first)
+        if adequate(base, criteria):
+            return verdict_of("none", base, base, candidates=first)
+        most = f"; {best.family} gains {best.delta_bic:.3g}" if best else ""
+        return verdict_of(
+            "unknown", base, base, candidates=first,
+            withheld=f"No effect of the library gains a delta BIC of {criteria.first_effect_delta_bic:g}{most}.",
+        )  # fmt: skip
     of_one = _of_one(base, first, criteria)
     on_progress(of_one)
     with running(Stage.PAIRS):
@@ -209,9 +217,18 @@ def _of_one(base: Fit, first: list[Candidate], criteria: Criteria) -> Verdict:
             return verdict_of("tied", base, best.fit, [], tied, first)
         return verdict_of("named", base, best.fit, [best], [], first, best.effect.flexible)
     left = 1 - required_share(base, criteria.unspecified_form_closed_share, criteria)
-    if best.fit.reduced - 1 < left * (base.reduced - 1) and not _rivals(best, first, criteria):
+    rivals = _rivals(best, first, criteria)
+    if best.fit.reduced - 1 < left * (base.reduced - 1) and not rivals:
         return verdict_of("named", base, best.fit, [best], [], first, unspecified_form=True)
-    return verdict_of("unknown", base, best.fit, candidates=first)
+    closed = 1 - (best.fit.reduced - 1) / (base.reduced - 1)
+    why = (
+        f"leads {rivals[0].family} by a delta BIC of {best.delta_bic - rivals[0].delta_bic:.3g}, less than "
+        f"{criteria.clear_lead_delta_bic:g}"
+        if closed > 1 - left
+        else f"closes {closed:.0%} of the excess, less than {1 - left:.0%}"
+    )
+    withheld = f"No form of an effect is adequate, and {best.family} is not named without one: it {why}."
+    return verdict_of("unknown", base, best.fit, candidates=first, withheld=withheld)
 
 
 def _rivals(best: Candidate, first: Sequence[Candidate], criteria: Criteria) -> list[Candidate]:
@@ -319,7 +336,14 @@ def _unless_outside_library(verdict: Verdict, library: Sequence[type[Effect]], v
         law = None
     if law is None and named and _explained(verdict, validation):
         return verdict
-    return replace(verdict.as_unknown(), outside_library=law)
+    return replace(verdict.as_unknown(_leaves_much(verdict) if named and law is None else ""), outside_library=law)
+
+
+def _leaves_much(verdict: Verdict) -> str:
+    """The sentence on effects that leave most of a clear misfit."""
+    names = " and ".join(c.family for c in verdict.effects) or " or ".join(c.family for c in verdict.tied)
+    least = verdict.criteria.explained_share
+    return f"{names} is not named: less than {least:.0%} of the excess over the noise is closed, on all runs together."
 
 
 def _explained(verdict: Verdict, validation: ValidationRuns) -> bool:
