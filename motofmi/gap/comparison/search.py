@@ -12,7 +12,7 @@ import numpy as np
 from fmus.effects import Effect
 from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
-from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
+from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel, refined_fit
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import Candidate
 from motofmi.gap.estimation.effect_fit import as_found, fit_each
@@ -52,10 +52,18 @@ def leading_models(blocks: CommonBlocks, base: Fit, singles: Sequence[Candidate]
 
 def _leading(blocks: CommonBlocks, fits: dict[Key, Fit]) -> tuple[list[Key], list[Key]]:
     """The keys of fits in the order of their mean loss on fitted blocks, and those that are not clearly behind the best
-    one that has magnitudes."""
+    one that has magnitudes.
+
+    The best one is refined before it is judged; the refined fit takes its place in fits.
+    """
     losses = {key: loss for key, found in fits.items() if (loss := blocks.fitted_losses(found)) is not None}
     order = sorted(losses, key=lambda key: losses[key].mean())
-    real = [key for key in order if blocks.has_magnitudes(fits[key])]
+    real: list[Key] = []
+    for key in order:
+        if not real:
+            fits[key] = refined_fit(fits[key])
+        if blocks.has_magnitudes(fits[key]):
+            real.append(key)
     return order, [key for key in real if not clearly_behind(losses[key], losses[real[0]])]
 
 
