@@ -68,7 +68,7 @@ def compare(
         models = leading_models(blocks, base, singles)
     on_progress(lambda: _compared(blocks, compared_base, models))
     with running(Stage.PAIRS):
-        both = pairs(blocks, one_per_families(models), singles, library, criteria)
+        both = pairs(blocks, one_per_families(models), library, criteria)
     return _compared(blocks, compared_base, [*models, *both])
 
 

@@ -18,7 +18,7 @@ from motofmi.gap.estimation.candidate import Candidate
 from motofmi.gap.estimation.effect_fit import as_found, fit_each
 from motofmi.gap.estimation.fit_result import Fit, PortableFit, initial_guesses, with_initial_guesses
 from motofmi.gap.estimation.fitting import fit
-from motofmi.gap.estimation.screening import Signature, screen, screen_fitted
+from motofmi.gap.estimation.screening import Signature, screen
 
 Key = TypeVar("Key")
 
@@ -99,19 +99,18 @@ def _forms_of(family: str, order: Sequence[Candidate], base: Fit) -> list[Fit]:
 def pairs(
     blocks: CommonBlocks,
     firsts: Sequence[ComparedModel],
-    singles: Sequence[Candidate],
     library: Sequence[type[Effect]],
     criteria: Criteria,
 ) -> list[ComparedModel]:
     """Pairs of a leading effect and the effects with the largest gain beside it, then the best pair in other forms.
 
-    firsts are the compared single effects, the leading one first; singles are all that were fitted.
+    firsts are the single effects, the leading one first.
     """
     fits: dict[frozenset[type[Effect]], Fit] = {}
     plain = [effect for effect in library if not effect.flexible]
     families: set[frozenset[str]] = set()
     for first in [m for m in firsts if blocks.has_magnitudes(m.fit)][:LEADING_FAMILIES]:
-        leading = [s for s in _seconds(first, singles, plain) if first.families | {s.effect.family} not in families]
+        leading = [s for s in _seconds(first, plain) if first.families | {s.effect.family} not in families]
         families |= {first.families | {s.effect.family} for s in leading}
         for candidate in fit_each(first.fit, leading, [], first.fit.chi2, [], criteria):
             if candidate.fitted:
@@ -125,16 +124,10 @@ def pairs(
     return models + blocks.refined_and_evaluated(other_forms, "comparing forms of a pair")
 
 
-def _seconds(first: ComparedModel, singles: Sequence[Candidate], plain: Sequence[type[Effect]]) -> list[Signature]:
-    """The effects with the largest gain beside a first one, each in its best form, the largest gain first.
-
-    An effect that gains nothing alone is simulated beside the first one.
-    """
-    fitted = [(c.effect, c.fit) for c in singles if c.family not in first.families]
-    alone = {effect for effect, _ in fitted}
-    others = [effect for effect in plain if effect.family not in first.families and effect not in alone]
-    screened = [*screen_fitted(first.fit, fitted), *screen(first.fit, others, keep=1)]
-    order = sorted((s for s in screened if s.gain > 0), key=lambda s: -s.gain)
+def _seconds(first: ComparedModel, plain: Sequence[type[Effect]]) -> list[Signature]:
+    """The effects with the largest screened gain beside a first one, each in its best form, the largest gain first."""
+    others = [effect for effect in plain if effect.family not in first.families]
+    order = sorted((s for s in screen(first.fit, others, keep=1) if s.gain > 0), key=lambda s: -s.gain)
     best_forms = {s.effect.family: s for s in reversed(order)}
     return sorted(best_forms.values(), key=lambda s: -s.gain)[:SECOND_EFFECTS]
 

@@ -15,7 +15,6 @@ from itertools import product
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from fmus.declaration.variables import Variable
 from fmus.effects import Effect
 from fmus.effects.prior import LogNormalPrior
 from fmus.support.deadline import time_is_up
@@ -41,7 +40,8 @@ class Signature:
 
 def screen(found: Fit, effects: Iterable[type[Effect]], keep: int = 2) -> list[Signature]:
     """The best starting values, at most `keep`, of every effect on top of a fit; after a deadline none."""
-    basis, left = _outside_of(found)
+    basis, _ = np.linalg.qr(found.jacobian / (np.linalg.norm(found.jacobian, axis=0) + 1e-12))
+    left = found.residuals - basis @ (basis.T @ found.residuals)
 
     def tried(part: tuple[type[Effect], list[dict[str, float]]]) -> list[tuple[float, np.ndarray]]:
         effect, shapes = part
@@ -146,42 +146,8 @@ def _signature(found: Fit, model: AnyModel, effect: type[Effect], shape: dict[st
         q = np.concatenate([found.of_run(index)[:shared], evaluated_at])
         columns.append(model.reduced(run, q)[1][:, shared:])
     sizes = [i for i, n in enumerate(own) if n not in effect.nonlinear_parameters()]
-    return _linear_gain(np.concatenate(columns)[:, sizes], sizes, rows, start, basis, left)
-
-
-def screen_fitted(found: Fit, others: Iterable[tuple[type[Effect], Fit]]) -> list[Signature]:
-    """The gain of effects on top of a fit, from the derivatives in another fit of each to the same runs.
-
-    Nothing is simulated: both fits are near the same data, so that their motions and the derivatives by the magnitude of
-    an effect are nearly the same. The other parameters of an effect start from the values of its own fit.
-    """
-    basis, left = _outside_of(found)
-    signatures = []
-    for effect, fitted in others:
-        places = [fitted.model.names.index(fitted.model.experiment.parameter(effect, n)) for n in effect.free_parameters()]
-        rows = [fitted.model.component.table[fitted.model.names[i]] for i in places]
-        sizes = [i for i, n in enumerate(effect.free_parameters()) if n not in effect.nonlinear_parameters()]
-        start = fitted.x[places].copy()
-        start[sizes] = [max(rows[i].min, 0.0) for i in sizes]
-        columns = fitted.jacobian[: fitted.count][:, [places[i] for i in sizes]]
-        if sizes and len(columns) == found.count:
-            signatures.append(Signature(effect, *_linear_gain(columns, sizes, rows, start, basis, left)))
-    return signatures
-
-
-def _outside_of(found: Fit) -> tuple[np.ndarray, np.ndarray]:
-    """An orthonormal basis of the derivatives of a fit, and its residuals outside of them."""
-    basis, _ = np.linalg.qr(found.jacobian / (np.linalg.norm(found.jacobian, axis=0) + 1e-12))
-    return basis, found.residuals - basis @ (basis.T @ found.residuals)
-
-
-def _linear_gain(columns: np.ndarray, sizes: list[int], rows: list[Variable], start: np.ndarray, basis: np.ndarray,
-                 left: np.ndarray) -> tuple[float, np.ndarray]:  # fmt: skip
-    """The gain of magnitudes with derivatives `columns` (data, sizes) within their bounds, and the starting values with
-    them added."""
-    start = start.copy()
     slopes = np.zeros((len(left), len(sizes)))
-    slopes[: len(columns)] = columns
+    slopes[: found.count] = np.concatenate(columns)[:, sizes]
     slopes -= basis @ (basis.T @ slopes)
     scale = np.linalg.norm(slopes, axis=0) + 1e-12
     low = np.array([rows[i].min - start[i] for i in sizes]) * scale
