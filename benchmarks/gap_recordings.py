@@ -25,15 +25,24 @@ INTERVAL = 1.96  # standard errors of a 95 % interval
 
 
 def run(
-    progress: Callable[..., Iterable] = track, data: str | Path | None = None, sources: Sequence[str] = tuple(SOURCES)
+    progress: Callable[..., Iterable] = track,
+    data: str | Path | None = None,
+    sources: Sequence[str] = tuple(SOURCES),
+    out: str | Path | None = None,
 ) -> dict[str, Any]:
-    """The row of every recording that is there, and the reasons for those that are skipped."""
+    """The row of every recording that is there, and the reasons for those that are skipped.
+
+    Rows that the file `out` holds already are not measured again.
+    """
     folder = folder_of_data(data)
     skipped = {name: reason for name in sources if (reason := missing(folder, SOURCES[name]))}
-    rows = {}
-    for name in progress([name for name in sources if name not in skipped], "recordings"):
+    rows = json.loads(Path(out).read_text()) if out and Path(out).exists() else {}
+    for name in progress([name for name in sources if name not in skipped and name not in rows], "recordings"):
         assert folder is not None
         rows[name] = found_in(SOURCES[name], folder)
+        if out:
+            Path(out).write_text(json.dumps(rows, indent=1))
+    rows = {name: rows[name] for name in SOURCES if name in rows}
     seconds = sorted(row["cpu_seconds"] / 2 for row in rows.values())
     return {
         "recordings": rows,
@@ -128,8 +137,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.gap_recordings", description=__doc__)
     parser.add_argument("--data", metavar="DIR", help=f"folder of recordings (default: environment variable {DATA})")
     parser.add_argument("--only", nargs="+", metavar="NAME", default=tuple(SOURCES), choices=tuple(SOURCES))
+    parser.add_argument("--out", metavar="FILE", help="keep each row there, and take up a run again from it")
     arguments = parser.parse_args()
-    results = run(track, arguments.data, arguments.only)
+    results = run(track, arguments.data, arguments.only, arguments.out)
     print(table(results))
     print(json.dumps(results, indent=1))
 

@@ -47,6 +47,15 @@ def test_effects_that_lead_in_turn_are_tied():
     assert found.verdict == "tied" and {c.effects[0] for c in found.members} == {CoulombFriction, CubicHardening}
 
 
+def test_an_effect_that_closes_the_same_share_is_tied_although_the_confidence_set_excludes_it():
+    # The same order of losses on every block: a difference of 2 % is certain, and 0.2 % of the closable misfit.
+    first = model_with(CoulombFriction, level=1.0, seed=1)
+    found = decided([first, model_with(CubicHardening, level=1.02, seed=1)])
+    assert found.verdict == "tied"
+    assert any("hardening_stiffness is tied: it closes the same share" in s for s in found.sentences)
+    assert decided([first, model_with(CubicHardening, level=1.2, seed=1)]).verdict == "named"
+
+
 def test_two_effects_are_named_where_neither_does_alone():
     pair = model_with(CoulombFriction, CubicDamping, level=0.5, seed=3)
     alone = [model_with(CoulombFriction, level=8.0, seed=1), model_with(CubicDamping, level=8.5, seed=2)]
@@ -97,6 +106,7 @@ def test_few_blocks_are_a_limitation_and_very_few_give_no_verdict(blocks, verdic
     found = decided(made, counts=(blocks, blocks), blocks=blocks)
     assert found.verdict == verdict
     assert any("independent blocks" in s for s in found.sentences) == (blocks < 12)
+    assert any("a name needs 8 blocks of fitted and 6" in s for s in found.sentences) == (blocks < 8)
 
 
 def test_the_simplest_form_within_one_standard_error_is_taken():

@@ -1,0 +1,58 @@
+"""A base whose fit moves a stiffness to zero is tried with the other sign: a joint that turns away from zero.
+
+Short runs from rest of a joint that is driven by a torque, simulated by scipy's LSODA, as a steering motor is recorded: the
+stiffness is negative, and the joint drifts away from zero.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import motofmi as mf
+from fmus.effects.damping import CoulombFriction
+from fmus.mechanisms import DrivenJoint, MassSpringDamper
+from motofmi.gap.criteria import Criteria
+from motofmi.gap.estimation.base_fit import fitted_base, fitted_values
+from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.recordings.recording import Recording
+from tests.simulators.hidden_mechanisms import simulate
+
+JOINT = {"J": 0.24, "k": -0.7, "c": 0.4, "sliding": 1e-3}
+UNITS = {"torque": "N.m", "angle": "rad"}
+
+
+def driven(hidden: dict[str, float], frequency: float, duration: float, seed: int = 0, **values: float) -> Recording:
+    """A run from rest under a harmonic torque of 1.8 N.m, 120 Hz, with the noise of a fine encoder."""
+    time = np.arange(0, duration, 1 / 120)
+    motion, torque = simulate({**JOINT, **values}, hidden, lambda t: 1.8 * np.cos(2 * np.pi * frequency * t), time)
+    angle = motion[:, 0] + 2e-4 * np.random.default_rng(seed).standard_normal(len(time))
+    return Recording(f"{frequency:g}Hz", time, {"torque": torque, "angle": angle}, UNITS)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stiffness", [-0.7, 4.0])
+def test_the_stiffness_of_the_base_gets_the_sign_of_the_data(stiffness):
+    recordings = [driven({}, 0.5, 2.5, 1, k=stiffness), driven({}, 1.0, 3.0, 2, k=stiffness)]
+    experiment = input_output_experiment(DrivenJoint(), list(UNITS))
+    experiment = replace(experiment, own_values=False)
+    runs = [prepare_sampled_run(recording, experiment) for recording in recordings]
+    base, _ = fitted_base(experiment, runs, {}, (CoulombFriction,), Criteria())
+    found = fitted_values(base)
+    # The noise is 1e-4 of the motion; input and output are interpolated between 120 samples per second.
+    assert found["stiffness"] == pytest.approx(stiffness, rel=0.02)
+    assert found["inertia"] == pytest.approx(JOINT["J"], rel=0.02)
+
+
+def test_a_spring_that_cannot_be_negative_keeps_its_sign():
+    assert MassSpringDamper.declared["spring_stiffness"].min == 0 and DrivenJoint.declared["stiffness"].min < 0
+
+
+@pytest.mark.study
+def test_friction_is_named_in_short_runs_of_a_joint_that_turns_away():
+    fitted = [driven({"friction": 0.55}, f, d, i) for i, (f, d) in enumerate([(0.5, 2.4), (1.0, 2.9), (2.0, 6.0)])]
+    found = mf.find_gap(fitted, validation=driven({"friction": 0.55}, 0.7, 4.0, 9), component="driven_joint")
+    assert found.verdict == "named" and found.effects[0]["name"] == "coulomb_friction"
+    torque = found.effects[0]["parameters"]["friction_torque"]
+    assert abs(torque["value"] - 0.55) < max(3 * torque["standard_error"], 0.02)
