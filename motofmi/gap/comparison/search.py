@@ -23,15 +23,25 @@ from motofmi.gap.estimation.screening import Signature, screen
 Key = TypeVar("Key")
 
 LEADING_FAMILIES = 5  # families that are compared, and from which the first effect of a pair is taken
+FITTED_FIRST = 4  # effects with the largest screened gain, that are fitted before the others
+# Ratio of chi-square to that of the best of them above which another effect need not be fitted to the end: a model with
+# three times the mean square on every block is not in the confidence set.
+FAR_BEHIND = 3.0
 SECOND_EFFECTS = 3  # effects that are fitted as the second of a pair, for each first effect
 CLEARLY_BEHIND = 5.0  # standard errors of the mean loss above the best one from which a model is not compared further
 
 
 def single_effects(base: Fit, library: Sequence[type[Effect]], criteria: Criteria) -> list[Candidate]:
-    """The forms of the library that are not flexible and reduce chi-square, each fitted with the base."""
+    """The forms of the library that are not flexible and reduce chi-square, each fitted with the base.
+
+    Those with the largest screened gain come first; fits of the others end where they cannot come near them.
+    """
     plain = [effect for effect in library if not effect.flexible]
-    signatures = [s for s in screen(base, plain, keep=1) if s.gain > 0]
-    return [c for c in fit_each(base, signatures, [], base.chi2, [], criteria) if c.fitted]
+    signatures = sorted((s for s in screen(base, plain, keep=1) if s.gain > 0), key=lambda s: -s.gain)
+    first = fit_each(base, signatures[:FITTED_FIRST], [], base.chi2, [], criteria)
+    beat = min((FAR_BEHIND * c.fit.chi2 for c in first if c.fitted), default=np.inf)
+    others = fit_each(base, signatures[FITTED_FIRST:], [], min(base.chi2, beat), [], criteria)
+    return [c for c in (*first, *others) if c.fitted]
 
 
 def leading_models(blocks: CommonBlocks, base: Fit, singles: Sequence[Candidate]) -> list[ComparedModel]:
