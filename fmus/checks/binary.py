@@ -1,5 +1,4 @@
-"""The shared libraries: named after the model identifier, for some platform, without Python, with
-the C runtime alone."""
+"""The shared libraries: named after the model identifier, for some platform, without Python, with the C runtime alone."""
 
 import re
 from pathlib import Path
@@ -8,42 +7,53 @@ from fmus.checks.checked_fmu import CheckedFmu
 from fmus.checks.problem import Problem
 
 STAGE = "binary"
-SUFFIXES = (".so", ".dll", ".dylib", ".wasm")
+SECTION = ("2.3", "2.5.1.4")
 PYTHON = re.compile(rb"\b(Py_Initialize\w*|PyObject_\w+|PyGILState_\w+|libpython[\w.]*)")
 NEEDED = re.compile(rb"\0(lib[\w+-]+\.so[.\d]*)(?=\0)")
 C_RUNTIME = {b"libc", b"libm", b"libdl", b"libpthread", b"librt", b"libgcc_s", b"libstdc++"}
+SUFFIXES = (".so", ".dll", ".dylib")
+BEGINNINGS = {
+    ".so": (b"\x7fELF",),
+    ".dll": (b"MZ",),
+    ".dylib": (b"\xcf\xfa\xed\xfe", b"\xca\xfe\xba\xbe", b"\xce\xfa\xed\xfe", b"\xca\xfe\xba\xbf"),
+}
 
 
 def check(fmu: CheckedFmu) -> list[Problem]:
     """Problems of the libraries in the unpacked folder of an archive."""
-    kinds = [e for e in fmu.root if e.tag in ("ModelExchange", "CoSimulation", "ScheduledExecution")]
-    python = any(e.get("needsExecutionTool") == "true" for e in kinds)
+    kinds = [fmu.root.find(kind) for kind in fmu.model.kinds]
+    python = any(e.get("needsExecutionTool") == "true" for e in kinds if e is not None)
     folders = sorted(p for p in (fmu.folder / "binaries").glob("*") if p.is_dir() and any(p.iterdir()))
     if not folders:
         if (fmu.folder / "sources").is_dir():
-            return [Problem("binary", "warning", "no binary, only source code", "binaries")]
-        return [Problem("binary", "error", "no binary for any platform, and no source code", "binaries")]
+            return [fmu.warning("binary", "no binary, only source code", "binaries", *SECTION)]
+        return [fmu.error("binary", "no binary for any platform, and no source code", "binaries", *SECTION)]
     found = []
     for place in folders:
         libraries = {p.stem: p for p in place.iterdir() if p.is_file() and p.suffix in SUFFIXES}
-        for identifier in sorted({e.get("modelIdentifier") or "" for e in kinds}):
-            if identifier not in libraries:
-                have = ", ".join(sorted(libraries)) or "nothing"
-                found.append(
-                    Problem(
-                        "identifier",
-                        "error",
-                        f"no library for modelIdentifier {identifier!r} (there is: {have})",
-                        f"binaries/{place.name}",
-                    )
-                )
-        for library in libraries.values():
-            found += _library(library, python)
+        for identifier in sorted({e.get("modelIdentifier") or "" for e in kinds if e is not None}):
+            if identifier in libraries:
+                found += _library(fmu, libraries[identifier], python)
+            elif libraries:
+                message = f"no library for modelIdentifier {identifier!r} (there is: {', '.join(sorted(libraries))})"
+                found.append(fmu.error("identifier", message, f"binaries/{place.name}", *SECTION))
+            elif not any(place.rglob("*.a")) and not any(place.rglob("*.lib")):
+                found.append(fmu.error("identifier", f"no library for modelIdentifier {identifier!r} (there is: nothing)",
+                                       f"binaries/{place.name}", *SECTION))  # fmt: skip
     return found
 
 
-def _library(path: Path, python: bool) -> list[Problem]:
+def _library(fmu: CheckedFmu, path: Path, python: bool) -> list[Problem]:
     where, data = f"binaries/{path.parent.name}/{path.name}", path.read_bytes()
+    if not data.startswith(BEGINNINGS[path.suffix]):
+        what = (
+            "an empty file"
+            if not data
+            else "text"
+            if data[:200].isascii() and b"\0" not in data[:200]
+            else "another file format"
+        )
+        return [fmu.error("binary", f"is no shared library but {what}", where, *SECTION)]
     found = []
     symbol = PYTHON.search(data)
     if symbol:
@@ -53,11 +63,12 @@ def _library(path: Path, python: bool) -> list[Problem]:
                 "python", severity, f"needs the right Python in the importer's process ({symbol[1].decode()})", where
             )
         )
-    foreign = sorted(
+    others = (
         {n.decode() for n in NEEDED.findall(data) if n.split(b".so")[0] not in C_RUNTIME}
         if data[:4] == b"\x7fELF"
-        else ()
+        else set()
     )
+    foreign = sorted(name for name in others if not (path.parent / name).is_file())
     if foreign and not symbol:
-        found.append(Problem("libraries", "warning", f"needs {', '.join(foreign)} besides the C runtime", where))
+        found.append(fmu.warning("libraries", f"needs {', '.join(foreign)} besides the C runtime", where, *SECTION))
     return found

@@ -1,24 +1,26 @@
 """The FMU that is checked: its archive, and after unpacking its folder and its model description."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from xml.etree import ElementTree as Xml
 
+from fmus.checks.model import Model
+from fmus.checks.problem import Problem
+from fmus.checks.sections import section
+from fmus.support.sandbox import Limits
+
 FILE = "modelDescription.xml"
 VERSIONS = ("2", "3")
-VARIABLES = {"2": "ModelVariables/ScalarVariable", "3": "ModelVariables/*"}
-TIME_LIMIT = 60.0
 
 
 @dataclass
 class CheckedFmu:
-    """An FMU under check. folder is empty until the archive is unpacked; time_limit [s] holds for
-    each run of the FMU."""
+    """An FMU under check. folder is empty until the archive is unpacked; limits hold for each trial of the FMU."""
 
     path: Path
     folder: Path
-    time_limit: float = TIME_LIMIT
+    limits: Limits = field(default_factory=Limits)
 
     @cached_property
     def root(self) -> Xml.Element:
@@ -30,6 +32,18 @@ class CheckedFmu:
         """2 or 3, or another text where the description has another version."""
         return (self.root.get("fmiVersion") or "")[:1]
 
-    @property
-    def variables(self) -> list[Xml.Element]:
-        return self.root.findall(VARIABLES[self.version])
+    @cached_property
+    def model(self) -> Model:
+        """The variables and the structure of the model description."""
+        return Model(self.root)
+
+    def section(self, two: str, three: str) -> str:
+        """A section of the standard, from its number in FMI 2.0.4 and in FMI 3.0."""
+        return section(self.version, two, three)
+
+    def error(self, check: str, message: str, where: str, two: str = "", three: str = "") -> Problem:
+        """An error with its section in FMI 2.0.4 and in FMI 3.0."""
+        return Problem(check, "error", message, where, section=self.section(two, three))
+
+    def warning(self, check: str, message: str, where: str, two: str = "", three: str = "") -> Problem:
+        return Problem(check, "warning", message, where, section=self.section(two, three))

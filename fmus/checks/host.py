@@ -15,6 +15,11 @@ def host_folder(version: str) -> str:
     return system[0] if version == "2" else f"{'aarch64' if arm else 'x86_64'}-{system[1]}"
 
 
+def library_suffix() -> str:
+    """The suffix of this machine's shared libraries."""
+    return {"Windows": ".dll", "Darwin": ".dylib"}.get(platform.system(), ".so")
+
+
 def other_processor(folder: Path) -> str:
     """The processor that the Linux libraries in a folder are for, where it is not this machine's; else an empty text.
 

@@ -12,8 +12,8 @@ import zipfile
 import pytest
 
 from fmus.checks import archive as before_unpacking
-from fmus.checks.behaviour import run_as
-from fmus.checks.check import check
+from fmus.checks.check import Limits
+from fmus.checks.check import check as every_check
 from fmus.export.build import archive, binaries, build, source_contents
 from fmus.export.compilers import host, host_compiler
 from fmus.export.interface import Interface
@@ -33,6 +33,11 @@ def sound(cache, tmp_path_factory):
         path = build(riders.load("mean_2011"), tmp_path_factory.mktemp("out")).path
     with zipfile.ZipFile(path) as members:
         return {name: members.read(name) for name in members.namelist()}
+
+
+def check(path, time_limit=20.0):
+    """Without the opinions of other tools, which take seconds."""
+    return every_check(path, Limits(time=time_limit), other_tools=False)
 
 
 def written(tmp_path, contents):
@@ -55,19 +60,20 @@ def test_ours_are_clean(name, fmi, tmp_path):
 def test_the_limits_of_the_python_back_end_are_warnings(name, tmp_path):
     found = check(build(COMPONENTS[name](), tmp_path, backend="python").path)
     assert {p.severity for p in found} == {"warning"}
-    assert {p.check for p in found} == {"python", "misuse"}
+    assert "python" in {p.check for p in found} <= {"python", "wrong_token", "unknown_reference", "input_not_a_number", "input_above_maximum", "fixed_parameter",
+                                                    "negative_step", "step_not_a_number", "step_too_early"}  # fmt: skip
 
 
 LAST_UNKNOWN = b'      <Unknown index="19" dependencies="2 3 4 5 6 7 10 11 12 13 14" />\n'
 BROKEN = {
     "wrong identifier": (b'modelIdentifier="rider_mean_2011"', b'modelIdentifier="somebody_else"', "identifier", "no library for modelIdentifier 'somebody_else'"),
-    "missing initial unknown": (LAST_UNKNOWN, b"", "fmpy", "InitialUnknowns does not contain the expected set"),
+    "missing initial unknown": (LAST_UNKNOWN, b"", "structure", "InitialUnknowns does not list damping_torque"),
     "undefined unit": (b'<Real unit="N.m" />', b'<Real unit="furlong" />', "units", "unit [furlong] is not defined"),
-    "duplicate name": (b'name="waist_damping"', b'name="arm_damping"', "fmpy", 'variable name "arm_damping"'),
+    "duplicate name": (b'name="waist_damping"', b'name="arm_damping"', "names", "the name 'arm_damping' is not unique"),
     "dependency out of range": (b'dependencies="11 12 13 14"', b'dependencies="11 12 13 99"', "structure", "99 is no variable (valid: 1 to 19)"),
-    "wrong output index": (b'<Unknown index="16" dependencies="11', b'<Unknown index="5" dependencies="11', "fmpy", "ModelStructure/Outputs must have exactly one entry"),
+    "wrong output index": (b'<Unknown index="16" dependencies="11', b'<Unknown index="5" dependencies="11', "structure", "Outputs does not list"),
     "input without start": (b'<Real unit="rad" displayUnit="deg" start="0.0" />\n    </ScalarVariable>\n    <ScalarVariable name="steer_rate"',
-                            b'<Real unit="rad" displayUnit="deg" />\n    </ScalarVariable>\n    <ScalarVariable name="steer_rate"', "fmpy", '"steer_angle"'),
+                            b'<Real unit="rad" displayUnit="deg" />\n    </ScalarVariable>\n    <ScalarVariable name="steer_rate"', "attributes", "has no start value"),
     "min above start": (b'min="0.0" max="100000.0" displayUnit="N.m.s/deg" start="19.28"', b'min="20.0" max="100000.0" displayUnit="N.m.s/deg" start="19.28"',
                         "bounds", "min 20 is above start 19.28"),
     "bad date": (b"00:00:00Z", b"00:00:00+00:00", "date", "is not of the form"),
@@ -119,7 +125,7 @@ def test_an_endless_loop_is_survived_and_reported(tmp_path):
         ),
         time_limit=2,
     )
-    assert [p for p in found if "did not finish within 2 s" in p.message]
+    assert [p for p in found if "did not finish within 2 s" in p.message and p.call]
 
 
 @pytest.mark.slow
@@ -131,7 +137,7 @@ def test_a_wrong_jacobian_is_found(tmp_path):
 @pytest.mark.slow
 def test_numbers_that_do_not_repeat_are_found(tmp_path):
     found = check(changed_code(b"    z[15] = ", b"    static int calls; z[15] = 1e-9 * calls++ + ", tmp_path))
-    assert {"reproducible", "state"} <= {p.check for p in found}
+    assert {"reset", "state"} <= {p.check for p in found}
 
 
 def test_a_file_that_is_no_archive_and_one_that_is_not_there(tmp_path):
@@ -188,13 +194,6 @@ def test_external_entities_are_refused_before_unpacking(encoding, sound, tmp_pat
     )
     (found,) = check(with_member(sound, tmp_path, "terminalsAndIcons/terminalsAndIcons.xml", text.encode(encoding)))
     assert "declares a document type" in found.message
-
-
-@pytest.mark.slow
-def test_a_folder_without_a_library_ends_with_a_report(tmp_path):
-    (tmp_path / "modelDescription.xml").write_text("<no/>")
-    (found,) = run_as("CoSimulation", tmp_path)
-    assert (found.check, found.severity) == ("load", "error")
 
 
 @pytest.mark.slow
@@ -265,7 +264,7 @@ def test_a_library_that_is_none_is_reported(library, sound, tmp_path):
     else:
         contents[name] = whole[:3000] if library == "cut" else library
     found = check(written(tmp_path, contents))
-    assert {p.check for p in found if p.severity == "error"} <= {"load", "identifier"} and messages(found)
+    assert {p.check for p in found if p.severity == "error"} <= {"load", "identifier", "binary"} and messages(found)
 
 
 IN_OUTPUTS = b"(void)sign, (void)heaviside;\n"
@@ -278,7 +277,7 @@ def with_outputs(code, tmp_path):
 @pytest.mark.slow
 def test_what_an_fmu_prints_is_not_taken_for_a_report(tmp_path):
     lie = rb'{ extern int printf(const char *, ...); extern void exit(int); printf("\n{\"trial\": \"end\"}\n"); exit(0); }'
-    assert "ended its process with status 0" in messages(check(with_outputs(lie, tmp_path)))
+    assert [m for m in messages(check(with_outputs(lie, tmp_path))) if "ended its process with status 0" in m]
 
 
 @pytest.mark.slow
@@ -286,7 +285,7 @@ def test_what_an_fmu_prints_is_not_taken_for_a_report(tmp_path):
 def test_what_an_fmu_has_started_ends_with_the_check(tmp_path):
     mark = tmp_path / "alive"
     code = f'{{ extern int fork(void); extern unsigned sleep(unsigned); extern int creat(const char *, int); if (fork() == 0) {{ sleep(3); creat("{mark}", 0600); }} sleep(100); }}'
-    assert "did not finish within 2 s" in messages(check(with_outputs(code.encode(), tmp_path), time_limit=2))
+    assert [m for m in messages(check(with_outputs(code.encode(), tmp_path), time_limit=2)) if "did not finish within 2 s" in m]
     time.sleep(3.5)
     assert not mark.exists()
 

@@ -1,0 +1,85 @@
+"""The description's head: kinds, identifiers, token, date, default experiment."""
+
+import math
+import re
+
+from fmus.checks.checked_fmu import FILE, CheckedFmu
+from fmus.checks.problem import Problem
+
+STAGE = "description"
+UTC = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(\.\d+)?Z")
+IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+VERSIONS = {"2": re.compile(r"2\.0"), "3": re.compile(r"3\.(0(\.[0-9]+)?(-.+)?|[1-9].*)")}
+
+
+def check(fmu: CheckedFmu) -> list[Problem]:
+    """What is missing or wrong."""
+    return _head(fmu) + _experiment(fmu)
+
+
+def _head(fmu: CheckedFmu) -> list[Problem]:
+    root, found = fmu.root, []
+    version, date = str(root.get("fmiVersion")), root.get("generationDateAndTime")
+    if not VERSIONS[fmu.version].fullmatch(version):
+        found.append(fmu.error("version", f"fmiVersion {version!r} is none of the standard", FILE, "2.2.1", "2.4.1"))
+    if not fmu.model.kinds:
+        found.append(
+            fmu.error(
+                "interface",
+                "has neither model exchange nor co-simulation nor scheduled execution",
+                FILE,
+                "2.2.1",
+                "2.4.1",
+            )
+        )
+    if not fmu.model.token:
+        what = "guid" if fmu.version == "2" else "instantiationToken"
+        found.append(fmu.error("interface", f"has no {what}", FILE, "2.2.1", "2.4.1"))
+    if date is not None and not UTC.fullmatch(date):
+        found.append(
+            fmu.error(
+                "date",
+                f"generationDateAndTime {date!r} is not of the form 2024-01-31T12:00:00Z",
+                FILE,
+                "2.2.1",
+                "2.4.1",
+            )
+        )
+    for kind in fmu.model.kinds:
+        identifier = fmu.root.find(kind).get("modelIdentifier") or ""  # type: ignore[union-attr]
+        if not IDENTIFIER.fullmatch(identifier):
+            found.append(
+                fmu.error("interface", f"modelIdentifier {identifier!r} is no C identifier", kind, "2.1.1", "2.2.2")
+            )
+    return found
+
+
+def _experiment(fmu: CheckedFmu) -> list[Problem]:
+    element = fmu.root.find("DefaultExperiment")
+    if element is None:
+        return []
+    found = []
+    values = {
+        name: fmu.model.experiment(name)
+        for name in ("startTime", "stopTime", "tolerance", "stepSize")
+        if element.get(name) is not None
+    }
+    for name, value in values.items():
+        if not math.isfinite(value):
+            found.append(
+                fmu.error(
+                    "experiment",
+                    f"{name} is {element.get(name)}, no finite number",
+                    "DefaultExperiment",
+                    "2.2.5",
+                    "2.4.6",
+                )
+            )
+        elif name in ("tolerance", "stepSize") and value <= 0:
+            found.append(
+                fmu.error("experiment", f"{name} {value:g} is not positive", "DefaultExperiment", "2.2.5", "2.4.6")
+            )
+    if values.get("stopTime", math.inf) < values.get("startTime", 0.0):
+        found.append(fmu.error("experiment", f"stopTime {values['stopTime']:g} is before startTime {values.get('startTime', 0.0):g}",
+                               "DefaultExperiment", "2.2.5", "2.4.6"))  # fmt: skip
+    return found

@@ -1,0 +1,1 @@
+"""Trials of an FMU, one a file: see `fmus.checks.trial`."""
