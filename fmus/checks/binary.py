@@ -1,6 +1,7 @@
 """The shared libraries: named after the model identifier, for some platform, without Python, with the C runtime alone."""
 
 import re
+import struct
 from pathlib import Path
 
 from fmus.checks.checked_fmu import CheckedFmu
@@ -38,8 +39,14 @@ def check(fmu: CheckedFmu) -> list[Problem]:
                 message = f"no library for modelIdentifier {identifier!r} (there is: {', '.join(sorted(libraries))})"
                 found.append(fmu.error("identifier", message, f"binaries/{place.name}", *SECTION))
             elif not any(place.rglob("*.a")) and not any(place.rglob("*.lib")):
-                found.append(fmu.error("identifier", f"no library for modelIdentifier {identifier!r} (there is: nothing)",
-                                       f"binaries/{place.name}", *SECTION))  # fmt: skip
+                found.append(
+                    fmu.error(
+                        "identifier",
+                        f"no library for modelIdentifier {identifier!r} (there is: nothing)",
+                        f"binaries/{place.name}",
+                        *SECTION,
+                    )
+                )
     return found
 
 
@@ -54,6 +61,8 @@ def _library(fmu: CheckedFmu, path: Path, python: bool) -> list[Problem]:
             else "another file format"
         )
         return [fmu.error("binary", f"is no shared library but {what}", where, *SECTION)]
+    if data[:5] == b"\x7fELF\x02" and _end_of_sections(data) > len(data):
+        return [fmu.error("binary", f"is cut off after {len(data)} bytes", where, *SECTION)]
     found = []
     symbol = PYTHON.search(data)
     if symbol:
@@ -72,3 +81,12 @@ def _library(fmu: CheckedFmu, path: Path, python: bool) -> list[Problem]:
     if foreign and not symbol:
         found.append(fmu.warning("libraries", f"needs {', '.join(foreign)} besides the C runtime", where, *SECTION))
     return found
+
+
+def _end_of_sections(data: bytes) -> int:
+    """Where the table of sections of a 64-bit ELF file ends (System V ABI, ELF header)."""
+    if len(data) < 64:
+        return 64
+    order = "<" if data[5] == 1 else ">"
+    size, count = struct.unpack(f"{order}HH", data[58:62])
+    return struct.unpack(f"{order}Q", data[40:48])[0] + size * count

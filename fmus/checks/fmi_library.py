@@ -12,6 +12,7 @@ from typing import Any
 
 import fmpy
 from cffi import FFI
+from fmpy.logging import addLoggerProxy
 
 from fmus.checks.current_call import CurrentCall
 
@@ -109,8 +110,6 @@ class FmiLibrary:
 
     def _callbacks(self) -> Any:
         # An FMU formats its messages with arguments in printf's style; fmpy's proxy does that in C.
-        from fmpy.logging import addLoggerProxy  # noqa: PLC0415 - loads a library
-
         kind = self.types["fmi2Instantiate"].args[4]
         made, fields = PLAIN.new(kind), dict(kind.item.fields)
         memory = (ctypes.cast(f, ctypes.c_void_p).value for f in (fmpy.calloc, fmpy.free))

@@ -38,8 +38,14 @@ class Jacobian:
         self.fmu = trial.instance()
         self.fmu.enter_initialisation()
         self.entries = self._entries()
-        inputs = [v for v in model.variables if v.causality == "input" and v.type in ("Real", "Float64") and not v.clocks
-                  and v.variability == "continuous"]  # fmt: skip
+        inputs = [
+            v
+            for v in model.variables
+            if v.causality == "input"
+            and v.type in ("Real", "Float64")
+            and not v.clocks
+            and v.variability == "continuous"
+        ]
         if trial.kind == "ModelExchange":
             self.fmu.exit_initialisation()
         self.states = (
@@ -70,8 +76,8 @@ class Jacobian:
         start = {id(v): self.get(v) for v in self.knowns}
         try:
             for i, known in enumerate(self.knowns):
-                moved = start[id(known)] + (0.1 + 0.03 * (i % 7)) * known.nominal
-                self.put(known, np.clip(moved, known.low, known.high))
+                shifted = start[id(known)] + (0.1 + 0.03 * (i % 7)) * known.nominal
+                self.put(known, np.clip(shifted, known.low, known.high))
             self.read()
         except CallFailedError:
             if self.fmu.phase in ("error", "fatal"):
@@ -138,12 +144,12 @@ class Jacobian:
         ends: dict[float, np.ndarray] = {}
         try:
             for factor in (1.0, 0.5, 0.0, -0.5, -1.0):
-                moved = at.copy()
-                moved[element] += factor * scale
-                if not known.low <= moved[element] <= known.high:
+                shifted = at.copy()
+                shifted[element] += factor * scale
+                if not known.low <= shifted[element] <= known.high:
                     self.put(known, at)
                     return None
-                self.put(known, moved)
+                self.put(known, shifted)
                 ends[factor] = self.read()
             self.put(known, at)
         except CallFailedError:

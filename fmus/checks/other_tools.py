@@ -49,8 +49,10 @@ def _fmutool(path: Path) -> list[Problem]:
     said = _from_python(FMUTOOL, "-input", path, "-check")
     if said is None:
         return [Problem("fmutool", "note", f"did not finish within {TIME_LIMIT:g} s", path.name)]
-    return [Problem("fmutool", "warning", f"fmutool reports: {line}", FILE)
-            for line in re.findall(r"^ERROR\s*\|\s*(.*)$", "".join(said), re.MULTILINE)]  # fmt: skip
+    return [
+        Problem("fmutool", "warning", f"fmutool reports: {line}", FILE)
+        for line in re.findall(r"^ERROR\s*\|\s*(.*)$", "".join(said), re.MULTILINE)
+    ]
 
 
 def _from_python(code: str, *arguments: str | Path) -> tuple[str, str] | None:

@@ -22,8 +22,11 @@ def provoke(trial: Trial, fmu: Instance, what: str, call: Callable[[], int]) -> 
     if status < DISCARD:
         yield trial.warning(f"accepts {what}", said, trial.section("2.1.3", "2.2.4"))
     elif status >= FATAL:
-        yield trial.warning(f"ends with {said.status} on {what}, so that no instance can be used any longer", said,
-                            trial.section("2.1.3", "2.2.4"))  # fmt: skip
+        yield trial.warning(
+            f"ends with {said.status} on {what}, so that no instance can be used any longer",
+            said,
+            trial.section("2.1.3", "2.2.4"),
+        )
     elif status == ERROR:
         yield from _usable(trial, fmu, what)
     fmu.abandon()
@@ -38,5 +41,8 @@ def _usable(trial: Trial, fmu: Instance, what: str) -> Iterator[Problem]:
     except EndedError:
         pass
     except CallFailedError as failed:
-        yield trial.warning(f"{failed.message}, after {what} was refused and the instance was reset", failed.call,
-                            trial.section("2.1.3", "2.2.4"))  # fmt: skip
+        yield trial.warning(
+            f"{failed.message}, after {what} was refused and the instance was reset",
+            failed.call,
+            trial.section("2.1.3", "2.2.4"),
+        )

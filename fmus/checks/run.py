@@ -23,8 +23,15 @@ def check(fmu: CheckedFmu) -> list[Problem]:
     """Problems of the FMU when it runs, as each kind that its description has."""
     found = []
     if "ScheduledExecution" in fmu.model.kinds:
-        found.append(Problem("run", "note", "scheduled execution is not run: it needs the importer's own tasks", "ScheduledExecution",
-                             section=fmu.section("", "5.2")))  # fmt: skip
+        found.append(
+            Problem(
+                "run",
+                "note",
+                "scheduled execution is not run: it needs the importer's own tasks",
+                "ScheduledExecution",
+                section=fmu.section("", "5.2"),
+            )
+        )
     kinds = [kind for kind in KINDS if kind in fmu.model.kinds]
     return found + (run_as(kinds, fmu.folder, fmu.limits, _needs_network(fmu)) if kinds else [])
 

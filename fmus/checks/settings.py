@@ -10,8 +10,16 @@ TRUTH = {"true": 1, "false": 0}
 
 def real_inputs(model: Model) -> list[Variable]:
     """Scalar continuous inputs of double precision."""
-    return [v for v in model.variables if v.causality == "input" and v.variability == "continuous" and v.type in ("Real", "Float64")
-            and not v.dimensions and not v.clocks and v.reference is not None]  # fmt: skip
+    return [
+        v
+        for v in model.variables
+        if v.causality == "input"
+        and v.variability == "continuous"
+        and v.type in ("Real", "Float64")
+        and not v.dimensions
+        and not v.clocks
+        and v.reference is not None
+    ]
 
 
 def raw_step(fmu: Instance, step: float) -> int:

@@ -28,7 +28,7 @@ except ImportError:  # on Windows
 MARK = "MOTOFMI_SANDBOX"  # an environment variable that processes inherit, by which they are found again
 CLONE_NEWUSER, CLONE_NEWNET, PR_SET_CHILD_SUBREAPER = 0x10000000, 0x40000000, 36  # linux/sched.h, linux/prctl.h
 SIOCGIFFLAGS, SIOCSIFFLAGS, IFF_UP = 0x8913, 0x8914, 1  # linux/sockios.h, linux/if.h
-POLL = 0.25  # s, between two looks at the memory in use
+POLL = 0.5  # s, between two looks at the memory in use
 ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")}  # namespaces need a single thread
 
 
@@ -49,6 +49,7 @@ def limit_resources(limits: Limits) -> None:
     """Apply the limits that the system itself keeps to this process and those that it starts."""
     if resource is None:
         return
+    signal.signal(signal.SIGXFSZ, signal.SIG_DFL)  # Python ignores it: a write would fail without end
     seconds = int(limits.time * (os.cpu_count() or 1)) + 1
     for name, value in (("AS", 8 * limits.memory), ("CPU", seconds), ("FSIZE", limits.file_size), ("CORE", 0)):
         with contextlib.suppress(ValueError, OSError):  # above the hard limit of this process
@@ -94,13 +95,13 @@ def end_descendants(process: psutil.Process | None = None) -> int:
 
 
 def memory_in_use(pid: int) -> int:
-    """Resident memory [bytes] of a process and its descendants."""
+    """Memory [bytes] that a process and its descendants do not share with others."""
     total = 0
     with contextlib.suppress(psutil.Error):
         parent = psutil.Process(pid)
         for process in (parent, *parent.children(recursive=True)):
             with contextlib.suppress(psutil.Error):
-                total += process.memory_info().rss
+                total += process.memory_full_info().uss
     return total
 
 

@@ -80,6 +80,13 @@ def _experiment(fmu: CheckedFmu) -> list[Problem]:
                 fmu.error("experiment", f"{name} {value:g} is not positive", "DefaultExperiment", "2.2.5", "2.4.6")
             )
     if values.get("stopTime", math.inf) < values.get("startTime", 0.0):
-        found.append(fmu.error("experiment", f"stopTime {values['stopTime']:g} is before startTime {values.get('startTime', 0.0):g}",
-                               "DefaultExperiment", "2.2.5", "2.4.6"))  # fmt: skip
+        found.append(
+            fmu.error(
+                "experiment",
+                f"stopTime {values['stopTime']:g} is before startTime {values.get('startTime', 0.0):g}",
+                "DefaultExperiment",
+                "2.2.5",
+                "2.4.6",
+            )
+        )
     return found

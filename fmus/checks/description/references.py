@@ -30,8 +30,14 @@ def _aliases(fmu: CheckedFmu, group: list[Variable]) -> list[Problem]:
     found = []
     settable = [v for v in group if v.causality in ("input", "parameter")]
     if len(settable) > 1:
-        found.append(fmu.error("references", f"is a settable variable with the value reference {settable[1].reference} of {settable[0].name}",
-                               settable[1].name, "2.2.7"))  # fmt: skip
+        found.append(
+            fmu.error(
+                "references",
+                f"is a settable variable with the value reference {settable[1].reference} of {settable[0].name}",
+                settable[1].name,
+                "2.2.7",
+            )
+        )
     started = [v for v in group if v.start is not None and v.variability != "constant"]
     if len(started) > 1 and len(settable) <= 1:
         found.append(

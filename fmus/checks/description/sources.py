@@ -24,10 +24,22 @@ def check(fmu: CheckedFmu) -> list[Problem]:
     if root is not None:
         named += [(BUILD, e.get("name")) for e in root.iter("SourceFile")]
         identifiers = {fmu.root.find(kind).get("modelIdentifier") for kind in fmu.model.kinds}  # type: ignore[union-attr]
-        found += [fmu.error("sources", f"a build configuration is for {c.get('modelIdentifier')!r}, which no interface has", BUILD, "2.3", "2.4.10")
-                  for c in root.iter("BuildConfiguration") if c.get("modelIdentifier") not in identifiers]  # fmt: skip
-        found += [fmu.error("sources", "a set of source files names none", BUILD, "2.3", "2.4.10")
-                  for s in root.iter("SourceFileSet") if s.find("SourceFile") is None]  # fmt: skip
+        found += [
+            fmu.error(
+                "sources",
+                f"a build configuration is for {c.get('modelIdentifier')!r}, which no interface has",
+                BUILD,
+                "2.3",
+                "2.4.10",
+            )
+            for c in root.iter("BuildConfiguration")
+            if c.get("modelIdentifier") not in identifiers
+        ]
+        found += [
+            fmu.error("sources", "a set of source files names none", BUILD, "2.3", "2.4.10")
+            for s in root.iter("SourceFileSet")
+            if s.find("SourceFile") is None
+        ]
     missing = [(where, name) for where, name in named if not name or not (fmu.folder / "sources" / name).is_file()]
     return found + [
         fmu.error("sources", f"names the source file {name!r}, which is not in the archive", where, "2.3", "2.4.10")

@@ -100,9 +100,12 @@ def _initial(fmu: CheckedFmu) -> Iterable[Problem]:
         for v in (*model.states, *(u.variable for u in model.derivatives))
         if v is not None and v.initial in ("approx", "calculated")
     ]
-    expected = [v for v in model.variables
-                if (v.causality == "output" and v.initial in ("approx", "calculated") and not v.clocks and v.type != "Clock")
-                or v.causality == "calculatedParameter"]  # fmt: skip
+    expected = [
+        v
+        for v in model.variables
+        if (v.causality == "output" and v.initial in ("approx", "calculated") and not v.clocks and v.type != "Clock")
+        or v.causality == "calculatedParameter"
+    ]
     known = {id(v) for v in expected}
     expected += [v for v in {id(v): v for v in solved}.values() if id(v) not in known]
     # In FMI 2 aliases of an unknown may stand for it; in FMI 3 clocked variables may be initialised.

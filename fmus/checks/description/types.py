@@ -21,8 +21,17 @@ def check(fmu: CheckedFmu) -> list[Problem]:
     for name, declared in types.items():
         for attribute in ("name", "value"):
             items = Counter(item.get(attribute) for item in declared.findall("Item"))
-            found += [fmu.error("types", f"enumeration {name!r} has {count} items with the {attribute} {item!r}", FILE, "2.2.3", "2.4.4")
-                      for item, count in items.items() if count > 1]  # fmt: skip
+            found += [
+                fmu.error(
+                    "types",
+                    f"enumeration {name!r} has {count} items with the {attribute} {item!r}",
+                    FILE,
+                    "2.2.3",
+                    "2.4.4",
+                )
+                for item, count in items.items()
+                if count > 1
+            ]
     for variable in fmu.model.variables:
         declared_name = variable.typed.get("declaredType")
         if declared_name is None:
@@ -35,8 +44,15 @@ def check(fmu: CheckedFmu) -> list[Problem]:
                 )
             )
         elif declared_type.tag.removesuffix("Type") != variable.type:
-            found.append(fmu.error("types", f"is of type {variable.type}, its declared type {declared_name!r} of type {declared_type.tag.removesuffix('Type')}",
-                                   variable.name, "2.2.7", "2.4.7.5"))  # fmt: skip
+            found.append(
+                fmu.error(
+                    "types",
+                    f"is of type {variable.type}, its declared type {declared_name!r} of type {declared_type.tag.removesuffix('Type')}",
+                    variable.name,
+                    "2.2.7",
+                    "2.4.7.5",
+                )
+            )
         elif variable.type == "Enumeration" and variable.start is not None:
             values = {whole(item.get("value")) for item in declared_type.findall("Item")}
             if any(whole(word) not in values for word in variable.start.split()):

@@ -13,8 +13,11 @@ STAGE = "description"
 def check(fmu: CheckedFmu) -> list[Problem]:
     """Units that are not defined, twice defined or cannot be converted."""
     units = fmu.root.findall("UnitDefinitions/Unit")
-    found = [fmu.error("units", f"unit [{name}] is defined {count} times", FILE, "2.2.2", "2.4.3")
-             for name, count in Counter(unit.get("name") for unit in units).items() if count > 1]  # fmt: skip
+    found = [
+        fmu.error("units", f"unit [{name}] is defined {count} times", FILE, "2.2.2", "2.4.3")
+        for name, count in Counter(unit.get("name") for unit in units).items()
+        if count > 1
+    ]
     for unit in units:
         for element in [*unit.findall("BaseUnit"), *unit.findall("DisplayUnit")]:
             what = f"unit [{unit.get('name')}]" + (

@@ -30,6 +30,8 @@ def run(trial: Trial) -> Iterator[Problem]:
         for column in columns:
             exact = row[starts[id(column.known)] + column.element]
             if not abs(exact - column.difference[k]) <= column.uncertainty[k]:
-                yield trial.error(f"the adjoint derivative d {name} / d {column.known.name} is {exact:g}, differences give {column.difference[k]:g}",
-                                  jacobian.fmu.last)  # fmt: skip
+                yield trial.error(
+                    f"the adjoint derivative d {name} / d {column.known.name} is {exact:g}, differences give {column.difference[k]:g}",
+                    jacobian.fmu.last,
+                )
                 return

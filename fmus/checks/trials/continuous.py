@@ -5,11 +5,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from fmus.checks.instance import CallFailedError
 from fmus.checks.problem import Problem
 from fmus.checks.simulation import values
 from fmus.checks.trial import Trial
 
-PLACE, SEVERITY = 7, "error"
+PLACE, SEVERITY = 1, "error"
 
 
 def applies(trial: Trial) -> bool:
@@ -19,8 +20,10 @@ def applies(trial: Trial) -> bool:
 def run(trial: Trial) -> Iterator[Problem]:
     fmu, model = trial.initialised(), trial.model
     if model.version == "3":
-        for name, expected, what in (("GetNumberOfContinuousStates", fmu.order, "continuous states"),
-                                     ("GetNumberOfEventIndicators", model.event_indicators, "event indicators")):  # fmt: skip
+        for name, expected, what in (
+            ("GetNumberOfContinuousStates", fmu.order, "continuous states"),
+            ("GetNumberOfEventIndicators", model.event_indicators, "event indicators"),
+        ):
             count = fmu.ffi.new("size_t *")
             fmu.call(name, count)
             if count[0] != expected:
@@ -39,7 +42,13 @@ def run(trial: Trial) -> Iterator[Problem]:
             f"the nominal of continuous state {int(np.argmax(bad)) + 1} is {nominals[bad][0]:g}, it has to be positive",
             fmu.last,
         )
-    fmu.set_states(states)
+    states = states + 1e-3 * nominals
+    try:
+        fmu.set_states(states)
+    except CallFailedError as failed:
+        if failed.call.status.endswith("Discard"):
+            return
+        raise
     if not np.array_equal(fmu.states(), states):
         yield trial.error(
             "continuous states differ from those that were set", fmu.last, trial.section("3.2.1", "3.2.1")
@@ -52,5 +61,8 @@ def _same(trial: Trial, what: str, vector: np.ndarray, variables: np.ndarray) ->
         and (unequal := ~(np.isclose(vector, variables, rtol=1e-9, atol=0) | np.isnan(vector))).any()
     ):
         k = int(np.argmax(unequal))
-        yield trial.error(f"{what} {k + 1} of the vector is {vector[k]:.9g}, its variable {variables[k]:.9g}",
-                          trial.instances[-1].last, trial.section("2.2.8", "2.4.8"))  # fmt: skip
+        yield trial.error(
+            f"{what} {k + 1} of the vector is {vector[k]:.9g}, its variable {variables[k]:.9g}",
+            trial.instances[-1].last,
+            trial.section("2.2.8", "2.4.8"),
+        )

@@ -27,6 +27,8 @@ def run(trial: Trial) -> Iterator[Problem]:
             if unknown.dependencies is None or column.known is unknown.variable:  # a state that is an output itself
                 continue
             if column.known not in map(trial.model.find, unknown.dependencies):
-                yield trial.error(f"{jacobian.names[k]} changes with {column.known.name}, which its dependencies leave out",
-                                  section=trial.section("2.2.8", "2.4.8"))  # fmt: skip
+                yield trial.error(
+                    f"{jacobian.names[k]} changes with {column.known.name}, which its dependencies leave out",
+                    section=trial.section("2.2.8", "2.4.8"),
+                )
                 return

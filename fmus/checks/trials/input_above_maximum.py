@@ -21,5 +21,9 @@ def applies(trial: Trial) -> bool:
 
 def run(trial: Trial) -> Iterator[Problem]:
     fmu, given = trial.initialised(), _bounded(trial)[0]
-    yield from provoke(trial, fmu, f"an input above its maximum ({given.name})",
-                       lambda: fmu.set([given], [2 * abs(given.high) + 1], must=False))  # fmt: skip
+    yield from provoke(
+        trial,
+        fmu,
+        f"an input above its maximum ({given.name})",
+        lambda: fmu.set([given], [2 * abs(given.high) + 1], must=False),
+    )

@@ -18,14 +18,19 @@ def run(trial: Trial) -> Iterator[Problem]:
     version = trial.model.version
     missing = trial.library.missing(trial.kind)
     if missing:
-        yield trial.error(f"the library does not have {', '.join(missing[:5])}" + (f" and {len(missing) - 5} more" * (len(missing) > 5)),
-                          section=section(version, "2.1.1", "2.2.2"))  # fmt: skip
+        yield trial.error(
+            f"the library does not have {', '.join(missing[:5])}"
+            + (f" and {len(missing) - 5} more" * (len(missing) > 5)),
+            section=section(version, "2.1.1", "2.2.2"),
+        )
     if f"fmi{version}GetVersion" not in missing:
         said = trial.library(f"fmi{version}GetVersion")
         text = "" if said == trial.library.ffi.NULL else trial.library.ffi.string(said).decode("utf-8", "replace")
         if not text.startswith(VERSIONS[version]):
-            yield trial.error(f"fmi{version}GetVersion returns {text!r}, not {VERSIONS[version][0]!r}",
-                              section=section(version, "2.1.4", "2.2.5"))  # fmt: skip
+            yield trial.error(
+                f"fmi{version}GetVersion returns {text!r}, not {VERSIONS[version][0]!r}",
+                section=section(version, "2.1.4", "2.2.5"),
+            )
     if version == "2" and "fmi2GetTypesPlatform" not in missing:
         said = trial.library("fmi2GetTypesPlatform")
         text = "" if said == trial.library.ffi.NULL else trial.library.ffi.string(said).decode("utf-8", "replace")

@@ -23,8 +23,14 @@ def run(trial: Trial) -> Iterator[Problem]:
     fmu = trial.initialised()
     if trial.simulate(fmu, 3).ended:
         return
-    outputs = [u.variable for u in trial.model.outputs if u.variable is not None and u.variable.type in ("Real", "Float64")
-               and u.variable.variability == "continuous" and not u.variable.dimensions]  # fmt: skip
+    outputs = [
+        u.variable
+        for u in trial.model.outputs
+        if u.variable is not None
+        and u.variable.type in ("Real", "Float64")
+        and u.variable.variability == "continuous"
+        and not u.variable.dimensions
+    ]
     for order in range(1, _order(trial) + 1) if outputs else ():
         orders, values = (
             fmu.ffi.new("int[]" if trial.model.version == "2" else "int32_t[]", [order] * len(outputs)),

@@ -16,8 +16,16 @@ def applies(trial: Trial) -> bool:
 
 
 def run(trial: Trial) -> Iterator[Problem]:
-    given = [v for v in trial.model.variables if v.start is not None and v.type not in UNSET and v.reference is not None and not v.clocks
-             and v.variability != "constant" and v.causality not in ("independent", "structuralParameter")]  # fmt: skip
+    given = [
+        v
+        for v in trial.model.variables
+        if v.start is not None
+        and v.type not in UNSET
+        and v.reference is not None
+        and not v.clocks
+        and v.variability != "constant"
+        and v.causality not in ("independent", "structuralParameter")
+    ]
     inputs = [v for v in given if v.causality == "input"]
     exact = [v for v in given if v.initial == "exact" and v.causality != "input"]
     fmu = trial.instance()

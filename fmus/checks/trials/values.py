@@ -86,8 +86,11 @@ def _numbers(trial: Trial, fmu: Instance, group: list[Variable], values: np.ndar
             )
             if unequal.any():
                 k = int(np.argmax(unequal))
-                yield trial.error(f"{variable.name} is {own[k]:.9g} after initialisation, its start in the description is {start[k]:.9g}",
-                                  fmu.last, trial.section("2.2.7", "2.4.7.4"))  # fmt: skip
+                yield trial.error(
+                    f"{variable.name} is {own[k]:.9g} after initialisation, its start in the description is {start[k]:.9g}",
+                    fmu.last,
+                    trial.section("2.2.7", "2.4.7.4"),
+                )
         yield from _bounds(trial, fmu, variable, own)
 
 
@@ -100,8 +103,11 @@ def _bounds(trial: Trial, fmu: Instance, variable: Variable, values: np.ndarray)
     outside = (values < variable.low - slack) | (values > variable.high + slack)
     if outside.any():
         report = trial.warning if variable.type in FLOATS else trial.error
-        yield report(f"{variable.name} is {values[np.argmax(outside)]:.9g}, outside its bounds {variable.low:g} to {variable.high:g}",
-                     fmu.last, trial.section("2.2.7", "2.2.7.3"))  # fmt: skip
+        yield report(
+            f"{variable.name} is {values[np.argmax(outside)]:.9g}, outside its bounds {variable.low:g} to {variable.high:g}",
+            fmu.last,
+            trial.section("2.2.7", "2.2.7.3"),
+        )
 
 
 def _texts(trial: Trial, fmu: Instance, group: list[Variable], values: list[bytes]) -> Iterator[Problem]:
@@ -112,5 +118,8 @@ def _texts(trial: Trial, fmu: Instance, group: list[Variable], values: list[byte
             yield trial.error(f"{variable.name} is not UTF-8", fmu.last, trial.section("2.1.2", "2.2.3"))
             continue
         if variable.start is not None and _set_by_importer(variable) and text != variable.start:
-            yield trial.warning(f"{variable.name} is {text!r} after initialisation, its start in the description is {variable.start!r}",
-                                fmu.last, trial.section("2.2.7", "2.4.7.4"))  # fmt: skip
+            yield trial.warning(
+                f"{variable.name} is {text!r} after initialisation, its start in the description is {variable.start!r}",
+                fmu.last,
+                trial.section("2.2.7", "2.4.7.4"),
+            )

@@ -20,6 +20,9 @@ def run(trial: Trial) -> Iterator[Problem]:
     except CallFailedError:
         return
     what = "GUID" if trial.model.version == "2" else "instantiation token"
-    yield trial.warning(f"accepts a wrong {what}, so that a description of another FMU goes unnoticed", fmu.last,
-                        trial.section("2.1.5", "2.3.1"))  # fmt: skip
+    yield trial.warning(
+        f"accepts a wrong {what}, so that a description of another FMU goes unnoticed",
+        fmu.last,
+        trial.section("2.1.5", "2.3.1"),
+    )
     fmu.abandon()

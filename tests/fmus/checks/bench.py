@@ -1,5 +1,6 @@
 """Small FMUs of FMI 2 and 3 for tests of the check, compiled once per session, and archives of them with faults."""
 
+import re
 import shlex
 import subprocess
 import zipfile
@@ -90,6 +91,12 @@ def compiled(source: str, out: Path, *flags: str) -> bytes:
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, f"{shlex.join(command)}\n{done.stderr}"
     return out.read_bytes()
+
+
+def only(kind: str, xml: str = BENCH2) -> str:
+    """The description with one kind of the two."""
+    other = "CoSimulation" if kind == "ModelExchange" else "ModelExchange"
+    return re.sub(rf"<{other}\b[^>]*/>", "", xml, flags=re.DOTALL)
 
 
 def written(path: Path, xml: str | bytes, library: bytes | None = None, identifier: str = "bench", files: dict | None = None, fault: str = "") -> Path:

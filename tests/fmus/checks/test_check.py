@@ -67,7 +67,7 @@ def test_the_limits_of_the_python_back_end_are_warnings(name, tmp_path):
 LAST_UNKNOWN = b'      <Unknown index="19" dependencies="2 3 4 5 6 7 10 11 12 13 14" />\n'
 BROKEN = {
     "wrong identifier": (b'modelIdentifier="rider_mean_2011"', b'modelIdentifier="somebody_else"', "identifier", "no library for modelIdentifier 'somebody_else'"),
-    "missing initial unknown": (LAST_UNKNOWN, b"", "structure", "InitialUnknowns does not list damping_torque"),
+    "missing initial unknown": (LAST_UNKNOWN, b"", "structure", "InitialUnknowns does not list der(torso_momentum)"),
     "undefined unit": (b'<Real unit="N.m" />', b'<Real unit="furlong" />', "units", "unit [furlong] is not defined"),
     "duplicate name": (b'name="waist_damping"', b'name="arm_damping"', "names", "the name 'arm_damping' is not unique"),
     "dependency out of range": (b'dependencies="11 12 13 14"', b'dependencies="11 12 13 99"', "structure", "99 is no variable (valid: 1 to 19)"),
