@@ -116,29 +116,38 @@ class Outcome:
 
 
 def run_limited(
-    command: Sequence[str], limits: Limits, environment: Mapping[str, str] | None = None, cwd: str | None = None,
-    output: int | None = subprocess.PIPE,
-) -> Outcome:  # fmt: skip
-    """Run a command until it ends or exceeds a limit. Whatever it has started ends with it, also in other sessions."""
+    command: Sequence[str],
+    limits: Limits,
+    environment: Mapping[str, str] | None = None,
+    cwd: str | None = None,
+    show_errors: bool = False,
+) -> Outcome:
+    """Run a command until it ends or exceeds a limit. Whatever it has started ends with it, also in other sessions.
+
+    Its standard error is shown or dropped.
+    """
     mark = secrets.token_hex(8)
     variables = {**os.environ, **(environment or {}), MARK: mark}
-    errors = subprocess.DEVNULL if output is not None else None
+    errors = None if show_errors else subprocess.DEVNULL
+    pipe = subprocess.PIPE
     with subprocess.Popen(
-        command, stdout=output, stderr=errors, cwd=cwd, env=variables, start_new_session=True
+        command, stdout=pipe, stderr=errors, cwd=cwd, env=variables, start_new_session=True
     ) as child:
-        began, written, status, memory = time.monotonic(), b"", None, None
+        began, written, memory, ended = time.monotonic(), None, None, False
         try:
-            while status is None and memory is None and (left := began + limits.time - time.monotonic()) > 0:
-                with contextlib.suppress(subprocess.TimeoutExpired):
-                    written = child.communicate(timeout=min(left, POLL))[0] or b""
-                    status = child.returncode
-                if status is None and (used := memory_in_use(child.pid)) > limits.memory:
+            while not ended and memory is None and (left := began + limits.time - time.monotonic()) > 0:
+                try:
+                    written = child.communicate(timeout=min(left, POLL))[0]
+                    ended = True
+                except subprocess.TimeoutExpired:
+                    ended = child.poll() is not None  # what it has started may hold its output open
+                if not ended and (used := memory_in_use(child.pid)) > limits.memory:
                     memory = used
         finally:
             _end_all(child, mark)
-            if status is None:
-                written = child.communicate()[0] or b""
-    return Outcome(written, status, memory)
+            if written is None:
+                written = child.communicate()[0]
+    return Outcome(written or b"", child.returncode if ended else None, memory)
 
 
 def _end_all(child: subprocess.Popen[bytes], mark: str) -> None:

@@ -24,15 +24,17 @@ def check(fmu: CheckedFmu) -> list[Problem]:
     found = [problem for variable in fmu.model.variables for problem in _problems(fmu, variable)]
     independent = sum(v.causality == "independent" for v in fmu.model.variables)
     if independent != 1 and (fmu.version == "3" or independent > 1):
-        found.append(
-            fmu.error(
-                "attributes",
-                f"{independent} variables are independent, there has to be one",
-                "ModelVariables",
-                "2.2.7",
-                "2.4.7.4",
-            )
-        )
+        message = f"{independent} variables are independent, there has to be one"
+        found.append(fmu.error("attributes", message, "ModelVariables", "2.2.7", "2.4.7.4"))
+    default = [
+        v.name
+        for v in fmu.model.variables
+        if fmu.version == "2" and v.type != "Real" and not v.element.get("variability")
+    ]
+    if default:
+        some = f"{len(default)} variable{'s that are' if len(default) > 1 else ' that is'} not real"
+        message = f"{some} without variability, the first is {default[0]}; the default, continuous, is for reals only"
+        found.append(fmu.warning("attributes", message, "ModelVariables", "2.2.7"))
     return found
 
 

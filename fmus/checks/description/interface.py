@@ -35,16 +35,9 @@ def _head(fmu: CheckedFmu) -> list[Problem]:
     if not fmu.model.token:
         what = "guid" if fmu.version == "2" else "instantiationToken"
         found.append(fmu.error("interface", f"has no {what}", FILE, "2.2.1", "2.4.1"))
-    if date is not None and not UTC.fullmatch(date):
-        found.append(
-            fmu.error(
-                "date",
-                f"generationDateAndTime {date!r} is not of the form 2024-01-31T12:00:00Z",
-                FILE,
-                "2.2.1",
-                "2.4.1",
-            )
-        )
+    if date is not None and not UTC.fullmatch(date):  # the standard: "should be"
+        message = f"generationDateAndTime {date!r} is not of the form 2024-01-31T12:00:00Z"
+        found.append(fmu.warning("date", message, FILE, "2.2.1", "2.4.1"))
     for kind in fmu.model.kinds:
         identifier = fmu.root.find(kind).get("modelIdentifier") or ""  # type: ignore[union-attr]
         if not IDENTIFIER.fullmatch(identifier):

@@ -108,11 +108,11 @@ def _initial(fmu: CheckedFmu) -> Iterable[Problem]:
     ]
     known = {id(v) for v in expected}
     expected += [v for v in {id(v): v for v in solved}.values() if id(v) not in known]
-    # In FMI 2 aliases of an unknown may stand for it; in FMI 3 clocked variables may be initialised.
-    optional = [v for v in model.variables if v.clocks]
+    optional = [v for v in model.variables if v.clocks]  # clocked variables may be initialised
     listed = [u.variable for u in model.initial_unknowns if u.variable is not None]
-    if (
-        fmu.version == "2" and "ModelExchange" not in model.kinds
-    ):  # without derivatives in use, states need not be listed
-        optional += solved
-    return _compare(fmu, "InitialUnknowns" if fmu.version == "2" else "InitialUnknown", expected, listed, optional)
+    list_name = "InitialUnknowns" if fmu.version == "2" else "InitialUnknown"
+    if not listed and model.kinds == ["CoSimulation"] and all(v.causality == "output" for v in expected):
+        # Outputs can be read in initialisation mode whether they are listed or not (FMI 2.0.4, 4.2.4).
+        message = f"{list_name} is missing; it has to list {_names(expected)}"
+        return [fmu.warning("structure", message, "ModelStructure", *SECTION)] if expected else []
+    return _compare(fmu, list_name, expected, listed, optional)

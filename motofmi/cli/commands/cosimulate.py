@@ -10,6 +10,7 @@ from fmus.cosimulation.coupling_error import ToleranceWarning
 from motofmi.cli import outputs
 from motofmi.cli.arguments import assignments, separate, units_of
 from motofmi.cli.component_arguments import DEVICE, add_archives, add_settings, add_ssp, add_units, add_vehicle
+from motofmi.cli.sandboxed import run_sandboxed
 from motofmi.cli.screen import Screen, system
 from motofmi.workflows.cosimulation import cosimulate
 from motofmi.workflows.ridden_fmus import with_archives
@@ -81,10 +82,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="file for every output over time (default: %(default)s)",
         default="cosimulation.csv",
     )
+    parser.add_argument(
+        "--sandbox",
+        action="store_true",
+        help="run in a process with limited time, memory and file size, on Linux without network, for FMUs that are "
+             "not trusted; see docs/check.md for what this cannot prevent",
+    )
     outputs.add_arguments(parser, "every output over time")
 
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
+    if arguments.sandbox:
+        return run_sandboxed(__name__, argparse.Namespace(**{**vars(arguments), "sandbox": False}))
     vehicle, devices = (
         (None, None) if arguments.ssp
         else with_archives(arguments.vehicle, separate(arguments.device), arguments.fmu)

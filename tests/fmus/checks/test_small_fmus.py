@@ -14,7 +14,9 @@ LIMITS = Limits(time=20.0)
     ("bench", bench.BENCH2, "fmu2.c", ()), ("ball", bench.BALL, "fmu2.c", ("-DBALL",)), ("bench", BENCH3, "fmu3.c", ()),
 ])  # fmt: skip
 def test_a_correct_fmu_has_no_problem(name, xml, source, flags, libraries, tmp_path):
-    assert check(bench.written(tmp_path / "good.fmu", xml, libraries(source, *flags), name), LIMITS) == []
+    path = bench.written(tmp_path / "good.fmu", xml, libraries(source, *flags), name)
+    # fmpy takes aliases and output clocks of FMI 3 for initial unknowns.
+    assert check(path, LIMITS, other_tools="fmiVersion=\"2" in xml) == []
 
 
 E = "error"
