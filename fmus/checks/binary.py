@@ -1,4 +1,4 @@
-"""The shared libraries: named after the model identifier, for some platform, without Python, with the C runtime alone."""
+"""The shared libraries: named after the model identifier, complete, without Python, with the C runtime alone."""
 
 import re
 import struct
@@ -12,10 +12,11 @@ SECTION = ("2.3", "2.5.1.4")
 PYTHON = re.compile(rb"\b(Py_Initialize\w*|PyObject_\w+|PyGILState_\w+|libpython[\w.]*)")
 NEEDED = re.compile(rb"\0(lib[\w+-]+\.so[.\d]*)(?=\0)")
 C_RUNTIME = {b"libc", b"libm", b"libdl", b"libpthread", b"librt", b"libgcc_s", b"libstdc++"}
-SUFFIXES = (".so", ".dll", ".dylib")
+SUFFIXES = (".so", ".dll", ".dylib", ".wasm")
 BEGINNINGS = {
     ".so": (b"\x7fELF",),
     ".dll": (b"MZ",),
+    ".wasm": (b"\0asm",),
     ".dylib": (b"\xcf\xfa\xed\xfe", b"\xca\xfe\xba\xbe", b"\xce\xfa\xed\xfe", b"\xca\xfe\xba\xbf"),
 }
 

@@ -31,4 +31,5 @@ class CurrentCall:
     def read(self) -> tuple[str, str]:
         """The name of the call, empty outside calls, and the last message."""
         data = bytes(self._memory)
-        return tuple(part.partition(b"\0")[0].decode("utf-8", "replace") for part in (data[:CALL], data[CALL:]))  # type: ignore[return-value]
+        call, message = (part.partition(b"\0")[0].decode("utf-8", "replace") for part in (data[:CALL], data[CALL:]))
+        return call, message

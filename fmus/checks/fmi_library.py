@@ -27,9 +27,11 @@ LOGGERS = {
 }
 # Functions that an FMU of one kind alone needs: all others are required of every kind.
 ONLY = {
-    "ModelExchange": re.compile(r"EnterContinuousTimeMode|CompletedIntegratorStep|SetTime|ContinuousState|EventIndicators|"
+    "ModelExchange": re.compile(r"EnterContinuousTimeMode|CompletedIntegratorStep|SetTime|ContinuousState|"
+                                r"EventIndicators|"
                                 r"GetDerivatives|NewDiscreteStates|fmi2EnterEventMode|InstantiateModelExchange"),
-    "CoSimulation": re.compile(r"DoStep|CancelStep|Status$|InputDerivatives|OutputDerivatives|EnterStepMode|InstantiateCoSimulation"),
+    "CoSimulation": re.compile(r"DoStep|CancelStep|Status$|InputDerivatives|OutputDerivatives|EnterStepMode|"
+                               r"InstantiateCoSimulation"),
     "ScheduledExecution": re.compile(r"ActivateModelPartition|InstantiateScheduledExecution"),
 }  # fmt: skip
 

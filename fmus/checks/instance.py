@@ -6,63 +6,28 @@ only reset and free, after a fatal error nothing.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from fmus.checks.fmi_library import PLAIN, FmiLibrary
+from fmus.checks.calls import DISCARD, OK, WARNING, CallFailedError, Calls, EndedError, FmiCall
+from fmus.checks.fmi_library import FmiLibrary
 from fmus.checks.model import Model, Variable
-from fmus.checks.sections import of_call
 
-OK, WARNING, DISCARD, ERROR, FATAL = range(5)
-DTYPES = {
-    "Real": np.float64, "Integer": np.int32, "Enumeration": np.int32, "Float64": np.float64, "Float32": np.float32, "Boolean": np.int32,
-    **{f"{sign}Int{bits}": np.dtype(f"{sign.lower()}int{bits}").type for sign in ("", "U") for bits in (8, 16, 32, 64)},
-}  # fmt: skip
 ITERATIONS = 1000  # of events at one instant
-CANARIES = 16  # numbers behind a buffer that a call must not change
-UNTOUCHED = float.fromhex("0x1.23456789abcdep-1000")  # a number that no call writes by chance
+SavedState = tuple[Any, float, float]  # the FMU's handle, the time and that of the next event [s]
 
 
-@dataclass
-class FmiCall:
-    """A call that was made: its name, the name of its status and what the FMU logged."""
-
-    name: str
-    status: str
-    log: str
-
-    @property
-    def about(self) -> dict[str, str]:
-        """The fields of a Problem that a call shows."""
-        return {"call": self.name, "status": self.status, "log": self.log, "section": of_call(self.name)}
-
-
-class CallFailedError(Exception):
-    """A call did not succeed where the standard demands that it does."""
-
-    def __init__(self, call: FmiCall, message: str):
-        super().__init__(message)
-        self.call, self.message = call, message
-
-
-class EndedError(Exception):
-    """The FMU has asked to end the simulation."""
-
-
-class Instance:
+class Instance(Calls):
     """An instance, before initialisation. time is the time that it has reached [s]."""
 
     def __init__(self, library: FmiLibrary, model: Model, kind: str, folder: Path, token: str | None = None):
-        self.library, self.model, self.kind, self.version = library, model, kind, model.version
-        self.ffi, self.prefix = PLAIN, f"fmi{model.version}"
-        self.exchange, self.phase = kind == "ModelExchange", "none"
+        super().__init__(library, model)
+        self.kind, self.exchange = kind, kind == "ModelExchange"
         start = model.experiment("startTime")
         self.start = self.time = start if math.isfinite(start) else 0.0
         self.next_event = math.inf
-        self.last = FmiCall("", "", "")
         self.steps_end_in_events = model.flag(kind, "", "hasEventMode")
         self._instantiate(folder, model.token if token is None else token)
 
@@ -71,15 +36,8 @@ class Instance:
         texts = [self.ffi.new("char[]", text.encode()) for text in ("check", token or "")]
         if self.version == "2":
             name, place = "fmi2Instantiate", self.ffi.new("char[]", resources.as_uri().encode())
-            arguments: tuple[Any, ...] = (
-                texts[0],
-                int(not self.exchange),
-                texts[1],
-                place,
-                self.library.callbacks,
-                0,
-                1,
-            )
+            kind = int(not self.exchange)
+            arguments: tuple[Any, ...] = (texts[0], kind, texts[1], place, self.library.callbacks, 0, 1)
         else:
             name = f"fmi3Instantiate{self.kind}"
             place = self.ffi.new("char[]", f"{resources}/".encode()) if resources.is_dir() else self.ffi.NULL
@@ -94,44 +52,6 @@ class Instance:
             how = " with eventModeUsed = true, which hasEventMode permits" * self.steps_end_in_events
             raise CallFailedError(self.last, f"{name} returns no instance{how}")
         self.phase = "instantiated"
-
-    # Calls -------------------------------------------------------------------------------------------------
-
-    def _log(self) -> str:
-        return " | ".join(self.library.messages)
-
-    def attempt(self, name: str, *arguments: Any) -> int:
-        """Call a function, named without prefix, whatever its status."""
-        status = int(self.library(self.prefix + name, self.handle, *arguments))
-        self.last = FmiCall(self.prefix + name, self.library.status(status), self._log())
-        if status == ERROR:
-            self.phase = "error"
-        elif status == FATAL:
-            self.phase = "fatal"
-        return status
-
-    def call(self, name: str, *arguments: Any) -> int:
-        """Call a function that has to succeed. Raises CallFailedError."""
-        status = self.attempt(name, *arguments)
-        if status not in (OK, WARNING):
-            raise CallFailedError(self.last, f"{self.last.name} returns {self.last.status} at {self.time:g} s")
-        return status
-
-    def filled(self, name: str, count: int, what: str) -> np.ndarray:
-        """An array (count,) that a call fills. Raises CallFailedError if the call writes fewer or more numbers."""
-        buffer = np.full(count + CANARIES, UNTOUCHED)
-        if count or self.version == "2":
-            self.call(name, self.ffi.from_buffer("double[]", buffer), count)
-        written = int(np.count_nonzero(buffer[:count] != UNTOUCHED))
-        if (buffer[count:] != UNTOUCHED).any():
-            raise CallFailedError(
-                self.last, f"{self.last.name} writes more than {count} {what}, the number in the description"
-            )
-        if written < count:
-            raise CallFailedError(
-                self.last, f"{self.last.name} writes {written} of the {count} {what} of the description"
-            )
-        return buffer[:count]
 
     # Life --------------------------------------------------------------------------------------------------
 
@@ -211,77 +131,6 @@ class Instance:
             self.terminate()
         self.abandon()
 
-    # Values ------------------------------------------------------------------------------------------------
-
-    def get(self, variables: Sequence[Variable]) -> np.ndarray:
-        """Values (n,) of numeric variables of one type, arrays element by element. Raises CallFailedError."""
-        if not variables:
-            return np.zeros(0)
-        kind = variables[0].type
-        count = sum(self.model.size(v) for v in variables)
-        values = np.zeros(count, self._dtype(kind))
-        self.call(f"Get{self._type(kind)}", self.references(variables), len(variables),
-                  *self._array(kind, values), *self.count(count))  # fmt: skip
-        return values
-
-    def set(self, variables: Sequence[Variable], values: Sequence[float] | np.ndarray, must: bool = True) -> int:
-        """Set numeric variables of one type; the status. Raises CallFailedError if it must succeed and does not."""
-        kind = variables[0].type
-        given = np.array(values, self._dtype(kind))
-        return (self.call if must else self.attempt)(
-            f"Set{self._type(kind)}", self.references(variables), len(variables), *self._array(kind, given),
-            *self.count(len(given)),
-        )  # fmt: skip
-
-    def set_texts(self, variables: Sequence[Variable], texts: Sequence[str]) -> None:
-        """Set scalar string variables. Raises CallFailedError."""
-        keep = [self.ffi.new("char[]", text.encode()) for text in texts]
-        values = self.ffi.new("const char *[]", keep)
-        self.call("SetString", self.references(variables), len(variables), values, *self.count(len(variables)))
-
-    def texts(self, variables: Sequence[Variable]) -> list[bytes]:
-        """Values of scalar string variables. Raises CallFailedError, also for a null pointer."""
-        values = self.ffi.new("const char *[]", len(variables))
-        self.call("GetString", self.references(variables), len(variables), values, *self.count(len(variables)))
-        if any(value == self.ffi.NULL for value in values):
-            raise CallFailedError(self.last, f"{self.last.name} gives a null pointer for a string")
-        return [self.ffi.string(value) for value in values]
-
-    def binaries(self, variables: Sequence[Variable]) -> list[int]:
-        """Sizes [bytes] of scalar binary variables. Raises CallFailedError."""
-        sizes, values = self.ffi.new("size_t[]", len(variables)), self.ffi.new("const uint8_t *[]", len(variables))
-        self.call("GetBinary", self.references(variables), len(variables), sizes, values, len(variables))
-        if any(size and value == self.ffi.NULL for size, value in zip(sizes, values, strict=True)):
-            raise CallFailedError(self.last, f"{self.last.name} gives a null pointer for binary data")
-        return list(sizes)
-
-    def floats(self, variables: Sequence[Variable]) -> np.ndarray:
-        """Values (n,) of real variables of any precision, in their order."""
-        if len({v.type for v in variables}) <= 1:
-            return self.get(variables).astype(float)
-        return np.concatenate([self.get([v]) for v in variables]).astype(float)
-
-    def _type(self, kind: str) -> str:
-        return ("Integer" if self.version == "2" else "Int64") if kind == "Enumeration" else kind
-
-    def _dtype(self, kind: str) -> Any:
-        if self.version == "3":
-            return {"Enumeration": np.int64, "Boolean": np.bool_, "Clock": np.bool_}.get(kind, DTYPES.get(kind))
-        return DTYPES[kind]
-
-    def _array(self, kind: str, values: np.ndarray) -> tuple[Any, ...]:
-        types = {"Real": "double", "Float64": "double", "Float32": "float", "Boolean": "bool", "Clock": "bool"}
-        name = types.get(kind) or f"{values.dtype.name}_t"
-        if self.version == "2" and kind != "Real":
-            name = "int"
-        return (self.ffi.from_buffer(f"{name}[]", values),)
-
-    def count(self, count: int) -> tuple[int, ...]:
-        return (count,) if self.version == "3" else ()
-
-    def references(self, variables: Sequence[Variable]) -> Any:
-        return self.ffi.new("unsigned int[]" if self.version == "2" else "uint32_t[]", [v.reference for v in variables])
-
     # Continuous states -------------------------------------------------------------------------------------
 
     @property
@@ -347,10 +196,8 @@ class Instance:
             )
         reached = last[0]
         if not (math.isfinite(reached) and self.time - 1e-9 <= reached <= self.time + step * (1 + 1e-6) + 1e-12):
-            raise CallFailedError(
-                self.last,
-                f"{self.last.name} reports the last successful time {reached:g} s after a step from {self.time:g} s over {step:g} s",
-            )
+            what = f"reports the last successful time {reached:g} s after a step from {self.time:g} s over {step:g} s"
+            raise CallFailedError(self.last, f"{self.last.name} {what}")
         self.time = reached if flags[2] else self.time + step
         if flags[1]:
             raise EndedError
@@ -370,28 +217,28 @@ class Instance:
     def _state_word(self) -> str:
         return "FMUstate" if self.version == "2" else "FMUState"
 
-    def save(self) -> tuple[Any, float, float]:
+    def save(self) -> SavedState:
         place = self.ffi.new("void **")
         self.call(f"Get{self._state_word}", place)
         if place[0] == self.ffi.NULL:
             raise CallFailedError(self.last, f"{self.last.name} gives no state")
         return place, self.time, self.next_event
 
-    def restore(self, saved: tuple[Any, float, float]) -> None:
+    def restore(self, saved: SavedState) -> None:
         self.call(f"Set{self._state_word}", saved[0][0])
         self.time, self.next_event = saved[1], saved[2]
 
-    def free_state(self, saved: tuple[Any, float, float]) -> None:
+    def free_state(self, saved: SavedState) -> None:
         self.call(f"Free{self._state_word}", saved[0])
 
-    def to_bytes(self, saved: tuple[Any, float, float]) -> bytes:
+    def to_bytes(self, saved: SavedState) -> bytes:
         size = self.ffi.new("size_t *")
         self.call(f"Serialized{self._state_word}Size", saved[0][0], size)
         data = np.zeros(size[0], np.uint8)
         self.call(f"Serialize{self._state_word}", saved[0][0], self._bytes(data), size[0])
         return data.tobytes()
 
-    def from_bytes(self, data: bytes, saved: tuple[Any, float, float]) -> tuple[Any, float, float]:
+    def from_bytes(self, data: bytes, saved: SavedState) -> SavedState:
         place = self.ffi.new("void **")
         word = "DeSerialize" if self.version == "2" else "Deserialize"
         self.call(f"{word}{self._state_word}", self._bytes(np.frombuffer(data, np.uint8)), len(data), place)
@@ -415,6 +262,8 @@ class Instance:
         """Seed (n unknowns) times the Jacobian: (n knowns,)."""
         result = np.full(sum(self.model.size(v) for v in knowns), np.nan)
         double = "double[]"
-        self.call("GetAdjointDerivative", self.references(unknowns), len(unknowns), self.references(knowns), len(knowns),
-                  self.ffi.from_buffer(double, seed), len(seed), self.ffi.from_buffer(double, result), len(result))  # fmt: skip
+        self.call(
+            "GetAdjointDerivative", self.references(unknowns), len(unknowns), self.references(knowns), len(knowns),
+            self.ffi.from_buffer(double, seed), len(seed), self.ffi.from_buffer(double, result), len(result),
+        )  # fmt: skip
         return result

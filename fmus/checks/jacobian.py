@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fmus.checks.instance import CallFailedError
+from fmus.checks.calls import CallFailedError
 from fmus.checks.model import Unknown, Variable
 from fmus.checks.simulation import values
 from fmus.checks.trial import Trial

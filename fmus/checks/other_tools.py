@@ -13,7 +13,10 @@ from fmus.checks.problem import Problem
 
 TIME_LIMIT = 60.0  # s
 LARGEST = 5000  # variables; fmpy's check of names takes milliseconds for each
-FMPY = "import json, sys; from fmpy.validation import validate_fmu; print(json.dumps([str(p) for p in validate_fmu(sys.argv[1])]))"
+FMPY = """import json, sys
+from fmpy.validation import validate_fmu
+print(json.dumps([str(problem) for problem in validate_fmu(sys.argv[1])]))
+"""
 FMUTOOL = "import sys; from fmu_manipulation_toolbox.cli.fmutool import fmutool; sys.exit(fmutool())"
 
 

@@ -5,7 +5,8 @@ An accepted call shows no violation, so that it is a warning; so is a crash in i
 
 from collections.abc import Callable, Iterator
 
-from fmus.checks.instance import DISCARD, ERROR, FATAL, CallFailedError, EndedError, Instance
+from fmus.checks.calls import DISCARD, ERROR, FATAL, CallFailedError, EndedError
+from fmus.checks.instance import Instance
 from fmus.checks.problem import Problem
 from fmus.checks.trial import Trial
 

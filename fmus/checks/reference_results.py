@@ -2,17 +2,12 @@
 
 The manifest `extra/org.fmi-standard.fmi-ls-ref/fmi-ls-manifest.xml` lists the files. Those in the form of
 `fmus.export.reference` are replayed: an experiment with inputs and results, and the frequencies and damping ratios of
-the modes. The replay runs in a process of its own:
-
-    python -m fmus.checks.reference_results FOLDER
-
-prints one JSON line for each problem.
+the modes. The replay runs in a process of its own, with the limits of the check.
 """
 
 import csv
 import json
 import os
-import subprocess
 import sys
 import tempfile
 import zipfile
@@ -30,28 +25,40 @@ from fmus.cosimulation.simulate import simulate
 from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem
 from fmus.export.reference import FOLDER, MANIFEST
 from fmus.support.errors import InputError, MissingToolError, SimulationError
+from fmus.support.sandbox import ONE_THREAD, Limits, limit_resources, run_limited
 
 STAGE = "run"
 NAME = "reference"
 LARGEST = 64 * 2**20  # bytes of a file that is read
+INSIDE = """from fmus.support.sandbox import leave_network
+leave_network()
+import sys
+from fmus.checks.reference_results import inside
+inside(sys.argv[1])
+"""
 
 
 def check(fmu: CheckedFmu) -> list[Problem]:
     """Problems of the reference results of an FMU for co-simulation; [] for an archive without any."""
     if not (fmu.folder / MANIFEST).is_file() or fmu.root.find("CoSimulation") is None:
         return []
-    command = [sys.executable, "-P", "-m", "fmus.checks.reference_results", str(fmu.folder)]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(os.path.abspath(place) for place in sys.path)}
-    try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=fmu.time_limit, check=False,
-                              cwd=fmu.folder, env=environment)  # fmt: skip
-    except subprocess.TimeoutExpired:
-        return [Problem(NAME, "error", f"the replay did not finish within {fmu.time_limit:g} s", FOLDER)]
-    found = [Problem(**json.loads(line)) for line in done.stdout.splitlines() if line.startswith('{"check"')]
-    if done.returncode:
-        said = (done.stderr.strip().splitlines() or [f"status {done.returncode}"])[-1]
-        found.append(Problem(NAME, "error", f"the replay ended early: {said}", FOLDER))
+    modules = os.pathsep.join(os.path.abspath(place) for place in sys.path)
+    command = [sys.executable, "-P", "-c", INSIDE, str(fmu.folder)]
+    with tempfile.TemporaryDirectory(prefix="replay-", ignore_cleanup_errors=True) as work:
+        done = run_limited(command, fmu.limits, {**ONE_THREAD, "PYTHONPATH": modules, "TMPDIR": work}, cwd=work)
+    lines = done.output.decode("utf-8", "replace").splitlines()
+    found = [Problem(**json.loads(line)) for line in lines if line.startswith('{"check"')]
+    if done.status != 0:
+        how = f"did not finish within {fmu.limits.time:g} s" if done.status is None else f"ended early: status {done.status}"
+        found.append(Problem(NAME, "error", f"the replay {how}", FOLDER))
     return found
+
+
+def inside(folder: str) -> None:
+    """The other process: prints one JSON line for each problem."""
+    limit_resources(Limits())
+    for problem in replayed(Path(folder)):
+        print(json.dumps(asdict(problem)), flush=True)
 
 
 def replayed(folder: Path) -> Iterator[Problem]:
@@ -153,7 +160,3 @@ def _text(path: Path) -> str:
         raise ValueError(f"{path.name} has more than {LARGEST} bytes")
     return path.read_text("utf-8")
 
-
-if __name__ == "__main__":
-    for problem in replayed(Path(sys.argv[1])):
-        print(json.dumps(asdict(problem)), flush=True)

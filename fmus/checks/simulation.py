@@ -10,7 +10,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fmus.checks.instance import CallFailedError, EndedError, Instance
+from fmus.checks.calls import CallFailedError, EndedError
+from fmus.checks.instance import Instance
 from fmus.checks.model import FLOATS, INTEGERS, Model, Variable
 
 POINTS = 300  # communication points of a run

@@ -15,8 +15,9 @@ becomes an error that names the call, its status and the FMU's message.
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from fmus.checks.calls import FmiCall
 from fmus.checks.fmi_library import FmiLibrary
-from fmus.checks.instance import FmiCall, Instance
+from fmus.checks.instance import Instance
 from fmus.checks.model import Model
 from fmus.checks.problem import Problem
 from fmus.checks.sections import section

@@ -1,7 +1,7 @@
 """One trial in the process of its own: what runs there, and how it is started.
 
-The process is a copy of the runner where the system has `fork`, else a new one. It writes its problems to a file, because
-an FMU may print, and ends with a line that says so.
+The process is a copy of the runner where the system has `fork`, else a new one. It writes its problems to a file,
+because an FMU may print, and ends with a line that says so.
 """
 
 import contextlib
@@ -14,11 +14,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from xml.etree import ElementTree as Xml
 
+from fmus.checks.calls import CallFailedError, EndedError
 from fmus.checks.checked_fmu import FILE
 from fmus.checks.current_call import CurrentCall
 from fmus.checks.fmi_library import FmiLibrary
 from fmus.checks.host import host_folder, library_suffix
-from fmus.checks.instance import CallFailedError, EndedError
 from fmus.checks.model import Model
 from fmus.checks.problem import Problem
 from fmus.checks.trial import Trial

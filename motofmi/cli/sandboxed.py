@@ -21,7 +21,11 @@ from fmus.support.sandbox import Limits, Outcome, limit_resources, run_limited, 
 LIMITS = Limits(time=3600.0)
 ERRORS = {error.__name__: error for error in (InputError, MissingToolError, SimulationError)}
 # The network is left before anything else is imported, while the process has one thread.
-INSIDE = "from fmus.support.sandbox import leave_network; leave_network(); from motofmi.cli.sandboxed import inside; inside()"
+INSIDE = """from fmus.support.sandbox import leave_network
+leave_network()
+from motofmi.cli.sandboxed import inside
+inside()
+"""
 
 
 def run_sandboxed(command: str, arguments: argparse.Namespace, limits: Limits = LIMITS) -> dict[str, Any]:
@@ -33,7 +37,8 @@ def run_sandboxed(command: str, arguments: argparse.Namespace, limits: Limits = 
         task, answer = Path(folder) / "task", Path(folder) / "answer.json"
         task.write_bytes(pickle.dumps((command, arguments, limits)))
         words = [sys.executable, "-P", "-c", INSIDE, str(task), str(answer)]
-        outcome = run_limited(words, limits, {"PYTHONPATH": os.pathsep.join(map(os.path.abspath, sys.path))}, show_errors=True)
+        modules = os.pathsep.join(map(os.path.abspath, sys.path))
+        outcome = run_limited(words, limits, {"PYTHONPATH": modules}, show_errors=True)
         if outcome.status != 0 or not answer.is_file():
             raise SimulationError(f"the sandboxed process {_reason(outcome, limits)}; the FMU cannot be used in it")
         found = json.loads(answer.read_text("utf-8"))

@@ -6,7 +6,7 @@ from fmus.checks.problem import Problem
 
 STAGE = "description"
 CALCULATED, ANY = ("calculated", "approx"), ("calculated", "exact", "approx")
-# (causality, variability) -> values of `initial`; both versions have the same table but for inputs and structural parameters.
+# (causality, variability) -> values of `initial`; the versions differ in inputs and structural parameters only.
 ALLOWED = {
     ("parameter", "fixed"): ("exact",), ("parameter", "tunable"): ("exact",),
     ("structuralParameter", "fixed"): ("exact",), ("structuralParameter", "tunable"): ("exact",),

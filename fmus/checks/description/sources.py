@@ -23,7 +23,7 @@ def check(fmu: CheckedFmu) -> list[Problem]:
         root = None
     if root is not None:
         named += [(BUILD, e.get("name")) for e in root.iter("SourceFile")]
-        identifiers = {fmu.root.find(kind).get("modelIdentifier") for kind in fmu.model.kinds}  # type: ignore[union-attr]
+        identifiers = {e.get("modelIdentifier") for e in fmu.root if e.tag in fmu.model.kinds}
         found += [
             fmu.error(
                 "sources",

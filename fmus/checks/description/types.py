@@ -43,16 +43,9 @@ def check(fmu: CheckedFmu) -> list[Problem]:
                     "types", f"its declared type {declared_name!r} is not defined", variable.name, "2.2.7", "2.4.7.5"
                 )
             )
-        elif declared_type.tag.removesuffix("Type") != variable.type:
-            found.append(
-                fmu.error(
-                    "types",
-                    f"is of type {variable.type}, its declared type {declared_name!r} of type {declared_type.tag.removesuffix('Type')}",
-                    variable.name,
-                    "2.2.7",
-                    "2.4.7.5",
-                )
-            )
+        elif (base := declared_type.tag.removesuffix("Type")) != variable.type:
+            message = f"is of type {variable.type}, its declared type {declared_name!r} of type {base}"
+            found.append(fmu.error("types", message, variable.name, "2.2.7", "2.4.7.5"))
         elif variable.type == "Enumeration" and variable.start is not None:
             values = {whole(item.get("value")) for item in declared_type.findall("Item")}
             if any(whole(word) not in values for word in variable.start.split()):

@@ -28,10 +28,8 @@ def run(trial: Trial) -> Iterator[Problem]:
         seed[k] = 1.0
         row = jacobian.fmu.adjoint(jacobian.unknowns, jacobian.knowns, seed)
         for column in columns:
-            exact = row[starts[id(column.known)] + column.element]
-            if not abs(exact - column.difference[k]) <= column.uncertainty[k]:
-                yield trial.error(
-                    f"the adjoint derivative d {name} / d {column.known.name} is {exact:g}, differences give {column.difference[k]:g}",
-                    jacobian.fmu.last,
-                )
+            exact, given = row[starts[id(column.known)] + column.element], column.difference[k]
+            if not abs(exact - given) <= column.uncertainty[k]:
+                what = f"the adjoint derivative d {name} / d {column.known.name}"
+                yield trial.error(f"{what} is {exact:g}, differences give {given:g}", jacobian.fmu.last)
                 return

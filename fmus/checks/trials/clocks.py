@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from fmus.checks.instance import EndedError
+from fmus.checks.calls import EndedError
 from fmus.checks.model import Variable
 from fmus.checks.problem import Problem
 from fmus.checks.trial import Trial

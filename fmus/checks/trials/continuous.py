@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fmus.checks.instance import CallFailedError
+from fmus.checks.calls import CallFailedError
 from fmus.checks.problem import Problem
 from fmus.checks.simulation import values
 from fmus.checks.trial import Trial

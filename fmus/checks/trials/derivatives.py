@@ -28,9 +28,8 @@ def run(trial: Trial) -> Iterator[Problem]:
         for k in np.flatnonzero(~(np.abs(exact - column.difference) <= column.uncertainty)):
             wrong += 1
             if wrong <= SHOWN:
-                yield trial.error(
-                    f"d {jacobian.names[k]} / d {column.known.name} is {exact[k]:g}, differences give {column.difference[k]:g}",
-                    jacobian.fmu.last,
-                )
+                what = f"d {jacobian.names[k]} / d {column.known.name}"
+                message = f"{what} is {exact[k]:g}, differences give {column.difference[k]:g}"
+                yield trial.error(message, jacobian.fmu.last)
     if wrong > SHOWN:
         yield trial.error(f"{wrong - SHOWN} more directional derivatives differ from differences", jacobian.fmu.last)

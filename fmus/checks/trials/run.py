@@ -20,10 +20,7 @@ def run(trial: Trial) -> Iterator[Problem]:
     bad = np.argwhere(~np.isfinite(found.values))
     if len(bad):
         row, column = bad[0]
-        yield trial.error(
-            f"{found.names[column]} is {found.values[row, column]:g} at {found.times[row]:g} s in a run from the start values",
-            fmu.last,
-            trial.section("2.1.7", "2.2.7.2"),
-        )
+        what = f"{found.names[column]} is {found.values[row, column]:g} at {found.times[row]:g} s"
+        yield trial.error(f"{what} in a run from the start values", fmu.last, trial.section("2.1.7", "2.2.7.2"))
     if found.ended:
         yield trial.note(f"the FMU asks for the end of the simulation at {fmu.time:g} s")

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fmus.checks.instance import Instance
+from fmus.checks.instance import Instance, SavedState
 from fmus.checks.problem import Problem
 from fmus.checks.simulation import Run, difference, recorded, values
 from fmus.checks.trial import Trial
@@ -44,7 +44,7 @@ def _compare(trial: Trial, fmu: Instance, at_saving: np.ndarray, first: Run, aft
         yield trial.error(f"steps after {after} differ from those after it was saved: {differs}", call)
 
 
-def _serialised(trial: Trial, fmu: Instance, saved: tuple, at_saving: np.ndarray, first: Run) -> Iterator[Problem]:  # type: ignore[type-arg]
+def _serialised(trial: Trial, fmu: Instance, saved: SavedState, at_saving: np.ndarray, first: Run) -> Iterator[Problem]:
     data = fmu.to_bytes(saved)
     copy = fmu.from_bytes(data, saved)
     if fmu.to_bytes(copy) != data:

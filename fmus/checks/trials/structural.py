@@ -1,12 +1,13 @@
-"""FMI 3: structural parameters. Setting the present sizes succeeds; with other sizes, arrays have these sizes, or the FMU
-refuses them in configuration mode."""
+"""FMI 3: structural parameters. The present sizes can be set; arrays take other sizes, or the FMU refuses these in
+configuration mode."""
 
 from collections.abc import Iterator
 from copy import deepcopy
 
 import numpy as np
 
-from fmus.checks.instance import CallFailedError, Instance
+from fmus.checks.calls import CallFailedError
+from fmus.checks.instance import Instance
 from fmus.checks.model import FLOATS, Model, Variable, whole
 from fmus.checks.problem import Problem
 from fmus.checks.simulation import recorded, values

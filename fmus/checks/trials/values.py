@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from fmus.checks.instance import CallFailedError, Instance
+from fmus.checks.calls import CallFailedError
+from fmus.checks.instance import Instance
 from fmus.checks.model import FLOATS, Variable
 from fmus.checks.problem import Problem
 from fmus.checks.settings import start_values
@@ -86,11 +87,9 @@ def _numbers(trial: Trial, fmu: Instance, group: list[Variable], values: np.ndar
             )
             if unequal.any():
                 k = int(np.argmax(unequal))
-                yield trial.error(
-                    f"{variable.name} is {own[k]:.9g} after initialisation, its start in the description is {start[k]:.9g}",
-                    fmu.last,
-                    trial.section("2.2.7", "2.4.7.4"),
-                )
+                what = f"{variable.name} is {own[k]:.9g} after initialisation"
+                message = f"{what}, its start in the description is {start[k]:.9g}"
+                yield trial.error(message, fmu.last, trial.section("2.2.7", "2.4.7.4"))
         yield from _bounds(trial, fmu, variable, own)
 
 
@@ -103,11 +102,9 @@ def _bounds(trial: Trial, fmu: Instance, variable: Variable, values: np.ndarray)
     outside = (values < variable.low - slack) | (values > variable.high + slack)
     if outside.any():
         report = trial.warning if variable.type in FLOATS else trial.error
-        yield report(
-            f"{variable.name} is {values[np.argmax(outside)]:.9g}, outside its bounds {variable.low:g} to {variable.high:g}",
-            fmu.last,
-            trial.section("2.2.7", "2.2.7.3"),
-        )
+        bounds = f"{variable.low:g} to {variable.high:g}"
+        message = f"{variable.name} is {values[np.argmax(outside)]:.9g}, outside its bounds {bounds}"
+        yield report(message, fmu.last, trial.section("2.2.7", "2.2.7.3"))
 
 
 def _texts(trial: Trial, fmu: Instance, group: list[Variable], values: list[bytes]) -> Iterator[Problem]:

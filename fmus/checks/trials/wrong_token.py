@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from fmus.checks.instance import CallFailedError
+from fmus.checks.calls import CallFailedError
 from fmus.checks.problem import Problem
 from fmus.checks.trial import Trial
 

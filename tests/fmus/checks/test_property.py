@@ -89,7 +89,7 @@ def described(version, given):
 def test_a_valid_description_has_no_error(version, tmp_path_factory):
     folder = tmp_path_factory.mktemp("valid")
 
-    @settings(max_examples=60)
+    @settings(max_examples=40)
     @given(variables(version))
     def property_holds(given):
         found = check(bench.written(folder / "valid.fmu", described(version, given)), other_tools=False)
@@ -103,7 +103,7 @@ def test_a_damaged_description_raises_nothing(version, tmp_path_factory):
     """Any part of a valid description cut out or repeated: whatever it is called, the check returns."""
     folder = tmp_path_factory.mktemp("damaged")
 
-    @settings(max_examples=60)
+    @settings(max_examples=40)
     @given(variables(version), st.floats(0, 1), st.integers(0, 80), st.text(max_size=5))
     def property_holds(given, place, length, text):
         xml = described(version, given)
