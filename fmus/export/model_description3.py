@@ -45,7 +45,7 @@ def terminals(interface: Interface) -> bytes:
             members.setdefault((part, variable.row.port), []).append(variable)
     root = Xml.Element("fmiTerminalsAndIcons", fmiVersion="3.0")
     graphic = Xml.SubElement(root, "GraphicalRepresentation")
-    Xml.SubElement(graphic, "CoordinateSystem", EXTENT)
+    Xml.SubElement(graphic, "CoordinateSystem", {**EXTENT, "suggestedScalingFactorTo_mm": "0.1"})
     Xml.SubElement(graphic, "Icon", EXTENT)
     parent = Xml.SubElement(root, "Terminals") if members else root
     for (part, port), variables in members.items():
