@@ -47,9 +47,10 @@ class Profile:
             if len(matching) != 1:
                 raise unknown("input", name, free)
             places.append(network.inputs.index(matching[0]))
+        wanted = {name: network.unit_of(network.inputs[place]) for name, place in zip(columns, places, strict=True)}
         converted = [
-            values * _factor(units[name], network.unit_of(network.inputs[place]), name) if units and name in units else values
-            for (name, values), place in zip(columns.items(), places, strict=True)
+            values * _factor(units[name], wanted[name], name) if units and name in units else values
+            for name, values in columns.items()
         ]
         values = np.column_stack(converted) if columns else np.zeros((len(times), 0))
         return cls(network.external[0].copy(), times, np.array(places, int), values)

@@ -48,7 +48,7 @@ API = {
 }  # the first is compiled
 WASM_SOURCE = {2: "fmi2_fmu.c", 3: "fmi3_wasm.c"}  # what is compiled for WebAssembly
 HEADERS = ("call.h", "instance.h", "linear_algebra.h", "model.h", "snapshot.h", "step.h")
-FMI_HEADERS = {
+FMI_HEADERS = {  # supplied by the importer, so that an archive does not hold them (FMI 2.0.4, 2.3; FMI 3.0, 2.5.1)
     2: ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h"),
     3: ("fmi3FunctionTypes.h", "fmi3Functions.h", "fmi3PlatformTypes.h"),
 }
@@ -110,7 +110,8 @@ def _compiled(component: Component, fmi: int, platforms: str) -> tuple[str, byte
         return name, *shipped
 
     def packed(sources: Mapping[str, bytes]) -> dict[str, bytes]:
-        return {**sources, **binaries(identifier(component), sources, fmi, wanted, native=platforms == "host")}
+        carried = {n: data for n, data in sources.items() if Path(n).name not in FMI_HEADERS[fmi]}
+        return {**carried, **binaries(identifier(component), sources, fmi, wanted, native=platforms == "host")}
 
     found = CachedArchive(name, component, lambda: source_contents(Interface(component), fmi), [f"FMI {fmi}", *tools])
     return name, found.archive(packed, compilers.host().name in targets), targets
@@ -183,7 +184,8 @@ def source_contents(interface: Interface, fmi: int) -> dict[str, bytes]:
         contents["modelDescription.xml"] = model_description3.model_description(interface, name, GUID)
         contents["sources/buildDescription.xml"] = model_description3.build_description(name, listed)
     guid = guid_of(content_key(contents)).encode()
-    return {name: data.replace(GUID.encode(), guid) for name, data in contents.items()} | accompanying.files(interface, fmi)
+    identified = {name: data.replace(GUID.encode(), guid) for name, data in contents.items()}
+    return {**identified, **accompanying.files(interface, fmi)}
 
 
 def guid_of(key: str) -> str:

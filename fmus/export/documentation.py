@@ -39,7 +39,8 @@ def index(interface: Interface) -> bytes:
             parts += [f"<h3>{escape(heading)}</h3>", _table(rows)]
     parts.append("<p>Licence: BSD-3-Clause, see sources/LICENSE.txt.</p>")
     title = escape(component.name)
-    head = f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>{STYLE}</style></head>'
+    head = ('<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">'
+            f"<title>{title}</title><style>{STYLE}</style></head>")  # fmt: skip
     return (head + "<body>" + "\n".join(parts) + "</body></html>\n").encode()
 
 
@@ -98,6 +99,7 @@ def _cells(variable: FmuVariable) -> Iterable[str]:
     row = variable.row
     given = variable.role in ("parameter", "input", "state")
     numbers = ["" if isinf(x) or not given else f"{x:.6g}" for x in (variable.start, row.min, row.max)]
-    yield f"<td>{escape(variable.name)}</td><td><math>{mathml.symbol_markup(row.latex)}</math></td><td>{escape(row.unit)}</td>"
+    yield f"<td>{escape(variable.name)}</td><td><math>{mathml.symbol_markup(row.latex)}</math></td>"
+    yield f"<td>{escape(row.unit)}</td>"
     yield from (f'<td class="n">{x}</td>' for x in numbers)
     yield f"<td>{escape(row.description)}</td>"

@@ -61,7 +61,8 @@ def svg(interface: Interface) -> bytes:
     strokes, rings = drawing(interface)
     lines = [f'<line x1="{a[0]:g}" y1="{1 - a[1]:g}" x2="{b[0]:g}" y2="{1 - b[1]:g}"/>' for a, b in strokes]
     circles = [f'<circle cx="{cx:g}" cy="{1 - cy:g}" r="{radius:g}"/>' for cx, cy, radius in rings]
-    return (f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"><rect width="1" height="1" fill="{_hex(GROUND)}"/>'
+    return ('<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1">'
+            f'<rect width="1" height="1" fill="{_hex(GROUND)}"/>'
             f'<g fill="none" stroke="{_hex(INK)}" stroke-width="{WIDTH}" stroke-linecap="round">'
             f"{''.join(lines + circles)}</g></svg>\n").encode()  # fmt: skip
 

@@ -37,7 +37,7 @@ ATTRIBUTES = {
 }
 EXPERIMENT, INPUTS, RESULTS, MODES = "experiment.json", "inputs.csv", "results.csv", "modes.json"
 RELATED = {  # file: type, role, description
-    EXPERIMENT: ("application/json", "experiment/smoke-test", "Start values, step, duration and tolerance of the reference results"),
+    EXPERIMENT: ("application/json", "experiment/smoke-test", "Start values, step, duration, tolerance of the results"),
     INPUTS: ("text/csv", "experiment/smoke-test", "Inputs over time, linear between the rows"),
     RESULTS: ("text/csv", "result", "Outputs over time, computed independently of the code of this FMU"),
     MODES: ("application/json", "result", "Damped frequency [Hz] and damping ratio [1] of each oscillatory mode"),
@@ -45,9 +45,11 @@ RELATED = {  # file: type, role, description
 DURATION, STEP = 0.2, 0.01  # s: one to two periods of the fastest mode of a motorcycle, which wobbles at 5 to 10 Hz
 STATE, RAMP = 0.3, 0.5  # share of a state's usual size at the start; of an input's, which it gains over the duration
 SOLVER = {"method": "LSODA", "rtol": 1e-9, "atol": 1e-12}
-TOLERANCE, REASON = 1e-6, ("share of the largest value of the column; the reference was integrated with a relative tolerance "
-                           "of 1e-9 per step, and the results have 9 digits")  # fmt: skip
-MODE_REASON = "share of the undamped frequency, and absolute for the damping ratio; the differences are exact to about 1e-7"
+TOLERANCE = 1e-6
+REASON = ("share of the largest value of the column; the reference was integrated with a relative tolerance of 1e-9 per "
+          "step, and the results have 9 digits")  # fmt: skip
+MODE_REASON = ("share of the undamped frequency, and absolute for the damping ratio; the differences are exact to about "
+               "1e-7")  # fmt: skip
 DIFFERENCE = 1e-7  # of a state's usual size: small against its nonlinearity, large against rounding
 OSCILLATES = 1e-6  # share of its size that the imaginary part of an oscillatory mode exceeds
 Xml.register_namespace("fmi-ls", SPACE)
@@ -81,12 +83,12 @@ def _experiment(component: Component) -> dict[str, bytes]:
         "startTime": 0.0, "stopTime": DURATION, "stepSize": STEP, "start": start, "inputs": INPUTS, "results": RESULTS,
         "tolerance": TOLERANCE, "tolerance_reason": REASON,
     }  # fmt: skip
-    units = {n: component.table[n].unit for n in (*inputs, *component.outputs)}
+    given = np.array([at(t) for t in times])
     return {
         EXPERIMENT: _json(experiment),
-        INPUTS: _csv(times, {f"{n} [{units[n]}]": column for n, column in zip(inputs, np.array([at(t) for t in times]).T, strict=True)}),
-        RESULTS: _csv(times, {f"{n} [{units[n]}]": column for n, column in zip(component.outputs, outputs.T, strict=True)}),
-    }  # fmt: skip
+        INPUTS: _csv(component, times, tuple(inputs), given),
+        RESULTS: _csv(component, times, component.outputs, outputs),
+    }
 
 
 def _gain(name: str, row: Variable, place: int) -> float:
@@ -119,7 +121,8 @@ def _modes(component: Component) -> dict[str, bytes]:
     for k, row in enumerate(states.values()):
         step = np.zeros(len(states))
         step[k] = DIFFERENCE * row.typical
-        near, far = (component.derivatives(x0 + s * step, u)[0] - component.derivatives(x0 - s * step, u)[0] for s in (1, 2))
+        ends = {s: component.derivatives(x0 + s * step, u)[0] for s in (-2, -1, 1, 2)}
+        near, far = ends[1] - ends[-1], ends[2] - ends[-2]
         jacobian[:, k] = (8 * near - far) / (12 * step[k])
     if not np.isfinite(jacobian).all():
         return {}
@@ -149,7 +152,9 @@ def _json(content: Mapping[str, Any]) -> bytes:
     return (json.dumps(content, indent=1) + "\n").encode()
 
 
-def _csv(times: np.ndarray, columns: Mapping[str, np.ndarray]) -> bytes:
-    rows = np.column_stack([times, *columns.values()])
-    lines = [",".join(["time [s]", *columns]), *(",".join(f"{x:.9g}" for x in row) for row in rows)]
+def _csv(component: Component, times: np.ndarray, names: tuple[str, ...], values: np.ndarray) -> bytes:
+    """Rows of the values (n, names) at the times, with units in the headings."""
+    header = ["time [s]", *(f"{name} [{component.table[name].unit}]" for name in names)]
+    rows = np.column_stack([times, values])
+    lines = [",".join(header), *(",".join(f"{x:.9g}" for x in row) for row in rows)]
     return ("\n".join(lines) + "\n").encode()

@@ -31,7 +31,9 @@ def add_units(parser: argparse.ArgumentParser) -> None:
 
 def add_ssp(parser: argparse.ArgumentParser) -> None:
     """Add `--ssp`, a system of FMUs in place of vehicle and device."""
-    parser.add_argument("--ssp", metavar="FILE.ssp", help="a system of FMUs (SSP 1.0 or 2.0) in place of vehicle and device")
+    parser.add_argument(
+        "--ssp", metavar="FILE.ssp", help="a system of FMUs (SSP 1.0 or 2.0) in place of vehicle and device"
+    )
 
 
 def add_settings(parser: argparse.ArgumentParser, of: str = "a parameter") -> None:

@@ -6,7 +6,7 @@ of a system go the same way. Of several values for one variable that of the oute
 element the last (SSP, "ParameterBindings").
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from fmus.cosimulation.ssp.package import Package
@@ -60,19 +60,15 @@ class _Flattening:
         settings = self._settings(self.system)
         for component in self.system.components():
             name, values = names[component.path], found.values.setdefault(names[component.path], {})
-            for variable in component.variables:
+            for variable, row in component.variables.items():
                 node = (component.path, variable)
                 signal = self._arriving(node) if node in self.incoming else None
                 source = self.elements[signal.source[0]] if signal else None
                 if signal and isinstance(source, Component):
                     start = (names[source.path], self._output(source, signal.source[1], node))
                     found.wires[name, self._input(component, variable)] = (start, signal.change)
-                    continue
-                own = component.unit(variable) if component.variables[variable].type in REAL else None
-                given = [(settings[at], change, self._unit(at) or own) for at, change in signal.passed if at in settings] if signal else []
-                given += [(settings[node], IDENTITY, own)] if node in settings else []
-                if given:
-                    values[component.variables[variable].name] = self._value(*given[0], component, variable)
+                elif given := self._given(component, variable, signal, settings):
+                    values[row.name] = self._value(*given[0], component, variable)
         found.ignored = self.unused
         return found
 
@@ -141,7 +137,8 @@ class _Flattening:
         try:
             converted = conversion(before.unit, unit) if connection.converts else IDENTITY
         except InputError as error:
-            raise self.package.refused(f"connection of {self._shown(source)} with {self._shown(node)}", str(error)) from None
+            ends = f"connection of {self._shown(source)} with {self._shown(node)}"
+            raise self.package.refused(ends, str(error)) from None
         change = converted.then(connection.transformation)
         passed = tuple((at, so_far.then(change)) for at, so_far in before.passed)
         own = ((node, IDENTITY),) if self._is_system(node) else ()
@@ -194,6 +191,18 @@ class _Flattening:
             if not nodes:
                 self.unused.append(".".join((*element.path, setting.name)))
         return found
+
+    def _given(
+        self, component: Component, variable: str, signal: _Signal | None, settings: Mapping[Node, Setting]
+    ) -> list[tuple[Setting, Affine, UnitDefinition | None]]:
+        """The values for a variable, the one that counts first: each with its way from there, and its unit there."""
+        own = component.unit(variable) if component.variables[variable].type in REAL else None
+        places = [*(signal.passed if signal else ()), ((component.path, variable), IDENTITY)]
+        return [
+            (settings[at], change, (self._unit(at) if self._is_system(at) else None) or own)
+            for at, change in places
+            if at in settings
+        ]
 
     def _value(
         self, setting: Setting, change: Affine, unit: UnitDefinition | None, component: Component, variable: str

@@ -138,4 +138,4 @@ def transformations(element: Xml.Element) -> list[Xml.Element]:
 
 def linear(element: Xml.Element) -> Affine:
     """The factor and the offset of a LinearTransformation."""
-    return Affine(*(float(_number(element.get(n, default), float)) for n, default in (("factor", "1"), ("offset", "0"))))
+    return Affine(float(_number(element.get("factor", "1"), float)), float(_number(element.get("offset", "0"), float)))

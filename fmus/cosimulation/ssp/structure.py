@@ -125,11 +125,11 @@ class _Reader:
         for each in given.iterfind(f"{{{SSD}}}Elements/*"):
             own = each.get("name", "")
             if not own or own in elements:
-                raise self.package.refused(name, f"has two elements {own!r}" if own else "has an element without a name")
+                reason = f"has two elements {own!r}" if own else "has an element without a name"
+                raise self.package.refused(name, reason)
             elements[own] = self._element(each, (*path, own))
-        for place in ("SignalDictionaries",):
-            if given.find(f"{{{SSD}}}{place}") is not None:
-                raise self.package.refused(name, f"has {place}, which are not supported")
+        if given.find(f"{{{SSD}}}SignalDictionaries") is not None:
+            raise self.package.refused(name, "has SignalDictionaries, which are not supported")
         found = System(path, self._connectors(given), self._settings(given, name, None), elements)
         found.connections = [
             self._connection(each, name) for each in given.iterfind(f"{{{SSD}}}Connections/{{{SSD}}}Connection")
@@ -146,7 +146,9 @@ class _Reader:
         if type_ != FMU:
             raise self.package.refused(name, f"has the type {type_}, which is not supported (supported: {FMU})")
         if implementation not in ("any", "CoSimulation"):
-            raise self.package.refused(name, f"asks for {implementation}, which is not supported (supported: CoSimulation)")
+            raise self.package.refused(
+                name, f"asks for {implementation}, which is not supported (supported: CoSimulation)"
+            )
         if given.get("source") is None:
             raise self.package.refused(name, "names no source: there is no FMU to run")
         file = self.package.fmu(given.get("source", ""), name)
@@ -169,7 +171,8 @@ class _Reader:
         change = IDENTITY
         for child in transformations(given):
             if local(child.tag) != "LinearTransformation":
-                raise self.package.refused(name, f"has a {local(child.tag)}; only LinearTransformation is supported here")
+                kind = local(child.tag)
+                raise self.package.refused(name, f"has a {kind}; only LinearTransformation is supported here")
             change = linear(child)
         return Connection((start, end), not truth(given.get("suppressUnitConversion")), change)
 

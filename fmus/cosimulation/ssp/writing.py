@@ -46,7 +46,9 @@ def write_ssp(path: str | Path, fmus: Mapping[str, str | Path], wiring: Mapping[
     descriptions = {name: model_description(fmu) for name, fmu in fmus.items()}
     for name, description in descriptions.items():
         if number == "1.0" and description.fmiVersion.startswith("3"):
-            raise InputError(f"{name} is an FMU of FMI 3.0, which SSP 1.0 does not have: write SSP 2.0, or build FMI 2.0")
+            raise InputError(
+                f"{name} is an FMU of FMI 3.0, which SSP 1.0 does not have: write SSP 2.0, or build FMI 2.0"
+            )
     check_wiring(descriptions, wiring)
     files = _files(fmus)
     title = re.sub(r"\W", "_", Path(path).stem, flags=re.ASCII)

@@ -71,7 +71,8 @@ class Calls:
             kind = "an array" if variable.dimensions else f"of type {variable.type}"
             raise SimulationError(f"{self.name}: {variable.name} is {kind}, which cannot be set here")
         try:
-            getattr(self.fmu, self.setters[variable.type])([variable.valueReference], [typed(variable, value)])
+            set_one = getattr(self.fmu, self.setters[variable.type])
+            set_one([variable.valueReference], [typed(variable, value)])
         except FMICallException as error:
             self.fail(error.function, error.status)
 
@@ -114,7 +115,8 @@ class Calls2(Calls):
     """FMI 2.0."""
 
     version = 2
-    setters: ClassVar = {"Integer": "setInteger", "Enumeration": "setInteger", "Boolean": "setBoolean", "String": "setString"}
+    setters: ClassVar = {"Integer": "setInteger", "Enumeration": "setInteger", "Boolean": "setBoolean",
+                         "String": "setString"}  # fmt: skip
     functions = ("fmi2SetReal", "fmi2GetReal", "fmi2DoStep", "fmi2SetRealInputDerivatives",
                  "fmi2GetRealOutputDerivatives",
                  "fmi2GetFMUstate", "fmi2SetFMUstate", "fmi2GetDirectionalDerivative")  # fmt: skip

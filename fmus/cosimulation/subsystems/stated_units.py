@@ -10,6 +10,7 @@ from fmpy.model_description import ModelVariable
 from fmus.declaration.units import unit
 from fmus.support.errors import InputError, unknown
 
+ENDS = ("input", "output")
 SHOWN = 8  # variables that a warning names
 
 
@@ -30,7 +31,7 @@ def stated_units(owner: str, variables: Mapping[str, ModelVariable], units: Mapp
     """
     for name, stated in units.items():
         if name not in variables:
-            ends = (n for n, v in variables.items() if v.causality in ("input", "output"))
+            ends = (n for n, v in variables.items() if v.causality in ENDS)
             raise unknown(f"variable of {owner}", name, ends)
         unit(stated)
         described = described_unit(variables[name])
@@ -51,7 +52,7 @@ def by_fmu(units: Mapping[str, str], fmus: Mapping[str, Mapping[str, ModelVariab
     for key, stated in units.items():
         matching = [key] if key in every else [full for full in every if full.partition(".")[2] == key]
         if not matching:
-            ends = [f"{name}.{n}" for name, vs in fmus.items() for n, v in vs.items() if v.causality in ("input", "output")]
+            ends = [f"{fmu}.{n}" for fmu, rows in fmus.items() for n, v in rows.items() if v.causality in ENDS]
             raise unknown("variable", key, ends if "." in key else {full.partition(".")[2] for full in ends})
         parts = [(name, variable) for name, _, variable in (full.partition(".") for full in matching)]
         without = [(name, variable) for name, variable in parts if not described_unit(fmus[name][variable])]

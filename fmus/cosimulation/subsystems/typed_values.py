@@ -12,7 +12,7 @@ TRUTH: Mapping[str, bool] = {"true": True, "1": True, "false": False, "0": False
 
 
 def typed(variable: ModelVariable, value: Value) -> Value:
-    """The value as the type of the variable has it. Raises InputError with the variable's name where it does not fit."""
+    """The value as the variable's type has it. Raises InputError with the variable's name where it does not fit."""
     kind = variable.type
     try:
         if kind in (*REAL, "Float32"):

@@ -55,7 +55,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--ssp", metavar="FILE.ssp", type=output_file(".ssp"),
                         help="write one system instead: a vehicle and the devices at its ports, coupled")  # fmt: skip
     parser.add_argument("--ssp-version", default="1", help="of the SSP standard, 1 or 2 (default: %(default)s)")
-    parser.add_argument("--speed", type=float, default=SPEED, help="forward speed in the .ssp [m/s] (default: %(default)g)")
+    parser.add_argument(
+        "--speed", type=float, default=SPEED, help="forward speed in the .ssp [m/s] (default: %(default)g)"
+    )
     parser.add_argument("--initial", action="append", default=[], metavar="NAME=VALUE",
                         help="start value of a state in the .ssp, in SI units; repeatable")  # fmt: skip
 
