@@ -116,7 +116,7 @@ def sources(interface: Interface) -> dict[str, bytes]:
     return {
         f"resources/{interface.identifier}_{digest[:12]}.py": code,
         "modelDescription.xml": model_description(interface, identifier, guid, CAPABILITIES),
-        **accompanying.files(interface, fmi=2),
+        **accompanying.files(interface, fmi=2, interpolates=False),
     }
 
 
