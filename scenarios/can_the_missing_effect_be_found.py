@@ -15,7 +15,8 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from motofmi.reports.gap_report import draw_before_and_after
-from motofmi.reports.report import Section, Table, new_figure
+from motofmi.reports.figures import new_figure
+from motofmi.reports.report import Section, Table
 from motofmi.workflows.gap.find_gap import find_gap
 from motofmi.workflows.scenarios import InReport
 

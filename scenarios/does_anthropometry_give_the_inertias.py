@@ -10,7 +10,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fmus.declaration.units import convert
-from motofmi.reports.report import Section, Table, new_figure
+from motofmi.reports.figures import new_figure
+from motofmi.reports.report import Section, Table
 from motofmi.workflows.scenarios import InReport
 from rider_fmu import riders
 from rider_fmu.anthropometry import full_rider_values

@@ -18,7 +18,8 @@ from fmus.support.errors import InputError
 from fmus.support.progress import track
 from motofmi.frequency_response.frf import exact_frf
 from motofmi.identification.parameter_fit import Identification, identify
-from motofmi.reports.report import Section, Table, new_figure
+from motofmi.reports.figures import new_figure
+from motofmi.reports.report import Section, Table
 from motofmi.workflows.measured_rider import rig_response
 from motofmi.workflows.scenarios import InReport
 from rider_fmu import riders

@@ -12,7 +12,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fmus.declaration.component import Component
-from motofmi.reports.report import COLOURS, Section, Table, new_figure
+from motofmi.reports.figures import COLOURS, new_figure
+from motofmi.reports.report import Section, Table
 from motofmi.workflows.scenarios import InReport
 from rider_fmu import riders
 from vehicle_fmu import MODES, LinearDamper, Modes, modes, motorcycles, over_speed, ridden

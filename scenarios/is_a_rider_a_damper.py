@@ -3,7 +3,8 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from motofmi.reports.report import COLOURS, Section, new_figure
+from motofmi.reports.figures import COLOURS, new_figure
+from motofmi.reports.report import Section
 from motofmi.workflows.device import TransferFunctions, transfer_functions
 from motofmi.workflows.scenarios import InReport
 from rider_fmu import riders

@@ -15,7 +15,8 @@ from scipy.optimize import differential_evolution
 from fmus.declaration.component import Component
 from fmus.linear_analysis.linearisation import linearise
 from fmus.support.progress import track
-from motofmi.reports.report import Section, Table, new_figure
+from motofmi.reports.figures import new_figure
+from motofmi.reports.report import Section, Table
 from motofmi.scenarios.what_does_lean_do_to_weave import systems
 from motofmi.workflows.scenarios import InReport
 from rider_fmu import RiderInRoll, riders

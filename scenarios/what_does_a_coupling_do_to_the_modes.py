@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 from fmus.cosimulation.cosimulate import join
 from fmus.cosimulation.coupling import COUPLINGS
 from fmus.cosimulation.coupling_error import Prediction, linear_network, predict
-from motofmi.reports.report import Section, Table, new_figure
+from motofmi.reports.figures import new_figure
+from motofmi.reports.report import Section, Table
 from motofmi.workflows.ridden_fmus import ridden_fmus
 from rider_fmu import riders
 from vehicle_fmu import motorcycles

@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 
 from fmus.composition.system import System
 from fmus.declaration.component import Component
-from motofmi.reports.report import Section, Table, new_figure
+from motofmi.reports.figures import new_figure
+from motofmi.reports.report import Section, Table
 from motofmi.workflows.scenarios import InReport
 from rider_fmu import riders
 from vehicle_fmu import Modes, modes, motorcycles, over_speed, ridden

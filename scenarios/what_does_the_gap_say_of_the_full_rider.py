@@ -16,7 +16,8 @@ from matplotlib.figure import Figure
 from fmus.support.progress import track
 from motofmi.frequency_response.excitation import sweep
 from motofmi.recordings.reading import write_recording
-from motofmi.reports.report import COLOURS, Section, Table, new_figure
+from motofmi.reports.figures import COLOURS, new_figure
+from motofmi.reports.report import Section, Table
 from motofmi.virtual_rig.full_rider import steer_test
 from motofmi.workflows.gap.find_gap import find_gap
 from motofmi.workflows.gap.result import Gap

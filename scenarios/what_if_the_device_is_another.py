@@ -16,7 +16,8 @@ from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem
 from fmus.declaration.component import Component
 from fmus.export.build import build
 from fmus.linear_analysis.participation import participation
-from motofmi.reports.report import Section, Table, new_figure
+from motofmi.reports.figures import new_figure
+from motofmi.reports.report import Section, Table
 from rider_fmu import riders
 from vehicle_fmu import LinearDamper, dampers, motorcycles
 

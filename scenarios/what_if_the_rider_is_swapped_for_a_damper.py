@@ -16,7 +16,8 @@ from fmus.cosimulation.coupling_error import Prediction
 from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem
 from fmus.declaration.component import Component
 from fmus.export.build import build
-from motofmi.reports.report import COLOURS, Section, Table, new_figure
+from motofmi.reports.figures import COLOURS, new_figure
+from motofmi.reports.report import Section, Table
 from motofmi.workflows.scenarios import InReport
 from rider_fmu import riders
 from vehicle_fmu import LinearDamper, modes, motorcycles, over_speed, ridden

@@ -3,7 +3,8 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from motofmi.reports.report import Section, new_figure
+from motofmi.reports.figures import new_figure
+from motofmi.reports.report import Section
 from motofmi.workflows.scenarios import InReport
 from rider_fmu import riders
 from vehicle_fmu import modes, motorcycles, over_speed, ridden

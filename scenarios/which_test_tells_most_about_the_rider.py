@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 from motofmi.frequency_response.estimators import estimate
 from motofmi.frequency_response.excitation import Excitation, multisine, stepped_sine, sweep
 from motofmi.identification.parameter_fit import Identification, identify
-from motofmi.reports.report import Section, Table, new_figure
+from motofmi.reports.figures import new_figure
+from motofmi.reports.report import Section, Table
 from motofmi.virtual_rig.simulated_rig import steer_test
 from motofmi.workflows.measured_rider import PARAMETERS, rig_response
 from rider_fmu import riders

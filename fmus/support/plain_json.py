@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 
 
-def to_json(result: Any) -> str:
+def to_json(result: Any, indent: int | None = 1) -> str:
     """The result as JSON text: a complex number as [re, im], a number that is not finite as null, an array as a list.
+    indent None gives one line without spaces.
     """
-    return json.dumps(_plain(result), indent=1, allow_nan=False)
+    return json.dumps(_plain(result), indent=indent, separators=None if indent else (",", ":"), allow_nan=False)
 
 
 def _plain(value: Any) -> Any:

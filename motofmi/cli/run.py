@@ -25,6 +25,7 @@ from fmus.support.files import files_written
 from motofmi.cli import outputs
 from motofmi.cli.listing import commands
 from motofmi.cli.parser import Parser, fill
+from motofmi.reports.provenance import Command, command_line
 
 INTERRUPTED = 130  # exit status of an interrupted command in shells: 128 + SIGINT
 
@@ -42,7 +43,8 @@ def _run(words: Sequence[str], written: Sequence[Path]) -> int:
         command = command_named(words[0])
         program = f"motofmi {words[0]}"
         options = fill(Parser(prog=program), command).options(_with_negative_values(words[1:]))
-        result = command.run(options)
+        with command_line(Command([program, *words[1:]], written, _later(options))):
+            result = command.run(options)
         outputs.present(command, _with_units(command, result), options.json, written)
         return command.exit_status(result) if hasattr(command, "exit_status") else 0
     except SystemExit as stop:  # argparse has shown the help
@@ -58,6 +60,11 @@ def _run(words: Sequence[str], written: Sequence[Path]) -> int:
     except KeyboardInterrupt:
         return _report_error(program, f"interrupted; written: {', '.join(outputs.described(written)) or 'nothing'}",
                          INTERRUPTED)
+
+
+def _later(options: Any) -> list[Path]:
+    """The files that are written after the command has run."""
+    return [] if options.json in (None, outputs.STANDARD_OUTPUT) else [options.json]
 
 
 def command_named(name: str) -> Any:

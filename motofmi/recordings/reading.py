@@ -78,7 +78,7 @@ def read_recording(path: str | Path, mapping: Mapping[str, str] | None = None, r
     )
     return Recording(
         run_name(path), time, columns, {name: units[name] for name in columns}, warnings, rig, file=path.name,
-        unread=unread,
+        unread=unread, path=path,
     )
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,8 +21,8 @@ class Recording:
 
     gaps are the last recorded times before, and the first after, stretches [s] that are bridged but were not recorded;
     bridged are the same of stretches so short that a spline bridges them. unread are columns of the file without a
-    unit, which are not in `columns`. rig is the content of `rig.json`, file the name of the file that the run was read
-    from.
+    unit, which are not in `columns`. rig is the content of `rig.json`, file the name and
+    path the path of the file that the run was read from.
 
         run = read_recording("sweep.csv")
         run["steer_torque"], run.units["steer_torque"], run.warnings
@@ -37,6 +38,7 @@ class Recording:
     file: str = ""
     bridged: tuple[tuple[float, float], ...] = ()
     unread: tuple[str, ...] = ()
+    path: Path | None = None
 
     @cached_property
     def rate(self) -> float:

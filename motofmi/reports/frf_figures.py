@@ -14,7 +14,7 @@ from motofmi.frequency_response.frf import FRF
 from motofmi.frequency_response.response import Response
 from motofmi.frequency_response.roll_motion import RollFRF
 from motofmi.identification.parameter_fit import Identification
-from motofmi.reports.report import COLOURS, new_figure
+from motofmi.reports.figures import COLOURS, new_figure
 
 SUFFIXES = (".png", ".svg", ".pdf")
 

@@ -13,7 +13,7 @@ from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.preprocessing.harmonics import Column
 from motofmi.gap.preprocessing.steer_test_run import SteerTestRun
 from motofmi.gap.selection.model_selection import Verdict
-from motofmi.reports.report import COLOURS, new_figure
+from motofmi.reports.figures import COLOURS, new_figure
 
 ORDERS = (1, 2, 3)
 LAGS = 20

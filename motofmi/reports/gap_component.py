@@ -12,9 +12,10 @@ from scipy.signal import csd, spectrogram, welch
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.preprocessing.sampled_run import SampledRun
 from motofmi.gap.selection.model_selection import Verdict
+from motofmi.reports.figures import COLOURS, new_figure
 from motofmi.reports.gap_before_after import shown_run, whiteness, without_and_with
 from motofmi.reports.gap_report import Pictures
-from motofmi.reports.report import COLOURS, Section, Table, new_figure
+from motofmi.reports.report import Section, Table
 
 MEASURED = "measured"
 DRIVEN = 1e-4  # of an input's largest power spectrum, above which the response is shown

@@ -12,8 +12,8 @@ from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.localisation.harmonic_places import of_output
 from motofmi.gap.localisation.locating import Place
 from motofmi.gap.preprocessing.steer_test_run import Output, SteerTestRun
+from motofmi.reports.figures import COLOURS, new_figure
 from motofmi.reports.gap_tables import axis_of
-from motofmi.reports.report import COLOURS, new_figure
 
 MISS = "#c00000"
 

@@ -6,9 +6,10 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from motofmi.reports.figures import COLOURS
 from motofmi.reports.gap_summary import headline, laws, nearest
 from motofmi.reports.gap_tables import RUNS, before_and_after, places, verdict_section
-from motofmi.reports.report import COLOURS, Report, Section, Table
+from motofmi.reports.report import Report, Section, Table
 
 FILE = "report.html"
 PASSING = "Cells in which the misfit passes a false-discovery rate of {:.0%} (Benjamini and Hochberg)."

@@ -9,7 +9,7 @@ from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.preprocessing.predicted_run import PredictedRun
 from motofmi.gap.preprocessing.weak_form import WeakFormRun
 from motofmi.gap.selection.model_selection import Verdict
-from motofmi.reports.report import COLOURS, new_figure
+from motofmi.reports.figures import COLOURS, new_figure
 
 
 def eigenvalues_of(found: Fit, speeds: np.ndarray) -> np.ndarray:

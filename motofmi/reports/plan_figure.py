@@ -5,7 +5,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from motofmi.reports.report import COLOURS, new_figure
+from motofmi.reports.figures import COLOURS, new_figure
 
 
 def plan_figure(effects: Sequence[Mapping[str, Any]]) -> Figure:

@@ -1,76 +1,157 @@
-"""A report: sections of text, figures and tables in one HTML file that needs no network."""
+"""A report: one HTML file that needs no network. First what was asked, the answer and one picture, then sections."""
 
-import base64
 import io
+import os
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
-from typing import Any
 
 import jinja2
+from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from fmus.support.files import write_text
-from fmus.support.parallel import parallel_map
+from fmus.support.plain_json import to_json
+from motofmi.reports import provenance
+from motofmi.reports.charts import COLOURS, Chart
+from motofmi.reports.glossary import Marker, slug
+from motofmi.reports.illustration import Illustration
 
-COLOURS = {"reference": "#888888", "rider": "#0b5394", "damper": "#c55a11", "changed": "#38761d"}
+PAGE = Path(__file__).parent / "page"
+Shown = Chart | Illustration | Figure
+Link = tuple[str | Path, str]  # a file, and what it contains
 
 
 @dataclass(frozen=True)
 class Table:
-    """Rows under headings; a cell is text. `marks` gives a row's class: met, near, missed."""
+    """Rows under headings; a cell is text. `marks` gives a row's class: met, near, missed. With `shades` a number between
+    -1 and 1 is a coloured cell."""
 
     headings: Sequence[str]
     rows: Sequence[Sequence[str]]
     caption: str = ""
     marks: Sequence[str] = ()
+    shades: bool = False
+
+    def shade(self, cell: str) -> str:
+        """The style of a coloured cell."""
+        try:
+            value = float(cell) if self.shades else 0.0
+        except ValueError:
+            return ""
+        return f"background: rgb({'200 90 20' if value < 0 else '30 110 190'} / {0.5 * min(abs(value), 1):.2f})" if value else ""
+
+    @property
+    def numbers(self) -> list[bool]:
+        """Which columns hold numbers only: they are aligned to the right."""
+        return [bool(self.rows) and all(re.fullmatch(r"(<\s*)?[-+]?\d[\d.]*(e[-+]?\d+)?%?|", row[k]) for row in self.rows)
+                for k in range(len(self.headings))]  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Section:
-    """One question and its answer: paragraphs, then figures, then tables."""
+    """One question and its answer: paragraphs, then figures, then tables. A folded one is closed at first."""
 
     title: str
     paragraphs: Sequence[str]
-    figures: Sequence[tuple[Figure, str]] = ()
+    figures: Sequence[tuple[Shown, str]] = ()
     tables: Sequence[Table] = ()
+    folded: bool = False
 
 
 @dataclass
 class Report:
-    """Sections under a title. lead, equations and figures are the first screen."""
+    """Sections under a title. asked, lead (the answer), equations, warnings and figures are the first screen.
+
+    inputs are the files that the results come from, files those that were written with the report.
+    """
 
     title: str
     lead: str
     sections: list[Section] = field(default_factory=list)
     equations: Sequence[str] = ()
-    figures: Sequence[tuple[Figure, str]] = ()
+    figures: Sequence[tuple[Shown, str]] = ()
+    asked: str = ""
+    warnings: Sequence[str] = ()
+    inputs: Sequence[str | Path] = ()
+    files: Sequence[Link] = ()
 
     def write(self, path: Path) -> None:
         """Write the report as one HTML file. Raises InputError if it cannot be written."""
-        loader = jinja2.FileSystemLoader(Path(__file__).parent)
-        environment = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)
-        shown = [*self.figures, *(each for section in self.sections for each in section.figures)]
-        figures = [figure for figure, _ in shown]
-        drawn = dict(zip(map(id, figures), parallel_map(as_png, figures, "drawing"), strict=True))
-        environment.filters["png"] = lambda figure: drawn[id(figure)]
-        write_text(path, environment.get_template("report.html").render(report=self))
+        write_text(path, self.html(path.absolute().parent))
+
+    def html(self, folder: Path | None = None) -> str:
+        """The page; links to files are relative to its folder."""
+        marker = Marker()
+        environment = jinja2.Environment(loader=jinja2.FileSystemLoader(PAGE), autoescape=True, trim_blocks=True,
+                                         undefined=jinja2.StrictUndefined)  # fmt: skip
+        environment.filters |= {"drawn": drawn, "terms": marker.marked, "slug": slug}
+        shown = [figure for figure, _ in (*self.figures, *(f for section in self.sections for f in section.figures))]
+        return environment.get_template("report.html").render(
+            report=self, made=provenance.made(self.inputs), files=links(provenance.also_written(self.files), folder or Path.cwd()),
+            style=Markup(style()), scripts=[Markup(text) for text in scripts(shown)], begin=marker.begin,
+            explained=marker.explained, uses_charts=any(isinstance(f, Chart) for f in shown),
+        )  # fmt: skip
 
 
-def as_png(figure: Figure) -> str:
-    """The figure as a data URL."""
-    stream = io.BytesIO()
-    figure.savefig(stream, format="png", dpi=130, metadata={"Software": None})
-    return "data:image/png;base64," + base64.b64encode(stream.getvalue()).decode()
+def chart_page(chart: Chart, title: str) -> str:
+    """A page with one chart and nothing else."""
+    parts = ["<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, "
+             f"initial-scale=1\"><title>{Markup.escape(title)}</title><link rel=\"icon\" href=\"data:,\"><style>{style()}</style></head><body>",
+             drawn(chart, title), *(f"<script>{text}</script>" for text in scripts([chart])), "</body></html>"]  # fmt: skip
+    return "\n".join(parts)
 
 
-def new_figure(
-    columns: int = 1, rows: int = 1, width: float = 8.0, height: float = 4.8, **options: Any
-) -> tuple[Figure, Any]:
-    """A figure and its axes, with a light grid; no state outside it."""
-    figure = Figure(figsize=(width, height), layout="constrained")
-    axes = figure.subplots(rows, columns, **options)
-    for ax in [axes] if rows * columns == 1 else axes.flat:
-        ax.grid(True, color="#dddddd", linewidth=0.6)
-        ax.set_axisbelow(True)
-    return figure, axes
+def style() -> str:
+    """The style sheet of a page, with the colours of curves as variables."""
+    light, dark = (
+        "".join(f"--c-{name}: {pair[k]}; " for name, pair in COLOURS.items()) for k in (0, 1)
+    )
+    return f":root {{ {light}}} @media (prefers-color-scheme: dark) {{ :root {{ {dark}}} }}\n" + _page("report.css")
+
+
+def scripts(shown: Sequence[Shown]) -> list[str]:
+    """The scripts that a page with these figures needs."""
+    found = []
+    if any(isinstance(figure, Chart) for figure in shown):
+        found += [chart_library(), _page("charts.js")]
+    for name in dict.fromkeys(f.script for f in shown if isinstance(f, Illustration) and f.script):
+        found.append(_page(name))
+    return [*found, _page("page.js")]
+
+
+def chart_library() -> str:
+    """Apache ECharts with its notice, as page/vendor/README.md says."""
+    return "/* Apache ECharts, Apache License 2.0, https://echarts.apache.org */" + _page("vendor/echarts.min.js")
+
+
+def drawn(shown: Shown, caption: str) -> Markup:
+    """The HTML of a chart, which `page/charts.js` fills, or of an illustration."""
+    if isinstance(shown, Illustration):
+        return Markup(shown.markup)
+    if isinstance(shown, Figure):
+        stream = io.StringIO()
+        shown.savefig(stream, format="svg")
+        return Markup(stream.getvalue()[stream.getvalue().index("<svg"):])
+    data = to_json(shown.to_dict(), indent=None).replace("</", "<\\/")
+    words = Markup.escape(shown.words or f"{caption} {shown.described()}")
+    return Markup(f'<div class="chart" role="group" aria-label="{words}"></div>'
+                  f'<script type="application/json">{data}</script>')  # fmt: skip
+
+
+def links(files: Sequence[Link], folder: Path) -> list[tuple[str, str]]:
+    """The address of each file relative to the folder, and the words that name it; files that do not exist are left
+    out."""
+    found = []
+    for path, text in files:
+        absolute = Path(path) if Path(path).is_absolute() else folder / path
+        relative = Path(os.path.relpath(absolute, folder)).as_posix()
+        found.append((relative, f"{relative}: {text}" if text else relative))
+    return found
+
+
+@cache
+def _page(name: str) -> str:
+    return (PAGE / name).read_text("utf-8")

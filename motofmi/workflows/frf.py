@@ -14,9 +14,9 @@ from fmus.support.notebook import html
 from motofmi.frequency_response.estimators import band_width, estimate
 from motofmi.frequency_response.figures import draw_modulus
 from motofmi.frequency_response.frf import FRF, mean_frf
-from motofmi.reports.frf_figures import amplitude_and_phase
-from motofmi.reports.report import Report, Section
-from motofmi.workflows.measured import Recorded, recordings_of
+from motofmi.reports.frf_report import amplitude_and_phase, frf_report
+from motofmi.reports.shown import Interactive
+from motofmi.workflows.measured import Recorded, paths_of, recordings_of
 
 
 @dataclass(frozen=True, repr=False)
@@ -25,10 +25,12 @@ class FrequencyResponse:
 
     frequency (n,) [Hz], inertance (n,) complex, standard_deviation (n,) of its modulus and
     phase_standard_deviation (n,) [rad] over the runs, for a single run the estimate's own standard error;
-    coherence (n,). each holds the FRF of every run.
+    coherence (n,). each holds the FRF of every run,
+    sources the files that they were read from.
     """
 
     each: tuple[FRF, ...]
+    sources: tuple[Path, ...] = ()
 
     @cached_property
     def mean(self) -> FRF:
@@ -101,18 +103,13 @@ class FrequencyResponse:
         """Modulus and phase over frequency with their bands; the two axes of matplotlib."""
         return self.mean.plot(axes)
 
+    def show(self) -> Interactive:
+        """Modulus and phase with every run, interactive in a notebook."""
+        return Interactive(amplitude_and_phase(self.each, self.mean))
+
     def report(self, path: str | Path) -> Path:
         """Write an HTML report; its path. Raises InputError where it cannot be written."""
-        text = [
-            f"{len(self.each)} {'run' if len(self.each) == 1 else 'runs'}, cross-spectra with {self.mean.reference}.",
-            *self.warnings,
-        ]
-        section = Section(
-            "Inertance",
-            text,
-            [(amplitude_and_phase(self.mean), "Amplitude and phase, as in Fig. 3 of the 2011 paper.")],
-        )
-        Report("Frequency response function", f"From {', '.join(self.runs)}.", [section]).write(Path(path))
+        frf_report(self.each, self.mean, self.warnings, self.sources).write(Path(path))
         return Path(path)
 
     def __repr__(self) -> str:
@@ -154,4 +151,4 @@ def estimate_frf(recordings: Recorded | Sequence[Recorded], *, mapping: Mapping[
         raise InputError(f"width {width:g} Hz is not positive")
     runs = recordings_of(recordings, mapping, rate)
     bands = width or band_width(runs)
-    return FrequencyResponse(tuple(estimate(run, reference, (low, high), bands) for run in runs))
+    return FrequencyResponse(tuple(estimate(run, reference, (low, high), bands) for run in runs), paths_of(runs))

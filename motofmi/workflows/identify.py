@@ -16,7 +16,8 @@ from motofmi.identification.bootstrap import bootstrap as repeated
 from motofmi.identification.parameter_fit import METHODS, Identification
 from motofmi.identification.parameter_fit import identify as fit
 from motofmi.reports import frf_figures
-from motofmi.reports.report import Report, Section, Table
+from motofmi.reports.identify_report import comparison, identify_report
+from motofmi.reports.shown import Interactive
 from motofmi.workflows.frf import FrequencyResponse, estimate_frf
 from motofmi.workflows.measured import Recorded, Rig, recordings_of, rig_of
 from motofmi.workflows.measured_rider import (
@@ -43,13 +44,14 @@ class RiderIdentification:
     """The rider that fits recordings best, with errors.
 
     fit holds values, covariance and singular values; runs the names of the recordings; handlebar_inertia [kg.m2] that
-    of the bare bar; draws (n, 6) the parameters of a bootstrap, if there was one.
+    of the bare bar; draws (n, 6) the parameters of a bootstrap, if there was one; sources the files of the recordings.
     """
 
     fit: Identification
     runs: tuple[str, ...]
     handlebar_inertia: float
     draws: np.ndarray | None = field(default=None)
+    sources: tuple[Path, ...] = ()
 
     @cached_property
     def rider(self) -> PassiveRider:
@@ -138,18 +140,13 @@ class RiderIdentification:
         """Write the figure of `plot` as .png, .svg or .pdf; its path."""
         return frf_figures.save(frf_figures.identification(self.fit, mean_frf(self.fit.frfs), self._curve), path)
 
+    def show(self) -> Interactive:
+        """Measured and fitted inertance with the fit's confidence band, interactive in a notebook."""
+        return Interactive(comparison(self.fit, rig_response()))
+
     def report(self, path: str | Path) -> Path:
         """Write an HTML report; its path. Raises InputError where it cannot be written."""
-        figures = [(frf_figures.amplitude_and_phase(mean_frf(self.fit.frfs), self._curve),
-                    "Amplitude and phase, measured and fitted."),
-                   (frf_figures.nyquist(self.fit, self._curve), "Measured points and fitted curve in the Nyquist "
-                                                                "plane.")]  # fmt: skip
-        table = Table(("parameter", "value", "standard error", "unit"), rows(self.to_dict()))
-        sections = [
-            Section("Parameters", [residuals(self.to_dict()), *self.warnings], [], [table]),
-            Section("Fit", [], figures),
-        ]
-        Report("Identified rider", self.source, sections).write(Path(path))
+        identify_report(self.fit, rig_response(), self.to_dict(), self.sources).write(Path(path))
         return Path(path)
 
     def __repr__(self) -> str:
@@ -208,7 +205,7 @@ def identify(recordings: Recorded | Sequence[Recorded] | FrequencyResponse, *, m
     found = fit([frf.mean] if mean else frf.each, model, method, limited, starts, seed, run_to_run)
     bar = handlebar_inertia or rig_of(rig, runs).get("handlebar_inertia", {}).get("value", HANDLEBAR_INERTIA)
     return RiderIdentification(
-        found, tuple(frf.runs), bar, repeated(found, model, bootstrap, seed, limited) if bootstrap else None
+        found, tuple(frf.runs), bar, repeated(found, model, bootstrap, seed, limited) if bootstrap else None, frf.sources
     )
 
 

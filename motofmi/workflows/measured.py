@@ -24,6 +24,11 @@ def recordings_of(
     return [each if isinstance(each, Recording) else read_recording(each, mapping or None, rate) for each in every]
 
 
+def paths_of(recordings: Sequence[Recording]) -> tuple[Path, ...]:
+    """The files from which recordings were read; recordings that were made otherwise have none."""
+    return tuple(run.path for run in recordings if run.path is not None)
+
+
 def rig_of(given: Rig | None, recordings: Sequence[Recording]) -> Mapping[str, Any]:
     """The contents of a rig.json, by default of the one beside the first recording. Raises InputError for a
     file that does not exist."""
