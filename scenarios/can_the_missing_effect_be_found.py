@@ -12,10 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from matplotlib.figure import Figure
-
-from motofmi.reports.gap_report import draw_before_and_after
-from motofmi.reports.figures import new_figure
+from motofmi.reports.gap_report import before_and_after_chart
 from motofmi.reports.report import Section, Table
 from motofmi.workflows.gap.find_gap import find_gap
 from motofmi.workflows.scenarios import InReport
@@ -25,10 +22,11 @@ REPORT = InReport("tour", 50, "a hidden effect, found in recordings")
 
 @dataclass(frozen=True)
 class Finding:
-    """The verdict (the contents of verdict.json), and the hidden effect with its size."""
+    """The verdict (the contents of verdict.json), the hidden effect with its size, and the files with their meanings."""
 
     verdict: dict[str, Any]
     truth: dict[str, Any]
+    files: list[tuple[Path, str]]
 
 
 def run(out: Path, seed: int = 1) -> Finding:
@@ -42,14 +40,10 @@ def run(out: Path, seed: int = 1) -> Finding:
         )
         fitted = [recordings / f"{name}.csv" for name in ("sweep_up_2deg", "stepped_4deg")]
         verdict = find_gap(fitted, validation=recordings / "holdout_sweep_down_3deg.csv", out=out / "gap").to_dict()
-        return Finding(verdict, json.loads(truth.read_text()))
-
-
-def figure(found: Finding) -> Figure:
-    """The gap before and after, on the runs that were fitted and on the validation run."""
-    picture, ax = new_figure(width=7, height=2.6)
-    draw_before_and_after(ax, found.verdict)
-    return picture
+        files = [(out / "gap" / verdict["report"], "report of the gap workflow"), (out / "gap" / "verdict.json", "verdict"),
+                 *((out / "gap" / verdict[key], text) for key, text in (("model", "fitted model"), ("fmu", "its FMU")) if verdict[key]),
+                 *((path, "recording") for path in sorted(recordings.glob("*.csv")))]  # fmt: skip
+        return Finding(verdict, json.loads(truth.read_text()), files)
 
 
 def section(found: Finding) -> Section:
@@ -68,6 +62,7 @@ def section(found: Finding) -> Section:
     return Section(
         "Can the missing effect be found?",
         [text],
-        [(figure(found), "The gap between model and recordings")],
+        [(before_and_after_chart(found.verdict), "The gap between model and recordings, before and after.")],
         [table] if rows else [],
+        files=found.files,
     )

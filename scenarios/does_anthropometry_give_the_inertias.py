@@ -7,10 +7,9 @@ joints is in the last column.
 """
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from fmus.declaration.units import convert
-from motofmi.reports.figures import new_figure
+from motofmi.reports.charts import Axis, Chart, Curve, Panel
 from motofmi.reports.report import Section, Table
 from motofmi.workflows.scenarios import InReport
 from rider_fmu import riders
@@ -42,26 +41,13 @@ def run() -> list[dict]:
     return rows
 
 
-def figure(rows: list[dict]) -> Figure:
+def chart(rows: list[dict]) -> Chart:
     """Identified against anthropometric inertia of the torso."""
-    picture, axis = new_figure(1, 1, width=5, height=4)
     own, found = (np.array([r[k] for r in rows]) for k in ("torso_inertia", "identified_torso_inertia"))
-    axis.plot([0, 1.1], [0, 1.1], "k:")
-    axis.plot(own, found, "o")
-    for row in rows:
-        axis.annotate(
-            row["rider"].split("_")[0],
-            (row["torso_inertia"], row["identified_torso_inertia"]),
-            xytext=(4, 2),
-            textcoords="offset points",
-        )
-    axis.set(
-        xlabel="torso inertia from anthropometry [kg.m2]",
-        ylabel="torso inertia identified [kg.m2]",
-        xlim=(0.2, 0.8),
-        ylim=(0.4, 1.1),
-    )
-    return picture
+    names = [f"rider {row['rider'].split('_')[0]}" for row in rows]
+    curves = [Curve("equal", [0.2, 0.8], [0.2, 0.8], "measured", "dotted"), Curve("riders", own, found, "found", "points", text=names, size=8)]
+    return Chart([Panel(Axis("torso inertia from anthropometry", "kg.m2", low=0.2, high=0.8), Axis("torso inertia identified", "kg.m2", low=0.2, high=1.2),
+                        curves, hover="point", height=340)])  # fmt: skip
 
 
 def section(rows: list[dict]) -> Section:
@@ -103,5 +89,5 @@ def section(rows: list[dict]) -> Section:
         Table(["rider", "of", "k_a, k_t, k_s wanted", "nearest reached", "joints that would be negative"], outside),
     ]
     return Section(
-        "Does anthropometry give the inertias?", text, [(figure(rows), "Torso inertia, rider by rider")], tables
+        "Does anthropometry give the inertias?", text, [(chart(rows), "Torso inertia, rider by rider")], tables
     )

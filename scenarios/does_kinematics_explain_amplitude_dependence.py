@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from fmus.declaration.component import Component
 from fmus.expressions.functions import NUMERIC
@@ -18,7 +17,7 @@ from fmus.support.errors import InputError
 from fmus.support.progress import track
 from motofmi.frequency_response.frf import exact_frf
 from motofmi.identification.parameter_fit import Identification, identify
-from motofmi.reports.figures import new_figure
+from motofmi.reports.charts import SEQUENCE, Axis, Chart, Curve, Panel
 from motofmi.reports.report import Section, Table
 from motofmi.workflows.measured_rider import rig_response
 from motofmi.workflows.scenarios import InReport
@@ -137,19 +136,15 @@ def _differentiated(x: np.ndarray, times: int) -> np.ndarray:
     return np.fft.irfft(np.fft.rfft(x) * (1j * np.arange(PER_CYCLE // 2 + 1)) ** times, PER_CYCLE)
 
 
-def figure(found: AmplitudeDependence) -> Figure:
+def chart(found: AmplitudeDependence) -> Chart:
     """Moduli and phases at every amplitude, and in the limit."""
-    picture, (modulus, phase) = new_figure(2, 1, width=10, height=4.2)
-    for label, H, style in [
-        ("linear limit", found.limit, "k:"),
-        *((f"{a:g} deg", H, "-") for a, H in zip(found.amplitude, found.inertance, strict=True)),
-    ]:
-        modulus.semilogy(found.frequency, np.abs(H), style, label=label)
-        phase.plot(found.frequency, np.degrees(np.angle(H)), style)
-    modulus.set(xlabel="frequency [Hz]", ylabel="inertance [1/(kg.m2)]")
-    phase.set(xlabel="frequency [Hz]", ylabel="phase [deg]")
-    modulus.legend(fontsize=8)
-    return picture
+    by_amplitude = [("linear limit", found.limit, "measured", "dotted"),
+                    *((f"{a:g} deg", H, colour, "line") for a, H, colour in zip(found.amplitude, found.inertance, SEQUENCE, strict=False))]  # fmt: skip
+    frequency = Axis("frequency", "Hz")
+    return Chart([
+        Panel(frequency, Axis("inertance", "1/(kg.m2)", log=True), [Curve(n, found.frequency, np.abs(z), c, s) for n, z, c, s in by_amplitude]),
+        Panel(frequency, Axis("phase", "deg"), [Curve(n, found.frequency, np.degrees(np.angle(z)), c, s) for n, z, c, s in by_amplitude]),
+    ], columns=2, linked=True)  # fmt: skip
 
 
 def section(found: AmplitudeDependence) -> Section:
@@ -179,5 +174,5 @@ def section(found: AmplitudeDependence) -> Section:
         "radius residual [1/(kg.m2)]",
     ]
     return Section("Does kinematics alone explain amplitude dependence?", [text, bias],
-                   [(figure(found), "FRF of the full rider by amplitude of the steer")],
+                   [(chart(found), "FRF of the full rider by amplitude of the steer")],
                    [Table(headings, rows, "The linear rider fitted to the full one")])  # fmt: skip

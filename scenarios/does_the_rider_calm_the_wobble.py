@@ -9,10 +9,9 @@ over the ten riders (its Table 2): 55 % for the arms, 45 % for the waist.
 from dataclasses import dataclass
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from fmus.declaration.component import Component
-from motofmi.reports.figures import COLOURS, new_figure
+from motofmi.reports.charts import Axis, Chart, Choice, Curve, Note, Panel, Shade
 from motofmi.reports.report import Section, Table
 from motofmi.workflows.scenarios import InReport
 from rider_fmu import riders
@@ -32,7 +31,6 @@ class Case:
     label: str
     device: Component | None
     colour: str
-    marker: str
 
 
 def cases() -> dict[str, Case]:
@@ -40,23 +38,22 @@ def cases() -> dict[str, Case]:
     mean = riders.load("mean_2011")
     arms, waist = mean.values["arm_damping"], mean.values["waist_damping"]
 
-    def changed(parameter: str, value: float) -> Case:
-        text = f"{parameter.replace('_', ' ')} {value:.1f} instead of {mean.values[parameter]:.1f} N.m.s/rad"
-        return Case(f"mean rider, {text}", mean.with_values(**{parameter: value}), COLOURS["changed"], "s")
+    def changed(parameter: str, value: float, colour: str) -> Case:
+        less = "less" if value < mean.values[parameter] else "more"
+        return Case(f"{less} {parameter.replace('_', ' ')}, {value:.1f} N.m.s/rad", mean.with_values(**{parameter: value}), colour)
 
     return {
-        "reference": Case("reference, no rider impedance", None, COLOURS["reference"], "o"),
-        "rider": Case("mean rider", mean, COLOURS["rider"], "o"),
+        "reference": Case("reference, without a rider", None, "measured"),
+        "rider": Case("mean rider", mean, "found"),
         "damper": Case(
             f"damper of {ADDED_DAMPING} N.m.s/rad added",
             LinearDamper("damper", damping=ADDED_DAMPING),
-            COLOURS["damper"],
-            "s",
+            "base",
         ),
-        "less arm damping": changed("arm_damping", arms * (1 - ARM_VARIATION)),
-        "more arm damping": changed("arm_damping", arms * (1 + ARM_VARIATION)),
-        "less waist damping": changed("waist_damping", waist * (1 - WAIST_VARIATION)),
-        "more waist damping": changed("waist_damping", waist * (1 + WAIST_VARIATION)),
+        "less arm damping": changed("arm_damping", arms * (1 - ARM_VARIATION), "changed"),
+        "more arm damping": changed("arm_damping", arms * (1 + ARM_VARIATION), "fourth"),
+        "less waist damping": changed("waist_damping", waist * (1 - WAIST_VARIATION), "fifth"),
+        "more waist damping": changed("waist_damping", waist * (1 + WAIST_VARIATION), "sixth"),
     }
 
 
@@ -66,43 +63,42 @@ def run(vehicle: str = "reference_2011", speeds: np.ndarray = SPEEDS) -> dict[st
     return {name: modes(over_speed(ridden(motorcycle, case.device)), speeds) for name, case in cases().items()}
 
 
-FIGURES = {
-    "Fig. 7": ("reference", "rider"),
-    "Fig. 14": ("reference", "rider", "damper"),
-    "Fig. 15": ("rider", "less arm damping"),
-    "Fig. 16": ("rider", "more arm damping"),
-    "Fig. 17": ("rider", "less waist damping"),
-    "Fig. 18": ("rider", "more waist damping"),
+CHOICES = {
+    "rider and damper (Figs 7, 14)": ("reference", "rider", "damper"),
+    "arm damping (Figs 15, 16)": ("rider", "less arm damping", "more arm damping"),
+    "waist damping (Figs 17, 18)": ("rider", "less waist damping", "more waist damping"),
+    "all": (),
 }
 
 
-def figure(found: dict[str, Modes], names: tuple[str, ...]) -> Figure:
-    """The root locus of some cases; marks grow with the speed, every mode is named once."""
-    picture, ax = new_figure(width=7.5, height=5)
-    ax.axvspan(0, 12, color="#fbe3dc", zorder=0)
-    for name in names:
-        case, result = cases()[name], found[name]
-        sizes = 2 + 18 * (result.speed - result.speed[0]) / np.ptp(result.speed)
-        for k, column in enumerate(result.eigenvalues.T):
-            ax.scatter(column.real, np.abs(column.imag), s=sizes, marker=case.marker, facecolors="none",
-                       edgecolors=case.colour, linewidths=0.7, label=case.label if k == 0 else None)  # fmt: skip
-    labelled = found[names[-1]]
+def chart(found: dict[str, Modes]) -> Chart:
+    """The root locus of every case, of which some are shown; points grow with the speed, every mode is named once."""
+    of, shown = cases(), next(iter(CHOICES.values()))
+    curves = [locus(of[name], result, name in shown) for name, result in found.items()]
+    notes = []
     for mode in MODES:
-        values = labelled[mode].eigenvalue
-        shown = values[(values.imag > 0.5) & (values.real > -50)]
-        if len(shown):
-            place = shown[len(shown) // 2]
-            ax.annotate(
-                mode.replace("_", "-"),
-                (place.real, place.imag),
-                xytext=(-8, 10),
-                textcoords="offset points",
-                ha="right",
-                fontsize=9,
-            )
-    ax.set(xlim=(-50, 6), ylim=(-2, 92), xlabel="real part [1/s]", ylabel="imaginary part [rad/s]")
-    ax.legend(loc="upper left", fontsize=8, framealpha=0.9)
-    return picture
+        values = found["reference" if mode == "wobble" else "rider"][mode].eigenvalue
+        inside = values[(values.imag > 0.5) & (values.real > -50)]
+        if len(inside):
+            place = inside[len(inside) // 2]
+            notes.append(Note(place.real, place.imag, mode.replace("_", "-")))
+    panel = Panel(Axis("real part", "1/s", low=-50, high=6), Axis("imaginary part", "rad/s", low=0, high=90), curves,
+                  shades=[Shade(0, 6, "unstable")], notes=notes, hover="point", height=460)  # fmt: skip
+    labels = {name: case.label for name, case in of.items()}
+    return Chart([panel], choices=[Choice(label, [labels[name] for name in names or found]) for label, names in CHOICES.items()])
+
+
+def locus(case: Case, result: Modes, shown: bool) -> Curve:
+    """The named modes of a case as points with mode and speed as their text."""
+    sizes = 3 + 5 * (result.speed - result.speed[0]) / np.ptp(result.speed)
+    parts = [(mode, k) for mode in result.unstable for k in np.flatnonzero(_drawn(result[mode].eigenvalue))]
+    values = np.array([result[mode].eigenvalue[k] for mode, k in parts])
+    return Curve(case.label, values.real, values.imag, case.colour, "circles", size=sizes[[k for _, k in parts]], shown=shown,
+                 text=[f"{mode.replace('_', '-')}, {result.speed[k]:g} m/s, {result[mode].frequency[k]:.2f} Hz" for mode, k in parts])  # fmt: skip
+
+
+def _drawn(values: np.ndarray) -> np.ndarray:
+    return (values.real > -50) & (values.imag < 90)
 
 
 def bands(result: Modes, mode: str) -> str:
@@ -128,11 +124,11 @@ def section(found: dict[str, Modes]) -> Section:
     note = ("Changed dampings: the paper's text gives no amounts, so each is changed by one coefficient of variation "
             "of its Table 2, "
             f"{ARM_VARIATION:.0%} for the arms and {WAIST_VARIATION:.0%} for the waist.")  # fmt: skip
-    captions = [(figure(found, names), f"{title} of the 2011 paper, as computed; 1 to 60 m/s, marks grow with speed. "
-                 "Shaded: unstable.") for title, names in FIGURES.items()]  # fmt: skip
+    caption = (f"Root loci, 1 to {SPEEDS[-1]:g} m/s in steps of {SPEEDS[1] - SPEEDS[0]:g}, as in the 2011 paper; points grow with speed. Buttons and legend switch "
+               "the loci; the pointer shows mode, speed and frequency.")  # fmt: skip
     table = Table(
         ("at the handlebar", "weave unstable [m/s]", "wobble", "rider-wobble", "capsize"),
         rows,
         "Unstable bands of speed, 1 to 60 m/s",
     )
-    return Section("Does the rider calm the wobble?", [text, note], captions, [table])
+    return Section("Does the rider calm the wobble?", [text, note], [(chart(found), caption)], [table])

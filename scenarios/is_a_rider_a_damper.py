@@ -1,9 +1,8 @@
 """Is a rider a damper? Transfer functions from steer angle to the torques on bar and frame (2011, Fig. 6)."""
 
 import numpy as np
-from matplotlib.figure import Figure
 
-from motofmi.reports.figures import COLOURS, new_figure
+from motofmi.reports.charts import Axis, Chart, Curve, Panel
 from motofmi.reports.report import Section
 from motofmi.workflows.device import TransferFunctions, transfer_functions
 from motofmi.workflows.scenarios import InReport
@@ -24,28 +23,17 @@ def run(rider: str = "mean_2011") -> dict[str, TransferFunctions]:
     return found
 
 
-def figure(found: dict[str, TransferFunctions]) -> Figure:
+def chart(found: dict[str, TransferFunctions]) -> Chart:
     """Amplitude and phase over frequency, in the paper's sign: positive where the torque resists the steer."""
-    picture, (amplitude, phase) = new_figure(2, 1, width=10, height=4.4)
-    curves = [
-        ("handlebar_torque", -1, "rider: on the bar", COLOURS["rider"], "-"),
-        ("frame_torque", 1, "rider: on the frame", COLOURS["rider"], "--"),
-    ]
-    for torque, sign, label, colour, style in curves:
-        response = sign * found["rider"][torque]
-        amplitude.loglog(FREQUENCY, np.abs(response), style, color=colour, label=label)
-        phase.semilogx(FREQUENCY, np.degrees(np.angle(response)), style, color=colour)
-    for name, style in zip(DAMPERS, (":", "-.", "-"), strict=True):
-        response = -found[name]["handlebar_torque"]
-        value = dampers.load(name).values["damping"]
-        amplitude.loglog(
-            FREQUENCY, np.abs(response), style, color=COLOURS["damper"], label=f"damper of {value:g} N.m.s/rad"
-        )
-        phase.semilogx(FREQUENCY, np.degrees(np.angle(response)), style, color=COLOURS["damper"])
-    amplitude.set(xlabel="frequency [Hz]", ylabel="torque per steer angle [N.m/rad]")
-    phase.set(xlabel="frequency [Hz]", ylabel="phase [deg]", ylim=(-60, 185), yticks=range(-45, 181, 45))
-    amplitude.legend(fontsize=8)
-    return picture
+    rider = found["rider"]
+    drawn = [("rider: on the bar", -rider["handlebar_torque"], "found", "line"), ("rider: on the frame", rider["frame_torque"], "found", "dashed")]
+    for name, colour in zip(DAMPERS, ("fifth", "base", "fourth"), strict=True):
+        drawn.append((f"damper of {dampers.load(name).values['damping']:g} N.m.s/rad", -found[name]["handlebar_torque"], colour, "line"))
+    frequency = Axis("frequency", "Hz", log=True)
+    return Chart([
+        Panel(frequency, Axis("torque per steer angle", "N.m/rad", log=True), [Curve(n, FREQUENCY, np.abs(z), c, s) for n, z, c, s in drawn]),
+        Panel(frequency, Axis("phase", "deg", low=-50, high=200), [Curve(n, FREQUENCY, np.degrees(np.angle(z)), c, s) for n, z, c, s in drawn]),
+    ], columns=2, linked=True)  # fmt: skip
 
 
 def section(found: dict[str, TransferFunctions]) -> Section:
@@ -61,5 +49,5 @@ def section(found: dict[str, TransferFunctions]) -> Section:
     return Section(
         "Is a rider a damper?",
         [text],
-        [(figure(found), "Transfer functions of the mean rider and three dampers (2011, Fig. 6)")],
+        [(chart(found), "Transfer functions of the mean rider and three dampers (2011, Fig. 6)")],
     )

@@ -6,16 +6,16 @@ within WIDEST around the shipped rider's joints and within PLACES. Modulus and p
 Figs 16 to 23, of the three riders that ship: inertias from height and mass, joints found by the search.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from matplotlib.figure import Figure
 from scipy.optimize import differential_evolution
 
 from fmus.declaration.component import Component
 from fmus.linear_analysis.linearisation import linearise
 from fmus.support.progress import track
-from motofmi.reports.figures import new_figure
+from motofmi.reports.charts import SEQUENCE, Axis, Chart, Curve, Panel
 from motofmi.reports.report import Section, Table
 from motofmi.scenarios.what_does_lean_do_to_weave import systems
 from motofmi.workflows.scenarios import InReport
@@ -145,30 +145,22 @@ def _weave(values: np.ndarray) -> float:
     return float(modes(over_speed(both), SPEED)["weave"].eigenvalue[0].real)
 
 
-def figure(found: OpenFeatures) -> Figure:
+def chart(found: OpenFeatures) -> Chart:
     """Moduli and phases of the FRFs of three riders, point by point, and of rider 3's relative FRFs."""
-    picture, axes = new_figure(2, 4, width=10, height=12)
-    for row, point in zip(axes, POINTS, strict=False):
-        for rider, curves in found.curves.items():
-            _draw(row, curves[point], f"rider {rider}")
-        _label(row, f"FRF_{NUMBER[point]}")
-    for point, curve in relative(found.curves[3]).items():
-        _draw(axes[-1], curve, f"{NUMBER[point]}: {point}")
-    _label(axes[-1], "rFRF of rider 3")
-    for row in axes:
-        row[0].legend(fontsize=8)
-    return picture
+    panels = []
+    for point in POINTS:
+        by_rider = {f"rider {rider}": curves[point] for rider, curves in found.curves.items()}
+        panels += _panels(by_rider, f"FRF_{NUMBER[point]}", SEQUENCE)
+    relative_to_mockup = {f"point {NUMBER[point]}: {point}": curve for point, curve in relative(found.curves[3]).items()}
+    return Chart([*panels, *_panels(relative_to_mockup, "rFRF of rider 3", SEQUENCE[3:])], columns=2)
 
 
-def _label(row: np.ndarray, what: str) -> None:
-    row[0].set(xlabel="frequency [Hz]", ylabel=f"modulus of {what} [1]")
-    row[1].set(xlabel="frequency [Hz]", ylabel=f"phase of {what} [deg]")
-
-
-def _draw(row: np.ndarray, curve: np.ndarray, label: str) -> None:
-    phase = -np.degrees(np.mod(-np.angle(curve), 2 * np.pi))
-    row[0].plot(FREQUENCIES, np.abs(curve), "o-", markersize=3, label=label)
-    row[1].plot(FREQUENCIES, phase, "o-", markersize=3)
+def _panels(curves: dict[str, np.ndarray], what: str, colours: Sequence[str]) -> list[Panel]:
+    frequency = Axis("frequency", "Hz")
+    modulus = [Curve(n, FREQUENCIES, np.abs(z), c, "both", width=1) for (n, z), c in zip(curves.items(), colours, strict=False)]
+    phase = [Curve(n, FREQUENCIES, -np.degrees(np.mod(-np.angle(z), 2 * np.pi)), c, "both", width=1)
+             for (n, z), c in zip(curves.items(), colours, strict=False)]  # fmt: skip
+    return [Panel(frequency, Axis(f"modulus of {what}", "1"), modulus, height=260), Panel(frequency, Axis(f"phase of {what}", "deg"), phase, height=260)]
 
 
 def section(found: OpenFeatures) -> Section:
@@ -187,7 +179,7 @@ def section(found: OpenFeatures) -> Section:
             for k, f in enumerate(FEATURES)]  # fmt: skip
     units = {n: RiderInRoll.declared[n].unit for n in FREE}
     ranges = [[n.replace("_", " "), units[n], *(f"{x:.3g}" for x in found.ranges[n])] for n in FREE]
-    return Section("What do roll features leave open?", text, [(figure(found), "The paper's Figs 16 to 23, as "
+    return Section("What do roll features leave open?", text, [(chart(found), "The paper's Figs 16 to 23, as "
                                                                                "computed: FRFs of three riders at "
                                                                                "waist, shoulders and head, relative "
                                                                                "FRFs of rider 3")],

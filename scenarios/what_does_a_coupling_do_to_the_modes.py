@@ -6,12 +6,11 @@ linear models and its eigenvalues are compared with those of the two coupled wit
 """
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from fmus.cosimulation.cosimulate import join
 from fmus.cosimulation.coupling import COUPLINGS
 from fmus.cosimulation.coupling_error import Prediction, linear_network, predict
-from motofmi.reports.figures import new_figure
+from motofmi.reports.charts import SEQUENCE, Axis, Chart, Curve, Panel
 from motofmi.reports.report import Section, Table
 from motofmi.workflows.ridden_fmus import ridden_fmus
 from rider_fmu import riders
@@ -44,17 +43,16 @@ def worst(prediction: Prediction) -> tuple[float, float]:
                  for e in (prediction.frequency_error, prediction.damping_error))  # type: ignore[return-value]
 
 
-def figure(found: dict[str, dict[float, Prediction]]) -> Figure:
+def chart(found: dict[str, dict[float, Prediction]]) -> Chart:
     """Both errors over the step; a curve ends where the coupling is no longer stable."""
-    picture, axes = new_figure(2, 1, width=10, height=4.6)
-    for name, by_step in found.items():
-        errors = np.maximum([worst(by_step[float(step)]) for step in STEPS], FLOOR)
-        for ax, column in zip(axes, errors.T, strict=True):
-            ax.loglog(1e3 * STEPS, 100 * column, marker=".", label=name)
-    for ax, what in zip(axes, ("frequency", "damping ratio"), strict=True):
-        ax.set(xlabel="step [ms]", ylabel=f"largest error of a {what} [%]")
-    axes[0].legend(fontsize=7)
-    return picture
+    panels = []
+    for k, what in enumerate(("frequency", "damping ratio")):
+        curves = []
+        for i, (name, by_step) in enumerate(found.items()):
+            errors = np.maximum([worst(by_step[float(step)])[k] for step in STEPS], FLOOR)
+            curves.append(Curve(name, 1e3 * STEPS, 100 * errors, SEQUENCE[i % len(SEQUENCE)], "both" if i < len(SEQUENCE) else "dashed"))
+        panels.append(Panel(Axis("step", "ms", log=True), Axis(f"largest error of a {what}", "%", log=True), curves, height=340))
+    return Chart(panels, columns=2, linked=True)
 
 
 def section(found: dict[str, dict[float, Prediction]]) -> Section:
@@ -79,6 +77,6 @@ def section(found: dict[str, dict[float, Prediction]]) -> Section:
     return Section(
         "What does a coupling do to the modes?",
         [text],
-        [(figure(found), "Errors of the modes over the step")],
+        [(chart(found), "Errors of the modes over the step")],
         [Table(headings, rows)],
     )

@@ -6,11 +6,10 @@ developments of its model.
 """
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from fmus.composition.system import System
 from fmus.declaration.component import Component
-from motofmi.reports.figures import new_figure
+from motofmi.reports.charts import SEQUENCE, Axis, Chart, Curve, Panel, Shade
 from motofmi.reports.report import Section, Table
 from motofmi.workflows.scenarios import InReport
 from rider_fmu import riders
@@ -45,18 +44,18 @@ def run(speeds: np.ndarray = SPEEDS, **given) -> dict[str, Modes]:
     return {name: modes(over_speed(system), speeds) for name, system in systems(**given).items()}
 
 
-def figure(found: dict[str, Modes]) -> Figure:
+def chart(found: dict[str, Modes]) -> Chart:
     """Root loci of the four, and the growth of weave over speed."""
-    picture, (locus, growth) = new_figure(2, 1, width=11, height=4.6)
+    colours = dict(zip(found, SEQUENCE, strict=False))
+    loci, growth = [], []
     for name, one in found.items():
-        roots = one.eigenvalues
-        locus.plot(roots.real.ravel(), roots.imag.ravel() / (2 * np.pi), ".", markersize=2, label=NAMES[name])
-        growth.plot(one.speed, one["weave"].eigenvalue.real, label=NAMES[name])
-    growth.axhline(0, color="k", linewidth=0.6)
-    locus.set(xlabel="real part [1/s]", ylabel="frequency [Hz]", xlim=(-20, 3), ylim=(0, 12))
-    growth.set(xlabel="speed [m/s]", ylabel="real part of weave [1/s]", ylim=(-6, 2))
-    growth.legend(fontsize=8)
-    return picture
+        inside = (one.eigenvalues.real > -20) & (one.eigenvalues.imag >= 0) & (one.eigenvalues.imag < 24 * np.pi)
+        roots, speed = one.eigenvalues[inside], np.broadcast_to(one.speed[:, None], inside.shape)[inside]
+        loci.append(Curve(NAMES[name], roots.real, roots.imag / (2 * np.pi), colours[name], "points", size=3, text=[f"{v:g} m/s" for v in speed]))
+        growth.append(Curve(NAMES[name], one.speed, one["weave"].eigenvalue.real, colours[name]))
+    return Chart([Panel(Axis("real part", "1/s", low=-20, high=3), Axis("frequency", "Hz", low=0, high=12), loci, shades=[Shade(0, 3, "unstable")], hover="point", height=380),
+                  Panel(Axis("speed", "m/s"), Axis("real part of weave", "1/s", low=-6, high=2), growth, shades=[Shade(0, 2, "unstable", across="y")], height=380)],
+                 columns=2)  # fmt: skip
 
 
 def section(found: dict[str, Modes]) -> Section:
@@ -86,7 +85,7 @@ def section(found: dict[str, Modes]) -> Section:
         text,
         [
             (
-                figure(found),
+                chart(found),
                 f"Root loci from {first:g} to {last:g} m/s, and the real part of weave (the step near 9 m/s: weave and "
                 "the lean exchange character)",
             )

@@ -11,12 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from fmus.support.progress import track
 from motofmi.frequency_response.excitation import sweep
 from motofmi.recordings.reading import write_recording
-from motofmi.reports.figures import COLOURS, new_figure
+from motofmi.reports.charts import Axis, Chart, Curve, Line, Panel
 from motofmi.reports.report import Section, Table
 from motofmi.virtual_rig.full_rider import steer_test
 from motofmi.workflows.gap.find_gap import find_gap
@@ -67,19 +66,13 @@ def run(
     return Verdicts(verdicts, known, reduce(full))
 
 
-def figure(found: Verdicts) -> Figure:
+def chart(found: Verdicts) -> Chart:
     """The misfit of the validation sweeps over the amplitude, before and after."""
-    picture, ax = new_figure(width=7, height=3.4)
-    verdicts = found.by_amplitude
-    for key, label, colour in (
-        ("holdout_before", "linear rider", COLOURS["reference"]),
-        ("holdout_after", "with the effects found", COLOURS["rider"]),
-    ):
-        ax.loglog(list(verdicts), [v.gap[key] for v in verdicts.values()], "o-", color=colour, label=label)
-    ax.axhline(1, color="#c00000", linewidth=1)
-    ax.set(xlabel="amplitude of the sweep [deg]", ylabel="reduced chi-square of the validation run [1]")
-    ax.legend(fontsize=8)
-    return picture
+    amplitudes = list(found.by_amplitude)
+    curves = [Curve(label, amplitudes, [v.gap[key] for v in found.by_amplitude.values()], colour, "both")
+              for key, label, colour in (("holdout_before", "linear rider", "measured"), ("holdout_after", "with the effects found", "found"))]  # fmt: skip
+    return Chart([Panel(Axis("amplitude of the sweep", "deg", log=True), Axis("reduced chi-square of the validation run", "1", log=True), curves,
+                        lines=[Line(1.0, "noise floor")])])  # fmt: skip
 
 
 def section(found: Verdicts) -> Section:
@@ -99,7 +92,7 @@ def section(found: Verdicts) -> Section:
                             *((f"{a:g} deg", v) for a, v in found.by_amplitude.items()))]  # fmt: skip
     headings = ("sweep", "verdict", "before", "after", "validation, before", "validation, after")
     return Section("What does the gap workflow say of the full rider?", text,
-                   [(figure(found), "Misfit over the amplitude, in units of the noise")],
+                   [(chart(found), "Misfit over the amplitude, in units of the noise")],
                    [Table(headings, rows, "Reduced chi-square, one is the noise")])  # fmt: skip
 
 

@@ -8,7 +8,6 @@ FMUs coupled without error; the time histories begin with the same jump of the s
 from dataclasses import dataclass
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from fmus.cosimulation.cosimulate import CosimulationRun, cosimulate, join
 from fmus.cosimulation.network import Network
@@ -16,7 +15,7 @@ from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem
 from fmus.declaration.component import Component
 from fmus.export.build import build
 from fmus.linear_analysis.participation import participation
-from motofmi.reports.figures import new_figure
+from motofmi.reports.charts import Axis, Chart, Curve, Panel
 from motofmi.reports.report import Section, Table
 from rider_fmu import riders
 from vehicle_fmu import LinearDamper, dampers, motorcycles
@@ -62,13 +61,10 @@ def run(folder: str) -> dict[str, Answer]:
     return found
 
 
-def figure(found: dict[str, Answer]) -> Figure:
-    """Steer angle over time, one picture for each device."""
-    picture, axes = new_figure(3, 2, width=10, height=5, sharex=True, sharey=True)
-    for ax, (name, answer) in zip(axes.flat, found.items(), strict=True):
-        ax.plot(answer.run["time"], np.degrees(answer.run["vehicle.steer_angle"]))
-        ax.set(title=name, xlabel="time [s]", ylabel="steer angle [deg]")
-    return picture
+def chart(found: dict[str, Answer]) -> Chart:
+    """Steer angle over time, one panel for each device."""
+    return Chart([Panel(Axis("time", "s"), Axis("steer angle", "deg"), [Curve("steer angle", a.run["time"], np.degrees(a.run["vehicle.steer_angle"]), "found")],
+                        name, height=220) for name, a in found.items()], columns=3, linked=True)  # fmt: skip
 
 
 def section(found: dict[str, Answer]) -> Section:
@@ -87,4 +83,4 @@ def section(found: dict[str, Answer]) -> Section:
     table = Table(
         ["device", "frequency [Hz]", "damping ratio", "share of the device in the mode [%]"], rows, "Oscillatory modes"
     )
-    return Section("What if the device is another?", [text], [(figure(found), "Steer angle with each device")], [table])
+    return Section("What if the device is another?", [text], [(chart(found), "Steer angle with each device")], [table])

@@ -9,14 +9,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from fmus.cosimulation.cosimulate import CosimulationRun, cosimulate
 from fmus.cosimulation.coupling_error import Prediction
 from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem
 from fmus.declaration.component import Component
 from fmus.export.build import build
-from motofmi.reports.figures import COLOURS, new_figure
+from motofmi.reports.charts import Axis, Chart, Curve, Line, Panel
 from motofmi.reports.report import Section, Table
 from motofmi.workflows.scenarios import InReport
 from rider_fmu import riders
@@ -31,13 +30,14 @@ ADDED_DAMPING = 7.5  # N.m.s/rad
 
 @dataclass(frozen=True)
 class Swap:
-    """The run with the rider, what follows with him, what follows with the damper; exact weaves [1/s]; the FMUs."""
+    """The run with the rider, what follows with him, what follows with the damper; exact weaves [1/s]; the FMUs, the rows as CSV."""
 
     before: CosimulationRun
     stays: CosimulationRun
     swapped: CosimulationRun
     weave: dict[str, complex]
     fmus: list[Path]
+    rows: list[Path]
 
 
 def run(out: Path) -> Swap:
@@ -64,25 +64,20 @@ def run(out: Path) -> Swap:
     )
     weave = {device.name: complex(modes(over_speed(ridden(vehicle, device)), np.array([SPEED]))["weave"].eigenvalue[0])
              for device in (rider, damper)}  # fmt: skip
-    return Swap(before, stays, swapped, weave, list(fmus.values()))
+    rows = [out / f"{name}.csv" for name in ("with_the_rider", "the_rider_stays", "swapped_for_the_damper")]
+    return Swap(before, stays, swapped, weave, list(fmus.values()), rows)
 
 
-def figure(swap: Swap) -> Figure:
-    """Steer angle and torque on the bar over time; the swap is where the colour changes."""
-    picture, (angle, torque) = new_figure(1, 2, width=9, height=5.4, sharex=True)
+def chart(swap: Swap) -> Chart:
+    """Steer angle and torque on the bar over time, with the swap."""
     time = swap.before["time"]
-    parts = [(swap.before, 0.0, COLOURS["rider"], "-", "rider's FMU"),
-             (swap.stays, HALF, COLOURS["reference"], ":", "had the rider stayed"),
-             (swap.swapped, HALF, COLOURS["damper"], "-", "damper's FMU")]  # fmt: skip
-    for part, offset, colour, style, label in parts:
-        angle.plot(
-            time + offset, np.degrees(part["vehicle.steer_angle"]), style, color=colour, linewidth=1, label=label
-        )
-        torque.plot(time + offset, part["device.handlebar_torque"], style, color=colour, linewidth=1)
-    angle.set(ylabel="steer angle [deg]")
-    torque.set(xlabel="time [s]", ylabel="torque on the bar [N.m]")
-    angle.legend(fontsize=8, loc="upper right")
-    return picture
+    parts = [(swap.before, 0.0, "found", "line", "rider's FMU"), (swap.stays, HALF, "measured", "dotted", "had the rider stayed"),
+             (swap.swapped, HALF, "base", "line", "damper's FMU")]  # fmt: skip
+    angle = [Curve(label, time + offset, np.degrees(part["vehicle.steer_angle"]), colour, style, width=1.2) for part, offset, colour, style, label in parts]
+    torque = [Curve(label, time + offset, part["device.handlebar_torque"], colour, style, width=1.2) for part, offset, colour, style, label in parts]
+    exchanged = [Line(HALF, "FMUs exchanged", across="x")]
+    return Chart([Panel(Axis("time", "s"), Axis("steer angle", "deg"), angle, lines=exchanged, height=250),
+                  Panel(Axis("time", "s"), Axis("torque on the bar", "N.m"), torque, lines=exchanged, height=250)], linked=True)  # fmt: skip
 
 
 def section(swap: Swap) -> Section:
@@ -101,10 +96,10 @@ def section(swap: Swap) -> Section:
     table = Table(("device", "coupling", "step [s]", "steps per second", "largest residual power [W]",
                    "predicted relative error of each mode's frequency and damping "
                    "ratio"), rows, "How the FMUs were coupled")  # fmt: skip
-    built = "FMUs built for this: " + ", ".join(path.name for path in swap.fmus) + "."
-    return Section("What if the rider is swapped for a damper?", [text, built],
-                   [(figure(swap), f"{2 * HALF:g} s at {SPEED:g} m/s; the FMUs are exchanged at {HALF:g} "
-                                   "s")], [table])  # fmt: skip
+    files = [*((path, "FMU") for path in swap.fmus), *((path, "rows of the co-simulation") for path in swap.rows)]
+    return Section("What if the rider is swapped for a damper?", [text],
+                   [(chart(swap), f"{2 * HALF:g} s at {SPEED:g} m/s; the FMUs are exchanged at {HALF:g} "
+                                   "s")], [table], files=files)  # fmt: skip
 
 
 def _errors(predicted: Prediction | None) -> str:

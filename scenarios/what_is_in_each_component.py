@@ -12,7 +12,8 @@ from pathlib import Path
 
 from fmus.export.component_page import page
 from fmus.support.files import write_atomically
-from motofmi.scenarios.does_the_rider_calm_the_wobble import figure, run
+from motofmi.reports.chart_figures import figure
+from motofmi.scenarios.does_the_rider_calm_the_wobble import chart, run
 from motofmi.workflows import components
 
 
@@ -39,7 +40,7 @@ def main(arguments: list[str] | None = None) -> None:
     folder = Path(parser.parse_args(arguments).folder)
     for name, text in pages().items():
         print(write_atomically(folder / "components" / name, partial(Path.write_text, data=text, encoding="utf-8")))
-    loci = figure(run(), ("reference", "rider", "damper"))
+    loci = figure(chart(run()))
     print(
         write_atomically(
             folder / "root_locus.png", lambda path: loci.savefig(path, dpi=110, metadata={"Software": None})

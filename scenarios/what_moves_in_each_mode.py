@@ -1,9 +1,8 @@
 """What moves in each mode? Phasors of the mean rider on the reference motorcycle (2011, Figs 8 to 13)."""
 
 import numpy as np
-from matplotlib.figure import Figure
 
-from motofmi.reports.figures import new_figure
+from motofmi.reports.charts import Axis, Chart, Curve, Panel
 from motofmi.reports.report import Section
 from motofmi.workflows.scenarios import InReport
 from rider_fmu import riders
@@ -13,7 +12,7 @@ REPORT = InReport("tour", 20, "mode phasors")
 
 PAPER = [("weave", 30, "Fig. 8"), ("weave", 50, "Fig. 9"), ("wobble", 1, "Fig. 10"), ("wobble", 60, "Fig. 11"),
          ("rider_wobble", 1, "Fig. 12"), ("rider_wobble", 60, "Fig. 13")]  # fmt: skip
-ARROWS = {"steer": "#c00000", "torso": "#0b5394", "roll": "#38761d", "yaw": "#7f6000", "lateral": "#888888"}
+ARROWS = {"steer": "significant", "torso": "found", "roll": "changed", "yaw": "fifth", "lateral": "measured"}
 
 
 def phasors(
@@ -42,26 +41,18 @@ def run() -> list[tuple[str, float, str, complex, dict[str, complex]]]:
     return [(mode, speed, title, *phasors(mode, speed)) for mode, speed, title in PAPER]
 
 
-def figure(found: list) -> Figure:
+def chart(found: list) -> Chart:
     """Six phasor diagrams, each scaled to its longest arrow."""
-    picture, axes = new_figure(3, 2, width=10, height=6.6)
-    for ax, (mode, speed, title, value, motion) in zip(axes.flat, found, strict=True):
+    panels = []
+    for mode, speed, title, value, motion in found:
         longest = max(abs(z) for z in motion.values())
-        for name, z in motion.items():
-            tip = z / longest
-            ax.annotate(
-                "",
-                (tip.real, tip.imag),
-                (0, 0),
-                arrowprops={"arrowstyle": "-|>", "color": ARROWS[name], "linewidth": 1.6},
-            )
-            if abs(tip) > 0.05:
-                ax.text(1.1 * tip.real, 1.1 * tip.imag, name, color=ARROWS[name], fontsize=8, ha="center", va="center")
-        ax.set(
-            xlim=(-1.25, 1.25), ylim=(-1.25, 1.25), aspect="equal", xlabel="real part [1]", ylabel="imaginary part [1]"
-        )
-        ax.set_title(f"{title}: {mode.replace('_', '-')}, {speed:g} m/s, {value.imag / 2 / np.pi:.2f} Hz", fontsize=9)
-    return picture
+        arrows = [Curve(name, [z.real / longest], [z.imag / longest], ARROWS[name], "needles",
+                        text=[f"{abs(z):.3g} at {np.degrees(np.angle(z)):.0f} deg, relative to steer"])
+                  for name, z in motion.items()]  # fmt: skip
+        label = f"{title}: {mode.replace('_', '-')}, {speed:g} m/s, {value.imag / 2 / np.pi:.2f} Hz"
+        panels.append(Panel(Axis("real part, over the longest", "1", low=-1.0, high=1.0), Axis("imaginary part, over the longest", "1", low=-1.0, high=1.0),
+                            arrows, label, hover="point", square=True, height=290))  # fmt: skip
+    return Chart(panels, columns=3)
 
 
 def section(found: list) -> Section:
@@ -75,5 +66,5 @@ def section(found: list) -> Section:
     return Section(
         "What moves in each mode?",
         [text],
-        [(figure(found), "Mode phasors of the mean rider on the reference motorcycle (2011, Figs 8 to 13)")],
+        [(chart(found), "Mode phasors of the mean rider on the reference motorcycle (2011, Figs 8 to 13)")],
     )

@@ -4,12 +4,11 @@ compared by error bars."""
 from math import radians
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from motofmi.frequency_response.estimators import estimate
 from motofmi.frequency_response.excitation import Excitation, multisine, stepped_sine, sweep
 from motofmi.identification.parameter_fit import Identification, identify
-from motofmi.reports.figures import new_figure
+from motofmi.reports.charts import SEQUENCE, Axis, Chart, Curve, Panel
 from motofmi.reports.report import Section, Table
 from motofmi.virtual_rig.simulated_rig import steer_test
 from motofmi.workflows.measured_rider import PARAMETERS, rig_response
@@ -32,20 +31,11 @@ def run(rider: str = "mean_2011", seed: int = 0) -> dict[str, Identification]:
             for name, test in TESTS.items()}  # fmt: skip
 
 
-def figure(found: dict[str, Identification]) -> Figure:
+def chart(found: dict[str, Identification]) -> Chart:
     """Standard errors of the six parameters, by test."""
-    picture, axis = new_figure(width=8.5, height=4.2)
-    width = 0.8 / len(found)
-    for k, (name, identification) in enumerate(found.items()):
-        axis.bar(
-            np.arange(6) + k * width, 100 * identification.standard_error / identification.values, width, label=name
-        )
-    axis.set_yscale("log")
-    axis.set_xticks(np.arange(6) + 0.4 - width / 2, [name.replace("_", "\n") for name in PARAMETERS])
-    axis.set_xlabel("parameter [-]")
-    axis.set_ylabel("standard error [% of the value]")
-    axis.legend(fontsize=8)
-    return picture
+    names = [name.replace("_", " ") for name in PARAMETERS]
+    curves = [Curve(name, 100 * f.standard_error / f.values, np.arange(len(names)), SEQUENCE[k], "points", size=9) for k, (name, f) in enumerate(found.items())]
+    return Chart([Panel(Axis("standard error", "% of the value", log=True), Axis("parameter", "", names=names), curves, hover="point")])
 
 
 def section(found: dict[str, Identification]) -> Section:
@@ -61,6 +51,6 @@ def section(found: dict[str, Identification]) -> Section:
         (name, *(f"{100 * e / v:.2g}" for e, v in zip(f.standard_error, f.values, strict=True)))
         for name, f in found.items()
     ]
-    return Section("Which test tells most about the rider?", [text], [(figure(found), "Standard errors by test, one "
+    return Section("Which test tells most about the rider?", [text], [(chart(found), "Standard errors by test, one "
                                                                                       "simulated run each")],
                    [Table(("test", *PARAMETERS), rows, "standard errors [%]")])  # fmt: skip

@@ -45,7 +45,8 @@ class Curve:
     """x, y (n,) under a name; curves with the same name are one entry of the legend.
 
     style is `line`, `dashed`, `dotted`, `points`, `circles`, `both` (points on a line), `bars` (horizontal, from the
-    axis's lower end), or `needles` (from the origin). band is the lower and upper limit (n,) of y. text (n,) is shown
+    axis's lower end), `needles` (from the origin), or `errors` (points with
+    the band as bars). band is the lower and upper limit (n,) of y. text (n,) is shown
     where the pointer is. `shown` is whether the curve is visible at first.
     """
 
@@ -208,7 +209,7 @@ def _cells(cells: Cells) -> dict[str, Any]:
     return {**found, "label": cells.label, "low": cells.low, "high": cells.high, "framed": framed.tolist()}
 
 
-LETTER, LINE_HEIGHT = 0.012, 0.045  # of a panel's width and height, that a letter and a line of a note take
+LETTER, LINE_HEIGHT = 0.022, 0.05  # of a panel's width and height, that a letter and a line of a note take on a phone
 
 
 def placed(panel: Panel) -> list[Note]:

@@ -79,7 +79,7 @@ def amplitude_and_phase(each: Sequence[FRF], mean: FRF, more: tuple[Sequence[Cur
         second.append(Curve(run.name, run.frequency, phase(run.inertance), colour, width=1.0, shown=not more[0]))
     top = float(1.3 * np.percentile(modulus, 98))
     return Chart([Panel(FREQUENCY, Axis("modulus of the inertance", INERTANCE, low=0.0, high=float(f"{top:.2g}")), [*first, *more[0]]),
-                  Panel(FREQUENCY, Axis("phase of the inertance", "deg", low=-30, high=210), [*second, *more[1]], height=240)],
+                  Panel(FREQUENCY, Axis("phase of the inertance", "deg", low=-50, high=200), [*second, *more[1]], height=240)],
                  linked=True)  # fmt: skip
 
 

@@ -7,23 +7,22 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.preprocessing.harmonics import Column
 from motofmi.gap.preprocessing.steer_test_run import SteerTestRun
 from motofmi.gap.selection.model_selection import Verdict
-from motofmi.reports.figures import COLOURS, new_figure
+from motofmi.reports.charts import Axis, Chart, Curve, Line, Panel
 
 ORDERS = (1, 2, 3)
 LAGS = 20
 
 
 def without_and_with(verdict: Verdict) -> list[tuple[Fit, str, str]]:
-    """Fit, colour and label of base and best on the validation runs, else on the fitted ones; of the base alone
+    """Fit, colour (of a chart) and label of base and best on the validation runs, else on the fitted ones; of the base alone
     if no effect was found."""
     found = [each.fit for each in verdict.validation_gap] if verdict.validation_gap else [verdict.base, verdict.best]
-    both = list(zip(found, (COLOURS["damper"], COLOURS["rider"]), ("base", "with the effects found"), strict=True))
+    both = list(zip(found, ("base", "found"), ("base", "with the effects found"), strict=True))
     return both if verdict.best.model.effects else both[1:]
 
 
@@ -79,87 +78,74 @@ class _Left:
         return (values[cos] - 1j * values[sin]) / (motion[cos] - 1j * motion[sin])
 
 
-def figures(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[Figure, str]]:
-    """The pictures of a swept or stepped run, with their captions."""
+def figures(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[Chart, str]]:
+    """The charts of a swept or stepped run, with their captions."""
     name = shown[0][0].runs[0].name
     left = [(_Left.of(fit), colour, label) for fit, colour, label in shown]
     return [
+        (_response(left), f"{name}: first harmonic of the torque over the imposed angle, and the difference of each model to what was "
+                          "measured."),
         (_over_time(left), f"{name}: the recording, and the residuals of its harmonics in each window, against the "
                            "noise."),
         (_by_order(left), f"{name}: amplitude of the residuals at each order of the excitation, against the noise."),
-        (_response(left), f"{name}: first harmonic of the torque over the imposed angle."),
-        (_nyquist(left), "The same as impedance in the Nyquist plane."),
+        (_nyquist(left), "The first harmonic as impedance in the Nyquist plane."),
         (whiteness(shown, _in_time(left[0][0].columns)), f"{name}: residuals in units of the noise against the normal "
                                                          "distribution, and how they "
-         "depend on their neighbours in time; noise alone stays within the grey lines (95 %)."),
+         "depend on their neighbours in time; noise alone stays within the lines (95 %)."),
     ]  # fmt: skip
 
 
-def _over_time(left: Sequence[tuple[_Left, str, str]]) -> Figure:
-    figure, (upper, lower) = new_figure(rows=2, sharex=True, height=5.6)
-    first = left[0][0]
-    output = first.run.effort
+def _over_time(left: Sequence[tuple[_Left, str, str]]) -> Chart:
+    first, time_axis = left[0][0], Axis("time", "s")
+    output, bases = first.run.effort, first.run.reduction.bases
     unit = first.run.recording.units[output.column]
-    upper.plot(first.run.recording.time, output.measured, color=COLOURS["reference"], linewidth=0.4)
-    upper.set_ylabel(f"{output.column.replace('_', ' ')} [{unit}]")
-    bases = first.run.reduction.bases
-    time = [first.run.recording.time[(begin + end) // 2] for begin, end, _ in bases]
+    recorded = Curve("recording", first.run.recording.time, output.measured, "measured", width=0.8)
+    time = np.array([first.run.recording.time[(begin + end) // 2] for begin, end, _ in bases])
+    curves = [Curve(label, time, of.windows(of.left), colour) for of, colour, label in left]
+    noise = Curve("noise", time, first.windows(output.deviation), "measured", "dashed")
+    return Chart([Panel(time_axis, Axis(output.column.replace("_", " "), unit), [recorded], height=220),
+                  Panel(time_axis, Axis("residual, rms", unit, log=True), [*curves, noise], height=240)], linked=True)  # fmt: skip
+
+
+def _by_order(left: Sequence[tuple[_Left, str, str]]) -> Chart:
+    first = left[0][0]
+    unit, panels = first.run.recording.units[first.run.effort.column], []
+    for k in ORDERS:
+        curves = [Curve(label, of.frequency(k), of.amplitudes(of.left, k), colour, "both", width=1) for of, colour, label in left]
+        noise = Curve("noise", first.frequency(k), first.amplitudes(first.run.effort.deviation, k), "measured", "dashed")
+        panels.append(Panel(Axis("frequency of the excitation", "Hz"), Axis(f"amplitude, order {k}", unit, log=True), [*curves, noise], height=220))
+    return Chart(panels)
+
+
+def _response(left: Sequence[tuple[_Left, str, str]]) -> Chart:
+    size, phase, frequency = [], [], Axis("frequency", "Hz")
+    for of, values, style, colour, label in _measured_and_modelled(left):
+        order = np.argsort(of.frequency())
+        at, response = of.frequency()[order], of.response(values)[order]
+        size.append(Curve(label, at, np.abs(response), colour, style))
+        phase.append(Curve(label, at, np.angle(response, deg=True), colour, style))
+    difference = []
     for of, colour, label in left:
-        lower.semilogy(time, of.windows(of.left), color=colour, label=label)
-    lower.semilogy(time, first.windows(output.deviation), "--", color=COLOURS["reference"], label="noise")
-    lower.set(xlabel="time [s]", ylabel=f"residual, rms [{unit}]")
-    lower.legend()
-    return figure
+        order = np.argsort(of.frequency())
+        difference.append(Curve(label, of.frequency()[order], np.abs(of.response(of.left)[order]), colour, "both", width=1))
+    return Chart([Panel(frequency, Axis("torque over angle", "N.m/rad"), size, height=230), Panel(frequency, Axis("phase", "deg"), phase, height=190),
+                  Panel(frequency, Axis("difference to measured", "N.m/rad", log=True), difference, height=230)], linked=True)  # fmt: skip
 
 
-def _by_order(left: Sequence[tuple[_Left, str, str]]) -> Figure:
-    figure, rows = new_figure(rows=len(ORDERS), sharex=True, height=6.4)
-    unit = left[0][0].run.recording.units[left[0][0].run.effort.column]
-    for axes, k in zip(rows, ORDERS, strict=True):
-        for of, colour, label in left:
-            axes.semilogy(of.frequency(k), of.amplitudes(of.left, k), ".-", color=colour, label=label, linewidth=0.8)
-        noise = left[0][0]
-        axes.semilogy(
-            noise.frequency(k),
-            noise.amplitudes(noise.run.effort.deviation, k),
-            "--",
-            color=COLOURS["reference"],
-            label="noise",
-        )
-        axes.set_ylabel(f"order {k} [{unit}]")
-    rows[0].legend(loc="upper left", ncols=3, fontsize=8)
-    rows[-1].set_xlabel("frequency of the excitation [Hz]")
-    return figure
-
-
-def _response(left: Sequence[tuple[_Left, str, str]]) -> Figure:
-    figure, (size, phase) = new_figure(rows=2, sharex=True)
+def _nyquist(left: Sequence[tuple[_Left, str, str]]) -> Chart:
+    curves = []
     for of, values, style, colour, label in _measured_and_modelled(left):
         order = np.argsort(of.frequency())
         response = of.response(values)[order]
-        size.plot(of.frequency()[order], np.abs(response), style, color=colour, label=label)
-        phase.plot(of.frequency()[order], np.angle(response, deg=True), style, color=colour)
-    size.set_ylabel("|T/angle| [N.m/rad]")
-    phase.set(xlabel="frequency [Hz]", ylabel="phase [deg]")
-    size.legend()
-    return figure
-
-
-def _nyquist(left: Sequence[tuple[_Left, str, str]]) -> Figure:
-    figure, axes = new_figure()
-    for of, values, style, colour, label in _measured_and_modelled(left):
-        response = of.response(values)[np.argsort(of.frequency())]
-        axes.plot(response.real, response.imag, style, color=colour, label=label)
-    axes.set(xlabel="Re T/angle [N.m/rad]", ylabel="Im T/angle [N.m/rad]")
-    axes.legend()
-    return figure
+        curves.append(Curve(label, response.real, response.imag, colour, style, text=[f"{f:.3g} Hz" for f in of.frequency()[order]]))
+    return Chart([Panel(Axis("real part of torque over angle", "N.m/rad"), Axis("imaginary part", "N.m/rad"), curves, hover="point", height=380)])
 
 
 def _measured_and_modelled(left: Sequence[tuple[_Left, str, str]]) -> list[tuple[_Left, np.ndarray, str, str, str]]:
     first = left[0][0]
     return [
-        (first, first.measured, ".", COLOURS["reference"], "measured"),
-        *((of, of.measured + of.left, "-", colour, label) for of, colour, label in left),
+        (first, first.measured, "points", "measured", "measured"),
+        *((of, of.measured + of.left, "dashed" if colour == "base" else "line", colour, label) for of, colour, label in left),
     ]
 
 
@@ -178,20 +164,19 @@ def _in_time(columns: Sequence[Column]) -> np.ndarray:
     )
 
 
-def whiteness(shown: Sequence[tuple[Fit, str, str]], sequence: np.ndarray | None = None) -> Figure:
+def whiteness(shown: Sequence[tuple[Fit, str, str]], sequence: np.ndarray | None = None) -> Chart:
     """Residuals of the first run in units of the noise, and their correlation with their neighbours in a
     sequence of data (m,)."""
-    figure, (spread, neighbours) = new_figure(columns=2, height=3.6)
-    bins, lags = np.linspace(-6, 6, 61), np.arange(1, LAGS + 1)
+    bins, lags, spread, neighbours, count = np.linspace(-6, 6, 61), np.arange(1, LAGS + 1), [], [], 1
     for fit, colour, label in shown:
         left = fit.residuals[: len(fit.runs[0].data)]
         left = left if sequence is None else left[sequence]
-        spread.hist(np.clip(left, -6, 6), bins, density=True, histtype="step", color=colour, label=label)
-        neighbours.plot(lags, [float(left[:-k] @ left[k:]) / float(left @ left) for k in lags], ".-", color=colour)
-    spread.plot(bins, np.exp(-(bins**2) / 2) / np.sqrt(2 * np.pi), color=COLOURS["reference"], label="noise alone")
-    spread.set(xlabel="residual over noise", ylabel="probability density")
-    for bound in (-1.96, 1.96):
-        neighbours.axhline(bound / np.sqrt(len(left)), color=COLOURS["reference"], linestyle="--")
-    neighbours.set(xlabel="lag", ylabel="autocorrelation")
-    spread.legend(fontsize=8)
-    return figure
+        count = len(left)
+        density, _ = np.histogram(np.clip(left, -6, 6), bins, density=True)
+        spread.append(Curve(label, (bins[1:] + bins[:-1]) / 2, density, colour))
+        neighbours.append(Curve(label, lags, [float(left[:-k] @ left[k:]) / float(left @ left) for k in lags], colour, "both"))
+    spread.append(Curve("noise alone", bins, np.exp(-(bins**2) / 2) / np.sqrt(2 * np.pi), "measured", "dashed"))
+    bound = 1.96 / np.sqrt(count)
+    return Chart([Panel(Axis("residual over noise", "1"), Axis("probability density", "1"), spread, height=260),
+                  Panel(Axis("lag", "1"), Axis("autocorrelation", "1"), neighbours, lines=[Line(-bound), Line(bound, "95 % of noise alone")], height=260)],
+                 columns=2)  # fmt: skip

@@ -4,15 +4,13 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.colors import LogNorm
-from matplotlib.figure import Figure
 from scipy.fft import idct
 from scipy.signal import csd, spectrogram, welch
 
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.preprocessing.sampled_run import SampledRun
 from motofmi.gap.selection.model_selection import Verdict
-from motofmi.reports.figures import COLOURS, new_figure
+from motofmi.reports.charts import Axis, Cells, Chart, Curve, Panel
 from motofmi.reports.gap_before_after import shown_run, whiteness, without_and_with
 from motofmi.reports.gap_report import Pictures
 from motofmi.reports.report import Section, Table
@@ -20,6 +18,7 @@ from motofmi.reports.report import Section, Table
 MEASURED = "measured"
 DRIVEN = 1e-4  # of an input's largest power spectrum, above which the response is shown
 LEAST = 0.5  # of the noise; lower end of the map's colour scale
+TALL, WIDE = 40, 60  # most cells of the map along frequency and time
 PERIODS, SHORTEST = 3.0, 16  # length of a window of the map: periods of the middle frequency, least number of samples
 
 
@@ -62,46 +61,38 @@ def _outputs(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[np.ndarray, st
     """The first output (n,) with colour and label, measured and by each fit."""
     _, measured, _ = left_over(shown[0][0])
     return [
-        (measured, COLOURS["reference"], MEASURED),
+        (measured, "measured", MEASURED),
         *((measured - left_over(fit)[2], colour, label) for fit, colour, label in shown),
     ]
 
 
-def _recording(shown: Sequence[tuple[Fit, str, str]]) -> Figure:
-    figure, (upper, lower) = new_figure(rows=2, sharex=True)
+def _recording(shown: Sequence[tuple[Fit, str, str]]) -> Chart:
     run: SampledRun = shown[0][0].runs[0]
     name = run.experiment.outputs[0]
-    for fit, colour, label in shown:
-        time, measured, left = left_over(fit)
-        lower.plot(time, left, color=colour, linewidth=0.8, label=label)
-    upper.plot(time, measured, color=COLOURS["reference"], linewidth=0.8)
-    unit = run.recording.units[name]
-    upper.set_ylabel(f"{name} [{unit}]".replace("_", " "))
-    lower.set(xlabel=f"time in {run.name} [s]", ylabel=f"residual [{unit}]")
-    lower.legend()
-    return figure
+    unit, time = run.recording.units[name], left_over(shown[0][0])[0]
+    outputs = [Curve(label, time, values, colour, width=1.0) for values, colour, label in _outputs(shown)]
+    residuals = [Curve(label, time, left_over(fit)[2], colour, width=1.0) for fit, colour, label in shown]
+    axis = Axis(f"time in {run.name}", "s")
+    return Chart([Panel(axis, Axis(name.replace("_", " "), unit), outputs, height=250),
+                  Panel(axis, Axis("difference to measured", unit), residuals, height=230)], linked=True)  # fmt: skip
 
 
-def _loops(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[Figure, str]]:
+def _loops(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[Chart, str]]:
     """The force over the deflection and the rate of an imposed motion."""
     run: SampledRun = shown[0][0].runs[0]
     if not run.experiment.imposed:
         return []
     component: Any = shown[0][0].model.component
-    motion, places = run.inputs(left_over(shown[0][0])[0]), (component.imposed, component.rate)
-    figure, axes = new_figure(columns=2, sharey=True)
-    for axis, place in zip(axes, places, strict=True):
-        for values, colour, label in _outputs(shown):
-            axis.plot(motion[place], values, color=colour, linewidth=0.8, label=label)
-        axis.set_xlabel(f"{place} [{component.table[place].unit}]".replace("_", " "))
-    force = run.experiment.outputs[0]
-    axes[0].set_ylabel(f"{force} [{run.recording.units[force]}]".replace("_", " "))
-    axes[1].legend(loc="lower right")
-    return [(figure, f"{run.name}: the force over deflection and over rate.")]
+    motion, force, panels = run.inputs(left_over(shown[0][0])[0]), run.experiment.outputs[0], []
+    for place in (component.imposed, component.rate):
+        curves = [Curve(label, motion[place], values, colour, width=1.0) for values, colour, label in _outputs(shown)]
+        panels.append(Panel(Axis(place.replace("_", " "), component.table[place].unit), Axis(force.replace("_", " "), run.recording.units[force]), curves,
+                            hover="point", height=320))  # fmt: skip
+    return [(Chart(panels, columns=2), f"{run.name}: the force over deflection and over rate.")]
 
 
-def _responses(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[Figure, str]]:
-    """Frequency response and Nyquist plane, where a recorded input drives the component."""
+def _responses(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[Chart, str]]:
+    """Frequency response with the difference of each model, and Nyquist plane, where a recorded input drives the component."""
     run: SampledRun = shown[0][0].runs[0]
     inputs = [n for n in run.experiment.inputs if np.ptp(run.recording[n]) > 0]
     if not inputs:
@@ -110,48 +101,53 @@ def _responses(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[Figure, str]
     n = min(len(run.measured) // 4, 2048)
     drive = np.concatenate([run.recording[inputs[0]][first:last] for first, last in run.segments])
     _, power = welch(drive, rate, nperseg=n)
-    figure, axes = new_figure()
-    plane, on = new_figure()
+    size, plane, difference, measured = [], [], [], np.zeros(0)
     for values, colour, label in _outputs(shown):
-        style = "." if label == MEASURED else "-"
+        style = "points" if label == MEASURED else "dashed" if colour == "base" else "line"
         frequency, cross = csd(drive, values, rate, nperseg=n)
-        response = cross / power
         inside = (frequency > 0) & (frequency < run.reduction_band) & (power > DRIVEN * power.max())
-        axes.loglog(frequency[inside], np.abs(response[inside]), style, color=colour, label=label)
-        on.plot(response[inside].real, response[inside].imag, style, color=colour, label=label)
-    answer, cause = run.experiment.outputs[0], inputs[0]
-    ratio, units = (
-        f"{answer} / {cause}".replace("_", " "),
-        f"{run.recording.units[answer]} / {run.recording.units[cause]}",
-    )
-    axes.set(xlabel="frequency [Hz]", ylabel=f"|{ratio}| [{units}]")
-    on.set(xlabel=f"Re {ratio} [{units}]", ylabel=f"Im {ratio} [{units}]")
-    axes.legend()
-    on.legend()
+        at, response = frequency[inside], (cross / power)[inside]
+        size.append(Curve(label, at, np.abs(response), colour, style))
+        plane.append(Curve(label, response.real, response.imag, colour, style, text=[f"{f:.3g} Hz" for f in at]))
+        if label == MEASURED:
+            measured = response
+        else:
+            difference.append(Curve(label, at, np.abs(response - measured), colour, width=1.0))
+    output, cause = run.experiment.outputs[0], inputs[0]
+    ratio = f"{output} / {cause}".replace("_", " ")
+    units = f"({run.recording.units[output]})/({run.recording.units[cause]})"
+    axis = Axis("frequency", "Hz", log=True)
     return [
-        (figure, "Frequency response of the first output to the first input."),
-        (plane, "The same in the Nyquist plane."),
-    ]
+        (Chart([Panel(axis, Axis(f"modulus of {ratio}", units, log=True), size, height=280), Panel(axis, Axis("difference to measured", units, log=True), difference, height=220)], linked=True),
+         "Frequency response of the first output to the first input."),
+        (Chart([Panel(Axis(f"real part of {ratio}", units), Axis("imaginary part", units), plane, hover="point", height=380)]),
+         "The same in the Nyquist plane."),
+    ]  # fmt: skip
 
 
-def _map(fit: Fit) -> Figure:
-    figure, axes = new_figure()
+def _map(fit: Fit) -> Chart:
     run: SampledRun = fit.runs[0]
     time, _, left = left_over(fit)
     length = int(np.clip(PERIODS * run.recording.rate / run.middle_frequency, SHORTEST, max(len(left) // 8, SHORTEST)))
     frequency, middle, power = spectrogram(left, run.recording.rate, nperseg=length, noverlap=length // 2)
     inside = frequency <= run.reduction_band
     noise = 2 * run.densities[0](frequency[inside]) / run.recording.rate  # one-sided
-    z = np.sqrt(power[inside] / noise[:, None])
-    mesh = axes.pcolormesh(
-        time[0] + middle,
-        frequency[inside],
-        z,
-        norm=LogNorm(LEAST, max(float(z.max()), 10 * LEAST)),
-        cmap="viridis",
-        shading="nearest",
-    )
-    figure.colorbar(mesh, label="|residual| over noise")
-    axes.set_xlabel(f"time in {run.name} [s]")
-    axes.set_ylabel("frequency [Hz]")
-    return figure
+    z = power[inside] / noise[:, None]
+    rows, columns = (np.unique(np.linspace(0, size, most + 1).astype(int)) for size, most in zip(z.shape, (TALL, WIDE), strict=True))
+    rows, columns = rows[:-1], columns[:-1]
+    mean = np.add.reduceat(np.add.reduceat(z, rows, axis=0), columns, axis=1)
+    mean /= np.outer(np.diff([*rows, z.shape[0]]), np.diff([*columns, z.shape[1]]))
+    low, left_edges = _edges(frequency[inside], rows), _edges(time[0] + middle, columns)
+    y, x = np.meshgrid(low[:-1], left_edges[:-1], indexing="ij")
+    y_end, x_end = np.meshgrid(low[1:], left_edges[1:], indexing="ij")
+    value = np.sqrt(mean)
+    cells = Cells(x.ravel(), x_end.ravel(), y.ravel(), y_end.ravel(), value.ravel(), "residual over noise [1]", LEAST,
+                  max(float(value.max()), 10 * LEAST))  # fmt: skip
+    return Chart([Panel(Axis(f"time in {run.name}", "s", low=float(left_edges[0]), high=float(left_edges[-1])),
+                        Axis("frequency", "Hz", low=float(low[0]), high=float(low[-1])), cells=cells, hover="point", height=340)])  # fmt: skip
+
+
+def _edges(values: np.ndarray, firsts: np.ndarray) -> np.ndarray:
+    """The edges of cells that begin at some of ascending values, half-way between neighbours."""
+    step = values[1] - values[0] if len(values) > 1 else 1.0
+    return np.append(values[firsts], values[-1] + step) - step / 2

@@ -4,21 +4,16 @@ directions."""
 from collections.abc import Collection, Mapping
 
 import numpy as np
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import LogNorm
-from matplotlib.figure import Figure
 
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.localisation.harmonic_places import of_output
 from motofmi.gap.localisation.locating import Place
 from motofmi.gap.preprocessing.steer_test_run import Output, SteerTestRun
-from motofmi.reports.figures import COLOURS, new_figure
+from motofmi.reports.charts import Axis, Cells, Chart, Curve, Line, Panel, Shade
 from motofmi.reports.gap_tables import axis_of
 
-MISS = "#c00000"
 
-
-def gap_map(found: Fit, places: Collection[Place], index: int = 0, of: int = 0) -> Figure:
+def gap_map(found: Fit, places: Collection[Place], index: int = 0, of: int = 0) -> Chart:
     """An output of a run over time, its response over frequency, its orders by band, its directions and amplitudes.
 
     Red marks significant misfit; a darker red means a larger excess.
@@ -29,55 +24,41 @@ def gap_map(found: Fit, places: Collection[Place], index: int = 0, of: int = 0) 
     start = sum(len(r.data) for r in found.runs[:index]) + of * len(output.data)
     every = list(of_output(run, output, found.residuals[start : start + len(output.data)]))
     missed = [p for p in every if p in places]
-    picture, (over_time, over_frequency, orders, directions) = new_figure(rows=4, height=11.5)
-    over_time.plot(run.recording.time, output.measured, color=COLOURS["reference"], linewidth=0.4)
-    over_time.set(xlabel=f"time in {run.name} [s]", ylabel=f"{output.column} [{unit}]")
-    _shade(over_time, missed, "time")
     frequency, size = _response(run, output)
-    over_frequency.semilogy(frequency, size, ".-", color=COLOURS["rider"])
-    over_frequency.set(xlabel="frequency [Hz]", ylabel=f"first harmonic, output\nover motion [{unit}/{run.unit}]")
-    _shade(over_frequency, missed, "frequency")
-    _draw_orders(picture, orders, {p: p.order for p in every if p.axis.endswith("frequency") and p.order}, missed)
-    orders.set_xlim(over_frequency.get_xlim())
-    _draw_directions(directions, [p for p in every if p.axis.endswith(("direction", "amplitude"))], missed)
-    return picture
+    low, high = float(frequency.min()), float(frequency.max())
+    return Chart([
+        Panel(Axis(f"time in {run.name}", "s"), Axis(output.column.replace("_", " "), unit),
+              [Curve("recording", run.recording.time, output.measured, width=0.8)], shades=_shades(missed, "time"), height=210),
+        Panel(Axis("frequency", "Hz", low=low, high=high), Axis("first harmonic, output over motion", f"{unit}/{run.unit}", log=True),
+              [Curve("response", frequency, size, "found", "both", width=1)], shades=_shades(missed, "frequency"), height=230),
+        _orders({p: p.order for p in every if p.axis.endswith("frequency") and p.order}, missed, low, high),
+        _directions([p for p in every if p.axis.endswith(("direction", "amplitude"))], missed),
+    ])  # fmt: skip
 
 
-def _shade(axes, places: list[Place], axis: str) -> None:
-    for place in places:
-        if place.axis.endswith(axis) and not place.order:
-            axes.axvspan(
-                place.start,
-                place.end,
-                color=MISS,
-                linewidth=0,
-                alpha=float(np.clip(0.1 + 0.15 * np.log10(1 + max(place.excess, 0.0)), 0.1, 0.5)),
-            )
+def _shades(places: list[Place], axis: str) -> list[Shade]:
+    return [Shade(p.start, p.end, "significant misfit", opacity=float(np.clip(0.1 + 0.15 * np.log10(1 + max(p.excess, 0.0)), 0.1, 0.5)))
+            for p in places if p.axis.endswith(axis) and not p.order]  # fmt: skip
 
 
-def _draw_orders(picture: Figure, axes, order_of: Mapping[Place, int], missed: list[Place]) -> None:
+def _orders(order_of: Mapping[Place, int], missed: list[Place], low: float, high: float) -> Panel:
     """Each order over the bands of the excitation, coloured by the misfit, framed where it is significant."""
-    colours = ScalarMappable(LogNorm(0.5, 100.0), "Greys")
-    for clear in (False, True):  # framed bars last, on top of the others
-        shown = [p for p in order_of if (p in missed) == clear]
-        axes.bar([p.start for p in shown], 0.84, [p.end - p.start for p in shown], [order_of[p] - 0.42 for p in shown],
-                 align="edge", color=colours.to_rgba(np.array([p.excess + 1 for p in shown])),
-                 edgecolor=MISS if clear else "#bbbbbb", linewidth=1.6 if clear else 0.5)  # fmt: skip
-    picture.colorbar(colours, ax=axes, label="reduced chi-square")
-    axes.set(
-        xlabel="frequency of the excitation [Hz]; framed red: significant",
-        ylabel="order [1]",
-        yticks=sorted(set(order_of.values())),
-    )
+    shown = sorted(order_of, key=lambda p: p in missed)  # framed cells last, on top of the others
+    order = np.array([order_of[p] for p in shown], float)
+    cells = Cells([p.start for p in shown], [p.end for p in shown], order - 0.42, order + 0.42, [p.excess + 1 for p in shown],
+                  "reduced chi-square [1]", 0.5, 100.0, [p in missed for p in shown])  # fmt: skip
+    return Panel(Axis("frequency of the excitation; framed: significant", "Hz", low=low, high=high), Axis("order", "1", low=0.5, high=float(order.max(initial=1) + 0.5)),
+                 cells=cells, hover="point", height=190)  # fmt: skip
 
 
-def _draw_directions(axes, cells_of_directions: list[Place], missed: list[Place]) -> None:
+def _directions(cells: list[Place], missed: list[Place]) -> Panel:
     """Reduced chi-square by amplitude and direction."""
-    labels = [_label(p) for p in cells_of_directions]
-    colours = [MISS if p in missed else COLOURS["reference"] for p in cells_of_directions]
-    axes.barh(labels[::-1], [p.excess + 1 for p in cells_of_directions][::-1], color=colours[::-1])
-    axes.axvline(1.0, color="black", linewidth=0.8)
-    axes.set(xlabel="reduced chi-square; 1: noise alone")
+    labels = [_label(p) for p in cells]
+    bars = [Curve(name, [p.excess + 1 for p in kept], [cells.index(p) for p in kept], colour, "bars")
+            for name, colour, kept in (("significant misfit", "significant", [p for p in cells if p in missed]),
+                                       ("consistent with the noise", "measured", [p for p in cells if p not in missed])) if kept]  # fmt: skip
+    return Panel(Axis("reduced chi-square", "1", low=0.0), Axis("amplitude or direction", "", names=labels), bars, lines=[Line(1.0, "noise alone", across="x")],
+                 hover="point", height=90 + 26 * len(labels))  # fmt: skip
 
 
 def _label(place: Place) -> str:

@@ -2,14 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
-from matplotlib.figure import Figure
+import numpy as np
 
+from motofmi.reports.charts import Axis, Chart, Curve, Line, Panel
 from motofmi.reports.figures import COLOURS
 from motofmi.reports.gap_summary import headline, laws, nearest
-from motofmi.reports.gap_tables import RUNS, before_and_after, places, verdict_section
-from motofmi.reports.report import Report, Section, Table
+from motofmi.reports.gap_tables import RUNS, before_and_after, places, statistics_section, verdict_section
+from motofmi.reports.report import Link, Report, Section, Table
 
 FILE = "report.html"
 PASSING = "Cells in which the misfit passes a false-discovery rate of {:.0%} (Benjamini and Hochberg)."
@@ -22,33 +24,43 @@ class Pictures:
     `shown` is a sentence that names that run.
     """
 
-    misses: Sequence[tuple[Figure, str]]
-    before_and_after: Sequence[tuple[Figure, str]]
+    misses: Sequence[tuple[Chart, str]]
+    before_and_after: Sequence[tuple[Chart, str]]
     shown: str = ""
 
 
 def gap_report(title: str, contents: dict[str, Any], pictures: Pictures, modes: Section | None = None,
-               place: str = "axis", fitted: Sequence[Table] = ()) -> Report:  # fmt: skip
+               place: str = "axis", fitted: Sequence[Table] = (), inputs: Sequence[Path] = (), files: Sequence[Link] = ()) -> Report:  # fmt: skip
     """The report of a verdict's contents; place is the heading of the second column in the table of where the
-    base deviates."""
+    base deviates. inputs are the recordings, files what was written beside the report."""
     first, later = list(pictures.before_and_after[:1]), pictures.before_and_after[1:]
+    where = places(contents, place)
     sections = [
         verdict_section(contents, *fitted),
-        Section(
-            "Where the base model misses the data",
-            [PASSING.format(contents["criteria"]["false_discovery_rate"])],
-            pictures.misses,
-            [places(contents, place)],
-        ),
-        Section(
-            "Before and after",
-            [pictures.shown] if pictures.shown else [],
-            later,
-            [before_and_after(contents)],
-        ),
-    ]
-    sections += [] if modes is None else [modes]
-    return Report(title, headline(contents), sections, laws(contents) or nearest(contents), first)
+        Section("Before and after", [pictures.shown] if pictures.shown else [],
+                [(before_and_after_chart(contents), "Reduced chi-square before and after."), *later], [before_and_after(contents)]),
+        *([] if modes is None else [modes]),
+        Section("Where the base model misses the data",
+                [PASSING.format(contents["criteria"]["false_discovery_rate"]) if where.rows else "Nowhere significantly."],
+                pictures.misses),
+        statistics_section(contents),
+        *([Section("All places where the base deviates", [], [], [where], folded=True)] if where.rows else []),
+    ]  # fmt: skip
+    return Report(title, headline(contents), sections, laws(contents) or nearest(contents), first,
+                  asked="Does the model explain the recordings, and if not, which physical effect is missing?", inputs=inputs, files=files)  # fmt: skip
+
+
+def before_and_after_chart(contents: dict[str, Any]) -> Chart:
+    """Reduced chi-square before and after as bars, for fitted and for validation runs."""
+    shown = [(label, contents["gap"][key]) for key, label in RUNS.items() if contents["gap"][key] is not None]
+    names = [label for label, _ in shown]
+    bars = [Curve(word, [v for _, v in kept], [names.index(label) for label, _ in kept], colour, "bars")
+            for word, colour in (("before", "measured"), ("after", "found"))
+            if (kept := [(label, v) for label, v in shown if label.endswith(word)])]  # fmt: skip
+    values = [value for _, value in shown]
+    low, high = (10 ** np.floor(np.log10(0.8 * min([*values, 1.0]))), 10 ** np.ceil(np.log10(max([*values, 1.0]))))
+    return Chart([Panel(Axis("reduced chi-square", "1", log=True, low=float(low), high=float(high)), Axis("runs", "", names=names), bars,
+                        lines=[Line(1.0, "noise floor", across="x")], hover="point", height=70 + 45 * len(shown))])  # fmt: skip
 
 
 def draw_before_and_after(axes: Any, contents: dict[str, Any]) -> Any:

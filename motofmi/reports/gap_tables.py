@@ -2,6 +2,9 @@
 
 from typing import Any
 
+import numpy as np
+
+from motofmi.reports.charts import SEQUENCE, Axis, Chart, Curve, Panel
 from motofmi.reports.gap_summary import headline, nearest
 from motofmi.reports.report import Section, Table
 
@@ -14,18 +17,28 @@ RUNS = {
 }
 
 
+HOW_TO_READ = ("Reduced chi-square 1 is consistent with the noise. An effect is preferred to another where its BIC is smaller: a delta "
+               "BIC above 10 is strong evidence. The closable misfit is what a flexible regression of the same data explains beyond the base.")  # fmt: skip
+
+
 def verdict_section(result: dict[str, Any], *more: Table) -> Section:
-    """The verdict, a sentence for each effect, the next experiment, limitations; parameters and candidates."""
-    said = [headline(result), *(e["sentence"] for e in result["effects"]), *nearest(result)]
+    """A sentence for each effect, the next experiment, the limitations, and the parameters found."""
+    said = [*(e["sentence"] for e in result["effects"]), *nearest(result)]
     if result["next_experiment"]:
         proposed = result["next_experiment"]
         said.append(
             f"Next experiment: {proposed['sentence']} Expected delta chi-square: {proposed['expected_delta_chi2']:.3g}."
         )
-    return Section("Verdict", [*said, *result["limitations"]], [], [*_effects_and_candidates(result), *more])
+    return Section("Verdict", [headline(result), *said, *result["limitations"]], [], [_effects(result), *more])
+
+
+def statistics_section(result: dict[str, Any]) -> Section:
+    """The candidates that reduce chi-square, and how to read their numbers; folded."""
+    return Section("Candidates and their statistics", [HOW_TO_READ], [], [_candidates(result)], folded=True)
 
 
 MODES_SHOWN = {"before": "without", "after": "with, at rest", "in_motion": "with, describing function"}
+STYLES = {"before": "dashed", "after": "line", "in_motion": "dotted"}
 
 
 def modes_over_speed(result: dict[str, Any]) -> Section:
@@ -34,11 +47,12 @@ def modes_over_speed(result: dict[str, Any]) -> Section:
     if not modes:
         return Section("Effect on the modes", ["No effect was named: the modes do not change."])
     shown = {label: heading for label, heading in MODES_SHOWN.items() if label in modes}
-    rows = [
+    every = [
         (mode.replace("_", "-"), f"{speed:g}", *(_mode(modes[label][mode], i) for label in shown))
         for mode in modes["before"]
         for i, speed in enumerate(modes["speed"])
     ]
+    rows = [row for row in every if any("Hz" in cell for cell in row[2:])]
     said = [
         "Frequency and damping ratio without and with the effects found. At rest, friction, backlash and other effects "
         "that depend on the amplitude are linearised there."
@@ -48,7 +62,25 @@ def modes_over_speed(result: dict[str, Any]) -> Section:
             "By describing functions they are linearised in the least-squares sense over the motion of the fitted "
             "runs; at smaller amplitudes they are nearer to rest."
         )
-    return Section("Effect on the modes", said, [], [Table(("mode", "speed [m/s]", *shown.values()), rows)])
+    if still := [mode for mode in modes["before"] if mode.replace("_", "-") not in {row[0] for row in rows}]:
+        said.append(f"Without oscillation or absent at all of these speeds: {', '.join(still).replace('_', '-')}.")
+    figures = [(_modes_chart(modes, shown), "Modes over speed; a mode is drawn where it oscillates.")] if rows else []
+    return Section("Effect on the modes", said, figures, [Table(("mode", "speed [m/s]", *shown.values()), rows)])
+
+
+def _modes_chart(modes: dict[str, Any], shown: dict[str, str]) -> Chart:
+    """Frequency and damping ratio over speed, a colour for each mode and a style for each linearisation."""
+    panels = []
+    for quantity, unit in (("frequency", "Hz"), ("damping_ratio", "1")):
+        curves = []
+        for colour, mode in zip(SEQUENCE, modes["before"], strict=False):
+            for label, heading in shown.items():
+                values = np.array(modes[label][mode][quantity], float)
+                swings = np.isfinite(np.array(modes[label][mode]["damping_ratio"], float))
+                if swings.any():
+                    curves.append(Curve(f"{mode.replace('_', '-')}, {heading}", modes["speed"], np.where(swings, values, np.nan), colour, STYLES[label]))
+        panels.append(Panel(Axis("speed", "m/s"), Axis(quantity.replace("_", " "), unit), curves, height=320))
+    return Chart(panels, columns=2, linked=True)
 
 
 def _mode(mode: dict[str, Any], i: int) -> str:
@@ -58,18 +90,18 @@ def _mode(mode: dict[str, Any], i: int) -> str:
     return "no oscillation" if ratio is None or ratio != ratio else f"{frequency:.3f} Hz, {ratio:.4f}"
 
 
-def _effects_and_candidates(result: dict[str, Any]) -> list[Table]:
-    """The effects found with their parameters, and all candidates that reduce chi-square."""
-    effects = [
-        (e["name"], e["form"], n, f"{p['value']:.5g}", f"{p['standard_error']:.2g}", p["unit"])
-        for e in result["effects"]
-        for n, p in e["parameters"].items()
-    ]
-    candidates = [(c["name"], c["form"], f"{c['delta_chi2']:.1f}", f"{c['delta_bic']:.1f}", f"{c['probability']:.3f}")
-                  for c in result["candidates"] if c["delta_chi2"] > 0]  # fmt: skip
-    tables = [Table(("effect", "form", "parameter", "value", "standard error", "unit"), effects),
-              Table(("candidate", "form", "delta chi-square", "delta BIC", "probability"), candidates)]  # fmt: skip
-    return [table for table in tables if table.rows]
+def _effects(result: dict[str, Any]) -> Table:
+    """The effects found with their parameters."""
+    rows = [(e["name"], e["form"], n, f"{p['value']:.5g}", f"{p['standard_error']:.2g}", p["unit"])
+            for e in result["effects"] for n, p in e["parameters"].items()]  # fmt: skip
+    return Table(("effect", "form", "parameter", "value", "standard error", "unit"), rows)
+
+
+def _candidates(result: dict[str, Any]) -> Table:
+    """All candidates that reduce chi-square."""
+    rows = [(c["name"], c["form"], f"{c['delta_chi2']:.1f}", f"{c['delta_bic']:.1f}", f"{c['probability']:.3f}")
+            for c in result["candidates"] if c["delta_chi2"] > 0]  # fmt: skip
+    return Table(("candidate", "form", "delta chi-square", "delta BIC", "probability"), rows)
 
 
 # The directions of an imposed motion, by the unit of their range.

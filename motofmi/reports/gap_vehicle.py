@@ -3,13 +3,16 @@
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
+from fmus.linear_analysis.eigenvalue_tracking import track_eigenvalues
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.preprocessing.predicted_run import PredictedRun
 from motofmi.gap.preprocessing.weak_form import WeakFormRun
 from motofmi.gap.selection.model_selection import Verdict
-from motofmi.reports.figures import COLOURS, new_figure
+from motofmi.reports.charts import Axis, Chart, Curve, Panel
+
+FOUND = "with the effects found"
+HERTZ = 2 * np.pi
 
 
 def eigenvalues_of(found: Fit, speeds: np.ndarray) -> np.ndarray:
@@ -18,94 +21,72 @@ def eigenvalues_of(found: Fit, speeds: np.ndarray) -> np.ndarray:
     return np.linalg.eigvals(model.linearised(found.shared, speeds)[0].A)
 
 
-def eigenvalues_over_speed(verdict: Verdict) -> Figure:
-    """Measured eigenvalues with their errors, and those of the base and of the best fit."""
-    figure, axes = new_figure(columns=2, width=11.0, sharex=True)
+def eigenvalues_over_speed(verdict: Verdict) -> Chart:
+    """Measured eigenvalues with their standard errors, and those of the base and of the best fit."""
+    real, frequency = [], []
+    fits = [(verdict.base, "base", "dashed", "base"), (verdict.best, "found", "line", FOUND)]
     for run in verdict.base.runs:
-        seen = run.oscillates
-        axes[0].errorbar(run.over, run.value.real, run.real_error, fmt=".", color=COLOURS["reference"])
-        axes[1].errorbar(
-            run.over[seen],
-            run.value[seen].imag / (2 * np.pi),
-            run.imag_error[seen] / (2 * np.pi),
-            fmt=".",
-            color=COLOURS["reference"],
-        )
-        speeds = np.linspace(run.over.min(), run.over.max(), 200)
-        for fit, colour in ((verdict.base, COLOURS["damper"]), (verdict.best, COLOURS["rider"])):
-            spectra = eigenvalues_of(fit, speeds)
-            kept = (spectra.imag >= 0) & (spectra.real > 1.3 * run.value.real.min() - 1)
-            over = np.broadcast_to(speeds[:, None], spectra.shape)
-            axes[0].plot(over[kept], spectra[kept].real, ",", color=colour)
-            kept &= spectra.imag > 0
-            axes[1].plot(over[kept], spectra[kept].imag / (2 * np.pi), ",", color=colour)
-    top = max(run.value.imag.max() for run in verdict.base.runs) / (2 * np.pi)
-    axes[0].set(xlabel="speed [m/s]", ylabel="real part [1/s]")
-    axes[1].set(xlabel="speed [m/s]", ylabel="frequency [Hz]", ylim=(0, 1.2 * top + 0.1))
-    for colour, label in (
-        (COLOURS["reference"], "measured"),
-        (COLOURS["damper"], "base"),
-        (COLOURS["rider"], "with the effects found"),
-    ):
-        axes[0].plot([], [], "o", markersize=3, color=colour, label=label)
-    axes[0].legend()
-    return figure
+        seen, value = run.oscillates, run.value
+        text = [f"{mode or 'eigenvalue'}, {run.name}" for mode in run.mode]
+        real.append(Curve("measured", run.over, value.real, "measured", "errors", (value.real - run.real_error, value.real + run.real_error), text))
+        f, error = value.imag[seen] / HERTZ, run.imag_error[seen] / HERTZ
+        frequency.append(Curve("measured", run.over[seen], f, "measured", "errors", (f - error, f + error), [t for t, s in zip(text, seen, strict=True) if s]))
+        speeds = np.linspace(run.over.min(), run.over.max(), 100)
+        for fit, colour, style, label in fits if verdict.best.model.effects else fits[:1]:
+            for branch in branches(fit, speeds).T:
+                shown = np.where((branch.imag >= 0) & (branch.real > 1.3 * value.real.min() - 1), branch, np.nan)
+                if np.isfinite(shown.real).any():
+                    real.append(Curve(label, speeds, shown.real, colour, style))
+                if np.nanmax(shown.imag, initial=0) > 0:
+                    frequency.append(Curve(label, speeds, np.where(shown.imag > 0, shown.imag, np.nan) / HERTZ, colour, style))
+    top = float(f"{1.2 * max(run.value.imag.max() for run in verdict.base.runs) / HERTZ + 0.1:.2g}")
+    speed = Axis("speed", "m/s")
+    return Chart([Panel(speed, Axis("real part", "1/s"), real, hover="point", height=360),
+                  Panel(speed, Axis("frequency", "Hz", low=0.0, high=top), frequency, hover="point", height=360)], columns=2)  # fmt: skip
 
 
-def weak_form_spectra(verdict: Verdict, given: Fit) -> Figure:
+def branches(found: Fit, speeds: np.ndarray) -> np.ndarray:
+    """The eigenvalues (n, nx) of a fit, each column followed over the speeds (n,)."""
+    model: Any = found.model
+    return track_eigenvalues(lambda v: model.linearised(found.shared, v)[0].A, speeds).eigenvalues
+
+
+def weak_form_spectra(verdict: Verdict, given: Fit) -> Chart:
     """Spectra of measured accelerations and of each fit's residuals in the first run, one panel per equation.
 
     given is the vehicle without a fit.
     """
     run: WeakFormRun = verdict.best.runs[0]
-    figure, axes = new_figure(columns=len(run.rates), width=11.0, sharex=True)
-    fits = [
-        (given, COLOURS["changed"], "as given"),
-        (verdict.base, COLOURS["damper"], "base, refitted"),
-        (verdict.best, COLOURS["rider"], "with the effects found"),
-    ]
-    for i, (name, ax) in enumerate(zip(run.rates, axes, strict=True)):
-        ax.semilogy(
-            run.frequency, np.sqrt(np.mean(run.measured[i] ** 2, axis=0)), color=COLOURS["reference"], label="measured"
-        )
-        for each, colour, label in fits:
+    fits = [(given, "changed", "as given"), (verdict.base, "base", "base, refitted"), (verdict.best, "found", FOUND)]
+    panels = []
+    for i, name in enumerate(run.rates):
+        curves = [Curve("measured", run.frequency, np.sqrt(np.mean(run.measured[i] ** 2, axis=0)))]
+        for each, colour, label in fits if verdict.best.model.effects else fits[:2]:
             model: Any = each.model
             left = run.measured[i] - run.tested(model.accelerations(run, each.shared))[i]
             left = left - (left @ run.nuisance) @ np.linalg.pinv(run.nuisance.T @ run.nuisance) @ run.nuisance.T
-            ax.semilogy(run.frequency, np.sqrt(np.mean(left**2, axis=0)), color=colour, label=label)
-        ax.semilogy(run.frequency, np.sqrt(run.densities[i](run.frequency)), "k--", linewidth=0.8, label="disturbance")
-        ax.set(xlabel="frequency [Hz]", ylabel=f"{name.replace('_', ' ')}: derivative [rad/s2]")
-    axes[0].legend()
-    return figure
+            curves.append(Curve(f"residual, {label}", run.frequency, np.sqrt(np.mean(left**2, axis=0)), colour))
+        curves.append(Curve("disturbance", run.frequency, np.sqrt(run.densities[i](run.frequency)), "measured", "dashed"))
+        panels.append(Panel(Axis("frequency", "Hz"), Axis(f"{name.replace('_', ' ')}: derivative", "rad/s2", log=True), curves))
+    return Chart(panels, columns=min(len(panels), 2))
 
 
-def prediction_spectra(verdict: Verdict) -> Figure:
+def prediction_spectra(verdict: Verdict) -> Chart:
     """Spectra of measured outputs and of each fit's prediction errors in the first run, one panel per output."""
     run: PredictedRun = verdict.best.runs[0]
-    figure, axes = new_figure(columns=len(run.outputs), width=4.0 + 3.0 * len(run.outputs), sharex=True, squeeze=False)
     shape = (len(run.outputs), len(run.blocks), len(run.frequency))
     floor = np.stack([np.sqrt(d(run.frequency)) for d in run.densities])
     assert run.mixing is not None
-    measured = np.sqrt(
-        np.mean(np.einsum("ij,jbk->ibk", np.linalg.inv(run.mixing), run.cosines(run.measured)) ** 2, axis=1)
-    )
     own = np.linalg.inv(run.mixing)
-    lines: list[tuple[Any, str, str]] = [
-        (verdict.base, COLOURS["damper"], "base, refitted"),
-        (verdict.best, COLOURS["rider"], "with the effects found"),
-    ]
-    for i, (name, ax) in enumerate(zip(run.outputs, axes.flat, strict=True)):
-        ax.loglog(run.frequency, measured[i], color=COLOURS["reference"], label="measured")
-        for each, colour, label in lines:
+    measured = np.sqrt(np.mean(np.einsum("ij,jbk->ibk", own, run.cosines(run.measured)) ** 2, axis=1))
+    fits = [(verdict.base, "base", "base, refitted"), (verdict.best, "found", FOUND)]
+    panels = []
+    for i, name in enumerate(run.outputs):
+        curves = [Curve("measured", run.frequency, measured[i])]
+        for each, colour, label in fits if verdict.best.model.effects else fits[:1]:
             left = each.residuals[: int(np.prod(shape))].reshape(shape) * floor[:, None]
-            ax.loglog(
-                run.frequency,
-                np.sqrt(np.mean(np.einsum("ij,jbk->ibk", own, left)[i] ** 2, axis=0)),
-                color=colour,
-                label=label,
-                linewidth=0.9,
-            )
-        ax.loglog(run.frequency, np.sqrt((own[i] ** 2) @ floor**2), "k--", linewidth=0.8, label="best prediction")
-        ax.set(xlabel="frequency [Hz]", ylabel=f"{name.replace('_', ' ')} [{run.recording.units[name]}]")
-    axes.flat[0].legend()
-    return figure
+            errors = np.sqrt(np.mean(np.einsum("ij,jbk->ibk", own, left)[i] ** 2, axis=0))
+            curves.append(Curve(f"prediction error, {label}", run.frequency, errors, colour, width=1.2))
+        curves.append(Curve("best prediction", run.frequency, np.sqrt((own[i] ** 2) @ floor**2), "measured", "dashed"))
+        panels.append(Panel(Axis("frequency", "Hz", log=True), Axis(name.replace("_", " "), run.recording.units[name], log=True), curves))
+    return Chart(panels, columns=min(len(panels), 2))

@@ -52,13 +52,15 @@ class Table:
 
 @dataclass(frozen=True)
 class Section:
-    """One question and its answer: paragraphs, then figures, then tables. A folded one is closed at first."""
+    """One question and its answer: paragraphs, then figures, then tables. A folded one is closed at first.
+    files are linked below."""
 
     title: str
     paragraphs: Sequence[str]
     figures: Sequence[tuple[Shown, str]] = ()
     tables: Sequence[Table] = ()
     folded: bool = False
+    files: Sequence[Link] = ()
 
 
 @dataclass
@@ -87,10 +89,11 @@ class Report:
         marker = Marker()
         environment = jinja2.Environment(loader=jinja2.FileSystemLoader(PAGE), autoescape=True, trim_blocks=True,
                                          undefined=jinja2.StrictUndefined)  # fmt: skip
-        environment.filters |= {"drawn": drawn, "terms": marker.marked, "slug": slug}
+        beside = folder or Path.cwd()
+        environment.filters |= {"drawn": drawn, "terms": marker.marked, "slug": slug, "links": lambda files: links(files, beside)}
         shown = [figure for figure, _ in (*self.figures, *(f for section in self.sections for f in section.figures))]
         return environment.get_template("report.html").render(
-            report=self, made=provenance.made(self.inputs), files=links(provenance.also_written(self.files), folder or Path.cwd()),
+            report=self, made=provenance.made(self.inputs), files=provenance.also_written(self.files),
             style=Markup(style()), scripts=[Markup(text) for text in scripts(shown)], begin=marker.begin,
             explained=marker.explained, uses_charts=any(isinstance(f, Chart) for f in shown),
         )  # fmt: skip

@@ -1,19 +1,22 @@
 """The main tasks in sequence, with one report."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
 from fmus.support.files import writable
 from fmus.support.notebook import html
-from motofmi.reports.report import Report
-from motofmi.workflows.scenarios import answered
+from motofmi.reports.charts import Chart
+from motofmi.reports.report import Report, Section, Table
+from motofmi.workflows.scenarios import Answered, answered
 
 FILE = "report.html"
-LEAD = ("Published riders, motorcycles and steering dampers, built as FMUs, co-simulated, and compared by their modes "
-        "with what was printed. Every number below was computed by this run.")  # fmt: skip
+ASKED = ("What do a rider and a steering damper do to the modes of a motorcycle, and can an effect that a model misses be found in "
+         "recordings?")  # fmt: skip
+WORDS = ("The reference is the motorcycle of Cossalter, Doria, Lot, Massaro, Meccanica 46 (2011), without a rider's impedance; the mean "
+         "rider has the mean of their ten measured riders. Every number was computed by this run.")  # fmt: skip
 
 
 @dataclass(frozen=True, repr=False)
@@ -38,6 +41,17 @@ class Tour:
         )
 
 
+def tour_report(found: Sequence[Answered]) -> Report:
+    """The answers of the tour's scenarios, with what the first that gives a chart says on the first screen."""
+    sections = [each.section for each in found]
+    first = next(section for section in sections if any(isinstance(figure, Chart) for figure, _ in section.figures))
+    table = Table(("question", "answer"), [(section.title, section.paragraphs[0]) for section in sections])
+    without = replace(first, paragraphs=first.paragraphs[1:], figures=first.figures[1:])
+    return Report("motofmi: the tour", first.paragraphs[0], [
+        Section("All answers", [WORDS], [], [table]), *(without if section is first else section for section in sections),
+    ], figures=first.figures[:1], asked=ASKED)  # fmt: skip
+
+
 def tour(out: str | Path = "tour", *, seed: int = 1) -> Tour:
     """Build FMUs, co-simulate them, compare modes with the published ones, find a hidden effect, and write
     one report into `out`.
@@ -47,10 +61,9 @@ def tour(out: str | Path = "tour", *, seed: int = 1) -> Tour:
         tour("tour").report
     """
     path = writable(Path(out) / FILE)
-    report, steps = Report("motofmi: the tour", LEAD), []
-    for each in answered("tour", out=path.parent, seed=seed):
-        report.sections.append(each.section)
-        steps.append({"name": each.step, "seconds": each.seconds, "answer": each.section.paragraphs[0]})
+    found = list(answered("tour", out=path.parent, seed=seed))
+    steps: list[Mapping[str, Any]] = [{"name": each.step, "seconds": each.seconds, "answer": each.section.paragraphs[0]} for each in found]
+    report = tour_report(found)
     start = perf_counter()
     report.write(path)
     steps.append({"name": "report", "seconds": perf_counter() - start, "answer": f"{path}"})

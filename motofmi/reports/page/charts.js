@@ -63,6 +63,18 @@ const motofmiCharts = (() => {
     };
   }
 
+  function errorBars(curve, colour) {
+    const [low, high] = curve.band;
+    return {
+      type: "custom", name: curve.name, silent: true, z: 3, clip: true, tooltip: { show: false },
+      data: curve.x.map((x, i) => [x, low[i], high[i]]), encode: { x: 0, y: [1, 2] },
+      renderItem: (_, api) => {
+        const [x, a] = api.coord([api.value(0), api.value(1)]), b = api.coord([api.value(0), api.value(2)])[1];
+        return { type: "line", shape: { x1: x, y1: a, x2: x, y2: b }, style: { stroke: colour, lineWidth: 1.5 } };
+      },
+    };
+  }
+
   function bars(curve, colour, spec) {
     return {
       type: "custom", name: curve.name, encode: { x: 0, y: 1 }, z: 2, clip: true,
@@ -114,7 +126,7 @@ const motofmiCharts = (() => {
   function curve(spec, panel, colour) {
     if (spec.style === "bars") return bars(spec, colour, panel);
     if (spec.style === "needles") return needles(spec, colour);
-    const drawn = spec.style === "points" || spec.style === "circles";
+    const drawn = ["points", "circles", "errors"].includes(spec.style);
     const size = spec.size || null;
     const data = spec.x.map((x, i) => ({ value: [x, spec.y[i]], symbolSize: size ? size[i] : undefined, note: spec.text ? spec.text[i] : "" }));
     const hollow = spec.style === "circles";
@@ -188,7 +200,7 @@ const motofmiCharts = (() => {
     const colour = (c) => panel.colours[c.colour][shade()];
     const series = [marks(panel, colours)];
     if (panel.cells) series.push(cells(panel.cells));
-    for (const c of visible) if (c.band) series.push(band(c, colour(c)));
+    for (const c of visible) if (c.band) series.push((c.style === "errors" ? errorBars : band)(c, colour(c)));
     for (const c of visible) series.push(curve(c, shownPanel, colour(c)));
     if (panel.notes.length) series.push(notes(panel, colours));
     return {
@@ -230,7 +242,7 @@ const motofmiCharts = (() => {
   }
 
   function swatch(spec) {
-    const point = ["points", "circles"].includes(spec.style), bar = spec.style === "bars", stroke = `var(--c-${spec.colour})`;
+    const point = ["points", "circles", "errors"].includes(spec.style), bar = spec.style === "bars", stroke = `var(--c-${spec.colour})`;
     return svg(point ? `<circle cx="12" cy="6" r="3.4" fill="${spec.style === "circles" ? "none" : stroke}" stroke="${stroke}"/>`
       : bar ? `<rect x="2" y="2" width="20" height="8" fill="${stroke}"/>`
         : `<line x1="1" x2="23" y1="6" y2="6" stroke="${stroke}" stroke-width="2.4" stroke-dasharray="${DASHES[spec.style] || ""}"/>`);
@@ -238,7 +250,8 @@ const motofmiCharts = (() => {
 
   function ambient(panels) {  // the meanings of shaded ranges and of thin lines
     const found = new Map();
-    for (const { shades, lines } of panels) {
+    for (const { shades, lines, cells: grid } of panels) {
+      if (grid) found.set(`${grid.label}: ${number(grid.low)} to ${number(grid.high)}, logarithmic`, [0, 1, 2, 3, 4, 5].map((k) => `<rect x="${4 * k}" y="1" width="4" height="10" fill="${viridis(k / 5)}"/>`).join(""));
       for (const s of shades) if (s.label) found.set(s.label, `<rect x="1" y="1" width="22" height="10" fill="var(--c-${s.colour})" opacity="${Math.max(s.opacity, 0.3)}"/>`);
       for (const line of lines) if (line.label) found.set(line.label, '<line x1="1" x2="23" y1="6" y2="6" stroke="currentColor" stroke-dasharray="4 3"/>');
     }
@@ -250,7 +263,7 @@ const motofmiCharts = (() => {
     for (const panel of state.data.panels) for (const c of panel.curves) if (c.name && !found.has(c.name)) found.set(c.name, c);
     state.entries = new Map();
     const meanings = ambient(state.data.panels);
-    if (found.size + meanings.length < 2 && !state.data.choices.length) return box;
+    if (found.size < 2 && !meanings.length && !state.data.choices.length) return box;
     for (const [name, spec] of found) {
       const entry = made("button", { type: "button", className: "entry", ariaPressed: String(!state.hidden.has(name)) }, swatch(spec), name);
       entry.onclick = () => { state.hidden.has(name) ? state.hidden.delete(name) : state.hidden.add(name); refresh(state); };

@@ -44,6 +44,13 @@ class Given:
     _read: dict[tuple[str, Any], list[Recording]] = field(default_factory=dict)
 
     @property
+    def files(self) -> list[Path]:
+        """The files of the recordings, fitted ones first; recordings that were not read from files have none."""
+        given = (*self.recordings, *self.validation, *self.bare)
+        found = [Path(each) if isinstance(each, str | Path) else getattr(each, "path", None) for each in given]
+        return [path for path in found if path is not None]
+
+    @property
     def holds_eigenvalues(self) -> bool:
         """Whether the first recording is a table of eigenvalues over speed."""
         first = self.recordings[0]

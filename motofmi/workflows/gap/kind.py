@@ -19,6 +19,7 @@ class Kind(ABC):
     used, before anything is fitted.
     """
 
+    given: Given
     title: ClassVar[str]  # of the report
     place: ClassVar[str] = "axis"  # heading of the second column in the report's table of where the base deviates
 

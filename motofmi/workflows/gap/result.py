@@ -1,6 +1,6 @@
 """The result of `find_gap`."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -13,9 +13,10 @@ from fmus.support.notebook import html, new_axes
 from fmus.support.parallel import in_background
 from motofmi.gap.selection.model_selection import Verdict
 from motofmi.reports.gap_report import FILE as REPORT
-from motofmi.reports.gap_report import Pictures, draw_before_and_after, gap_report
+from motofmi.reports.gap_report import Pictures, before_and_after_chart, draw_before_and_after, gap_report
 from motofmi.reports.gap_summary import headline, nearest
-from motofmi.reports.report import Report
+from motofmi.reports.report import Link, Report
+from motofmi.reports.shown import Interactive
 from motofmi.workflows.gap.kind import Kind
 from motofmi.workflows.gap.verdict_file import FILE as VERDICT
 from motofmi.workflows.gap.verdict_file import write_verdict
@@ -136,7 +137,9 @@ class Gap:
         if device is not None:
             write_text(folder / device.file, device.text)
             contents["device"] = {"path": device.file, "fmu": _built(device.component, folder)[0]}
-        self._report().write(folder / REPORT)
+        files = [(VERDICT, "verdict with all numbers"), (self._fitted.file, "fitted model"), (contents["fmu"], "its FMU"),
+                 *((name, f"{what} of the device found") for what, name in (contents.get("device") or {}).items())]  # fmt: skip
+        self._report([(name, text) for name, text in files if name]).write(folder / REPORT)
         write_verdict(contents, folder)
         written = (VERDICT, REPORT, self._fitted.file, contents["fmu"], *contents.get("device", {}).values())
         return [folder / name for name in written if name]
@@ -152,6 +155,11 @@ class Gap:
         self._report().write(Path(path))
         return Path(path)
 
+    def show(self) -> Interactive:
+        """The first picture of the report, which compares base and result with the data, interactive in a notebook."""
+        charts = [chart for chart, _ in self._pictures.before_and_after]
+        return Interactive(charts[0] if charts else before_and_after_chart(self._contents))
+
     def plot(self) -> Any:
         """Plot reduced chi-square before and after, on fitted and on validation runs; returns the matplotlib axes."""
         return draw_before_and_after(new_axes(), self._contents)
@@ -160,7 +168,7 @@ class Gap:
     def _pictures(self) -> Pictures:
         return self._experiment.pictures(self.selection)
 
-    def _report(self) -> Report:
+    def _report(self, files: Sequence[Link] = ()) -> Report:
         kind, contents = self._experiment, self._contents
         return gap_report(
             kind.title,
@@ -169,6 +177,8 @@ class Gap:
             kind.modes_section(contents),
             kind.place,
             kind.fitted_parameters(self.selection),
+            kind.given.files,
+            files,
         )
 
     def __repr__(self) -> str:
