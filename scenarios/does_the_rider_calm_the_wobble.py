@@ -11,11 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmus.declaration.component import Component
-from motofmi.reports.charts import Axis, Chart, Choice, Curve, Note, Panel, Shade
+from motofmi.reports.charts import Chart, Choice
 from motofmi.reports.report import Section, Table
+from motofmi.reports.root_locus import root_locus
 from motofmi.workflows.scenarios import InReport
 from rider_fmu import riders
-from vehicle_fmu import MODES, LinearDamper, Modes, modes, motorcycles, over_speed, ridden
+from vehicle_fmu import LinearDamper, Modes, modes, motorcycles, over_speed, ridden
 
 REPORT = InReport("tour", 10, "root loci: rider, damper, changed damping")
 
@@ -72,33 +73,11 @@ CHOICES = {
 
 
 def chart(found: dict[str, Modes]) -> Chart:
-    """The root locus of every case, of which some are shown; points grow with the speed, every mode is named once."""
-    of, shown = cases(), next(iter(CHOICES.values()))
-    curves = [locus(of[name], result, name in shown) for name, result in found.items()]
-    notes = []
-    for mode in MODES:
-        values = found["reference" if mode == "wobble" else "rider"][mode].eigenvalue
-        inside = values[(values.imag > 0.5) & (values.real > -50)]
-        if len(inside):
-            place = inside[len(inside) // 2]
-            notes.append(Note(place.real, place.imag, mode.replace("_", "-")))
-    panel = Panel(Axis("real part", "1/s", low=-50, high=6), Axis("imaginary part", "rad/s", low=0, high=90), curves,
-                  shades=[Shade(0, 6, "unstable")], notes=notes, hover="point", height=460)  # fmt: skip
-    labels = {name: case.label for name, case in of.items()}
-    return Chart([panel], choices=[Choice(label, [labels[name] for name in names or found]) for label, names in CHOICES.items()])
-
-
-def locus(case: Case, result: Modes, shown: bool) -> Curve:
-    """The named modes of a case as points with mode and speed as their text."""
-    sizes = 3 + 5 * (result.speed - result.speed[0]) / np.ptp(result.speed)
-    parts = [(mode, k) for mode in result.unstable for k in np.flatnonzero(_drawn(result[mode].eigenvalue))]
-    values = np.array([result[mode].eigenvalue[k] for mode, k in parts])
-    return Curve(case.label, values.real, values.imag, case.colour, "circles", size=sizes[[k for _, k in parts]], shown=shown,
-                 text=[f"{mode.replace('_', '-')}, {result.speed[k]:g} m/s, {result[mode].frequency[k]:.2f} Hz" for mode, k in parts])  # fmt: skip
-
-
-def _drawn(values: np.ndarray) -> np.ndarray:
-    return (values.real > -50) & (values.imag < 90)
+    """The root locus of every case, of which some are shown at first."""
+    labels = {name: case.label for name, case in cases().items()}
+    choices = [Choice(text, [labels[name] for name in names or found]) for text, names in CHOICES.items()]
+    return root_locus({labels[name]: result for name, result in found.items()}, top=90.0, choices=choices, shown=choices[0].curves,
+                      colours={case.label: case.colour for case in cases().values()})  # fmt: skip
 
 
 def bands(result: Modes, mode: str) -> str:
@@ -115,12 +94,10 @@ def section(found: dict[str, Modes]) -> Section:
         for name, result in found.items()
     ]
     at_50 = {n: r["wobble"].eigenvalue[np.argmin(np.abs(r.speed - 50))] for n, r in found.items()}
-    text = (f"At 50 m/s the reference's wobble has a real part of {at_50['reference'].real:.2f} 1/s; with the mean "
-            "rider it is "
-            f"{at_50['rider'].real:.1f}, with the added damper {at_50['damper'].real:.1f}. The rider upsets the weave "
-            f"({bands(found['rider'], 'weave')} m/s). With the added damper it is unstable at "
-            f"{bands(found['damper'], 'weave')} m/s, "
-            f"without either at {bands(found['reference'], 'weave')} m/s.")  # fmt: skip
+    text = (f"The rider calms the wobble (real part at 50 m/s {at_50['rider'].real:.1f} instead of {at_50['reference'].real:.2f} 1/s) and "
+            f"upsets the weave (unstable at {bands(found['rider'], 'weave')} m/s); the damper calms the wobble, too "
+            f"({at_50['damper'].real:.1f} 1/s), with a weave that is unstable at {bands(found['damper'], 'weave')} m/s, where that of the "
+            f"motorcycle without either is unstable at {bands(found['reference'], 'weave')} m/s.")  # fmt: skip
     note = ("Changed dampings: the paper's text gives no amounts, so each is changed by one coefficient of variation "
             "of its Table 2, "
             f"{ARM_VARIATION:.0%} for the arms and {WAIST_VARIATION:.0%} for the waist.")  # fmt: skip

@@ -47,7 +47,7 @@ def _orders(order_of: Mapping[Place, int], missed: list[Place], low: float, high
     order = np.array([order_of[p] for p in shown], float)
     cells = Cells([p.start for p in shown], [p.end for p in shown], order - 0.42, order + 0.42, [p.excess + 1 for p in shown],
                   "reduced chi-square [1]", 0.5, 100.0, [p in missed for p in shown])  # fmt: skip
-    return Panel(Axis("frequency of the excitation; framed: significant", "Hz", low=low, high=high), Axis("order", "1", low=0.5, high=float(order.max(initial=1) + 0.5)),
+    return Panel(Axis("frequency of the excitation; framed: significant", "Hz", low=low, high=high), Axis("order", "1", low=0.0, high=float(order.max(initial=1) + 1)),
                  cells=cells, hover="point", height=190)  # fmt: skip
 
 
@@ -58,7 +58,7 @@ def _directions(cells: list[Place], missed: list[Place]) -> Panel:
             for name, colour, kept in (("significant misfit", "significant", [p for p in cells if p in missed]),
                                        ("consistent with the noise", "measured", [p for p in cells if p not in missed])) if kept]  # fmt: skip
     return Panel(Axis("reduced chi-square", "1", low=0.0), Axis("amplitude or direction", "", names=labels), bars, lines=[Line(1.0, "noise alone", across="x")],
-                 hover="point", height=90 + 26 * len(labels))  # fmt: skip
+                 hover="point", height=80 + 34 * len(labels))  # fmt: skip
 
 
 def _label(place: Place) -> str:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from motofmi.reports.charts import SEQUENCE, Axis, Chart, Curve, Panel
-from motofmi.reports.gap_summary import headline, nearest
+from motofmi.reports.gap_summary import nearest
 from motofmi.reports.report import Section, Table
 
 # The keys of `gap` in words.
@@ -24,12 +24,15 @@ HOW_TO_READ = ("Reduced chi-square 1 is consistent with the noise. An effect is 
 def verdict_section(result: dict[str, Any], *more: Table) -> Section:
     """A sentence for each effect, the next experiment, the limitations, and the parameters found."""
     said = [*(e["sentence"] for e in result["effects"]), *nearest(result)]
+    if result["tied"]:
+        said.append(f"The data do not decide between {', '.join(result['tied'])}.")
     if result["next_experiment"]:
         proposed = result["next_experiment"]
         said.append(
             f"Next experiment: {proposed['sentence']} Expected delta chi-square: {proposed['expected_delta_chi2']:.3g}."
         )
-    return Section("Verdict", [headline(result), *said, *result["limitations"]], [], [_effects(result), *more])
+    said += result["limitations"]
+    return Section("Verdict", said or ["Nothing is missing."], [], [_effects(result), *more])
 
 
 def statistics_section(result: dict[str, Any]) -> Section:

@@ -56,8 +56,8 @@ def also_written(files: Sequence[tuple[str | Path, str]]) -> list[tuple[str | Pa
     """The files with their descriptions, and besides them those of the command that runs."""
     command = _COMMAND.get()
     others = [] if command is None else [*command.written, *command.later]
-    named = {Path(path).name for path, _ in files}
-    return [*files, *((path.absolute(), "") for path in dict.fromkeys(others) if path.name not in named)]
+    named = {Path(path).absolute() for path, _ in files}
+    return [*files, *((path, "") for path in dict.fromkeys(Path(p).absolute() for p in others) if path not in named)]
 
 
 def sha256(path: str | Path) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
+from urllib.parse import quote
 
 import jinja2
 from markupsafe import Markup
@@ -145,13 +146,11 @@ def drawn(shown: Shown, caption: str) -> Markup:
 
 
 def links(files: Sequence[Link], folder: Path) -> list[tuple[str, str]]:
-    """The address of each file relative to the folder, and the words that name it; files that do not exist are left
-    out."""
+    """The address of each file relative to a page's folder, and the words that name it."""
     found = []
     for path, text in files:
-        absolute = Path(path) if Path(path).is_absolute() else folder / path
-        relative = Path(os.path.relpath(absolute, folder)).as_posix()
-        found.append((relative, f"{relative}: {text}" if text else relative))
+        relative = Path(os.path.relpath(Path(path).absolute(), folder)).as_posix()
+        found.append((quote(relative), f"{relative}: {text}" if text else relative))
     return found
 
 

@@ -24,7 +24,9 @@ from fmus.cosimulation.subsystems.typed_values import Value
 from fmus.declaration.component import Component, in_bounds
 from fmus.declaration.units import convert
 from fmus.export.build import build
-from fmus.support.errors import InputError
+from fmus.support.errors import InputError, unknown
+from motofmi.reports.shown import Interactive
+from motofmi.reports.time_histories import time_histories
 from motofmi.workflows.components import ComponentLike, component
 from motofmi.workflows.ridden_fmus import assumed, errors_by_mode, mode_names, parts, ridden_fmus
 from motofmi.workflows.ssp_system import open_system, whole_system
@@ -49,6 +51,16 @@ class VehicleRun(CosimulationRun):
     errors: Mapping[str, Mapping[str, float]] | None = None
     largest_stable_step: float = 0.0
     assumed: Mapping[str, str] | None = None
+
+    def show(self, *names: str) -> Interactive:
+        """The signals of these names over time, by default all of them, interactive in a notebook.
+
+        Raises InputError for an unknown name.
+        """
+        for name in names:
+            if name not in self:
+                raise unknown("column", name, self.keys())
+        return Interactive(time_histories(self, names), f"{self.vehicle} with {self.device}")
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of `motofmi cosimulate --json`."""

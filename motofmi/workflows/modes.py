@@ -15,6 +15,8 @@ from fmus.linear_analysis.linearisation import StateSpace
 from fmus.linear_analysis.participation import participation
 from fmus.support.errors import InputError, unknown
 from fmus.support.notebook import html, new_axes
+from motofmi.reports.root_locus import root_locus
+from motofmi.reports.shown import Interactive
 from motofmi.workflows.components import ComponentLike
 from motofmi.workflows.ridden_fmus import Part, assumed, over_speed_fmus, parts, ridden_fmus
 from motofmi.workflows.ssp_system import open_system, whole_system
@@ -43,6 +45,10 @@ class VehicleModes(Modes):
     @property
     def title(self) -> str:
         return system_title(self.vehicle, self.device)
+
+    def show(self) -> Interactive:
+        """The root locus of the named modes, interactive in a notebook."""
+        return Interactive(root_locus({self.title: self}), self.title)
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of `motofmi modes --json`."""
@@ -82,6 +88,10 @@ class ModesComparison:
             found.plot(axes, label=name)
         axes.set_title(displayed(self.vehicle))
         return axes
+
+    def show(self) -> Interactive:
+        """The root loci, one colour for each device, interactive in a notebook."""
+        return Interactive(root_locus(self.by_device), displayed(self.vehicle))
 
     def to_dict(self) -> dict[str, Any]:
         """`vehicle`, and under `devices` the keys of `motofmi modes --json` by device."""

@@ -34,7 +34,7 @@ def test_every_question_has_a_run_and_a_section():
 
 
 def test_reports_have_an_order():
-    assert next(iter(scenarios_of("tour"))) == "does_the_rider_calm_the_wobble" and len(scenarios_of("tour")) == 6
+    assert next(iter(scenarios_of("tour"))) == "what_are_weave_wobble_and_capsize" and len(scenarios_of("tour")) == 7
     assert list(scenarios_of("full rider"))[-1] == "what_does_lean_do_to_weave" and len(scenarios_of("full rider")) == 5
     assert all(scenario(name).REPORT.step for report in ("tour", "full rider") for name in scenarios_of(report))
 
@@ -44,7 +44,7 @@ def test_a_new_scenario_is_one_file(tmp_path, monkeypatch):
     (tmp_path / "is_this_in_the_tour.py").write_text(NEW)
     monkeypatch.setattr(motofmi.scenarios, "__path__", [*motofmi.scenarios.__path__, str(tmp_path)])
     assert "is_this_new" in scenario_names()
-    assert list(scenarios_of("tour"))[3] == "is_this_in_the_tour"
+    assert list(scenarios_of("tour"))[4] == "is_this_in_the_tour"
     (answer,) = answered("only here", seed=21, out=tmp_path)
     assert (answer.step, answer.section.paragraphs) == ("a new question", ["The answer is 42."])
 

@@ -32,8 +32,9 @@ const motofmiCharts = (() => {
     return size >= 1e5 || size < 1e-3 ? value.toExponential().replace("e+", "e") : String(Number(value.toPrecision(6)));
   }
 
-  function axis(spec, across, colours) {
+  function axis(spec, across, colours, room) {
     const names = spec.names.length > 0;
+    const odd = (end) => (end !== null && Number(end.toPrecision(2)) !== end ? false : undefined);  // limits that are no round numbers have no label
     return {
       type: names ? "category" : spec.log ? "log" : "value", inverse: names, data: names ? spec.names : undefined,
       name: across && !names ? spec.title : "", nameLocation: "middle", nameGap: 28, nameTextStyle: { ...FONT, color: colours.text },
@@ -43,7 +44,8 @@ const motofmiCharts = (() => {
       axisTick: { show: !names },
       splitLine: { show: !names, lineStyle: { color: colours.grid } },
       axisLabel: { ...FONT, color: colours.text, hideOverlap: !names, interval: names ? 0 : undefined,
-        showMinLabel: spec.free ? false : undefined, showMaxLabel: spec.free ? false : undefined, formatter: names ? undefined : tick, width: names ? 150 : undefined,
+        showMinLabel: spec.free ? false : odd(spec.low), showMaxLabel: spec.free ? false : odd(spec.high),
+        formatter: names ? undefined : tick, width: names ? Math.min(0.4 * room, 190) : undefined,
         overflow: names ? "break" : undefined },
     };
   }
@@ -79,9 +81,9 @@ const motofmiCharts = (() => {
     return {
       type: "custom", name: curve.name, encode: { x: 0, y: 1 }, z: 2, clip: true,
       data: curve.x.map((x, i) => [x, curve.y[i]]),
-      renderItem: (_, api) => {
+      renderItem: (at, api) => {
         const end = api.coord([api.value(0), api.value(1)]);
-        const base = api.coord([spec.x.low ?? 0, api.value(1)]);
+        const base = spec.x.log ? [at.coordSys.x] : api.coord([spec.x.low ?? 0, api.value(1)]);
         const height = 0.62 * api.size([0, 1])[1];
         const shape = { x: Math.min(base[0], end[0]), y: end[1] - height / 2, width: Math.abs(end[0] - base[0]), height };
         return { type: "rect", shape, style: { fill: colour } };
@@ -206,7 +208,7 @@ const motofmiCharts = (() => {
     return {
       animation: false, backgroundColor: "transparent",
       grid: { left: 8, right: 14, top: 10, bottom: 42, outerBoundsMode: "same", outerBoundsContain: "axisLabel" },
-      xAxis: axis(shownPanel.x, true, colours), yAxis: axis(shownPanel.y, false, colours),
+      xAxis: axis(shownPanel.x, true, colours, element.clientWidth), yAxis: axis(shownPanel.y, false, colours, element.clientWidth),
       tooltip: tooltip(panel, colours), series,
       dataZoom: [0, 1].map((k) => ({ type: "inside", id: `zoom${k}`, [k ? "yAxisIndex" : "xAxisIndex"]: 0, filterMode: "none",
         disabled: true, zoomOnMouseWheel: true, moveOnMouseMove: true })),
@@ -332,7 +334,7 @@ const motofmiCharts = (() => {
     }
     if (data.linked) link(state.instances);
     refresh(state);
-    state.resize = () => { state.instances.forEach((i) => i.resize()); if (data.panels.some((p) => p.square)) refresh(state); };
+    state.resize = () => { state.instances.forEach((i) => i.resize()); if (data.panels.some((p) => p.square || p.y.names.length)) refresh(state); };
     state.watch = new ResizeObserver(state.resize);
     state.watch.observe(panels);
     all.add(state);

@@ -39,6 +39,11 @@
     box.style.top = `${at.bottom + box.offsetHeight + 8 > room.clientHeight ? Math.max(8, at.top - box.offsetHeight - 6) : at.bottom + 6}px`;
   });
 
-  for (const element of document.querySelectorAll(".chart")) motofmiCharts.draw(element, JSON.parse(element.nextElementSibling.textContent));
-  window.addEventListener("beforeprint", () => document.querySelectorAll("details").forEach((each) => { each.open = true; }));
+  // A chart of a closed section has no size: it is drawn when the section opens.
+  const draw = (root) => root.querySelectorAll(".chart:empty").forEach((element) => {
+    if (element.checkVisibility()) motofmiCharts.draw(element, JSON.parse(element.nextElementSibling.textContent));
+  });
+  draw(document);
+  for (const folded of document.querySelectorAll("details")) folded.addEventListener("toggle", () => draw(folded));
+  window.addEventListener("beforeprint", () => document.querySelectorAll("details").forEach((each) => { each.open = true; draw(each); }));
 })();

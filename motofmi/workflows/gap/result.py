@@ -139,7 +139,7 @@ class Gap:
             contents["device"] = {"path": device.file, "fmu": _built(device.component, folder)[0]}
         files = [(VERDICT, "verdict with all numbers"), (self._fitted.file, "fitted model"), (contents["fmu"], "its FMU"),
                  *((name, f"{what} of the device found") for what, name in (contents.get("device") or {}).items())]  # fmt: skip
-        self._report([(name, text) for name, text in files if name]).write(folder / REPORT)
+        self._report([(folder / name, text) for name, text in files if name]).write(folder / REPORT)
         write_verdict(contents, folder)
         written = (VERDICT, REPORT, self._fitted.file, contents["fmu"], *contents.get("device", {}).values())
         return [folder / name for name in written if name]

@@ -219,14 +219,14 @@ def test_loops_show_what_an_imposed_motion_takes(late):
     recording = late.best.runs[0].recording
     time, *_ = left_over(late.best)
     motion = np.interp(time, recording.time, recording["angle"])
-    for axes, expected in zip(figure.axes, (motion, np.gradient(motion, time)), strict=True):
-        measured, base, found = axes.get_lines()
-        assert np.corrcoef(expected, measured.get_xdata())[0, 1] > 0.99  # but for the ends of a spline
+    for panel, expected in zip(figure.panels, (motion, np.gradient(motion, time)), strict=True):
+        measured, base, found = panel.curves
+        assert np.corrcoef(expected, measured.x)[0, 1] > 0.99  # but for the ends of a spline
         assert (
-            np.std(found.get_ydata() - measured.get_ydata())
+            np.std(found.y - measured.y)
             < 0.03
             < 0.1
-            < np.std(base.get_ydata() - measured.get_ydata())
+            < np.std(base.y - measured.y)
         )  # the noise is 0.02 N.m
 
 

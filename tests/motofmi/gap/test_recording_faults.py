@@ -125,9 +125,9 @@ def drawn(found):
     """Frequency and response of the measured output, as the report draws it."""
     figures = {caption: figure for figure, caption in pictures(Verdict("none", found, found)).before_and_after}
     captions = "Frequency response of the first output to the first input.", "The same in the Nyquist plane."
-    magnitude, plane = (figures[caption].axes[0].lines[0] for caption in captions)
-    assert magnitude.get_label() == plane.get_label() == "measured"
-    return magnitude.get_xdata(), plane.get_xdata() + 1j * plane.get_ydata()
+    magnitude, plane = (figures[caption].panels[0].curves[0] for caption in captions)
+    assert magnitude.name == plane.name == "measured"
+    return magnitude.x, plane.x + 1j * plane.y
 
 
 def test_stretches_of_a_ride_do_not_cross_gaps():

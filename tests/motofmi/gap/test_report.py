@@ -42,11 +42,11 @@ def test_figures_are_of_the_validation_run_and_their_residuals_agree_with_the_ve
     )
     drawn = figures(shown)
     assert len(drawn) == 5
-    residuals = drawn[0][0].axes[1].lines
+    residuals = drawn[1][0].panels[1].curves
     for (fit, _, _), line, key in zip(shown, residuals[:2], ("holdout_before", "holdout_after"), strict=True):
         assert fit.runs[0].name == "down"
         samples = np.array([last - first for first, last, _ in fit.runs[0].reduction.bases])
-        assert np.sqrt(line.get_ydata() ** 2 @ samples / samples.sum()) == pytest.approx(gap["rms"][key])
+        assert np.sqrt(line.y**2 @ samples / samples.sum()) == pytest.approx(gap["rms"][key])
     fitted = replace(case, validation_gap=None)
     assert without_and_with(fitted)[0][0].runs[0].name == "up" and "No validation run" in shown_run(fitted)
 
@@ -65,8 +65,8 @@ def test_the_amplitude_of_an_order_is_that_of_its_sine(case):
     phase = np.unwrap(np.arctan2(-rate / (2 * np.pi * np.interp(time, [0, 60], [10, 0.5])), angle))
     for k in (1, 3):
         residuals = run.reduction.reduce(0.4 * np.cos(k * phase)) / run.effort.deviation
-        by_order = figures([(with_residuals(found, residuals), "black", "sine")])[1][0]
-        amplitudes = by_order.axes[k - 1].lines[0].get_ydata()
+        by_order = figures([(with_residuals(found, residuals), "found", "sine")])[2][0]
+        amplitudes = by_order.panels[k - 1].curves[0].y
         # Where a slow sweep begins and ends its phase is only nearly that of angle and rate.
         assert np.median(amplitudes) == pytest.approx(0.4, rel=0.02)
 
@@ -82,9 +82,9 @@ def test_the_autocorrelation_is_over_time_of_each_cosine_and_sine(case):
         sequence.append((*kind, column.window, i))
     noise = np.random.default_rng(1).standard_normal(len(columns))
     ordered = noise[[i for *_, i in sorted(sequence)]]
-    figure = figures([(with_residuals(found, noise), "black", "noise")])[-1][0]
+    figure = figures([(with_residuals(found, noise), "found", "noise")])[-1][0]
     expected = [ordered[:-k] @ ordered[k:] / (ordered @ ordered) for k in range(1, LAGS + 1)]
-    assert figure.axes[1].lines[0].get_ydata() == pytest.approx(expected, abs=1e-12)
+    assert figure.panels[1].curves[0].y == pytest.approx(expected, abs=1e-12)
 
 
 @pytest.mark.slow

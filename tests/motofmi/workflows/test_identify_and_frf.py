@@ -12,6 +12,7 @@ from motofmi.frequency_response.excitation import sweep
 from motofmi.recordings.reading import write_recording
 from motofmi.virtual_rig.simulated_rig import steer_test
 from rider_fmu import riders
+from tests.pages import Page, assert_is_a_report, assert_works_in_a_browser, needs_browser
 
 RIDER = "5_2011"
 BAR = 0.125  # kg.m2
@@ -65,7 +66,48 @@ def test_results_show_themselves(frf, fit, tmp_path):
         assert (
             "<table>" in result._repr_html_() and "data:image/png" in result._repr_html_() and len(repr(result)) < 400
         )
-        assert result.report(tmp_path / "report.html").read_text("utf-8").startswith("<!doctype html>")
+        assert "<iframe" in result.show()._repr_html_()
+
+
+@pytest.fixture(scope="module")
+def reports(runs, tmp_path_factory):
+    """The reports of the FRF and of the identified rider, from files."""
+    folder = tmp_path_factory.mktemp("reports")
+    files = [str(folder / f"run_{k}.csv") for k in range(len(runs))]
+    for run, file in zip(runs, files, strict=True):
+        write_recording(run, file)
+    found = {}
+    for command in ("frf", "identify"):
+        found[command] = folder / f"{command}.html"
+        assert main([command, *files, "--report", str(found[command]), "--json", str(folder / f"{command}.json")]) == 0
+    return found
+
+
+@pytest.mark.slow
+def test_the_reports_hold_the_numbers_of_the_results(reports, frf):
+    page = assert_is_a_report(reports["frf"], inputs=2, command="motofmi frf", pictures=3)
+    assert [name for name in ("Coherence", "Nyquist plane", "Bands of frequency") if name not in page.text] == []
+    assert page.text.count(f"{abs(frf.inertance[0]):.4g}") >= 1
+    page = assert_is_a_report(reports["identify"], inputs=2, command="motofmi identify", pictures=4)
+    words = ("Residuals", "Correlations of the errors", "Combinations that the data determine", "95 % interval", "arm stiffness")
+    assert [name for name in words if name not in page.text] == [] and "identify.json" in page.source
+
+
+@pytest.mark.slow
+def test_a_rejected_model_is_said_first(runs, tmp_path):
+    """The fit of one rider to runs of which one has twice the torque."""
+    wrong = replace(runs[1], columns=runs[1].columns | {"steer_torque": 1.3 * runs[1]["steer_torque"] + 5e3 * runs[1]["steer_angle"] ** 3})
+    found = mf.identify([wrong], method="weighted")
+    page = Page(found.report(tmp_path / "report.html"))
+    if found.fit.reduced_chi_square > 2:
+        assert "does not explain the data" in page.text and "motofmi gap" in page.text.partition("How this report")[0]
+
+
+@pytest.mark.slow
+@needs_browser
+def test_the_reports_work_in_a_browser(reports):
+    for path in reports.values():
+        assert_works_in_a_browser(path)
 
 
 def test_the_identified_rider_is_a_component_that_other_functions_take(fit, tmp_path):

@@ -1,0 +1,84 @@
+"""Charts as data: numbers, long curves, notes beside points; and the same drawn by matplotlib."""
+
+import json
+
+import numpy as np
+import pytest
+
+from fmus.support.plain_json import to_json
+from motofmi.reports.chart_figures import figure
+from motofmi.reports.charts import (
+    COLOURS,
+    POINTS,
+    Axis,
+    Cells,
+    Chart,
+    Choice,
+    Curve,
+    Line,
+    Note,
+    Panel,
+    Shade,
+    placed,
+    thinned,
+)
+
+X = np.linspace(0, 1, 50)
+
+
+def panel(*curves: Curve, **options) -> Panel:
+    return Panel(Axis("time", "s"), Axis("torque", "N.m"), curves, **options)
+
+
+def test_data_are_strict_json_with_units_on_every_axis():
+    chart = Chart([panel(Curve("a", X, np.where(X > 0.5, np.nan, X), band=(X - 1, X + 1)), shades=[Shade(0, 1, "range")], lines=[Line(0.5, "limit")],
+                         cells=Cells([0], [1], [0], [1], [2.0], "excess", 1, 10))], choices=[Choice("only a", ["a"])])  # fmt: skip
+    data = json.loads(to_json(chart.to_dict(), indent=None))
+    (drawn,) = data["panels"]
+    assert (drawn["x"]["title"], drawn["y"]["title"]) == ("time [s]", "torque [N.m]")
+    assert drawn["curves"][0]["y"][-1] is None and drawn["curves"][0]["y"][0] == 0.0
+    assert data["choices"] == [{"label": "only a", "curves": ["a"]}] and "torque [N.m] over time [s]: a" in data["words"]
+
+
+def test_a_long_curve_keeps_its_extremes():
+    x = np.arange(1e5)
+    y = np.sin(x / 7)
+    y[12345] = 5.0
+    kept = thinned(x, y)
+    assert len(kept) <= POINTS + 2 and (kept[0], kept[-1]) == (0, len(x) - 1) and np.all(np.diff(kept) > 0)
+    assert y[kept].max() == 5.0 and 12345 in kept
+    assert len(thinned(x[:100], y[:100])) == 100
+
+
+def test_notes_do_not_lie_on_points():
+    curve = Curve("a", X, X**2, style="points")
+    notes = placed(panel(curve, notes=[Note(0.5, 0.25, "middle"), Note(0.5, 0.25, "again")]))
+    for note in notes:
+        # Farther than half a line from every point of the curve, and within the panel
+        assert np.hypot(note.x - X, note.y - X**2).min() > 0.025 and 0 <= note.x <= 1 and 0 <= note.y <= 1
+    assert np.hypot(notes[0].x - notes[1].x, notes[0].y - notes[1].y) > 0.025
+
+
+def luminance(colour: str) -> float:
+    """Relative luminance of a colour (WCAG 2.2)."""
+    parts = np.array([int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)])
+    return float(np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4) @ [0.2126, 0.7152, 0.0722])
+
+
+@pytest.mark.parametrize("name", COLOURS)
+def test_curves_stand_out_from_the_background(name):
+    """Contrast of 3 for graphics (WCAG 2.2, 1.4.11)."""
+    light, dark = COLOURS[name]
+    assert 1.05 / (luminance(light) + 0.05) >= 3 and (luminance(dark) + 0.05) / (luminance("#161616") + 0.05) >= 3
+
+
+@pytest.mark.slow
+def test_the_same_chart_is_drawn_by_matplotlib():
+    bars = Panel(Axis("size", "1"), Axis("name", "", names=["one", "two"]), [Curve("b", [1, 2], [0, 1], style="bars")])
+    errors = panel(Curve("e", X[:3], X[:3], style="errors", band=(X[:3] - 1, X[:3] + 1)), Curve("n", [1], [1], style="needles"), Curve("c", X, X, style="circles"))
+    cells = panel(cells=Cells([0, 1], [1, 2], [0, 0], [1, 1], [2.0, 3.0], "excess", 1, 10, [True, False]))
+    drawn = figure(Chart([panel(Curve("a", X, X), Curve("hidden", X, X, shown=False), notes=[Note(0.5, 0.5, "here")]), bars, errors, cells], columns=2))
+    first, second, *_ = drawn.axes
+    assert len(first.lines) == 1 and first.get_ylabel() == "torque [N.m]" and [t.get_text() for t in first.texts] == ["here"]
+    assert [label.get_text() for label in second.get_yticklabels()] == ["one", "two"]
+    drawn.draw_without_rendering()
