@@ -1,4 +1,5 @@
-"""The packages of a wheel: the scenarios, a folder of their own in a checkout, are installed inside `motofmi`."""
+"""The packages of a wheel: the scenarios and the glossary, in folders of their own in a checkout, are installed inside
+`motofmi`."""
 
 from setuptools import find_namespace_packages, setup
 from setuptools.command.build_py import build_py
@@ -19,7 +20,8 @@ setup(
     packages=[
         *find_namespace_packages(include=[pattern for name in IMPORT_NAMES for pattern in (name, f"{name}.*")]),
         *scenarios,
+        "motofmi.docs",
     ],
-    package_dir={"motofmi.scenarios": "scenarios"},
+    package_dir={"motofmi.scenarios": "scenarios", "motofmi.docs": "docs"},
     cmdclass={"build_py": BuildPackages},
 )

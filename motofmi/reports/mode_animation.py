@@ -32,8 +32,8 @@ def mode_animation(name: str, eigenvalue: complex, phasors: Mapping[str, complex
     gain = min(LARGEST / max(angle, 1e-12), WIDEST / max(abs(phasors["lateral"]), 1e-12))
     period = 2 * pi / eigenvalue.imag if eigenvalue.imag else 0.0
     speed = min(1.0, period / SLOWEST_PERIOD) if period else min(1.0, GROWTH / RUN / max(abs(eigenvalue.real), 1e-9))
-    data = {"value": eigenvalue, "gain": gain, "speed": speed, "run": RUN, "growth": GROWTH,
-            "phasors": dict(phasors)}  # fmt: skip
+    data = {"value": complex(eigenvalue), "gain": gain, "speed": speed, "run": RUN, "growth": GROWTH,
+            "phasors": {name: complex(value) for name, value in phasors.items()}}  # fmt: skip
     slowed = f", slowed {1 / speed:.2g} times" if speed < 0.999 else ", at the speed of the motion"
     said = f"{name}: from above and from behind{slowed}. Forward is up."
     json = to_json(data, indent=None).replace("</", "<\\/")

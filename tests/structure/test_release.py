@@ -62,7 +62,9 @@ from pathlib import Path
 import identification, scenarios
 assert (identification.OWN, scenarios.OWN) == (1, 2)
 import motofmi
+from motofmi.reports.glossary import terms
 from motofmi.workflows.scenarios import scenario, scenario_names
+assert "weave" in terms()
 assert scenario("is_a_rider_a_damper").run is not None
 print(json.dumps({"version": motofmi.__version__, "scenarios": scenario_names(), "where": motofmi.__file__,
                   "found": [name for name in sys.argv[1:] if find_spec(name)], "rider": motofmi.rider("mean_2011").name}))
@@ -105,7 +107,9 @@ def test_the_wheel_contains_code_values_and_prebuilt_archives(checkout, wheel):
         names = set(members.namelist())
         assert members.read(f"fmus/built/{built.name}") == built.read_bytes()
     assert {"fmus/export/runtime/step.c", "fmus/export/runtime/model.c.in", "fmus/export/runtime/LICENSE.txt", "fmus/export/python_slave.py.in",
-            "rider_fmu/riders/mean_2011.toml", "vehicle_fmu/motorcycles/sharp_1971.toml", "motofmi/py.typed"} <= names  # fmt: skip
+            "rider_fmu/riders/mean_2011.toml", "vehicle_fmu/motorcycles/sharp_1971.toml", "motofmi/py.typed",
+            "motofmi/docs/glossary.md", "motofmi/reports/page/report.html", "motofmi/reports/page/charts.js",
+            *(f"motofmi/reports/page/vendor/{name}" for name in ("echarts.min.js", "LICENSE.txt", "NOTICE.txt", "LICENSE-zrender.txt"))} <= names  # fmt: skip
     assert {name.partition("/")[0] for name in names if ".dist-info/" not in name} == NAMES
     assert "motofmi/scenarios/__init__.py" in names and "motofmi/scenarios.py" not in names
 
