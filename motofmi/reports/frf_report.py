@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from motofmi.frequency_response.frf import FRF
+from motofmi.frequency_response.roll_motion import RollFRF
 from motofmi.reports.charts import SEQUENCE, Axis, Chart, Curve, Panel
 from motofmi.reports.report import Report, Section, Table
 
@@ -116,3 +117,14 @@ def runs_table(each: Sequence[FRF]) -> Table:
     return Table(("run", "frequencies [Hz]", "median coherence [1]", "lowest coherence [1]", "warnings"), rows)
 
 
+
+
+def roll_chart(frf: RollFRF) -> Chart:
+    """Amplitude and phase of FRF_i and rFRF_i at waist, shoulders and head (2008, Figs 16 to 23)."""
+    panels = []
+    for part, unit in (("modulus", "1"), ("phase", "deg")):
+        for name, by_point in (("FRF", frf.absolute), ("rFRF", frf.relative)):
+            curves = [Curve(point, frf.frequency, np.abs(z) if part == "modulus" else np.degrees(np.unwrap(np.angle(z))), colour, "both", width=1)
+                      for (point, z), colour in zip(by_point.items(), SEQUENCE, strict=False)]  # fmt: skip
+            panels.append(Panel(FREQUENCY, Axis(f"{part} of {name}", unit), curves, height=260))
+    return Chart(panels, columns=2, linked=True)

@@ -1,6 +1,5 @@
 """A report: one HTML file that needs no network. First what was asked, the answer and one picture, then sections."""
 
-import io
 import os
 import re
 from collections.abc import Sequence
@@ -11,7 +10,6 @@ from urllib.parse import quote
 
 import jinja2
 from markupsafe import Markup
-from matplotlib.figure import Figure
 
 from fmus.support.files import write_text
 from fmus.support.plain_json import to_json
@@ -21,7 +19,7 @@ from motofmi.reports.glossary import Marker, slug
 from motofmi.reports.illustration import Illustration
 
 PAGE = Path(__file__).parent / "page"
-Shown = Chart | Illustration | Figure
+Shown = Chart | Illustration
 Link = tuple[str | Path, str]  # a file, and what it contains
 
 
@@ -135,10 +133,6 @@ def drawn(shown: Shown, caption: str) -> Markup:
     """The HTML of a chart, which `page/charts.js` fills, or of an illustration."""
     if isinstance(shown, Illustration):
         return Markup(shown.markup)
-    if isinstance(shown, Figure):
-        stream = io.StringIO()
-        shown.savefig(stream, format="svg")
-        return Markup(stream.getvalue()[stream.getvalue().index("<svg"):])
     data = to_json(shown.to_dict(), indent=None).replace("</", "<\\/")
     words = Markup.escape(shown.words or f"{caption} {shown.described()}")
     return Markup(f'<div class="chart" role="group" aria-label="{words}"></div>'

@@ -12,8 +12,10 @@ from fmus.support.notebook import html, new_axes
 from motofmi.frequency_response.roll_motion import RollFRF, roll_frf
 from motofmi.recordings.recording import Recording
 from motofmi.reports import frf_figures
+from motofmi.reports.frf_report import roll_chart
 from motofmi.reports.report import Report, Section, Table
-from motofmi.workflows.measured import Recorded, Rig, recordings_of, rig_of
+from motofmi.reports.shown import Interactive
+from motofmi.workflows.measured import Recorded, Rig, paths_of, recordings_of, rig_of
 from rider_fmu.roll_features import FEATURES, readings
 
 HIGHEST, STEP = 7.0, 0.25  # Hz; highest frequency and spacing of the frequencies
@@ -47,16 +49,23 @@ class RollTest:
         frf_figures.draw_roll(axes, self.frf)
         return axes
 
+    def show(self) -> Interactive:
+        """Amplitude and phase of FRF_i and rFRF_i, interactive in a notebook."""
+        return Interactive(roll_chart(self.frf))
+
     def report(self, path: str | Path) -> Path:
         """Write an HTML report; its path. Raises InputError where it cannot be written."""
         rows = [(f"{f['quantity']}, {f['point']}", f["feature"].replace("_", " "),
                  *(interval(f[k]) for k in ("printed", "measured")), f["unit"],
                  "met" if f["met"] else "missed") for f in self.features]  # fmt: skip
-        section = Section("Roll test", list(self.recording.warnings),
-                          [(frf_figures.roll(self.frf), "As in Figs 16 to 23 of the 2008 paper.")],
-                          [Table(("FRF", "feature", "printed", "measured", "unit", ""), rows,
-                                 marks=[r[-1] for r in rows])])  # fmt: skip
-        Report("Roll test", f"From {self.recording.name}.", [section]).write(Path(path))
+        table = Table(("FRF", "feature", "printed", "measured", "unit", ""), rows, marks=[r[-1] for r in rows])
+        met = sum(f["met"] for f in self.features)
+        Report(
+            "Roll test", f"{met} of the {len(rows)} printed features are met by {self.recording.name}.",
+            [Section("Features of the 2008 paper", ["Every feature that the paper prints, beside what was measured."], [], [table])],
+            asked="How do waist, shoulders and head follow the roll of the mock-up?", warnings=self.recording.warnings, inputs=paths_of([self.recording]),
+            figures=[(roll_chart(self.frf), "Absolute (FRF) and relative (rFRF) responses over frequency, as in Figs 16 to 23 of the 2008 paper.")],
+        ).write(Path(path))  # fmt: skip
         return Path(path)
 
     def __repr__(self) -> str:
