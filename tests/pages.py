@@ -1,17 +1,16 @@
 """What every report's page must be: a first screen, no request, links that exist, terms that are defined; and, in a browser, no
 error, nothing wider than the screen, charts that switch and zoom."""
 
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import cache
 from html.parser import HTMLParser
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
-import pytest
+from tests.browser import chromium, needs_browser
+
+__all__ = ["Page", "assert_is_a_report", "assert_works_in_a_browser", "needs_browser", "opened"]
 
 WIDTHS = (1280, 390)
 FETCHING = {"src", "href", "srcset", "action", "data", "poster", "formaction", "background"}
@@ -64,23 +63,10 @@ def assert_is_a_report(path: Path, inputs: int = 0, command: str = "", pictures:
     return page
 
 
-@cache
-def chromium() -> str:
-    """The system's Chromium; empty where there is none."""
-    return next((path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), "")
-
-
-needs_browser = pytest.mark.skipif(not chromium() or find_spec("playwright") is None,
-                                   reason="no Chromium (apt-get install chromium) or no Playwright (pip install motofmi[dev])")  # fmt: skip
-
-
 @contextmanager
 def opened(path: Path, width: int, scheme: str = "light") -> Iterator[tuple[Any, list[str]]]:
     """The page in headless Chromium at a width [px], and what went wrong in it: errors, and requests other than its own file."""
-    from playwright.sync_api import sync_playwright  # noqa: PLC0415 - optional
-
-    with sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=chromium(), args=["--no-sandbox"])
+    with chromium() as browser:
         page = browser.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme).new_page()
         wrong: list[str] = []
         page.on("console", lambda message: wrong.append(message.text) if message.type in ("error", "warning") else None)
@@ -88,7 +74,6 @@ def opened(path: Path, width: int, scheme: str = "light") -> Iterator[tuple[Any,
         page.on("request", lambda request: None if request.url.startswith(("data:", path.resolve().as_uri())) else wrong.append(request.url))
         page.goto(path.resolve().as_uri())
         yield page, wrong
-        browser.close()
 
 
 # Elements that reach beyond the right edge, other than within a frame that scrolls.

@@ -63,7 +63,8 @@ def _directions(cells: list[Place], missed: list[Place]) -> Panel:
 
 def _label(place: Place) -> str:
     word = axis_of(place.axis, place.order, place.unit).split(" over ")[-1].removeprefix("direction, ")
-    return word if place.unit == "1" else f"{word} {place.start:.2g} to {place.end:.2g} {place.unit}"
+    ends = dict.fromkeys(f"{end:.2g}" for end in (place.start, place.end))  # one number where they are the same
+    return word if place.unit == "1" else f"{word} {' to '.join(ends)} {place.unit}"
 
 
 def _response(run: SteerTestRun, output: Output) -> tuple[np.ndarray, np.ndarray]:

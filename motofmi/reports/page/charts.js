@@ -46,7 +46,7 @@ const motofmiCharts = (() => {
       axisLabel: { ...FONT, color: colours.text, hideOverlap: !names, interval: names ? 0 : undefined,
         showMinLabel: spec.free ? false : odd(spec.low), showMaxLabel: spec.free ? false : odd(spec.high),
         formatter: names ? undefined : tick, width: names ? Math.min(0.4 * room, 190) : undefined,
-        overflow: names ? "break" : undefined },
+        overflow: names ? "break" : undefined, lineHeight: names ? 14 : undefined },
     };
   }
 
