@@ -134,6 +134,6 @@ def _small(p_value: float) -> str:
 def before_and_after(result: dict[str, Any]) -> Table:
     """Reduced chi-square and rms of the fitted and of the validation runs."""
     gap = result["gap"]
-    rows = [(label, "" if gap[n] is None else f"{gap[n]:.3f}", "" if gap["rms"][n] is None else f"{gap['rms'][n]:.4g}")
-            for n, label in {**RUNS, "noise_floor": "noise floor"}.items()]  # fmt: skip
+    rows = [(label, f"{gap[n]:.3f}", "" if gap["rms"][n] is None else f"{gap['rms'][n]:.4g}")
+            for n, label in {**RUNS, "noise_floor": "noise floor"}.items() if gap[n] is not None]  # fmt: skip
     return Table(("runs", "reduced chi-square [1]", f"rms [{gap['rms']['unit']}]"), rows)

@@ -111,7 +111,8 @@ def style() -> str:
     light, dark = (
         "".join(f"--c-{name}: {pair[k]}; " for name, pair in COLOURS.items()) for k in (0, 1)
     )
-    return f":root {{ {light}}} @media (prefers-color-scheme: dark) {{ :root {{ {dark}}} }}\n" + _page("report.css")
+    return (f":root {{ {light}}} @media (prefers-color-scheme: dark) {{ :root {{ {dark}}} }} @media print {{ :root {{ {light}}} }}\n"
+            + _page("report.css"))  # fmt: skip
 
 
 def scripts(shown: Sequence[Shown]) -> list[str]:

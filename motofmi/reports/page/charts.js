@@ -134,10 +134,10 @@ const motofmiCharts = (() => {
     const hollow = spec.style === "circles";
     return {
       type: drawn ? "scatter" : "line", name: spec.name, data, z: drawn ? 4 : 3, symbol: "circle",
-      symbolSize: drawn || spec.style === "both" ? (drawn ? 5 : 4) : 4, showSymbol: spec.style === "both" || panel.hover === "point",
-      itemStyle: { color: hollow ? "transparent" : colour, borderColor: colour, borderWidth: hollow ? 1.2 : 0 },
+      symbolSize: { errors: 7, both: 4 }[spec.style] || 5, showSymbol: spec.style === "both" || panel.hover === "point",
+      itemStyle: { color: hollow ? "transparent" : colour, borderColor: colour, borderWidth: hollow ? 1.2 : 0, opacity: drawn || spec.style === "both" ? 1 : 0 },
       lineStyle: { color: colour, width: spec.width, type: DASH[spec.style] || "solid" },
-      connectNulls: false, emphasis: { scale: 1.6 }, animation: false,
+      connectNulls: false, emphasis: { scale: 1.6, itemStyle: { opacity: 1 } }, animation: false,
     };
   }
 
@@ -343,8 +343,10 @@ const motofmiCharts = (() => {
   }
 
   const redraw = () => all.forEach((state) => { state.resize(); refresh(state); });
+  // A printed page has another width: pictures scale to it.
+  const scale = () => document.querySelectorAll(".panel svg").forEach((each) => each.setAttribute("viewBox", `0 0 ${each.getAttribute("width")} ${each.getAttribute("height")}`));
   dark.addEventListener("change", redraw);
-  window.addEventListener("beforeprint", () => { printing = true; redraw(); });
+  window.addEventListener("beforeprint", () => { printing = true; redraw(); scale(); });
   window.addEventListener("afterprint", () => { printing = false; redraw(); });
   return { draw };
 })();

@@ -5,6 +5,8 @@ import json
 import numpy as np
 import pytest
 
+import motofmi as mf
+from fmus.cosimulation.cosimulation_run import CosimulationRun
 from fmus.support.plain_json import to_json
 from motofmi.reports.chart_figures import figure
 from motofmi.reports.charts import (
@@ -22,6 +24,7 @@ from motofmi.reports.charts import (
     placed,
     thinned,
 )
+from motofmi.reports.time_histories import time_histories
 
 X = np.linspace(0, 1, 50)
 
@@ -82,3 +85,27 @@ def test_the_same_chart_is_drawn_by_matplotlib():
     assert len(first.lines) == 1 and first.get_ylabel() == "torque [N.m]" and [t.get_text() for t in first.texts] == ["here"]
     assert [label.get_text() for label in second.get_yticklabels()] == ["one", "two"]
     drawn.draw_without_rendering()
+
+
+@pytest.mark.slow
+def test_a_root_locus_holds_the_eigenvalues():
+    bike, speeds = mf.vehicle("sharp_1971"), [20.0, 30.0, 40.0]
+    modes = mf.modes(bike, speed=speeds)
+    (panel_of_modes,) = modes.show().chart.panels
+    weave = next(c for c in panel_of_modes.curves if c.name == "weave")
+    np.testing.assert_array_equal(weave.x + 1j * np.asarray(weave.y), modes["weave"].eigenvalue)
+    assert weave.text[1].startswith("weave, 30 m/s")
+    both = mf.compare_modes(bike, {"alone": None, "damped": "damper:7.5"}, speeds).show()
+    (compared,) = both.chart.panels
+    assert [c.name for c in compared.curves] == ["alone", "damped"] and {"weave", "wobble"} <= {note.text for note in compared.notes}
+
+
+def test_time_histories_have_a_panel_for_each_unit():
+    rows = np.column_stack([X, X, 2 * X, np.cos(X)])
+    columns = ("time [s]", "vehicle.steer_angle [rad]", "vehicle.roll_angle [rad]", "device.handlebar_torque [N.m]")
+    run = CosimulationRun(0.1, "jacobi", columns, rows, None, 1.0, None, [], 9, 0.1, 0.1)
+    angles, torque = time_histories(run).panels
+    assert (angles.y.unit, torque.y.title) == ("deg", "handlebar torque [N.m]") and len(angles.curves) == 2
+    np.testing.assert_allclose(angles.curves[1].y, np.degrees(2 * X))
+    (only,) = time_histories(run, ["device.handlebar_torque"]).panels
+    assert only.y.unit == "N.m"
