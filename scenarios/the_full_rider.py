@@ -27,8 +27,8 @@ def main(words: Sequence[str] | None = None) -> Path:
     parser.add_argument("--out", default="full_rider", type=Path, metavar="DIR", help="where to (default: full_rider)")
     path = parser.parse_args(words).out / "report.html"
     results = list(answered("full rider"))
-    answers = Table(("question", "answer"), [(each.section.title, each.section.paragraphs[0]) for each in results])
-    Report("motofmi: the full rider", LEAD, [Section("All answers", [], [], [answers]), *(each.section for each in results)], asked=ASKED).write(path)
+    overview = Table(("question", "answer"), [(each.section.title, each.section.paragraphs[0]) for each in results])
+    Report("motofmi: the full rider", LEAD, [Section("All answers", [], [], [overview]), *(each.section for each in results)], asked=ASKED).write(path)
     for each in results:
         picture = next(shown for shown, _ in each.section.figures if isinstance(shown, Chart))
         figure(picture).savefig(path.parent / f"{each.name}.png", dpi=80, metadata={"Software": None})

@@ -1,4 +1,4 @@
-"""A mode in motion, from above and from behind, by the phasors of its eigenvector. The page only turns phasors:
+"""The motion of a mode, drawn from above and from behind by the phasors of its eigenvector. The page only turns phasors:
 
     q(t) = Re(phasor exp(lambda t))
 

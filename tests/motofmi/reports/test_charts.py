@@ -69,7 +69,7 @@ def luminance(colour: str) -> float:
 
 
 @pytest.mark.parametrize("name", COLOURS)
-def test_curves_stand_out_from_the_background(name):
+def test_curves_contrast_with_the_background(name):
     """Contrast of 3 for graphics (WCAG 2.2, 1.4.11)."""
     light, dark = COLOURS[name]
     assert 1.05 / (luminance(light) + 0.05) >= 3 and (luminance(dark) + 0.05) / (luminance("#161616") + 0.05) >= 3
