@@ -1,5 +1,6 @@
 """Nonlinear dampers and dry friction: a force F(d') in addition to the linear c d'.
 
+    bilinear        F = r_c c |d'|,   c d' (1 + r_c) in one direction and c d' (1 - r_c) in the other
     coulomb, soft   F = T_c tanh(d' / s_0)
     stribeck        F = (T_c + T_s exp(-(d' / s_s)^2)) tanh(d' / s_0)
     lagging         F = T_c z,   t_f z' = tanh(d' / s_0) - z
@@ -57,6 +58,30 @@ class AnyDamping(Effect):
     @adds_to("force")
     def drag(self, v, m):
         return v.coefficient * m.absolute(v.rate) * v.rate + v.cubic_coefficient * v.rate**3
+
+
+class DampingAsymmetry(Effect):
+    """The damper is stiffer in one direction than in the other."""
+
+    family, form, element = "damping_asymmetry", "bilinear", "spring"
+    ratio = parameter(
+        "1", "Difference of the two damping coefficients over their sum", symbol="r_c", min=-1, max=1, start=0.05
+    )
+
+    @adds_to("force")
+    def difference(self, v, m):
+        return v.ratio * v.damping * m.absolute(v.rate)
+
+
+class QuadraticDampingAsymmetry(Effect):
+    """The damper is stiffer in one direction, with a difference in proportion to the rate."""
+
+    family, form, element = "damping_asymmetry", "quadratic", "spring"
+    even_coefficient = parameter("N.m.s2/rad2", "Even quadratic part of the damper's force", symbol="c_e", start=1.0)
+
+    @adds_to("force")
+    def difference(self, v, m):
+        return v.even_coefficient * v.rate**2
 
 
 class CoulombFriction(Effect):

@@ -6,7 +6,7 @@ import pytest
 from fmus import Component, Effect, input, parameter, state
 from fmus.composition.added_force import with_force_element
 from fmus.effects.placement import laws_at, states_of_no_element
-from fmus.mechanisms import DrivenJoint, TwoMass
+from fmus.mechanisms import DrivenJoint, MassSpringDamper, TwoMass
 from tests.simulators.other_components import Tanks, TwoCarts
 
 LEVELS = {"upper_level": 0.5, "level": 0.3}
@@ -128,3 +128,16 @@ def test_every_point_that_a_force_drives_has_the_laws_of_mechanics():
     assert dict(zip(joined.states, change, strict=True)) == pytest.approx(
         {"position": 0.0, "velocity": 0.0, "other_position": 0.0, "other_velocity": -2.0 / 4.0}
     )
+
+
+@pytest.mark.parametrize("rate", [0.5, -0.5])
+@pytest.mark.parametrize(
+    ("form", "values", "force"), [("bilinear", {"ratio": 0.2}, 0.2 * 3.0 * 0.5), ("quadratic", {"even_coefficient": 4.0}, 4.0 * 0.5**2)]
+)
+def test_a_damper_with_another_coefficient_in_each_direction_has_a_force_of_one_sign(form, values, force, rate):
+    base = MassSpringDamper().with_values(mass=2.0, spring_damping=3.0)
+    effect = next(e for e in laws_at(base) if (e.family, e.form) == ("damping_asymmetry", form))
+    joined = base.with_effects(effect()).with_values(**{f"damping_asymmetry.{n}": x for n, x in values.items()})
+    states, drive = np.array([0.1, rate]), np.zeros(1)
+    change = joined.derivatives(states, drive)[0] - base.derivatives(states, drive)[0]
+    assert change == pytest.approx([0.0, -force / 2.0], rel=1e-12)
