@@ -1,0 +1,89 @@
+"""Simulation of a fit over whole recordings, and the refit to its error, on an oscillator with a hardening spring.
+
+The recordings are simulated by scipy's `solve_ivp`.
+"""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from fmus.effects.stiffness import CubicHardening
+from fmus.mechanisms import MassSpringDamper
+from motofmi.gap.estimation.fit_result import Fit
+from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.gap.models.free_initial_state import FreeInitialStateModel
+from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.validation.open_loop import open_loop, refitted_in_open_loop
+from motofmi.recordings.recording import Recording
+
+TRUE = {"mass": 1.0, "spring_stiffness": 40.0, "spring_damping": 0.6, "hardening_stiffness.cubic_stiffness": 25.0}
+NOISE, OFFSET, LIMIT, WINDOW = 2e-3, 0.05, 0.9, 50
+EXPERIMENT = input_output_experiment(MassSpringDamper(), ["force", "displacement"]).with_sensor_offsets({"force": 1.0})
+
+
+def oscillator_run(seed: int, limit: float = np.inf) -> Recording:
+    """60 s at 25 Hz under five sines, read by a sensor with an offset and white noise that goes no further than a limit."""
+    time, force, displacement = motion(seed)
+    noise = NOISE * np.random.default_rng([seed, 1]).standard_normal(len(time))
+    seen = np.minimum(displacement + OFFSET + noise, limit)
+    return Recording("run", time, {"force": force, "displacement": seen}, {"force": "N", "displacement": "m"})
+
+
+@cache
+def motion(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Time, force and displacement (n,)."""
+    rng, time = np.random.default_rng(seed), np.arange(1500) / 25
+    frequency, phase = 0.3 + 0.4 * np.arange(5) + 0.1 * rng.random(5), 2 * np.pi * rng.random(5)
+    m, k, c, k3 = TRUE.values()
+
+    def force(t):
+        return 8.0 * np.sin(2 * np.pi * np.multiply.outer(t, frequency) + phase).sum(axis=-1)
+
+    made = solve_ivp(lambda t, x: [x[1], (force(t) - k * x[0] - c * x[1] - k3 * x[0] ** 3) / m], (0, 60), [0.3, 0.0],
+                     "DOP853", t_eval=time, rtol=1e-8, atol=1e-8)  # fmt: skip
+    return time, force(time), made.y[0]
+
+
+def found(recording: Recording, **values: float) -> Fit:
+    """A fit over segments with some values that are wrong."""
+    model = FreeInitialStateModel(EXPERIMENT).with_added_effects(CubicHardening)
+    run = prepare_sampled_run(recording, EXPERIMENT)
+    return fit(model, [run], model.start(TRUE | values), iterations=0)
+
+
+def values(made) -> dict[str, float]:
+    return {name: value for name, value in made.model.values(made.q).items() if name in TRUE}
+
+
+def rms(made, recording: Recording) -> float:
+    left = made.simulated(recording)[:, 0] - recording["displacement"]
+    return float(np.sqrt(np.mean(left[WINDOW:] ** 2)))
+
+
+@pytest.mark.slow
+def test_the_true_model_predicts_another_run_within_its_noise_and_with_its_offset():
+    made = open_loop(found(oscillator_run(1)), [prepare_sampled_run(oscillator_run(1), EXPERIMENT)], WINDOW)
+    # 1,500 samples of noise give the offset with a standard error of NOISE / 39.
+    assert made.offset[0] == pytest.approx(OFFSET, abs=4 * NOISE / 39)
+    # The initial states rest on 50 samples, and the simulation follows them until they have decayed (3 s).
+    assert rms(made, oscillator_run(2)) < 1.1 * NOISE
+    # Three of the base, the offset of the force, the cubic stiffness, the offset of the sensor.
+    assert made.fitted_numbers == 6
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("limit", [np.inf, LIMIT])
+def test_a_refit_to_the_simulation_error_comes_from_wrong_values_to_the_true_ones(limit):
+    run = oscillator_run(1, limit)
+    assert np.isinf(limit) or np.mean(run["displacement"] == limit) > 0.02
+    wrong = open_loop(
+        found(run, spring_stiffness=42.0, spring_damping=0.8), [prepare_sampled_run(run, EXPERIMENT)], WINDOW
+    )
+    made = refitted_in_open_loop(wrong, [prepare_sampled_run(run, EXPERIMENT)])
+    assert rms(made, oscillator_run(2, limit)) < 1.1 * NOISE < 0.1 * rms(wrong, oscillator_run(2, limit))
+    for name, value in values(made).items():
+        assert value == pytest.approx(TRUE[name], rel=5e-3), name
+    assert made.limits[1, 0] == limit and made.limits[0, 0] == -np.inf
