@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import benchmarks
+from benchmarks.gap_permutation import DATA
 from fmus.support.progress import track
 
 RESULTS = Path(__file__).parent / "results.json"
@@ -40,15 +41,20 @@ def main() -> None:
         "names", nargs="*", metavar="NAME", help=f"studies to run (default: all): {', '.join(studies())}"
     )
     parser.add_argument("--json", metavar="FILE", help="write these results there as well; - for standard output")
+    parser.add_argument("--data", metavar="DIR", help=f"folder of recordings of others (default: environment variable {DATA})")
     arguments = parser.parse_args()
     for name in arguments.names:
         if name not in studies():
             parser.error(f"unknown study {name!r} (valid: {', '.join(studies())})")
+    if arguments.data:
+        os.environ[DATA] = arguments.data
     measured = {}
     for name in arguments.names or studies():
         print(f"{name} ...", file=sys.stderr)
         result = importlib.import_module(f"benchmarks.{name}").run(track)
         measured[name] = {"date": datetime.date.today().isoformat(), "machine": machine(), **result}
+        if set(result) == {"skipped"}:  # no data: the results of an earlier run stay
+            continue
         kept = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
         RESULTS.write_text(json.dumps({**kept, name: measured[name]}, indent=1) + "\n")
     text = json.dumps(measured, indent=1)
