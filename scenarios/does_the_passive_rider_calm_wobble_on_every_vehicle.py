@@ -14,14 +14,18 @@ from pathlib import Path
 import numpy as np
 
 from fmus.composition.system import System
+from fmus.expressions.functions import NUMERIC
 from fmus.support.files import write_atomically
 from motofmi.reports.report import Table
+from motofmi.scenarios.does_fork_bending_turn_the_trend_of_wobble_round import findings
+from motofmi.scenarios.does_fork_bending_turn_the_trend_of_wobble_round import run as run_freedoms
+from motofmi.scenarios.does_fork_bending_turn_the_trend_of_wobble_round import table as table_of_freedoms
 from motofmi.scenarios.what_does_each_reading_do_to_sharp_1994 import run as run_readings
 from motofmi.scenarios.what_does_each_reading_do_to_sharp_1994 import table as table_of_readings
 from rider_fmu import riders
 from vehicle_fmu import LinearDamper, Modes, modes, motorcycles, over_speed, ridden
 
-VEHICLES = ("sharp_1971", "reference_2011", "sharp_1994")
+VEHICLES = ("sharp_1971", "reference_2011", "sharp_1994", "tum_2020")
 SPEEDS = np.arange(10.0, 70.25, 0.5)  # m/s: from where a motorcycle is ridden hands off; the top of its range
 DAMPING = 7.5  # N.m.s/rad, added in Fig. 14 of the 2011 paper
 OFF, RIDER, DAMPER, HANDS = "hands off", "mean rider", f"damper {DAMPING:g} N.m.s/rad", "Sharp's hands"
@@ -88,9 +92,23 @@ def markdown(table: Table) -> str:
     return "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in table.rows)])
 
 
+def printed() -> Table:
+    """What the model files of the touring motorcycle print, beside what is computed."""
+    name = "tum_2020"
+    motorcycle, expected = motorcycles.load(name), motorcycles.contents(name)["printed"]
+    values = motorcycle.run({**motorcycle.start_values(), "speed": 0.1}, NUMERIC)
+    front, rear = float(values["front_load"]), float(values["rear_load"])
+    mass = (front + rear) / motorcycle.values["gravity"]
+    computed = {"mass": mass, "front_load": front, "rear_load": rear}
+    units = {"mass": "kg", "front_load": "N", "rear_load": "N"}
+    rows = [[n.replace("_", " "), f"{expected[n]:g} {units[n]}", f"{x:.2f} {units[n]}", f"{x - expected[n]:+.2f}"]
+            for n, x in computed.items()]  # fmt: skip
+    return Table(["quantity", "printed", "computed", "difference"], rows, "Printed numbers of the model")
+
+
 def page() -> str:
     """The text of docs/vehicles.md."""
-    found, choices = run(), run_readings()
+    found, choices, freedoms = run(), run_readings(), run_freedoms()
     return f"""# Vehicles
 
 Rendered by `python -m motofmi.scenarios.does_the_passive_rider_calm_wobble_on_every_vehicle`. No value is tuned.
@@ -99,6 +117,7 @@ Rendered by `python -m motofmi.scenarios.does_the_passive_rider_calm_wobble_on_e
 |---|---|
 | `sharp_1971` | rigid frames, two relaxing tyres; `reference_2011` is the same with the damper that the 2011 paper prints |
 | `sharp_1994` | steering head with lateral and torsional compliance, rear frame that twists, rider's upper body in roll, tyres that depend on their load, aerodynamic and drive forces, hands on or off the bar |
+| `tum_2020` | touring motorcycle of TU Munich and BMW: torsion of frame, fork and swingarm, bending of the fork, a rider who leans and slides, each free or locked; Magic Formula tyres, linear at their load, with camber and relaxation; suspensions locked |
 | `benchmark_bicycle` | knife-edge wheels without slip; it has no wobble |
 
 ## Does the passive rider calm wobble on every vehicle?
@@ -117,11 +136,24 @@ other choice is a parameter. One of them is changed in each row.
 
 {markdown(table_of_readings(choices))}
 
+## What each freedom of `tum_2020` does
+
+{markdown(findings(freedoms))}
+
+{markdown(table_of_freedoms(freedoms))}
+
+One freedom is free in each row; `--set fork_bending=0` locks one. The paper's curves are drawings: its text states the
+trends above and no eigenvalues. The model of the paper also takes corners and moves its suspensions; this one runs straight.
+
 ## Printed numbers
+
+The model files of `tum_2020` print mass, wheelbase, mass centre and static loads:
+
+{markdown(printed())}
 
 Public sources print eigenvalues of `sharp_1971` and of the benchmark bicycle, and features of the modes of the 2011 paper;
 `motofmi tour` shows all of them beside the computed ones. For `sharp_1994` no printed eigenvalue was found in a public
-source: the figures of the 1994 paper are not accessible, and the AutoSim model of it is published as parameters.
+source: its AutoSim model is published as parameters, and texts about it show root loci as drawings.
 """
 
 

@@ -2,9 +2,10 @@
 
 Modes of these freedoms lie between weave and wobble and veer with both, and weave veers with rear wobble. Therefore
   naming speed   of 60, 55, ... 30 m/s the one at which every pair is most clearly one of further states or none of them
-  weave          its branch from the naming speed, or another pair, not mostly of further states, in which roll takes a larger
-                 part than that and than the steer; where roll takes a larger part in three real roots than in any such
-                 pair, the two least stable of them
+  weave          the pair, not mostly of further states, with the largest part of roll, less what the part of the steer exceeds
+                 it. It is the branch of the naming speed with more roll than steer, or roll takes a larger part in it than
+                 in the third of the real roots (another pair: than in the second, and than in the mean of all modes);
+                 otherwise weave is the two least stable of the three real roots with the largest parts of roll
   capsize        the real root in which roll takes the largest part; of those three the most stable one
   rear wobble    the branch that weave has at the naming speed where weave is another pair; its own branch elsewhere
   wobble         its branch from the naming speed, or the branch of another pair there in which steer takes a larger part
@@ -73,12 +74,14 @@ def _character(shapes: ModeShapes, k: int, above: dict[str, Columns]) -> tuple[N
 def _slow_modes(shapes: ModeShapes, k: int, excess: np.ndarray, branch: Columns) -> dict[str, Columns]:
     """The branches of weave and capsize, from the branch of weave at the naming speed."""
     foreign, roll, values = shapes.foreign_participation(k), shapes.part(k, "roll"), shapes.eigenvalues[k]
-    own = [i for i in shapes.upper(k) if set(shapes.pair(k, i)) == set(branch)]
-    pairs = [i for i in shapes.upper(k) if foreign[i] <= MAJORITY and excess[i] > 0] + own
+    pairs = [i for i in shapes.upper(k) if foreign[i] <= MAJORITY]
     real = sorted((i for i, value in enumerate(values) if value.imag == 0), key=lambda i: -roll[i])
-    weave = max(pairs, key=lambda i: roll[i], default=None)
-    if weave is not None and (excess[weave] > 0 or len(real) < 3 or roll[weave] > roll[real[2]]):
-        return {"weave": shapes.pair(k, weave), "capsize": tuple(int(shapes.column[k, i]) for i in real[:1])}
+    weave = max(pairs, key=lambda i: roll[i] + min(excess[i], 0.0), default=None)
+    if weave is not None:
+        kept = set(shapes.pair(k, weave)) == set(branch)
+        least = roll[real[2]] if kept and len(real) > 2 else max(float(roll.mean()), *roll[real[1:2]])
+        if (kept and excess[weave] > 0) or len(real) < 3 or roll[weave] > least:
+            return {"weave": shapes.pair(k, weave), "capsize": tuple(int(shapes.column[k, i]) for i in real[:1])}
     three = sorted(real[:3], key=lambda i: -values[i].real)
     columns = tuple(int(shapes.column[k, i]) for i in three)
     return {"weave": columns[:2], "capsize": columns[2:]}

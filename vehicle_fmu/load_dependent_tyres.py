@@ -56,7 +56,7 @@ class LoadDependentTyres(Component):
 
     vars().update(rows())
     moment_relaxes = parameter(
-        "1", "1 where the moment about z relaxes with the side force, 0 where it does not", symbol=r"\lambda", min=0,
+        "1", "Whether the moment about z relaxes with the side force (1) or not (0)", symbol=r"\lambda", min=0,
         max=1, start=1)  # fmt: skip
     front_side_force = state("N", "Side force of the front tyre", symbol="Y_f", exposed=True, nominal=100)
     rear_side_force = state("N", "Side force of the rear tyre", symbol="Y_r", exposed=True, nominal=100)

@@ -37,7 +37,7 @@ Point = tuple[Any, Any]  # (x, z) [m]
 LOCKED = 1e3  # 1/s: least decay of the states of a locked freedom, above all modes of vehicles
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Freedom:
     """A hinge about `axis` (u_x, u_z) through `point` (x, z), or a slide to the right where the axis is None.
 
@@ -79,7 +79,7 @@ Path = tuple[Freedom, ...]
 @dataclass(frozen=True)
 class Body:
     """A rigid body: its path, mass [kg], mass centre (x, z) [m], roll and yaw inertia and the integral of x z dm about
-    the mass centre [kg.m2], and the spin momentum of a wheel in it [N.m.s].
+    the mass centre [kg.m2], and the spin momentum of a wheel in it [N.m.s] or None.
     """
 
     path: Path
@@ -88,7 +88,7 @@ class Body:
     roll_inertia: Any = 0
     yaw_inertia: Any = 0
     product: Any = 0
-    spin: Any = 0
+    spin: Any = None
 
 
 def mass_matrix(bodies: Sequence[Body], freedoms: Sequence[Freedom]) -> dict[tuple[str, str], Any]:
@@ -122,7 +122,7 @@ def inertia_force(j: Freedom, bodies: Iterable[Body], v: Any) -> Any:
         if j not in body.path:
             continue
         total -= body.mass * j.shift(body.centre) * v.speed * v.yaw_rate
-        if body.spin != 0:
+        if body.spin is not None:
             total -= body.spin * (j.tilt * turn_rate(body.path, v) - j.heading * tilt_rate(body.path, v))
     return total
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from motofmi.scenarios import does_fork_bending_turn_the_trend_of_wobble_round as of_freedoms
 from motofmi.scenarios import does_the_passive_rider_calm_wobble_on_every_vehicle as on_every_vehicle
 from motofmi.scenarios import what_does_each_reading_do_to_sharp_1994 as of_readings
 from tests import ROOT
@@ -30,3 +31,15 @@ def test_every_reading_changes_the_motorcycle_and_is_on_the_page():
                     for m in ("weave", "wobble")) if changed else 1.0  # fmt: skip
         assert change > 1e-3, words
         assert f"| {words} |" in PAGE
+
+
+@pytest.mark.slow
+def test_the_findings_of_the_paper_are_on_the_page_with_what_is_missed():
+    speeds = np.array([10.0, 30.0, 35.0, 60.0, 70.0])
+    words = (of_freedoms.RIGID, "fork bending", "frame torsion", "rider lean", "rider slide")
+    systems = of_freedoms.systems()
+    found = {word: modes(over_speed(systems[word]), speeds) for word in words}
+    shown = of_freedoms.findings(found)
+    assert [row[-1] for row in shown.rows] == ["yes", "partly", "partly", "yes", "yes", "yes"]
+    for row in shown.rows:
+        assert f"| {row[0]} |" in PAGE

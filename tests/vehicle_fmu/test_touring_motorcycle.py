@@ -207,3 +207,27 @@ def test_left_and_right_are_alike():
     inputs[TUM.inputs.index("speed")] = mirrored[TUM.inputs.index("speed")] = 25.0
     for left, right in zip(TUM.derivatives(state, inputs), TUM.derivatives(-state, mirrored), strict=True):
         assert left == pytest.approx(-right, rel=1e-12)
+
+
+# Names of modes -----------------------------------------------------------------------------------
+
+SPEEDS = np.arange(10.0, 70.5, 0.5)  # where motorcycles are ridden; below 5 m/s weave and lean share their motion
+RIDERS = [n for n in riders.names() if riders.contents(n)["component"] == "PassiveRider"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("rider", [None, *RIDERS])
+def test_every_name_is_one_eigenvalue_in_the_band_of_its_mode(rider):
+    found = modes(over_speed(ridden(TUM, rider and riders.load(rider))), SPEEDS)
+    frequency = {mode: one.frequency for mode, one in found.named.items()}
+    for k in range(len(SPEEDS)):
+        present = [mode for mode in found.unstable if not np.isnan(found[mode].eigenvalue[k])]
+        places = [int(np.argmin(np.abs(found.eigenvalues[k] - found[mode].eigenvalue[k]))) for mode in present]
+        assert len(set(places)) == len(places), SPEEDS[k]
+    assert (frequency["capsize"] == 0).all()
+    assert (frequency["weave"] < 5).all()  # 2020 and Sharp: 1 to 4 Hz, a little above at 70 m/s
+    assert (np.diff(frequency["weave"][SPEEDS >= 20]) > -0.05).all()  # it rises with speed all along
+    if rider is None:
+        assert ((frequency["wobble"] > 6.5) & (frequency["wobble"] < 10)).all()
+        assert "rider_wobble" not in found.unstable
+    assert not found.unstable["wobble"]

@@ -131,7 +131,7 @@ class CompliantMotorcycle(LoadDependentTyres):
                                      symbol=r"k_\zeta", min=0, max=1e15, start=1e4)  # fmt: skip
     upper_body_damping = parameter("N.m.s/rad", "Roll damping of the rider's upper body against the frame",
                                    symbol=r"c_\zeta", min=0, max=1e9)  # fmt: skip
-    hands_on = parameter("1", "1 with the hands on the bar, 0 with the hands off or with a rider at the handlebar port",
+    hands_on = parameter("1", "Hands on the bar (1) or off, or a rider at the handlebar port (0)",
                          symbol=r"\kappa", min=0, max=1)  # fmt: skip
     steering_stiffness = parameter("N.m/rad", "Stiffness of the steer, hands off", symbol="K_{s0}", min=0, max=1e6)
     steering_damping = parameter("N.m.s/rad", "Damping of the steer, hands off", symbol="K_0", min=0, max=1e4)
@@ -142,7 +142,7 @@ class CompliantMotorcycle(LoadDependentTyres):
     pressure_height = parameter("m", "Height of the centre of pressure", symbol="h_c", min=0, max=5)
     rolling_resistance = parameter("1", "Rolling resistance per load", symbol="C_0", min=0, max=1)
     rolling_resistance_rise = parameter("s2/m2", "Rolling resistance per load and squared speed", symbol="C_2", min=0, max=1)
-    longitudinal_forces = parameter("1", "1 where drag, rolling resistance and drive act, 0 where they act on the loads only",
+    longitudinal_forces = parameter("1", "Whether drag, rolling resistance and drive act (1) or change the loads only (0)",
                                     symbol=r"\chi", min=0, max=1, start=1)  # fmt: skip
     gravity = parameter("m/s2", "Gravitational acceleration", symbol="g", min=0, max=100, start=9.81)
 

@@ -97,7 +97,7 @@ def rows() -> Iterator[tuple[str, Variable]]:
                                               min=least, max=1e5, start=start)  # fmt: skip
     for name, (symbol, what, is_slide) in FLEXIBLE.items():
         unit, torque, per = ("m", "N", "m") if is_slide else ("rad", "N.m", "rad")
-        yield name, parameter("1", f"1 where the {what} is free, 0 where it is locked", symbol=f"s_{{{symbol}}}", min=0,
+        yield name, parameter("1", f"Whether the {what} is free (1) or locked (0)", symbol=f"s_{{{symbol}}}", min=0,
                               max=1, start=1)  # fmt: skip
         yield f"{name}_stiffness", parameter(f"{torque}/{per}", f"Stiffness of the {what}", symbol=f"k_{{{symbol}}}", min=0,
                                              max=1e15, start=1e5)  # fmt: skip
@@ -216,7 +216,7 @@ def bodies(v: Any, m: Any) -> tuple[list[Body], list[Freedom]]:
     front, rear, rider = (*fork, bending, torsion), (*GROUND, swing), (*GROUND, slide)
 
     def body(name: str, path: tuple[Freedom, ...], centre: tuple[Any, Any], inclination: tuple[Any, Any] = (1, 0),
-             share: Any = 0, spin: Any = 0) -> Body:  # fmt: skip
+             share: Any = 0, spin: Any = None) -> Body:  # fmt: skip
         """A body whose inertia is given in axes that lean forward by an angle of that cosine and sine."""
         k, n = inclination
         x, z, xz = (v[f"{name}_{axes}"] for axes in ("xx", "zz", "xz"))
