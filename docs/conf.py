@@ -1,0 +1,31 @@
+"""The site: `pip install '.[docs]' && sphinx-build -nW docs site`. Pages are executed by the build; tables come from the code."""
+
+import sys
+from importlib.metadata import version as installed
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))  # the extension beside this file
+
+project = "motofmi"
+author = "motofmi developers"
+release = installed("motofmi")
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx-mathjax-offline", "sphinx_copybutton", "extension"]
+exclude_patterns = ["README.md", "**/.ipynb_checkpoints"]
+html_theme = "furo"
+html_title = f"motofmi {release}"
+html_show_sphinx = False
+
+# Pages that are executed fail the build where they fail.
+nb_execution_mode = "force"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 240
+nb_execution_in_temp = True
+nb_merge_streams = True
+
+myst_enable_extensions = ["dollarmath", "colon_fence", "deflist"]
+myst_heading_anchors = 4
+autodoc_typehints = "none"
+autodoc_member_order = "bysource"
+# Docstrings are plain text with indented examples, not reStructuredText references.
+nitpick_ignore_regex = [("py:.*", ".*")]
+suppress_warnings = ["myst.header"]
