@@ -10,7 +10,7 @@ project = "motofmi"
 author = "motofmi developers"
 release = installed("motofmi")
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx-mathjax-offline", "sphinx_copybutton", "extension"]
-exclude_patterns = ["README.md", "**/.ipynb_checkpoints"]
+exclude_patterns = ["components/README.md", "**/.ipynb_checkpoints"]
 html_theme = "furo"
 html_title = f"motofmi {release}"
 html_show_sphinx = False
@@ -24,6 +24,7 @@ nb_merge_streams = True
 
 myst_enable_extensions = ["dollarmath", "colon_fence", "deflist"]
 myst_heading_anchors = 4
+myst_fence_as_directive = ["math"]  # as the forges write equations
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"
 # Docstrings are plain text with indented examples, not reStructuredText references.
