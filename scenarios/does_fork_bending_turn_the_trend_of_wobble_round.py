@@ -4,11 +4,13 @@ The findings of the 2020 paper on the touring motorcycle (Section 4.1 and abstra
 rigid motorcycle with a rigid rider, and all of them, with the hands off and with the passive rider.
 """
 
+from itertools import cycle
+
 import numpy as np
-from matplotlib.figure import Figure
 
 from fmus.composition.system import System
-from motofmi.reports.report import Section, Table, new_figure
+from motofmi.reports.charts import SEQUENCE, Axis, Chart, Curve, Line, Panel
+from motofmi.reports.report import Section, Table
 from rider_fmu import riders
 from vehicle_fmu import Modes, modes, motorcycles, over_speed, ridden
 from vehicle_fmu.components.touring_motorcycle import FLEXIBLE
@@ -78,16 +80,12 @@ def _at(one: Modes, mode: str, speed: float) -> str:
     return "no name" if np.isnan(value) else f"{value.real:+.2f}, {value.imag / (2 * np.pi):.2f}"
 
 
-def figure(found: dict[str, Modes]) -> Figure:
-    """The real parts of wobble and weave over speed."""
-    picture, axes = new_figure(2, 1, width=11, height=4.6)
-    for mode, ax in zip(("wobble", "weave"), axes, strict=True):
-        for words, one in found.items():
-            ax.plot(one.speed, one[mode].eigenvalue.real, label=words)
-        ax.axhline(0, color="k", linewidth=0.6)
-        ax.set(xlabel="speed [m/s]", ylabel=f"real part of {mode} [1/s]")
-    axes[1].legend(fontsize=7)
-    return picture
+def chart(found: dict[str, Modes]) -> Chart:
+    """The real parts of wobble and weave over speed; dashed where colours repeat."""
+    styles = dict(zip(found, zip(cycle(SEQUENCE), ["line"] * len(SEQUENCE) + ["dashed"] * len(found), strict=False), strict=False))
+    return Chart([Panel(Axis("speed", "m/s"), Axis(f"real part of {mode}", "1/s"),
+                        [Curve(words, one.speed, one[mode].eigenvalue.real, *styles[words]) for words, one in found.items()],
+                        lines=[Line(0)], height=380) for mode in ("wobble", "weave")], columns=2)  # fmt: skip
 
 
 def section(found: dict[str, Modes]) -> Section:
@@ -95,5 +93,5 @@ def section(found: dict[str, Modes]) -> Section:
     text = ("With a rigid fork the damping of wobble falls over the speed; with fork bending it rises first. Frame torsion "
             "and fork bending unsettle weave at high speed, the rider's lean settles it.")  # fmt: skip
     return Section("Does fork bending turn the trend of wobble round?", [text],
-                   [(figure(found), "Each freedom by itself, all of them, and all of them with the passive rider")],
+                   [(chart(found), "Each freedom by itself, all of them, and all of them with the passive rider")],
                    [findings(found), table(found)])  # fmt: skip
