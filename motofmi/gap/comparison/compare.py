@@ -75,10 +75,10 @@ def compare(
 def _blocks(
     base: Fit, singles: Sequence[Candidate], validation: Sequence[SampledRun], criteria: Criteria
 ) -> CommonBlocks:
-    """The blocks by the residuals of the single effect with the least chi-square that has a magnitude, else of the base."""
+    """The blocks by the residuals of the single effect with the least chi-square that is no disturbance, else of the base."""
     for found in sorted((c.fit for c in singles), key=lambda found: found.chi2):
         blocks = CommonBlocks(found, validation, criteria)
-        if blocks.has_magnitudes(found):
+        if not blocks.is_disturbance(found):
             return blocks
     return CommonBlocks(base, validation, criteria)
 

@@ -138,11 +138,17 @@ class CommonBlocks:
         losses = np.log(squares + self.floor)
         return losses if np.all(np.isfinite(losses)) else None
 
-    def has_magnitudes(self, found: Fit) -> bool:
-        """Whether every effect of a fit has a magnitude that is distinguishable from zero, by its sandwich errors."""
+    def is_disturbance(self, found: Fit) -> bool:
+        """Whether a fit reduces the misfit by the free initial states of an effect without a magnitude.
+
+        An effect with states of its own does so even where its magnitude is not distinguishable from zero. The standard
+        errors are those of the sandwich.
+        """
+        if not any(row.role == "state" for effect in found.model.effects for row in effect.declared.values()):
+            return False
         covariance = sandwich_covariance(self.residuals(found), self.blocks)
         errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-        return undetermined_magnitude(found, errors, self.criteria) is None
+        return undetermined_magnitude(found, errors, self.criteria) is not None
 
     def residuals(self, found: Fit) -> TimeResiduals:
         """The residuals of a fit over time, each output over the scale of the comparison."""

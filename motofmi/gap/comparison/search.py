@@ -48,9 +48,8 @@ def leading_models(blocks: CommonBlocks, base: Fit, singles: Sequence[Candidate]
     """The forms of the leading families, evaluated on all blocks.
 
     Effects that are clearly behind the leading one on the fitted blocks are left out: they cannot be in the model
-    confidence set. An effect whose magnitude is not distinguishable from zero leads nothing; where it has the least loss
-    it is the last of the models. A form is also fitted from the best form of its family, which it may contain or be
-    contained in.
+    confidence set. A disturbance (`CommonBlocks.is_disturbance`) leads nothing; where it has the least loss it is the
+    last of the models. A form is also fitted from the best form of its family, which it may contain or be contained in.
     """
     order, near = _leading(blocks, {id(c): c.fit for c in singles})
     fitted = {id(c): c for c in singles}
@@ -62,7 +61,7 @@ def leading_models(blocks: CommonBlocks, base: Fit, singles: Sequence[Candidate]
 
 def _leading(blocks: CommonBlocks, fits: dict[Key, Fit]) -> tuple[list[Key], list[Key]]:
     """The keys of fits in the order of their mean loss on fitted blocks, and those that are not clearly behind the best
-    one that has magnitudes.
+    one that is no disturbance.
 
     The best one is refined before it is judged; the refined fit takes its place in fits.
     """
@@ -72,7 +71,7 @@ def _leading(blocks: CommonBlocks, fits: dict[Key, Fit]) -> tuple[list[Key], lis
     for key in order:
         if not real:
             fits[key] = refined_fit(fits[key])
-        if blocks.has_magnitudes(fits[key]):
+        if not blocks.is_disturbance(fits[key]):
             real.append(key)
     return order, [key for key in real if not clearly_behind(losses[key], losses[real[0]])]
 
@@ -119,7 +118,7 @@ def pairs(
     fits: dict[frozenset[type[Effect]], Fit] = {}
     plain = [effect for effect in library if not effect.flexible]
     families: set[frozenset[str]] = set()
-    for first in [m for m in firsts if blocks.has_magnitudes(m.fit)][:LEADING_FAMILIES]:
+    for first in [m for m in firsts if not blocks.is_disturbance(m.fit)][:LEADING_FAMILIES]:
         leading = [s for s in _seconds(first, plain) if first.families | {s.effect.family} not in families]
         families |= {first.families | {s.effect.family} for s in leading}
         for candidate in fit_each(first.fit, leading, [], first.fit.chi2, [], criteria):
