@@ -56,7 +56,7 @@ class Names:
 def name_modes(linearised: Linearised, branches: Branches, reference_speed: float) -> Names:
     """The names of the branches at all speeds. The grid of the branches has every multiple of 0.1 m/s."""
     flexible, reference_speed = distinct_speed(reference_speed, linearised, branches)
-    above = _named_at(reference_speed, linearised, branches)
+    above = named_at(ModeShapes.at(np.array([reference_speed]), linearised, branches), 0)
     formation, another = _formation_of_another_pair(linearised, branches, above, reference_speed)
     if not another and not flexible:
         return Names(above, [], [])
@@ -95,36 +95,35 @@ def _along(tenths: np.ndarray, characters: Callable) -> tuple[list[tuple[float, 
     return below, mixed[::-1]
 
 
-def _named_at(speed: float, linearised: Linearised, branches: Branches) -> dict[str, Columns]:
-    """The branches of weave, wobble, rider-wobble and capsize by their mode shapes at the naming speed."""
-    shapes = ModeShapes.at(np.array([speed]), linearised, branches)
-    part, roll, torso = (shapes.part(0, motion) for motion in ("steer", "roll", "torso"))
-    other = shapes.foreign_participation(0) > MAJORITY
-    upper = shapes.upper(0)
-    in_pairs = {c for i in upper for c in shapes.pair(0, i)}
-    real = [i for i in range(len(part)) if int(shapes.column[0, i]) not in in_pairs and not other[i]]
+def named_at(shapes: ModeShapes, k: int) -> dict[str, Columns]:
+    """The branches of weave, wobble, rider-wobble and capsize by their mode shapes k, those at the naming speed."""
+    part, roll, torso = (shapes.part(k, motion) for motion in ("steer", "roll", "torso"))
+    other = shapes.foreign_participation(k) > MAJORITY
+    upper = shapes.upper(k)
+    in_pairs = {c for i in upper for c in shapes.pair(k, i)}
+    real = [i for i in range(len(part)) if int(shapes.column[k, i]) not in in_pairs and not other[i]]
     names: dict[str, Columns] = {}
     if real:
-        capsize = min(real, key=lambda i: abs(shapes.eigenvalues[0, i]))
-        names["capsize"] = (int(shapes.column[0, capsize]),)
+        capsize = min(real, key=lambda i: abs(shapes.eigenvalues[k, i]))
+        names["capsize"] = (int(shapes.column[k, capsize]),)
         real.remove(capsize)
     pairs = [i for i in upper if not other[i]]
     if pairs:
         weave = max(pairs, key=lambda i: roll[i] - part[i])
-        names["weave"] = shapes.pair(0, weave)
+        names["weave"] = shapes.pair(k, weave)
         rest = sorted((i for i in pairs if i != weave), key=lambda i: -part[i] - torso[i])
         has_torso = bool(torso.any())
-        front = sorted(rest[: 1 + has_torso], key=lambda i: shapes.together[0, i])
-        if has_torso and len(front) == 1 and shapes.together[0, front[0]] > 0:
-            names["rider_wobble"] = shapes.pair(0, front[0])
-            names["wobble"] = tuple(int(shapes.column[0, i]) for i in sorted(real, key=lambda i: -part[i])[:2])
+        front = sorted(rest[: 1 + has_torso], key=lambda i: shapes.together[k, i])
+        if has_torso and len(front) == 1 and shapes.together[k, front[0]] > 0:
+            names["rider_wobble"] = shapes.pair(k, front[0])
+            names["wobble"] = tuple(int(shapes.column[k, i]) for i in sorted(real, key=lambda i: -part[i])[:2])
         else:
-            names.update({mode: shapes.pair(0, i) for mode, i in zip(("wobble", "rider_wobble"), front, strict=False)})
-        names.update({f"{OTHER} {k}": shapes.pair(0, i) for k, i in enumerate(rest[1 + has_torso :])})
-    of_devices = [shapes.pair(0, i) for i in upper if other[i]] + [
-        (int(c),) for i, c in enumerate(shapes.column[0]) if other[i] and int(c) not in in_pairs
+            names.update({mode: shapes.pair(k, i) for mode, i in zip(("wobble", "rider_wobble"), front, strict=False)})
+        names.update({f"{OTHER} {n}": shapes.pair(k, i) for n, i in enumerate(rest[1 + has_torso :])})
+    of_devices = [shapes.pair(k, i) for i in upper if other[i]] + [
+        (int(c),) for i, c in enumerate(shapes.column[k]) if other[i] and int(c) not in in_pairs
     ]
-    names.update({f"{OTHER} of device {k}": columns for k, columns in enumerate(of_devices)})
+    names.update({f"{OTHER} of device {n}": columns for n, columns in enumerate(of_devices)})
     return names
 
 

@@ -6,6 +6,7 @@ motion, yaw, roll and steer: twist of a frame, lean.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -36,7 +37,11 @@ class ModeShapes:
     @classmethod
     def at(cls, speeds: np.ndarray, linearised: Linearised, branches: Branches) -> "ModeShapes":
         """The mode shapes at speeds of the grid of the branches."""
-        space = linearised(speeds)
+        return cls.of(linearised(speeds), branches.at(speeds))
+
+    @classmethod
+    def of(cls, space: StateSpace, spectra: np.ndarray) -> "ModeShapes":
+        """The mode shapes of stacked state spaces, whose eigenvalues (n, nx) by branch are `spectra`."""
         eigenvalues, right = np.linalg.eig(space.A)
         rows = {n.split(".")[-1]: i for i, n in enumerate(space.outputs)}
         amplitudes = space.C @ right
@@ -44,7 +49,7 @@ class ModeShapes:
         def signal(output: str) -> np.ndarray:
             return amplitudes[:, rows[output]] if output in rows else np.zeros_like(eigenvalues)
 
-        moves = np.abs(eigenvalues[:, :, None] - branches.at(speeds)[:, None, :])
+        moves = np.abs(eigenvalues[:, :, None] - spectra[:, None, :])
         torso, steer = signal("torso_angle"), signal("steer_angle")
         return cls(space.states, eigenvalues, right, moves.argmin(axis=2),
                    _ratio(np.abs(signal("rear_side_force")), np.abs(signal("front_side_force"))),
@@ -65,15 +70,26 @@ class ModeShapes:
         """The participation factors of a motion's states (`steer`, `roll`, `torso`) in the modes at speed k, from 0
         to 1.
         """
-        part = np.abs(np.linalg.inv(self.right[k]).T * self.right[k])
+        part = self.participations[k]
         own = [i for i, n in enumerate(self.states) if n.split(".")[-1].startswith(motion)]
         return part[own].sum(axis=0) / part.sum(axis=0)
 
     def foreign_participation(self, k: int) -> np.ndarray:
         """The participation of further states in the modes at speed k, from 0 to 1."""
-        part = np.abs(np.linalg.inv(self.right[k]).T * self.right[k])
+        return self.foreign_participations[k]
+
+    @cached_property
+    def foreign_participations(self) -> np.ndarray:
+        """`foreign_participation` (n, nx) at all speeds."""
         foreign = [further != "" for further in further_states(self.states)]
-        return part[foreign].sum(axis=0) / part.sum(axis=0)
+        if not any(foreign):
+            return np.zeros(self.eigenvalues.shape)
+        return self.participations[:, foreign].sum(axis=1) / self.participations.sum(axis=1)
+
+    @cached_property
+    def participations(self) -> np.ndarray:
+        """The magnitudes of the participation factors (n, nx, nx): of each state in each mode."""
+        return np.abs(np.linalg.inv(self.right).swapaxes(1, 2) * self.right)
 
 
 def _ratio(above: np.ndarray, below: np.ndarray) -> np.ndarray:

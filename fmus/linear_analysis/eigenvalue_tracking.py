@@ -13,10 +13,13 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 Matrices = Callable[[np.ndarray], np.ndarray]  # parameters (n,) -> matrices (n, nx, nx)
+StackedMatrices = Callable[[np.ndarray, np.ndarray], np.ndarray]  # members (n,), parameters (n,) -> matrices
 
 SAFE_MOVE = 0.35  # of the distance to the nearest other eigenvalue; a match is unique below one half
 DIVIDED_BY = 5
 SMALLEST_STEP = 5e-3  # in the unit of the parameter
+# The same for many families at once, where the grid is as coarse as the user's: every match that is unique is taken.
+UNIQUE_MOVE, SMALLEST_HALF = 0.48, 5e-2
 
 
 @dataclass(frozen=True)
@@ -38,12 +41,12 @@ def track_eigenvalues(matrices: Matrices, grid: np.ndarray) -> Branches:
     """
     points = np.asarray(grid, float)
     spectra = np.linalg.eigvals(matrices(points)).astype(complex)
-    order, sure = _matches(spectra[:-1], spectra[1:])
+    order, sure = matches(spectra[:-1], spectra[1:])
     while len(refine := np.flatnonzero(~sure & (np.diff(points) > SMALLEST_STEP))):
         inner = np.linspace(points[refine], points[refine + 1], DIVIDED_BY + 1, axis=1)[:, 1:-1]
         between = np.linalg.eigvals(matrices(inner.ravel())).astype(complex).reshape(*inner.shape, -1)
         chain = np.concatenate([spectra[refine, None], between, spectra[refine + 1, None]], axis=1)
-        new_order, new_sure = _matches(np.concatenate(chain[:, :-1]), np.concatenate(chain[:, 1:]))
+        new_order, new_sure = matches(np.concatenate(chain[:, :-1]), np.concatenate(chain[:, 1:]))
         place = np.repeat(refine + 1, DIVIDED_BY - 1)
         order[refine], sure[refine] = new_order[::DIVIDED_BY], new_sure[::DIVIDED_BY]
         later = np.arange(len(new_sure)) % DIVIDED_BY > 0
@@ -55,6 +58,46 @@ def track_eigenvalues(matrices: Matrices, grid: np.ndarray) -> Branches:
     for k in np.flatnonzero(~sure):
         order[k] = linear_sum_assignment(np.abs(spectra[k][:, None] - spectra[k + 1][None, :]))[1]
     return Branches(points, _in_branch_order(spectra, order))
+
+
+def track_stacked(matrices: StackedMatrices, members: int, grid: np.ndarray) -> np.ndarray:
+    """The eigenvalues (members, n, nx) of several families of matrices over one ascending grid (n,), one branch in each
+    column.
+
+    matrices maps member indices (m,) and parameters (m,) to matrices (m, nx, nx). The branches are those of
+    `track_eigenvalues`, in the order of the last spectrum.
+    """
+    count = len(grid)
+    member, points = np.repeat(np.arange(members), count), np.tile(grid, members)
+    spectra = np.linalg.eigvals(matrices(member, points)).astype(complex).reshape(members, count, -1)
+    width = spectra.shape[2]
+    left, right = (part.reshape(-1, width) for part in (spectra[:, :-1], spectra[:, 1:]))
+    order = _connected(matrices, np.repeat(np.arange(members), count - 1), np.tile(grid[:-1], members),
+                       np.tile(grid[1:], members), left, right).reshape(members, count - 1, width)  # fmt: skip
+    place = np.tile(np.arange(width), (members, 1))
+    found = np.empty_like(spectra)
+    found[:, -1] = spectra[:, -1]
+    for k in range(count - 2, -1, -1):
+        place = np.take_along_axis(order[:, k].argsort(axis=1), place, axis=1)
+        found[:, k] = np.take_along_axis(spectra[:, k], place, axis=1)
+    return found
+
+
+def _connected(matrices: StackedMatrices, member: np.ndarray, low: np.ndarray, high: np.ndarray, left: np.ndarray,
+               right: np.ndarray) -> np.ndarray:  # fmt: skip
+    """For intervals from `low` to `high` (n,) with spectra left and right (n, nx): the index in `right` of the branch
+    of every eigenvalue of `left`. Intervals without a unique match are halved."""
+    order, sure = matches(left, right, UNIQUE_MOVE)
+    if len(wide := np.flatnonzero(~sure & (high - low > SMALLEST_HALF))):
+        who, middle = member[wide], (low[wide] + high[wide]) / 2
+        between = np.linalg.eigvals(matrices(who, middle)).astype(complex)
+        halves = _connected(matrices, np.tile(who, 2), np.concatenate([low[wide], middle]),
+                            np.concatenate([middle, high[wide]]), np.concatenate([left[wide], between]),
+                            np.concatenate([between, right[wide]]))  # fmt: skip
+        order[wide] = np.take_along_axis(halves[len(wide) :], halves[: len(wide)], axis=1)
+    for k in np.flatnonzero(~sure & (high - low <= SMALLEST_HALF)):
+        order[k] = linear_sum_assignment(np.abs(left[k][:, None] - right[k][None, :]))[1]
+    return order
 
 
 def _in_branch_order(spectra: np.ndarray, order: np.ndarray) -> np.ndarray:
@@ -69,7 +112,7 @@ def _in_branch_order(spectra: np.ndarray, order: np.ndarray) -> np.ndarray:
     return sorted_spectra
 
 
-def _matches(left: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def matches(left: np.ndarray, right: np.ndarray, safe: float = SAFE_MOVE) -> tuple[np.ndarray, np.ndarray]:
     """For each pair of spectra (n, nx): the index in `right` of every eigenvalue of `left`, and whether the match is
     unique.
 
@@ -80,12 +123,12 @@ def _matches(left: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarra
     gaps[:, np.arange(count), np.arange(count)] = np.inf
     isolation = gaps.min(axis=2)
     order = np.tile(np.arange(count), (len(right), 1))
-    sure = (np.abs(left - right) <= SAFE_MOVE * np.sqrt(isolation)).all(axis=1)
+    sure = (np.abs(left - right) <= safe * np.sqrt(isolation)).all(axis=1)
     if len(rest := np.flatnonzero(~sure)):
         moves = _distances(left[rest], right[rest])
         order[rest] = nearest = moves.argmin(axis=2)
         one_to_one = (np.sort(nearest, axis=1) == np.arange(count)).all(axis=1)
-        allowed = SAFE_MOVE**2 * np.take_along_axis(isolation[rest], nearest, axis=1)
+        allowed = safe**2 * np.take_along_axis(isolation[rest], nearest, axis=1)
         sure[rest] = one_to_one & (moves.min(axis=2) <= allowed).all(axis=1)
     return order, sure
 
