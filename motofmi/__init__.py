@@ -34,6 +34,8 @@ NAMES = {
     "motofmi.workflows.listing": ("catalogue",),
     "motofmi.workflows.modes": ("compare_modes", "modes"),
     "motofmi.workflows.roll_frf": ("estimate_roll_frf",),
+    "motofmi.workflows.sweep.result": ("open_study",),
+    "motofmi.workflows.sweep.sweep": ("sweep",),
     "motofmi.workflows.tour": ("tour",),
 }  # fmt: skip
 __all__, _get, _dir = on_use(__name__, NAMES)
@@ -73,6 +75,8 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from motofmi.workflows.modes import compare_modes as compare_modes
     from motofmi.workflows.modes import modes as modes
     from motofmi.workflows.roll_frf import estimate_roll_frf as estimate_roll_frf
+    from motofmi.workflows.sweep.result import open_study as open_study
+    from motofmi.workflows.sweep.sweep import sweep as sweep
     from motofmi.workflows.tour import tour as tour
 else:
     __getattr__, __dir__ = _get, _dir

@@ -71,6 +71,29 @@ def in_background(function: Callable[[], T]) -> Iterator[Callable[[], T]]:
         yield result.result
 
 
+@contextmanager
+def pool(count: int) -> Iterator[Executor]:
+    """An executor of so many worker processes, which take functions of modules.
+
+    After an error in the context the workers end at once.
+    """
+    method = start_method()
+    executor: Executor
+    if method == "fork":
+        executor = _pool(count, method)
+    else:
+        executor = loky.ProcessPoolExecutor(count, initializer=_follow, initargs=(os.getpid(),), env=ONE_THREAD)
+    try:
+        with _complete_start():
+            executor.submit(os.getpid).result()  # the first task starts the workers
+        yield executor
+    except BaseException:
+        _stop(executor)
+        raise
+    else:
+        executor.shutdown()
+
+
 def processes() -> int:
     """The number of workers; 1 within a worker."""
     if multiprocessing.current_process().name != "MainProcess":

@@ -2,36 +2,10 @@
 
 from collections.abc import Iterable, Sequence
 
-import numpy as np
-
 from fmus.support.errors import InputError
+from motofmi.studies.axes import numbers
 
-MAX_VALUES = 1e6  # in one range A:B:STEP; more values are taken for a typing error and refused
-
-
-def numbers(text: str, what: str, unit: str) -> np.ndarray:
-    """The values (n,) of `A:B:STEP` (both ends included), of one value, or of a comma list, in the given unit.
-
-    Raises InputError for text of another form, and for values that are not positive and ascending.
-    """
-    expected = (f"{what} {text!r} is not A:B:STEP, one value or a comma list of positive ascending numbers [{unit}], "
-                "as in 1:60:0.5")  # fmt: skip
-    try:
-        given = [float(part) for part in text.split(":" if ":" in text else ",")]
-    except ValueError:
-        raise InputError(expected) from None
-    values = np.array(given)
-    if ":" in text:
-        if not (len(given) == 3 and np.isfinite(given).all() and given[2] > 0 and given[1] >= given[0]):
-            raise InputError(expected)
-        first, last, step = given
-        if (last - first) / step > MAX_VALUES:
-            raise InputError(f"{what} {text!r} has more than {MAX_VALUES:g} values; give a larger step")
-        values = first + step * np.arange(int((last - first) / step + 1e-9) + 1)
-        values = np.append(values, last) if values[-1] < last - 1e-9 * step else values
-    if not (np.isfinite(values).all() and (values > 0).all() and (np.diff(values) > 0).all()):
-        raise InputError(expected)
-    return values
+__all__ = ["assignments", "mapping_of", "numbers", "separate"]
 
 
 def separate(text: str) -> list[str]:

@@ -19,7 +19,7 @@ ROOMS = (
     "motofmi.version", "motofmi.recordings", "motofmi.frequency_response", "motofmi.identification",
     "motofmi.gap.criteria", "motofmi.gap.experiments", "motofmi.gap.preprocessing", "motofmi.gap.models", "motofmi.gap.estimation", "motofmi.gap.validation",
     "motofmi.gap.comparison", "motofmi.gap.selection", "motofmi.gap.experiment_design", "motofmi.gap.localisation", "motofmi.gap",
-    "motofmi.virtual_rig", "motofmi.reports", "motofmi.workflows", "motofmi.cli", "motofmi", "motofmi.scenarios",
+    "motofmi.virtual_rig", "motofmi.studies", "motofmi.reports", "motofmi.workflows", "motofmi.cli", "motofmi", "motofmi.scenarios",
 )  # fmt: skip
 # The gap workflow knows components, not riders and motorcycles; riders and vehicles meet by the names of their ports.
 APART = [("rider_fmu", "vehicle_fmu"), ("motofmi.recordings", "rider_fmu"), ("motofmi.gap", "rider_fmu"), ("motofmi.gap", "vehicle_fmu"),

@@ -1,0 +1,1 @@
+"""Studies over vehicles, devices, speeds, parameters and populations: described, validated, run, opened again."""

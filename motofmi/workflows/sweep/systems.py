@@ -1,0 +1,156 @@
+"""The systems of a study: vehicles with devices at their ports, and the parameters that change from run to run."""
+
+import hashlib
+import tempfile
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fmus.declaration.component import Component, in_bounds
+from fmus.linear_analysis.linearisation import StateSpace, linearise
+from fmus.support.files import write_atomically
+from motofmi.workflows.components import with_settings
+from motofmi.workflows.ridden_fmus import over_speed_fmus, ridden_fmus
+from vehicle_fmu import ridden
+from vehicle_fmu.ridden import by_name, rigid_body
+from vehicle_fmu.stacked_modes import StackedLinearised
+
+RIDER = "rider"
+
+
+@dataclass(frozen=True)
+class Archive:
+    """An FMU that travels with the study: a worker writes it once, under the hash of its contents."""
+
+    name: str
+    contents: bytes
+
+    @classmethod
+    def of(cls, path: Path) -> "Archive":
+        """The archive at a path."""
+        return cls(path.stem, path.read_bytes())
+
+    @property
+    def sha256(self) -> str:
+        """The hash of the contents."""
+        return hashlib.sha256(self.contents).hexdigest()
+
+    def path(self) -> Path:
+        """Where the archive is on this machine."""
+        path = Path(tempfile.gettempdir()) / "motofmi_fmus" / self.sha256 / f"{self.name}.fmu"
+        if not path.exists():
+            write_atomically(path, lambda beside: beside.write_bytes(self.contents), cache=True)
+        return path
+
+
+Part = Component | Archive
+
+
+@dataclass(frozen=True)
+class Varied:
+    """A parameter of a part (`vehicle`, `rider`, `device`) with its values (n,) along a dimension of the grid."""
+
+    dim: int
+    part: str
+    name: str
+    values: np.ndarray
+
+
+@dataclass(frozen=True)
+class Systems:
+    """Every vehicle with every set of devices; rider is the member of a population that rides in every run."""
+
+    vehicles: Sequence[Part]
+    devices: Sequence[Sequence[Part]]
+    rider: Component | None
+    varied: Sequence[Varied]
+
+    def parts(self, vehicle: int, device: int) -> dict[str, Part]:
+        """The parts of a system by the names under which a study sets their parameters."""
+        rider = {} if self.rider is None else {RIDER: self.rider}
+        return {"vehicle": self.vehicles[vehicle], **rider, **by_name(self.devices[device])}
+
+    def values(self, indices: np.ndarray) -> dict[tuple[str, str], np.ndarray]:
+        """The values (n,) of the varied parameters by part and name, in runs at places (n, dims)."""
+        return {(v.part, v.name): v.values[indices[:, v.dim]] for v in self.varied}
+
+    def at(self, vehicle: int, device: int, values: Mapping[tuple[str, str], float]) -> list[Part]:
+        """Vehicle, rider and devices with the values of one run. Raises InputError for a value outside its bounds."""
+        parts = self.parts(vehicle, device)
+        changed: dict[str, dict[str, float]] = {}
+        for (part, name), value in values.items():
+            changed.setdefault(part, {})[name] = float(value)
+        return [part.with_values(**changed[n]) if n in changed and isinstance(part, Component) else part
+                for n, part in parts.items()]  # fmt: skip
+
+    def stacked(self, vehicle: int, device: int, indices: np.ndarray) -> StackedLinearised:
+        """The linearisation of runs of one vehicle and device at places (n, dims), for `stacked_modes`.
+
+        Raises InputError for a value outside its bounds.
+        """
+        parts, values = self.parts(vehicle, device), self.values(indices)
+        components = [part for part in parts.values() if isinstance(part, Component)]
+        if len(components) == len(parts) and not any(rigid_body(part) for part in components[1:]):
+            return self._by_arrays(parts, values)
+        return self._one_by_one([self.at(vehicle, device, {key: column[k] for key, column in values.items()})
+                                 for k in range(len(indices))])  # fmt: skip
+
+    def _by_arrays(self, parts: Mapping[str, Any], values: Mapping[tuple[str, str], np.ndarray]) -> StackedLinearised:
+        """One system, linearised at arrays of its parameters."""
+        for (part, name), column in values.items():
+            for extreme in (column.min(), column.max()):
+                in_bounds(extreme, parts[part].table[name], parts[part].name)
+        system = ridden(*parts.values())
+        places = dict(zip(parts, system.parts, strict=True))
+        columns = {f"{places[part]}.{name}": column for (part, name), column in values.items()}
+
+        def linearised(member: np.ndarray, speed: np.ndarray) -> StateSpace:
+            return linearise(system, **{"vehicle.speed": speed}, **{n: x[member] for n, x in columns.items()})
+
+        return linearised
+
+    def _one_by_one(self, runs: Sequence[Sequence[Part]]) -> StackedLinearised:
+        """A system for each run: where FMUs take part, or a rider who leans changes the vehicle."""
+
+        def linearised(member: np.ndarray, speed: np.ndarray) -> StateSpace:
+            spaces: dict[int, StateSpace] = {k: _linearised(runs[k], speed[member == k]) for k in np.unique(member)}
+            first = next(iter(spaces.values()))
+            matrices = {name: np.empty((len(member), *getattr(first, name).shape[1:])) for name in "ABCD"}
+            for k, space in spaces.items():
+                for name, matrix in matrices.items():
+                    matrix[member == k] = getattr(space, name)
+            return StateSpace(**matrices, states=first.states, inputs=first.inputs, outputs=first.outputs)
+
+        return linearised
+
+
+def _linearised(parts: Sequence[Part], speed: np.ndarray) -> StateSpace:
+    """One run at speeds (n,) [m/s]."""
+    components = [part for part in parts if isinstance(part, Component)]
+    if len(components) == len(parts):
+        return linearise(ridden(components[0], *components[1:]), **{"vehicle.speed": speed})
+    vehicle, *devices = (part.path() if isinstance(part, Archive) else part for part in parts)
+    with ExitStack() as opened:
+        fmus = {n: opened.enter_context(fmu) for n, fmu in ridden_fmus(vehicle, devices).items()}
+        return over_speed_fmus(fmus)(speed)
+
+
+def groups(indices: np.ndarray) -> list[tuple[int, int, np.ndarray]]:
+    """The runs of each vehicle and device: their two indices, and which rows of `indices` (n, dims) they are."""
+    pairs = np.unique(indices[:, :2], axis=0)
+    return [(int(v), int(d), np.flatnonzero((indices[:, 0] == v) & (indices[:, 1] == d))) for v, d in pairs]
+
+
+def owner(parts: Mapping[str, Part], key: str) -> tuple[str, str]:
+    """The part and the name of the parameter that `name` or `part.name` means. Raises InputError for any other."""
+    held = {name: part if isinstance(part, Component) else None for name, part in parts.items()}
+    before = {name: dict(part.values) for name, part in held.items() if part}
+    part, _, name = key.rpartition(".")
+    candidates = [p for p, values in before.items() if (name if part == p else key) in values]
+    probe = before[candidates[0]][name if part == candidates[0] else key] if candidates else 0.0
+    with_settings(held, {key: probe})
+    return candidates[0], name if part == candidates[0] else key
