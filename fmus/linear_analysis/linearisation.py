@@ -40,13 +40,13 @@ class StateSpace:
     def frequency_response(self, omega: np.ndarray, output: str, input: str) -> np.ndarray:
         """G(i omega) from one input to one output, complex; omega [rad/s] of any shape, the result of the same shape.
 
-        Raises InputError for a name that is no output or no input.
+        For stacked matrices the shape of omega must broadcast with that of the points, as (100, 1) with (30,). Raises InputError for a name that is no output or no input.
         """
         i, j = _place("output", output, self.outputs), _place("input", input, self.inputs)
         omega = np.asarray(omega, float)
         shifted = 1j * omega[..., None, None] * np.eye(len(self.states)) - self.A
-        column = np.broadcast_to(self.B[:, j, None].astype(complex), (*shifted.shape[:-1], 1))
-        return (self.C[i] @ np.linalg.solve(shifted, column))[..., 0] + self.D[i, j]
+        column = np.broadcast_to(self.B[..., j, None].astype(complex), (*shifted.shape[:-1], 1))
+        return (self.C[..., i, None, :] @ np.linalg.solve(shifted, column))[..., 0, 0] + self.D[..., i, j]
 
     def to_control(self) -> Any:
         """The same system as `control.StateSpace`, with the names of its states, inputs and outputs.

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from fmus.interfaces.handlebar import TORQUES
 from fmus.interfaces.roll import FLOWS
-from fmus.linear_analysis.linearisation import linearise
+from fmus.linear_analysis.linearisation import StateSpace, linearise
 from fmus.support.errors import InputError, unknown
 from fmus.support.notebook import html, new_axes
 from motofmi.workflows.components import ComponentLike, with_settings
@@ -102,13 +102,14 @@ def transfer_functions(
         raise InputError(
             f"frequencies must be finite and positive [Hz], not {np.array2string(frequencies, threshold=6)}"
         )
-    space, omega = linearise(found), 2 * np.pi * frequencies
-    motion, outputs = next(port for port in PORTS if port[1][0] in found.outputs)
-    responses = {
-        n: space.frequency_response(omega, n, f"{motion}_angle")
-        + 1j * omega * space.frequency_response(omega, n, f"{motion}_rate")
-        for n in outputs
-    }
+    responses = at_the_port(linearise(found), 2 * np.pi * frequencies)
     return TransferFunctions(
-        found.name, frequencies, responses, {n: f"{found.table[n].unit}/rad" for n in outputs}, found.assumed
+        found.name, frequencies, responses, {n: f"{found.table[n].unit}/rad" for n in responses}, found.assumed
     )
+
+
+def at_the_port(space: StateSpace, omega: np.ndarray) -> dict[str, np.ndarray]:
+    """The responses of a linearised device to the angle of its port, at omega [rad/s], by the names of its outputs."""
+    motion, outputs = next(port for port in PORTS if port[1][0] in space.outputs)
+    return {n: space.frequency_response(omega, n, f"{motion}_angle")
+            + 1j * omega * space.frequency_response(omega, n, f"{motion}_rate") for n in outputs}  # fmt: skip

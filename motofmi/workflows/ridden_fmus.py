@@ -117,10 +117,11 @@ def role_of(path: str | Path) -> str:
 
 
 def ridden_fmus(vehicle: Part, device: Part | Sequence[Part] | None, initial: Mapping[str, float] | None = None,
-                speed: float | None = None, units: Mapping[str, str] | None = None) -> dict[str, FmuSubsystem]:  # fmt: skip
+                speed: float | None = None, units: Mapping[str, str] | None = None,
+                parameters: Mapping[str, Mapping[str, float]] | None = None) -> dict[str, FmuSubsystem]:  # fmt: skip
     """Vehicle and devices as subsystems `vehicle`, `device`, `device_2` and so on, initialised.
 
-    initial sets states by name, or by `part.name` where several have it. A rider's inertia that moves with the
+    initial sets states by name, or by `part.name` where several have it, parameters those of each part. A rider's inertia that moves with the
     handlebar becomes the vehicle's `added_steer_inertia`; a rider who leans is taken out of the vehicle's rear frame.
     units states the unit of variables that have none, by name. Raises InputError for a name that none has, and when
     the vehicle cannot spare the rider; warns of units that are missing.
@@ -133,7 +134,9 @@ def ridden_fmus(vehicle: Part, device: Part | Sequence[Part] | None, initial: Ma
         paths = {
             name: build(part, folder).path if isinstance(part, Component) else part for name, part in parts.items()
         }
-        starts = _starts(paths, initial or {})
+        starts, changed = _starts(paths, initial or {}), parameters or {}
+        for name, values in changed.items():
+            starts[name] |= values
         every = {name: {v.name: v for v in model_description(path).modelVariables} for name, path in paths.items()}
         stated = by_fmu(units or {}, every)
         subsystems = {name: FmuSubsystem(paths[name], name, starts[name], units=stated[name]) for name in devices}
@@ -142,7 +145,9 @@ def ridden_fmus(vehicle: Part, device: Part | Sequence[Part] | None, initial: Ma
             unit = stated["vehicle"].get("speed") or described_unit(variables["speed"])
             starts["vehicle"]["speed"] = convert(speed, "m/s", unit or "m/s")
         starts["vehicle"] |= _carried(
-            {n: float(v.start) for n, v in variables.items() if v.causality == "parameter"}, subsystems
+            {n: float(v.start) for n, v in variables.items() if v.causality == "parameter"}
+            | dict(changed.get("vehicle", {})),
+            subsystems,
         )
         subsystems["vehicle"] = FmuSubsystem(paths["vehicle"], "vehicle", starts["vehicle"], units=stated["vehicle"])
     subsystems = {name: subsystems[name] for name in parts}

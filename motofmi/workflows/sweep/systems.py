@@ -72,7 +72,8 @@ class Systems:
     def parts(self, vehicle: int, device: int) -> dict[str, Part]:
         """The parts of a system by the names under which a study sets their parameters."""
         rider = {} if self.rider is None else {RIDER: self.rider}
-        return {"vehicle": self.vehicles[vehicle], **rider, **by_name(self.devices[device])}
+        whole = {"vehicle": self.vehicles[vehicle]} if self.vehicles else {}
+        return {**whole, **rider, **by_name(self.devices[device])}
 
     def values(self, indices: np.ndarray) -> dict[tuple[str, str], np.ndarray]:
         """The values (n,) of the varied parameters by part and name, in runs at places (n, dims)."""
@@ -102,8 +103,7 @@ class Systems:
     def _by_arrays(self, parts: Mapping[str, Any], values: Mapping[tuple[str, str], np.ndarray]) -> StackedLinearised:
         """One system, linearised at arrays of its parameters."""
         for (part, name), column in values.items():
-            for extreme in (column.min(), column.max()):
-                in_bounds(extreme, parts[part].table[name], parts[part].name)
+            self.within_bounds(parts[part], {name: column})
         system = ridden(*parts.values())
         places = dict(zip(parts, system.parts, strict=True))
         columns = {f"{places[part]}.{name}": column for (part, name), column in values.items()}
@@ -112,6 +112,13 @@ class Systems:
             return linearise(system, **{"vehicle.speed": speed}, **{n: x[member] for n, x in columns.items()})
 
         return linearised
+
+    @staticmethod
+    def within_bounds(part: Component, values: Mapping[str, Any]) -> None:
+        """Raises InputError for values (n,) outside their bounds."""
+        for name, column in values.items():
+            for extreme in (np.min(column), np.max(column)):
+                in_bounds(extreme, part.table[name], part.name)
 
     def _one_by_one(self, runs: Sequence[Sequence[Part]]) -> StackedLinearised:
         """A system for each run: where FMUs take part, or a rider who leans changes the vehicle."""
