@@ -57,6 +57,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         "processes of this machine)")  # fmt: skip
     parser.add_argument("--workers", type=int, metavar="N", help="processes of this machine (default: all cores)")
     parser.add_argument("--plan", action="store_true", help="print the number of runs and the time, and run nothing")
+    parser.add_argument("--report", action="store_true", help="also write report.html: stability maps, quantiles, "
+                        "sensitivities, worst runs")  # fmt: skip
     parser.add_argument("--out", type=output_folder, metavar="DIR", default=Path(OUT),
                         help="folder of the study (default: %(default)s)")  # fmt: skip
 
@@ -69,7 +71,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     print(estimate, file=sys.stderr)
     found = prepared.run(arguments.scheduler, arguments.workers,
                          lambda address: print(f"dashboard: {address}", file=sys.stderr))  # fmt: skip
-    return found.to_dict()
+    return {**found.to_dict(), **({"report": str(found.report())} if arguments.report else {})}
 
 
 def _study(arguments: argparse.Namespace) -> Study:

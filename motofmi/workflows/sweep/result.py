@@ -1,6 +1,7 @@
 """The result of a study: its results as a lazy xarray Dataset, its table of runs, and what follows from them."""
 
 import json
+from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,9 @@ import numpy as np
 
 from fmus.support.errors import InputError, unknown
 from fmus.support.notebook import html
+from motofmi.reports.sweep_maps import share_figure, share_unstable
+from motofmi.reports.sweep_report import FILE as REPORT
+from motofmi.reports.sweep_report import sweep_report
 from motofmi.studies.runs import FAILED
 from motofmi.studies.store import RESULTS, STUDY, TABLE, missing_extra
 
@@ -57,25 +61,26 @@ class StudyResult:
 
         Raises InputError for an unknown mode or dimension, and for a study of another kind.
         """
-        import xarray as xr  # noqa: PLC0415 - imported on use
-
         if "unstable" not in self.dataset:
             raise InputError(f"{self.folder} is a study of kind {self.description['kind']}, not of modes")
         modes = [str(name) for name in self.dataset["mode"].values]
         if mode not in modes:
             raise unknown("mode", mode, modes)
-        unstable = self.dataset["unstable"].isel(mode=modes.index(mode))
-        if over not in unstable.dims:
-            raise unknown("dimension", over, map(str, unstable.dims))
-        computed = self._done(unstable)
-        share = (unstable == 1).where(computed).mean(over)
-        return xr.DataArray(share, name=f"share_{mode}_unstable", attrs={"units": "1"})
+        dims = [str(dim) for dim in self.dataset["unstable"].dims if dim != "mode"]
+        if over not in dims:
+            raise unknown("dimension", over, dims)
+        share = share_unstable(self.dataset, self.table, mode, tuple(dim for dim in dims if dim != over))
+        return share.rename(f"share_{mode}_unstable").assign_attrs(units="1")
 
-    def _done(self, like: Any) -> Any:
-        """Whether each run was computed, over the dimensions of the runs."""
-        dims = [dim for dim in like.dims if dim not in ("speed", "mode")]
-        done = (self.table["status"] != FAILED).to_numpy().reshape([like.sizes[dim] for dim in dims])
-        return like.isel(speed=0, drop=True).copy(data=done)
+    def report(self, path: str | Path | None = None) -> Path:
+        """Write the HTML report, by default into the folder of the study; its path."""
+        place = self.folder / REPORT if path is None else Path(path)
+        sweep_report(self.dataset, self.table, self.description).write(place)
+        return place
+
+    def plot(self, modes: Sequence[str] = ("weave", "wobble")) -> Any:
+        """The share of unstable runs over speed for each mode; the figure of matplotlib."""
+        return share_figure(self.dataset, self.table, list(modes))[0]
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of `motofmi sweep --json`."""
