@@ -85,7 +85,7 @@ def pool(count: int) -> Iterator[Executor]:
         executor = loky.ProcessPoolExecutor(count, initializer=_follow, initargs=(os.getpid(),), env=ONE_THREAD)
     try:
         with _complete_start():
-            executor.submit(os.getpid).result()  # the first task starts the workers
+            executor.submit(os.getpid)  # the first task starts the workers
         yield executor
     except BaseException:
         _stop(executor)

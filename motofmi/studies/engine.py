@@ -130,7 +130,7 @@ def _client(address: str) -> Iterator[Any]:
     except ImportError:
         raise MissingToolError("--scheduler needs Dask: pip install 'motofmi[scale]'") from None
     try:
-        client = Client(address, timeout=10, set_as_default=False)
+        client = Client(address, timeout=5, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         raise InputError(f"no Dask scheduler at {address} ({' '.join(str(error).split())}); expected an address as in "
                          "tcp://host:8786, where `dask scheduler` runs") from None  # fmt: skip
