@@ -21,6 +21,7 @@ NAMES = {
         "local", "output", "parameter", "state",
     ),
     "motofmi.version": ("__version__",),
+    "motofmi.workflows.batch.batch": ("batch",),
     "motofmi.workflows.build": ("build",),
     "motofmi.workflows.check": ("check",),
     "motofmi.workflows.components": ("component", "damper", "mechanism", "rider", "vehicle"),
@@ -56,6 +57,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from fmus import parameter as parameter
     from fmus import state as state
     from motofmi.version import __version__ as __version__
+    from motofmi.workflows.batch.batch import batch as batch
     from motofmi.workflows.build import build as build
     from motofmi.workflows.check import check as check
     from motofmi.workflows.components import component as component

@@ -1,10 +1,12 @@
 """Computes the chunks of a study that are not complete, and survives the loss of workers."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
 from dataclasses import dataclass
+from typing import Any
 
-from motofmi.studies.engine import Engine
+from fmus.support.progress import track
+from motofmi.studies.engine import Engine, engine
 from motofmi.studies.store import Store
 
 AHEAD = 2  # chunks that wait for each worker: it never idles, and the queue does not grow with the study
@@ -23,7 +25,21 @@ class StoredChunk:
         self.store.write(chunk, runs.compute(runs.grid.indices(chunk)))
 
 
-def completed(engine: Engine, store: Store, chunks: Sequence[int]) -> Iterator[int]:
+def run_study(store: Store, description: dict[str, Any], noun: str, scheduler: str | None = None,
+              workers: int | None = None, on_dashboard: Callable[[str], object] = lambda address: None) -> None:  # fmt: skip
+    """Compute what the folder of a study lacks, with progress in chunks of that noun, and complete its table."""
+    store.begin(description)
+    todo = store.incomplete()
+    if todo:
+        with engine(StoredChunk(store), scheduler, workers) as found:
+            if found.dashboard:
+                on_dashboard(found.dashboard)
+            for _ in track(completed(found, store, todo), noun, len(todo)):
+                pass
+    store.finish()
+
+
+def completed(found: Engine, store: Store, chunks: Sequence[int]) -> Iterator[int]:
     """The numbers of the chunks as they are completed.
 
     A chunk whose worker was lost is computed again. One that ends every worker is recorded as failed, with the reason.
@@ -33,11 +49,11 @@ def completed(engine: Engine, store: Store, chunks: Sequence[int]) -> Iterator[i
     again: list[int] = []
     pending: dict[Future, int] = {}
     while True:
-        while len(pending) < (1 + AHEAD) * engine.workers:
+        while len(pending) < (1 + AHEAD) * found.workers:
             chunk = again.pop() if again else next(waiting, None)
             if chunk is None:
                 break
-            pending[engine.submit(chunk)] = chunk
+            pending[found.submit(chunk)] = chunk
         if not pending:
             return
         done, others = wait(pending, return_when=FIRST_COMPLETED)
@@ -49,14 +65,14 @@ def completed(engine: Engine, store: Store, chunks: Sequence[int]) -> Iterator[i
             error = future.exception()
             if error is None:
                 yield chunk
-            elif engine.broken(error):
+            elif found.broken(error):
                 lost.append(chunk)
             else:
                 raise error
-        yield from _retried(engine, store, lost, losses, again)
+        yield from _retried(found, store, lost, losses, again)
 
 
-def _retried(engine: Engine, store: Store, lost: Sequence[int], losses: dict[int, int],
+def _retried(found: Engine, store: Store, lost: Sequence[int], losses: dict[int, int],
              again: list[int]) -> Iterator[int]:  # fmt: skip
     """Put lost chunks back; those that were lost too often are computed alone, and completed or recorded as failed."""
     for chunk in lost:
@@ -64,7 +80,7 @@ def _retried(engine: Engine, store: Store, lost: Sequence[int], losses: dict[int
         if losses[chunk] < LOSSES:
             again.append(chunk)
             continue
-        error = engine.alone(chunk)
+        error = found.alone(chunk)
         if error is not None:
             store.write(chunk, store.runs.failed(store.runs.grid.indices(chunk), f"the worker process ended: {error}"))
         yield chunk

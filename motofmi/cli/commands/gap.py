@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from fmus.support.errors import InputError
+from motofmi.cli import batch_arguments as batches
 from motofmi.cli import plan_arguments as planning
 from motofmi.cli.arguments import mapping_of
 from motofmi.cli.outputs import output_folder
@@ -39,6 +40,8 @@ Eigenvalues or runs of a vehicle:
 Inputs and outputs of a component:
   motofmi gap run.csv --component driven_joint --map "T=torque [N.m]" --holdout other.csv
   motofmi gap run.csv --component mass_spring_damper --impose displacement
+Every test of a folder, or of a manifest with a row for each test:
+  motofmi gap --batch recordings --component driven_joint --out batch     # runs.parquet, runs.csv, a folder per test
 A verdict from what is known after a minute:
   motofmi gap run.csv --component driven_joint --holdout other.csv --time 60
 """
@@ -121,6 +124,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--free", nargs="+", default=[], metavar="NAME", help="parameters to fit without a prior value")
     planning.add_arguments(parser)
+    batches.add_arguments(parser)
     parser.add_argument(
         "--out",
         metavar="DIR",
@@ -132,19 +136,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     if arguments.plan:
         return planning.run(arguments)
+    given = {"component": arguments.component, "vehicle": arguments.vehicle, "device": arguments.device,
+                 "rider": arguments.rider, "rig": arguments.rig, "impose": arguments.impose, "free": arguments.free,
+                 "mapping": mapping_of(arguments.map), "effects": arguments.effects or (), "rate": arguments.rate,
+                 "tolerance": None if arguments.tolerance is None else arguments.tolerance / 100,
+                 "time": arguments.time}  # fmt: skip
+    if arguments.batch:
+        return batches.run("gap", arguments, given)
     if not arguments.files:
         raise InputError("gap needs recordings: motofmi gap FILE.csv [...] --holdout FILE.csv --out DIR")
     np.empty(LARGE_ARRAY)
-    found = find_gap(arguments.files, validation=arguments.holdout, bare=arguments.bare, component=arguments.component,
-                     vehicle=arguments.vehicle, device=arguments.device, rider=arguments.rider, rig=arguments.rig,
-                     impose=arguments.impose, free=arguments.free, mapping=mapping_of(arguments.map),
-                     effects=arguments.effects or (), rate=arguments.rate,
-                     tolerance=None if arguments.tolerance is None else arguments.tolerance / 100,
-                     time=arguments.time, out=arguments.out or "gap")  # fmt: skip
+    found = find_gap(arguments.files, validation=arguments.holdout, bare=arguments.bare, out=arguments.out or "gap",
+                     **given)  # fmt: skip
     return found.to_dict()
 
 
 def show(result: dict[str, Any], screen: Screen) -> None:
+    if "reasons" in result:
+        batches.show(result, screen)
+        return
     if "verdict" not in result:
         planning.show(result, screen)
         return

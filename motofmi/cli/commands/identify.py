@@ -5,6 +5,7 @@ from typing import Any
 
 from fmus.support.errors import InputError
 from fmus.support.files import writable
+from motofmi.cli import batch_arguments as batches
 from motofmi.cli import recording_arguments as shared
 from motofmi.cli.screen import Screen
 from motofmi.identification.parameter_fit import METHODS
@@ -28,6 +29,7 @@ The result can be written as a .toml, which build, modes and cosimulate accept.
   motofmi identify sweep.csv --method nyquist --bound steer_inertia=0.125:1 --plot fit.png --report fit.html
   motofmi identify rider_1.csv rider_2.csv rider_3.csv --mean --out mean_rider.toml    # mean FRF of several riders
   motofmi identify sweep.csv --bootstrap 1000 --population 20 --out riders        # 20 random riders, fitted covariance
+  motofmi identify --batch recordings --out batch            # every recording of a folder: one table of parameters
   motofmi identify --population 20 --out riders              # 20 random riders, spread of 2011
 """
 
@@ -87,6 +89,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--seed", type=int, default=0, help="seed of the starting values and of the draws (default: %(default)s)"
     )
+    batches.add_arguments(parser)
     parser.add_argument(
         "--out", metavar="FILE.toml", help="file for the rider; with --population the folder for the riders"
     )
@@ -94,18 +97,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     _check(arguments)
-    if not arguments.files:
+    if not arguments.files and not arguments.batch:
         return {"population": save_drawn_riders(arguments.out, arguments.population, arguments.seed)}
     options = shared.checked(arguments)
     bounds = {
         _known(name): shared.limits(text, f"--bound {name}=")
         for name, _, text in (b.partition("=") for b in arguments.bounds)
     }
-    found = identify(arguments.files, method=arguments.method, mapping=options.mapping, rate=arguments.rate,
-                     rig=arguments.rig, reference=arguments.reference, band=options.band, width=arguments.width,
-                     mean=arguments.mean, bounds=bounds, starts=arguments.starts,
-                     handlebar_inertia=arguments.handlebar_inertia, run_to_run=arguments.run_to_run,
-                     bootstrap=arguments.bootstrap, seed=arguments.seed)  # fmt: skip
+    given = {"method": arguments.method, "mapping": options.mapping, "rate": arguments.rate, "rig": arguments.rig,
+                 "reference": arguments.reference, "band": options.band, "width": arguments.width, "mean": arguments.mean,
+                 "bounds": bounds, "starts": arguments.starts, "handlebar_inertia": arguments.handlebar_inertia,
+                 "run_to_run": arguments.run_to_run, "bootstrap": arguments.bootstrap, "seed": arguments.seed}  # fmt: skip
+    if arguments.batch:
+        return batches.run("identify", arguments, given)
+    found = identify(arguments.files, **given)
     result = found.to_dict()
     if arguments.population:
         result["population"] = found.save_population(arguments.out, arguments.population, arguments.seed)
@@ -120,6 +125,10 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def _check(arguments: argparse.Namespace) -> None:
+    if arguments.batch:
+        if arguments.population:
+            raise InputError("--batch and --population are given: expected one of them")
+        return
     if not arguments.files and not arguments.population:
         raise InputError("identify needs recordings, or --population N to draw riders from the published distribution")
     if arguments.population and not arguments.out:
@@ -139,6 +148,9 @@ def _known(name: str) -> str:
 
 
 def show(result: dict[str, Any], screen: Screen) -> None:
+    if "reasons" in result:
+        batches.show(result, screen)
+        return
     if "parameters" not in result:
         return
     screen.table(("parameter", "value", "standard error", "unit"), rows(result),

@@ -9,9 +9,7 @@ from typing import Any
 
 from fmus.support.errors import InputError
 from fmus.support.parallel import processes
-from fmus.support.progress import track
-from motofmi.studies.engine import engine
-from motofmi.studies.runner import StoredChunk, completed
+from motofmi.studies.runner import run_study
 from motofmi.studies.store import Store, missing_extra
 from motofmi.workflows.components import ComponentLike
 from motofmi.workflows.sweep.result import StudyResult, open_study
@@ -56,15 +54,7 @@ class Prepared:
     def run(self, scheduler: str | None = None, workers: int | None = None,
             on_dashboard: Callable[[str], object] = lambda address: None) -> StudyResult:  # fmt: skip
         """Compute what the folder lacks; the result."""
-        self.store.begin(self.study.description(self.runs))
-        todo = self.store.incomplete()
-        if todo:
-            with engine(StoredChunk(self.store), scheduler, workers) as found:
-                if found.dashboard:
-                    on_dashboard(found.dashboard)
-                for _ in track(completed(found, self.store, todo), "chunks", len(todo)):
-                    pass
-        self.store.finish()
+        run_study(self.store, self.study.description(self.runs), "chunks", scheduler, workers, on_dashboard)
         return open_study(self.store.folder)
 
 
