@@ -92,20 +92,11 @@ class CosimulationRuns(SystemRuns):
         return OPENING + STEP * self.options["duration"] / self.options["step"]
 
     def of_system(self, vehicle: int, device: int, indices: np.ndarray) -> Computed:
-        values, options = self.systems.values(indices), self.options
-        parts = self.systems.parts(vehicle, device)
-        names = dict(zip(parts, ("vehicle", *by_name(list(parts.values())[1:])), strict=True))
-        speeds, numbers = options["speed"][indices[:, -1]], self.grid.numbers(indices)
+        options, numbers = self.options, self.grid.numbers(indices)
         arrays = {name: np.empty((len(indices), len(options["time"]))) for name in self.results}
         columns: dict[str, list[Any]] = {name: [] for name in self.values}
-        for k, speed in enumerate(speeds):
-            changed: dict[str, dict[str, float]] = {}
-            for (part, name), column in values.items():
-                held = parts[part]
-                assert isinstance(held, Component)
-                self.systems.within_bounds(held, {name: column[k]})
-                changed.setdefault(names[part], {})[name] = float(column[k])
-            with _Opened(options["fmus"][vehicle, device], options, float(speed), changed) as opened:
+        for k, place in enumerate(indices):
+            with opened_run(self, place) as opened:
                 run = cosimulate(opened.fmus, options["step"], options["duration"], options["coupling"],
                                  wiring=opened.wiring, profile=opened.profile(options, int(numbers[k])),
                                  tolerance=options["tolerance"])  # fmt: skip
@@ -116,6 +107,22 @@ class CosimulationRuns(SystemRuns):
                 columns[f"{name}_peak"].append(float(np.abs(signal).max()))
                 columns[f"{name}_last_peak"].append(float(np.abs(signal[-(-3 * len(signal) // 4) :]).max()))
         return Computed(arrays, columns)
+
+
+def opened_run(runs: SystemRuns, place: np.ndarray) -> "_Opened":
+    """The FMUs of the run at a place (dims,) of the grid, with its parameters. Raises InputError for a value outside its
+    bounds."""
+    vehicle, device = int(place[0]), int(place[1])
+    parts = runs.systems.parts(vehicle, device)
+    names = dict(zip(parts, ("vehicle", *by_name(list(parts.values())[1:])), strict=True))
+    changed: dict[str, dict[str, float]] = {}
+    for (part, name), column in runs.systems.values(place[None]).items():
+        held = parts[part]
+        assert isinstance(held, Component)
+        runs.systems.within_bounds(held, {name: column})
+        changed.setdefault(names[part], {})[name] = float(column[0])
+    speed = float(runs.options["speed"][place[-1]])
+    return _Opened(runs.options["fmus"][vehicle, device], runs.options, speed, changed)
 
 
 class _Opened:
