@@ -37,16 +37,17 @@ def grid_parameters(dataset: Any) -> list[str]:
 
 def share_figure(dataset: Any, table: Any, modes: list[str]) -> tuple[Figure, str]:
     """The share of unstable runs over speed, a line for each vehicle and device."""
-    figure, axes = new_figure(len(modes), 1, width=max(8.0, 4.5 * len(modes)), height=4.0, squeeze=False, sharey=True)
-    for ax, mode in zip(axes.flat, modes, strict=True):
+    figure, axes = new_figure(len(modes), 1, width=max(8.0, 4.5 * len(modes)), height=4.0)
+    axes = np.atleast_1d(axes)
+    for ax, mode in zip(axes, modes, strict=True):
         share = share_unstable(dataset, table, mode, ("vehicle", "device", "speed"))
         for vehicle in range(dataset.sizes["vehicle"]):
             for device in range(dataset.sizes["device"]):
                 ax.plot(dataset["speed"], 100 * share.isel(vehicle=vehicle, device=device),
                         label=pair_label(dataset, vehicle, device))  # fmt: skip
         ax.set(title=mode.replace("_", "-"), xlabel="speed [m/s]", ylim=(-2, 102))
-    axes.flat[0].set_ylabel("share of runs unstable [%]")
-    axes.flat[-1].legend(fontsize="small")
+    axes[0].set_ylabel("share of runs unstable [%]")
+    axes[-1].legend(fontsize="small")
     return figure, "Share of the runs in which each mode is unstable, over speed."
 
 
@@ -61,7 +62,8 @@ def _maps(dataset: Any, table: Any, mode: str, parameter: str) -> Figure:
     pairs = [(v, d) for v in range(dataset.sizes["vehicle"]) for d in range(dataset.sizes["device"])][:MOST]
     columns = min(3, len(pairs))
     rows = -(-len(pairs) // columns)
-    figure, axes = new_figure(columns, rows, width=4.2 * columns + 1, height=3.4 * rows + 0.4, squeeze=False)
+    figure, axes = new_figure(columns, rows, width=4.2 * columns + 1, height=3.4 * rows + 0.4)
+    axes = np.atleast_1d(axes)
     share = share_unstable(dataset, table, mode, ("vehicle", "device", parameter, "speed"))
     share = share.transpose("vehicle", "device", parameter, "speed")
     values = np.sort(dataset[parameter].values)

@@ -1,5 +1,6 @@
 """What a kind of run defines for a study: its grid, its results by name, and the function that computes a part of it."""
 
+import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -55,7 +56,7 @@ class Computed:
     """What some runs gave: arrays (n, ...) by result, and the columns (n) of the table."""
 
     arrays: dict[str, np.ndarray]
-    columns: dict[str, Sequence[Any]]
+    columns: Mapping[str, Sequence[Any]]
 
 
 class Runs(ABC):
@@ -86,7 +87,9 @@ class Runs(ABC):
     def compute(self, indices: np.ndarray) -> Computed:
         """The runs at places (n, dims); where one fails, each is computed by itself and the reasons are recorded."""
         try:
-            found = self.results_of(indices)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # a run either fails or is complete; its columns say how good it is
+                found = self.results_of(indices)
         except Exception as error:
             if len(indices) == 1:
                 return self.failed(indices, _reason(error))

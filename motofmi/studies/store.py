@@ -73,7 +73,7 @@ class Store:
             group.create_array(
                 name, shape=grid.shape + result.shape, chunks=grid.chunk + result.shape, dtype=result.dtype,
                 fill_value=result.absent, dimension_names=grid.dims + result.dims, compressors=codecs,
-                attributes={"units": result.unit, "long_name": result.meaning}, config={"write_empty_chunks": True},
+                attributes={"units": result.unit, "long_name": result.meaning},
             )  # fmt: skip
         for name, coordinate in self.runs.coordinates.items():
             values = np.asarray(coordinate.values)
@@ -96,8 +96,9 @@ class Store:
         box = tuple(part.stop - part.start for part in region)
         try:
             for name, values in computed.arrays.items():
-                array = zarr.open_array(self.results / name, mode="r+", config={"write_empty_chunks": True})
-                array[region] = values.reshape(box + values.shape[1:])
+                with zarr.config.set({"array.write_empty_chunks": True}):  # a missing file is a chunk to compute
+                    array = zarr.open_array(self.results / name, mode="r+")
+                    array[region] = values.reshape(box + values.shape[1:])
                 _synchronise(self._chunk_file(name, chunk))
             write_atomically(self.part(chunk), lambda beside: self._write_rows(beside, chunk, computed), cache=True)
         except OSError as error:

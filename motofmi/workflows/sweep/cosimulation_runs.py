@@ -80,7 +80,8 @@ class CosimulationRuns(SystemRuns):
                         for name in self.options["outputs"]}  # fmt: skip
         self.extra = {"time": Coordinate("time", time, "s", "time")}
         self.values = {f"{name}_{part}": Column(NUMERIC, units[name]) for name in self.options["outputs"]
-                       for part in ("peak", "last_peak")} | {"coupling": Column("string")}  # fmt: skip
+                       for part in ("peak", "last_peak")} | {
+                           "coupling": Column("string"), "meets_tolerance": Column("bool")}  # fmt: skip
 
     def _units(self) -> dict[str, str]:
         parts = next(iter(self.options["fmus"].values()))
@@ -101,6 +102,7 @@ class CosimulationRuns(SystemRuns):
                                  wiring=opened.wiring, profile=opened.profile(options, int(numbers[k])),
                                  tolerance=options["tolerance"])  # fmt: skip
             columns["coupling"].append(run.coupling)
+            columns["meets_tolerance"].append(run.meets_tolerance)
             for name in self.results:
                 signal = np.interp(options["time"], run["time"], run[name])
                 arrays[name][k] = signal

@@ -82,6 +82,7 @@ class Study:
         sampled = {name: text[1:] for name, text in self.set.items() if isinstance(text, str) and text[:1] == "~"}
         rider = rider_population(sampled.pop(RIDER)) if RIDER in sampled else None
         systems = Systems(vehicles, devices, None if rider is None else rider.component, ())
+        systems.check()
         axes: dict[str, Coordinate] = {}
         varied: list[Varied] = []
         if rider is not None or sampled:

@@ -75,6 +75,14 @@ class Systems:
         whole = {"vehicle": self.vehicles[vehicle]} if self.vehicles else {}
         return {**whole, **rider, **by_name(self.devices[device])}
 
+    def check(self) -> None:
+        """Raises InputError for a vehicle and devices that do not go together, such as two riders at the handlebar."""
+        for vehicle in range(len(self.vehicles)):
+            for device in range(len(self.devices)):
+                whole, *held = self.parts(vehicle, device).values()
+                if isinstance(whole, Component):
+                    ridden(whole, *(part for part in held if isinstance(part, Component)))
+
     def values(self, indices: np.ndarray) -> dict[tuple[str, str], np.ndarray]:
         """The values (n,) of the varied parameters by part and name, in runs at places (n, dims)."""
         return {(v.part, v.name): v.values[indices[:, v.dim]] for v in self.varied}
