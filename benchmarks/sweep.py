@@ -103,7 +103,7 @@ def peak_memory(riders: int) -> float:
     return receiver.recv()
 
 
-def run(progress: Callable[..., Any], riders: int = 1000, runs: int = 1000, small: int = 100) -> dict[str, Any]:
+def run(progress: Callable[..., Any], riders: int = 1000, runs: int = 1000, small: int = 200) -> dict[str, Any]:
     """Processor times [s], ratios and memory [MB]."""
     found: dict[str, Any] = {}
     steps = iter(progress(range(6), "studies"))
