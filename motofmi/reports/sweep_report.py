@@ -65,7 +65,7 @@ def _worst(dataset: Any, table: Any, modes: list[str]) -> Section:
             headings = [*labels, "damping ratio [1]", "at speed [m/s]"]
             tables.append(Table(headings, rows, f"{mode.replace('_', '-')}: the runs with the smallest damping ratio"))
     text = ("The parameters of a run are those of its row: motofmi modes --device rider:mean_2011 --set NAME=VALUE ... "
-            "repeats it.")  # fmt: skip
+            "repeats it, and motofmi explore shows it with sliders.")  # fmt: skip
     return Section("Worst runs", [text], [], tables)
 
 

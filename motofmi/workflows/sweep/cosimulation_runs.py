@@ -133,7 +133,7 @@ class _Opened:
     def __init__(self, parts: list[Archive], options: dict[str, Any], speed: float,
                  parameters: dict[str, dict[str, float]]):  # fmt: skip
         vehicle, *devices = (part.path() for part in parts)
-        self.fmus = ridden_fmus(vehicle, devices, options["initial"], speed, parameters)
+        self.fmus = ridden_fmus(vehicle, devices, options["initial"], speed, parameters=parameters)
         self.wiring = join(self.fmus)
         self.network = Network(self.fmus, self.wiring)
 

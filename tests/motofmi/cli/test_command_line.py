@@ -292,7 +292,7 @@ BAD = {
     "speed in words": (["modes", "--speed", "fast"], "speed 'fast' is not"),
     "speed descending": (["modes", "--speed", "9:1:1"], "speed '9:1:1' is not"),
     "speed step zero": (["modes", "--speed", "1:9:0"], "speed '1:9:0' is not"),
-    "speed step too small": (["modes", "--speed", "1:9:1e-9"], "speed '1:9:1e-9' has more than 1e+06 values; give a larger step"),
+    "speed step too small": (["modes", "--speed", "1:9:1e-9"], "speed '1:9:1e-9' has more than 1,000,000 values; give a larger step"),
     "speed without end": (["modes", "--speed", "1:9"], "speed '1:9' is not"),
     "speed twice": (["modes", "--speed", "5,5"], "speed '5,5' is not"),
     "speed too low": (["modes", "--speed", "0.05"], "speed = 0.05 m/s is outside its bounds [0.1, 200]"),
