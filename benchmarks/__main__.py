@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import benchmarks
-from benchmarks.gap_permutation import DATA
+from benchmarks._recordings import DATA
 from fmus.support.progress import track
 
 RESULTS = Path(__file__).parent / "results.json"
@@ -41,7 +41,9 @@ def main() -> None:
         "names", nargs="*", metavar="NAME", help=f"studies to run (default: all): {', '.join(studies())}"
     )
     parser.add_argument("--json", metavar="FILE", help="write these results there as well; - for standard output")
-    parser.add_argument("--data", metavar="DIR", help=f"folder of recordings of others (default: environment variable {DATA})")
+    parser.add_argument(
+        "--data", metavar="DIR", help=f"folder of recordings of others (default: environment variable {DATA})"
+    )
     arguments = parser.parse_args()
     for name in arguments.names:
         if name not in studies():

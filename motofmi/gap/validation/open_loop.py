@@ -112,8 +112,10 @@ class OpenLoop:
         return (self.over(run, self.initial_states(run)).outputs - run.measured)[self.window :]
 
     def mean_square(self, runs: Sequence[SampledRun]) -> float:
-        """The mean square error over prepared runs, each output over its standard deviation; infinite where a run cannot
-        be simulated."""
+        """The mean square error over prepared runs, each output over its standard deviation.
+
+        It is infinite where a run cannot be simulated.
+        """
         try:
             return float(np.mean([np.mean((self.error(run) / run.measured.std(axis=0)) ** 2) for run in runs]))
         except InputError:

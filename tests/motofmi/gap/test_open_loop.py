@@ -25,7 +25,7 @@ EXPERIMENT = input_output_experiment(MassSpringDamper(), ["force", "displacement
 
 
 def oscillator_run(seed: int, limit: float = np.inf) -> Recording:
-    """60 s at 25 Hz under five sines, read by a sensor with an offset and white noise that goes no further than a limit."""
+    """60 s at 25 Hz under five sines, read by a sensor with an offset, white noise and a limit."""
     time, force, displacement = motion(seed)
     noise = NOISE * np.random.default_rng([seed, 1]).standard_normal(len(time))
     seen = np.minimum(displacement + OFFSET + noise, limit)
