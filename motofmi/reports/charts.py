@@ -218,7 +218,7 @@ def placed(panel: Panel) -> list[Note]:
     horizontal, vertical = _unit_scale(panel, "x"), _unit_scale(panel, "y")
     if not panel.notes or horizontal is None or vertical is None:
         return list(panel.notes)
-    drawn = np.concatenate([np.stack([horizontal[0](c.x), vertical[0](c.y)], axis=1) for c in panel.curves])
+    drawn = np.concatenate([np.stack([horizontal[0](c.x), vertical[0](c.y)], axis=1) for c in panel.curves if c.shown])
     drawn = drawn[np.isfinite(drawn).all(axis=1)]
     found = []
     for note in panel.notes:
@@ -226,10 +226,10 @@ def placed(panel: Panel) -> list[Note]:
         at = np.array([horizontal[0](note.x), vertical[0](note.y)])
         turns = np.arange(0, 2 * np.pi, np.pi / 8)
         around = np.concatenate([at + (half + distance) * np.stack([np.cos(turns), np.sin(turns)], axis=1)
-                                 for distance in (0.03, 0.06, 0.1)])  # fmt: skip
+                                 for distance in (0.0, 0.02, 0.05, 0.1)])  # fmt: skip
         around = np.clip(around, half, 1 - half)
-        free = (np.abs(around[:, None] - drawn) / (half + 0.01)).max(axis=2).min(axis=1).clip(max=1.5)
-        best = around[np.argmax(free - 2 * np.linalg.norm(around - at, axis=1))]
+        free = (np.abs(around[:, None] - drawn) / (half + 0.01)).max(axis=2).min(axis=1).clip(max=1.0)
+        best = around[np.argmax(4 * free - np.linalg.norm(around - at, axis=1))]
         drawn = np.concatenate([drawn, best[None]])
         found.append(replace(note, x=float(f"{horizontal[1](best[0]):.4g}"), y=float(f"{vertical[1](best[1]):.4g}")))
     return found

@@ -47,13 +47,18 @@ def _curve(found: Modes, name: str, parts: Sequence[tuple[str, int]], colour: st
 
 
 def _notes(found: Mapping[str, Modes], parts: Mapping[str, Sequence[tuple[str, int]]]) -> list[Note]:
-    """The name of each mode at the middle of its first branch that oscillates; none where the legend has them."""
+    """The name of each mode where its first branch that oscillates is farthest from other modes; none where the legend
+    has the names."""
     if len(found) == 1:
         return []
+    every = [(m, found[name][m].eigenvalue[k]) for name, each in parts.items() for m, k in each]
     notes: dict[str, Note] = {}
     for name, each in found.items():
         for mode in each.unstable:
-            inside = [v for m, k in parts[name] if m == mode and (v := each[mode].eigenvalue[k]).imag > 0.5]
-            if inside and mode not in notes:
-                notes[mode] = Note(inside[len(inside) // 2].real, inside[len(inside) // 2].imag, mode.replace("_", "-"))
+            inside = np.array([v for m, k in parts[name] if m == mode and (v := each[mode].eigenvalue[k]).imag > 0.5])
+            if len(inside) and mode not in notes:
+                others = np.array([v for m, v in every if m != mode])
+                apart = np.abs(inside[:, None] - others).min(axis=1) if len(others) else np.zeros(len(inside))
+                at = inside[np.argmax(apart)]
+                notes[mode] = Note(at.real, at.imag, mode.replace("_", "-"))
     return list(notes.values())
