@@ -40,9 +40,16 @@ def run(out: Path, seed: int = 1) -> Finding:
         )
         fitted = [recordings / f"{name}.csv" for name in ("sweep_up_2deg", "stepped_4deg")]
         verdict = find_gap(fitted, validation=recordings / "holdout_sweep_down_3deg.csv", out=out / "gap").to_dict()
-        files = [(out / "gap" / verdict["report"], "report of the gap workflow"), (out / "gap" / "verdict.json", "verdict"),
-                 *((out / "gap" / verdict[key], text) for key, text in (("model", "fitted model"), ("fmu", "its FMU")) if verdict[key]),
-                 *((path, "recording") for path in sorted(recordings.glob("*.csv")))]  # fmt: skip
+        files = [
+            (out / "gap" / verdict["report"], "report of the gap workflow"),
+            (out / "gap" / "verdict.json", "verdict"),
+            *(
+                (out / "gap" / verdict[key], text)
+                for key, text in (("model", "fitted model"), ("fmu", "its FMU"))
+                if verdict[key]
+            ),
+            *((path, "recording") for path in sorted(recordings.glob("*.csv"))),
+        ]
         return Finding(verdict, json.loads(truth.read_text()), files)
 
 

@@ -45,9 +45,21 @@ def chart(rows: list[dict]) -> Chart:
     """Identified against anthropometric inertia of the torso."""
     own, found = (np.array([r[k] for r in rows]) for k in ("torso_inertia", "identified_torso_inertia"))
     names = [f"rider {row['rider'].split('_')[0]}" for row in rows]
-    curves = [Curve("equal", [0.2, 0.8], [0.2, 0.8], "measured", "dotted"), Curve("riders", own, found, "found", "points", text=names, size=8)]
-    return Chart([Panel(Axis("torso inertia from anthropometry", "kg.m2", low=0.2, high=0.8), Axis("torso inertia identified", "kg.m2", low=0.2, high=1.2),
-                        curves, hover="point", height=340)])  # fmt: skip
+    curves = [
+        Curve("equal", [0.2, 0.8], [0.2, 0.8], "measured", "dotted"),
+        Curve("riders", own, found, "found", "points", text=names, size=8),
+    ]
+    return Chart(
+        [
+            Panel(
+                Axis("torso inertia from anthropometry", "kg.m2", low=0.2, high=0.8),
+                Axis("torso inertia identified", "kg.m2", low=0.2, high=1.2),
+                curves,
+                hover="point",
+                height=340,
+            )
+        ]
+    )
 
 
 def section(rows: list[dict]) -> Section:

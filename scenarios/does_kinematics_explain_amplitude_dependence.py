@@ -138,13 +138,30 @@ def _differentiated(x: np.ndarray, times: int) -> np.ndarray:
 
 def chart(found: AmplitudeDependence) -> Chart:
     """Moduli and phases at every amplitude, and in the limit."""
-    by_amplitude = [("linear limit", found.limit, "measured", "dotted"),
-                    *((f"{a:g} deg", H, colour, "line") for a, H, colour in zip(found.amplitude, found.inertance, SEQUENCE, strict=False))]  # fmt: skip
+    by_amplitude = [
+        ("linear limit", found.limit, "measured", "dotted"),
+        *(
+            (f"{a:g} deg", H, colour, "line")
+            for a, H, colour in zip(found.amplitude, found.inertance, SEQUENCE, strict=False)
+        ),
+    ]
     frequency = Axis("frequency", "Hz")
-    return Chart([
-        Panel(frequency, Axis("inertance", "1/(kg.m2)", log=True), [Curve(n, found.frequency, np.abs(z), c, s) for n, z, c, s in by_amplitude]),
-        Panel(frequency, Axis("phase", "deg"), [Curve(n, found.frequency, np.degrees(np.angle(z)), c, s) for n, z, c, s in by_amplitude]),
-    ], columns=2, linked=True)  # fmt: skip
+    return Chart(
+        [
+            Panel(
+                frequency,
+                Axis("inertance", "1/(kg.m2)", log=True),
+                [Curve(n, found.frequency, np.abs(z), c, s) for n, z, c, s in by_amplitude],
+            ),
+            Panel(
+                frequency,
+                Axis("phase", "deg"),
+                [Curve(n, found.frequency, np.degrees(np.angle(z)), c, s) for n, z, c, s in by_amplitude],
+            ),
+        ],
+        columns=2,
+        linked=True,
+    )
 
 
 def section(found: AmplitudeDependence) -> Section:

@@ -41,7 +41,11 @@ def cases() -> dict[str, Case]:
 
     def changed(parameter: str, value: float, colour: str) -> Case:
         less = "less" if value < mean.values[parameter] else "more"
-        return Case(f"{less} {parameter.replace('_', ' ')}, {value:.1f} N.m.s/rad", mean.with_values(**{parameter: value}), colour)
+        return Case(
+            f"{less} {parameter.replace('_', ' ')}, {value:.1f} N.m.s/rad",
+            mean.with_values(**{parameter: value}),
+            colour,
+        )
 
     return {
         "reference": Case("reference, without a rider", None, "measured"),
@@ -76,8 +80,13 @@ def chart(found: dict[str, Modes]) -> Chart:
     """The root locus of every case, of which some are shown at first."""
     labels = {name: case.label for name, case in cases().items()}
     choices = [Choice(text, [labels[name] for name in names or found]) for text, names in CHOICES.items()]
-    return root_locus({labels[name]: result for name, result in found.items()}, top=90.0, choices=choices, shown=choices[0].curves,
-                      colours={case.label: case.colour for case in cases().values()})  # fmt: skip
+    return root_locus(
+        {labels[name]: result for name, result in found.items()},
+        top=90.0,
+        choices=choices,
+        shown=choices[0].curves,
+        colours={case.label: case.colour for case in cases().values()},
+    )
 
 
 def bands(result: Modes, mode: str) -> str:
@@ -94,15 +103,22 @@ def section(found: dict[str, Modes]) -> Section:
         for name, result in found.items()
     ]
     at_50 = {n: r["wobble"].eigenvalue[np.argmin(np.abs(r.speed - 50))] for n, r in found.items()}
-    text = (f"The rider calms the wobble (real part at 50 m/s {at_50['rider'].real:.1f} instead of {at_50['reference'].real:.2f} 1/s) and "
-            f"upsets the weave (unstable at {bands(found['rider'], 'weave')} m/s); the damper calms the wobble, too "
-            f"({at_50['damper'].real:.1f} 1/s), with a weave that is unstable at {bands(found['damper'], 'weave')} m/s, where that of the "
-            f"motorcycle without either is unstable at {bands(found['reference'], 'weave')} m/s.")  # fmt: skip
+    text = (
+        f"The rider calms the wobble (real part at 50 m/s {at_50['rider'].real:.1f} instead of "
+        f"{at_50['reference'].real:.2f} 1/s) and "
+        f"upsets the weave (unstable at {bands(found['rider'], 'weave')} m/s); the damper calms the wobble, too "
+        f"({at_50['damper'].real:.1f} 1/s), with a weave that is unstable at {bands(found['damper'], 'weave')} m/s, "
+        "where that of the "
+        f"motorcycle without either is unstable at {bands(found['reference'], 'weave')} m/s."
+    )
     note = ("Changed dampings: the paper's text gives no amounts, so each is changed by one coefficient of variation "
             "of its Table 2, "
             f"{ARM_VARIATION:.0%} for the arms and {WAIST_VARIATION:.0%} for the waist.")  # fmt: skip
-    caption = (f"Root loci, 1 to {SPEEDS[-1]:g} m/s in steps of {SPEEDS[1] - SPEEDS[0]:g}, as in the 2011 paper; points grow with speed. Buttons and legend switch "
-               "the loci; the pointer shows mode, speed and frequency.")  # fmt: skip
+    caption = (
+        f"Root loci, 1 to {SPEEDS[-1]:g} m/s in steps of {SPEEDS[1] - SPEEDS[0]:g}, as in the 2011 paper; points "
+        "grow with speed. Buttons and legend switch "
+        "the loci; the pointer shows mode, speed and frequency."
+    )
     table = Table(
         ("at the handlebar", "weave unstable [m/s]", "wobble", "rider-wobble", "capsize"),
         rows,

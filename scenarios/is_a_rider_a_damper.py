@@ -26,14 +26,36 @@ def run(rider: str = "mean_2011") -> dict[str, TransferFunctions]:
 def chart(found: dict[str, TransferFunctions]) -> Chart:
     """Amplitude and phase over frequency, in the paper's sign: positive where the torque resists the steer."""
     rider = found["rider"]
-    drawn = [("rider: on the bar", -rider["handlebar_torque"], "found", "line"), ("rider: on the frame", rider["frame_torque"], "found", "dashed")]
+    drawn = [
+        ("rider: on the bar", -rider["handlebar_torque"], "found", "line"),
+        ("rider: on the frame", rider["frame_torque"], "found", "dashed"),
+    ]
     for name, colour in zip(DAMPERS, ("fifth", "base", "fourth"), strict=True):
-        drawn.append((f"damper of {dampers.load(name).values['damping']:g} N.m.s/rad", -found[name]["handlebar_torque"], colour, "line"))
+        drawn.append(
+            (
+                f"damper of {dampers.load(name).values['damping']:g} N.m.s/rad",
+                -found[name]["handlebar_torque"],
+                colour,
+                "line",
+            )
+        )
     frequency = Axis("frequency", "Hz", log=True)
-    return Chart([
-        Panel(frequency, Axis("torque per steer angle", "N.m/rad", log=True), [Curve(n, FREQUENCY, np.abs(z), c, s) for n, z, c, s in drawn]),
-        Panel(frequency, Axis("phase", "deg", low=-50, high=200), [Curve(n, FREQUENCY, np.degrees(np.angle(z)), c, s) for n, z, c, s in drawn]),
-    ], columns=2, linked=True)  # fmt: skip
+    return Chart(
+        [
+            Panel(
+                frequency,
+                Axis("torque per steer angle", "N.m/rad", log=True),
+                [Curve(n, FREQUENCY, np.abs(z), c, s) for n, z, c, s in drawn],
+            ),
+            Panel(
+                frequency,
+                Axis("phase", "deg", low=-50, high=200),
+                [Curve(n, FREQUENCY, np.degrees(np.angle(z)), c, s) for n, z, c, s in drawn],
+            ),
+        ],
+        columns=2,
+        linked=True,
+    )
 
 
 def section(found: dict[str, TransferFunctions]) -> Section:

@@ -1,6 +1,6 @@
 """The questions about the full rider and the rider in roll, answered in one report.
 
-    python -m motofmi.scenarios.the_full_rider --out full_rider
+python -m motofmi.scenarios.the_full_rider --out full_rider
 """
 
 import argparse
@@ -28,7 +28,12 @@ def main(words: Sequence[str] | None = None) -> Path:
     path = parser.parse_args(words).out / "report.html"
     results = list(answered("full rider"))
     overview = Table(("question", "answer"), [(each.section.title, each.section.paragraphs[0]) for each in results])
-    Report("motofmi: the full rider", LEAD, [Section("All answers", [], [], [overview]), *(each.section for each in results)], asked=ASKED).write(path)
+    Report(
+        "motofmi: the full rider",
+        LEAD,
+        [Section("All answers", [], [], [overview]), *(each.section for each in results)],
+        asked=ASKED,
+    ).write(path)
     for each in results:
         picture = next(shown for shown, _ in each.section.figures if isinstance(shown, Chart))
         figure(picture).savefig(path.parent / f"{each.name}.png", dpi=80, metadata={"Software": None})

@@ -16,13 +16,25 @@ from motofmi.workflows.scenarios import InReport
 REPORT = InReport("tour", 5, "weave, wobble, capsize animated")
 
 EXPLAINED = {
-    "weave": (50.0, "In weave the whole motorcycle yaws, rolls and steers in a slow S-shaped path. It is well damped at middle speeds and "
-                    "weakly damped or unstable at high speed."),
-    "wobble": (50.0, "In wobble mainly the front assembly turns quickly about the steer axis, while the rear frame hardly moves. A damper or "
-                     "the arms of a rider at the handlebar damp it."),
-    "capsize": (20.0, "In capsize the motorcycle leans over without oscillating and drifts to the side of the lean. It is slow, so that a "
-                      "rider corrects it with ease even where it is unstable."),
-}  # fmt: skip
+    "weave": (
+        50.0,
+        "In weave the whole motorcycle yaws, rolls and steers in a slow S-shaped path. It is well damped at middle "
+        "speeds and "
+        "weakly damped or unstable at high speed.",
+    ),
+    "wobble": (
+        50.0,
+        "In wobble mainly the front assembly turns quickly about the steer axis, while the rear frame hardly moves. "
+        "A damper or "
+        "the arms of a rider at the handlebar damp it.",
+    ),
+    "capsize": (
+        20.0,
+        "In capsize the motorcycle leans over without oscillating and drifts to the side of the lean. It is slow, so "
+        "that a "
+        "rider corrects it with ease even where it is unstable.",
+    ),
+}
 
 
 @dataclass(frozen=True)
@@ -41,10 +53,18 @@ def run() -> dict[str, Explained]:
 
 def section(found: dict[str, Explained]) -> Section:
     """The sketch, and each mode in two sentences with its animation."""
-    text = ("A motorcycle running straight ahead has three modes that a rider feels: weave, wobble and capsize. Here they are those of the "
-            "reference motorcycle (Cossalter et al. 2011) with the mean of ten measured riders.")  # fmt: skip
-    animations = [(mode_animation(f"{mode}, {each.speed:g} m/s", each.eigenvalue, each.motion), f"{EXPLAINED[mode][1]} {numbers(mode, each)}")
-                  for mode, each in found.items()]  # fmt: skip
+    text = (
+        "A motorcycle running straight ahead has three modes that a rider feels: weave, wobble and capsize. Here "
+        "they are those of the "
+        "reference motorcycle (Cossalter et al. 2011) with the mean of ten measured riders."
+    )
+    animations = [
+        (
+            mode_animation(f"{mode}, {each.speed:g} m/s", each.eigenvalue, each.motion),
+            f"{EXPLAINED[mode][1]} {numbers(mode, each)}",
+        )
+        for mode, each in found.items()
+    ]
     return Section("What are weave, wobble and capsize?", [text], [(motorcycle_sketch(), ""), *animations])
 
 

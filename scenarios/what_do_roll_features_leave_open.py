@@ -90,6 +90,7 @@ def limits(rider: Component) -> np.ndarray:
 
 def searched(rider: Component, seed: int, generations: int) -> Component:
     """The rider that differential evolution finds within the limits, with the fewest and smallest misses."""
+
     def of(x: np.ndarray) -> Component:
         return rider.with_values(**dict(zip(FREE, np.exp(x), strict=True)))
 
@@ -151,16 +152,23 @@ def chart(found: OpenFeatures) -> Chart:
     for point in POINTS:
         by_rider = {f"rider {rider}": curves[point] for rider, curves in found.curves.items()}
         panels += _panels(by_rider, f"FRF_{NUMBER[point]}", SEQUENCE)
-    relative_to_mockup = {f"point {NUMBER[point]}: {point}": curve for point, curve in relative(found.curves[3]).items()}
+    relative_to_mockup = {
+        f"point {NUMBER[point]}: {point}": curve for point, curve in relative(found.curves[3]).items()
+    }
     return Chart([*panels, *_panels(relative_to_mockup, "rFRF of rider 3", SEQUENCE[3:])], columns=2)
 
 
 def _panels(curves: dict[str, np.ndarray], what: str, colours: Sequence[str]) -> list[Panel]:
     frequency = Axis("frequency", "Hz")
-    modulus = [Curve(n, FREQUENCIES, np.abs(z), c, "both", width=1) for (n, z), c in zip(curves.items(), colours, strict=False)]
+    modulus = [
+        Curve(n, FREQUENCIES, np.abs(z), c, "both", width=1) for (n, z), c in zip(curves.items(), colours, strict=False)
+    ]
     phase = [Curve(n, FREQUENCIES, -np.degrees(np.mod(-np.angle(z), 2 * np.pi)), c, "both", width=1)
              for (n, z), c in zip(curves.items(), colours, strict=False)]  # fmt: skip
-    return [Panel(frequency, Axis(f"modulus of {what}", "1"), modulus, height=260), Panel(frequency, Axis(f"phase of {what}", "deg"), phase, height=260)]
+    return [
+        Panel(frequency, Axis(f"modulus of {what}", "1"), modulus, height=260),
+        Panel(frequency, Axis(f"phase of {what}", "deg"), phase, height=260),
+    ]
 
 
 def section(found: OpenFeatures) -> Section:

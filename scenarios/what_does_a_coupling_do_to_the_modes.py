@@ -39,8 +39,7 @@ def worst(prediction: Prediction) -> tuple[float, float]:
     if not prediction.stable:
         return np.nan, np.nan
     modes = prediction.oscillatory & (prediction.exact.imag < FASTEST)
-    return tuple(float(np.abs(e[modes]).max())
-                 for e in (prediction.frequency_error, prediction.damping_error))  # type: ignore[return-value]
+    return tuple(float(np.abs(e[modes]).max()) for e in (prediction.frequency_error, prediction.damping_error))  # type: ignore[return-value]
 
 
 def chart(found: dict[str, dict[float, Prediction]]) -> Chart:
@@ -50,8 +49,18 @@ def chart(found: dict[str, dict[float, Prediction]]) -> Chart:
         curves = []
         for i, (name, by_step) in enumerate(found.items()):
             errors = np.maximum([worst(by_step[float(step)])[k] for step in STEPS], FLOOR)
-            curves.append(Curve(name, 1e3 * STEPS, 100 * errors, SEQUENCE[i % len(SEQUENCE)], "both" if i < len(SEQUENCE) else "dashed"))
-        panels.append(Panel(Axis("step", "ms", log=True), Axis(f"largest error of a {what}", "%", log=True), curves, height=340))
+            curves.append(
+                Curve(
+                    name,
+                    1e3 * STEPS,
+                    100 * errors,
+                    SEQUENCE[i % len(SEQUENCE)],
+                    "both" if i < len(SEQUENCE) else "dashed",
+                )
+            )
+        panels.append(
+            Panel(Axis("step", "ms", log=True), Axis(f"largest error of a {what}", "%", log=True), curves, height=340)
+        )
     return Chart(panels, columns=2, linked=True)
 
 

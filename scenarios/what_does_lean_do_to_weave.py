@@ -51,11 +51,38 @@ def chart(found: dict[str, Modes]) -> Chart:
     for name, one in found.items():
         inside = (one.eigenvalues.real > -20) & (one.eigenvalues.imag >= 0) & (one.eigenvalues.imag < 24 * np.pi)
         roots, speed = one.eigenvalues[inside], np.broadcast_to(one.speed[:, None], inside.shape)[inside]
-        loci.append(Curve(NAMES[name], roots.real, roots.imag / (2 * np.pi), colours[name], "points", size=3, text=[f"{v:g} m/s" for v in speed]))
+        loci.append(
+            Curve(
+                NAMES[name],
+                roots.real,
+                roots.imag / (2 * np.pi),
+                colours[name],
+                "points",
+                size=3,
+                text=[f"{v:g} m/s" for v in speed],
+            )
+        )
         growth.append(Curve(NAMES[name], one.speed, one["weave"].eigenvalue.real, colours[name]))
-    return Chart([Panel(Axis("real part", "1/s", low=-20, high=3), Axis("frequency", "Hz", low=0, high=12), loci, shades=[Shade(0, 3, "unstable")], hover="point", height=380),
-                  Panel(Axis("speed", "m/s"), Axis("real part of weave", "1/s", low=-6, high=2), growth, shades=[Shade(0, 2, "unstable", across="y")], height=380)],
-                 columns=2)  # fmt: skip
+    return Chart(
+        [
+            Panel(
+                Axis("real part", "1/s", low=-20, high=3),
+                Axis("frequency", "Hz", low=0, high=12),
+                loci,
+                shades=[Shade(0, 3, "unstable")],
+                hover="point",
+                height=380,
+            ),
+            Panel(
+                Axis("speed", "m/s"),
+                Axis("real part of weave", "1/s", low=-6, high=2),
+                growth,
+                shades=[Shade(0, 2, "unstable", across="y")],
+                height=380,
+            ),
+        ],
+        columns=2,
+    )
 
 
 def section(found: dict[str, Modes]) -> Section:

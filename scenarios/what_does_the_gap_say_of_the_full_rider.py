@@ -69,10 +69,23 @@ def run(
 def chart(found: Verdicts) -> Chart:
     """The misfit of the validation sweeps over the amplitude, before and after."""
     amplitudes = list(found.by_amplitude)
-    curves = [Curve(label, amplitudes, [v.gap[key] for v in found.by_amplitude.values()], colour, "both")
-              for key, label, colour in (("holdout_before", "linear rider", "measured"), ("holdout_after", "with the effects found", "found"))]  # fmt: skip
-    return Chart([Panel(Axis("amplitude of the sweep", "deg", log=True), Axis("reduced chi-square of the validation run", "1", log=True), curves,
-                        lines=[Line(1.0, "noise floor")])])  # fmt: skip
+    curves = [
+        Curve(label, amplitudes, [v.gap[key] for v in found.by_amplitude.values()], colour, "both")
+        for key, label, colour in (
+            ("holdout_before", "linear rider", "measured"),
+            ("holdout_after", "with the effects found", "found"),
+        )
+    ]
+    return Chart(
+        [
+            Panel(
+                Axis("amplitude of the sweep", "deg", log=True),
+                Axis("reduced chi-square of the validation run", "1", log=True),
+                curves,
+                lines=[Line(1.0, "noise floor")],
+            )
+        ]
+    )
 
 
 def section(found: Verdicts) -> Section:

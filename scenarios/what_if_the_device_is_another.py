@@ -63,8 +63,20 @@ def run(folder: str) -> dict[str, Answer]:
 
 def chart(found: dict[str, Answer]) -> Chart:
     """Steer angle over time, one panel for each device."""
-    return Chart([Panel(Axis("time", "s"), Axis("steer angle", "deg"), [Curve("steer angle", a.run["time"], np.degrees(a.run["vehicle.steer_angle"]), "found")],
-                        name, height=220) for name, a in found.items()], columns=3, linked=True)  # fmt: skip
+    return Chart(
+        [
+            Panel(
+                Axis("time", "s"),
+                Axis("steer angle", "deg"),
+                [Curve("steer angle", a.run["time"], np.degrees(a.run["vehicle.steer_angle"]), "found")],
+                name,
+                height=220,
+            )
+            for name, a in found.items()
+        ],
+        columns=3,
+        linked=True,
+    )
 
 
 def section(found: dict[str, Answer]) -> Section:

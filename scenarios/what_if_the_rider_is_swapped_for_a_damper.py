@@ -30,7 +30,8 @@ ADDED_DAMPING = 7.5  # N.m.s/rad
 
 @dataclass(frozen=True)
 class Swap:
-    """The run with the rider, what follows with him, what follows with the damper; exact weaves [1/s]; the FMUs, the rows as CSV."""
+    """The run with the rider, what follows with him, what follows with the damper; exact weaves [1/s]; the FMUs, the
+    rows as CSV."""
 
     before: CosimulationRun
     stays: CosimulationRun
@@ -71,13 +72,27 @@ def run(out: Path) -> Swap:
 def chart(swap: Swap) -> Chart:
     """Steer angle and torque on the bar over time, with the swap."""
     time = swap.before["time"]
-    parts = [(swap.before, 0.0, "found", "line", "rider's FMU"), (swap.stays, HALF, "measured", "dotted", "had the rider stayed"),
-             (swap.swapped, HALF, "base", "line", "damper's FMU")]  # fmt: skip
-    angle = [Curve(label, time + offset, np.degrees(part["vehicle.steer_angle"]), colour, style, width=1.2) for part, offset, colour, style, label in parts]
-    torque = [Curve(label, time + offset, part["device.handlebar_torque"], colour, style, width=1.2) for part, offset, colour, style, label in parts]
+    parts = [
+        (swap.before, 0.0, "found", "line", "rider's FMU"),
+        (swap.stays, HALF, "measured", "dotted", "had the rider stayed"),
+        (swap.swapped, HALF, "base", "line", "damper's FMU"),
+    ]
+    angle = [
+        Curve(label, time + offset, np.degrees(part["vehicle.steer_angle"]), colour, style, width=1.2)
+        for part, offset, colour, style, label in parts
+    ]
+    torque = [
+        Curve(label, time + offset, part["device.handlebar_torque"], colour, style, width=1.2)
+        for part, offset, colour, style, label in parts
+    ]
     exchanged = [Line(HALF, "FMUs exchanged", across="x")]
-    return Chart([Panel(Axis("time", "s"), Axis("steer angle", "deg"), angle, lines=exchanged, height=250),
-                  Panel(Axis("time", "s"), Axis("torque on the bar", "N.m"), torque, lines=exchanged, height=250)], linked=True)  # fmt: skip
+    return Chart(
+        [
+            Panel(Axis("time", "s"), Axis("steer angle", "deg"), angle, lines=exchanged, height=250),
+            Panel(Axis("time", "s"), Axis("torque on the bar", "N.m"), torque, lines=exchanged, height=250),
+        ],
+        linked=True,
+    )
 
 
 def section(swap: Swap) -> Section:

@@ -50,8 +50,17 @@ def chart(found: list) -> Chart:
                         text=[f"{abs(z):.3g} at {np.degrees(np.angle(z)):.0f} deg, relative to steer"])
                   for name, z in motion.items()]  # fmt: skip
         label = f"{title}: {mode.replace('_', '-')}, {speed:g} m/s, {value.imag / 2 / np.pi:.2f} Hz"
-        panels.append(Panel(Axis("real part, over the longest", "1", low=-1.0, high=1.0), Axis("imaginary part, over the longest", "1", low=-1.0, high=1.0),
-                            arrows, label, hover="point", square=True, height=290))  # fmt: skip
+        panels.append(
+            Panel(
+                Axis("real part, over the longest", "1", low=-1.0, high=1.0),
+                Axis("imaginary part, over the longest", "1", low=-1.0, high=1.0),
+                arrows,
+                label,
+                hover="point",
+                square=True,
+                height=290,
+            )
+        )
     return Chart(panels, columns=3)
 
 

@@ -34,8 +34,20 @@ def run(rider: str = "mean_2011", seed: int = 0) -> dict[str, Identification]:
 def chart(found: dict[str, Identification]) -> Chart:
     """Standard errors of the six parameters, by test."""
     names = [name.replace("_", " ") for name in PARAMETERS]
-    curves = [Curve(name, 100 * f.standard_error / f.values, np.arange(len(names)), SEQUENCE[k], "points", size=9) for k, (name, f) in enumerate(found.items())]
-    return Chart([Panel(Axis("standard error", "% of the value", log=True), Axis("parameter", "", names=names), curves, hover="point")])
+    curves = [
+        Curve(name, 100 * f.standard_error / f.values, np.arange(len(names)), SEQUENCE[k], "points", size=9)
+        for k, (name, f) in enumerate(found.items())
+    ]
+    return Chart(
+        [
+            Panel(
+                Axis("standard error", "% of the value", log=True),
+                Axis("parameter", "", names=names),
+                curves,
+                hover="point",
+            )
+        ]
+    )
 
 
 def section(found: dict[str, Identification]) -> Section:

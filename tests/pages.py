@@ -1,4 +1,5 @@
-"""What every report's page must be: a first screen, no request, links that exist, terms that are defined; and, in a browser, no
+"""What every report's page must be: a first screen, no request, links that exist, terms that are defined; and, in a
+browser, no
 error, nothing wider than the screen, charts that switch and zoom."""
 
 from collections.abc import Iterator
@@ -65,13 +66,19 @@ def assert_is_a_report(path: Path, inputs: int = 0, command: str = "", pictures:
 
 @contextmanager
 def opened(path: Path, width: int, scheme: str = "light") -> Iterator[tuple[Any, list[str]]]:
-    """The page in headless Chromium at a width [px], and what went wrong in it: errors, and requests other than its own file."""
+    """The page in headless Chromium at a width [px], and what went wrong in it: errors, and requests other than its own
+    file."""
     with chromium() as browser:
         page = browser.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme).new_page()
         wrong: list[str] = []
         page.on("console", lambda message: wrong.append(message.text) if message.type in ("error", "warning") else None)
         page.on("pageerror", lambda error: wrong.append(str(error)))
-        page.on("request", lambda request: None if request.url.startswith(("data:", path.resolve().as_uri())) else wrong.append(request.url))
+        page.on(
+            "request",
+            lambda request: (
+                None if request.url.startswith(("data:", path.resolve().as_uri())) else wrong.append(request.url)
+            ),
+        )
         page.goto(path.resolve().as_uri())
         yield page, wrong
 

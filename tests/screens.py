@@ -1,6 +1,7 @@
-"""The pictures of reports in docs/: the first screens of the tour's report and of its gap report, in the system's Chromium.
+"""The pictures of reports in docs/: the first screens of the tour's report and of its gap report, in the system's
+Chromium.
 
-    python -m tests.screens
+python -m tests.screens
 """
 
 import tempfile

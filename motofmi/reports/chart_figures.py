@@ -64,19 +64,31 @@ def _curve(curve: Curve, on: Any) -> None:
         for tip in zip(x, y, strict=True):
             on.annotate("", tip, (0, 0), arrowprops={"arrowstyle": "-|>", "color": colour, "linewidth": 1.6})
     elif curve.style == "circles":
-        on.scatter(x, y, s=16 if curve.size is None else np.asarray(curve.size, float) ** 2 / 2, facecolors="none", edgecolors=colour, linewidths=0.8)
+        on.scatter(
+            x,
+            y,
+            s=16 if curve.size is None else np.asarray(curve.size, float) ** 2 / 2,
+            facecolors="none",
+            edgecolors=colour,
+            linewidths=0.8,
+        )
     else:
         on.plot(x, y, STYLES[curve.style], color=colour, linewidth=0.8 * curve.width, markersize=4)
 
 
 def _handles(curves: Sequence[Curve]) -> list[Patch]:
-    return [Patch(color=COLOURS[colour][0], label=name) for name, colour in {c.name: c.colour for c in curves if c.shown}.items()]
+    return [
+        Patch(color=COLOURS[colour][0], label=name)
+        for name, colour in {c.name: c.colour for c in curves if c.shown}.items()
+    ]
 
 
 def _cells(cells: Cells, on: Any) -> None:
     norm = LogNorm(cells.low, cells.high)
     framed = np.zeros(np.shape(cells.x), bool) if cells.framed is None else np.asarray(cells.framed, bool)
-    rows = zip(*(np.asarray(getattr(cells, n), float) for n in ("x", "x_end", "y", "y_end", "value")), framed, strict=True)
+    rows = zip(
+        *(np.asarray(getattr(cells, n), float) for n in ("x", "x_end", "y", "y_end", "value")), framed, strict=True
+    )
     from_value = ScalarMappable(norm, "viridis")
     for x, x_end, y, y_end, value, frame in rows:
         edge = COLOURS["significant"][0] if frame else "none"

@@ -13,7 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 DIGITS = 5  # significant, of a coordinate
-POINTS = 3000  # of a curve; a longer one is drawn by the smallest and the largest value in each of half as many intervals
+POINTS = (
+    3000  # of a curve; a longer one is drawn by the smallest and the largest value in each of half as many intervals
+)
 
 # The colours of curves by meaning, on a light and on a dark background (Okabe, Ito 2008, and Tol 2021 for the last).
 COLOURS = {
@@ -21,7 +23,15 @@ COLOURS = {
     "changed": ("#2c7a1f", "#7fd06f"), "fourth": ("#8e3a8e", "#d692d6"), "fifth": ("#7a6000", "#d9bf4d"),
     "sixth": ("#006d77", "#5fc9d3"), "significant": ("#c00000", "#ff7b72"),
 }  # fmt: skip
-SEQUENCE = ("found", "base", "changed", "fourth", "fifth", "sixth", "measured")  # for curves without a meaning of their own
+SEQUENCE = (
+    "found",
+    "base",
+    "changed",
+    "fourth",
+    "fifth",
+    "sixth",
+    "measured",
+)  # for curves without a meaning of their own
 
 
 @dataclass(frozen=True)
@@ -158,8 +168,10 @@ class Chart:
 
     def described(self) -> str:
         """The axes and the curves in a sentence."""
-        return ". ".join(f"{panel.y.title} over {panel.x.title}: {', '.join(dict.fromkeys(c.name for c in panel.curves))}"
-                         for panel in self.panels)  # fmt: skip
+        return ". ".join(
+            f"{panel.y.title} over {panel.x.title}: {', '.join(dict.fromkeys(c.name for c in panel.curves))}"
+            for panel in self.panels
+        )
 
 
 @dataclass(frozen=True)
@@ -239,7 +251,11 @@ def _unit_scale(panel: Panel, which: str) -> tuple[Any, Any] | None:
     """The functions from an axis to 0 ... 1 within its limits, and back; None where nothing is drawn."""
     axis: Axis = getattr(panel, which)
     change, back = (np.log10, lambda v: 10**v) if axis.log else (lambda v: np.asarray(v, float), lambda v: v)
-    values = np.concatenate([change(np.asarray(getattr(c, which), float)) for c in panel.curves]) if panel.curves else np.zeros(0)
+    values = (
+        np.concatenate([change(np.asarray(getattr(c, which), float)) for c in panel.curves])
+        if panel.curves
+        else np.zeros(0)
+    )
     values = values[np.isfinite(values)]
     if not len(values):
         return None

@@ -19,7 +19,8 @@ LAGS = 20
 
 
 def without_and_with(verdict: Verdict) -> list[tuple[Fit, str, str]]:
-    """Fit, colour (of a chart) and label of base and best on the validation runs, else on the fitted ones; of the base alone
+    """Fit, colour (of a chart) and label of base and best on the validation runs, else on the fitted ones; of the base
+    alone
     if no effect was found."""
     found = [each.fit for each in verdict.validation_gap] if verdict.validation_gap else [verdict.base, verdict.best]
     both = list(zip(found, ("base", "found"), ("base", "with the effects found"), strict=True))
@@ -83,16 +84,25 @@ def figures(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[Chart, str]]:
     name = shown[0][0].runs[0].name
     left = [(_Left.of(fit), colour, label) for fit, colour, label in shown]
     return [
-        (_response(left), f"{name}: first harmonic of the torque over the imposed angle, and the difference of each model to what was "
-                          "measured."),
-        (_over_time(left), f"{name}: the recording, and the residuals of its harmonics in each window, against the "
-                           "noise."),
+        (
+            _response(left),
+            f"{name}: first harmonic of the torque over the imposed angle, and the difference of each model to what "
+            "was "
+            "measured.",
+        ),
+        (
+            _over_time(left),
+            f"{name}: the recording, and the residuals of its harmonics in each window, against the noise.",
+        ),
         (_by_order(left), f"{name}: amplitude of the residuals at each order of the excitation, against the noise."),
         (_nyquist(left), "The first harmonic as impedance in the Nyquist plane."),
-        (whiteness(shown, _in_time(left[0][0].columns)), f"{name}: residuals in units of the noise against the normal "
-                                                         "distribution, and how they "
-         "depend on their neighbours in time; noise alone stays within the lines (95 %)."),
-    ]  # fmt: skip
+        (
+            whiteness(shown, _in_time(left[0][0].columns)),
+            f"{name}: residuals in units of the noise against the normal "
+            "distribution, and how they "
+            "depend on their neighbours in time; noise alone stays within the lines (95 %).",
+        ),
+    ]
 
 
 def _over_time(left: Sequence[tuple[_Left, str, str]]) -> Chart:
@@ -103,17 +113,34 @@ def _over_time(left: Sequence[tuple[_Left, str, str]]) -> Chart:
     time = np.array([first.run.recording.time[(begin + end) // 2] for begin, end, _ in bases])
     curves = [Curve(label, time, of.windows(of.left), colour) for of, colour, label in left]
     noise = Curve("noise", time, first.windows(output.deviation), "measured", "dashed")
-    return Chart([Panel(time_axis, Axis(output.column.replace("_", " "), unit), [recorded], height=220),
-                  Panel(time_axis, Axis("residual, rms", unit, log=True), [*curves, noise], height=240)], linked=True)  # fmt: skip
+    return Chart(
+        [
+            Panel(time_axis, Axis(output.column.replace("_", " "), unit), [recorded], height=220),
+            Panel(time_axis, Axis("residual, rms", unit, log=True), [*curves, noise], height=240),
+        ],
+        linked=True,
+    )
 
 
 def _by_order(left: Sequence[tuple[_Left, str, str]]) -> Chart:
     first = left[0][0]
     unit, panels = first.run.recording.units[first.run.effort.column], []
     for k in ORDERS:
-        curves = [Curve(label, of.frequency(k), of.amplitudes(of.left, k), colour, "both", width=1) for of, colour, label in left]
-        noise = Curve("noise", first.frequency(k), first.amplitudes(first.run.effort.deviation, k), "measured", "dashed")
-        panels.append(Panel(Axis("frequency of the excitation", "Hz"), Axis(f"amplitude, order {k}", unit, log=True), [*curves, noise], height=220))
+        curves = [
+            Curve(label, of.frequency(k), of.amplitudes(of.left, k), colour, "both", width=1)
+            for of, colour, label in left
+        ]
+        noise = Curve(
+            "noise", first.frequency(k), first.amplitudes(first.run.effort.deviation, k), "measured", "dashed"
+        )
+        panels.append(
+            Panel(
+                Axis("frequency of the excitation", "Hz"),
+                Axis(f"amplitude, order {k}", unit, log=True),
+                [*curves, noise],
+                height=220,
+            )
+        )
     return Chart(panels)
 
 
@@ -127,9 +154,17 @@ def _response(left: Sequence[tuple[_Left, str, str]]) -> Chart:
     difference = []
     for of, colour, label in left:
         order = np.argsort(of.frequency())
-        difference.append(Curve(label, of.frequency()[order], np.abs(of.response(of.left)[order]), colour, "both", width=1))
-    return Chart([Panel(frequency, Axis("torque over angle", "N.m/rad"), size, height=230), Panel(frequency, Axis("phase", "deg"), phase, height=190),
-                  Panel(frequency, Axis("difference to measured", "N.m/rad", log=True), difference, height=230)], linked=True)  # fmt: skip
+        difference.append(
+            Curve(label, of.frequency()[order], np.abs(of.response(of.left)[order]), colour, "both", width=1)
+        )
+    return Chart(
+        [
+            Panel(frequency, Axis("torque over angle", "N.m/rad"), size, height=230),
+            Panel(frequency, Axis("phase", "deg"), phase, height=190),
+            Panel(frequency, Axis("difference to measured", "N.m/rad", log=True), difference, height=230),
+        ],
+        linked=True,
+    )
 
 
 def _nyquist(left: Sequence[tuple[_Left, str, str]]) -> Chart:
@@ -137,15 +172,32 @@ def _nyquist(left: Sequence[tuple[_Left, str, str]]) -> Chart:
     for of, values, style, colour, label in _measured_and_modelled(left):
         order = np.argsort(of.frequency())
         response = of.response(values)[order]
-        curves.append(Curve(label, response.real, response.imag, colour, style, text=[f"{f:.3g} Hz" for f in of.frequency()[order]]))
-    return Chart([Panel(Axis("real part of torque over angle", "N.m/rad"), Axis("imaginary part", "N.m/rad"), curves, hover="point", height=380)])
+        curves.append(
+            Curve(
+                label, response.real, response.imag, colour, style, text=[f"{f:.3g} Hz" for f in of.frequency()[order]]
+            )
+        )
+    return Chart(
+        [
+            Panel(
+                Axis("real part of torque over angle", "N.m/rad"),
+                Axis("imaginary part", "N.m/rad"),
+                curves,
+                hover="point",
+                height=380,
+            )
+        ]
+    )
 
 
 def _measured_and_modelled(left: Sequence[tuple[_Left, str, str]]) -> list[tuple[_Left, np.ndarray, str, str, str]]:
     first = left[0][0]
     return [
         (first, first.measured, "points", "measured", "measured"),
-        *((of, of.measured + of.left, "dashed" if colour == "base" else "line", colour, label) for of, colour, label in left),
+        *(
+            (of, of.measured + of.left, "dashed" if colour == "base" else "line", colour, label)
+            for of, colour, label in left
+        ),
     ]
 
 
@@ -174,9 +226,21 @@ def whiteness(shown: Sequence[tuple[Fit, str, str]], sequence: np.ndarray | None
         count = len(left)
         density, _ = np.histogram(np.clip(left, -6, 6), bins, density=True)
         spread.append(Curve(label, (bins[1:] + bins[:-1]) / 2, density, colour))
-        neighbours.append(Curve(label, lags, [float(left[:-k] @ left[k:]) / float(left @ left) for k in lags], colour, "both"))
+        neighbours.append(
+            Curve(label, lags, [float(left[:-k] @ left[k:]) / float(left @ left) for k in lags], colour, "both")
+        )
     spread.append(Curve("noise alone", bins, np.exp(-(bins**2) / 2) / np.sqrt(2 * np.pi), "measured", "dashed"))
     bound = 1.96 / np.sqrt(count)
-    return Chart([Panel(Axis("residual over noise", "1"), Axis("probability density", "1"), spread, height=260),
-                  Panel(Axis("lag", "1"), Axis("autocorrelation", "1"), neighbours, lines=[Line(-bound), Line(bound, "95 % of noise alone")], height=260)],
-                 columns=2)  # fmt: skip
+    return Chart(
+        [
+            Panel(Axis("residual over noise", "1"), Axis("probability density", "1"), spread, height=260),
+            Panel(
+                Axis("lag", "1"),
+                Axis("autocorrelation", "1"),
+                neighbours,
+                lines=[Line(-bound), Line(bound, "95 % of noise alone")],
+                height=260,
+            ),
+        ],
+        columns=2,
+    )

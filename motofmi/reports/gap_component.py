@@ -86,13 +86,21 @@ def _loops(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[Chart, str]]:
     motion, force, panels = run.inputs(left_over(shown[0][0])[0]), run.experiment.outputs[0], []
     for place in (component.imposed, component.rate):
         curves = [Curve(label, motion[place], values, colour, width=1.0) for values, colour, label in _outputs(shown)]
-        panels.append(Panel(Axis(place.replace("_", " "), component.table[place].unit), Axis(force.replace("_", " "), run.recording.units[force]), curves,
-                            hover="point", height=320))  # fmt: skip
+        panels.append(
+            Panel(
+                Axis(place.replace("_", " "), component.table[place].unit),
+                Axis(force.replace("_", " "), run.recording.units[force]),
+                curves,
+                hover="point",
+                height=320,
+            )
+        )
     return [(Chart(panels, columns=2), f"{run.name}: the force over deflection and over rate.")]
 
 
 def _responses(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[Chart, str]]:
-    """Frequency response with the difference of each model, and Nyquist plane, where a recorded input drives the component."""
+    """Frequency response with the difference of each model, and Nyquist plane, where a recorded input drives the
+    component."""
     run: SampledRun = shown[0][0].runs[0]
     inputs = [n for n in run.experiment.inputs if np.ptp(run.recording[n]) > 0]
     if not inputs:
@@ -118,11 +126,31 @@ def _responses(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[Chart, str]]
     units = f"({run.recording.units[output]})/({run.recording.units[cause]})"
     axis = Axis("frequency", "Hz", log=True)
     return [
-        (Chart([Panel(axis, Axis(f"modulus of {ratio}", units, log=True), size, height=280), Panel(axis, Axis("difference to measured", units, log=True), difference, height=220)], linked=True),
-         "Frequency response of the first output to the first input."),
-        (Chart([Panel(Axis(f"real part of {ratio}", units), Axis("imaginary part", units), plane, hover="point", height=380)]),
-         "The same in the Nyquist plane."),
-    ]  # fmt: skip
+        (
+            Chart(
+                [
+                    Panel(axis, Axis(f"modulus of {ratio}", units, log=True), size, height=280),
+                    Panel(axis, Axis("difference to measured", units, log=True), difference, height=220),
+                ],
+                linked=True,
+            ),
+            "Frequency response of the first output to the first input.",
+        ),
+        (
+            Chart(
+                [
+                    Panel(
+                        Axis(f"real part of {ratio}", units),
+                        Axis("imaginary part", units),
+                        plane,
+                        hover="point",
+                        height=380,
+                    )
+                ]
+            ),
+            "The same in the Nyquist plane.",
+        ),
+    ]
 
 
 def _map(fit: Fit) -> Chart:
@@ -133,7 +161,9 @@ def _map(fit: Fit) -> Chart:
     inside = frequency <= run.reduction_band
     noise = 2 * run.densities[0](frequency[inside]) / run.recording.rate  # one-sided
     z = power[inside] / noise[:, None]
-    rows, columns = (np.unique(np.linspace(0, size, most + 1).astype(int)) for size, most in zip(z.shape, (TALL, WIDE), strict=True))
+    rows, columns = (
+        np.unique(np.linspace(0, size, most + 1).astype(int)) for size, most in zip(z.shape, (TALL, WIDE), strict=True)
+    )
     rows, columns = rows[:-1], columns[:-1]
     mean = np.add.reduceat(np.add.reduceat(z, rows, axis=0), columns, axis=1)
     mean /= np.outer(np.diff([*rows, z.shape[0]]), np.diff([*columns, z.shape[1]]))
@@ -143,8 +173,17 @@ def _map(fit: Fit) -> Chart:
     value = np.sqrt(mean)
     cells = Cells(x.ravel(), x_end.ravel(), y.ravel(), y_end.ravel(), value.ravel(), "residual over noise [1]", LEAST,
                   max(float(value.max()), 10 * LEAST))  # fmt: skip
-    return Chart([Panel(Axis(f"time in {run.name}", "s", low=float(left_edges[0]), high=float(left_edges[-1])),
-                        Axis("frequency", "Hz", low=float(low[0]), high=float(low[-1])), cells=cells, hover="point", height=340)])  # fmt: skip
+    return Chart(
+        [
+            Panel(
+                Axis(f"time in {run.name}", "s", low=float(left_edges[0]), high=float(left_edges[-1])),
+                Axis("frequency", "Hz", low=float(low[0]), high=float(low[-1])),
+                cells=cells,
+                hover="point",
+                height=340,
+            )
+        ]
+    )
 
 
 def _edges(values: np.ndarray, firsts: np.ndarray) -> np.ndarray:

@@ -29,25 +29,47 @@ class Pictures:
     shown: str = ""
 
 
-def gap_report(title: str, contents: dict[str, Any], pictures: Pictures, modes: Section | None = None,
-               place: str = "axis", fitted: Sequence[Table] = (), inputs: Sequence[Path] = (), files: Sequence[Link] = ()) -> Report:  # fmt: skip
+def gap_report(
+    title: str,
+    contents: dict[str, Any],
+    pictures: Pictures,
+    modes: Section | None = None,
+    place: str = "axis",
+    fitted: Sequence[Table] = (),
+    inputs: Sequence[Path] = (),
+    files: Sequence[Link] = (),
+) -> Report:
     """The report of a verdict's contents; place is the heading of the second column in the table of where the
     base deviates. inputs are the recordings, files what was written beside the report."""
     first, later = list(pictures.before_and_after[:1]), pictures.before_and_after[1:]
     where = places(contents, place)
     sections = [
         verdict_section(contents, *fitted),
-        Section("Before and after", [pictures.shown] if pictures.shown else [],
-                [(before_and_after_chart(contents), "Reduced chi-square before and after."), *later], [before_and_after(contents)]),
+        Section(
+            "Before and after",
+            [pictures.shown] if pictures.shown else [],
+            [(before_and_after_chart(contents), "Reduced chi-square before and after."), *later],
+            [before_and_after(contents)],
+        ),
         *([] if modes is None else [modes]),
-        Section("Where the base model misses the data",
-                [PASSING.format(contents["criteria"]["false_discovery_rate"]) if where.rows else "Nowhere significantly."],
-                pictures.misses),
+        Section(
+            "Where the base model misses the data",
+            [PASSING.format(contents["criteria"]["false_discovery_rate"]) if where.rows else "Nowhere significantly."],
+            pictures.misses,
+        ),
         statistics_section(contents),
         *([Section("All places where the base deviates", [], [], [where], folded=True)] if where.rows else []),
-    ]  # fmt: skip
-    return Report(title, headline(contents), sections, laws(contents) or nearest(contents), first,
-                  asked="Does the model explain the recordings, and if not, which physical effect is missing?", inputs=inputs, files=files)  # fmt: skip
+    ]
+    return Report(
+        title,
+        headline(contents),
+        sections,
+        laws(contents) or nearest(contents),
+        first,
+        asked="Does the model explain the recordings, and if not, which physical effect is missing?",
+        inputs=inputs,
+        files=files,
+    )
 
 
 def before_and_after_chart(contents: dict[str, Any]) -> Chart:
@@ -59,8 +81,18 @@ def before_and_after_chart(contents: dict[str, Any]) -> Chart:
             if (kept := [(label, v) for label, v in shown if label.endswith(word)])]  # fmt: skip
     values = [value for _, value in shown]
     low, high = (10 ** np.floor(np.log10(0.8 * min([*values, 1.0]))), 10 ** np.ceil(np.log10(max([*values, 1.0]))))
-    return Chart([Panel(Axis("reduced chi-square", "1", log=True, low=float(low), high=float(high)), Axis("runs", "", names=names), bars,
-                        lines=[Line(1.0, "noise floor", across="x")], hover="point", height=70 + 45 * len(shown))])  # fmt: skip
+    return Chart(
+        [
+            Panel(
+                Axis("reduced chi-square", "1", log=True, low=float(low), high=float(high)),
+                Axis("runs", "", names=names),
+                bars,
+                lines=[Line(1.0, "noise floor", across="x")],
+                hover="point",
+                height=70 + 45 * len(shown),
+            )
+        ]
+    )
 
 
 def draw_before_and_after(axes: Any, contents: dict[str, Any]) -> Any:

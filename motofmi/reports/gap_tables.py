@@ -17,8 +17,12 @@ RUNS = {
 }
 
 
-HOW_TO_READ = ("Reduced chi-square 1 is consistent with the noise. An effect is preferred to another where its BIC is smaller: a delta "
-               "BIC above 10 is strong evidence. The closable misfit is what a flexible regression of the same data explains beyond the base.")  # fmt: skip
+HOW_TO_READ = (
+    "Reduced chi-square 1 is consistent with the noise. An effect is preferred to another where its BIC is smaller: "
+    "a delta "
+    "BIC above 10 is strong evidence. The closable misfit is what a flexible regression of the same data explains "
+    "beyond the base."
+)
 
 
 def verdict_section(result: dict[str, Any], *more: Table) -> Section:
@@ -81,7 +85,15 @@ def _modes_chart(modes: dict[str, Any], shown: dict[str, str]) -> Chart:
                 values = np.array(modes[label][mode][quantity], float)
                 swings = np.isfinite(np.array(modes[label][mode]["damping_ratio"], float))
                 if swings.any():
-                    curves.append(Curve(f"{mode.replace('_', '-')}, {heading}", modes["speed"], np.where(swings, values, np.nan), colour, STYLES[label]))
+                    curves.append(
+                        Curve(
+                            f"{mode.replace('_', '-')}, {heading}",
+                            modes["speed"],
+                            np.where(swings, values, np.nan),
+                            colour,
+                            STYLES[label],
+                        )
+                    )
         panels.append(Panel(Axis("speed", "m/s"), Axis(quantity.replace("_", " "), unit), curves, height=320))
     return Chart(panels, columns=2, linked=True)
 

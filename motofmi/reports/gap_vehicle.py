@@ -28,9 +28,29 @@ def eigenvalues_over_speed(verdict: Verdict) -> Chart:
     for run in verdict.base.runs:
         seen, value = run.oscillates, run.value
         text = [f"{mode or 'eigenvalue'}, {run.name}" for mode in run.mode]
-        real.append(Curve("measured", run.over, value.real, "measured", "errors", (value.real - run.real_error, value.real + run.real_error), text))
+        real.append(
+            Curve(
+                "measured",
+                run.over,
+                value.real,
+                "measured",
+                "errors",
+                (value.real - run.real_error, value.real + run.real_error),
+                text,
+            )
+        )
         f, error = value.imag[seen] / HERTZ, run.imag_error[seen] / HERTZ
-        frequency.append(Curve("measured", run.over[seen], f, "measured", "errors", (f - error, f + error), [t for t, s in zip(text, seen, strict=True) if s]))
+        frequency.append(
+            Curve(
+                "measured",
+                run.over[seen],
+                f,
+                "measured",
+                "errors",
+                (f - error, f + error),
+                [t for t, s in zip(text, seen, strict=True) if s],
+            )
+        )
         speeds = np.linspace(run.over.min(), run.over.max(), 100)
         for fit, colour, style, label in fits if verdict.best.model.effects else fits[:1]:
             for branch in branches(fit, speeds).T:
@@ -38,11 +58,18 @@ def eigenvalues_over_speed(verdict: Verdict) -> Chart:
                 if np.isfinite(shown.real).any():
                     real.append(Curve(label, speeds, shown.real, colour, style))
                 if np.nanmax(shown.imag, initial=0) > 0:
-                    frequency.append(Curve(label, speeds, np.where(shown.imag > 0, shown.imag, np.nan) / HERTZ, colour, style))
+                    frequency.append(
+                        Curve(label, speeds, np.where(shown.imag > 0, shown.imag, np.nan) / HERTZ, colour, style)
+                    )
     top = float(f"{1.2 * max(run.value.imag.max() for run in verdict.base.runs) / HERTZ + 0.1:.2g}")
     speed = Axis("speed", "m/s")
-    return Chart([Panel(speed, Axis("real part", "1/s"), real, hover="point", height=360),
-                  Panel(speed, Axis("frequency", "Hz", low=0.0, high=top), frequency, hover="point", height=360)], columns=2)  # fmt: skip
+    return Chart(
+        [
+            Panel(speed, Axis("real part", "1/s"), real, hover="point", height=360),
+            Panel(speed, Axis("frequency", "Hz", low=0.0, high=top), frequency, hover="point", height=360),
+        ],
+        columns=2,
+    )
 
 
 def branches(found: Fit, speeds: np.ndarray) -> np.ndarray:
@@ -66,8 +93,12 @@ def weak_form_spectra(verdict: Verdict, given: Fit) -> Chart:
             left = run.measured[i] - run.tested(model.accelerations(run, each.shared))[i]
             left = left - (left @ run.nuisance) @ np.linalg.pinv(run.nuisance.T @ run.nuisance) @ run.nuisance.T
             curves.append(Curve(f"residual, {label}", run.frequency, np.sqrt(np.mean(left**2, axis=0)), colour))
-        curves.append(Curve("disturbance", run.frequency, np.sqrt(run.densities[i](run.frequency)), "measured", "dashed"))
-        panels.append(Panel(Axis("frequency", "Hz"), Axis(f"{name.replace('_', ' ')}: derivative", "rad/s2", log=True), curves))
+        curves.append(
+            Curve("disturbance", run.frequency, np.sqrt(run.densities[i](run.frequency)), "measured", "dashed")
+        )
+        panels.append(
+            Panel(Axis("frequency", "Hz"), Axis(f"{name.replace('_', ' ')}: derivative", "rad/s2", log=True), curves)
+        )
     return Chart(panels, columns=min(len(panels), 2))
 
 
@@ -88,5 +119,11 @@ def prediction_spectra(verdict: Verdict) -> Chart:
             errors = np.sqrt(np.mean(np.einsum("ij,jbk->ibk", own, left)[i] ** 2, axis=0))
             curves.append(Curve(f"prediction error, {label}", run.frequency, errors, colour, width=1.2))
         curves.append(Curve("best prediction", run.frequency, np.sqrt((own[i] ** 2) @ floor**2), "measured", "dashed"))
-        panels.append(Panel(Axis("frequency", "Hz", log=True), Axis(name.replace("_", " "), run.recording.units[name], log=True), curves))
+        panels.append(
+            Panel(
+                Axis("frequency", "Hz", log=True),
+                Axis(name.replace("_", " "), run.recording.units[name], log=True),
+                curves,
+            )
+        )
     return Chart(panels, columns=min(len(panels), 2))

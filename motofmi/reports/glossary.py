@@ -19,7 +19,9 @@ ORDINARY = ("base", "block", "place", "system", "port", "effect", "component", "
 def terms() -> dict[str, str]:
     """Definition by term. A row that defines several terms, as in "fitted runs, validation run", counts for each."""
     page = next(path for path in FILES if path.is_file()).read_text("utf-8")
-    rows = re.findall(r"^\| (?!term |-|not )(.+?) \| (.+?) \|$", page.partition("## Words that are avoided")[0], re.MULTILINE)
+    rows = re.findall(
+        r"^\| (?!term |-|not )(.+?) \| (.+?) \|$", page.partition("## Words that are avoided")[0], re.MULTILINE
+    )
     return {term: meaning for names, meaning in rows for term in names.split(", ")}
 
 

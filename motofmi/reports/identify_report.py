@@ -32,33 +32,71 @@ def identify_report(fit: Identification, model: Response, found: Mapping[str, An
     explained = not any("does not explain" in warning for warning in found["warnings"])
     sections = [
         Section("Parameters", [PARAMETERS_SAY], [], [parameters(found)]),
-        Section("Residuals", [RESIDUALS_SAY.format(fit.reduced_chi_square, found["residual"]["radius"], found["residual"]["phase_deg"])],
-                [(residuals(fit), "Residuals of each run, of real and imaginary part, over their standard error.")]),
-        Section("Nyquist plane", ["Measured bands and the fitted rider; a residual is the distance of a point to the curve at its frequency."],
-                [(nyquist(fit.frfs, mean, [Curve("fitted", curve[1].real, curve[1].imag, "found", text=[f"{f:.3g} Hz" for f in curve[0]])]),
-                  "Inertance, measured and fitted.")]),
+        Section(
+            "Residuals",
+            [RESIDUALS_SAY.format(fit.reduced_chi_square, found["residual"]["radius"], found["residual"]["phase_deg"])],
+            [(residuals(fit), "Residuals of each run, of real and imaginary part, over their standard error.")],
+        ),
+        Section(
+            "Nyquist plane",
+            [
+                "Measured bands and the fitted rider; a residual is the distance of a point to the curve at its "
+                "frequency."
+            ],
+            [
+                (
+                    nyquist(
+                        fit.frfs,
+                        mean,
+                        [
+                            Curve(
+                                "fitted", curve[1].real, curve[1].imag, "found", text=[f"{f:.3g} Hz" for f in curve[0]]
+                            )
+                        ],
+                    ),
+                    "Inertance, measured and fitted.",
+                )
+            ],
+        ),
         Section("Correlations", [CORRELATIONS_SAY], [], [correlations(fit), directions(fit)]),
         Section("Coherence", [], [(coherence(fit.frfs, mean), "Coherence of each run.")]),
         Section("Bands of frequency", [], [], [bands(mean)], folded=True),
         Section("Runs", [], [], [runs_table(fit.frfs)], folded=True),
-    ]  # fmt: skip
+    ]
     return Report(
-        "Identified rider", answer(fit, explained), sections, warnings=found["warnings"], inputs=inputs,
+        "Identified rider",
+        answer(fit, explained),
+        sections,
+        warnings=found["warnings"],
+        inputs=inputs,
         asked=f"Which passive rider fits the steer test best: {', '.join(found['runs'])} (method {fit.method})?",
-        figures=[(comparison(fit, model), "Measured, with its band, and the fitted rider, with the 95 % confidence band that "
-                                          "follows from the covariance of the parameters.")],
-    )  # fmt: skip
+        figures=[
+            (
+                comparison(fit, model),
+                "Measured, with its band, and the fitted rider, with the 95 % confidence band that "
+                "follows from the covariance of the parameters.",
+            )
+        ],
+    )
 
 
-PARAMETERS_SAY = ("The 95 % interval follows from the standard error of the logarithm, so that no parameter is negative. The lower rows are "
-                  "derived: nu are undamped frequencies, zeta damping ratios of rider and handlebar, index t those of the rider with "
-                  "the bar held.")  # fmt: skip
-RESIDUALS_SAY = ("Where the model explains the data, residuals lie around zero without a trend, 95 % of them between the lines; a "
-                 "trend over frequency is an effect that the model lacks. Reduced chi-square {:.3g}; mean distance of the radii "
-                 f"{{:.4f}} {INERTANCE}, of the phases {{:.2f}} deg.")  # fmt: skip
-CORRELATIONS_SAY = ("Parameters whose errors are correlated near 1 or -1 are identifiable only in combination. The second table has the "
-                    "combinations of logarithms that the data determine, the best first: the standard error of each, and its "
-                    "largest shares.")  # fmt: skip
+PARAMETERS_SAY = (
+    "The 95 % interval follows from the standard error of the logarithm, so that no parameter is negative. The lower "
+    "rows are "
+    "derived: nu are undamped frequencies, zeta damping ratios of rider and handlebar, index t those of the rider with "
+    "the bar held."
+)
+RESIDUALS_SAY = (
+    "Where the model explains the data, residuals lie around zero without a trend, 95 % of them between the lines; a "
+    "trend over frequency is an effect that the model lacks. Reduced chi-square {:.3g}; mean distance of the radii "
+    f"{{:.4f}} {INERTANCE}, of the phases {{:.2f}} deg."
+)
+CORRELATIONS_SAY = (
+    "Parameters whose errors are correlated near 1 or -1 are identifiable only in combination. The second table has "
+    "the "
+    "combinations of logarithms that the data determine, the best first: the standard error of each, and its "
+    "largest shares."
+)
 
 
 def answer(fit: Identification, explained: bool) -> str:
@@ -69,8 +107,11 @@ def answer(fit: Identification, explained: bool) -> str:
     said = f"The six parameters are known to between {share.min():.1%} and {share.max():.1%} ({best}, {worst})"
     if explained:
         return f"{said}; with a reduced chi-square of {fit.reduced_chi_square:.3g} the passive rider explains the data."
-    return (f"The passive rider does not explain the data: reduced chi-square {fit.reduced_chi_square:.3g} instead of 1. The errors "
-            "below assume a model that the data reject; run motofmi gap on the same recordings to find the missing effect.")  # fmt: skip
+    return (
+        f"The passive rider does not explain the data: reduced chi-square {fit.reduced_chi_square:.3g} instead of 1. "
+        "The errors "
+        "below assume a model that the data reject; run motofmi gap on the same recordings to find the missing effect."
+    )
 
 
 def _words(name: str) -> str:
@@ -99,10 +140,30 @@ def comparison(fit: Identification, model: Response) -> Chart:
 def residuals(fit: Identification) -> Chart:
     """Residuals over frequency in units of the standard error, a panel for each part, a colour for each run."""
     panels = []
-    for part, name in ((np.real, "real part, over its standard error"), (np.imag, "imaginary part, over its standard error")):
-        curves = [Curve(frf.name, frf.frequency, part(value - frf.inertance) / frf.standard_error, SEQUENCE[k % len(SEQUENCE)], "both", width=0.8)
-                  for k, (frf, value) in enumerate(zip(fit.frfs, fit.fitted, strict=True))]  # fmt: skip
-        panels.append(Panel(FREQUENCY, Axis(name, "1"), curves, height=230, shades=[Shade(-1.96, 1.96, "95 % of noise alone", across="y", colour="measured")]))
+    for part, name in (
+        (np.real, "real part, over its standard error"),
+        (np.imag, "imaginary part, over its standard error"),
+    ):
+        curves = [
+            Curve(
+                frf.name,
+                frf.frequency,
+                part(value - frf.inertance) / frf.standard_error,
+                SEQUENCE[k % len(SEQUENCE)],
+                "both",
+                width=0.8,
+            )
+            for k, (frf, value) in enumerate(zip(fit.frfs, fit.fitted, strict=True))
+        ]
+        panels.append(
+            Panel(
+                FREQUENCY,
+                Axis(name, "1"),
+                curves,
+                height=230,
+                shades=[Shade(-1.96, 1.96, "95 % of noise alone", across="y", colour="measured")],
+            )
+        )
     return Chart(panels, linked=True)
 
 
@@ -116,7 +177,16 @@ def parameters(found: Mapping[str, Any]) -> Table:
             continue
         factor = np.exp(1.96 * error / abs(value)) if value else 1.0
         ends = sorted((value / factor, value * factor))
-        rows.append((_words(name), f"{value:.5g}", f"{error:.2g}", f"{abs(error / value):.1%}", f"{ends[0]:.4g} to {ends[1]:.4g}", entry["unit"]))
+        rows.append(
+            (
+                _words(name),
+                f"{value:.5g}",
+                f"{error:.2g}",
+                f"{abs(error / value):.1%}",
+                f"{ends[0]:.4g} to {ends[1]:.4g}",
+                entry["unit"],
+            )
+        )
     return Table(("parameter", "value", "standard error", "relative", "95 % interval", "unit"), rows)
 
 
@@ -132,5 +202,10 @@ def directions(fit: Identification) -> Table:
     rows = []
     for value, direction in zip(fit.singular_values, fit.directions, strict=True):
         order = [k for k in np.argsort(-np.abs(direction)) if abs(direction[k]) > 0.3]
-        rows.append((f"{1 / value:.2g}" if value > 0 else "not identifiable", ", ".join(f"{direction[k]:+.2f} {_words(fit.names[k])}" for k in order)))
+        rows.append(
+            (
+                f"{1 / value:.2g}" if value > 0 else "not identifiable",
+                ", ".join(f"{direction[k]:+.2f} {_words(fit.names[k])}" for k in order),
+            )
+        )
     return Table(("standard error of the logarithm [1]", "combination"), rows, "Combinations that the data determine")

@@ -49,7 +49,9 @@ def made(inputs: Sequence[str | Path]) -> Made:
     command = _COMMAND.get()
     date = datetime.now().astimezone().strftime("%Y-%m-%d %H:%M:%S %Z").strip()
     hashed = [(str(path), sha256(path)) for path in dict.fromkeys(map(Path, inputs))]
-    return Made(__version__, date, " ".join([command.words[0], shlex.join(command.words[1:])]) if command else "", hashed)
+    return Made(
+        __version__, date, " ".join([command.words[0], shlex.join(command.words[1:])]) if command else "", hashed
+    )
 
 
 def also_written(files: Sequence[tuple[str | Path, str]]) -> list[tuple[str | Path, str]]:

@@ -25,7 +25,8 @@ Link = tuple[str | Path, str]  # a file, and what it contains
 
 @dataclass(frozen=True)
 class Table:
-    """Rows under headings; a cell is text. `marks` gives a row's class: met, near, missed. With `shades` a number between
+    """Rows under headings; a cell is text. `marks` gives a row's class: met, near, missed. With `shades` a number
+    between
     -1 and 1 is a coloured cell."""
 
     headings: Sequence[str]
@@ -40,13 +41,19 @@ class Table:
             value = float(cell) if self.shades else 0.0
         except ValueError:
             return ""
-        return f"background: rgb({'200 90 20' if value < 0 else '30 110 190'} / {0.5 * min(abs(value), 1):.2f})" if value else ""
+        return (
+            f"background: rgb({'200 90 20' if value < 0 else '30 110 190'} / {0.5 * min(abs(value), 1):.2f})"
+            if value
+            else ""
+        )
 
     @property
     def numbers(self) -> list[bool]:
         """Which columns hold numbers only: they are aligned to the right."""
-        return [bool(self.rows) and all(re.fullmatch(r"(<\s*)?[-+]?\d[\d.]*(e[-+]?\d+)?%?|", row[k]) for row in self.rows)
-                for k in range(len(self.headings))]  # fmt: skip
+        return [
+            bool(self.rows) and all(re.fullmatch(r"(<\s*)?[-+]?\d[\d.]*(e[-+]?\d+)?%?|", row[k]) for row in self.rows)
+            for k in range(len(self.headings))
+        ]
 
 
 @dataclass(frozen=True)
@@ -89,7 +96,12 @@ class Report:
         environment = jinja2.Environment(loader=jinja2.FileSystemLoader(PAGE), autoescape=True, trim_blocks=True,
                                          undefined=jinja2.StrictUndefined)  # fmt: skip
         beside = folder or Path.cwd()
-        environment.filters |= {"drawn": drawn, "terms": marker.marked, "slug": slug, "links": lambda files: links(files, beside)}
+        environment.filters |= {
+            "drawn": drawn,
+            "terms": marker.marked,
+            "slug": slug,
+            "links": lambda files: links(files, beside),
+        }
         shown = [figure for figure, _ in (*self.figures, *(f for section in self.sections for f in section.figures))]
         return environment.get_template("report.html").render(
             report=self, made=provenance.made(self.inputs), files=provenance.also_written(self.files),
@@ -100,19 +112,23 @@ class Report:
 
 def chart_page(chart: Chart, title: str) -> str:
     """A page with one chart and nothing else."""
-    parts = ["<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, "
-             f"initial-scale=1\"><title>{Markup.escape(title)}</title><link rel=\"icon\" href=\"data:,\"><style>{style()}</style></head><body>",
-             drawn(chart, title), *(f"<script>{text}</script>" for text in scripts([chart])), "</body></html>"]  # fmt: skip
+    parts = [
+        '<!doctype html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, '
+        f'initial-scale=1"><title>{Markup.escape(title)}</title><link rel="icon" href="data:,"><style>{style()}</style></head><body>',
+        drawn(chart, title),
+        *(f"<script>{text}</script>" for text in scripts([chart])),
+        "</body></html>",
+    ]
     return "\n".join(parts)
 
 
 def style() -> str:
     """The style sheet of a page, with the colours of curves as variables."""
-    light, dark = (
-        "".join(f"--c-{name}: {pair[k]}; " for name, pair in COLOURS.items()) for k in (0, 1)
+    light, dark = ("".join(f"--c-{name}: {pair[k]}; " for name, pair in COLOURS.items()) for k in (0, 1))
+    return (
+        f":root {{ {light}}} @media (prefers-color-scheme: dark) {{ :root {{ {dark}}} }} @media print "
+        f"{{ :root {{ {light}}} }}\n" + _page("report.css")
     )
-    return (f":root {{ {light}}} @media (prefers-color-scheme: dark) {{ :root {{ {dark}}} }} @media print {{ :root {{ {light}}} }}\n"
-            + _page("report.css"))  # fmt: skip
 
 
 def scripts(shown: Sequence[Shown]) -> list[str]:

@@ -21,21 +21,37 @@ def root_locus(found: Mapping[str, Modes], low: float = -50.0, high: float = 6.0
     parts = {name: _inside(each, low, top) for name, each in found.items()}
     if len(found) == 1:
         (one,) = found.values()
-        curves = [_curve(one, mode.replace("_", "-"), [(m, k) for m, k in next(iter(parts.values())) if m == mode], colour, True)
-                  for mode, colour in zip(one.unstable, SEQUENCE, strict=False)]  # fmt: skip
+        curves = [
+            _curve(
+                one, mode.replace("_", "-"), [(m, k) for m, k in next(iter(parts.values())) if m == mode], colour, True
+            )
+            for mode, colour in zip(one.unstable, SEQUENCE, strict=False)
+        ]
     else:
         of = colours or dict(zip(found, [SEQUENCE[k % len(SEQUENCE)] for k in range(len(found))], strict=True))
-        curves = [_curve(each, name, parts[name], of[name], shown is None or name in shown) for name, each in found.items()]
-    panel = Panel(Axis("real part", "1/s", low=low, high=high), Axis("imaginary part", "rad/s", low=0, high=top), curves,
-                  shades=[Shade(0, high, "unstable")], notes=_notes(found, parts), hover="point", height=460)  # fmt: skip
+        curves = [
+            _curve(each, name, parts[name], of[name], shown is None or name in shown) for name, each in found.items()
+        ]
+    panel = Panel(
+        Axis("real part", "1/s", low=low, high=high),
+        Axis("imaginary part", "rad/s", low=0, high=top),
+        curves,
+        shades=[Shade(0, high, "unstable")],
+        notes=_notes(found, parts),
+        hover="point",
+        height=460,
+    )
     return Chart([panel], choices=choices)
 
 
 def _inside(found: Modes, low: float, top: float | None) -> list[tuple[str, int]]:
     """Mode and place in the speeds of every eigenvalue that is drawn."""
     limit = np.inf if top is None else top
-    return [(mode, int(k)) for mode in found.unstable
-            for k in np.flatnonzero((found[mode].eigenvalue.real > low) & (found[mode].eigenvalue.imag <= limit))]  # fmt: skip
+    return [
+        (mode, int(k))
+        for mode in found.unstable
+        for k in np.flatnonzero((found[mode].eigenvalue.real > low) & (found[mode].eigenvalue.imag <= limit))
+    ]
 
 
 def _curve(found: Modes, name: str, parts: Sequence[tuple[str, int]], colour: str, shown: bool) -> Curve:

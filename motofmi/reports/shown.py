@@ -26,7 +26,8 @@ class Interactive:
         return self.chart.to_dict()
 
     def save(self, path: str | Path) -> Path:
-        """Write the chart as one HTML file, which needs no network; its path. Raises InputError where it cannot be written."""
+        """Write the chart as one HTML file, which needs no network; its path. Raises InputError where it cannot be
+        written."""
         write_text(Path(path), chart_page(self.chart, self.title))
         return Path(path)
 

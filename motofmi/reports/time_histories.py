@@ -19,8 +19,15 @@ def time_histories(run: CosimulationRun, names: Sequence[str] = ()) -> Chart:
     for unit, group in by_unit.items():
         angle = unit.startswith("rad")
         shown, factor = (unit.replace("rad", "deg"), 180 / np.pi) if angle else (unit, 1.0)
-        curves = [Curve(name.replace("_", " "), table[:, 0], factor * np.asarray(table[:, columns.index(name)]), SEQUENCE[k % len(SEQUENCE)])
-                  for k, name in enumerate(group)]  # fmt: skip
+        curves = [
+            Curve(
+                name.replace("_", " "),
+                table[:, 0],
+                factor * np.asarray(table[:, columns.index(name)]),
+                SEQUENCE[k % len(SEQUENCE)],
+            )
+            for k, name in enumerate(group)
+        ]
         label = group[0].rpartition(".")[2].replace("_", " ") if len(group) == 1 else "signals"
         panels.append(Panel(Axis("time", "s"), Axis(label, shown), curves, height=240))
     return Chart(panels, linked=True)

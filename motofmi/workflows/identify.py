@@ -205,7 +205,11 @@ def identify(recordings: Recorded | Sequence[Recorded] | FrequencyResponse, *, m
     found = fit([frf.mean] if mean else frf.each, model, method, limited, starts, seed, run_to_run)
     bar = handlebar_inertia or rig_of(rig, runs).get("handlebar_inertia", {}).get("value", HANDLEBAR_INERTIA)
     return RiderIdentification(
-        found, tuple(frf.runs), bar, repeated(found, model, bootstrap, seed, limited) if bootstrap else None, frf.sources
+        found,
+        tuple(frf.runs),
+        bar,
+        repeated(found, model, bootstrap, seed, limited) if bootstrap else None,
+        frf.sources,
     )
 
 

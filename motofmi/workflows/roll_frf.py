@@ -61,11 +61,26 @@ class RollTest:
         table = Table(("FRF", "feature", "printed", "measured", "unit", ""), rows, marks=[r[-1] for r in rows])
         met = sum(f["met"] for f in self.features)
         Report(
-            "Roll test", f"{met} of the {len(rows)} printed features are met by {self.recording.name}.",
-            [Section("Features of the 2008 paper", ["Every feature that the paper prints, beside what was measured."], [], [table])],
-            asked="How do waist, shoulders and head follow the roll of the mock-up?", warnings=self.recording.warnings, inputs=paths_of([self.recording]),
-            figures=[(roll_chart(self.frf), "Absolute (FRF) and relative (rFRF) responses over frequency, as in Figs 16 to 23 of the 2008 paper.")],
-        ).write(Path(path))  # fmt: skip
+            "Roll test",
+            f"{met} of the {len(rows)} printed features are met by {self.recording.name}.",
+            [
+                Section(
+                    "Features of the 2008 paper",
+                    ["Every feature that the paper prints, beside what was measured."],
+                    [],
+                    [table],
+                )
+            ],
+            asked="How do waist, shoulders and head follow the roll of the mock-up?",
+            warnings=self.recording.warnings,
+            inputs=paths_of([self.recording]),
+            figures=[
+                (
+                    roll_chart(self.frf),
+                    "Absolute (FRF) and relative (rFRF) responses over frequency, as in Figs 16 to 23 of the 2008 paper.",
+                )
+            ],
+        ).write(Path(path))
         return Path(path)
 
     def __repr__(self) -> str:

@@ -13,10 +13,16 @@ from motofmi.reports.report import Report, Section, Table
 from motofmi.workflows.scenarios import Answered, answered
 
 FILE = "report.html"
-ASKED = ("What do a rider and a steering damper do to the modes of a motorcycle, and can an effect that a model misses be found in "
-         "recordings?")  # fmt: skip
-WORDS = ("The reference is the motorcycle of Cossalter, Doria, Lot, Massaro, Meccanica 46 (2011), without a rider's impedance; the mean "
-         "rider has the mean of their ten measured riders. Every number was computed by this run.")  # fmt: skip
+ASKED = (
+    "What do a rider and a steering damper do to the modes of a motorcycle, and can an effect that a model misses be "
+    "found in "
+    "recordings?"
+)
+WORDS = (
+    "The reference is the motorcycle of Cossalter, Doria, Lot, Massaro, Meccanica 46 (2011), without a rider's "
+    "impedance; the mean "
+    "rider has the mean of their ten measured riders. Every number was computed by this run."
+)
 
 
 @dataclass(frozen=True, repr=False)
@@ -47,9 +53,16 @@ def tour_report(found: Sequence[Answered]) -> Report:
     first = next(section for section in sections if any(isinstance(figure, Chart) for figure, _ in section.figures))
     table = Table(("question", "answer"), [(section.title, section.paragraphs[0]) for section in sections])
     without = replace(first, paragraphs=first.paragraphs[1:], figures=first.figures[1:])
-    return Report("motofmi: the tour", first.paragraphs[0], [
-        Section("All answers", [WORDS], [], [table]), *(without if section is first else section for section in sections),
-    ], figures=first.figures[:1], asked=ASKED)  # fmt: skip
+    return Report(
+        "motofmi: the tour",
+        first.paragraphs[0],
+        [
+            Section("All answers", [WORDS], [], [table]),
+            *(without if section is first else section for section in sections),
+        ],
+        figures=first.figures[:1],
+        asked=ASKED,
+    )
 
 
 def tour(out: str | Path = "tour", *, seed: int = 1) -> Tour:
@@ -62,7 +75,9 @@ def tour(out: str | Path = "tour", *, seed: int = 1) -> Tour:
     """
     path = writable(Path(out) / FILE)
     found = list(answered("tour", out=path.parent, seed=seed))
-    steps: list[Mapping[str, Any]] = [{"name": each.step, "seconds": each.seconds, "answer": each.section.paragraphs[0]} for each in found]
+    steps: list[Mapping[str, Any]] = [
+        {"name": each.step, "seconds": each.seconds, "answer": each.section.paragraphs[0]} for each in found
+    ]
     report = tour_report(found)
     start = perf_counter()
     report.write(path)

@@ -137,8 +137,12 @@ class Gap:
         if device is not None:
             write_text(folder / device.file, device.text)
             contents["device"] = {"path": device.file, "fmu": _built(device.component, folder)[0]}
-        files = [(VERDICT, "verdict with all numbers"), (self._fitted.file, "fitted model"), (contents["fmu"], "its FMU"),
-                 *((name, f"{what} of the device found") for what, name in (contents.get("device") or {}).items())]  # fmt: skip
+        files = [
+            (VERDICT, "verdict with all numbers"),
+            (self._fitted.file, "fitted model"),
+            (contents["fmu"], "its FMU"),
+            *((name, f"{what} of the device found") for what, name in (contents.get("device") or {}).items()),
+        ]
         self._report([(folder / name, text) for name, text in files if name]).write(folder / REPORT)
         write_verdict(contents, folder)
         written = (VERDICT, REPORT, self._fitted.file, contents["fmu"], *contents.get("device", {}).values())

@@ -34,13 +34,24 @@ def panel(*curves: Curve, **options) -> Panel:
 
 
 def test_data_are_strict_json_with_units_on_every_axis():
-    chart = Chart([panel(Curve("a", X, np.where(X > 0.5, np.nan, X), band=(X - 1, X + 1)), shades=[Shade(0, 1, "range")], lines=[Line(0.5, "limit")],
-                         cells=Cells([0], [1], [0], [1], [2.0], "excess", 1, 10))], choices=[Choice("only a", ["a"])])  # fmt: skip
+    chart = Chart(
+        [
+            panel(
+                Curve("a", X, np.where(X > 0.5, np.nan, X), band=(X - 1, X + 1)),
+                shades=[Shade(0, 1, "range")],
+                lines=[Line(0.5, "limit")],
+                cells=Cells([0], [1], [0], [1], [2.0], "excess", 1, 10),
+            )
+        ],
+        choices=[Choice("only a", ["a"])],
+    )
     data = json.loads(to_json(chart.to_dict(), indent=None))
     (drawn,) = data["panels"]
     assert (drawn["x"]["title"], drawn["y"]["title"]) == ("time [s]", "torque [N.m]")
     assert drawn["curves"][0]["y"][-1] is None and drawn["curves"][0]["y"][0] == 0.0
-    assert data["choices"] == [{"label": "only a", "curves": ["a"]}] and "torque [N.m] over time [s]: a" in data["words"]
+    assert (
+        data["choices"] == [{"label": "only a", "curves": ["a"]}] and "torque [N.m] over time [s]: a" in data["words"]
+    )
 
 
 def test_a_long_curve_keeps_its_extremes():
@@ -78,11 +89,29 @@ def test_curves_contrast_with_the_background(name):
 @pytest.mark.slow
 def test_the_same_chart_is_drawn_by_matplotlib():
     bars = Panel(Axis("size", "1"), Axis("name", "", names=["one", "two"]), [Curve("b", [1, 2], [0, 1], style="bars")])
-    errors = panel(Curve("e", X[:3], X[:3], style="errors", band=(X[:3] - 1, X[:3] + 1)), Curve("n", [1], [1], style="needles"), Curve("c", X, X, style="circles"))
+    errors = panel(
+        Curve("e", X[:3], X[:3], style="errors", band=(X[:3] - 1, X[:3] + 1)),
+        Curve("n", [1], [1], style="needles"),
+        Curve("c", X, X, style="circles"),
+    )
     cells = panel(cells=Cells([0, 1], [1, 2], [0, 0], [1, 1], [2.0, 3.0], "excess", 1, 10, [True, False]))
-    drawn = figure(Chart([panel(Curve("a", X, X), Curve("hidden", X, X, shown=False), notes=[Note(0.5, 0.5, "here")]), bars, errors, cells], columns=2))
+    drawn = figure(
+        Chart(
+            [
+                panel(Curve("a", X, X), Curve("hidden", X, X, shown=False), notes=[Note(0.5, 0.5, "here")]),
+                bars,
+                errors,
+                cells,
+            ],
+            columns=2,
+        )
+    )
     first, second, *_ = drawn.axes
-    assert len(first.lines) == 1 and first.get_ylabel() == "torque [N.m]" and [t.get_text() for t in first.texts] == ["here"]
+    assert (
+        len(first.lines) == 1
+        and first.get_ylabel() == "torque [N.m]"
+        and [t.get_text() for t in first.texts] == ["here"]
+    )
     assert [label.get_text() for label in second.get_yticklabels()] == ["one", "two"]
     drawn.draw_without_rendering()
 
@@ -97,7 +126,9 @@ def test_a_root_locus_holds_the_eigenvalues():
     assert weave.text[1].startswith("weave, 30 m/s")
     both = mf.compare_modes(bike, {"alone": None, "damped": "damper:7.5"}, speeds).show()
     (compared,) = both.chart.panels
-    assert [c.name for c in compared.curves] == ["alone", "damped"] and {"weave", "wobble"} <= {note.text for note in compared.notes}
+    assert [c.name for c in compared.curves] == ["alone", "damped"] and {"weave", "wobble"} <= {
+        note.text for note in compared.notes
+    }
 
 
 def test_time_histories_have_a_panel_for_each_unit():

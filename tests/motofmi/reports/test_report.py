@@ -17,15 +17,44 @@ from tests import ROOT
 from tests.pages import Page, assert_is_a_report, assert_works_in_a_browser, needs_browser, opened
 
 X = np.linspace(0.5, 12, 40)
-WIDE = Table([f"heading {k} [N.m]" for k in range(14)], [[str(v + k) for k in range(14)] for v in (3, 1, 2)], "a caption", ["met", "near", "missed"])
+WIDE = Table(
+    [f"heading {k} [N.m]" for k in range(14)],
+    [[str(v + k) for k in range(14)] for v in (3, 1, 2)],
+    "a caption",
+    ["met", "near", "missed"],
+)
 CHART = Chart(
-    [Panel(Axis("frequency", "Hz"), Axis("torque", "N.m"), [Curve("base", X, X, "base", band=(X - 1, X + 1)), Curve("found", X, X**2, "found", "both")],
-           shades=[Shade(1, 2, "range")]),
-     Panel(Axis("frequency", "Hz", log=True), Axis("bars", "", names=["one", "two"]), [Curve("found", [1, 2], [0, 1], "found", "bars")], hover="point"),
-     Panel(Axis("real part", "1"), Axis("imaginary part", "1"), [Curve("base", X, -X, "base", "circles"), Curve("found", X, X, "found", "needles")], square=True, hover="point"),
-     Panel(Axis("time", "s"), Axis("frequency", "Hz"), [Curve("found", X, X, "found", "errors", band=(X - 1, X + 1))], cells=Cells([0], [6], [0], [6], [3.0], "excess [1]", 1, 10), hover="point")],
-    columns=2, choices=[Choice("base only", ["base"]), Choice("both", ["base", "found"])],
-)  # fmt: skip
+    [
+        Panel(
+            Axis("frequency", "Hz"),
+            Axis("torque", "N.m"),
+            [Curve("base", X, X, "base", band=(X - 1, X + 1)), Curve("found", X, X**2, "found", "both")],
+            shades=[Shade(1, 2, "range")],
+        ),
+        Panel(
+            Axis("frequency", "Hz", log=True),
+            Axis("bars", "", names=["one", "two"]),
+            [Curve("found", [1, 2], [0, 1], "found", "bars")],
+            hover="point",
+        ),
+        Panel(
+            Axis("real part", "1"),
+            Axis("imaginary part", "1"),
+            [Curve("base", X, -X, "base", "circles"), Curve("found", X, X, "found", "needles")],
+            square=True,
+            hover="point",
+        ),
+        Panel(
+            Axis("time", "s"),
+            Axis("frequency", "Hz"),
+            [Curve("found", X, X, "found", "errors", band=(X - 1, X + 1))],
+            cells=Cells([0], [6], [0], [6], [3.0], "excess [1]", 1, 10),
+            hover="point",
+        ),
+    ],
+    columns=2,
+    choices=[Choice("base only", ["base"]), Choice("both", ["base", "found"])],
+)
 
 
 @pytest.fixture(scope="module")
@@ -33,11 +62,29 @@ def written(tmp_path_factory):
     folder = tmp_path_factory.mktemp("report")
     (folder / "input.csv").write_text("time [s]\n0\n")
     (folder / "beside it.csv").write_text("")
-    weave = mode_animation("weave, 50 m/s", 0.2 + 20j, {"steer": 1, "torso": 0.5j, "roll": -1, "yaw": 0.2, "lateral": 0.1})
-    sections = [Section("Weave & <wobble>", ["The weave is unstable; wobble is not. </script>"], [(motorcycle_sketch(), ""), (weave, "Weave."), (CHART, "More.")], [WIDE]),
-                Section("Details", ["The reduced chi-square."], [(CHART, "Folded.")], [Table(("a",), [])], folded=True)]  # fmt: skip
-    report = Report("A title", "The answer about the wobble.", sections, ["force = 2"], [(CHART, "A caption.")], "What was asked?", ["A warning."],
-                    [folder / "input.csv"], [(folder / "beside it.csv", "rows")])  # fmt: skip
+    weave = mode_animation(
+        "weave, 50 m/s", 0.2 + 20j, {"steer": 1, "torso": 0.5j, "roll": -1, "yaw": 0.2, "lateral": 0.1}
+    )
+    sections = [
+        Section(
+            "Weave & <wobble>",
+            ["The weave is unstable; wobble is not. </script>"],
+            [(motorcycle_sketch(), ""), (weave, "Weave."), (CHART, "More.")],
+            [WIDE],
+        ),
+        Section("Details", ["The reduced chi-square."], [(CHART, "Folded.")], [Table(("a",), [])], folded=True),
+    ]
+    report = Report(
+        "A title",
+        "The answer about the wobble.",
+        sections,
+        ["force = 2"],
+        [(CHART, "A caption.")],
+        "What was asked?",
+        ["A warning."],
+        [folder / "input.csv"],
+        [(folder / "beside it.csv", "rows")],
+    )
     with command_line(Command(["motofmi frf", "my file.csv"], [folder / "beside it.csv"])):
         report.write(folder / "report.html")
     return folder / "report.html"
@@ -98,7 +145,10 @@ def test_legend_zoom_tables_terms_and_animation(written):
         assert chart.get_by_role("button", name="base", exact=True).get_attribute("aria-pressed") == "false"
         assert page.evaluate(drawn) != before
         chart.get_by_role("button", name="both").click()
-        assert page.evaluate(drawn) == before and chart.get_by_role("button", name="both").get_attribute("aria-pressed") == "true"
+        assert (
+            page.evaluate(drawn) == before
+            and chart.get_by_role("button", name="both").get_attribute("aria-pressed") == "true"
+        )
         chart.get_by_role("button", name="+").click()
         assert page.evaluate(drawn) != before
         chart.get_by_role("button", name="reset").click()
