@@ -159,9 +159,9 @@ def _response(left: Sequence[tuple[_Left, str, str]]) -> Chart:
         )
     return Chart(
         [
-            Panel(frequency, Axis("torque over angle", "N.m/rad"), size, height=230),
-            Panel(frequency, Axis("phase", "deg"), phase, height=190),
-            Panel(frequency, Axis("difference to measured", "N.m/rad", log=True), difference, height=230),
+            Panel(frequency, Axis("torque over angle", "N.m/rad"), size, height=190),
+            Panel(frequency, Axis("difference to measured", "N.m/rad", log=True), difference, height=190),
+            Panel(frequency, Axis("phase", "deg"), phase, height=160),
         ],
         linked=True,
     )
