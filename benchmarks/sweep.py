@@ -40,7 +40,10 @@ def run_study(riders: int, speeds: int = 2) -> Study:
 
 def processor_time() -> float:
     """Of this process and of its ended workers [s]."""
-    return sum(used.ru_utime + used.ru_stime for used in map(resource.getrusage, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)))
+    return sum(
+        used.ru_utime + used.ru_stime
+        for used in map(resource.getrusage, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    )
 
 
 def timed(action: Callable[[], Any]) -> float:

@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
-from motofmi.reports.report import Section, Table, new_figure
+from motofmi.reports.charts import SEQUENCE, Axis, Chart, Curve, Panel
+from motofmi.reports.report import Section, Table
 from motofmi.workflows.sweep.result import StudyResult
 from motofmi.workflows.sweep.sweep import sweep
 
@@ -74,18 +74,16 @@ def answer(found: StudyResult, riders: int) -> Answer:
     return Answer(speeds, riders, shares["weave"], shares["wobble"], shares["served"], shares["speed"])
 
 
-def figure(found: Answer) -> Figure:
-    """The share of riders that weave over speed: a picture for each vehicle, a line for each damper."""
-    vehicles = list(found.best)
-    picture, axes = new_figure(len(vehicles), 1, width=4.2 * len(vehicles) + 0.6, height=3.8)
-    for ax, vehicle in zip(np.atleast_1d(axes), vehicles, strict=True):
-        for (held, damper), share in found.over_speed.items():
-            if held == vehicle:
-                ax.plot(found.speeds, 100 * share, label=damper.removeprefix("damper:"))
-        ax.set(title=vehicle, xlabel="speed [m/s]", ylim=(-2, 102))
-    np.atleast_1d(axes)[0].set_ylabel("share of riders that weave [%]")
-    np.atleast_1d(axes)[-1].legend(fontsize="small")
-    return picture
+def chart(found: Answer) -> Chart:
+    """The share of riders that weave over speed: a panel for each vehicle, a curve for each damper."""
+    dampers = list(dict.fromkeys(damper for _, damper in found.served))
+    panels = []
+    for vehicle in found.best:
+        curves = [Curve(damper.removeprefix("damper:"), found.speeds, 100 * found.over_speed[vehicle, damper], SEQUENCE[k])
+                  for k, damper in enumerate(dampers)]  # fmt: skip
+        axes = Axis("speed", "m/s"), Axis("share of riders that weave", "%", low=0.0, high=100.0)
+        panels.append(Panel(*axes, curves, vehicle))
+    return Chart(panels, columns=len(panels))
 
 
 def section(found: Answer) -> Section:
@@ -96,4 +94,6 @@ def section(found: Answer) -> Section:
              for share in (found.weaving, found.wobbling, found.served))] for vehicle, damper in found.served]  # fmt: skip
     table = Table(["vehicle", "damper", "weave [%]", "wobble [%]", "served [%]"], rows,
                   f"Share of riders with an unstable mode at some speed from {LOWEST:g} to {found.speeds[-1]:g} m/s")  # fmt: skip
-    return Section("Which riders make a motorcycle weave?", texts, [(figure(found), "Share of riders that weave.")], [table])
+    return Section(
+        "Which riders make a motorcycle weave?", texts, [(chart(found), "Share of riders that weave.")], [table]
+    )

@@ -43,8 +43,8 @@ def stacked_modes(linearised: StackedLinearised, members: int, speeds: np.ndarra
                   reference_speed: float = REFERENCE_SPEED) -> StackedModes:  # fmt: skip
     """The named modes of `members` vehicles at ascending speeds (n,) [m/s].
 
-        found = stacked_modes(lambda member, speed: linearise(system, **{
-            "vehicle.speed": speed, "vehicle.trail": trails[member]}), len(trails), speeds)
+    found = stacked_modes(lambda member, speed: linearise(system, **{
+        "vehicle.speed": speed, "vehicle.trail": trails[member]}), len(trails), speeds)
     """
     if "vehicle" in further_states(linearised(np.zeros(1, int), speeds[:1]).states):
         return _one_by_one(linearised, members, speeds, reference_speed)
@@ -65,10 +65,13 @@ def stacked_modes(linearised: StackedLinearised, members: int, speeds: np.ndarra
     return StackedModes(speeds, eigenvalue, _unstable(linearised, speeds, eigenvalue))
 
 
-def _one_by_one(linearised: StackedLinearised, members: int, speeds: np.ndarray, reference_speed: float) -> StackedModes:
+def _one_by_one(
+    linearised: StackedLinearised, members: int, speeds: np.ndarray, reference_speed: float
+) -> StackedModes:
     """The modes of each vehicle by itself: of those with further freedoms, whose names need the finer grid."""
     eigenvalue, unstable = np.full((members, len(MODES), len(speeds)), ABSENT), []
     for member in range(members):
+
         def alone(speed: np.ndarray, member: int = member) -> StateSpace:
             return linearised(np.full(len(speed), member), speed)
 

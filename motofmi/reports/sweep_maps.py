@@ -3,9 +3,8 @@
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
-from motofmi.reports.report import new_figure
+from motofmi.reports.charts import SEQUENCE, Axis, Cells, Chart, Curve, Panel
 
 DRAWN = ("weave", "wobble", "rear_wobble", "rider_wobble")  # capsize is left out: riders stabilise it
 MEMBERS = ("rider", "sample")
@@ -35,50 +34,53 @@ def grid_parameters(dataset: Any) -> list[str]:
     return [str(dim) for dim in dataset["unstable"].dims if dim not in FIXED and dataset.sizes[dim] > 1]
 
 
-def share_figure(dataset: Any, table: Any, modes: list[str]) -> tuple[Figure, str]:
-    """The share of unstable runs over speed, a line for each vehicle and device."""
-    figure, axes = new_figure(len(modes), 1, width=max(8.0, 4.5 * len(modes)), height=4.0)
-    axes = np.atleast_1d(axes)
-    for ax, mode in zip(axes, modes, strict=True):
+def share_chart(dataset: Any, table: Any, modes: list[str]) -> tuple[Chart, str]:
+    """The share of unstable runs over speed: a panel for each mode, a curve for each vehicle and device."""
+    panels = []
+    for mode in modes:
         share = share_unstable(dataset, table, mode, ("vehicle", "device", "speed"))
-        for vehicle in range(dataset.sizes["vehicle"]):
-            for device in range(dataset.sizes["device"]):
-                ax.plot(dataset["speed"], 100 * share.isel(vehicle=vehicle, device=device),
-                        label=pair_label(dataset, vehicle, device))  # fmt: skip
-        ax.set(title=mode.replace("_", "-"), xlabel="speed [m/s]", ylim=(-2, 102))
-    axes[0].set_ylabel("share of runs unstable [%]")
-    axes[-1].legend(fontsize="small")
-    return figure, "Share of the runs in which each mode is unstable, over speed."
+        curves = [Curve(pair_label(dataset, v, d), dataset["speed"].values, 100 * share.isel(vehicle=v, device=d).values,
+                        SEQUENCE[k % len(SEQUENCE)]) for k, (v, d) in enumerate(pairs(dataset))]  # fmt: skip
+        panels.append(Panel(Axis("speed", "m/s"), Axis("share of runs unstable", "%", low=0.0, high=100.0), curves,
+                            mode.replace("_", "-")))  # fmt: skip
+    return Chart(panels, columns=min(2, len(panels))), "Share of the runs in which each mode is unstable, over speed."
 
 
-def map_figures(dataset: Any, table: Any, modes: list[str]) -> list[tuple[Figure, str]]:
+def map_charts(dataset: Any, table: Any, modes: list[str]) -> list[tuple[Chart, str]]:
     """For each mode and parameter maps of speed against the parameter, one for each vehicle and device."""
     return [(_maps(dataset, table, mode, parameter),
-             f"{mode.replace('_', '-')}: share of the runs that are unstable, over speed and {parameter}.")
+             f"{mode.replace('_', '-')}: share of the runs that are unstable, over speed and {parameter}; "
+             "without colour where none is.")
             for mode in modes for parameter in grid_parameters(dataset)]  # fmt: skip
 
 
-def _maps(dataset: Any, table: Any, mode: str, parameter: str) -> Figure:
-    pairs = [(v, d) for v in range(dataset.sizes["vehicle"]) for d in range(dataset.sizes["device"])][:MOST]
-    columns = min(3, len(pairs))
-    rows = -(-len(pairs) // columns)
-    figure, axes = new_figure(columns, rows, width=4.2 * columns + 1, height=3.4 * rows + 0.4)
-    axes = np.atleast_1d(axes)
+def _maps(dataset: Any, table: Any, mode: str, parameter: str) -> Chart:
     share = share_unstable(dataset, table, mode, ("vehicle", "device", parameter, "speed"))
-    share = share.transpose("vehicle", "device", parameter, "speed")
-    values = np.sort(dataset[parameter].values)
-    order = np.argsort(dataset[parameter].values)
-    image = None
-    for ax, (vehicle, device) in zip(axes.flat, pairs, strict=False):
-        image = ax.pcolormesh(dataset["speed"], values, 100 * share[vehicle, device].values[order], cmap="Reds", vmin=0,
-                              vmax=100, shading="nearest", rasterized=True)  # fmt: skip
-        ax.set(title=pair_label(dataset, vehicle, device), xlabel="speed [m/s]",
-               ylabel=f"{parameter} [{dataset[parameter].attrs.get('units', '')}]")  # fmt: skip
-    for ax in axes.flat[len(pairs) :]:
-        ax.set_axis_off()
-    if image is not None:
-        figure.colorbar(image, ax=axes, label="share of runs unstable [%]")
-    return figure
+    share = share.transpose("vehicle", "device", parameter, "speed").sortby(parameter)
+    (x, x_end), (y, y_end) = (_edges(share[name].values) for name in ("speed", parameter))
+    axes = Axis("speed", "m/s"), Axis(parameter, dataset[parameter].attrs.get("units", ""))
+    panels = []
+    for vehicle, device in pairs(dataset)[:MOST]:
+        values = 100 * share[vehicle, device].values
+        row, column = np.nonzero(values > 0)
+        cells = Cells(x[column], x_end[column], y[row], y_end[row], values[row, column], "share of runs unstable [%]",
+                      1.0, 100.0)  # fmt: skip
+        panels.append(Panel(*axes, title=pair_label(dataset, vehicle, device), cells=cells, hover="point"))
+    return Chart(panels, columns=min(2, len(panels)),
+                 words=f"Share of the runs in which {mode} is unstable, over speed and {parameter}")  # fmt: skip
+
+
+def _edges(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The lower and the upper ends of cells around ascending values (n,)."""
+    middle = (values[1:] + values[:-1]) / 2
+    ends = np.concatenate([[values[0] - (middle[0] - values[0]) if len(middle) else values[0] - 0.5], middle,
+                           [values[-1] + (values[-1] - middle[-1]) if len(middle) else values[0] + 0.5]])  # fmt: skip
+    return ends[:-1], ends[1:]
+
+
+def pairs(dataset: Any) -> list[tuple[int, int]]:
+    """The indices of every vehicle with every device."""
+    return [(v, d) for v in range(dataset.sizes["vehicle"]) for d in range(dataset.sizes["device"])]
 
 
 def pair_label(dataset: Any, vehicle: int, device: int) -> str:

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from motofmi.reports.report import Report, Section, Table
-from motofmi.reports.sweep_bands import band_figures, over_speed_figures
-from motofmi.reports.sweep_maps import map_figures, share_figure, unstable_modes
+from motofmi.reports.sweep_bands import band_charts, over_speed_charts
+from motofmi.reports.sweep_maps import map_charts, share_chart, unstable_modes
 from motofmi.reports.sweep_sensitivity import sensitivity_section
 
 WORST = 10  # runs that are listed
@@ -23,7 +23,7 @@ def sweep_report(dataset: Any, table: Any, description: Mapping[str, Any]) -> Re
     if "unstable" in dataset:
         sections = _of_modes(dataset, table)
     else:
-        sections = [Section("Quantiles over the runs", [], band_figures(dataset))]
+        sections = [Section("Quantiles over the runs", [], band_charts(dataset))]
     if len(failed):
         sections.append(_failures(failed))
     sections.append(_provenance(description))
@@ -36,8 +36,8 @@ def _of_modes(dataset: Any, table: Any) -> list[Section]:
         sections = [Section("Stability", ["No mode is unstable in any run."])]
     else:
         sections = [Section("Stability", [_sentence(table, mode) for mode in modes],
-                            [share_figure(dataset, table, modes), *map_figures(dataset, table, modes)])]  # fmt: skip
-    sections.append(Section("Quantiles over the runs", [], over_speed_figures(dataset)))
+                            [share_chart(dataset, table, modes), *map_charts(dataset, table, modes)])]  # fmt: skip
+    sections.append(Section("Quantiles over the runs", [], over_speed_charts(dataset)))
     found = sensitivity_section(dataset, table)
     if found is not None:
         sections.append(found)
@@ -77,7 +77,9 @@ def _failures(failed: Any) -> Section:
 
 
 def _provenance(description: Mapping[str, Any]) -> Section:
-    rows = [[key, str(description[key])] for key in ("version", "hash", "kind", "labels", "set", "count", "design", "seed")]
+    rows = [
+        [key, str(description[key])] for key in ("version", "hash", "kind", "labels", "set", "count", "design", "seed")
+    ]
     return Section("Provenance", [], [], [Table(["", ""], rows)])
 
 

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 from scipy.stats import rankdata
 
-from motofmi.reports.report import Section, Table, new_figure
+from motofmi.reports.charts import SEQUENCE, Axis, Chart, Curve, Line, Panel
+from motofmi.reports.report import Section, Table
 from motofmi.reports.sweep_maps import DRAWN
 
 FEWEST_FOR_SOBOL = 100  # runs; the indices of RBD-FAST are biased for less
@@ -22,7 +23,11 @@ LABELS = ("run", "vehicle", "device", "rider", "sample", "status", "reason")
 
 def sensitivity_section(dataset: Any, table: Any) -> Section | None:
     """Bars and a table of the sensitivities; None where the runs differ in less than two parameters, or are few."""
-    names = [n for n in list(table.columns)[: list(table.columns).index("status")] if n not in LABELS and table[n].nunique() > 2]
+    names = [
+        n
+        for n in list(table.columns)[: list(table.columns).index("status")]
+        if n not in LABELS and table[n].nunique() > 2
+    ]
     if len(names) < 2:
         return None
     found: dict[str, tuple[np.ndarray, float, np.ndarray | None]] = {}
@@ -34,21 +39,16 @@ def sensitivity_section(dataset: Any, table: Any) -> Section | None:
             found[mode] = (*rank_regression(values, response), first_order(names, values, response))
     if not found:
         return None
-    figure, ax = new_figure(width=9.0, height=1.2 + 0.35 * len(names) * len(found) ** 0.5)
-    width = 0.8 / len(found)
-    for k, (mode, (coefficients, share, _)) in enumerate(found.items()):
-        ax.barh(np.arange(len(names)) + k * width, coefficients, width,
-                label=f"{mode.replace('_', '-')} (explained: {100 * share:.0f} %)")  # fmt: skip
-    ax.set_yticks(np.arange(len(names)) + 0.4 - width / 2, names)
-    ax.invert_yaxis()
-    ax.set_xlabel("standardised rank regression coefficient of the least damping ratio [1]")
-    ax.legend(fontsize="small")
+    curves = [Curve(f"{mode.replace('_', '-')} (explained: {100 * share:.0f} %)", coefficients, np.arange(len(names)),
+                    SEQUENCE[k], "points") for k, (mode, (coefficients, share, _)) in enumerate(found.items())]  # fmt: skip
+    panel = Panel(Axis("standardised rank regression coefficient", "1"), Axis("parameter", "", names=names), curves,
+                  lines=[Line(0.0, across="x")], hover="point", height=120 + 30 * len(names))  # fmt: skip
     rows_of_table = [[mode.replace("_", "-"), name, f"{coefficients[i]:+.2f}",
                       "-" if sobol is None else f"{max(sobol[i], 0.0):.2f}"]
                      for mode, (coefficients, _, sobol) in found.items() for i, name in enumerate(names)]  # fmt: skip
     text = ("A positive coefficient: more of the parameter, more damping of the mode. Devices and vehicles are mixed. "
             "The parameters of a population are correlated; an index includes what a parameter shares with others.")  # fmt: skip
-    return Section("Sensitivities", [text], [(figure, "Sensitivity of the least damping ratio over speed.")],
+    return Section("Sensitivities", [text], [(Chart([panel]), "Sensitivity of the least damping ratio over speed.")],
                    [Table(["mode", "parameter", "regression [1]", "first-order Sobol index [1]"], rows_of_table)])  # fmt: skip
 
 

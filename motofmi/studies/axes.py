@@ -1,6 +1,6 @@
 """Values along one axis: a range A:B:STEP or A:B:N, a list, one value, or any array.
 
-    values_of("trail", "0.08:0.12:9")      # nine values from 0.08 to 0.12, both included
+values_of("trail", "0.08:0.12:9")      # nine values from 0.08 to 0.12, both included
 """
 
 from collections.abc import Sequence

@@ -12,8 +12,8 @@ import numpy as np
 class RunGrid:
     """dims and shape of the grid, and the shape of a chunk. Runs and chunks are numbered in C order.
 
-        grid = RunGrid.divided(("device", "rider"), (10, 1000), most=64)
-        grid.runs, grid.chunks, grid.region(3)
+    grid = RunGrid.divided(("device", "rider"), (10, 1000), most=64)
+    grid.runs, grid.chunks, grid.region(3)
     """
 
     dims: tuple[str, ...]

@@ -198,7 +198,9 @@ def _same(path: Path, held: dict[str, Any], wanted: dict[str, Any]) -> None:
         return
     keys = [key for key in sorted(held.keys() | wanted.keys()) if held.get(key) != wanted.get(key) and key != "hash"]
     described = "; ".join(f"{key} was {_short(held.get(key))}, is {_short(wanted.get(key))}" for key in keys)
-    raise InputError(f"{path.parent} holds another study ({described}): give --out a new folder, or the study as it was")
+    raise InputError(
+        f"{path.parent} holds another study ({described}): give --out a new folder, or the study as it was"
+    )
 
 
 def _short(value: Any) -> str:

@@ -28,7 +28,9 @@ class FrfRuns(SystemRuns):
         if study.speed is not None:
             raise InputError("transfer functions of devices have no speed: leave it out, or choose kind = modes")
         given = study.options.get("frequency", FREQUENCY)
-        frequency = numbers(given, "frequency", "Hz") if isinstance(given, str) else np.atleast_1d(np.asarray(given, float))
+        frequency = (
+            numbers(given, "frequency", "Hz") if isinstance(given, str) else np.atleast_1d(np.asarray(given, float))
+        )
         if not (np.isfinite(frequency).all() and (frequency > 0).all() and (np.diff(frequency) > 0).all()):
             raise InputError("frequencies must be finite, positive and ascending [Hz]")
         for device in range(len(systems.devices)):

@@ -31,7 +31,12 @@ class LinearRuns(SystemRuns):
         speeds = self.options["speed"]
         states, inputs, outputs = (self.options[kind] for kind in SIGNALS)
         sizes = {"state": len(states), "state_rate": len(states), "input": len(inputs), "output": len(outputs)}
-        dims = {"A": ("state_rate", "state"), "B": ("state_rate", "input"), "C": ("output", "state"), "D": ("output", "input")}
+        dims = {
+            "A": ("state_rate", "state"),
+            "B": ("state_rate", "input"),
+            "C": ("output", "state"),
+            "D": ("output", "input"),
+        }
         self.results = {name: Result(("speed", *own), (len(speeds), *(sizes[d] for d in own)), "float64", "SI",
                                      f"matrix {name}") for name, own in dims.items()}  # fmt: skip
         self.extra = {"speed": Coordinate("speed", speeds, "m/s", "forward speed"), "state": Coordinate("state", states),
@@ -50,7 +55,12 @@ class LinearRuns(SystemRuns):
             [self.options[kind].index(n) for n in getattr(space, kind)] for kind in ("states", "inputs", "outputs")
         )
         arrays = {}
-        for name, (down, across) in {"A": (rows, rows), "B": (rows, columns), "C": (outputs, rows), "D": (outputs, columns)}.items():
+        for name, (down, across) in {
+            "A": (rows, rows),
+            "B": (rows, columns),
+            "C": (outputs, rows),
+            "D": (outputs, columns),
+        }.items():
             whole = np.full((runs, *self.results[name].shape), np.nan)
             matrix = getattr(space, name).reshape(runs, len(speeds), len(down), len(across))
             whole[:, :, np.array(down, int)[:, None], np.array(across, int)] = matrix

@@ -31,7 +31,10 @@ class ModesRuns(SystemRuns):
             "eigenvalue": Result(("mode", "speed"), shape, "complex128", "1/s", "eigenvalue with Im >= 0"),
             "unstable": Result(("mode", "speed"), shape, "int8", "1", "1 unstable, 0 stable, -1 absent"),
         }
-        self.extra = {"mode": Coordinate("mode", list(MODES)), "speed": Coordinate("speed", speeds, "m/s", "forward speed")}
+        self.extra = {
+            "mode": Coordinate("mode", list(MODES)),
+            "speed": Coordinate("speed", speeds, "m/s", "forward speed"),
+        }
         self.values = {f"{mode}_{name}": column for mode in MODES for name, column in (
             ("from", Column(NUMERIC, "m/s")), ("to", Column(NUMERIC, "m/s")), ("bands", Column("int64", "1")),
             ("damping_ratio", Column(NUMERIC, "1")), ("damping_speed", Column(NUMERIC, "m/s")))}  # fmt: skip

@@ -10,7 +10,8 @@ import numpy as np
 
 from fmus.support.errors import InputError, unknown
 from fmus.support.notebook import html
-from motofmi.reports.sweep_maps import share_figure, share_unstable
+from motofmi.reports.chart_figures import figure
+from motofmi.reports.sweep_maps import share_chart, share_unstable
 from motofmi.reports.sweep_report import FILE as REPORT
 from motofmi.reports.sweep_report import sweep_report
 from motofmi.studies.runs import FAILED
@@ -20,9 +21,9 @@ from motofmi.studies.store import RESULTS, STUDY, TABLE, missing_extra
 class StudyResult:
     """The folder of a study. Nothing is read before it is used, and of the results only what is used.
 
-        found = open_study("riders")
-        found.dataset.eigenvalue.sel(mode="weave", rider=7)      # xarray, complex [1/s]
-        found.table.query("status == 'failed'")                  # pandas, one row for each run
+    found = open_study("riders")
+    found.dataset.eigenvalue.sel(mode="weave", rider=7)      # xarray, complex [1/s]
+    found.table.query("status == 'failed'")                  # pandas, one row for each run
     """
 
     def __init__(self, folder: Path, description: dict[str, Any]):
@@ -80,7 +81,7 @@ class StudyResult:
 
     def plot(self, modes: Sequence[str] = ("weave", "wobble")) -> Any:
         """The share of unstable runs over speed for each mode; the figure of matplotlib."""
-        return share_figure(self.dataset, self.table, list(modes))[0]
+        return figure(share_chart(self.dataset, self.table, list(modes))[0])
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of `motofmi sweep --json`."""
@@ -108,7 +109,7 @@ class StudyResult:
 def open_study(folder: str | Path) -> StudyResult:
     """The result of a study in a folder, read lazily. Raises InputError where it is none, or is not complete.
 
-        open_study("riders").dataset
+    open_study("riders").dataset
     """
     missing_extra()
     path = Path(folder)

@@ -59,7 +59,9 @@ class SystemRuns(Runs):
 
     def stated(self) -> dict[str, Any]:
         """The options for the description of the study."""
-        return {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in self.options.items()}
+        return {
+            name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in self.options.items()
+        }
 
     def describe(self) -> None:
         """Set `results`, `values` and the coordinates `extra` of the kind."""
@@ -99,7 +101,9 @@ def speeds_of(given: Any, systems: Systems, default: np.ndarray = SPEEDS) -> np.
         given = numbers(given, "speed", "m/s")
     speeds = default if given is None else np.atleast_1d(np.asarray(given, float))
     if not (speeds.ndim == 1 and np.isfinite(speeds).all() and (speeds > 0).all() and (np.diff(speeds) > 0).all()):
-        raise InputError(f"speeds must be finite, positive and ascending [m/s], not {np.array2string(speeds, threshold=6)}")
+        raise InputError(
+            f"speeds must be finite, positive and ascending [m/s], not {np.array2string(speeds, threshold=6)}"
+        )
     for vehicle in systems.vehicles:
         if isinstance(vehicle, Component):
             for end in (speeds[0], speeds[-1]):

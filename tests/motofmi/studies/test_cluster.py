@@ -50,7 +50,9 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_bytes(cluster, tmp_path):
     study, out = tmp_path / "study.toml", tmp_path / "cluster"
     study.write_text(STUDY.replace("count = 300", "count = 200"))
     described = mf.sweep(study, out=tmp_path / "local")
-    killer = subprocess.Popen([sys.executable, "-c", KILLER, str(out / "parts"), str(workers[0].pid), str(signal.SIGKILL.value)])
+    killer = subprocess.Popen(
+        [sys.executable, "-c", KILLER, str(out / "parts"), str(workers[0].pid), str(signal.SIGKILL.value)]
+    )
     found = mf.sweep(study, out=out, scheduler=address)
     killer.wait()
     assert workers[0].wait(timeout=30) == -signal.SIGKILL  # the study did lose it

@@ -1,6 +1,7 @@
 """Studies: every run against the same run by itself, validation before anything runs, failures with their reasons."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -38,7 +39,11 @@ def test_each_run_is_that_of_the_rider_by_itself(modes):
 def test_dimensions_have_names_and_units(modes):
     data = modes.dataset
     assert dict(data.sizes) == {"vehicle": 1, "device": 2, "rider": 10, "trail": 2, "mode": 5, "speed": 3}
-    assert (data["speed"].attrs["units"], data["trail"].attrs["units"], data["eigenvalue"].attrs["units"]) == ("m/s", "m", "1/s")
+    assert (data["speed"].attrs["units"], data["trail"].attrs["units"], data["eigenvalue"].attrs["units"]) == (
+        "m/s",
+        "m",
+        "1/s",
+    )
     assert data["rider.arm_stiffness"].values[0] == mf.rider("1_2011").values["arm_stiffness"]
     assert modes.runs == 40 and modes.failed == 0
     assert mf.open_study(modes.folder).to_dict() == modes.to_dict()
@@ -57,10 +62,10 @@ def test_the_share_of_unstable_riders_is_counted(modes):
 @pytest.mark.slow
 def test_the_report_is_one_file_with_its_figures(modes, tmp_path):
     text = modes.report(tmp_path / "report.html").read_text("utf-8")
-    assert text.count("data:image/png;base64,") >= 4
-    assert "http" not in text.replace("http://www.w3.org", "")
-    for title in ("Stability", "Quantiles over the runs", "Sensitivities", "Worst runs", "Provenance"):
-        assert f"{title}</h2>" in text
+    for part in ("Stability", "Quantiles over the runs", "Sensitivities", "Worst runs", "share of runs unstable",
+                 "damped frequency", "standardised rank regression"):  # fmt: skip
+        assert part in text
+    assert not re.search(r"""(src|href)=["']?https?://""", text)
 
 
 @pytest.mark.slow
@@ -137,7 +142,9 @@ def test_the_command_plans_runs_and_reports(tmp_path, capsys):
     study.write_text('device = ["damper:0", "damper:5"]\nspeed = "20:40:10"\n[set]\ntrail = "0.1:0.12:2"\n')
     out = tmp_path / "out"
     assert main(["sweep", str(study), "--out", str(out), "--workers", "1", "--plan"]) == 0
-    assert capsys.readouterr().out.startswith("4 runs of kind modes (1 vehicle x 2 device x 2 trail) in 1 chunks: about ")
+    assert capsys.readouterr().out.startswith(
+        "4 runs of kind modes (1 vehicle x 2 device x 2 trail) in 1 chunks: about "
+    )
     assert not out.exists()
     assert main(["sweep", str(study), "--out", str(out), "--workers", "1", "--report", "--json", "-"]) == 0
     found = json.loads(capsys.readouterr().out)
