@@ -20,6 +20,7 @@ DIVIDED_BY = 5
 SMALLEST_STEP = 5e-3  # in the unit of the parameter
 # The same for many families at once, where the grid is as coarse as the user's: every match that is unique is taken.
 UNIQUE_MOVE, SMALLEST_HALF = 0.48, 5e-2
+TILT = 1e-6  # of the eigenvalue: far above rounding errors, far below what a smallest step changes
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,7 @@ def track_eigenvalues(matrices: Matrices, grid: np.ndarray) -> Branches:
             np.insert(spectra, place, np.concatenate(between), axis=0),
         )
     for k in np.flatnonzero(~sure):
-        order[k] = linear_sum_assignment(np.abs(spectra[k][:, None] - spectra[k + 1][None, :]))[1]
+        order[k] = _assignment(spectra[k], spectra[k + 1])
     return Branches(points, _in_branch_order(spectra, order))
 
 
@@ -96,8 +97,19 @@ def _connected(matrices: StackedMatrices, member: np.ndarray, low: np.ndarray, h
                             np.concatenate([between, right[wide]]))  # fmt: skip
         order[wide] = np.take_along_axis(halves[len(wide) :], halves[: len(wide)], axis=1)
     for k in np.flatnonzero(~sure & (high - low <= SMALLEST_HALF)):
-        order[k] = linear_sum_assignment(np.abs(left[k][:, None] - right[k][None, :]))[1]
+        order[k] = _assignment(left[k], right[k])
     return order
+
+
+def _assignment(left: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """The index in `right` (nx,) of every eigenvalue of `left` with the least total distance.
+
+    Both eigenvalues of a pair have the same distance to each of two real roots, and the order of LAPACK must not
+    decide: on the left the upper half is moved to the left, on the right to the right, so that real roots that form a
+    pair and part again continue as if they had passed through each other.
+    """
+    left, right = (s + side * TILT * np.sign(s.imag) * np.abs(s) for s, side in ((left, -1), (right, 1)))
+    return linear_sum_assignment(np.abs(left[:, None] - right[None, :]))[1]
 
 
 def _in_branch_order(spectra: np.ndarray, order: np.ndarray) -> np.ndarray:

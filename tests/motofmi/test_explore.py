@@ -54,7 +54,9 @@ def page(browser, written):
     assert opened.complaints == []
 
 
-def test_a_device_at_another_port_is_refused(tmp_path):
+def test_what_the_page_cannot_show_is_refused(tmp_path):
+    with pytest.raises(InputError, match="further freedoms"):
+        mf.explore("sharp_1994", out=tmp_path / "page.html")
     with pytest.raises(InputError, match="posture"):
         mf.explore(device="rider:full_mean_2011", out=tmp_path / "page.html")
     with pytest.raises(InputError, match="handlebar port"):

@@ -12,6 +12,8 @@ function ticks(low, high, count = 6) {
   return Array.from({ length: Math.floor(high / step + 1e-9) - first + 1 }, (_, i) => Number(((first + i) * step).toPrecision(12)));
 }
 
+const CLOSE = 0.7; // units of the drawing: points of a path that are nearer to the last one are left out
+
 class Axes {
   /* frame: {left, top, width, height} in units of the drawing; x and y: [low, high]. */
   constructor(frame, x, y) { Object.assign(this, { frame, xs: x, ys: y }); }
@@ -34,16 +36,20 @@ class Axes {
 
   /* A path through points; it is interrupted where a point is missing, and behind the places in `gaps`. */
   path(xs, ys, gaps) {
-    let text = "", pen = "M";
+    const text = [];
+    let pen = "M", px = 0, py = 0;
     for (let i = 0; i < xs.length; i++) {
       if (gaps.has(i - 1)) pen = "M";
       if (!Number.isFinite(xs[i]) || !Number.isFinite(ys[i])) {
         pen = "M";
         continue;
       }
-      text += `${pen}${this.x(xs[i]).toFixed(1)} ${this.y(ys[i]).toFixed(1)}`;
-      pen = "L";
+      const x = Math.round(10 * this.x(xs[i])) / 10, y = Math.round(10 * this.y(ys[i])) / 10;
+      const close = pen === "L" && Math.abs(x - px) + Math.abs(y - py) < CLOSE && !gaps.has(i) && i < xs.length - 1;
+      if (close) continue;
+      text.push(pen, x, " ", y);
+      [pen, px, py] = ["L", x, y];
     }
-    return text;
+    return text.join("");
   }
 }

@@ -1,20 +1,29 @@
 /* Compiled components in the page: the functions of FMI 3.0 in WebAssembly, by the names of the variables. */
 
 class Library {
-  /* The module of one class of components; description names its variables (motofmi/workflows/explore.py). */
-  static async load(description) {
-    const bytes = Uint8Array.from(atob(description.wasm), (c) => c.charCodeAt(0));
-    const { instance } = await WebAssembly.instantiate(bytes, {});
-    return new Library(instance.exports, description);
+  /* The modules of all classes of components by their keys; a description names the variables of one
+     (motofmi/workflows/explore.py). */
+  static async load(descriptions) {
+    const all = Object.values(descriptions), names = (kind) => new Set(all.flatMap((d) => d[kind])), libraries = {};
+    const inputs = names("inputs"), shared = new Set([...names("outputs")].filter((n) => inputs.has(n)));
+    for (const [key, description] of Object.entries(descriptions)) {
+      const bytes = Uint8Array.from(atob(description.wasm), (c) => c.charCodeAt(0));
+      const { instance } = await WebAssembly.instantiate(bytes, {});
+      libraries[key] = new Library(instance.exports, description, shared);
+    }
+    return libraries;
   }
 
-  constructor(exports, description) {
+  /* taken and given: the inputs and outputs that another component could have as well. */
+  constructor(exports, description, shared) {
     Object.assign(this, description);
+    this.taken = this.inputs.filter((n) => shared.has(n));
+    this.given = this.outputs.filter((n) => shared.has(n));
     this.fmi = exports;
     this.token = this.text(description.token);
     this.name = this.text("page");
-    this.rows = [...this.states.map((n) => `der(${n})`), ...this.outputs];
-    this.columns = [...this.states, ...this.inputs];
+    this.rows = [...this.states.map((n) => `der(${n})`), ...this.given];
+    this.columns = [...this.states, ...this.taken];
     this.rowReferences = this.references_of(this.rows);
     this.columnReferences = this.references_of(this.columns);
   }
@@ -82,7 +91,7 @@ class Fmu {
 
   start() { this.fmi.fmi3ExitInitializationMode(this.instance); }
 
-  /* d(x', y)/d(x, u) in `found`, one row for each rate and output. */
+  /* d(x', y)/d(x, u) in `found`, one row for each rate and shared output, one column for each state and shared input. */
   jacobian(found) {
     const { library, fmi } = this, rows = library.rows.length, columns = library.columns.length;
     this.numbers(this.seed, 1)[0] = 1;

@@ -36,9 +36,9 @@ class Coupled {
     this.signals = [];
     for (const target of this.parts) {
       target.driven = [];
-      target.library.inputs.forEach((name, input) => {
-        const sources = this.parts.filter((p) => p !== target && p.library.outputs.includes(name))
-          .map((part) => ({ part, output: part.library.outputs.indexOf(name) }));
+      target.library.taken.forEach((name, input) => {
+        const sources = this.parts.filter((p) => p !== target && p.library.given.includes(name))
+          .map((part) => ({ part, output: part.library.given.indexOf(name) }));
         if (!sources.length) return;
         const signal = { input, sources, row: new Float64Array(this.n), next: new Float64Array(this.n) };
         this.signals.push(signal);

@@ -2,9 +2,8 @@
 
 class Page {
   static async open() {
-    const data = JSON.parse(document.getElementById("data").textContent), libraries = {};
-    for (const [key, description] of Object.entries(data.modules)) libraries[key] = await Library.load(description);
-    return new Page(data, libraries);
+    const data = JSON.parse(document.getElementById("data").textContent);
+    return new Page(data, await Library.load(data.modules));
   }
 
   constructor(data, libraries) {
@@ -64,21 +63,27 @@ class Page {
     document.getElementById("speed").value = speed;
     document.getElementById("speed-value").textContent = `${speed.toFixed(1)} m/s`;
     pressed(document.getElementById("view"), [["locus", "Root locus"], ["speed", "Frequency and damping over speed"]], view, (v) => { settings.view = v; this.later([]); });
-    const panels = SIDES.map((side) => {
-      const { axes, text } = chart(found[side], limits, speed, marksOf(this.data.published, settings[side]), `clip-${side}`);
-      this.axes[side] = axes;
-      return `<div class="chart" data-side="${side}"><h2><span>${side}</span>${escaped(settings.title(side))}</h2>${text}</div>`;
-    });
-    document.getElementById("charts").innerHTML = `<div class="pair">${panels.join("")}</div>${this.published()}`;
+    for (const side of SIDES) this.panel(side, chart, limits);
+    document.getElementById("published").textContent = this.published();
     document.getElementById("readings").innerHTML = `<div class="pair">${SIDES.map((side) => this.readings(side)).join("")}</div>`;
     this.motion.update();
     this.live.update();
     settings.write();
   }
 
+  /* The chart of a side, drawn again where something in it has changed. */
+  panel(side, chart, limits) {
+    const { settings, found } = this, panel = document.querySelector(`.chart[data-side=${side}]`), key = JSON.stringify([settings.view, settings.speed, settings[side], limits]);
+    if (panel.dataset.key === key) return;
+    const { axes, text } = chart(found[side], limits, settings.speed, marksOf(this.data.published, settings[side]), `clip-${side}`);
+    this.axes[side] = axes;
+    panel.dataset.key = key;
+    panel.innerHTML = `<h2><span>${side}</span>${escaped(settings.title(side))}</h2>${text}`;
+  }
+
   published() {
     const sources = new Set(SIDES.flatMap((side) => marksOf(this.data.published, this.settings[side]).map((p) => p.source)));
-    return sources.size ? `<p class="note">Crosses: published values (${[...sources].join("; ")}).</p>` : "";
+    return sources.size ? `Crosses: published values (${[...sources].join("; ")}).` : "";
   }
 
   readings(side) {

@@ -3,53 +3,46 @@
 
 const MODES = ["weave", "wobble", "capsize", "rear_wobble", "rider_wobble"];
 const FRONT = ["wobble", "rider_wobble", "rear_wobble"];
-const REFERENCE_SPEED = 60, FINE = 0.1, COARSE = 1, MIXED = 0.5, MAJORITY = 0.5, SHARE = 0.25;
+const LOWEST = 1, REFERENCE_SPEED = 60, FINE = 0.1, COARSE = 1, MIXED = 0.5, MAJORITY = 0.5, SHARE = 0.25;
 
-/* {points, branches, curves, unstable, mixed} of a coupled system over speeds of the internal grid. */
-function namedModes(system, low = 1, high = 60) {
+/* The modes of a coupled system from LOWEST to REFERENCE_SPEED: {points, spectra, curves, unstable, mixed, exchanges}. */
+function namedModes(system) {
   const spectrum = (speed) => eigenvalues(balance(system.matrix(speed), system.n).B, system.n);
-  const top = Math.max(high, REFERENCE_SPEED), first = Math.ceil(low / FINE - 1e-9), last = Math.floor(top / FINE + 1e-9);
-  const grid = Array.from({ length: last - first + 1 }, (_, i) => FINE * (first + i));
-  const branches = track(spectrum, grid), names = nameModes(system, branches);
-  const inside = branches.points.map((p) => p >= low - 1e-9 && p <= high + 1e-9), curves = {};
-  for (const [mode, columns] of Object.entries(names.above)) curves[mode] = curve(branches, columns);
+  const first = Math.round(LOWEST / FINE), last = Math.round(REFERENCE_SPEED / FINE);
+  const branches = track(spectrum, Array.from({ length: last - first + 1 }, (_, i) => FINE * (first + i)));
+  const { points, spectra } = branches, names = nameModes(system, branches), curves = {}, unstable = {};
+  const fill = (mode, columns, count) => {
+    curves[mode] ??= { re: new Float64Array(points.length).fill(NaN), im: new Float64Array(points.length).fill(NaN) };
+    follow(curves[mode], spectra, columns, count);
+  };
+  for (const [mode, columns] of Object.entries(names.above)) fill(mode, columns, points.length);
   for (const [below, modes] of names.below) {
-    const count = branches.points.filter((p) => p <= below + 1e-9).length;
-    for (const [mode, columns] of Object.entries(modes)) {
-      const part = curve({ spectra: branches.spectra.slice(0, count) }, columns);
-      curves[mode] ??= { re: new Float64Array(branches.points.length).fill(NaN), im: new Float64Array(branches.points.length).fill(NaN) };
-      curves[mode].re.set(part.re);
-      curves[mode].im.set(part.im);
-    }
+    let count = points.length;
+    while (count > 0 && points[count - 1] > below + 1e-9) count--;
+    for (const [mode, columns] of Object.entries(modes)) fill(mode, columns, count);
   }
-  const only = (values) => Array.from(values).filter((_, i) => inside[i]);
-  const found = { points: only(branches.points), spectra: branches.spectra.filter((_, i) => inside[i]), curves: {}, unstable: {}, mixed: names.mixed, exchanges: names.below.map(([speed]) => speed) };
-  for (const mode of MODES) {
-    if (!curves[mode]) continue;
-    found.curves[mode] = { re: only(curves[mode].re), im: only(curves[mode].im) };
-    found.unstable[mode] = unstableIntervals(spectrum, found.points, found.curves[mode].re);
-  }
-  return found;
+  const shown = Object.fromEntries(MODES.filter((m) => curves[m]).map((m) => [m, curves[m]]));
+  for (const [mode, { re }] of Object.entries(shown)) unstable[mode] = unstableIntervals(spectrum, points, re);
+  return { points, spectra, curves: shown, unstable, mixed: names.mixed, exchanges: names.below.map(([speed]) => speed) };
 }
 
-/* The eigenvalue of a mode from its branches: the oscillatory one, otherwise the least stable. */
-function curve({ spectra }, columns) {
-  const re = new Float64Array(spectra.length).fill(NaN), im = new Float64Array(spectra.length).fill(NaN);
-  if (!columns.length) return { re, im };
-  spectra.forEach((s, k) => {
+/* The eigenvalue of a mode from its branches, at the first `count` points: the oscillatory one, otherwise the least
+   stable. Where one root of a mode forms a pair with a root of another mode, the other root counts. */
+function follow(curve, spectra, columns, count) {
+  for (let k = 0; k < count; k++) {
+    const { re, im } = spectra[k];
     let swinging = -1, growing = -1, swing = 0, growth = -Infinity;
     for (const c of columns) {
-      const least = Math.min(...columns.map((d) => Math.hypot(s.re[c] - s.re[d], s.im[c] + s.im[d])));
-      const apart = least > 1e-6 * Math.hypot(s.re[c], s.im[c]);
-      const own = apart ? -1 : Math.abs(s.im[c]), own_growth = apart ? -Infinity : s.re[c];
+      let least = Infinity;
+      for (const d of columns) least = Math.min(least, (re[c] - re[d]) ** 2 + (im[c] + im[d]) ** 2);
+      const apart = least > 1e-12 * (re[c] ** 2 + im[c] ** 2), own = apart ? -1 : Math.abs(im[c]), rate = apart ? -Infinity : re[c];
       if (own > swing) [swing, swinging] = [own, c];
-      if (growing < 0 || own_growth > growth) [growth, growing] = [own_growth, c];
+      if (growing < 0 || rate > growth) [growth, growing] = [rate, c];
     }
     const best = swinging >= 0 ? swinging : growing;
-    re[k] = s.re[best];
-    im[k] = Math.abs(s.im[best]);
-  });
-  return { re, im };
+    curve.re[k] = best < 0 ? NaN : re[best];
+    curve.im[k] = best < 0 ? NaN : Math.abs(im[best]);
+  }
 }
 
 /* The mode shapes at a speed of the grid: eigenvalues and vectors with the branch of each, participation factors. */

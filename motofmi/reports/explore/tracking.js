@@ -1,6 +1,6 @@
 /* Tracking of eigenvalues over the speed: the method of fmus/linear_analysis/eigenvalue_tracking.py. */
 
-const SAFE_MOVE = 0.35, DIVIDED_BY = 5, SMALLEST_STEP = 5e-3;
+const SAFE_MOVE = 0.35, DIVIDED_BY = 5, SMALLEST_STEP = 5e-3, TILT = 1e-6;
 
 /* {points, re, im}: eigenvalues over ascending points, column i of every row is branch i. */
 function track(spectrum, grid) {
@@ -57,9 +57,10 @@ function match(left, right) {
 }
 
 /* The assignment with the least total distance: shortest augmenting paths (Jonker and Volgenant 1987). */
-function assignment(left, right) {
+function assignment(before, after) {
+  const left = tilted(before, -1), right = tilted(after, 1);
   const n = left.re.length, u = new Float64Array(n + 1), v = new Float64Array(n + 1);
-  const owner = new Int32Array(n + 1), before = new Int32Array(n + 1);
+  const owner = new Int32Array(n + 1), previous = new Int32Array(n + 1);
   for (let i = 1; i <= n; i++) {
     const least = new Float64Array(n + 1).fill(Infinity), done = new Uint8Array(n + 1);
     let column = 0;
@@ -70,7 +71,7 @@ function assignment(left, right) {
       for (let j = 1; j <= n; j++) {
         if (done[j]) continue;
         const reduced = Math.sqrt(distance(left, owner[column] - 1, right, j - 1)) - u[owner[column]] - v[j];
-        if (reduced < least[j]) [least[j], before[j]] = [reduced, column];
+        if (reduced < least[j]) [least[j], previous[j]] = [reduced, column];
         if (least[j] < delta) [delta, next] = [least[j], j];
       }
       for (let j = 0; j <= n; j++) {
@@ -82,13 +83,19 @@ function assignment(left, right) {
       column = next;
     } while (owner[column]);
     while (column) {
-      owner[column] = owner[before[column]];
-      column = before[column];
+      owner[column] = owner[previous[column]];
+      column = previous[column];
     }
   }
   const order = new Int32Array(n);
   for (let j = 1; j <= n; j++) order[owner[j] - 1] = j - 1;
   return order;
+}
+
+/* Both eigenvalues of a pair have the same distance to each of two real roots: real roots that form a pair and part
+   again continue as if they had passed through each other. */
+function tilted({ re, im }, side) {
+  return { re: re.map((r, i) => r + side * TILT * Math.sign(im[i]) * Math.hypot(r, im[i])), im };
 }
 
 function inBranchOrder(spectra, orders) {
