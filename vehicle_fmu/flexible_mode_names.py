@@ -4,7 +4,7 @@ Modes of these freedoms lie between weave and wobble and veer with both, and wea
   naming speed   of 60, 55, ... 30 m/s the one at which every pair is most clearly one of further states or none of them
   weave          the pair, not mostly of further states, with the largest part of roll, less what the part of the steer exceeds
                  it. It is the branch of the naming speed with more roll than steer, or roll takes a larger part in it than
-                 in the third of the real roots (another pair: than in the second, and than in the mean of all modes);
+                 in the third of the real roots (another pair: than in the second) and than half its mean over all modes;
                  otherwise weave is the two least stable of the three real roots with the largest parts of roll
   capsize        the real root in which roll takes the largest part; of those three the most stable one
   rear wobble    the branch that weave has at the naming speed where weave is another pair; its own branch elsewhere
@@ -79,7 +79,7 @@ def _slow_modes(shapes: ModeShapes, k: int, excess: np.ndarray, branch: Columns)
     weave = max(pairs, key=lambda i: roll[i] + min(excess[i], 0.0), default=None)
     if weave is not None:
         kept = set(shapes.pair(k, weave)) == set(branch)
-        least = roll[real[2]] if kept and len(real) > 2 else max(float(roll.mean()), *roll[real[1:2]])
+        least = max([float(roll.mean()) / 2, *roll[real[2:3] if kept else real[1:2]]])
         if (kept and excess[weave] > 0) or len(real) < 3 or roll[weave] > least:
             return {"weave": shapes.pair(k, weave), "capsize": tuple(int(shapes.column[k, i]) for i in real[:1])}
     three = sorted(real[:3], key=lambda i: -values[i].real)
