@@ -138,7 +138,7 @@ def test_bash_completes_commands_options_and_names(capsys):
 
     assert completed("motofmi", "mod") == ["modes"]
     assert completed("motofmi", "gap", "--hol") == ["--holdout"]
-    assert completed("motofmi", "modes", "--vehicle", "sha") == ["sharp_1971"]
+    assert completed("motofmi", "modes", "--vehicle", "sha") == ["sharp_1971", "sharp_1994"]
     assert completed("motofmi", "device", "mean") == ["mean_2011"]
     assert completed("motofmi", "identify", "--method", "n") == ["nyquist"]
 
