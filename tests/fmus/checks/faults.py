@@ -142,7 +142,7 @@ FAULTS = {
     "another derivative in the vector": (ME, "rate_variable", "continuous", E, "derivative 1 of the vector is 7"),
     "states ignored": (ME, "ignore_states", "continuous", E, "continuous states differ from those that were set"),
     "negative nominal": (ME, "nominal", "continuous", E, "the nominal of continuous state 1 is -1"),
-    "events without end": (ME, "endless_events", "run", E, "asks for new discrete states 1000 times"),
+    "events without end": (ME, "endless_events", "continuous", E, "asks for new discrete states 1000 times"),
     "termination refused": (CS, "error_terminate", "run", E, "fmi2Terminate returns fmi2Error"),
     "another step refused": (CS, "fixed_step", "variable_step", E, "fmi2DoStep returns fmi2Error"),
     "output derivative refused": (CS, "error_output_derivative", "output_derivatives", E, "fmi2GetRealOutputDerivatives returns fmi2Error"),
@@ -157,7 +157,7 @@ FAULTS = {
     "no return from a wrong step": (CS, "hang_nan", "step_not_a_number", W, "did not finish within"),
     "crash in a wrong step": (CS, "crash_negative", "negative_step", W, "crashed with signal 11"),
     "no reset after an error": (CS, "no_reset_after_error", "negative_step", W, "and the instance was reset"),
-    "the end is asked for": (ME, "ends", "run", "note", "asks for the end of the simulation"),
+    "the end is asked for": (ME, "ends", "continuous", "note", "asks for the end of the simulation"),
 }  # fmt: skip
 
 # The library itself: flags of the compiler, check, message
