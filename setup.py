@@ -8,11 +8,16 @@ IMPORT_NAMES = ("motofmi", "fmus", "rider_fmu", "vehicle_fmu")
 
 
 class BuildPackages(build_py):
-    """Leaves out `motofmi/scenarios.py`, which stands for the folder in a checkout."""
+    """Leaves out `motofmi/scenarios.py`, which stands for the folder in a checkout, and the scripts that build the
+    documentation."""
 
     def find_package_modules(self, package: str, package_dir: str) -> list[tuple[str, str, str]]:
         found = super().find_package_modules(package, package_dir)
-        return [(owner, module, file) for owner, module, file in found if (owner, module) != ("motofmi", "scenarios")]
+        return [
+            (owner, module, file)
+            for owner, module, file in found
+            if (owner, module) != ("motofmi", "scenarios") and owner != "motofmi.docs"
+        ]
 
 
 scenarios = [f"motofmi.{name}" for name in find_namespace_packages(include=["scenarios", "scenarios.*"])]

@@ -111,6 +111,7 @@ def test_the_wheel_contains_code_values_and_prebuilt_archives(checkout, wheel):
             "motofmi/docs/glossary.md", "motofmi/reports/page/report.html", "motofmi/reports/page/charts.js",
             *(f"motofmi/reports/page/vendor/{name}" for name in ("echarts.min.js", "LICENSE.txt", "NOTICE.txt", "LICENSE-zrender.txt"))} <= names  # fmt: skip
     assert {name.partition("/")[0] for name in names if ".dist-info/" not in name} == NAMES
+    assert {name for name in names if name.startswith("motofmi/docs/")} == {"motofmi/docs/glossary.md"}
     assert "motofmi/scenarios/__init__.py" in names and "motofmi/scenarios.py" not in names
 
 
