@@ -16,7 +16,7 @@ import numpy as np
 from fmus.composition.system import System
 from fmus.expressions.functions import NUMERIC
 from fmus.support.files import write_atomically
-from motofmi.reports.report import Table
+from motofmi.reports.report import Section, Table
 from motofmi.scenarios.does_fork_bending_turn_the_trend_of_wobble_round import findings
 from motofmi.scenarios.does_fork_bending_turn_the_trend_of_wobble_round import run as run_freedoms
 from motofmi.scenarios.does_fork_bending_turn_the_trend_of_wobble_round import table as table_of_freedoms
@@ -84,6 +84,11 @@ def answer(found: dict[tuple[str, str], Modes]) -> str:
         lines.append(f"On {vehicle} the mean rider makes wobble more stable at {more:.0%} of the speeds "
                      f"and weave less stable at {worse:.0%}.")  # fmt: skip
     return " ".join(lines)
+
+
+def section(found: dict[tuple[str, str], Modes]) -> Section:
+    """The answer with the table of all vehicles."""
+    return Section("Does the passive rider calm wobble on every vehicle?", [answer(found)], [], [table(found)])
 
 
 def markdown(table: Table) -> str:

@@ -9,7 +9,7 @@ from math import cos, pi
 import numpy as np
 
 from fmus.declaration.component import Component
-from motofmi.reports.report import Table
+from motofmi.reports.report import Section, Table
 from vehicle_fmu import Modes, modes, motorcycles, over_speed, ridden
 
 SPEEDS = np.unique(np.append(np.arange(1.0, 70.5, 1.0), [20.0, 50.0]))  # m/s
@@ -72,3 +72,9 @@ def _at(one: Modes, mode: str, speed: float) -> str:
 def _upper(one: Modes) -> str:
     """Where weave becomes unstable at high speed."""
     return next((f"{a:.1f}" for a, b in one.unstable["weave"][::-1] if b == one.speed[-1]), f"above {one.speed[-1]:g}")
+
+
+def section(found: dict[tuple[str, str], Modes]) -> Section:
+    """The table of all readings."""
+    text = "One reading differs from the shipped values in each row; hands off the bar, and with the paper's hands on it."
+    return Section("What does each reading of the values of Sharp's motorcycle of 1994 do?", [text], [], [table(found)])
