@@ -144,7 +144,7 @@ class CommonBlocks:
         An effect with states of its own does so even where its magnitude is not distinguishable from zero. The standard
         errors are those of the sandwich.
         """
-        if not any(row.role == "state" for effect in found.model.effects for row in effect.declared.values()):
+        if not any(has_states(effect) for effect in found.model.effects):
             return False
         covariance = sandwich_covariance(self.residuals(found), self.blocks)
         errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
@@ -153,6 +153,11 @@ class CommonBlocks:
     def residuals(self, found: Fit) -> TimeResiduals:
         """The residuals of a fit over time, each output over the scale of the comparison."""
         return time_residuals(found, self.scale)
+
+
+def has_states(effect: type[Effect]) -> bool:
+    """Whether an effect has states of its own."""
+    return any(row.role == "state" for row in effect.declared.values())
 
 
 def refined_fit(found: Fit) -> Fit:

@@ -12,7 +12,7 @@ import numpy as np
 from fmus.effects import Effect
 from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
-from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel, refined_fit
+from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel, has_states, refined_fit
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import Candidate
 from motofmi.gap.estimation.effect_fit import as_found, fit_each
@@ -34,12 +34,13 @@ CLEARLY_BEHIND = 5.0  # standard errors of the mean loss above the best one from
 def single_effects(base: Fit, library: Sequence[type[Effect]], criteria: Criteria) -> list[Candidate]:
     """The forms of the library that are not flexible and reduce chi-square, each fitted with the base.
 
-    Those with the largest screened gain come first; fits of the others end where they cannot come near them.
+    Those with the largest screened gain come first; fits of the others end where they cannot come near them. An effect
+    with states of its own does not end others: its free initial states can reduce the misfit without a magnitude.
     """
     plain = [effect for effect in library if not effect.flexible]
     signatures = sorted((s for s in screen(base, plain, keep=1) if s.gain > 0), key=lambda s: -s.gain)
     first = fit_each(base, signatures[:FITTED_FIRST], [], base.chi2, [], criteria)
-    beat = min((FAR_BEHIND * c.fit.chi2 for c in first if c.fitted), default=np.inf)
+    beat = min((FAR_BEHIND * c.fit.chi2 for c in first if c.fitted and not has_states(c.effect)), default=np.inf)
     others = fit_each(base, signatures[FITTED_FIRST:], [], min(base.chi2, beat), [], criteria)
     return [c for c in (*first, *others) if c.fitted]
 
