@@ -137,7 +137,7 @@ FAULTS = {
     "one indicator more": (ME, "more_indicators", "continuous", E, "writes more than 1 event indicators"),
     "states missing": (ME, "fewer_states", "continuous", E, "writes 0 of the 1 continuous states"),
     "one derivative more": (ME, "more_rates", "continuous", E, "writes more than 1 derivatives"),
-    "derivatives refused": (ME, "error_rates", "run", E, "fmi2GetDerivatives returns fmi2Error"),
+    "derivatives refused": (ME, "error_rates", "continuous", E, "fmi2GetDerivatives returns fmi2Error"),
     "another state in the vector": (ME, "state_variable", "continuous", E, "state 1 of the vector is 1, its variable 2"),
     "another derivative in the vector": (ME, "rate_variable", "continuous", E, "derivative 1 of the vector is 7"),
     "states ignored": (ME, "ignore_states", "continuous", E, "continuous states differ from those that were set"),
