@@ -142,12 +142,11 @@ def test_rising_and_falling_frequency_and_amplitudes_are_distinguished():
 def test_the_map_marks_what_was_found():
     found = base_of(made({"Tc": 0.3}))
     missed = locate(found, cells)
-    axes = gap_map(found, missed).axes
+    over_time, _, orders, *_ = gap_map(found, missed).panels
     marked = [p for p in missed if p.axis == "time"]
-    assert len(axes[0].patches) == len(marked) > 0
-    assert {round(p.get_x(), 6) for p in axes[0].patches} == {round(p.start, 6) for p in marked}
-    framed = [bar for bar in axes[2].patches if bar.get_linewidth() > 1]
-    assert len(framed) == len([p for p in missed if p.axis == "frequency" and p.order])
+    assert len(over_time.shades) == len(marked) > 0
+    assert {round(shade.low, 6) for shade in over_time.shades} == {round(p.start, 6) for p in marked}
+    assert sum(orders.cells.framed) == len([p for p in missed if p.axis == "frequency" and p.order])
 
 
 @pytest.mark.slow
