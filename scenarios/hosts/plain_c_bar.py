@@ -18,6 +18,7 @@ from motofmi.scenarios.hosts.table import main
 
 HOST, PACKAGE = "plain C", "fmpy"
 SOURCE = Path(__file__).with_name("rider_on_a_bar.c")
+HEADERS = Path(fmpy.__file__).parent / "c-code"  # of the standard
 
 
 def run(step: float = 1e-3, duration: float = 1.0) -> dict:
@@ -31,8 +32,7 @@ def rows(step: float, duration: float) -> np.ndarray:
     with TemporaryDirectory() as folder:
         unzipped = fmpy.extract(str(archives(folder)["device"]), f"{folder}/rider")
         host = f"{folder}/rider_on_a_bar"
-        subprocess.run([*compiler, "-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", f"-I{unzipped}/sources",
-                        str(SOURCE), "-o", host, "-ldl"],
+        subprocess.run([*compiler, "-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", f"-I{HEADERS}", str(SOURCE), "-o", host, "-ldl"],
                        check=True)  # fmt: skip
         printed = subprocess.run(
             [host, str(unzipped), repr(STEER_INERTIA), repr(step), repr(duration)],

