@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from math import pi
 from typing import Any
 
-import control
 import numpy as np
 
 from fmus.support.errors import InputError
@@ -132,9 +131,11 @@ class FRF:
                              "phase [deg]": np.degrees(np.angle(self.inertance)),
                              "phase standard error [deg]": phase_error, "coherence [1]": self.coherence})  # fmt: skip
 
-    def to_control(self) -> control.FrequencyResponseData:
+    def to_control(self) -> Any:
         """The inertance as python-control's FRD over rad/s, from `steer_torque` [N.m] to
         `steer_acceleration` [rad/s2]."""
+        import control  # noqa: PLC0415 - imported on use
+
         return control.frd(self.inertance, self.omega, inputs=[STEER_TORQUE], outputs=["steer_acceleration"])
 
 

@@ -6,7 +6,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import control
 import numpy as np
 
 from fmus.support.errors import InputError
@@ -95,7 +94,7 @@ class FrequencyResponse:
             "phase_sd [deg]": np.degrees(self.phase_standard_deviation), "coherence [1]": self.coherence,
         })  # fmt: skip
 
-    def to_control(self) -> control.FrequencyResponseData:
+    def to_control(self) -> Any:
         """The mean as python-control's FRD, from `steer_torque` to `steer_acceleration`, over rad/s."""
         return self.mean.to_control()
 

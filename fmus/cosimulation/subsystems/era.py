@@ -10,7 +10,6 @@ implementation). Inputs being held over a step, the continuous model follows fro
 The model is linearised about the FMU's start. It contains only modes that are observable from the outputs.
 """
 
-import control
 import numpy as np
 from scipy.linalg import logm
 
@@ -43,6 +42,8 @@ def era(subsystem: FmuInstance, step: float = STEP) -> StateSpace:
             subsystem.inputs,
             subsystem.outputs,
         )
+    import control  # noqa: PLC0415 - imported on use: it takes longer than the co-simulation
+
     model, _ = control.eigensys_realization(responses / scale[:, None, None], order, LENGTH, LENGTH)
     blocks = np.eye(order + len(subsystem.inputs))
     blocks[:order] = np.hstack([model.A, model.B])
