@@ -7,6 +7,7 @@ A check is a module of this folder, or of `fmus.checks.description`, with a STAG
     description    the model description, which can be read, and the other XML files
     binary         the shared libraries
     run            the FMU runs, apart from this process
+    replay         results that come with the archive are compared; after an error of a run they are not
 
 A new check is a new file; a trial of the running FMU is one in `fmus.checks.trials`.
 """
@@ -29,7 +30,7 @@ from fmus.support.sandbox import Limits
 
 __all__ = ["Limits", "Problem", "check"]
 
-STAGES = ("archive", "description", "binary", "run")
+STAGES = ("archive", "description", "binary", "run", "replay")
 
 
 @cache
@@ -80,8 +81,10 @@ def _unpacked(fmu: CheckedFmu, other_tools: bool) -> list[Problem]:
     if other_tools and not any(problem.severity == "error" for problem in found):
         found += opinions(fmu)
     found += _at("binary", fmu)
-    obstacle = _obstacle(fmu)
-    return [*found, obstacle] if obstacle else found + _at("run", fmu)
+    if obstacle := _obstacle(fmu):
+        return [*found, obstacle]
+    found += (run := _at("run", fmu))
+    return found if any(problem.severity == "error" for problem in run) else found + _at("replay", fmu)
 
 
 def _obstacle(fmu: CheckedFmu) -> Problem | None:

@@ -27,7 +27,7 @@ from fmus.export.reference import FOLDER, MANIFEST
 from fmus.support.errors import InputError, MissingToolError, SimulationError
 from fmus.support.sandbox import ONE_THREAD, Limits, limit_resources, run_limited
 
-STAGE = "run"
+STAGE = "replay"
 NAME = "reference"
 LARGEST = 64 * 2**20  # bytes of a file that is read
 INSIDE = """from fmus.support.sandbox import leave_network

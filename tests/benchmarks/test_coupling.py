@@ -6,7 +6,7 @@ from benchmarks import coupling
 from fmus.cosimulation.coupling import COUPLINGS
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_the_study_reports_rates_and_errors_of_every_coupling():
     found = coupling.run(lambda items, *_: items, count=2000, samples=200, rounds=1, devices=(2, 4))
     assert set(found["ours"]) == set(COUPLINGS)

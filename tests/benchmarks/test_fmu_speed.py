@@ -8,7 +8,7 @@ from rider_fmu import riders
 from vehicle_fmu import motorcycles
 
 
-@pytest.mark.slow
+@pytest.mark.study
 @pytest.mark.skipif(host_compiler() is None, reason="no C compiler on this machine")
 @pytest.mark.parametrize("load", [lambda: riders.load("mean_2011"), lambda: motorcycles.load("sharp_1971")])
 def test_a_step_costs_little_more_than_its_arithmetic_and_far_less_than_in_python(load, tmp_path):

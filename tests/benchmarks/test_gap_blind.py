@@ -8,7 +8,7 @@ pytest.importorskip("numba", reason="the simulator of the hidden effects is comp
 from benchmarks.gap_blind import run, wilson
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_one_quiet_case_is_found_quiet_and_not_run_again(tmp_path):
     first = run(lambda items, _: items, cases=1, seed=1, out=tmp_path, kinds=["none"])
     assert first["confusion"] == {"none -> none": 1}

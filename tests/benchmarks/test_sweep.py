@@ -5,7 +5,7 @@ import pytest
 from benchmarks.sweep import SPEEDS, bare_eigenvalues, direct, modes_study
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_named_spectrum_costs_little_more_than_its_eigenvalues():
     study = modes_study(40, 2)
     bare = bare_eigenvalues(study) * 40 * 2 * len(SPEEDS)

@@ -121,7 +121,7 @@ def test_other_riders_meet_the_features_too():
     assert is_complete(what_do_roll_features_leave_open.section(found))
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_the_gap_workflow_finds_the_limbs_at_the_bar():
     found = what_does_the_gap_say_of_the_full_rider.run(amplitudes=(1.0,), up=40.0, down=30.0)
     (effect,) = found.known_bar.effects

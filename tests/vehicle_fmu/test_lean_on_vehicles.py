@@ -83,7 +83,7 @@ def measured(path, speeds, error, rng):
     return str(path)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_the_gap_workflow_names_the_rider_who_leans(tmp_path, capsys):
     rng = np.random.default_rng(0)
     fitted = measured(tmp_path / "fitted.csv", np.arange(12.0, 50.0, 3.0), 0.1, rng)

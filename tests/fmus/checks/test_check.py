@@ -85,9 +85,9 @@ BROKEN = {
 def test_a_broken_model_description_is_caught(fault, sound, tmp_path):
     good, bad, name, message = BROKEN[fault]
     assert good in sound["modelDescription.xml"]
-    found = check(
-        written(tmp_path, {**sound, "modelDescription.xml": sound["modelDescription.xml"].replace(good, bad)})
-    )
+    # Only the identifier is compared with the binary; without one the description is checked, and no trial is made.
+    contents = {n: d for n, d in sound.items() if name == "identifier" or not n.startswith("binaries/")}
+    found = check(written(tmp_path, {**contents, "modelDescription.xml": contents["modelDescription.xml"].replace(good, bad)}))
     severity = "warning" if name == "date" else "error"
     assert [p for p in found if p.check == name and p.severity == severity and message in p.message], found
 
@@ -265,7 +265,7 @@ def test_a_library_that_is_none_is_reported(library, sound, tmp_path):
     else:
         contents[name] = whole[:3000] if library == "cut" else library
     found = check(written(tmp_path, contents))
-    assert {p.check for p in found if p.severity == "error"} <= {"load", "identifier", "binary", "reference"} and messages(found)
+    assert {p.check for p in found if p.severity == "error"} <= {"load", "identifier", "binary"} and messages(found)
 
 
 IN_OUTPUTS = b"(void)sign, (void)heaviside;\n"

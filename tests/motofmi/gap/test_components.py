@@ -347,7 +347,7 @@ def test_an_interrupted_run_leaves_what_it_had(tmp_path, monkeypatch, capsys):
     assert left["base"]["stiffness"]["value"] == pytest.approx(14.0, rel=0.02)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_the_study_of_blind_cases_counts_them():
     result = gap_generic.run(lambda numbers, _: numbers, cases=1)
     assert (result["cases"], result["settings"], result["confusion"]) == (

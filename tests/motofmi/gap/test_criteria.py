@@ -41,7 +41,7 @@ def test_every_threshold_says_what_it_decides():
     assert [name for name, text in strings.items() if "[1]" not in text or len(text) < 60] == []
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_first_effect_must_gain_what_the_criteria_ask_for(verdict_with):
     verdict = verdict_with(Criteria())
     assert (verdict.verdict, [c.family for c in verdict.effects]) == ("named", ["frame_compliance"])

@@ -103,7 +103,7 @@ def test_three_linear_effects_at_one_port_are_tied_and_hands_are_the_bars_own():
     assert found["added_inertia"].detected is None
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_tie_is_settled_by_the_run_that_was_proposed():
     hidden = {"ks": 40.0}
     experiment, run = rig_experiment({}), made(hidden)

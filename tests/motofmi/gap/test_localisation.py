@@ -50,7 +50,7 @@ def noisy(run, rng, added=0.0):
     )
 
 
-@pytest.mark.slow
+@pytest.mark.study
 @pytest.mark.parametrize("excitation", [sweep(0.5, 12, 2, 100.0), stepped(0.5, 8.5, 0.5, 4, 10.0)])
 def test_noise_has_no_places(excitation):
     run, rng = made(excitation=excitation), np.random.default_rng(1)

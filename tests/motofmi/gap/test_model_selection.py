@@ -99,7 +99,7 @@ def test_a_mode_is_found_from_starts_with_a_small_screened_gain():
     assert parameters_of(best.fit)["device.extra_mode.frequency"][0] == pytest.approx(6.145, rel=0.02)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_an_effect_that_no_small_step_reaches_is_tried_from_elsewhere():
     """A soft shaft between servo and a light bar of unknown inertia: the base has none of it left, and the screening sees next to nothing."""
     runs = runs_of(

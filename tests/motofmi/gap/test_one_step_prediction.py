@@ -233,7 +233,7 @@ def test_an_effect_of_size_zero_changes_nothing(prepared):
         assert model.reduced(run, q)[0] == pytest.approx(before, rel=1e-4, abs=1e-4), effect.__name__
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_where_nothing_is_hidden_nothing_is_named(tmp_path):
     verdict = investigated(tmp_path, 1, {}, duration=40.0)
     assert verdict.verdict == "none"

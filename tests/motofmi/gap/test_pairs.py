@@ -81,7 +81,7 @@ def test_a_family_with_a_curve_of_its_own_is_rather_one_effect_than_two():
     )
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_loop_between_round_and_sharp_is_found_with_its_exponent():
     """Bouc-Wen's loop with n = 3.5: those with 2 and 8 leave a third more than noise, which a bent sensor made up for."""
     runs = runs_of(
@@ -103,7 +103,7 @@ def test_a_loop_between_round_and_sharp_is_found_with_its_exponent():
         assert found == pytest.approx(true, abs=3 * error) and error < 0.05 * true
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_small_effect_beside_a_large_one_is_named_where_nothing_else_explains_it():
     """A lopsided arm brings a 400th of what the delay does, and without it nothing is consistent with the noise."""
     runs = runs_of(
@@ -143,7 +143,7 @@ def test_a_small_second_effect_is_looked_for_where_the_noise_is_known_only(sourc
     assert pairs.pairs_of(best, [best], library("channel_delay", "asymmetry")) == [] and least == [asked]
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_one_effect_of_a_rejected_pair_may_be_selected_alone(coupled, monkeypatch):
     """A wrong pair is selected first (here it is the only one); after its rejection single effects are candidates again."""
     monkeypatch.setattr("motofmi.gap.selection.model_selection.pairs_of", drift_and_friction)

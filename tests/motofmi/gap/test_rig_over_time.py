@@ -66,7 +66,7 @@ def test_a_head_is_found_in_a_multisine(tmp_path, monkeypatch):
         assert (tmp_path / "gap" / file).exists()
 
 
-@pytest.mark.slow
+@pytest.mark.study
 @pytest.mark.usefixtures("without_compiler")
 def test_nothing_is_found_in_a_multisine_where_nothing_is_hidden(tmp_path, monkeypatch):
     recorded(tmp_path, {}, 3)

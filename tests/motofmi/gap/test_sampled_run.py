@@ -202,7 +202,7 @@ def test_a_held_input_keeps_its_amplitude():
     assert abs(lines / exact) == pytest.approx(np.sinc(0.25), abs=2e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_noise_is_taken_beside_the_next_fit_where_the_best_can_be_simulated_from_nowhere_else(monkeypatch):
     t = np.arange(0, 10, 0.01)
     rng = np.random.default_rng(6)

@@ -110,7 +110,7 @@ def test_before_all_single_effects_are_fitted_nothing_is_named(monkeypatch):
     assert "single effects" in verdict.ended and (verdict.verdict, verdict.effects) == ("unknown", [])
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_budget_that_is_not_used_up_changes_nothing():
     asked = joint({"friction": 0.3})
     with deadline(1e6):

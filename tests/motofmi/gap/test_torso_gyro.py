@@ -86,7 +86,7 @@ def test_the_delay_of_the_torque_is_none_of_the_gyros():
     assert found.reduced == pytest.approx(1.0, abs=0.15)  # 1084 numbers: 0.043 for one deviation, the noise estimated
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_tie_is_settled_by_the_gyro_that_was_proposed():
     hidden, experiment = {"Icc": 0.08}, rig_experiment({})
     runs = [made(hidden, excitation, seed, gyro=False) for seed, excitation in ((3, UP), (4, DOWN))]

@@ -20,7 +20,7 @@ from tests.simulators.hidden_rig import RIDER, sweep
 from tests.simulators.rig_runs import RIG, library, runs_of
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_form_rejected_at_larger_amplitude_leaves_its_family_or_another_form():
     """Arms that stiffen exponentially: at two thirds of the validation run's angle a cubic fits as well."""
     runs = runs_of({"kx": 60.0}, sweep(0.5, 12, 2.0, 100.0), sweep(12, 0.5, 3.0, 100.0))
@@ -45,7 +45,7 @@ def test_a_form_rejected_at_larger_amplitude_leaves_its_family_or_another_form()
     assert width == pytest.approx(0.03, abs=2 * error) and error < 0.02
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_validation_runs_with_evidence_for_an_effect_outweigh_errors_of_its_values():
     """A grip with drift: the rate is hardly identifiable from a sweep up, the sweep down is predicted badly, and both together fit."""
     runs = runs_of({"rl": 0.5}, sweep(0.5, 12, 3, 100.0, logarithmic=True), sweep(12, 0.5, 3.9, 80.0, logarithmic=True))

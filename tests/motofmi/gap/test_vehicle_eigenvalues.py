@@ -75,7 +75,7 @@ def test_frame_compliance_is_named_estimated_and_confirmed_at_validation_speeds(
     assert abs(wobble - truth) < 0.02 * abs(truth)  # twice the error of one measurement, of which there are 13
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_rejection_at_validation_speeds_is_reported(tmp_path):
     """The validation eigenvalues are those of another motorcycle, whose frame is rigid."""
     p, rng = known_to(np.random.default_rng(7), SHARP), np.random.default_rng(8)
@@ -126,7 +126,7 @@ def test_slopes_of_eigenvalues_are_those_of_differences(tmp_path):
         assert slopes[:, i] == pytest.approx(differences, rel=1e-4, abs=1e-4 * np.abs(differences).max())
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_eigenvalues_without_names_are_matched_by_distance(tmp_path):
     path = measured(tmp_path, {"damper": 6.0})
     text = Path(path).read_text()

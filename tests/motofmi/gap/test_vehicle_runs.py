@@ -38,7 +38,7 @@ def test_where_nothing_is_hidden_nothing_is_named(tmp_path, seed):
     assert verdict.base.reduced == pytest.approx(1.0, abs=0.1)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_an_effect_that_only_feedback_causes_is_not_named(tmp_path):
     assert investigated(tmp_path, 21, pushed=5.0).verdict in ("none", "unknown")
 

@@ -68,7 +68,7 @@ def test_the_result_shows_itself(found):
     assert set(found.to_dict()) >= KEYS | {"modes"}
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_saved_it_is_what_the_command_writes(found, runs, tmp_path):
     paths = found.save(tmp_path / "api")
     assert {p.name for p in paths} >= {"verdict.json", "report.html", "augmented_component.toml"} and all(
@@ -88,7 +88,7 @@ def test_saved_it_is_what_the_command_writes(found, runs, tmp_path):
     assert mf.component(tmp_path / "api" / api["model"]).values == pytest.approx(found.model.values)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_criteria_decide(runs):
     strict = mf.find_gap(runs[0], component="driven_joint", criteria=Criteria(first_effect_delta_bic=1e9))
     assert strict.verdict != "named" and strict.to_dict()["criteria"]["first_effect_delta_bic"] == 1e9
