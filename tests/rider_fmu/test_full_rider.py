@@ -86,7 +86,7 @@ def test_equations_are_those_of_a_second_derivation(at, moving):
 
 
 @pytest.mark.slow
-def test_energy_is_conserved_for_twenty_seconds_without_dampers():
+def test_energy_is_conserved_for_five_seconds_without_dampers():
     rig = on_rig(RIDER.with_values(**WITHOUT_DAMPERS))
     form = symbolic(rig)
     lines = [*form.rates, *(form.mass[i, j] for i in (2, 3) for j in (2, 3))]
@@ -110,7 +110,7 @@ def test_energy_is_conserved_for_twenty_seconds_without_dampers():
         return kinetic + full_rider_by_angles.potential(rig.values, np.array(x[:2])).real
 
     start = [0.1, 0.05, 0.0, 0.0]
-    solution = solve_ivp(slope, (0, 20), start, method="DOP853", rtol=1e-12, atol=1e-13, t_eval=np.linspace(0, 20, 21))
+    solution = solve_ivp(slope, (0, 5), start, method="DOP853", rtol=1e-12, atol=1e-13, t_eval=np.linspace(0, 5, 21))
     rest = full_rider_by_angles.potential(rig.values, np.zeros(2)).real
     energies = np.array([energy(x) for x in solution.y.T]) - rest
     assert np.ptp(solution.y[0]) > 0.1  # it does swing

@@ -37,7 +37,7 @@ def test_the_steps_put_together_are_the_equations_that_run(kind):
 
     def whole(expression):
         while expression.free_symbols & steps.keys():
-            expression = expression.subs(steps)
+            expression = expression.xreplace(steps)
         return expression
 
     for n, expected in zip(kind().states, form.rates, strict=True):
