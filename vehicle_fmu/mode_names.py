@@ -26,7 +26,7 @@ yaw, roll and steer (twist of a frame, lean). `flexible_mode_names` names the mo
 Modes and their usual bands: Sharp 1971; Cossalter et al., Meccanica 46 (2011), Sect. 5.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -44,13 +44,37 @@ SHARE = 0.25  # of the participation, above which a mode belongs to a device bel
 
 @dataclass(frozen=True)
 class Names:
-    """The branches of each mode: `above` at the naming speed; from each speed [m/s] in `below` downward the columns
+    """The branches of each mode: `above` at the naming speed `speed` [m/s]; from each speed in `below` downward the columns
     given there.
     """
 
+    speed: float
     above: dict[str, Columns]
     below: list[tuple[float, dict[str, Columns]]]
     mixed: list[list[float]]
+
+    @property
+    def present(self) -> list[str]:
+        """The modes that exist at some speed."""
+        return [mode for mode in MODES if any(mode in named for named in (self.above, *(named for _, named in self.below)))]
+
+    def masks(self, speeds: np.ndarray, width: int) -> np.ndarray:
+        """Which of the branches each of MODES has at speeds (n,): (modes, n, width)."""
+        found = np.repeat(masks([self.above], width), len(speeds), axis=0).swapaxes(0, 1)
+        for speed, named in self.below:
+            given = masks([named], width)[0]
+            for k in (k for k, mode in enumerate(MODES) if mode in named):
+                found[k, speeds <= speed + 1e-9] = given[k]
+        return found
+
+
+def masks(names: Sequence[dict[str, Columns]], width: int) -> np.ndarray:
+    """Which of the branches each of MODES has (n, modes, width)."""
+    found = np.zeros((len(names), len(MODES), width), bool)
+    for member, named in enumerate(names):
+        for k, mode in enumerate(MODES):
+            found[member, k, list(named.get(mode, ()))] = True
+    return found
 
 
 def name_modes(linearised: Linearised, branches: Branches, reference_speed: float) -> Names:
@@ -59,7 +83,7 @@ def name_modes(linearised: Linearised, branches: Branches, reference_speed: floa
     above = named_at(ModeShapes.at(np.array([reference_speed]), linearised, branches), 0)
     formation, another = _formation_of_another_pair(linearised, branches, above, reference_speed)
     if not another and not flexible:
-        return Names(above, [], [])
+        return Names(reference_speed, above, [], [])
     if another and not {c for mode, columns in above.items() if not mode.startswith(OTHER) for c in columns} & set(another):
         above["rear_wobble"] = another
 
@@ -69,7 +93,7 @@ def name_modes(linearised: Linearised, branches: Branches, reference_speed: floa
         return _characters(speeds, linearised, branches, above)
 
     low, top = branches.parameter[0], branches.parameter[-1] if flexible else formation
-    return Names(above, *_along(FINE * np.arange(np.floor(top / FINE + 1e-9), np.ceil(low / FINE - 1e-9) - 1, -1), characters))
+    return Names(reference_speed, above, *_along(FINE * np.arange(np.floor(top / FINE + 1e-9), np.ceil(low / FINE - 1e-9) - 1, -1), characters))
 
 
 def _along(tenths: np.ndarray, characters: Callable) -> tuple[list[tuple[float, dict[str, Columns]]], list[list[float]]]:

@@ -8,11 +8,11 @@ import numpy as np
 from fmus.linear_analysis.eigenvalue_tracking import track_eigenvalues, unstable_intervals
 from fmus.support.errors import InputError, unknown
 from fmus.support.notebook import html, new_axes
-from vehicle_fmu.mode_names import FINE, MODES, name_modes
-from vehicle_fmu.mode_shapes import Columns, Linearised
+from vehicle_fmu.mode_curves import factors_of, mode_curves
+from vehicle_fmu.mode_names import FINE, MODES, masks, name_modes
+from vehicle_fmu.mode_shapes import Linearised, ModeShapes
 
 REFERENCE_SPEED = 60.0  # m/s
-ABSENT = complex(np.nan, np.nan)
 LOWEST_SPEED = 1.0  # m/s: lower end of the internal grid, unless lower speeds are requested
 UNSTABLE_HALF = "unstable half-plane"
 
@@ -192,15 +192,20 @@ def modes(linearised: Linearised, speeds: np.ndarray, reference_speed: float = R
     names = name_modes(linearised, branches, reference_speed)
     where = np.searchsorted(branches.parameter, speeds)
     inside = slice(where[0], where[-1] + 1)
-    curves = {mode: _curve(branches.eigenvalues, columns) for mode, columns in names.above.items()}
-    for below, columns_by_mode in names.below:
-        part = branches.parameter <= below + 1e-9
-        for mode, columns in columns_by_mode.items():
-            curves.setdefault(mode, np.full(len(part), ABSENT))[part] = _curve(branches.eigenvalues[part], columns)
-    absent = Mode(np.full(len(speeds), ABSENT))
-    named = {mode: Mode(curves[mode][where]) if mode in curves else absent for mode in MODES}
+    width = branches.eigenvalues.shape[1]
+
+    def shapes(at: np.ndarray) -> ModeShapes:
+        return ModeShapes.at(branches.parameter[at], linearised, branches)
+
+    def typical(at: np.ndarray) -> np.ndarray:
+        distinct = ModeShapes.at(np.array([names.speed]), linearised, branches)
+        return np.repeat(factors_of(distinct, masks([names.above], width)), len(at), axis=0)
+
+    found = mode_curves(branches.eigenvalues, names.masks(branches.parameter, width), shapes, typical)
+    curves = dict(zip(MODES, found, strict=True))
+    named = {mode: Mode(curve[where]) for mode, curve in curves.items()}
     unstable = {mode: unstable_intervals(matrices, branches.parameter[inside], curves[mode].real[inside])
-                for mode in MODES if mode in curves}  # fmt: skip
+                for mode in names.present}  # fmt: skip
     return Modes(speeds, branches.eigenvalues[where], named, unstable, names.mixed)
 
 
@@ -210,19 +215,3 @@ def _grid(speeds: np.ndarray, reference_speed: float) -> np.ndarray:
     tenths = FINE * np.arange(np.ceil(low / FINE - 1e-9), np.floor(high / FINE + 1e-9) + 1)
     nearest = np.abs(tenths[np.searchsorted(tenths, speeds - FINE / 2).clip(max=len(tenths) - 1)] - speeds)
     return np.sort(np.concatenate([tenths, speeds[nearest > 1e-9]]))
-
-
-def _curve(eigenvalues: np.ndarray, columns: Columns) -> np.ndarray:
-    """The eigenvalue (n,) of a mode from its branches: the oscillatory one, otherwise the least stable; NaN without
-    branches.
-
-    Where one root of a mode forms a pair with a root of another mode, the other root counts.
-    """
-    if not columns:
-        return np.full(len(eigenvalues), ABSENT)
-    own = eigenvalues[:, list(columns)]
-    folded = own.real + 1j * np.abs(own.imag)
-    apart = np.abs(own[:, :, None] - own[:, None, :].conj()).min(axis=2) > 1e-6 * np.abs(own)
-    growth, swing = np.where(apart, -np.inf, folded.real), np.where(apart, -1.0, folded.imag)
-    best = np.where((swing > 0).any(axis=1), swing.argmax(axis=1), growth.argmax(axis=1))
-    return np.take_along_axis(folded, best[:, None], axis=1)[:, 0]

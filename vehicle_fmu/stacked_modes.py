@@ -17,14 +17,14 @@ import numpy as np
 from fmus.linear_analysis.eigenvalue_tracking import track_stacked
 from fmus.linear_analysis.linearisation import StateSpace
 from vehicle_fmu.flexible_mode_names import FRONT, OTHER
-from vehicle_fmu.mode_names import COARSE, MODES, SHARE, named_at
+from vehicle_fmu.mode_curves import ABSENT, PARTNER, factors_of, mode_curves
+from vehicle_fmu.mode_names import COARSE, MODES, SHARE, masks, named_at
 from vehicle_fmu.mode_shapes import Columns, ModeShapes, further_states
-from vehicle_fmu.named_modes import ABSENT, LOWEST_SPEED, REFERENCE_SPEED, modes
+from vehicle_fmu.named_modes import LOWEST_SPEED, REFERENCE_SPEED, modes
 
 # member indices (n,) and speeds (n,) [m/s] -> stacked state spaces with outputs
 StackedLinearised = Callable[[np.ndarray, np.ndarray], StateSpace]
 BAND_STEPS = 3  # of false position: an end is then within 0.01 m/s for grids of 1 m/s
-PARTNER = 1e-6  # relative distance from the conjugate up to which two eigenvalues are a pair
 
 
 @dataclass(frozen=True)
@@ -51,17 +51,22 @@ def stacked_modes(linearised: StackedLinearised, members: int, speeds: np.ndarra
     grid = grid_of(speeds, reference_speed)
     tracked = track_stacked(lambda member, speed: linearised(member, speed).A, members, grid)
     everyone, top = np.arange(members), int(np.searchsorted(grid, reference_speed - 1e-9))
-    shapes = ModeShapes.of(linearised(everyone, np.full(members, grid[top])), tracked[:, top])
-    above = [named_at(shapes, k) for k in range(members)]
+    distinct = ModeShapes.of(linearised(everyone, np.full(members, grid[top])), tracked[:, top])
+    above = [named_at(distinct, k) for k in range(members)]
     formation = _formations(linearised, tracked[:, :top], grid[:top], above)
     wanted = np.searchsorted(grid, speeds - 1e-9)
     spectra = tracked[:, wanted]
-    own = np.repeat(_masks(above, MODES, spectra.shape[2])[:, :, None], len(speeds), axis=2)
+    named = masks(above, spectra.shape[2])
+    own = np.repeat(named[:, :, None], len(speeds), axis=2)
     member, place = np.nonzero(wanted[None, :] <= formation[:, None])
     if len(member):
         shapes = ModeShapes.of(linearised(member, speeds[place]), spectra[member, place])
         own[member, :, place] = _by_shape(shapes, member, above)
-    eigenvalue = np.stack([_curves(spectra, own[:, k]) for k in range(len(MODES))], axis=1)
+    flat, count, width = spectra.reshape(-1, spectra.shape[2]), len(speeds), spectra.shape[2]
+    curves = mode_curves(flat, own.swapaxes(0, 1).reshape(len(MODES), -1, width),
+                         lambda at: ModeShapes.of(linearised(at // count, speeds[at % count]), flat[at]),
+                         lambda at: factors_of(distinct, named)[at // count])  # fmt: skip
+    eigenvalue = curves.reshape(len(MODES), members, count).swapaxes(0, 1)
     return StackedModes(speeds, eigenvalue, _unstable(linearised, speeds, eigenvalue))
 
 
@@ -88,15 +93,6 @@ def grid_of(speeds: np.ndarray, reference_speed: float = REFERENCE_SPEED) -> np.
     ends = np.union1d(speeds, [LOWEST_SPEED, reference_speed])
     inner = [np.linspace(a, b, int(np.ceil((b - a) / COARSE - 1e-9)) + 1)[1:-1] for a, b in pairwise(ends)]
     return np.sort(np.concatenate([ends, *inner]))
-
-
-def _masks(names: Sequence[dict[str, Columns]], modes: Sequence[str], width: int) -> np.ndarray:
-    """Which branches each mode has (members, modes, width)."""
-    masks = np.zeros((len(names), len(modes), width), bool)
-    for member, named in enumerate(names):
-        for k, mode in enumerate(modes):
-            masks[member, k, list(named.get(mode, ()))] = True
-    return masks
 
 
 def _formations(linearised: StackedLinearised, spectra: np.ndarray, grid: np.ndarray,
@@ -167,7 +163,7 @@ def _by_shape(shapes: ModeShapes, member: np.ndarray, above: list[dict[str, Colu
         mask[every, conjugate[every, i]] |= chosen
         return mask
 
-    before = _masks(above, MODES, width)[member]
+    before = masks(above, width)[member]
     present = before.any(axis=2)
     rear_at = np.where(front, shapes.tyres, -np.inf).argmax(axis=1)
     rear = front.any(axis=1) & (shapes.tyres[every, rear_at] > 1)
@@ -205,22 +201,6 @@ def _choose_weave(found: np.ndarray, shapes: ModeShapes, foreign: np.ndarray, me
         best = min(rivals[member[p]].values(), key=lambda c: foreign[p][np.isin(shapes.column[p], c)].sum())
         found[p, weave] = False
         found[p, weave, list(best)] = True
-
-
-def _curves(spectra: np.ndarray, own: np.ndarray) -> np.ndarray:
-    """The eigenvalue (members, speeds) of a mode from its branches: the oscillatory one, otherwise the least stable.
-
-    Where one root of a mode forms a pair with a root of another mode, the other root counts.
-    """
-    picked = np.argsort(~own, axis=2, kind="stable")[:, :, : max(int(own.sum(axis=2).max(initial=0)), 1)]
-    mine, values = np.take_along_axis(own, picked, axis=2), np.take_along_axis(spectra, picked, axis=2)
-    far = np.abs(values[..., :, None] - values[..., None, :].conj()) > PARTNER * np.abs(values)[..., :, None]
-    apart = (far | ~mine[..., None, :]).all(axis=3)
-    usable = mine & ~apart
-    swing, growth = np.where(usable, np.abs(values.imag), -1.0), np.where(usable, values.real, -np.inf)
-    best = np.where((swing > 0).any(axis=2), swing.argmax(axis=2), growth.argmax(axis=2))
-    value = np.take_along_axis(values, best[..., None], axis=2)[..., 0]
-    return np.where(mine.any(axis=2), value.real + 1j * np.abs(value.imag), ABSENT)
 
 
 def _unstable(linearised: StackedLinearised, speeds: np.ndarray, eigenvalue: np.ndarray) -> np.ndarray:
