@@ -11,15 +11,12 @@ Source: Meijaard, Papadopoulos, Ruina, Schwab, Proc. R. Soc. A 463 (2007) 1955-1
 forward, y right, z down; positions are of the rear contact's frame.
 """
 
-from typing import ClassVar
-
-from fmus import Component, input, local, parameter, state
-from fmus.declaration.elements import Element
-from fmus.interfaces.handlebar import port_input, port_output, port_state
+from fmus import input, local, parameter
 from vehicle_fmu.components.motorcycle import symmetric
+from vehicle_fmu.steered_vehicle import SteeredVehicle
 
 
-class Bicycle(Component):
+class Bicycle(SteeredVehicle):
     """Carvallo-Whipple bicycle with the handlebar port of the motorcycle."""
 
     wheelbase = parameter("m", "Wheelbase", symbol="w_b", min=0.05, max=10, start=1.02)
@@ -27,13 +24,10 @@ class Bicycle(Component):
     caster_angle = parameter(
         "rad", "Tilt of the steer axis", symbol=r"\epsilon", min=-1.5, max=1.5, start=0.31415926535897931
     )
-    gravity = parameter("m/s2", "Gravitational acceleration", symbol="g", min=0, max=100, start=9.81)
-    rear_wheel_radius = parameter("m", "Radius of the rear wheel", symbol="r_R", min=1e-2, max=10, start=0.3)
     rear_wheel_mass = parameter("kg", "Mass of the rear wheel", symbol="m_R", min=0, max=1e3)
     rear_wheel_inertia = parameter(
         "kg.m2", "Inertia of the rear wheel about a diameter", symbol="I_{Rxx}", min=0, max=1e3
     )
-    rear_spin_inertia = parameter("kg.m2", "Polar inertia of the rear wheel", symbol="I_{Ryy}", min=0, max=1e3)
     rear_frame_x = parameter(
         "m", "Mass centre of the rear frame ahead of the rear contact", symbol="x_B", min=-10, max=10
     )
@@ -54,33 +48,14 @@ class Bicycle(Component):
     front_frame_xz = parameter(
         "kg.m2", "Minus the integral of x z dm of the front frame", symbol="I_{Hxz}", min=-1e4, max=1e4
     )
-    front_wheel_radius = parameter("m", "Radius of the front wheel", symbol="r_F", min=1e-2, max=10, start=0.35)
     front_wheel_mass = parameter("kg", "Mass of the front wheel", symbol="m_F", min=0, max=1e3)
     front_wheel_inertia = parameter(
         "kg.m2", "Inertia of the front wheel about a diameter", symbol="I_{Fxx}", min=0, max=1e3
     )
-    front_spin_inertia = parameter("kg.m2", "Polar inertia of the front wheel", symbol="I_{Fyy}", min=0, max=1e3)
-    added_steer_inertia = parameter(
-        "kg.m2",
-        "Inertia that a rider adds to the front frame about the steer axis",
-        symbol="I_a",
-        min=-5,
-        max=5,
-        tunable=False,
-    )
-    steering_damping = parameter("N.m.s/rad", "The bicycle's own steering damper", symbol="K", min=0, max=1e4)
 
     speed = input("m/s", "Forward speed", symbol="V", min=0, max=200, start=5)
-    steer_torque = input("N.m", "Disturbance: torque between rear and front frame, on the front frame", symbol="T_d")
     roll_torque = input("N.m", "Disturbance: roll torque on the rear frame", symbol=r"T_\phi")
-    handlebar_torque = port_input("handlebar_torque")
-    frame_torque = port_input("frame_torque")
 
-    roll_rate = state("rad/s", "Roll rate", symbol="p", exposed=True)
-    steer_rate = port_state("steer_rate")
-    roll_angle = state("rad", "Roll angle, lean to the right positive", symbol=r"\phi", exposed=True)
-    steer_angle = port_state("steer_angle")
-    frame_rate = port_output("frame_rate")
 
     mass_moment = local("kg.m", "Mass of all bodies times the height of their mass centre, z down", symbol="m_T z_T")
     total_roll_inertia = local("kg.m2", "Inertia of all bodies about the axis x", symbol="I_{Txx}")
@@ -102,11 +77,6 @@ class Bicycle(Component):
     front_spin_per_speed = local("kg.m", "Spin momentum of the front wheel per speed", symbol="S_F")
     total_spin_per_speed = local("kg.m", "Spin momentum of both wheels per speed", symbol="S_T")
     static_moment = local("kg.m", "Static moment that gravity works on when steered", symbol="S_A")
-    head_torque = local("N.m", "Torque of the steering head against the steer rate, such as of a damper", symbol="T_s")
-
-    elements: ClassVar = {
-        "steering_head": Element("head_torque", "steer_angle", "steer_rate", damping="steering_damping")
-    }
 
     def mass(self, v, m):
         assemble(v, m)

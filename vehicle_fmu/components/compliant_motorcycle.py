@@ -30,10 +30,8 @@ time with Kane's equations.
 
 from typing import Any, ClassVar
 
-from fmus import input, local, parameter, state
+from fmus import local, parameter, state
 from fmus.declaration.elements import Element
-from fmus.interfaces.handlebar import port_input, port_output, port_state
-from fmus.interfaces.roll import roll_input, roll_output
 from vehicle_fmu.load_dependent_tyres import LoadDependentTyres, set_tyre
 from vehicle_fmu.out_of_plane import (
     GROUND,
@@ -48,9 +46,10 @@ from vehicle_fmu.out_of_plane import (
     tilt,
     vertical_force,
 )
+from vehicle_fmu.steered_vehicle import SteeredOnTyres, port_motion, port_torques
 
 
-class CompliantMotorcycle(LoadDependentTyres):
+class CompliantMotorcycle(SteeredOnTyres, LoadDependentTyres):
     """Motorcycle with compliant steering head and rear frame, a rider who rolls and load-dependent tyres."""
 
     front_mass = parameter("kg", "Mass of the front frame", symbol="M_f", min=1e-3, max=1e4, start=40.0)
@@ -68,8 +67,6 @@ class CompliantMotorcycle(LoadDependentTyres):
                                          symbol="I_{fxz}", min=-1e4, max=1e4)  # fmt: skip
     front_inertia_inclination = parameter("rad", "Rearward inclination of the front frame's own axes from the vertical",
                                           symbol=r"\epsilon_I", min=-1.5, max=1.5)  # fmt: skip
-    added_steer_inertia = parameter("kg.m2", "Inertia that a rider adds to the front frame about the steer axis",
-                                    symbol="I_a", min=-5, max=5, tunable=False)  # fmt: skip
     frame_roll_inertia = parameter("kg.m2", "Roll inertia of the rear frame about its mass centre", symbol="I_{rx}",
                                    min=1e-6, max=1e5, start=7.0)  # fmt: skip
     frame_yaw_inertia = parameter("kg.m2", "Yaw inertia of the rear frame about its mass centre", symbol="I_{rz}",
@@ -84,13 +81,9 @@ class CompliantMotorcycle(LoadDependentTyres):
                                               symbol="C_{pxz}", min=-1e3, max=1e3)  # fmt: skip
     assembly_inertia = parameter("kg.m2", "Inertia of the rear wheel assembly about a diameter of the wheel",
                                  symbol="I_{bx}", min=1e-6, max=1e3, start=0.4)  # fmt: skip
-    front_spin_inertia = parameter("kg.m2", "Polar inertia of the front wheel", symbol="i_{fy}", min=0, max=1e3)
     rear_spin_inertia = parameter("kg.m2", "Polar inertia of the rear wheel", symbol="i_{ry}", min=0, max=1e3)
     engine_spin_inertia = parameter("kg.m2", "Polar inertia of the engine as seen at the rear wheel", symbol="i_e",
                                     min=-1e3, max=1e3)  # fmt: skip
-    front_wheel_radius = parameter("m", "Radius of the front wheel", symbol="R_f", min=1e-2, max=10, start=0.3)
-    rear_wheel_radius = parameter("m", "Radius of the rear wheel", symbol="R_r", min=1e-2, max=10, start=0.3)
-    caster_angle = parameter("rad", "Caster angle of the steer axis", symbol=r"\epsilon", min=-1.5, max=1.5)
     trail = parameter("m", "Trail, perpendicular to the steer axis", symbol="t", min=-1, max=1)
     front_contact_distance = parameter("m", "Origin to the front contact, forwards", symbol="l", min=0, max=10, start=0.8)
     rear_contact_distance = parameter("m", "Origin to the rear contact, backwards", symbol="b", min=0, max=10, start=0.6)
@@ -144,40 +137,24 @@ class CompliantMotorcycle(LoadDependentTyres):
     rolling_resistance_rise = parameter("s2/m2", "Rolling resistance per load and squared speed", symbol="C_2", min=0, max=1)
     longitudinal_forces = parameter("1", "Whether drag, rolling resistance and drive act (1) or change the loads only (0)",
                                     symbol=r"\chi", min=0, max=1, start=1)  # fmt: skip
-    gravity = parameter("m/s2", "Gravitational acceleration", symbol="g", min=0, max=100, start=9.81)
 
-    speed = input("m/s", "Forward speed", symbol="V", min=0.1, max=200, start=30)
-    steer_torque = input("N.m", "Disturbance: torque between rear and front frame, on the front frame", symbol="T_d")
-    roll_torque = roll_input("roll_torque")
-    lateral_force = roll_input("lateral_force")
-    handlebar_torque = port_input("handlebar_torque")
-    frame_torque = port_input("frame_torque")
 
-    lateral_velocity = state("m/s", "Lateral velocity of the origin", symbol="v", exposed=True)
-    yaw_rate = state("rad/s", "Yaw rate", symbol="r", exposed=True)
-    roll_rate = state("rad/s", "Roll rate", symbol="p", exposed=True)
     head_slide_rate = state("m/s", "Rate of the slide of the front frame at the head", symbol=r"\dot d")
     head_twist_rate = state("rad/s", "Rate of the twist of the front frame at the head", symbol=r"\dot\beta")
-    steer_rate = port_state("steer_rate")
     assembly_twist_rate = state("rad/s", "Rate of the twist of the rear wheel assembly", symbol=r"\dot\lambda")
     upper_body_rate = state("rad/s", "Roll rate of the rider's upper body relative to the frame", symbol=r"\dot\zeta")
-    roll_angle = state("rad", "Roll angle, lean to the right positive", symbol=r"\phi", exposed=True)
     head_slide = state("m", "Slide of the front frame at the head, to the right", symbol="d", nominal=1e-3)
     head_twist = state("rad", "Twist of the front frame at the head, to the right", symbol=r"\beta", nominal=1e-2)
-    steer_angle = port_state("steer_angle")
     assembly_twist = state("rad", "Twist of the rear wheel assembly, to the right", symbol=r"\lambda_r", nominal=1e-2)
     upper_body_angle = state("rad", "Roll of the rider's upper body relative to the frame", symbol=r"\zeta", exposed=True)
-    frame_rate = port_output("frame_rate")
-    turning_acceleration = roll_output("turning_acceleration")
 
     head_force = local("N", "Force of the steering head against its slide", symbol="F_d")
     head_twist_torque = local("N.m", "Torque of the steering head against its twist", symbol=r"T_\beta")
-    head_torque = local("N.m", "Torque of the steering head against the steer rate, such as of a damper", symbol="T_s")
     assembly_torque = local("N.m", "Torque of the rear frame against the twist of the assembly", symbol=r"T_\lambda")
     upper_body_torque = local("N.m", "Torque of the saddle against the roll of the upper body", symbol=r"T_\zeta")
 
     elements: ClassVar = {
-        "steering_head": Element("head_torque", "steer_angle", "steer_rate", damping="steering_damping"),
+        **SteeredOnTyres.elements,
         "head_slide": Element("head_force", "head_slide", "head_slide_rate", "head_lateral_stiffness",
                               "head_lateral_damping"),
         "head_twist": Element("head_twist_torque", "head_twist", "head_twist_rate", "head_twist_stiffness",
@@ -195,25 +172,21 @@ class CompliantMotorcycle(LoadDependentTyres):
     def equations(self, v, m):
         body = bodies(v, m)
         front, rear = body["front frame"].path, body["assembly"].path
-        V, c, S = v.speed, m.cos(v.caster_angle), m.sin(v.caster_angle)
         contacts = {"front": (front, (v.front_contact_distance, 0)), "rear": (rear, (-v.rear_contact_distance, 0))}
         loads = wheel_loads(v, body)
         derivatives: dict[str, Any] = {}
         for end, (path, contact) in contacts.items():
-            slip = heading(path, v) - lateral_velocity(path, contact, v) / V
+            slip = heading(path, v) - lateral_velocity(path, contact, v) / v.speed
             derivatives |= set_tyre(v, end, loads[end], slip, tilt(path, v))
         set_torques(v)
-        own = {"head_slide_rate": -v.head_force, "head_twist_rate": -v.head_twist_torque,
-               "steer_rate": v.handlebar_torque + v.steer_torque - v.head_torque,
-               "assembly_twist_rate": -v.assembly_torque, "upper_body_rate": -v.upper_body_torque,
-               "lateral_velocity": v.lateral_force, "yaw_rate": (v.handlebar_torque + v.frame_torque) * c,
-               "roll_rate": (v.handlebar_torque + v.frame_torque) * S + v.roll_torque}  # fmt: skip
+        own = {**port_torques(v, m), "head_slide_rate": -v.head_force, "head_twist_rate": -v.head_twist_torque,
+               "assembly_twist_rate": -v.assembly_torque, "upper_body_rate": -v.upper_body_torque}  # fmt: skip
         for j in freedoms(body):
             derivatives[f"der({j.rate})"] = own[j.rate] + inertia_force(j, body.values(), v) + outer_force(
                 j, body, contacts, v)  # fmt: skip
             if j.angle:
                 derivatives[f"der({j.angle})"] = v[j.rate]
-        return {**derivatives, "frame_rate": v.yaw_rate * c + v.roll_rate * S, "turning_acceleration": V * v.yaw_rate}
+        return {**derivatives, **port_motion(v, m)}
 
 
 def bodies(v: Any, m: Any) -> dict[str, Body]:

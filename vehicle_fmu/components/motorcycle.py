@@ -19,15 +19,11 @@ Source: Sharp, J. Mech. Eng. Sci. 13(5) (1971) 316-329; the torques of the port:
 (2011) 279-292, where the rider inertia I_a is added to I_fz everywhere.
 """
 
-from typing import ClassVar
-
-from fmus import Component, input, local, parameter, state
-from fmus.declaration.elements import Element
-from fmus.interfaces.handlebar import port_input, port_output, port_state
-from fmus.interfaces.roll import roll_input, roll_output
+from fmus import local, parameter, state
+from vehicle_fmu.steered_vehicle import SteeredOnTyres, port_motion, port_torques
 
 
-class Motorcycle(Component):
+class Motorcycle(SteeredOnTyres):
     """Motorcycle with a rigid rear frame (rider included), a front frame and two relaxing tyres."""
 
     front_mass = parameter("kg", "Mass of the front frame", symbol="M_f", min=0, max=1e4)
@@ -55,20 +51,6 @@ class Motorcycle(Component):
     front_product_of_inertia = parameter(
         "kg.m2", "Product of inertia of the front frame in its own axes", symbol="I_{fxz}", min=-1e4, max=1e4
     )
-    added_steer_inertia = parameter(
-        "kg.m2",
-        "Inertia that a rider adds to the front frame about the steer axis",
-        symbol="I_a",
-        min=-5,
-        max=5,
-        tunable=False,
-    )
-    front_spin_inertia = parameter("kg.m2", "Polar inertia of the front wheel", symbol="i_{fy}", min=0, max=1e3)
-    rear_spin_inertia = parameter(
-        "kg.m2", "Polar inertia of the rear wheel with the engine reflected to it", symbol="i_{ry}", min=0, max=1e3
-    )
-    front_wheel_radius = parameter("m", "Radius of the front wheel", symbol="R_f", min=1e-2, max=10, start=0.3)
-    rear_wheel_radius = parameter("m", "Radius of the rear wheel", symbol="R_r", min=1e-2, max=10, start=0.3)
     steer_axis_distance = parameter(
         "m", "Perpendicular distance from the origin to the steer axis", symbol="a", min=0, max=10
     )
@@ -79,7 +61,6 @@ class Motorcycle(Component):
     )
     rear_mass_height = parameter("m", "Height of the rear frame's mass centre", symbol="h", min=0, max=10)
     trail = parameter("m", "Trail, perpendicular to the steer axis", symbol="t", min=-1, max=1)
-    caster_angle = parameter("rad", "Caster angle of the steer axis", symbol=r"\epsilon", min=-1.5, max=1.5)
     front_cornering_stiffness = parameter(
         "N/rad", "Side force per slip angle of the front tyre", symbol="C_{f1}", min=0, max=1e12
     )
@@ -98,26 +79,11 @@ class Motorcycle(Component):
     rear_relaxation_length = parameter(
         "m", "Relaxation length of the rear tyre", symbol=r"\sigma_r", min=1e-6, max=10, start=0.24
     )
-    steering_damping = parameter("N.m.s/rad", "The motorcycle's own steering damper", symbol="K", min=0, max=1e4)
     gravity = parameter("m/s2", "Gravitational acceleration", symbol="g", min=0, max=100, start=9.80665)
 
-    speed = input("m/s", "Forward speed", symbol="V", min=0.1, max=200, start=30)
-    steer_torque = input("N.m", "Disturbance: torque between rear and front frame, on the front frame", symbol="T_d")
-    roll_torque = roll_input("roll_torque")
-    lateral_force = roll_input("lateral_force")
-    handlebar_torque = port_input("handlebar_torque")
-    frame_torque = port_input("frame_torque")
 
-    lateral_velocity = state("m/s", "Lateral velocity of the origin", symbol="v", exposed=True)
-    yaw_rate = state("rad/s", "Yaw rate", symbol="r", exposed=True)
-    roll_rate = state("rad/s", "Roll rate", symbol="p", exposed=True)
-    steer_rate = port_state("steer_rate")
-    roll_angle = state("rad", "Roll angle, lean to the right positive", symbol=r"\phi", exposed=True)
-    steer_angle = port_state("steer_angle")
     front_side_force = state("N", "Side force of the front tyre", symbol="Y_f", exposed=True)
     rear_side_force = state("N", "Side force of the rear tyre", symbol="Y_r", exposed=True)
-    frame_rate = port_output("frame_rate")
-    turning_acceleration = roll_output("turning_acceleration")
 
     front_contact_distance = local("m", "Origin to the front contact, forwards", symbol="l")
     front_mass_distance = local("m", "Origin to the front mass centre, forwards", symbol="k")
@@ -133,11 +99,6 @@ class Motorcycle(Component):
     rear_slip_angle = local("rad", "Slip angle of the rear tyre", symbol=r"\alpha_r")
     front_camber_angle = local("rad", "Camber angle of the front tyre", symbol=r"\gamma_f")
     rear_camber_angle = local("rad", "Camber angle of the rear tyre", symbol=r"\gamma_r")
-    head_torque = local("N.m", "Torque of the steering head against the steer rate, such as of a damper", symbol="T_s")
-
-    elements: ClassVar = {
-        "steering_head": Element("head_torque", "steer_angle", "steer_rate", damping="steering_damping")
-    }
 
     def mass(self, v, m):
         place_front_frame(v, m)
@@ -173,8 +134,8 @@ class Motorcycle(Component):
         roll_moment = v.front_mass * j + v.rear_mass * v.rear_mass_height
         r, p, s, phi, delta = v.yaw_rate, v.roll_rate, v.steer_rate, v.roll_angle, v.steer_angle
         Yf, Yr = v.front_side_force, v.rear_side_force
-        torque = v.handlebar_torque + v.frame_torque
         v.head_torque = v.steering_damping * s
+        applied = port_torques(v, m)
         v.front_camber_angle = phi + delta * S
         v.rear_camber_angle = phi
         v.front_slip_angle = delta * c - (v.lateral_velocity + l * r - v.trail * s) / V
@@ -182,20 +143,19 @@ class Motorcycle(Component):
         front_force = v.front_cornering_stiffness * v.front_slip_angle + v.front_camber_stiffness * v.front_camber_angle
         rear_force = v.rear_cornering_stiffness * v.rear_slip_angle + v.rear_camber_stiffness * v.rear_camber_angle
         return {
-            "der(lateral_velocity)": Yf + Yr + v.lateral_force - (v.front_mass + v.rear_mass) * V * r,
-            "der(yaw_rate)": l * Yf - v.rear_contact_distance * Yr + torque * c
+            "der(lateral_velocity)": applied["lateral_velocity"] + Yf + Yr - (v.front_mass + v.rear_mass) * V * r,
+            "der(yaw_rate)": applied["yaw_rate"] + l * Yf - v.rear_contact_distance * Yr
                              - v.front_mass * k * V * r + spin * p + v.front_spin_momentum * S * s,
-            "der(roll_rate)": torque * S + v.roll_torque - roll_moment * (V * r - g * phi)
+            "der(roll_rate)": applied["roll_rate"] - roll_moment * (V * r - g * phi)
                               - spin * r - v.front_spin_momentum * c * s + tilt * delta,
-            "der(steer_rate)": v.handlebar_torque + v.steer_torque - v.head_torque - v.trail * Yf
+            "der(steer_rate)": applied["steer_rate"] - v.trail * Yf
                                - v.front_mass * v.front_mass_offset * V * r
                                - v.front_spin_momentum * (S * r - c * p) + tilt * (phi + S * delta),
             "der(roll_angle)": p,
             "der(steer_angle)": s,
             "der(front_side_force)": (front_force - Yf) * V / v.front_relaxation_length,
             "der(rear_side_force)": (rear_force - Yr) * V / v.rear_relaxation_length,
-            "frame_rate": r * c + p * S,
-            "turning_acceleration": V * r,
+            **port_motion(v, m),
         }  # fmt: skip
 
 

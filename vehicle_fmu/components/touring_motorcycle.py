@@ -30,11 +30,9 @@ equations are derived here; the tests derive them a second time with Kane's equa
 from collections.abc import Iterator
 from typing import Any, ClassVar
 
-from fmus import input, local, parameter, state
+from fmus import local, parameter, state
 from fmus.declaration.elements import Element
 from fmus.declaration.variables import Variable
-from fmus.interfaces.handlebar import port_input, port_output, port_state
-from fmus.interfaces.roll import roll_input, roll_output
 from vehicle_fmu.magic_formula_tyres import MagicFormulaTyres, set_tyre
 from vehicle_fmu.out_of_plane import (
     GROUND,
@@ -50,6 +48,7 @@ from vehicle_fmu.out_of_plane import (
     tilt,
     vertical_force,
 )
+from vehicle_fmu.steered_vehicle import SteeredOnTyres, port_motion, port_torques
 
 POINTS = {  # symbol, meaning
     "frame": ("F", "Reference point from the frame's mass centre"),
@@ -108,47 +107,23 @@ def rows() -> Iterator[tuple[str, Variable]]:
         yield f"{name}_reaction", local(torque, f"Reaction of the {what}", symbol=f"Q_{{{symbol}}}")
 
 
-class TouringMotorcycle(MagicFormulaTyres):
+class TouringMotorcycle(SteeredOnTyres, MagicFormulaTyres):
     """Touring motorcycle with flexible frame, fork and swingarm, a moving rider and Magic Formula tyres."""
 
     vars().update(rows())
     reference_height = parameter("m", "Height of the reference point", symbol="h_0", min=0, max=5, start=0.5)
-    caster_angle = parameter("rad", "Caster angle of the steer axis", symbol=r"\epsilon", min=-1.5, max=1.5)
     upper_body_inclination = parameter("rad", "Forward inclination of the axes of the upper body and of its lean axis",
                                        symbol=r"\theta", min=-1.5, max=1.5)  # fmt: skip
     upper_body_inertia_inclination = parameter("rad", "Forward inclination of the axes of the upper body's inertia",
                                                symbol=r"\theta_I", min=-1.6, max=1.6)  # fmt: skip
-    front_wheel_radius = parameter("m", "Radius of the front wheel", symbol="R_f", min=1e-2, max=10, start=0.3)
-    rear_wheel_radius = parameter("m", "Radius of the rear wheel", symbol="R_r", min=1e-2, max=10, start=0.3)
-    front_spin_inertia = parameter("kg.m2", "Polar inertia of the front wheel", symbol="i_{fy}", min=0, max=1e3)
-    rear_spin_inertia = parameter("kg.m2", "Polar inertia of the rear wheel", symbol="i_{ry}", min=0, max=1e3)
-    added_steer_inertia = parameter("kg.m2", "Inertia that a rider adds to the front frame about the steer axis",
-                                    symbol="I_a", min=-5, max=5, tunable=False)  # fmt: skip
-    steering_damping = parameter("N.m.s/rad", "The motorcycle's own steering damper", symbol="K", min=0, max=1e4)
     drag = parameter("N.s2/m2", "Drag per squared speed", symbol="D", min=0, max=10)
     lift = parameter("N.s2/m2", "Lift per squared speed", symbol="L", min=-10, max=10)
     pitching_moment = parameter("N.s2/m", "Pitching moment per squared speed, lifting the front", symbol="M", min=-10, max=10)
-    gravity = parameter("m/s2", "Gravitational acceleration", symbol="g", min=0, max=100, start=9.81)
 
-    speed = input("m/s", "Forward speed", symbol="V", min=0.1, max=200, start=30)
-    steer_torque = input("N.m", "Disturbance: torque between rear and front frame, on the front frame", symbol="T_d")
-    roll_torque = roll_input("roll_torque")
-    lateral_force = roll_input("lateral_force")
-    handlebar_torque = port_input("handlebar_torque")
-    frame_torque = port_input("frame_torque")
 
-    lateral_velocity = state("m/s", "Lateral velocity of the origin", symbol="v", exposed=True)
-    yaw_rate = state("rad/s", "Yaw rate", symbol="r", exposed=True)
-    roll_rate = state("rad/s", "Roll rate", symbol="p", exposed=True)
-    steer_rate = port_state("steer_rate")
-    roll_angle = state("rad", "Roll angle, lean to the right positive", symbol=r"\phi", exposed=True)
-    steer_angle = port_state("steer_angle")
-    frame_rate = port_output("frame_rate")
-    turning_acceleration = roll_output("turning_acceleration")
-    head_torque = local("N.m", "Torque of the steering head against the steer rate, such as of a damper", symbol="T_s")
 
     elements: ClassVar = {
-        "steering_head": Element("head_torque", "steer_angle", "steer_rate", damping="steering_damping"),
+        **SteeredOnTyres.elements,
         **{name: Element(f"{name}_reaction", f"{name}_position", f"{name}_rate", f"{name}_stiffness", f"{name}_damping")
            for name in FLEXIBLE},
     }  # fmt: skip
@@ -159,17 +134,14 @@ class TouringMotorcycle(MagicFormulaTyres):
 
     def equations(self, v, m):
         body, freedoms = bodies(v, m)
-        V, c, S = v.speed, m.cos(v.caster_angle), m.sin(v.caster_angle)
         contacts = {end: (body[place].path, (body[place].centre[0], 0)) for end, place in (("front", -2), ("rear", -1))}
         derivatives: dict[str, Any] = {}
         for end, load in wheel_loads(v, body).items():
             path, contact = contacts[end]
-            slip = heading(path, v) - lateral_velocity(path, contact, v) / V
+            slip = heading(path, v) - lateral_velocity(path, contact, v) / v.speed
             derivatives |= set_tyre(v, m, end, load, slip, tilt(path, v))
         v.head_torque = v.steering_damping * v.steer_rate
-        own = {"lateral_velocity": v.lateral_force, "yaw_rate": (v.handlebar_torque + v.frame_torque) * c,
-               "roll_rate": (v.handlebar_torque + v.frame_torque) * S + v.roll_torque,
-               "steer_rate": v.handlebar_torque + v.steer_torque - v.head_torque}  # fmt: skip
+        own = port_torques(v, m)
         for name in FLEXIBLE:
             reaction = v[f"{name}_stiffness"] * v[f"{name}_position"] + v[f"{name}_damping"] * v[f"{name}_rate"]
             setattr(v, f"{name}_reaction", reaction)
@@ -182,7 +154,7 @@ class TouringMotorcycle(MagicFormulaTyres):
             derivatives[f"der({j.rate})"] = force + inertia_force(j, body, v) + steady_force(j, body, contacts, v)
             if j.angle:
                 derivatives[f"der({j.angle})"] = v[j.rate]
-        return {**derivatives, "frame_rate": v.yaw_rate * c + v.roll_rate * S, "turning_acceleration": V * v.yaw_rate}
+        return {**derivatives, **port_motion(v, m)}
 
 
 def bodies(v: Any, m: Any) -> tuple[list[Body], list[Freedom]]:
