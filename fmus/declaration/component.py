@@ -260,16 +260,17 @@ class Component:
         """State derivatives (nx,) and outputs (ny,) at states (nx,), inputs (nu,) and time [s]; order of the table,
         SI.
         """
+        place = {name: k for k, name in enumerate(self.states)}
         values = {**self.values, "time": time}
-        values.update(zip(self.states, state, strict=True))
+        values.update(zip(place, state, strict=True))
         values.update(zip(self.inputs, inputs, strict=True))
         results = self.run(values, NUMERIC)
-        rates = np.array([results[f"der({n})"] for n in self.states], float)
+        rates = np.array([results[f"der({n})"] for n in place], float)
         entries = self.mass_entries(values, NUMERIC)
         if entries:
-            matrix = np.eye(len(self.states))
+            matrix = np.eye(len(place))
             for (row, column), entry in entries.items():
-                matrix[self.states.index(row), self.states.index(column)] = entry
+                matrix[place[row], place[column]] = entry
             rates = np.linalg.solve(matrix, rates)
         return rates, np.array([results[n] for n in self.outputs], float)
 

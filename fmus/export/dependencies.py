@@ -38,12 +38,19 @@ class _Unknown:
 
 def outputs(interface: Interface) -> list[Dependence]:
     """Dependence of every output on time, inputs and states."""
-    return [_continuous(interface, u) for u in _outputs(interface)]
+    return [Dependence(u.name, _kinds(interface, u)) for u in _outputs(interface)]
 
 
 def derivatives(interface: Interface) -> list[Dependence]:
     """Dependence of every derivative on time, inputs and states."""
-    return [_continuous(interface, u) for u in _derivatives(interface)]
+    kinds: dict[tuple[sympy.Expr, ...], dict[str, str]] = {}  # of a block that the mass matrix couples
+    found = []
+    for unknown in _derivatives(interface):
+        block = tuple(unknown.expressions)
+        if block not in kinds:
+            kinds[block] = _kinds(interface, unknown)
+        found.append(Dependence(unknown.name, kinds[block]))
+    return found
 
 
 def initial_unknowns(interface: Interface) -> list[tuple[str, list[str]]]:
@@ -80,7 +87,7 @@ def _names(interface: Interface, symbols: Iterable[sympy.Symbol], roles: tuple[s
     return [v.name for v in interface.of(*roles) if interface.form.symbols.get(v.name) in set(symbols)]
 
 
-def _continuous(interface: Interface, unknown: _Unknown) -> Dependence:
+def _kinds(interface: Interface, unknown: _Unknown) -> dict[str, str]:
     """The kinds of an unknown's dependencies on time, inputs and states."""
     kinds = {}
     switches = switching(unknown.expressions)
@@ -92,7 +99,7 @@ def _continuous(interface: Interface, unknown: _Unknown) -> Dependence:
         slopes = [e.diff(symbol) for e in unknown.expressions]
         if any(slope != 0 for slope in slopes):
             kinds[name] = _kind(interface, unknown.factors.union(*(s.free_symbols for s in slopes)))
-    return Dependence(unknown.name, kinds)
+    return kinds
 
 
 def _kind(interface: Interface, symbols: set[sympy.Symbol]) -> str:
