@@ -4,29 +4,22 @@ The page holds the WebAssembly of every class of components that it offers. From
 exact Jacobian) and the live co-simulation; parameters are set in the compiled component.
 """
 
-import base64
-import tempfile
-import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import isinf
 from pathlib import Path
 from typing import Any
 
-import fmpy
-
 from fmus.declaration.component import Component
-from fmus.export.build import build
-from fmus.export.interface import Interface
 from fmus.interfaces.handlebar import TORQUES
 from fmus.interfaces.posture_inertia import POSTURE
-from fmus.support.errors import InputError, MissingToolError
+from fmus.support.errors import InputError
 from fmus.support.files import writable
 from fmus.support.progress import track
 from fmus.support.published import table
 from motofmi.reports.explore import LARGEST, write_page
 from motofmi.version import __version__
-from motofmi.workflows import components
+from motofmi.workflows import components, explore_modules
 from motofmi.workflows.components import ComponentLike
 from motofmi.workflows.titles import displayed
 from vehicle_fmu import motorcycles
@@ -35,7 +28,6 @@ from vehicle_fmu.published import MEIJAARD_2007_EIGENVALUES, MODES_2011, SHARP_1
 
 VEHICLE = "sharp_1971"
 DEVICES: tuple[ComponentLike | None, ...] = (None, "rider:mean_2011")
-MODULE = "binaries/wasm32-unknown-unknown/"
 FOOT = 0.3048  # m
 
 
@@ -64,15 +56,15 @@ def explore(
 ) -> ExplorePage:  # fmt: skip
     """Write one HTML page of at most 2 MB that opens from a file, without a network.
 
-    vehicle and the first two devices are the configurations A and B that it opens with; every shipped vehicle and
-    handlebar device can be chosen in it. set changes parameters of vehicle and devices by name, in SI units. Raises
+    vehicle and the first two devices are the configurations A and B that it opens with; a single device is B, beside
+    A without a device. Every shipped vehicle and handlebar device can be chosen in it. set changes parameters of vehicle and devices by name, in SI units. Raises
     InputError for an unknown name and a device that is not at the handlebar alone, MissingToolError where the
     WebAssembly of a component is not installed and cannot be compiled.
 
         explore("sharp_1971", ["rider:mean_2011", "damper:7.5"], "page.html")
     """
     path = writable(Path(out))
-    given = list(device) if isinstance(device, Sequence) and not isinstance(device, str) else [device]
+    given = compared(device)
     whole, *chosen = components.with_settings(
         {"vehicle": components.vehicle(vehicle), **{f"device_{k}": components.device(d) for k, d in enumerate(given)}},
         set or {},
@@ -93,7 +85,7 @@ def explore(
     data = {
         "version": __version__,
         "vehicle": names[id(whole)],
-        "devices": (selected * 2)[:2],
+        "devices": selected[:2],
         "modules": {key: description for key, description, _ in compiled},
         "vehicles": {n: described(c, compiled) for n, c in vehicles.items()},
         "choices": {n: described(c, compiled) for n, c in devices.items()},
@@ -104,6 +96,15 @@ def explore(
     if size > LARGEST:
         raise InputError(f"{path} has {size} bytes, more than {LARGEST}: give fewer devices with effects of their own")
     return ExplorePage(path, size, tuple(vehicles), ("none", *devices))
+
+
+def compared(device: ComponentLike | Sequence[ComponentLike | None] | None) -> list[ComponentLike | None]:
+    """The given devices, those of A and B first; a single one is B, compared with A without a device."""
+    given = list(device) if isinstance(device, Sequence) and not isinstance(device, str) else [device]
+    devices = [None if each == "none" else each for each in given]
+    if len(devices) > 1:
+        return devices
+    return list(DEVICES) if devices in ([], [None]) else [None, *devices]
 
 
 def offered(given: Sequence[Component], shipped: Sequence[Component]) -> dict[str, Component]:
@@ -152,36 +153,17 @@ def modules(every: Sequence[Component]) -> list[Compiled]:
     of_structure: dict[Any, Component] = {}
     for each in every:
         of_structure.setdefault(each.structure, each)
-    shipped = {c.structure: c for c in map(components.component, reversed(components.every_name()))}
     found: list[Compiled] = []
     for structure, each in track(list(of_structure.items()), "WebAssembly", len(of_structure)):
-        found.append((f"{each.title} {len(found)}", module_of(shipped.get(structure, each)), structure))
+        found.append((f"{each.title} {len(found)}", module_of(each), structure))
     return found
 
 
 def module_of(component: Component) -> dict[str, Any]:
-    """The WebAssembly of a component as base64, and its variables. Raises MissingToolError where there is none."""
-    with tempfile.TemporaryDirectory() as folder:
-        try:
-            path = build(component, folder, fmi=3, platforms="wasm").path
-        except MissingToolError:
-            raise MissingToolError(
-                f"the WebAssembly of {component.name} is not in this installation and there is no compiler for it: "
-                "pip install 'motofmi[platforms]'"
-            ) from None
-        token = fmpy.read_model_description(path).guid
-        with zipfile.ZipFile(path) as archive:
-            (name,) = (n for n in archive.namelist() if n.startswith(MODULE))
-            code = archive.read(name)
-    interface = Interface(component)
+    """The module of a component for the page, with the declaration of its parameters."""
     return {
         "title": component.title,
-        "wasm": base64.b64encode(code).decode(),
-        "token": token,
-        "states": list(component.states),
-        "inputs": list(component.inputs),
-        "outputs": list(component.outputs),
-        "references": interface.references,
+        **explore_modules.module_of(component),
         "parameters": {
             name: {
                 "unit": row.unit,

@@ -27,10 +27,16 @@ from tests.explore_page import (
 from vehicle_fmu import MODES
 
 needs_zig = pytest.mark.skipif(find_spec("ziglang") is None, reason="needs ziglang (pip install motofmi[platforms])")
+STIFFENED = """component = "PassiveRider"
+effects = ["hardening_stiffness.cubic"]
+source = "test"
+[parameters]
+arm_stiffness = 900.0
+"""
 
 
 def in_browser(test):
-    return pytest.mark.slow(needs_zig(needs_browser(test)))
+    return pytest.mark.slow(needs_browser(test))
 
 
 @pytest.fixture(scope="module")
@@ -40,10 +46,8 @@ def browser():
 
 
 @pytest.fixture(scope="module")
-def written(tmp_path_factory, cache):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MOTOFMI_CACHE", str(cache))
-        return mf.explore(out=tmp_path_factory.mktemp("page") / "explore.html")
+def written(tmp_path_factory):
+    return mf.explore(out=tmp_path_factory.mktemp("page") / "explore.html")
 
 
 @pytest.fixture
@@ -64,15 +68,27 @@ def test_what_the_page_cannot_show_is_refused(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_without_webassembly_and_compiler_the_fix_is_named(tmp_path, without_compiler, monkeypatch):
+@pytest.mark.usefixtures("without_compiler")
+def test_what_ships_needs_no_compiler(tmp_path):
+    built = mf.explore("reference_2011", ["damper:7.5", "rider:mean_2011"], tmp_path / "page.html")
+    assert (built.devices[1], built.size) == ("damper_7.5", built.path.stat().st_size)
+
+
+@pytest.mark.usefixtures("without_compiler")
+def test_where_a_compiler_is_missing_the_fix_is_named(tmp_path, monkeypatch):
     monkeypatch.setenv("MOTOFMI_CACHE", str(tmp_path / "cache"))
+    (tmp_path / "rider.toml").write_text(STIFFENED)
     with pytest.raises(MissingToolError, match=r"motofmi\[platforms\]"):
-        mf.explore(out=tmp_path / "page.html")
+        mf.explore(device=tmp_path / "rider.toml", out=tmp_path / "page.html")
     assert not (tmp_path / "page.html").exists()
 
 
-@pytest.mark.slow
-@needs_zig
+def test_one_device_is_compared_with_none(tmp_path):
+    for given, sides in (("damper:7.5", ["none", "damper_7.5"]), (None, ["none", "mean_2011"])):
+        page = mf.explore(device=given, out=tmp_path / "page.html").path.read_text("utf-8")
+        assert f'"devices":{json.dumps(sides, separators=(",", ":"))}' in page
+
+
 def test_the_page_is_one_file_below_two_megabytes_that_refers_to_no_other(written):
     text = written.path.read_text("utf-8")
     assert written.size == written.path.stat().st_size < 2_000_000
@@ -267,12 +283,10 @@ def test_every_control_has_a_name(page):
 
 
 @in_browser
+@needs_zig
 def test_a_rider_of_the_gap_workflow_opens(browser, tmp_path):
     rider = tmp_path / "augmented_rider.toml"
-    rider.write_text(
-        'component = "PassiveRider"\neffects = ["hardening_stiffness.cubic"]\nsource = "test"\n'
-        "[parameters]\narm_stiffness = 900.0\n", "utf-8"
-    )  # fmt: skip
+    rider.write_text(STIFFENED)
     built = mf.explore(device=["rider:mean_2011", rider], out=tmp_path / "page.html")
     opened = Opened(browser, built.path)
     data = json.loads(opened.window.text_content("#data"))

@@ -108,7 +108,7 @@ def test_the_wheel_contains_code_values_and_prebuilt_archives(checkout, wheel):
         assert members.read(f"fmus/built/{built.name}") == built.read_bytes()
     assert {"fmus/export/runtime/step.c", "fmus/export/runtime/model.c.in", "fmus/export/runtime/LICENSE.txt", "fmus/export/python_slave.py.in",
             "rider_fmu/riders/mean_2011.toml", "vehicle_fmu/motorcycles/sharp_1971.toml", "motofmi/py.typed",
-            "motofmi/docs/glossary.md", "motofmi/reports/page/report.html", "motofmi/reports/page/charts.js",
+            "motofmi/docs/glossary.md", "motofmi/reports/explore/modules/PassiveRider.json", "motofmi/reports/page/report.html", "motofmi/reports/page/charts.js",
             *(f"motofmi/reports/page/vendor/{name}" for name in ("echarts.min.js", "LICENSE.txt", "NOTICE.txt", "LICENSE-zrender.txt"))} <= names  # fmt: skip
     assert {name.partition("/")[0] for name in names if ".dist-info/" not in name} == NAMES
     assert {name for name in names if name.startswith("motofmi/docs/")} == {"motofmi/docs/glossary.md"}

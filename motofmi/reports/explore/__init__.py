@@ -12,6 +12,7 @@ from typing import Any
 from fmus.support.files import write_text
 
 FOLDER = Path(__file__).parent
+MODULES = FOLDER / "modules"  # compiled classes of components, see motofmi/workflows/explore_modules.py
 SCRIPTS = (
     "vendor/ml-matrix-6.15.1.umd.js", "fmu.js", "linear.js", "eigen.js", "eigenvalues.js", "tracking.js", "naming.js", "settings.js",
     "axes.js", "charts.js", "shape.js", "animation.js", "cosimulation.js", "live.js", "controls.js", "main.js",

@@ -7,7 +7,8 @@ class Library {
     const all = Object.values(descriptions), names = (kind) => new Set(all.flatMap((d) => d[kind])), libraries = {};
     const inputs = names("inputs"), shared = new Set([...names("outputs")].filter((n) => inputs.has(n)));
     for (const [key, description] of Object.entries(descriptions)) {
-      const bytes = Uint8Array.from(atob(description.wasm), (c) => c.charCodeAt(0));
+      const packed = new Blob([Uint8Array.from(atob(description.wasm), (c) => c.charCodeAt(0))]);
+      const bytes = await new Response(packed.stream().pipeThrough(new DecompressionStream("deflate-raw"))).arrayBuffer();
       const { instance } = await WebAssembly.instantiate(bytes, {});
       libraries[key] = new Library(instance.exports, description, shared);
     }
