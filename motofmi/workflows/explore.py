@@ -23,7 +23,6 @@ from motofmi.workflows import components, explore_modules
 from motofmi.workflows.components import ComponentLike
 from motofmi.workflows.titles import displayed
 from vehicle_fmu import motorcycles
-from vehicle_fmu.mode_shapes import further_states
 from vehicle_fmu.published import MEIJAARD_2007_EIGENVALUES, MODES_2011, SHARP_1971_EIGENVALUES
 
 VEHICLE = "sharp_1971"
@@ -70,12 +69,8 @@ def explore(
         set or {},
     )
     assert whole is not None
-    if has_further_freedoms(whole):
-        raise InputError(
-            f"{whole.name} has further freedoms, whose modes the page cannot name; motofmi modes takes every vehicle"
-        )
     shipped = [motorcycles.load(name) for name in motorcycles.names()]
-    vehicles = offered([whole], [each for each in shipped if not has_further_freedoms(each)])
+    vehicles = offered([whole], shipped)
     devices = offered([d for d in chosen if d], list(shipped_devices()))
     for each in devices.values():
         refuse_other_ports(each)
@@ -113,11 +108,6 @@ def offered(given: Sequence[Component], shipped: Sequence[Component]) -> dict[st
     for each in (*given, *shipped):
         found.setdefault(displayed(each.name), each)
     return found
-
-
-def has_further_freedoms(vehicle: Component) -> bool:
-    """Whether modes of the vehicle itself lie between weave and wobble (twist, a rider who rolls)."""
-    return "vehicle" in further_states(tuple(f"vehicle.{name}" for name in vehicle.states))
 
 
 def shipped_devices() -> Iterator[Component]:

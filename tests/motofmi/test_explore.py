@@ -59,8 +59,6 @@ def page(browser, written):
 
 
 def test_what_the_page_cannot_show_is_refused(tmp_path):
-    with pytest.raises(InputError, match="further freedoms"):
-        mf.explore("sharp_1994", out=tmp_path / "page.html")
     with pytest.raises(InputError, match="posture"):
         mf.explore(device="rider:full_mean_2011", out=tmp_path / "page.html")
     with pytest.raises(InputError, match="handlebar port"):

@@ -1,7 +1,8 @@
-/* The motion of one mode: what the eigenvector says of roll, steer, torso, yaw and lateral shift, over time.
+/* The motion of one mode: what the eigenvector says of roll, steer, torso, lean, yaw and lateral shift, over time.
 
    A mode moves as Re(q exp(lambda t)). Yaw and shift follow from psi' = r and y' = v + V psi. */
 
+const ANGLES = ["roll", "steer", "torso", "lean", "yaw"], LEAN = ["upper_body_angle", "rider_lean_position"]; // the states of vehicles with a rider who leans
 const LARGEST = 0.22; // rad, of the largest angle; a shift is at most 0.45 m
 
 class Motion {
@@ -9,7 +10,7 @@ class Motion {
     Object.assign(this, { page, place: document.getElementById("motion"), playing: !matchMedia("(prefers-reduced-motion: reduce)").matches, clock: 0 });
     const views = Object.entries(VIEWS).map(([key, { label, box }]) => `<figure><svg viewBox="${box.join(" ")}" role="img" aria-label="Motorcycle and rider, ${label}" data-view="${key}" class="motorcycle"></svg><figcaption>${label}</figcaption></figure>`);
     this.place.innerHTML = `<h2>The mode, animated</h2><div class="choice" id="mode" role="group" aria-label="Mode"></div><p class="note" id="motion-text"></p>
-      <div class="views">${views.join("")}<figure class="phases"><svg viewBox="-90 -90 180 180" role="img" aria-label="Phasors of roll, steer, torso and yaw" id="phasors"></svg><figcaption>amplitudes and phases:<br>${["roll", "steer", "torso", "yaw"].map((n) => `<span class="arrow ${n}">&#9679; ${n}</span>`).join(" ")}</figcaption></figure></div>
+      <div class="views">${views.join("")}<figure class="phases"><svg viewBox="-90 -90 180 180" role="img" aria-label="Phasors of roll, steer, torso, lean and yaw" id="phasors"></svg><figcaption>amplitudes and phases:<br>${ANGLES.map((n) => `<span class="arrow ${n}">&#9679; ${n}</span>`).join(" ")}</figcaption></figure></div>
       <button type="button" id="play"></button>`;
     document.getElementById("play").addEventListener("click", () => { this.playing = !this.playing; this.label(); });
     this.label();
@@ -49,7 +50,8 @@ class Motion {
     }
     const time = Math.log(2) / Math.abs(mode.re), growth = Math.abs(mode.re) < 1e-6 ? "neither grows nor decays" : `${mode.re > 0 ? "doubles" : "halves"} in ${time.toPrecision(2)} s`;
     const slow = mode.im > 0 ? ` Shown ${mode.slower.toFixed(1)} times slower than in reality, again and again over ${mode.cycles} cycles.` : " Shown again and again.";
-    text.textContent = `${shown(settings.mode)} of ${settings.side}, ${settings.title(settings.side)}, at ${settings.speed.toFixed(1)} m/s: ${mode.im > 0 ? `${(mode.im * TO_HERTZ).toFixed(2)} Hz, ` : "not oscillating, "}${growth}.${slow}`;
+    const left = this.geometry.generic ? " The lengths in the drawing are those of no motorcycle." : furtherStates(this.page.systems[settings.side].states).includes("vehicle") ? " Twist and bending of the frame are not drawn." : "";
+    text.textContent = `${shown(settings.mode)} of ${settings.side}, ${settings.title(settings.side)}, at ${settings.speed.toFixed(1)} m/s: ${mode.im > 0 ? `${(mode.im * TO_HERTZ).toFixed(2)} Hz, ` : "not oscillating, "}${growth}.${slow}${left}`;
     document.getElementById("phasors").innerHTML = phasors(mode.shape);
   }
 
@@ -66,14 +68,14 @@ function modeShape(system, speed, re, im) {
   const { n } = system, found = eigen(system.matrix(speed), n);
   let best = 0;
   for (let j = 1; j < n; j++) if (Math.hypot(found.re[j] - re, found.im[j] - im) < Math.hypot(found.re[best] - re, found.im[best] - im)) best = j;
-  const value = (name) => {
-    const row = system.states.findLastIndex((s) => s.endsWith(`.${name}`));
+  const value = (...names) => {
+    const row = system.states.findLastIndex((s) => names.some((name) => s.endsWith(`.${name}`)));
     return row < 0 ? [0, 0] : [found.vectorRe[row * n + best], found.vectorIm[row * n + best]];
   };
   const square = re * re + im * im || 1e-12, integral = ([a, b]) => [(a * re + b * im) / square, (b * re - a * im) / square];
   const yaw = integral(value("yaw_rate")), v = value("lateral_velocity");
-  const raw = { roll: value("roll_angle"), steer: value("steer_angle"), torso: value("torso_angle"), yaw, shift: integral([v[0] + speed * yaw[0], v[1] + speed * yaw[1]]) };
-  const size = ([a, b]) => Math.hypot(a, b), angle = Math.max(...["roll", "steer", "torso", "yaw"].map((k) => size(raw[k]))), scale = Math.min(LARGEST / angle, 0.45 / (size(raw.shift) || 1e-12));
+  const raw = { roll: value("roll_angle"), steer: value("steer_angle"), torso: value("torso_angle"), lean: value(...LEAN), yaw, shift: integral([v[0] + speed * yaw[0], v[1] + speed * yaw[1]]) };
+  const size = ([a, b]) => Math.hypot(a, b), angle = Math.max(...ANGLES.map((k) => size(raw[k]))), scale = Math.min(LARGEST / angle, 0.45 / (size(raw.shift) || 1e-12));
   const lead = raw[Object.keys(raw).reduce((a, b) => (size(raw[b]) > size(raw[a]) && b !== "shift" ? b : a))], phase = Math.atan2(lead[1], lead[0]), c = Math.cos(phase) * scale, s = Math.sin(phase) * scale;
   const shape = Object.fromEntries(Object.entries(raw).map(([k, [a, b]]) => [k, [a * c + b * s, b * c - a * s]]));
   const cycles = 4, slower = im > 0 ? Math.max((im * TO_HERTZ) / 0.8, 1) : 1, span = im > 0 ? (cycles * 2 * Math.PI) / im : Math.min(2 * Math.abs(1 / (re || 1e-3)), 6);
@@ -83,7 +85,7 @@ function modeShape(system, speed, re, im) {
 
 /* Arrows for the angles: length and direction are amplitude and phase, the largest has the radius of the circle. */
 function phasors(shape) {
-  const names = ["roll", "steer", "torso", "yaw"].filter((n) => Math.hypot(...shape[n]) > 0), most = Math.max(...names.map((n) => Math.hypot(...shape[n])));
+  const names = ANGLES.filter((n) => Math.hypot(...shape[n]) > 0), most = Math.max(...names.map((n) => Math.hypot(...shape[n])));
   const arrows = names.map((n) => {
     const [x, y] = shape[n].map((v) => (75 * v) / most);
     return `<g class="arrow ${n}"><line x1="0" y1="0" x2="${x.toFixed(1)}" y2="${(-y).toFixed(1)}"/><circle cx="${x.toFixed(1)}" cy="${(-y).toFixed(1)}" r="5"/></g>`;

@@ -1,6 +1,6 @@
 /* The controls of the configuration that is edited: vehicle, device, and a slider with a number for every parameter. */
 
-const PROMINENT = ["trail", "ground_trail", "caster_angle", "front_cornering_stiffness", "rear_cornering_stiffness", "gravity", "steering_damping"];
+const PROMINENT = ["trail", "ground_trail", "caster_angle", "front_cornering_stiffness", "rear_cornering_stiffness", "front_cornering_stiffness_0", "rear_cornering_stiffness_0", "front_pKy1", "rear_pKy1", "gravity", "steering_damping"];
 
 function unitShown(unit) { return unit === "rad" ? { unit: "deg", factor: DEGREES } : { unit, factor: 1 }; }
 

@@ -2,14 +2,28 @@
 
    Axes as in the components: x forward, y right, z down, the ground is z = 0. The steer axis is tilted back by the caster
    angle eps and meets the ground at x0; the front contact lies behind it. Lengths that no value file has (saddle, bar,
-   rider) follow from wheel radius and wheelbase and serve the drawing only. */
+   rider) follow from wheel radius and wheelbase and serve the drawing only; of a vehicle given by matrices all lengths. */
+
+const GENERIC = { eps: 0.45, rear: -0.7, front: 0.7, x0: 0.82, rearRadius: 0.31, frontRadius: 0.31, generic: true };
 
 function geometry(values) {
+  if ("steering_head_x" in values) return geometryOfPoints(values);
+  if (!("rear_wheel_radius" in values)) return GENERIC;
   const eps = values.caster_angle, cos = Math.cos(eps), bicycle = "wheelbase" in values;
   const rear = bicycle ? 0 : -values.rear_contact_distance;
-  const front = bicycle ? values.wheelbase : (values.steer_axis_distance - values.trail) / cos;
-  const x0 = bicycle ? values.wheelbase + values.ground_trail : values.steer_axis_distance / cos;
+  const front = bicycle ? values.wheelbase : values.front_contact_distance ?? (values.steer_axis_distance - values.trail) / cos;
+  const x0 = front + (bicycle ? values.ground_trail : values.trail / cos);
   return { eps, rear, front, x0, rearRadius: values.rear_wheel_radius, frontRadius: values.front_wheel_radius };
+}
+
+/* From points that are given one from the next (vehicle_fmu/components/touring_motorcycle.py): the reference point is at
+   x = 0, the steer axis runs through the steering head, the wheels stand on the ground. */
+function geometryOfPoints(values) {
+  const at = (name) => [values[`${name}_x`], values[`${name}_z`]];
+  const chain = (...names) => names.reduce(([x, z], name) => (name[0] === "-" ? [x - at(name.slice(1))[0], z - at(name.slice(1))[1]] : [x + at(name)[0], z + at(name)[1]]), [0, values.reference_height]);
+  const rear = chain("swingarm_axis", "-swingarm_joint", "rear_wheel_centre"), head = chain("steering_head");
+  const front = chain("steering_head", "upper_fork", "fork_joint", "-lower_fork_joint", "front_wheel_centre");
+  return { eps: values.caster_angle, rear: rear[0], front: front[0], x0: head[0] + head[1] * Math.tan(values.caster_angle), rearRadius: rear[1], frontRadius: front[1] };
 }
 
 /* Lines of points [x, y, z], each with the body that it belongs to: rear, front or torso. */
@@ -41,14 +55,14 @@ function turn(p, through, axis, angle) {
   return [through[0] + x * c + (v * z - w * y) * s + u * dot, through[1] + y * c + (w * x - u * z) * s + v * dot, through[2] + z * c + (u * y - v * x) * s + w * dot];
 }
 
-/* The lines with the motion {roll, steer, torso, yaw, shift} in rad and m applied. */
-function posed(g, shape, { roll, steer, torso, yaw, shift }) {
+/* The lines with the motion {roll, steer, torso, lean, yaw, shift} in rad and m applied. */
+function posed(g, shape, { roll, steer, torso, lean, yaw, shift }) {
   const axis = [Math.sin(g.eps), 0, Math.cos(g.eps)], foot = [g.x0, 0, 0];
   const place = (p) => {
     const leant = turn(p, [0, 0, 0], [1, 0, 0], roll), [x, y, z] = turn(leant, [0, 0, 0], [0, 0, 1], yaw);
     return [x, y + shift, z];
   };
-  const own = { rear: (p) => p, front: (p) => turn(p, foot, axis, steer), torso: (p) => turn(p, shape.hip, axis, torso) };
+  const own = { rear: (p) => p, front: (p) => turn(p, foot, axis, steer), torso: (p) => turn(turn(p, shape.hip, axis, torso), shape.hip, [1, 0, 0], lean) };
   return [
     ...shape.lines.map(([body, points]) => [body, points.map(own[body]).map(place)]),
     ...shape.arms.map(([a, b, c]) => ["torso", [own.torso(a), own.torso(b), own.front(c)].map(place)]),
