@@ -55,7 +55,7 @@ SWAPS = """({moves, seed}) => {
     place[key] = Math.min(Math.max(place[key] + 0.02 * (random() - 0.5), 0.1), 0.9);
     const [low, high] = range(settings.row("B", key), own);
     settings.B.values[key] = low + place[key] * (high - low);
-    page.compute("B");
+    page.compute("B", COARSE);
     const found = page.found.B, i = nearestIndex(found.points, 30), now = Object.fromEntries(Object.entries(found.curves).map(([m, c]) => [m, [c.re[i], c.im[i]]]));
     const far = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1]), modes = Object.keys(now).filter(m => last?.[m]);
     for (const a of modes) for (const b of modes) if (a < b) {

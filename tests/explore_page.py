@@ -8,7 +8,7 @@ from vehicle_fmu import MODES
 SPEEDS = np.arange(1.0, 61.0)
 PROMINENT = (
     "trail", "ground_trail", "caster_angle", "gravity", "steering_damping", "front_cornering_stiffness",
-    "rear_cornering_stiffness",
+    "rear_cornering_stiffness", "front_cornering_stiffness_0", "rear_cornering_stiffness_0", "front_pKy1", "rear_pKy1",
 )  # fmt: skip
 
 
@@ -30,8 +30,9 @@ class Opened:
             self.complaints.append(url)
 
     def drawn(self):
-        """After the next frame, in which the page draws what has changed."""
+        """After the next frame, in which the page draws what has changed, and with all speeds."""
         self.window.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done())))")
+        self.window.evaluate("page.settle()")
 
     def curves(self):
         return self.window.evaluate(
@@ -50,11 +51,14 @@ MODES_IN_THE_PAGE = """async (cases) => cases.map(({vehicle, device, changes}) =
 })"""
 
 
-def random_settings(data, seed, count):
+RIGID, FLEXIBLE = ("sharp_1971", "reference_2011", "benchmark_bicycle"), ("sharp_1994", "tum_2020")
+
+
+def random_settings(data, seed, count, vehicles=RIGID + FLEXIBLE):
     """Vehicles and devices with random values of the parameters that the page has sliders for."""
     rng = np.random.default_rng(seed)
     for _ in range(count):
-        vehicle, device = str(rng.choice(list(data["vehicles"]))), str(rng.choice(["none", *data["choices"]]))
+        vehicle, device = str(rng.choice(vehicles)), str(rng.choice(["none", *data["choices"]]))
         parts = {"vehicle": data["vehicles"][vehicle]} | (
             {} if device == "none" else {"device": data["choices"][device]}
         )
@@ -62,9 +66,8 @@ def random_settings(data, seed, count):
             f"{part}.{name}": float(value * rng.uniform(0.6, 1.7))
             for part, component in parts.items()
             for name, value in component["values"].items()
-            if part == "device" or name in ("trail", "ground_trail", "caster_angle", "gravity", "steering_damping",
-                                            "front_cornering_stiffness", "rear_cornering_stiffness")
-        }  # fmt: skip
+            if part == "device" or name in PROMINENT
+        }
         yield {"vehicle": vehicle, "device": device, "changes": changes}
 
 

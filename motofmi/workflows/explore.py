@@ -56,7 +56,8 @@ def explore(
     """Write one HTML page of at most 2 MB that opens from a file, without a network.
 
     vehicle and the first two devices are the configurations A and B that it opens with; a single device is B, beside
-    A without a device. Every shipped vehicle and handlebar device can be chosen in it. set changes parameters of vehicle and devices by name, in SI units. Raises
+    A without a device. Every shipped vehicle and handlebar device can be chosen in it. set changes parameters of
+    vehicle and devices by name, in SI units. Raises
     InputError for an unknown name and a device that is not at the handlebar alone, MissingToolError where the
     WebAssembly of a component is not installed and cannot be compiled.
 

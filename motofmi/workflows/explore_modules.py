@@ -1,4 +1,4 @@
-"""The WebAssembly of the components in an explore page: the modules that ship, and those compiled for a user's components.
+"""The WebAssembly of the components in an explore page: modules that ship, and those compiled for a user's components.
 
 A class of components has one module for all its values. The modules of the classes below ship, so that no installation
 needs a compiler for them. A shipped module is used where the class has the same variables and gives the same numbers
@@ -14,6 +14,7 @@ import zipfile
 import zlib
 from collections.abc import Mapping, Sequence
 from importlib.metadata import version
+from math import isclose
 from pathlib import Path
 from typing import Any
 
@@ -76,13 +77,14 @@ def path_of(title: str) -> Path:
 
 def is_of(module: Module, component: Component) -> bool:
     """Whether a module has a component's variables and, at the module's points, its numbers."""
-    same = all(module[kind] == list(getattr(component, kind)) for kind in ("states", "inputs", "outputs"))
+    same = all(set(module[kind]) == set(getattr(component, kind)) for kind in ("states", "inputs", "outputs"))
     if not same or module["bounds"] != bounds(component):
         return False
-    return all(
-        np.allclose(numbers(component, point["values"]), point["numbers"], rtol=TOLERANCE, atol=0.0)
-        for point in module["points"]
-    )
+    for point in module["points"]:
+        now = numbers(component, point["values"])
+        if not all(isclose(now[name], then, rel_tol=TOLERANCE) for name, then in point["numbers"].items()):
+            return False
+    return True
 
 
 def bounds(component: Component) -> dict[str, list[str]]:
@@ -99,14 +101,16 @@ def points(component: Component) -> list[dict[str, Any]]:
         return float(np.clip(value, rows[name].min, rows[name].max))
 
     chosen = [{name: moved(name, np.random.default_rng(seed)) for name in rows} for seed in range(POINTS)]
-    return [{"values": values, "numbers": numbers(component, values).tolist()} for values in chosen]
+    return [{"values": values, "numbers": numbers(component, values)} for values in chosen]
 
 
-def numbers(component: Component, values: Mapping[str, float]) -> np.ndarray:
-    """Rates and outputs (nx + ny,) at values of parameters, inputs and states."""
+def numbers(component: Component, values: Mapping[str, float]) -> dict[str, float]:
+    """Rates, as der(state), and outputs at values of parameters, inputs and states."""
     changed = component.with_values(**{name: values[name] for name in component.values})
     state, inputs = (np.array([values[n] for n in names]) for names in (component.states, component.inputs))
-    return np.concatenate(changed.derivatives(state, inputs))
+    rates, outputs = changed.derivatives(state, inputs)
+    named = [*(f"der({name})" for name in component.states), *component.outputs]
+    return dict(zip(named, [*map(float, rates), *map(float, outputs)], strict=True))
 
 
 def compiled(component: Component) -> Module:

@@ -14,8 +14,10 @@ import motofmi as mf
 from fmus.support.errors import InputError, MissingToolError
 from tests.browser import chromium, needs_browser
 from tests.explore_page import (
+    FLEXIBLE,
     MODE_OF_THE_COUPLED_FMUS,
     MODES_IN_THE_PAGE,
+    RIGID,
     SPEEDS,
     Opened,
     complex_numbers,
@@ -95,9 +97,9 @@ def test_the_page_is_one_file_below_two_megabytes_that_refers_to_no_other(writte
 
 
 @in_browser
-@pytest.mark.parametrize("seed", [1, 2])
-def test_eigenvalues_and_names_are_those_of_python(page, seed):
-    cases = list(random_settings(page.window.evaluate("page.data"), seed, 6))
+@pytest.mark.parametrize("vehicles", [RIGID, pytest.param(FLEXIBLE, marks=pytest.mark.study)])
+def test_eigenvalues_and_names_are_those_of_python(page, vehicles):
+    cases = list(random_settings(page.window.evaluate("page.data"), 1, 12, vehicles))
     for case, found in zip(cases, page.window.evaluate(MODES_IN_THE_PAGE, cases), strict=True):
         expected = modes_in_python(case)
         # two QR methods: 1e-9 of the largest eigenvalue is far above their rounding errors

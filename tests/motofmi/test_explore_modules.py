@@ -31,7 +31,7 @@ def test_every_module_has_the_variables_and_numbers_of_its_class():
 
 def test_a_module_of_other_equations_is_not_used(tmp_path, monkeypatch):
     damper, module = components.damper("low_2011"), recorded("LinearDamper")
-    other = [{**point, "numbers": [1.0001 * n for n in point["numbers"]]} for point in module["points"]]
+    other = [{**point, "numbers": {k: 1.0001 * n for k, n in point["numbers"].items()}} for point in module["points"]]
     monkeypatch.setattr(explore_modules, "MODULES", tmp_path)
     assert shipped(damper) is None
     for change in ({}, {"outputs": ["other"]}, {"bounds": {}}, {"points": other}):

@@ -115,6 +115,6 @@ class Live {
       this.rows.forEach((r) => (r[0] >= end - SECONDS ? pen.lineTo(x(r[0]), y(r[i + 1] * DEGREES)) : 0));
       pen.stroke();
     });
-    if (this.running) document.getElementById("live-state").textContent = `${this.run.time.toFixed(1)} s; the steps alone run ${Math.round(this.rate ?? 0)} times faster than real time.`;
+    if (this.running && this.rows.length) document.getElementById("live-state").textContent = `${this.run.time.toFixed(1)} s; the steps alone run ${Math.round(this.rate ?? 0)} times faster than real time.`;
   }
 }

@@ -1,5 +1,7 @@
 /* The page: settings, modes of both configurations, and everything that shows them. */
 
+const SETTLED = 150; // ms without a change, after which the fine grid is computed
+
 class Page {
   static async open() {
     const data = JSON.parse(document.getElementById("data").textContent);
@@ -7,35 +9,50 @@ class Page {
   }
 
   constructor(data, libraries) {
-    Object.assign(this, { data, libraries, settings: new Settings(data), systems: {}, found: {}, axes: {} });
+    Object.assign(this, { data, libraries, settings: new Settings(data), systems: {}, found: {}, axes: {}, waiting: new Set(), coarse: new Set() });
     SIDES.forEach((side) => this.compute(side));
     this.controls = new Controls(this.settings, (sides) => this.later(sides));
     this.motion = new Motion(this);
     this.live = new Live(this);
     this.listen();
     this.draw();
+    this.settle();
     document.getElementById("about").textContent = `motofmi ${data.version}. Eigenvalues with ml-matrix 6.15.1 (MIT licence). Nothing is loaded from a network.`;
   }
 
   /* The modes of a side; the last ones stay where a value is refused. */
-  compute(side) {
+  compute(side, step = FINE) {
     const system = new Coupled(this.settings.parts(side, this.libraries));
     if (!system.valid) return system.free();
     this.systems[side]?.free();
     this.systems[side] = system;
-    this.found[side] = namedModes(system);
+    this.found[side] = namedModes(system, step);
   }
 
-  /* Draws once for several changes within one frame. */
+  /* Draws once for several changes within one frame, with a coarse grid of speeds; `settle` follows when the changes
+     have ended. */
   later(sides) {
-    this.waiting ??= new Set();
     sides.forEach((side) => this.waiting.add(side));
     this.frame ??= requestAnimationFrame(() => {
       this.frame = undefined;
-      this.waiting.forEach((side) => this.compute(side));
+      this.waiting.forEach((side) => { this.compute(side, COARSE); this.coarse.add(side); });
       this.waiting.clear();
       this.draw();
+      clearTimeout(this.timer);
+      this.timer = setTimeout(() => this.settle(), SETTLED);
     });
+  }
+
+  /* Draws with the fine grid what is drawn with the coarse one, and writes the address. */
+  settle() {
+    clearTimeout(this.timer);
+    const sides = new Set([...this.coarse, ...this.waiting]);
+    this.waiting.clear();
+    this.coarse.clear();
+    sides.forEach((side) => this.compute(side));
+    if (sides.size) this.draw();
+    this.live.update();
+    this.settings.write();
   }
 
   listen() {
@@ -43,8 +60,8 @@ class Page {
     by("speed").addEventListener("input", () => { settings.speed = Number(by("speed").value); this.later([]); });
     by("copy").addEventListener("click", () => { settings.B = structuredClone(settings.A); this.rebuilt(["B"]); });
     by("reset").addEventListener("click", () => { settings[settings.edit].values = {}; this.rebuilt([settings.edit]); });
-    by("csv").addEventListener("click", () => download("modes.csv", "text/csv", table(this)));
-    by("svg").addEventListener("click", () => download("modes.svg", "image/svg+xml", drawing(this)));
+    by("csv").addEventListener("click", () => { this.settle(); download("modes.csv", "text/csv", table(this)); });
+    by("svg").addEventListener("click", () => { this.settle(); download("modes.svg", "image/svg+xml", drawing()); });
     addEventListener("hashchange", () => { settings.read(location.hash.slice(1)); this.rebuilt(SIDES); });
     const charts = by("charts");
     charts.addEventListener("pointermove", (event) => this.point(event, false));
@@ -67,13 +84,12 @@ class Page {
     document.getElementById("published").textContent = this.published();
     document.getElementById("readings").innerHTML = `<div class="pair">${SIDES.map((side) => this.readings(side)).join("")}</div>`;
     this.motion.update();
-    this.live.update();
-    settings.write();
+    if (this.live.running) this.live.update();
   }
 
   /* The chart of a side, drawn again where something in it has changed. */
   panel(side, chart, limits) {
-    const { settings, found } = this, panel = document.querySelector(`.chart[data-side=${side}]`), key = JSON.stringify([settings.view, settings.speed, settings[side], limits]);
+    const { settings, found } = this, panel = document.querySelector(`.chart[data-side=${side}]`), key = JSON.stringify([settings.view, settings.speed, settings[side], limits, this.coarse.has(side)]);
     if (panel.dataset.key === key) return;
     const { axes, text } = chart(found[side], limits, settings.speed, marksOf(this.data.published, settings[side]), `clip-${side}`);
     this.axes[side] = axes;

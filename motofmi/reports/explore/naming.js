@@ -10,7 +10,7 @@ const LOWEST = 1, REFERENCE_SPEED = 60, FINE = 0.1, COARSE = 1, MIXED = 0.5, MAJ
 function namedModes(system, step = FINE) {
   const spectrum = (speed) => eigenvalues(balance(system.matrix(speed), system.n).B, system.n);
   const first = Math.round(LOWEST / step), last = Math.round(REFERENCE_SPEED / step);
-  const branches = track(spectrum, Array.from({ length: last - first + 1 }, (_, i) => step * (first + i)));
+  const branches = track(spectrum, Array.from({ length: last - first + 1 }, (_, i) => step * (first + i)), step === FINE ? DIVIDED_BY : 2);
   const { points, spectra } = branches, names = nameModes(system, branches, step), unstable = {};
   const curves = modeCurves(system, branches, names);
   for (const [mode, { re }] of Object.entries(curves)) unstable[mode] = unstableIntervals(spectrum, points, re);

@@ -2,13 +2,14 @@
 
 const SAFE_MOVE = 0.35, DIVIDED_BY = 5, SMALLEST_STEP = 5e-3, TILT = 1e-6;
 
-/* {points, re, im}: eigenvalues over ascending points, column i of every row is branch i. */
-function track(spectrum, grid) {
+/* {points, spectra}: eigenvalues over ascending points, column i of every row is branch i. An interval in which a match is
+   not unique is divided. */
+function track(spectrum, grid, dividedBy = DIVIDED_BY) {
   const points = [grid[0]], spectra = [spectrum(grid[0])], orders = [];
   const append = (from, left, to, right) => {
     const { order, sure } = match(left, right);
     if (!sure && to - from > SMALLEST_STEP) {
-      const inner = Array.from({ length: DIVIDED_BY - 1 }, (_, i) => from + ((i + 1) * (to - from)) / DIVIDED_BY);
+      const inner = Array.from({ length: dividedBy - 1 }, (_, i) => from + ((i + 1) * (to - from)) / dividedBy);
       const between = inner.map(spectrum), ends = [...inner, to], found = [...between, right];
       ends.forEach((end, i) => append(i ? ends[i - 1] : from, i ? found[i - 1] : left, end, found[i]));
       return;
