@@ -30,6 +30,16 @@ SLIDER = """async ({moves}) => {
   return spent;
 }"""
 
+# Milliseconds from the end of the moves to the drawing with all speeds, without the pause before it.
+SETTLED = """({moves}) => Array.from({length: moves}, (_, k) => {
+  page.settings.B.values["vehicle.trail"] = 0.08 + 0.001 * k;
+  page.waiting.add("B");
+  const start = performance.now();
+  page.settle();
+  document.body.getBoundingClientRect();
+  return performance.now() - start;
+})"""
+
 # Seconds simulated in a second by the two FMUs in Chromium.
 RATE = """({steps}) => {
   const run = new CoSimulation(page.settings.parts("B", page.libraries), 30);
@@ -82,7 +92,7 @@ def slider_times(window, moves: int = 60) -> tuple[list[float], float]:
     return spent, 1000 * (busy() - before) / moves
 
 
-def run(progress, settings: int = 1000, moves: int = 2000, at_once: int = 10) -> dict:
+def run(progress, settings: int = 1000, moves: int = 10_000, at_once: int = 10) -> dict:
     """Errors and names at random settings, swapped names along random moves, milliseconds of a slider, and the
     rate and the modes of the live co-simulation."""
     with tempfile.TemporaryDirectory() as folder, chromium() as browser:
@@ -96,6 +106,7 @@ def run(progress, settings: int = 1000, moves: int = 2000, at_once: int = 10) ->
             coupled = complex(*window.evaluate(MODE_OF_THE_COUPLED_FMUS, exact.imag)["coupled"])
             errors[mode] = abs(coupled - exact) / abs(exact)
         spent, busy = slider_times(window)
+        settled = median(window.evaluate(SETTLED, {"moves": 20}))
         swapped = [window.evaluate(SWAPS, {"moves": 100, "seed": k}) for k in progress(range(moves // 100), "moves")]
         opened = Opened(browser, Path(folder) / "page.html")
         cases = list(random_settings(opened.window.evaluate("page.data"), 7, settings))
@@ -114,7 +125,9 @@ def run(progress, settings: int = 1000, moves: int = 2000, at_once: int = 10) ->
         "swapped_names": sum(s["swaps"] for s in swapped),
         "slider_median_ms": median(spent),
         "slider_processor_ms": busy,
-        "slider_speeds": 591,
+        "slider_speeds": 60,
+        "settled_speeds": 591,
+        "settled_ms": settled,
         "live_rate": median(rates),
         "live_step_s": 1e-3,
         "live_mode_error": errors,
