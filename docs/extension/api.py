@@ -1,26 +1,57 @@
-"""Every public name, from its docstring."""
+"""Every public name and every class that a public function returns, from their docstrings."""
 
 import inspect
+from textwrap import dedent
+from typing import Any, get_type_hints
 
 import motofmi
 
 INTRODUCTION = """# Python interface
 
-One import, `import motofmi as mf`. [By example](../../python.md) shows them at work; quantities are in SI units.
+One import, `import motofmi as mf`. [By example](../../python.md) shows the names at work; quantities are in SI units. In the examples
+`mf` is `motofmi` and `np` is `numpy`; every example is run by the tests.
 """
 
 
 def page() -> str:
-    names = [name for name in sorted(motofmi.__all__) if not name.startswith("__")]
-    return INTRODUCTION + "".join(_section(name) for name in names)
+    names = {name: getattr(motofmi, name) for name in sorted(motofmi.__all__) if not name.startswith("__")}
+    results = {found.__name__: found for each in names.values() if (found := _result(each))}
+    sections = [_section(name, found) for name, found in names.items()]
+    further = [_section(name, found) for name, found in sorted(results.items()) if name not in names]
+    return INTRODUCTION + "".join([*sections, "\n## Results\n", *further])
 
 
-def _section(name: str) -> str:
-    found = getattr(motofmi, name)
-    signature = _signature(found)
-    lines = (inspect.getdoc(found) or "").splitlines()
-    text = "\n".join(lines)
-    return f"\n## {name}\n\n```python\n{name}{signature}\n```\n\n```text\n{text}\n```\n"
+def _result(function: object) -> Any:
+    """The class that a function of the project returns, or None."""
+    found = get_type_hints(function).get("return") if inspect.isfunction(function) else None
+    return found if inspect.isclass(found) and found.__module__ != "builtins" else None
+
+
+def _section(name: str, found: object) -> str:
+    text = f"\n## {name}\n\n```python\n{name}{_signature(found)}\n```\n\n{_blocks(found)}"
+    if inspect.isclass(found):
+        members = [f"- `{n}`: {_first(getattr(found, n))}" for n in dir(found) if _shown(found, n)]
+        text += "\n" + "\n".join(members) + "\n" if members else ""
+    return text
+
+
+def _blocks(found: object) -> str:
+    """The docstring: its text as it stands, and its examples, which begin at the first prompt."""
+    text, prompt, example = (inspect.getdoc(found) or "").partition("    >>> ")
+    shown = f"```text\n{text.strip()}\n```\n"
+    return shown + (f"\n```pycon\n{dedent(prompt + example).strip()}\n```\n" if prompt else "")
+
+
+def _shown(owner: type, name: str) -> bool:
+    member = inspect.getattr_static(owner, name)
+    described = inspect.isfunction(member) or hasattr(member, "fget") or hasattr(member, "func")
+    return not name.startswith("_") and described and bool(inspect.getdoc(getattr(owner, name)))
+
+
+def _first(member: object) -> str:
+    """The first paragraph of a docstring, without what Markdown would read as markup."""
+    text = " ".join((inspect.getdoc(member) or "").split("\n\n")[0].split())
+    return text.replace("|", "\\|").replace("*", "\\*").replace("<", "&lt;").replace("$", "\\$")
 
 
 def _signature(found: object) -> str:

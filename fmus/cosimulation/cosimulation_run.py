@@ -25,6 +25,17 @@ class CosimulationRun:
     longest [s] the extremes. predicted holds the eigenvalues of the coupled simulation beside the exact ones; it is
     None where a subsystem cannot be linearised, and then meets_tolerance, too. meets_tolerance says whether every
     mode's error is within the tolerance; where not, advice is one sentence with a coupling or a step that meets it.
+
+        >>> run = mf.simulate("damper:7.5", inputs={"time": [0, 1], "steer_rate": [1, 1]}, step=0.01, duration=0.1)
+        >>> run.keys()[-1], run.units["damper_7_5.handlebar_torque"]
+        ('damper_7_5.frame_torque', 'N.m')
+        >>> float(run["damper_7_5.handlebar_torque"][-1])
+        -7.5
+        >>> run.table().shape, run.power_residual, run.to_xarray().time.units
+        ((11, 6), 0.0, 's')
+        >>> run.save("run.csv").name, run.to_dataframe().columns[0]
+        ('run.csv', 'time [s]')
+        >>> axes = run.plot("damper_7_5.handlebar_torque")
     """
 
     step: float

@@ -67,15 +67,23 @@ class Component:
     and, of identified parameters, `standard_error` and `correlation`; `assumed` holds the reason for each parameter
     that the source does not give. Raises InputError for an unknown parameter and for a value outside its bounds.
 
-        class Spring(Component):
-            '''Torsion spring.'''
-
-            stiffness = parameter("N.m/rad", "Stiffness", min=0, start=10.0)
-            angle = input("rad", "Deflection")
-            torque = output("N.m", "Torque against the deflection")
-
-            def equations(self, v, m):
-                return {"torque": -v.stiffness * v.angle}
+        >>> class Spring(mf.Component):
+        ...     '''Torsion spring.'''
+        ...
+        ...     stiffness = mf.parameter("N.m/rad", "Stiffness", min=0, start=10.0)
+        ...     angle = mf.input("rad", "Deflection")
+        ...     torque = mf.output("N.m", "Torque against the deflection")
+        ...
+        ...     def equations(self, v, m):
+        ...         return {"torque": -v.stiffness * v.angle}
+        >>> spring = Spring(stiffness=20.0)
+        >>> spring.title, spring.inputs, spring.outputs, spring.states
+        ('Spring', ('angle',), ('torque',), ())
+        >>> spring.with_values(stiffness=30.0).values, spring.rows("parameter")["stiffness"].unit
+        ({'stiffness': 30.0}, 'N.m/rad')
+        >>> spring.with_values(stiffness=-1.0)
+        Traceback (most recent call last):
+        fmus.support.errors.InputError: stiffness = -1 of Spring ...
     """
 
     declared: ClassVar[dict[str, Variable]] = {}

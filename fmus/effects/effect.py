@@ -36,7 +36,22 @@ from fmus.support.errors import InputError, unknown
 
 
 def adds_to(*targets: str) -> Callable[[Callable], Callable]:
-    """Mark a method `(self, v, m)` of an effect as the term that is added to each of the targets."""
+    """Mark a method `(self, v, m)` of an effect as the term, in the target's SI unit, that is added to each of the targets.
+
+    targets are names of the component, or `force` of the effect's element. Where the effect is applied to a component that
+    has no such name, it Raises InputError with the valid ones.
+
+        >>> class Preload(mf.Effect):
+        ...     '''A constant torque of the arms.'''
+        ...
+        ...     preload = mf.parameter("N.m", "Torque", start=2.0)
+        ...
+        ...     @mf.adds_to("arm_torque")
+        ...     def constant(self, v, m):
+        ...         return v.preload
+        >>> mf.rider("mean_2011").with_effects(Preload()).values["preload"]
+        2.0
+    """
 
     def mark(method: Callable) -> Callable:
         method.targets = targets  # type: ignore[attr-defined]
@@ -46,20 +61,24 @@ def adds_to(*targets: str) -> Callable[[Callable], Callable]:
 
 
 class Effect:
-    """Base class of effects. Its variables are added to the table of the component that it is applied to.
+    """Base class of effects. Its variables are added to the table of the component that it is applied to, in SI units.
 
     `delayed` declares delayed values: {"late_angle": ("deflection", "delay")}. They are states of a Pade approximation
-    or, with exact_delays=True, inputs to be supplied by the caller, who knows the past motion.
+    or, with exact_delays=True, inputs to be supplied by the caller, who knows the past motion. `join` adds the effect to a
+    component, whose `with_effects` calls it; it raises InputError where the component lacks the element or a target.
+    `structure` is what the equations depend on besides values.
 
-        class CubicSpring(Effect):
-            '''The spring stiffens with the square of its deflection.'''
-
-            family, form, element = "hardening_stiffness", "cubic", "spring"
-            cubic_stiffness = parameter("N.m/rad3", "Stiffness per squared deflection", min=0, start=1e4)
-
-            @adds_to("force")
-            def cubic(self, v, m):
-                return v.cubic_stiffness * v.deflection**3
+        >>> class CubicSpring(mf.Effect):
+        ...     '''The spring stiffens with the square of its deflection.'''
+        ...
+        ...     family, form, element = "hardening_stiffness", "cubic", "spring"
+        ...     cubic_stiffness = mf.parameter("N.m/rad3", "Stiffness per squared deflection", min=0, start=1e4)
+        ...
+        ...     @mf.adds_to("force")
+        ...     def cubic(self, v, m):
+        ...         return v.cubic_stiffness * v.deflection**3
+        >>> mf.mechanism("driven_joint").with_effects(CubicSpring()).values["hardening_stiffness.cubic_stiffness"]
+        10000.0
     """
 
     declared: ClassVar[dict[str, Variable]] = {}

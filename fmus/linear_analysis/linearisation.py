@@ -26,7 +26,15 @@ class StateSpace:
 
     The leading axes, if any, are those of the points at which the component was linearised (speeds, parameter values).
 
-        linearise(riders.load("mean_2011")).frequency_response(omega, "handlebar_torque", "steer_angle")
+        >>> found = mf.linearise(mf.rider("mean_2011"))
+        >>> found.states, found.A.shape
+        (('torso_angle', 'torso_momentum'), (2, 2))
+        >>> found.frequency_response(2 * np.pi * np.array([1.0, 2.0]), "handlebar_torque", "steer_angle").shape
+        (2,)
+        >>> found.to_control().nstates
+        2
+        >>> found.save_matlab("rider.mat").name
+        'rider.mat'
     """
 
     A: np.ndarray
@@ -97,7 +105,8 @@ def linearise(component: Component, **at: Any) -> StateSpace:
     Arrays (of speeds, of parameter values) give stacked matrices. The Jacobian is exact. Raises InputError for a name
     that the component lacks.
 
-        linearise(ridden(motorcycle, rider), **{"vehicle.speed": np.arange(5, 60)}).A.shape     # (55, 10, 10)
+        >>> mf.linearise(mf.vehicle("sharp_1971"), speed=np.arange(5.0, 60.0)).A.shape
+        (55, 8, 8)
     """
     values = component.start_values()
     for name in at:

@@ -5,7 +5,14 @@ from difflib import get_close_matches
 
 
 class InputError(ValueError):
-    """Invalid input. The message is one line; the command line exits with status 2."""
+    """Invalid input. The message is one line; the command line exits with status 2.
+
+        >>> try:
+        ...     mf.rider("mean_2012")
+        ... except mf.InputError as error:
+        ...     print(str(error)[:54])
+        unknown rider 'mean_2012', did you mean 'mean_2011'? (
+    """
 
 
 class MissingToolError(RuntimeError):

@@ -17,7 +17,16 @@ VERSIONS = ("2", "3")
 
 @dataclass(frozen=True, repr=False)
 class BuiltFmus:
-    """The archives that were written, each with name, path, SHA-256 and platforms."""
+    """The archives that were written, each with name, path, SHA-256 and platforms.
+
+        >>> built = mf.build(["damper:7.5", "damper:high_2011"], "out")
+        >>> len(built), built[0].path.name
+        (2, 'damper_7_5.fmu')
+        >>> mf.build("damper:7.5", "out").path.name
+        'damper_7_5.fmu'
+        >>> list(built.to_dataframe().columns), list(built.to_dict())
+        (['name', 'path', 'sha256', 'platforms'], ['fmus', 'ssp'])
+    """
 
     fmus: tuple[BuiltFmu, ...]
     ssp: Path | None = None  # the archive that holds them
@@ -72,14 +81,17 @@ def build(given: ComponentLike | Sequence[ComponentLike] | None = None, out: str
     """Write FMUs of components, of names, or of value files into a folder; without `given`, of every shipped
     component.
 
-    fmi is 2 or 3, backend `compiled` or `python` (FMI 2 only), platforms `host`, `all` or a comma list. set changes
-    parameters of a single component. With `ssp` the path of an archive of SSP 1.0 or 2.0 is written in place of the
+    given is a component or several; out is the folder. fmi is 2 or 3, backend `compiled` or `python` (FMI 2 only), platforms `host`, `all` or a comma list. set changes
+    parameters of a single component. With `ssp` the path of an archive of SSP 1.0 or 2.0 (`ssp_version`) is written in place of the
     folder: of one vehicle and the devices at its ports, with `initial` states and a speed [m/s] to start from. Raises
     InputError for an unknown name or choice and a folder that cannot be written, MissingToolError if there is no C
     compiler.
 
-        build("rider:mean_2011", "out", fmi=3, set={"arm_damping": 20.0}).path
-        build(["sharp_1971", "rider:mean_2011"], ssp="ridden.ssp", speed=40.0)
+        >>> built = mf.build("rider:mean_2011", "out", fmi=3, set={"arm_damping": 20.0})
+        >>> built.path.name
+        'rider_mean_2011_fmi3.fmu'
+        >>> mf.build(["sharp_1971", "rider:mean_2011"], ssp="ridden.ssp", speed=40.0).ssp.name
+        'ridden.ssp'
     """
     if str(fmi) not in VERSIONS:
         raise unknown("FMI version", fmi, VERSIONS)

@@ -18,7 +18,7 @@ COLUMNS = ("fmu", "check", "severity", "message", "where", "call", "status", "lo
 
 @dataclass(frozen=True, repr=False)
 class CheckReport:
-    """The problems that were found in FMUs, by the path of each."""
+    """The problems that were found in FMUs, by the path of each; `check` shows an example."""
 
     problems: Mapping[str, Sequence[Problem]]
 
@@ -68,10 +68,15 @@ def check(
     """Check one FMU or several: archive, model description and binary against the FMI standard, and short trials of
     the running FMU, each in a process of its own.
 
-    time_limit [s] and memory [MiB] hold for each trial; calls that the standard forbids to importers get 15 % of the
-    time. Raises InputError for a file that does not exist and for limits that are not positive.
+    fmus is a path or several. time_limit [s] and memory [MiB] hold for each trial; calls that the standard forbids to
+    importers get 15 % of the time. Raises InputError for a file that does not exist and for limits that are not positive.
 
-        check("other.fmu").clean
+        >>> path = mf.build("damper:7.5", "out").path
+        >>> found = mf.check(path)
+        >>> found.clean, [problem for problem in found[path] if problem.severity == "error"]
+        (True, [])
+        >>> found.to_dict()["fmu"] == str(path), list(found.to_dataframe().columns[:3])
+        (True, ['fmu', 'check', 'severity'])
     """
     paths = [Path(path) for path in ([fmus] if isinstance(fmus, str | Path) else fmus)]
     for path in paths:

@@ -44,18 +44,24 @@ def component(given: ComponentLike, **values: float) -> Component:
 
     values replace parameters by name, in SI units. Raises InputError with the valid names for any other name.
 
-        component("rider:mean_2011", arm_damping=20.0)
+        >>> mf.component("rider:mean_2011", arm_damping=20.0).values["arm_damping"]
+        20.0
+        >>> mf.component("damper:7.5")
+        LinearDamper('damper_7.5', 1 parameter, source='Given by its damping')
     """
     found = given if isinstance(given, Component) else _named(str(given))
     return found.with_values(**values) if values else found
 
 
 def vehicle(given: ComponentLike, **values: float) -> Component:
-    """The motorcycle or bicycle of that name, or of a .toml; its input `speed` is in m/s. Raises
-    InputError for anything else.
+    """The motorcycle or bicycle of that name, or of a .toml; its input `speed` is in m/s.
 
-        vehicle("sharp_1971", steering_damping=0.0)
-    """  # fmt: skip
+    values replace parameters by name, in SI units. Raises InputError for anything else.
+
+        >>> bike = mf.vehicle("sharp_1971", steering_damping=0.0)
+        >>> bike.table["steering_damping"].unit, bike.values["steering_damping"]
+        ('N.m.s/rad', 0.0)
+    """
     found = _of_kind("motorcycle", given, values, called="vehicle")
     if "speed" not in found.inputs:
         raise InputError(
@@ -65,25 +71,36 @@ def vehicle(given: ComponentLike, **values: float) -> Component:
 
 
 def rider(given: ComponentLike, **values: float) -> Component:
-    """The rider of that name, or of a .toml. Raises InputError for anything else.
+    """The rider of that name, or of a .toml. values replace parameters by name, in SI units.
 
-        rider("mean_2011", arm_damping=20.0)
+    Raises InputError for anything else.
+
+        >>> mf.rider("mean_2011", arm_damping=20.0).states
+        ('torso_angle', 'torso_momentum')
     """
     return _of_kind("rider", given, values)
 
 
 def damper(given: ComponentLike | float, **values: float) -> Component:
-    """The steering damper of that name, of a .toml, or with that damping [N.m.s/rad]. Raises
-    InputError for anything else.
+    """The steering damper of that name, of a .toml, or with that damping [N.m.s/rad].
 
-        damper(7.5)
+    values replace parameters by name, in SI units. Raises InputError for anything else.
+
+        >>> mf.damper(7.5).values
+        {'damping': 7.5}
     """
     return _of_kind("damper", f"{float(given):g}" if isinstance(given, Real) else cast(ComponentLike, given), values)
 
 
 def mechanism(given: ComponentLike, **values: float) -> Component:
-    """The mechanism of that name (`driven_joint`, `pendulum` and others), or of a .toml. Raises
-    InputError for anything else."""
+    """The mechanism of that name (`driven_joint`, `pendulum` and others), or of a .toml.
+
+    values replace parameters by name, in SI units. Raises InputError for anything else.
+
+        >>> joint = mf.mechanism("driven_joint", stiffness=20.0)
+        >>> joint.inputs, joint.outputs
+        (('torque',), ('angle', 'rate'))
+    """
     return _of_kind("mechanism", given, values)
 
 

@@ -43,6 +43,15 @@ class VehicleRun(CosimulationRun):
 
     errors holds the coupling's error of each mode by name: `frequency` [Hz] and `damping_ratio` of the exact mode,
     `frequency_error` and `damping_error` as fractions, `real_error` [1/s]. largest_stable_step is in s.
+
+        >>> run = mf.cosimulate("sharp_1971", "damper:7.5", speed=30, duration=0.2, initial={"steer_rate": 0.5})
+        >>> run.units["vehicle.steer_angle"], sorted(run.errors["wobble"])[:2]
+        ('rad', ['damping_error', 'damping_ratio'])
+        >>> run.meets_tolerance, bool(run.power_residual < 1.0)  # W
+        (True, True)
+        >>> path = run.show("vehicle.steer_angle").save("run.html")
+        >>> run.to_dict()["steps"]
+        200
     """
 
     vehicle: str = ""
@@ -105,7 +114,9 @@ def cosimulate(vehicle: ComponentLike | None = None,
     then those in the archive where none are given. Raises InputError for arguments that cannot be used,
     SimulationError if the coupling diverges.
 
-        cosimulate("sharp_1971", "rider:mean_2011", speed=30, initial={"steer_rate": 0.5})["vehicle.steer_angle"]
+        >>> run = mf.cosimulate("sharp_1971", "rider:mean_2011", speed=30, duration=0.2, initial={"steer_rate": 0.5})
+        >>> run["vehicle.steer_angle"].shape
+        (201,)
     """
     if not (np.isfinite(tolerance) and tolerance > 0):
         raise InputError(f"tolerance = {tolerance:g}: a tolerance must be positive and finite, as in {TOLERANCE:g}")
@@ -153,7 +164,9 @@ def simulate(fmu: ComponentLike, *, inputs: Inputs | None = None, step: float | 
     starts of states by name; inputs, units and out are as in `cosimulate`. Raises InputError for an unknown name,
     SimulationError when the FMU fails.
 
-        simulate("rider:mean_2011", inputs={"time": [0, 1], "steer_angle": [0, 0.1]}, duration=1.0)
+        >>> run = mf.simulate("rider:mean_2011", inputs={"time": [0, 1], "steer_angle": [0, 0.1]}, step=0.01, duration=1.0)
+        >>> len(run["time"])
+        101
     """
     times, columns, stated = _columns(inputs)
     with tempfile.TemporaryDirectory() as folder:

@@ -23,7 +23,17 @@ FREQUENCY = np.arange(0.5, 12.01, 0.5)  # Hz
 @dataclass(frozen=True, repr=False)
 class TransferFunctions:
     """Torques and forces per angle of the device, complex (n,) by name, at frequencies (n,) in Hz; units
-    holds theirs by name."""
+    holds theirs by name.
+
+        >>> found = mf.transfer_functions("rider:mean_2011", [1.0, 2.0, 4.0])
+        >>> found["handlebar_torque"].shape, found.units["handlebar_torque"]
+        ((3,), 'N.m/rad')
+        >>> list(found.to_dataframe().columns), found.to_xarray().frequency.units
+        (['handlebar_torque', 'frame_torque'], 'Hz')
+        >>> axes = found.plot()
+        >>> sorted(found.to_dict())
+        ['assumed', 'device', 'frame_torque', 'frequency', 'handlebar_torque']
+    """
 
     device: str
     frequency: np.ndarray
@@ -82,15 +92,17 @@ class TransferFunctions:
 def transfer_functions(
     device: ComponentLike, frequency: ArrayLike = FREQUENCY, *, set: Mapping[str, float] | None = None
 ) -> TransferFunctions:
-    """Torques and forces of a device per angle at its port [N.m/rad, N/rad] at frequencies (n,) in Hz,
+    """Torques and forces of a device per angle at its port [N.m/rad, N/rad] at `frequency` (n,) [Hz],
     with the port's signs.
 
         T(i w) = T_angle(i w) + i w T_rate(i w)
 
     the sum of the responses to the angle and to its rate (Cossalter, Doria, Lot, Massaro, Meccanica 46 (2011), eqs 10
-    to 14). Raises InputError for a component that is no device, and for frequencies that are not finite and positive.
+    to 14). set replaces parameters by name, in SI units. Raises InputError for a component that is no device, and for
+    frequencies that are not finite and positive.
 
-        transfer_functions("rider:mean_2011", [1.0, 2.0])["handlebar_torque"]
+        >>> abs(mf.transfer_functions("damper:7.5", [1.0])["handlebar_torque"] / (2 * np.pi * 7.5)).round(6)
+        array([1.])
     """
     found = device_of(device)
     if found is None:

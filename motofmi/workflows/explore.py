@@ -32,7 +32,7 @@ FOOT = 0.3048  # m
 
 @dataclass(frozen=True)
 class ExplorePage:
-    """The page that was written: its path, its size in bytes, and the names of what it offers."""
+    """The page that was written: its path, its size in bytes, and the names of what it offers; `explore` shows an example."""
 
     path: Path
     size: int
@@ -55,13 +55,15 @@ def explore(
 ) -> ExplorePage:  # fmt: skip
     """Write one HTML page of at most 2 MB that opens from a file, without a network.
 
-    vehicle and the first two devices are the configurations A and B that it opens with; a single device is B, beside
-    A without a device. Every shipped vehicle and handlebar device can be chosen in it. set changes parameters of
-    vehicle and devices by name, in SI units. Raises
-    InputError for an unknown name and a device that is not at the handlebar alone, MissingToolError where the
-    WebAssembly of a component is not installed and cannot be compiled.
+    vehicle and the first two entries of device are the configurations A and B that it opens with; a single device is B,
+    beside A without a device. Every shipped vehicle and handlebar device can be chosen in it. out is the path of the
+    page. set changes parameters of vehicle and devices by name, in SI units. Raises InputError for an unknown name and
+    a device that is not at the handlebar alone, MissingToolError where the WebAssembly of a component is not installed
+    and cannot be compiled.
 
-        explore("sharp_1971", ["rider:mean_2011", "damper:7.5"], "page.html")
+        >>> page = mf.explore("sharp_1971", ["rider:mean_2011", "damper:7.5"], "page.html")
+        >>> page.size < 2e6, page.to_dict()["page"]
+        (True, 'page.html')
     """
     path = writable(Path(out))
     given = compared(device)

@@ -26,6 +26,22 @@ class FrequencyResponse:
     phase_standard_deviation (n,) [rad] over the runs, for a single run the estimate's own standard error;
     coherence (n,). each holds the FRF of every run,
     sources the files that they were read from.
+
+        >>> from motofmi.frequency_response.excitation import sweep
+        >>> from motofmi.virtual_rig.simulated_rig import steer_test
+        >>> frf = mf.estimate_frf([steer_test(mf.rider("mean_2011"), 0.125, sweep(duration=60), seed=k) for k in (1, 2)])
+        >>> frf.runs, frf.warnings
+        (['sweep_0.5_to_12_Hz_rider_mean_2011', 'sweep_0.5_to_12_Hz_rider_mean_2011'], [])
+        >>> frf.inertance.shape == frf.frequency.shape == frf.standard_deviation.shape == frf.phase_standard_deviation.shape
+        True
+        >>> bool(frf.coherence.max() <= 1), frf.mean.frequency is frf.frequency
+        (True, True)
+        >>> frf.to_dataframe().columns[0], frf.to_control().ninputs
+        ('frequency [Hz]', 1)
+        >>> axes = frf.plot()
+        >>> path, page = frf.report("frf.html"), frf.show().save("chart.html")
+        >>> frf.to_dict()["reference"]
+        'steer_angle_command'
     """
 
     each: tuple[FRF, ...]
@@ -140,8 +156,11 @@ def estimate_frf(recordings: Recorded | Sequence[Recorded], *, mapping: Mapping[
     (both unbiased), or `steer_torque` as in the papers. band is in Hz, width [Hz] that of the averages (default 0.25,
     more for recordings under 48 s). Raises InputError for recordings that cannot be used.
 
-        frf = estimate_frf(["sweep_1.csv", "sweep_2.csv"])
-        frf.plot()
+        >>> from motofmi.frequency_response.excitation import sweep
+        >>> from motofmi.virtual_rig.simulated_rig import steer_test
+        >>> runs = [steer_test(mf.rider("mean_2011"), 0.125, sweep(duration=60), seed=k) for k in (1, 2)]
+        >>> mf.estimate_frf(runs)
+        FrequencyResponse(mean of 2 runs: 47 frequencies from 0.5 to 12 Hz)
     """
     low, high = band
     if not 0 <= low < high:

@@ -45,6 +45,23 @@ class RiderIdentification:
 
     fit holds values, covariance and singular values; runs the names of the recordings; handlebar_inertia [kg.m2] that
     of the bare bar; draws (n, 6) the parameters of a bootstrap, if there was one; sources the files of the recordings.
+
+        >>> from motofmi.frequency_response.excitation import sweep
+        >>> from motofmi.virtual_rig.simulated_rig import steer_test
+        >>> runs = [steer_test(mf.rider("mean_2011"), 0.125, sweep(duration=60), seed=k) for k in (1, 2)]
+        >>> fit = mf.identify(runs)
+        >>> fit.rider.title, fit.parameters["torso_inertia"]["unit"], fit.derived["nu1"]["unit"]
+        ('PassiveRider', 'kg.m2', 'Hz')
+        >>> sorted(fit.residual), fit.warnings
+        (['phase_deg', 'radius'], [])
+        >>> fit.source
+        'Identified from sweep_0.5_to_12_Hz_rider_mean_2011, sweep_0.5_to_12_Hz_rider_mean_2011 (weighted)'
+        >>> fit.save("mine.toml").name, len(fit.save_population("riders", count=3))
+        ('mine.toml', 3)
+        >>> fit.to_dict()["method"], fit.to_dataframe().columns[0]
+        ('weighted', 'name')
+        >>> axes = fit.plot()
+        >>> files = fit.report("fit.html"), fit.save_plot("fit.png"), fit.show().save("chart.html")
     """
 
     fit: Identification
@@ -179,11 +196,14 @@ def identify(recordings: Recorded | Sequence[Recorded] | FrequencyResponse, *, m
     one rider; bounds limit parameters by name; starts are the starting values; handlebar_inertia [kg.m2] is that of the
     bare bar (default: rig, rig.json beside the first recording, or that of the 2011 paper); run_to_run is the relative
     change of the rider from run to run (default: estimated from the runs); bootstrap repeats the fit so many times on
-    resampled data. Raises InputError for arguments or recordings that cannot be used.
+    data resampled with `seed`. Raises InputError for arguments or recordings that cannot be used.
 
-        fit = identify(["sweep_1.csv", "sweep_2.csv"])
-        fit.parameters["arm_stiffness"]
-        fit.save("mine.toml")
+        >>> from motofmi.frequency_response.excitation import sweep
+        >>> from motofmi.virtual_rig.simulated_rig import steer_test
+        >>> runs = [steer_test(mf.rider("mean_2011"), 0.125, sweep(duration=60), seed=k) for k in (1, 2)]
+        >>> found = mf.identify(runs).parameters["arm_stiffness"]
+        >>> abs(found["value"] - mf.rider("mean_2011").values["arm_stiffness"]) < 4 * found["standard_error"]
+        True
     """
     if method not in METHODS:
         raise unknown("method", method, METHODS)

@@ -21,6 +21,14 @@ class Catalogue:
     description and parameters.
 
     The parameters by name hold symbol, unit, value and bounds: their names are those that every `set` takes.
+
+        >>> found = mf.catalogue()
+        >>> sorted(found["mechanisms"])
+        ['driven_joint', 'mass_spring_damper', 'pendulum', 'two_mass']
+        >>> sorted(found.to_dict())
+        ['components', 'dampers', 'effects', 'mechanisms', 'motorcycles', 'riders']
+        >>> list(found.to_dataframe().columns[:4])
+        ['kind', 'name', 'form', 'parameter']
     """
 
     entries: dict[str, list[dict[str, Any]]]
@@ -56,10 +64,11 @@ class Catalogue:
 
 
 def catalogue() -> Catalogue:
-    """The shipped components and effects, by kind.
+    """The shipped components and effects, by kind; values and bounds in SI units.
 
-        catalogue()["riders"]["mean_2011"]["parameters"]["arm_damping"]
-    """  # fmt: skip
+        >>> mf.catalogue()["riders"]["mean_2011"]["parameters"]["arm_damping"]["unit"]
+        'N.m.s/rad'
+    """
     return Catalogue({
         "components": [_class(c) for c in COMPONENTS.values()],
         **{f"{kind}s": [_instance(library, name) for name in library.names()] for kind, library in LIBRARIES.items()},

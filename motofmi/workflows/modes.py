@@ -35,6 +35,18 @@ class VehicleModes(Modes):
 
     assumed holds the reason by parameter for values that no source gives. participation, of a system of FMUs only,
     holds by mode and FMU the shares (n,) of the FMU's states in the mode, None where the mode is absent.
+
+        >>> found = mf.modes("sharp_1971", "damper:7.5", speed=[20, 30])
+        >>> found.title, found["wobble"].frequency.shape
+        ('sharp_1971 with damper_7.5', (2,))
+        >>> found.to_dataframe().columns[1]
+        'weave real [1/s]'
+        >>> found.to_xarray().frequency.units
+        'Hz'
+        >>> axes = found.plot(label="damper")
+        >>> path = found.show().save("locus.html")
+        >>> sorted(found.to_dict())[:3]
+        ['assumed', 'device', 'eigenvalues']
     """
 
     vehicle: str = ""
@@ -63,7 +75,18 @@ class VehicleModes(Modes):
 
 @dataclass(frozen=True, repr=False)
 class ModesComparison:
-    """The modes of one vehicle with different devices, by the name of the device."""
+    """The modes of one vehicle with different devices, by the name of the device.
+
+        >>> found = mf.compare_modes("sharp_1971", {"alone": None, "damped": mf.damper(7.5)}, speed=[20, 30])
+        >>> list(found.by_device)
+        ['alone', 'damped']
+        >>> found["damped"].device
+        'damper_7.5'
+        >>> len(found.to_dataframe()), list(found.to_dict())
+        (4, ['vehicle', 'devices'])
+        >>> axes = found.plot()
+        >>> path = found.show().save("loci.html")
+    """
 
     vehicle: str
     by_device: Mapping[str, VehicleModes]
@@ -111,14 +134,16 @@ class ModesComparison:
 def modes(vehicle: ComponentLike | None = None, device: Devices = None, speed: ArrayLike = SPEEDS, *,
           set: Mapping[str, float] | None = None, ssp: str | Path | None = None,
           units: Mapping[str, str] | None = None) -> VehicleModes:  # fmt: skip
-    """Eigenvalues at ascending speeds (n,) [m/s] and the named modes of a vehicle, alone or with devices at its ports.
+    """Eigenvalues and named modes of a vehicle at ascending `speed` (n,) [m/s], alone or with devices at its ports.
 
     vehicle and device are components, names, paths of value files (.toml) or of FMUs; `ssp` is the path of a whole
     system in their place. set changes parameters by name, or by `vehicle.name`, `device.name` where both have it. units
     states the unit of variables that have none in their FMU. Raises InputError for an unknown name, a component without
     the port, and speeds outside the vehicle's bounds.
 
-        modes("sharp_1971", "rider:mean_2011", speed=[20, 30, 40])["weave"].damping_ratio
+        >>> found = mf.modes("sharp_1971", "rider:mean_2011", speed=[20, 30, 40])
+        >>> found["weave"].damping_ratio.round(2)
+        array([ 0.2 ,  0.02, -0.02])
     """
     speeds = np.atleast_1d(np.asarray(speed, float))
     if whole_system(ssp, vehicle, device):
@@ -156,11 +181,15 @@ def state_space(vehicle: ComponentLike | None = None, device: Devices = None, sp
 def compare_modes(vehicle: ComponentLike, devices: Mapping[str, Devices] | Sequence[Devices], speed: ArrayLike = SPEEDS,
                   *, set: Mapping[str, float] | None = None,
                   units: Mapping[str, str] | None = None) -> ModesComparison:  # fmt: skip
-    """The modes of a vehicle with one device after the other, as by `modes`; devices by labels, or a
-    list.
+    """The modes of a vehicle with one device after the other, as by `modes` at `speed` (n,) [m/s].
 
-        compare_modes("sharp_1971", [None, "rider:mean_2011", "damper:7.5"]).plot()
-    """  # fmt: skip
+    devices are given by labels, or as a list; set and units as in `modes`. Raises InputError as `modes` does, and for two
+    devices of the same name.
+
+        >>> found = mf.compare_modes("sharp_1971", [None, "damper:7.5"], speed=[30])
+        >>> bool(found["damper_7.5"]["wobble"].damping_ratio > found["none"]["wobble"].damping_ratio)
+        True
+    """
     given = devices if isinstance(devices, Mapping) else dict(enumerate(devices))
     found = {label: modes(vehicle, device, speed, set=set, units=units) for label, device in given.items()}
     named = {label if isinstance(label, str) else each.device: each for label, each in found.items()}

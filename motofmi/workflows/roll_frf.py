@@ -24,7 +24,8 @@ HIGHEST, STEP = 7.0, 0.25  # Hz; highest frequency and spacing of the frequencie
 @dataclass(frozen=True, repr=False)
 class RollTest:
     """FRF_i and rFRF_i (2008, eqs 6 to 12) of the points of the body: absolute and relative, complex (n,) by point, at
-    frequency (n,) [Hz]."""
+    frequency (n,) [Hz]; `estimate_roll_frf` shows an example.
+    """
 
     recording: Recording
     frf: RollFRF
@@ -103,8 +104,21 @@ def estimate_roll_frf(recording: Recorded, *, mapping: Mapping[str, str] | None 
     """The response of waist, shoulders and head to the roll of the mock-up, from one recording (path or
     Recording) of the roll test.
 
-    rig gives the heights [m] of the points above the roll axis (`mockup_height` and others; default: rig.json beside
-    the recording); band is in Hz. Raises InputError for a missing height or channel.
+    mapping and rate as in `estimate_frf`. rig gives the heights [m] of the points above the roll axis (`mockup_height` and
+    others; default: rig.json beside the recording); band is in Hz. Raises InputError for a missing height or channel.
+
+        >>> from motofmi.virtual_rig.simulated_rig import roll_test
+        >>> from rider_fmu.components.rider_in_roll import point_heights
+        >>> recording, _ = roll_test()
+        >>> heights = {"mockup": 0.5, **point_heights(mf.rider("roll_3_2008"))}
+        >>> rig = {f"{point}_height": {"value": height, "unit": "m"} for point, height in heights.items()}
+        >>> found = mf.estimate_roll_frf(recording, rig=rig)
+        >>> sorted(found.frf.absolute), sorted(found.features[0])[:3]
+        (['head', 'shoulder', 'waist'], ['feature', 'measured', 'met'])
+        >>> axes = found.plot()
+        >>> page, chart = found.report("roll.html"), found.show().save("chart.html")
+        >>> sorted(found.to_dict())
+        ['features', 'frequency', 'frf', 'relative_frf', 'runs', 'warnings']
     """
     run = recordings_of(recording, mapping, rate)[0]
     low, high = band

@@ -27,7 +27,7 @@ WORDS = (
 
 @dataclass(frozen=True, repr=False)
 class Tour:
-    """The steps of a tour, each with name, seconds and answer, and the path of the report."""
+    """The steps of a tour, each with name, seconds and answer, and the path of the report; `tour` shows an example."""
 
     steps: Sequence[Mapping[str, Any]]
     report: Path
@@ -71,7 +71,9 @@ def tour(out: str | Path = "tour", *, seed: int = 1) -> Tour:
 
     seed draws the rider and the hidden effect of the virtual rig. Raises InputError where the folder cannot be written.
 
-        tour("tour").report
+        >>> found = mf.tour("tour")
+        >>> found.report.name, len(found.steps) == len(found.to_dict()["steps"])
+        ('report.html', True)
     """
     path = writable(Path(out) / FILE)
     found = list(answered("tour", out=path.parent, seed=seed))

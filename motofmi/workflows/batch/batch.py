@@ -65,7 +65,7 @@ class BatchRuns(Runs):
 
 
 class BatchResult:
-    """The table of a batch: one row for each test."""
+    """The table of a batch: one row for each test; `batch` shows an example."""
 
     def __init__(self, folder: Path):
         self.folder = folder
@@ -106,12 +106,21 @@ def batch(workflow: str, tests: str | Path, *, out: str | Path = OUT, scheduler:
           workers: int | None = None, **arguments: Any) -> BatchResult:  # fmt: skip
     """Run `gap` or `identify` on every test of a folder or manifest; the table with one row for each test.
 
-    tests is a folder (every recording a test, every inner folder a test with several runs), or a CSV manifest
-    (`motofmi.workflows.batch.manifest`). arguments are those of the workflow. A test that fails is recorded with its
-    reason. An interrupted batch goes on where it ended; other tests or arguments in the same folder are refused.
-    Raises InputError before anything runs for what cannot be run.
+    workflow is one of the two. tests is a folder (every recording a test, every inner folder a test with several runs), or
+    a CSV manifest (`motofmi.workflows.batch.manifest`). arguments are those of the workflow. out is the folder of the
+    results, scheduler the address of a Dask cluster; else so many workers of this machine are used. A test that fails is
+    recorded with its reason. An interrupted batch goes on where it ended; other tests or arguments in the same folder are
+    refused. Raises InputError before anything runs for what cannot be run.
 
-        batch("gap", "recordings", component="driven_joint", out="batch").table
+        >>> from motofmi.frequency_response.excitation import sweep
+        >>> from motofmi.recordings.reading import write_recording
+        >>> from motofmi.virtual_rig.simulated_rig import steer_test
+        >>> write_recording(steer_test(mf.rider("mean_2011"), 0.125, sweep(duration=60)), "recordings/sweep.csv")
+        >>> found = mf.batch("identify", "recordings", out="batch", workers=1)
+        >>> found.table["test"].tolist(), found.to_dict()["runs"]
+        (['sweep'], 1)
+        >>> found.to_dataframe().equals(found.table), found.write_csv().name
+        (True, 'runs.csv')
     """
     known = workflows()
     if workflow not in known:

@@ -49,7 +49,7 @@ def find_gap(recordings: Measured | Sequence[Measured], *, validation: Measured 
              mapping: Mapping[str, str] | None = None, effects: str | Path | Sequence[type[Effect]] = (),
              rate: float | None = None, criteria: Criteria = Criteria(), tolerance: float | None = None,
              time: float | None = None, out: str | Path | None = None) -> Gap:  # fmt: skip
-    """Find where a model deviates from recordings, name the missing effect, add it, and compare before and after.
+    r"""Find where a model deviates from recordings, name the missing effect, add it, and compare before and after.
 
     The model is fitted to the recordings; the validation runs are not fitted, the result is compared with them. A
     recording is a path or a Recording (columns in SI units) of one run, or for a vehicle a table of eigenvalues over
@@ -72,9 +72,30 @@ def find_gap(recordings: Measured | Sequence[Measured], *, validation: Measured 
 
     Raises InputError for arguments or recordings that cannot be used, before anything is fitted.
 
-        found = find_gap(["up.csv"], validation=["down.csv"])
-        found.verdict                       # "named"
-        found.effects[0]["name"]            # "coulomb_friction"
+        >>> def measured(speed, seed, error=0.01):
+        ...     '''Eigenvalues of a motorcycle with a stronger damper than the model has, with errors [1/s].'''
+        ...     found = mf.modes(mf.vehicle("sharp_1971", steering_damping=12.0), speed=speed)
+        ...     rng = np.random.default_rng(seed)
+        ...     rows = [(v, mode, x.real + error * rng.normal(), x.imag + error * rng.normal(), error, error)
+        ...             for mode in ("weave", "wobble") for v, x in zip(speed, found[mode].eigenvalue)]
+        ...     heading = "speed [m/s],mode,real [1/s],imag [rad/s],real_se,imag_se"
+        ...     return "\n".join([heading, *(",".join(map(str, row)) for row in rows)])
+        >>> for k, speed in enumerate((np.arange(10.0, 41.0, 5.0), np.arange(12.0, 42.0, 6.0))):
+        ...     count = open(f"measured_{k}.csv", "w").write(measured(speed, k))
+        >>> found = mf.find_gap("measured_0.csv", validation="measured_1.csv", vehicle="sharp_1971")
+        >>> found.verdict, found.tied, found.effects[0]["name"], found.model.title
+        ('named', [], 'steer_damping', 'Motorcycle')
+        >>> found.gap["holdout_after"] < found.gap["holdout_before"]
+        True
+        >>> [place["unit"] for place in found.where if place["p_value"] > 0.05]
+        []
+        >>> found.to_dataframe().name[0], len(found.candidates) > 1, len(found.limitations) > 0
+        ('steer_damping', True, True)
+        >>> found.next_experiment is None or "expected_delta_chi2" in found.next_experiment
+        True
+        >>> axes, page, chart = found.plot(), found.report("gap.html"), found.show().save("chart.html")
+        >>> [path.name for path in found.save("gap")][:2], sorted(found.to_dict()["gap"])[:2]
+        (['verdict.json', 'report.html'], ['after', 'before'])
     """
     if time is not None and not 0 < time < inf:
         raise InputError(f"time is {time:g}: expected a number of seconds above 0, as in 60")

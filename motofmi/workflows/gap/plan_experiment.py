@@ -33,7 +33,7 @@ HEADINGS = ("effect", "form", "parameter", "detected from", "named from", "unit"
 
 @dataclass(frozen=True, repr=False)
 class Plan:
-    """The effects that planned runs would detect and name.
+    """The effects that planned runs would detect and name; `plan_experiment` shows an example.
 
     effects holds for every effect and form: its magnitude parameter, the values `noticed_from` and `named_from` [unit]
     from which it would be detected and named (None if never), the nearest rival, and the effects that are tied with it
@@ -101,14 +101,22 @@ def plan_experiment(rig: str | Path | Mapping[str, Any] | None = None,
     """The effects that a planned steer test would detect and name, with this rig and noise.
 
     rig is a rig.json or its contents; excitations are the planned runs: an Excitation, or (from, to) [Hz] for a sweep
-    of `duration` [s] and `amplitude` [rad]. sampling is in Hz; gyro adds a rate gyro on the torso. noise replaces the
-    standard deviation of angle [deg], torque [N.m], remnant [N.m, below 2 Hz] or gyro [rad/s]. effects is a folder of
-    own effects, or their classes.
+    of `duration` [s] and `amplitude` [rad]. rider names the published rider that is expected. sampling is in Hz; gyro adds
+    a rate gyro on the torso. noise replaces the standard deviation of angle [deg], torque [N.m], remnant [N.m, below 2 Hz]
+    or gyro [rad/s]. effects is a folder of own effects, or their classes; criteria are the thresholds of all decisions.
 
     Raises InputError for a rig file that does not exist, and for an unknown or negative noise.
 
-        plan = plan_experiment(excitations=[(0.5, 12), (12, 0.5)])
-        plan.to_dataframe()
+        >>> plan = mf.plan_experiment(excitations=[(0.5, 12.0)], duration=20.0)
+        >>> plan
+        Plan(1 runs of 20 s at 2 deg: ... forms of effects could be named)
+        >>> sorted(plan.effects[0])[:3], len(plan.rows) == len(plan.to_dataframe())
+        (['form', 'name', 'named_from'], True)
+        >>> plan.to_dict()["runs"]
+        [{'from': 0.5, 'to': 12.0}]
+        >>> axes = plan.plot()
+        >>> [path.name for path in plan.save("plan")]
+        ['plan.json', 'plan.png']
     """
     if rig is not None and not isinstance(rig, Mapping) and not Path(rig).exists():
         raise InputError(f"cannot read {rig}: no such file")

@@ -23,15 +23,11 @@ from motofmi.workflows.gap.verdict_file import write_verdict
 
 
 class Gap:
-    """The result: where a model deviates from recordings, and which physical effect it lacks.
+    """The result: where a model deviates from recordings, and which physical effect it lacks; `find_gap` shows an example.
 
     `verdict` is `named`, `none`, `unknown` or `tied`; `effects`, `tied`, `candidates`, `where`, `gap`, `limitations`
     and `next_experiment` are those of `verdict.json` (docs/gap.md). `model` is the fitted component with the effects
-    found, `selection` the fits behind the verdict.
-
-        found = find_gap(["sweep_up.csv"], validation=["sweep_down.csv"])
-        found.verdict, found.effects, found.model
-        found.save("gap")
+    found, `selection` the fits behind the verdict. `complete` and `save_known` are called by `find_gap`.
     """
 
     def __init__(self, experiment: Kind, selection: Verdict) -> None:

@@ -19,11 +19,8 @@ from motofmi.studies.store import RESULTS, STUDY, TABLE, missing_extra
 
 
 class StudyResult:
-    """The folder of a study. Nothing is read before it is used, and of the results only what is used.
-
-    found = open_study("riders")
-    found.dataset.eigenvalue.sel(mode="weave", rider=7)      # xarray, complex [1/s]
-    found.table.query("status == 'failed'")                  # pandas, one row for each run
+    """The folder of a study. Nothing is read before it is used, and of the results only what is used; `sweep` shows an
+    example.
     """
 
     def __init__(self, folder: Path, description: dict[str, Any]):
@@ -110,6 +107,10 @@ def open_study(folder: str | Path) -> StudyResult:
     """The result of a study in a folder, read lazily. Raises InputError where it is none, or is not complete.
 
     open_study("riders").dataset
+
+        >>> found = mf.sweep(device=["none", "damper:7.5"], speed=[20.0, 30.0], out="dampers")
+        >>> mf.open_study("dampers").runs
+        2
     """
     missing_extra()
     path = Path(folder)

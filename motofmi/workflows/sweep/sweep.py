@@ -70,14 +70,24 @@ def sweep(study: str | Path | Study | None = None, *, kind: str = "modes",
     list. speed is an array [m/s] or A:B:STEP. set gives parameters by name (`part.name` where several parts have it):
     a number, a sequence, `A:B:N` for N values, or `~A:B` for a range from which members are drawn; under the name
     `rider` a population of riders, `~riders_2011` or `~mine.toml` with standard errors and correlations. The runs are
-    the product of all; count members are drawn by the design `sobol`, `latin_hypercube`, `random` or `members`.
+    the product of all; count members are drawn, with `seed`, by the design `sobol`, `latin_hypercube`, `random` or
+    `members`. options are those of the kind, as `duration` [s] of co-simulations.
 
     A run that fails is recorded with its reason. An interrupted study goes on from its complete chunks; another study
     in the same folder is refused. scheduler is the address of a Dask cluster; else so many workers of this machine are
     used. Raises InputError before anything runs for whatever cannot be run, MissingToolError without `motofmi[scale]`.
 
-        found = sweep(device=["none", "damper:7.5"], set={"rider": "~riders_2011"}, speed="1:60:1", out="riders")
-        found.share_unstable("weave")
+        >>> devices, speed = ["none", "damper:7.5"], [20.0, 30.0]
+        >>> found = mf.sweep(device=devices, speed=speed, set={"rider": "~riders_2011"}, count=2, out="riders")
+        >>> found.runs, found.failed, set(found.table["status"])
+        (4, 0, {'done'})
+        >>> found.dataset.eigenvalue.dims, found.to_xarray() is found.dataset
+        (('vehicle', 'device', 'rider', 'mode', 'speed'), True)
+        >>> found.share_unstable("weave").shape
+        (1, 2, 2)
+        >>> figure, page = found.plot(), found.report()
+        >>> found.to_dict()["runs"] == len(found.to_dataframe())
+        True
     """
     if isinstance(study, Study):
         described = study

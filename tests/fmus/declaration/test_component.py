@@ -85,7 +85,7 @@ def test_a_start_outside_the_bounds_moves_into_them():
 
 
 def test_variables_are_declared_in_si():
-    with pytest.raises(AssertionError, match=r"declare variables in SI, not in \[deg\]"):
+    with pytest.raises(InputError, match=r"declared in \[deg\]: declare variables in SI"):
         parameter("deg", "An angle")
 
 
