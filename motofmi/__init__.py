@@ -20,6 +20,7 @@ NAMES = {
         "Component", "Effect", "Element", "InputError", "StateSpace", "System", "adds_to", "calculated", "input", "linearise",
         "local", "output", "parameter", "state",
     ),
+    "motofmi.schemas": ("schema",),
     "motofmi.version": ("__version__",),
     "motofmi.workflows.batch.batch": ("batch",),
     "motofmi.workflows.build": ("build",),
@@ -56,6 +57,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from fmus import output as output
     from fmus import parameter as parameter
     from fmus import state as state
+    from motofmi.schemas import schema as schema
     from motofmi.version import __version__ as __version__
     from motofmi.workflows.batch.batch import batch as batch
     from motofmi.workflows.build import build as build

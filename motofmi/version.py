@@ -8,7 +8,7 @@ PROJECT = Path(__file__).parent.parent / "pyproject.toml"  # not part of a wheel
 
 
 def found() -> str:
-    """The version, as in `0.1.0`."""
+    """The version, as in `1.2.3`."""
     if PROJECT.is_file():
         project = tomllib.loads(PROJECT.read_text("utf-8")).get("project", {})
         if project.get("name") == "motofmi":

@@ -3,10 +3,10 @@
 from pathlib import Path
 from typing import Any
 
-from extension import api, catalogue, commands, couplings, formats, verdict
+from extension import api, catalogue, commands, couplings, formats, schemas, verdict
 
 PAGES = {"api": api.page, "commands": commands.page, "couplings": couplings.page, "effects": catalogue.effects,
-         "formats": formats.page, "values": catalogue.values, "verdict": verdict.page}  # fmt: skip
+         "formats": formats.page, "schemas": schemas.page, "values": catalogue.values, "verdict": verdict.page}  # fmt: skip
 
 
 def write(app: Any) -> None:

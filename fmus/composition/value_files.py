@@ -195,7 +195,7 @@ def _number(entry: Mapping[str, Any], word: str, row: Variable, file: str) -> fl
 
 
 def _correlation(
-    given: Mapping[str, Mapping[str, float]], errors: Mapping[str, float], file: str
+    given: Mapping[str, Mapping[str, Any]], errors: Mapping[str, float], file: str
 ) -> dict[str, dict[str, float]]:
     """The correlations by pairs of parameters, after a check of names and range."""
     for first, row in given.items():

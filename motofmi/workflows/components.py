@@ -1,9 +1,8 @@
 """Components by name: riders, motorcycles, dampers and mechanisms that ship, value files, and classes of a user."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from numbers import Real
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, SupportsFloat, cast
 
 import rider_fmu.effects
 import rider_fmu.effects_on_vehicles
@@ -89,7 +88,7 @@ def damper(given: ComponentLike | float, **values: float) -> Component:
         >>> mf.damper(7.5).values
         {'damping': 7.5}
     """
-    return _of_kind("damper", f"{float(given):g}" if isinstance(given, Real) else cast(ComponentLike, given), values)
+    return _of_kind("damper", f"{float(given):g}" if isinstance(given, SupportsFloat) else cast(ComponentLike, given), values)
 
 
 def mechanism(given: ComponentLike, **values: float) -> Component:

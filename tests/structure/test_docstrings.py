@@ -20,7 +20,7 @@ PUBLIC = {name: getattr(motofmi, name) for name in sorted(motofmi.__all__) if no
 FUNCTIONS = {name: found for name, found in PUBLIC.items() if inspect.isfunction(found)}
 # Measured processor time of the examples: over 0.25 s slow, over 5 s a study.
 QUICK = {"Component", "Effect", "Element", "InputError", "adds_to", "calculated", "component", "damper", "input", "local",
-         "mechanism", "Variable", "output", "parameter", "rider", "state", "transfer_functions", "vehicle"}  # fmt: skip
+         "mechanism", "Variable", "output", "parameter", "rider", "schema", "state", "transfer_functions", "vehicle"}  # fmt: skip
 STUDIES = {"explore", "tour"}
 SCALE = {"batch", "open_study", "sweep"}
 FLAGS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS | doctest.IGNORE_EXCEPTION_DETAIL

@@ -16,7 +16,7 @@ ROOMS = (
     "fmus.support", "fmus.expressions", "fmus.declaration", "fmus.equations", "fmus.effects", "fmus.composition", "fmus.interfaces",
     "fmus.mechanisms", "fmus.linear_analysis", "fmus.export", "fmus.cosimulation", "fmus.checks", "fmus",
     "rider_fmu", "vehicle_fmu",
-    "motofmi.version", "motofmi.recordings", "motofmi.frequency_response", "motofmi.identification",
+    "motofmi.version", "motofmi.schemas", "motofmi.recordings", "motofmi.frequency_response", "motofmi.identification",
     "motofmi.gap.criteria", "motofmi.gap.experiments", "motofmi.gap.preprocessing", "motofmi.gap.models", "motofmi.gap.estimation", "motofmi.gap.validation",
     "motofmi.gap.comparison", "motofmi.gap.selection", "motofmi.gap.experiment_design", "motofmi.gap.localisation", "motofmi.gap",
     "motofmi.virtual_rig", "motofmi.studies", "motofmi.reports", "motofmi.workflows", "motofmi.cli", "motofmi", "motofmi.scenarios",

@@ -23,6 +23,7 @@ from motofmi.cli.parser import Parser, fill
 from motofmi.cli.run import imported
 from motofmi.workflows import components
 from tests import ROOT
+from tests.motofmi.json_schemas import check_against_schema
 from vehicle_fmu import MODES
 
 COMMANDS = list(listed())
@@ -37,7 +38,9 @@ def result_of(capsys, *arguments):
     assert main([*arguments, "--json", "-"]) == 0
     out, err = capsys.readouterr()
     assert err == ""
-    return json.loads(out, parse_constant=refuse_constant)
+    found = json.loads(out, parse_constant=refuse_constant)
+    check_against_schema(arguments[0], found)
+    return found
 
 
 # Help ---------------------------------------------------------------------------------------------

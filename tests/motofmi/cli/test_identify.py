@@ -17,6 +17,7 @@ from motofmi.virtual_rig.simulated_rig import steer_test
 from motofmi.workflows.measured_rider import PARAMETERS, table_spread
 from rider_fmu import COMPONENTS, PassiveRider, riders
 from rider_fmu.two_degree_of_freedom import derived
+from tests.motofmi.json_schemas import check_against_schema
 
 DERIVED = {"nu1", "nu2", "zeta1", "zeta2", "nu_t", "zeta_t", "added_steer_inertia"}
 
@@ -36,7 +37,9 @@ def answer(capsys, *words):
     status = main([*words, "--json", "-"])
     out, err = capsys.readouterr()
     assert status == 0, err
-    return json.loads(out)
+    found = json.loads(out)
+    check_against_schema(words[0], found)
+    return found
 
 
 @pytest.mark.slow

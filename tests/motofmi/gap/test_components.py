@@ -25,7 +25,7 @@ from motofmi.recordings.reading import write_recording
 from motofmi.recordings.recording import Recording
 from motofmi.reports.gap_component import left_over, pictures
 from motofmi.workflows import components
-from tests.motofmi.gap.verdict_keys import KEYS
+from tests.motofmi.json_schemas import check_against_schema
 from tests.simulators.hidden_joint import JOINT, joint_run
 from tests.simulators.hidden_mechanisms import excitation, resistance, simulate, torque_for
 
@@ -292,7 +292,7 @@ def test_the_command_writes_verdict_model_fmu_and_report(tmp_path, capsys):
     out = tmp_path / "out"
     assert main(["gap", fit, "--component", "driven_joint", "--holdout", held, "--out", str(out)]) == 0
     result = json.loads((out / "verdict.json").read_text("utf-8"))
-    assert set(result) >= KEYS
+    check_against_schema("verdict", result)
     assert (result["verdict"], result["effects"], result["noise_source"]) == ("none", [], "flexible_model")
     assert any("flexible model" in sentence for sentence in result["limitations"])
     assert result["gap"]["holdout_after"] == pytest.approx(1.0, abs=0.5)
@@ -341,7 +341,7 @@ def test_an_interrupted_run_leaves_what_it_had(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(any_component, "select_model", interrupted)
     assert main(["gap", fit, "--component", "driven_joint", "--out", str(tmp_path / "out")]) == 130
     left = json.loads((tmp_path / "out" / "verdict.json").read_text("utf-8"))
-    assert set(left) >= KEYS
+    check_against_schema("verdict", left)
     assert (left["verdict"], left["effects"]) == ("unknown", [])
     assert "Interrupted" in left["limitations"][0]
     assert left["base"]["stiffness"]["value"] == pytest.approx(14.0, rel=0.02)

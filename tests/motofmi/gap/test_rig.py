@@ -15,7 +15,7 @@ from motofmi.workflows.gap.rig import rig_effects, rig_experiment, with_bare_bar
 from tests import SHARED_DATA
 
 pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")
-from tests.motofmi.gap.verdict_keys import KEYS
+from tests.motofmi.json_schemas import check_against_schema
 from tests.simulators.as_recordings import as_recording
 from tests.simulators.hidden_rig import RUNS, case, record
 from tests.simulators.rig_runs import RIG, prepared
@@ -50,7 +50,7 @@ def test_nothing_is_found_where_nothing_is_hidden():
     runs = prepared(made)
     verdict = select_model(HarmonicModel(rig_experiment(RIG)), runs[:2], rig_effects(), runs[2:])
     result = as_result(verdict, "N.m")
-    assert set(result) >= KEYS
+    check_against_schema("verdict", result)
     assert (result["verdict"], result["effects"], result["tied"]) == ("none", [], [])
     assert result["base"]["device.arm_stiffness"]["value"] == pytest.approx(
         rider["ka"], rel=0.1

@@ -21,7 +21,7 @@ from motofmi.gap.selection.within_time import CONCLUDING_SHARE
 from motofmi.recordings.reading import write_recording
 from motofmi.workflows.components import component
 from motofmi.workflows.gap.find_gap import find_gap
-from tests.motofmi.gap.verdict_keys import KEYS
+from tests.motofmi.json_schemas import check_against_schema
 from tests.simulators.hidden_joint import joint_run
 
 LIBRARY = (("coulomb_friction", "coulomb"), ("coulomb_friction", "stribeck"), ("hardening_stiffness", "cubic"))
@@ -65,7 +65,7 @@ def test_a_budget_that_is_too_short_for_all_ends_with_verdict_report_and_limitat
     assert main([*words, "--out", str(out)]) == 0
     assert time.monotonic() - began < (1 + CONCLUDING_SHARE) * seconds + REPORT
     said = json.loads((out / "verdict.json").read_text("utf-8"))
-    assert set(said) >= KEYS
+    check_against_schema("verdict", said)
     assert said["limitations"][0].startswith(f"The time budget of {seconds:g} s ended during the stage '")
     assert (said["verdict"], said["effects"]) == ("unknown", []) and said["gap"]["holdout_before"] > 0
     assert said["report"] == "report.html" and (out / said["model"]).exists()

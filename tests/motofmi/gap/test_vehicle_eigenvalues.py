@@ -12,6 +12,7 @@ from motofmi.cli.main import main
 from motofmi.gap.models.eigenvalue_model import EigenvalueModel
 from motofmi.gap.preprocessing.eigenvalues import EXAMPLE, read_eigenvalues
 from motofmi.workflows.gap.vehicle import vehicle_experiment, with_mode_names
+from tests.motofmi.json_schemas import check_against_schema
 from tests.simulators.hidden_vehicle import SHARP, known_to, matrix, spectrum, write
 from vehicle_fmu import motorcycles
 
@@ -26,7 +27,9 @@ def measured(folder, hidden, seed=0, name="eigenvalues.csv", error=0.01, p=SHARP
 
 def gap(folder, *arguments):
     assert main(["gap", *arguments, "--vehicle", "sharp_1971", "--out", str(folder / "gap")]) == 0
-    return json.loads((folder / "gap" / "verdict.json").read_text("utf-8"))
+    found = json.loads((folder / "gap" / "verdict.json").read_text("utf-8"))
+    check_against_schema("verdict", found)
+    return found
 
 
 @pytest.mark.slow

@@ -15,6 +15,7 @@ from motofmi.workflows import components
 from motofmi.workflows.gap.vehicle import vehicle_runs_experiment
 from motofmi.workflows.gap.vehicle_equations import runs_effects, verdict_on_runs, weak_runs
 from tests import SHARED_DATA
+from tests.motofmi.json_schemas import check_against_schema
 from tests.simulators.hidden_bicycle import bicycle, ride, write_matrices, write_ride
 
 SHARE = 0.03  # by which the real bicycle differs from its matrices, which are taken as known to 10 %
@@ -63,6 +64,7 @@ def test_the_command_writes_the_vehicle_and_compares_with_a_validation_run(tmp_p
     vehicle = write_matrices(tmp_path / "bicycle.toml")
     assert main(["gap", files[0], "--holdout", files[1], "--vehicle", vehicle, "--out", str(tmp_path / "gap")]) == 0
     verdict = json.loads((tmp_path / "gap" / "verdict.json").read_text("utf-8"))
+    check_against_schema("verdict", verdict)
     assert verdict["verdict"] == "named" and verdict["effects"][0]["name"] == "coulomb_friction"
     assert verdict["noise_source"] == "flexible_model" and any(
         "flexible" in sentence for sentence in verdict["limitations"]

@@ -8,6 +8,7 @@ import pytest
 
 import motofmi as mf
 from motofmi.cli.main import main
+from tests.motofmi.json_schemas import check_against_schema
 
 matplotlib.use("Agg")
 
@@ -62,6 +63,7 @@ def test_modes_are_those_of_the_command_line(capsys):
         == 0
     )
     printed = json.loads(capsys.readouterr().out)
+    check_against_schema("modes", printed)
     found = mf.modes("sharp_1971", "rider:mean_2011", np.arange(10, 51, 10), set={"arm_damping": 20.0})
     assert printed.keys() - {"units"} == found.to_dict().keys()
     np.testing.assert_array_equal(printed["modes"]["weave"]["damping_ratio"], found["weave"].damping_ratio)

@@ -10,6 +10,7 @@ import motofmi as mf
 from fmus.support.errors import InputError
 from motofmi.cli.main import main
 from motofmi.workflows.modes import state_space
+from tests.motofmi.json_schemas import check_against_schema
 
 pytest.importorskip("zarr", reason="the extra motofmi[scale] is not installed")
 pytest.importorskip("pyarrow", reason="the extra motofmi[scale] is not installed")
@@ -148,6 +149,7 @@ def test_the_command_plans_runs_and_reports(tmp_path, capsys):
     assert not out.exists()
     assert main(["sweep", str(study), "--out", str(out), "--workers", "1", "--report", "--json", "-"]) == 0
     found = json.loads(capsys.readouterr().out)
+    check_against_schema("sweep", found)
     assert (found["runs"], found["failed"], found["report"]) == (4, 0, str(out / "report.html"))
     assert main(["sweep", str(study), "--set", "trail", "--out", str(out)]) == 2
     assert "neither NAME=VALUES nor NAME~POPULATION" in capsys.readouterr().err

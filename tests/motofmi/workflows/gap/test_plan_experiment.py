@@ -8,6 +8,7 @@ import motofmi as mf
 from motofmi.cli.main import main
 from motofmi.frequency_response.excitation import sweep
 from motofmi.reports.plan_figure import plan_figure
+from tests.motofmi.json_schemas import check_against_schema
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +38,9 @@ def test_the_figure_holds_all_that_it_shows(plan, tmp_path):
         box = drawn.get_window_extent()
         assert frame.x0 <= box.x0 and box.x1 <= frame.x1 and frame.y0 <= box.y0, drawn.get_text()
     assert plan.save(tmp_path) == [tmp_path / "plan.json", tmp_path / "plan.png"]
-    assert json.loads((tmp_path / "plan.json").read_text("utf-8"))["effects"] == plan.to_dict()["effects"]
+    written = json.loads((tmp_path / "plan.json").read_text("utf-8"))
+    check_against_schema("plan", written)
+    assert written["effects"] == plan.to_dict()["effects"]
 
 
 @pytest.mark.slow
