@@ -72,6 +72,7 @@ def find_gap(recordings: Measured | Sequence[Measured], *, validation: Measured 
 
     Raises InputError for arguments or recordings that cannot be used, before anything is fitted.
 
+        >>> from pathlib import Path
         >>> def measured(speed, seed, error=0.01):
         ...     '''Eigenvalues of a motorcycle with a stronger damper than the model has, with errors [1/s].'''
         ...     found = mf.modes(mf.vehicle("sharp_1971", steering_damping=12.0), speed=speed)
@@ -81,7 +82,7 @@ def find_gap(recordings: Measured | Sequence[Measured], *, validation: Measured 
         ...     heading = "speed [m/s],mode,real [1/s],imag [rad/s],real_se,imag_se"
         ...     return "\n".join([heading, *(",".join(map(str, row)) for row in rows)])
         >>> for k, speed in enumerate((np.arange(10.0, 41.0, 5.0), np.arange(12.0, 42.0, 6.0))):
-        ...     count = open(f"measured_{k}.csv", "w").write(measured(speed, k))
+        ...     count = Path(f"measured_{k}.csv").write_text(measured(speed, k))
         >>> found = mf.find_gap("measured_0.csv", validation="measured_1.csv", vehicle="sharp_1971")
         >>> found.verdict, found.tied, found.effects[0]["name"], found.model.title
         ('named', [], 'steer_damping', 'Motorcycle')
