@@ -85,7 +85,7 @@ def plain_loop(study: Study) -> tuple[float, float]:
             began = time.process_time()
             with opened_run(runs, one) as opened:
                 middle = time.process_time()
-                cosimulate(opened.fmus, runs.options["step"], runs.options["duration"], wiring=opened.wiring)
+                cosimulate(opened.fmus, runs.options["step"][0], runs.options["duration"], wiring=opened.wiring)
                 ended = time.process_time()
             opening, looping = opening + middle - began, looping + ended - middle
     return opening / runs.grid.runs, looping / runs.grid.runs

@@ -13,6 +13,7 @@ from fmus.cosimulation.profiles import Profile, read_profile
 from fmus.declaration.component import Component
 from fmus.export.build import build
 from fmus.support.errors import InputError, unknown
+from motofmi.studies.axes import values_of
 from motofmi.studies.runs import Column, Computed, Coordinate, Result
 from motofmi.workflows.ridden_fmus import ridden_fmus
 from motofmi.workflows.sweep.system_runs import NUMERIC, SystemRuns, speeds_of
@@ -30,7 +31,7 @@ class CosimulationRuns(SystemRuns):
     """The chosen outputs over `time`. The table has for each output the largest magnitude of the run and of its last
     quarter, and the coupling.
 
-    initial sets states, inputs is a CSV file of inputs over time, noise the standard deviation of normal random values
+    Several steps and several couplings are dimensions of their own. initial sets states, inputs is a CSV file of inputs over time, noise the standard deviation of normal random values
     that are added to an input at every output step (linear in between; different in every run, the same at each
     repetition). The FMUs are built once; the parameters of a run are set before its start.
     """
@@ -41,11 +42,11 @@ class CosimulationRuns(SystemRuns):
     def checked(cls, study: Any, systems: Systems) -> dict[str, Any]:
         options = {**DEFAULTS, **study.options}
         speeds = speeds_of(study.speed, systems, np.array([30.0]))
-        options["step"], _ = steps(_number(options, "step"), _number(options, "duration"))
+        duration = _number(options, "duration")
+        options["step"] = np.array([steps(float(h), duration)[0] for h in values_of("step", options["step"])])
         _, count = steps(min(_number(options, "output_step"), options["duration"]), options["duration"])
         options["time"] = np.linspace(0.0, options["duration"], count + 1)
-        if options["coupling"] is not None and options["coupling"] not in COUPLINGS:
-            raise unknown("coupling", options["coupling"], COUPLINGS)
+        options["coupling"] = _couplings(options["coupling"])
         options["profile"] = None if options["inputs"] is None else read_profile(options["inputs"])
         options["inputs"] = None if options["inputs"] is None else str(options["inputs"])
         options |= {"outputs": list(options["outputs"]), "speed": speeds, "seed": study.seed}
@@ -65,10 +66,15 @@ class CosimulationRuns(SystemRuns):
 
     @classmethod
     def axes_of(cls, options: dict[str, Any]) -> dict[str, Coordinate]:
-        return {"speed": Coordinate("speed", options["speed"], "m/s", "forward speed")}
+        couplings, step, speed = options["coupling"], options["step"], options["speed"]
+        several = {"coupling": Coordinate("coupling", couplings, "", "coupling of the FMUs"),
+                   "step": Coordinate("step", step, "s", "communication step")}  # fmt: skip
+        return {**{name: axis for name, axis in several.items() if len(axis.values) > 1},
+                "speed": Coordinate("speed", speed, "m/s", "forward speed")}  # fmt: skip
 
     def stated(self) -> dict[str, Any]:
         kept = {name: self.options[name] for name in DEFAULTS if name != "inputs"}
+        kept["step"] = self.options["step"].tolist()
         profile = self.options["profile"]
         if profile is not None:
             kept["inputs"] = {"time": profile[0].tolist(), **{n: x.tolist() for n, x in profile[1].items()}}
@@ -81,7 +87,9 @@ class CosimulationRuns(SystemRuns):
         self.extra = {"time": Coordinate("time", time, "s", "time")}
         self.values = {f"{name}_{part}": Column(NUMERIC, units[name]) for name in self.options["outputs"]
                        for part in ("peak", "last_peak")} | {
-                           "coupling": Column("string"), "meets_tolerance": Column("bool")}  # fmt: skip
+                           "meets_tolerance": Column("bool")}  # fmt: skip
+        if "coupling" not in self.axes:
+            self.values["coupling"] = Column("string")
 
     def _units(self) -> dict[str, str]:
         parts = next(iter(self.options["fmus"].values()))
@@ -90,7 +98,7 @@ class CosimulationRuns(SystemRuns):
                     for n in self.options["outputs"]}  # fmt: skip
 
     def cost(self) -> float:
-        return OPENING + STEP * self.options["duration"] / self.options["step"]
+        return OPENING + STEP * self.options["duration"] * float(np.mean(1 / self.options["step"]))
 
     def of_system(self, vehicle: int, device: int, indices: np.ndarray) -> Computed:
         options, numbers = self.options, self.grid.numbers(indices)
@@ -98,10 +106,11 @@ class CosimulationRuns(SystemRuns):
         columns: dict[str, list[Any]] = {name: [] for name in self.values}
         for k, place in enumerate(indices):
             with opened_run(self, place) as opened:
-                run = cosimulate(opened.fmus, options["step"], options["duration"], options["coupling"],
+                run = cosimulate(opened.fmus, self.at("step", place), options["duration"], self.at("coupling", place),
                                  wiring=opened.wiring, profile=opened.profile(options, int(numbers[k])),
                                  tolerance=options["tolerance"])  # fmt: skip
-            columns["coupling"].append(run.coupling)
+            if "coupling" in columns:
+                columns["coupling"].append(run.coupling)
             columns["meets_tolerance"].append(run.meets_tolerance)
             for name in self.results:
                 signal = np.interp(options["time"], run["time"], run[name])
@@ -123,8 +132,7 @@ def opened_run(runs: SystemRuns, place: np.ndarray) -> "_Opened":
         assert isinstance(held, Component)
         runs.systems.within_bounds(held, {name: column})
         changed.setdefault(names[part], {})[name] = float(column[0])
-    speed = float(runs.options["speed"][place[-1]])
-    return _Opened(runs.options["fmus"][vehicle, device], runs.options, speed, changed)
+    return _Opened(runs.options["fmus"][vehicle, device], runs.options, float(runs.at("speed", place)), changed)
 
 
 class _Opened:
@@ -154,6 +162,15 @@ class _Opened:
                 columns[name] = columns.get(name, 0.0) + random.normal(0.0, float(deviation), len(grid))
             times = grid
         return Profile.over_time(self.network, times, columns)
+
+
+def _couplings(given: Any) -> list[str | None]:
+    """The names of couplings; None is the one that is chosen for a run. Raises InputError for an unknown name."""
+    names = [given] if given is None or isinstance(given, str) else list(given)
+    for name in names:
+        if name not in COUPLINGS and (name is not None or len(names) > 1):
+            raise unknown("coupling", name, COUPLINGS)
+    return names or [None]
 
 
 def _number(options: dict[str, Any], name: str) -> float:

@@ -109,7 +109,7 @@ class Study:
         systems = Systems(vehicles, devices, systems.rider, tuple(varied))
         axes |= kind.axes_of(options)
         parameters = {_column(v, axes): (v.dim, v.values, _row(systems, v.part, v.name).unit) for v in varied}
-        parameters |= {n: (2 + list(axes).index(n), np.asarray(a.values, float), a.unit) for n, a in axes.items()
+        parameters |= {n: (2 + list(axes).index(n), _array(a.values), a.unit) for n, a in axes.items()
                        if n not in parameters}  # fmt: skip
         return kind(systems, names, axes, parameters, options)
 
@@ -147,7 +147,7 @@ class Study:
             "device": [[_contents(part) for part in held] for held in systems.devices],
             "rider": None if systems.rider is None else _contents(systems.rider),
             "labels": runs.names,
-            "axes": {name: [float(x) for x in axis.values] for name, axis in runs.axes.items()},
+            "axes": {name: _array(axis.values).tolist() for name, axis in runs.axes.items()},
             "varied": {f"{v.part}.{v.name}": [float(x) for x in v.values] for v in systems.varied},
             "options": runs.stated(),
             "set": {name: str(given) for name, given in self.set.items()},
@@ -200,6 +200,12 @@ def _row(systems: Systems, part: str, name: str) -> Any:
     found = systems.parts(0, 0)[part]
     assert isinstance(found, Component)
     return found.table[name]
+
+
+def _array(values: Any) -> np.ndarray:
+    """Names as text, anything else as numbers."""
+    found = np.asarray(values)
+    return found if found.dtype.kind == "U" else found.astype(float)
 
 
 def _column(varied: Varied, axes: Mapping[str, Coordinate]) -> str:

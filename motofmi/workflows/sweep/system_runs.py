@@ -42,7 +42,8 @@ class SystemRuns(Runs):
         dims = [*self.names, *self.axes]
         self.grid = RunGrid.divided(dims, lengths, ceil(CHUNK_SECONDS / self.cost()))
         self.labels = {**dict.fromkeys(self.names, Column(TEXT)),
-                       **{name: Column(NUMERIC, unit) for name, (_, _, unit) in self.parameters.items()}}  # fmt: skip
+                       **{name: Column(NUMERIC if values.dtype.kind == "f" else TEXT, unit)
+                          for name, (_, values, unit) in self.parameters.items()}}  # fmt: skip
         along = {n: Coordinate(dims[dim], values, unit) for n, (dim, values, unit) in self.parameters.items()}
         self.coordinates = {**{dim: Coordinate(dim, labels) for dim, labels in self.names.items()},
                             **along, **self.axes, **self.extra}  # fmt: skip
@@ -74,6 +75,11 @@ class SystemRuns(Runs):
     def of_system(self, vehicle: int, device: int, indices: np.ndarray) -> Computed:
         """The runs of one vehicle and one device."""
         raise NotImplementedError
+
+    def at(self, axis: str, place: np.ndarray) -> Any:
+        """The value of an option at a place (dims,) of the grid, where it may be a dimension."""
+        values = self.options[axis]
+        return values[place[len(self.names) + list(self.axes).index(axis)]] if axis in self.axes else values[0]
 
     def labels_of(self, indices: np.ndarray) -> dict[str, Sequence[Any]]:
         """The names of vehicle and device, and the values of the parameters."""

@@ -104,6 +104,22 @@ def test_a_cosimulation_is_that_of_the_run_by_itself(tmp_path):
 
 
 @pytest.mark.slow
+def test_couplings_and_steps_are_dimensions(tmp_path):
+    given = {"duration": 0.5, "initial": {"steer_rate": 0.5}}
+    couplings, steps = ["jacobi", "gauss_seidel"], [0.001, 0.002]
+    found = mf.sweep(kind="cosimulation", device="rider:2_2011", speed=[30.0], coupling=couplings, step=steps,
+                     out=tmp_path / "runs", workers=1, **given)  # fmt: skip
+    steered = found.dataset["vehicle.steer_angle"].squeeze()
+    assert steered.dims == ("coupling", "step", "time") and found.dataset["step"].attrs["units"] == "s"
+    assert found.table["coupling"].tolist() == ["jacobi", "jacobi", "gauss_seidel", "gauss_seidel"]
+    for coupling in couplings:
+        for step in steps:
+            alone = mf.cosimulate("sharp_1971", "rider:2_2011", speed=30.0, coupling=coupling, step=step, **given)
+            kept = alone["vehicle.steer_angle"][:: round(0.01 / step)]
+            np.testing.assert_array_equal(steered.sel(coupling=coupling, step=step).values, kept)
+
+
+@pytest.mark.slow
 def test_a_run_that_fails_is_recorded_and_the_others_go_on(tmp_path):
     found = mf.sweep(kind="cosimulation", device=["damper:1"], speed=[30.0], step=0.02, duration=1.0,
                      set={"damping": [1.0, 2000.0]}, coupling="jacobi", initial={"steer_rate": 0.5},
@@ -129,6 +145,8 @@ def test_a_run_that_fails_is_recorded_and_the_others_go_on(tmp_path):
     ({"speed": [30.0, 20.0]}, "ascending"),
     ({"device": ["none", "none"]}, "the device 'none' is given twice"),
     ({"kind": "frf", "speed": None}, "device 'none' has no transfer functions"),
+    ({"kind": "cosimulation", "coupling": ["jacobi", "jacoby"]}, "unknown coupling 'jacoby', did you mean 'jacobi'"),
+    ({"kind": "cosimulation", "step": [0.001, 0.001]}, "step has the same value twice"),
     ({"workers": 0}, "expected 1 or more"),
 ])  # fmt: skip
 def test_what_cannot_be_run_is_refused_before_anything_is_written(tmp_path, arguments, message):
