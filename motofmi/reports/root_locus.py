@@ -5,8 +5,9 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 
 from motofmi.reports.charts import SEQUENCE, Axis, Chart, Choice, Curve, Note, Panel, Shade
-from vehicle_fmu import Modes
+from vehicle_fmu import MODES, Modes
 
+MODE_COLOURS = dict(zip(MODES, SEQUENCE, strict=False))
 LARGEST, SMALLEST = 8.0, 3.0  # px, of points at the highest and at the lowest speed
 
 
@@ -23,9 +24,13 @@ def root_locus(found: Mapping[str, Modes], low: float = -50.0, high: float = 6.0
         (one,) = found.values()
         curves = [
             _curve(
-                one, mode.replace("_", "-"), [(m, k) for m, k in next(iter(parts.values())) if m == mode], colour, True
+                one,
+                mode.replace("_", "-"),
+                [(m, k) for m, k in next(iter(parts.values())) if m == mode],
+                MODE_COLOURS[mode],
+                True,
             )
-            for mode, colour in zip(one.unstable, SEQUENCE, strict=False)
+            for mode in one.unstable
         ]
     else:
         of = colours or dict(zip(found, [SEQUENCE[k % len(SEQUENCE)] for k in range(len(found))], strict=True))

@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from fmus.support.files import write_text
+from motofmi.reports.charts import COLOURS
+from motofmi.reports.root_locus import MODE_COLOURS
 
 FOLDER = Path(__file__).parent
 MODULES = FOLDER / "modules"  # compiled classes of components, see motofmi/workflows/explore_modules.py
@@ -27,7 +29,7 @@ def write_page(path: Path, data: Mapping[str, Any], title: str) -> None:
     scripts = "\n".join((FOLDER / name).read_text("utf-8").partition("//# sourceMappingURL")[0] for name in SCRIPTS)
     parts = {
         "title": escape(title),
-        "style": (FOLDER / "style.css").read_text("utf-8"),
+        "style": (FOLDER / "style.css").read_text("utf-8") + colours_of_modes(),
         "data": json.dumps(data, separators=(",", ":")).replace("</", "<\\/"),
         "scripts": scripts.replace("</script", "<\\/script"),
         "licence": escape((FOLDER / "vendor/ml-matrix-LICENSE.txt").read_text("utf-8")),
@@ -35,3 +37,12 @@ def write_page(path: Path, data: Mapping[str, Any], title: str) -> None:
     for name, content in parts.items():
         text = text.replace(f"<!-- {name} -->", content)
     write_text(path, text)
+
+
+def colours_of_modes() -> str:
+    """The colours of the modes, light and dark, as variables of the style sheet."""
+    light, dark = (
+        " ".join(f"--{mode.replace('_', '-')}: {COLOURS[colour][k]};" for mode, colour in MODE_COLOURS.items())
+        for k in range(2)
+    )
+    return f":root {{ {light} }}\n@media (prefers-color-scheme: dark) {{ :root {{ {dark} }} }}\n"

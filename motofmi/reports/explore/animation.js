@@ -10,7 +10,7 @@ class Motion {
     Object.assign(this, { page, place: document.getElementById("motion"), playing: !matchMedia("(prefers-reduced-motion: reduce)").matches, clock: 0 });
     const views = Object.entries(VIEWS).map(([key, { label, box }]) => `<figure><svg viewBox="${box.join(" ")}" role="img" aria-label="Motorcycle and rider, ${label}" data-view="${key}" class="motorcycle"></svg><figcaption>${label}</figcaption></figure>`);
     this.place.innerHTML = `<h2>The mode, animated</h2><div class="choice" id="mode" role="group" aria-label="Mode"></div><p class="note" id="motion-text"></p>
-      <div class="views">${views.join("")}<figure class="phases"><svg viewBox="-90 -90 180 180" role="img" aria-label="Phasors of roll, steer, torso, lean and yaw" id="phasors"></svg><figcaption>amplitudes and phases:<br>${ANGLES.map((n) => `<span class="arrow ${n}">&#9679; ${n}</span>`).join(" ")}</figcaption></figure></div>
+      <div class="views">${views.join("")}<figure class="phases"><svg viewBox="-90 -90 180 180" role="img" aria-label="Phasors of roll, steer, torso, lean and yaw" id="phasors"></svg><figcaption>amplitudes and phases:<br><span id="arrows"></span></figcaption></figure></div>
       <button type="button" id="play"></button>`;
     document.getElementById("play").addEventListener("click", () => { this.playing = !this.playing; this.label(); });
     this.label();
@@ -52,7 +52,9 @@ class Motion {
     const slow = mode.im > 0 ? ` Shown ${mode.slower.toFixed(1)} times slower than in reality, again and again over ${mode.cycles} cycles.` : " Shown again and again.";
     const left = this.geometry.generic ? " The lengths in the drawing are those of no motorcycle." : furtherStates(this.page.systems[settings.side].states).includes("vehicle") ? " Twist and bending of the frame are not drawn." : "";
     text.textContent = `${shown(settings.mode)} of ${settings.side}, ${settings.title(settings.side)}, at ${settings.speed.toFixed(1)} m/s: ${mode.im > 0 ? `${(mode.im * TO_HERTZ).toFixed(2)} Hz, ` : "not oscillating, "}${growth}.${slow}${left}`;
-    document.getElementById("phasors").innerHTML = phasors(mode.shape);
+    const moving = ANGLES.filter((n) => Math.hypot(...mode.shape[n]) > 0);
+    document.getElementById("phasors").innerHTML = phasors(mode.shape, moving);
+    document.getElementById("arrows").innerHTML = moving.map((n) => `<span class="arrow ${n}">&#9679; ${n}</span>`).join(" ");
   }
 
   show() {
@@ -84,8 +86,8 @@ function modeShape(system, speed, re, im) {
 }
 
 /* Arrows for the angles: length and direction are amplitude and phase, the largest has the radius of the circle. */
-function phasors(shape) {
-  const names = ANGLES.filter((n) => Math.hypot(...shape[n]) > 0), most = Math.max(...names.map((n) => Math.hypot(...shape[n])));
+function phasors(shape, names) {
+  const most = Math.max(...names.map((n) => Math.hypot(...shape[n])));
   const arrows = names.map((n) => {
     const [x, y] = shape[n].map((v) => (75 * v) / most);
     return `<g class="arrow ${n}"><line x1="0" y1="0" x2="${x.toFixed(1)}" y2="${(-y).toFixed(1)}"/><circle cx="${x.toFixed(1)}" cy="${(-y).toFixed(1)}" r="5"/></g>`;

@@ -99,5 +99,5 @@ function reading(found, mode, i) {
 
 function bandsText(found, mode) {
   const list = found.unstable[mode];
-  return list.length ? list.map(([a, b]) => `${a.toFixed(1)} to ${b.toFixed(1)}`).join(", ") : "stable";
+  return list.length ? list.map(([a, b]) => `<span class="once">${a.toFixed(1)} to ${b.toFixed(1)}</span>`).join(", ") : "stable";
 }

@@ -109,7 +109,7 @@ class Page {
       const unstable = found.unstable[mode].length ? "bad" : "";
       return `<tr><td><span class="dot" style="--ink:${INK[mode]}"></span>${shown(mode)}</td><td>${cell(here?.frequency, 2)}</td><td>${cell(here?.ratio, 3)}</td><td class="wide">${cell(here?.re, 2)}</td><td class="${unstable}">${bandsText(found, mode)}</td></tr>`;
     });
-    const mixed = found.mixed.some(([a, b]) => a <= this.settings.speed && this.settings.speed <= b) ? `<p class="note">Rear-wobble and rider-wobble are not distinct at this speed.</p>` : "";
+    const mixed = found.mixed.some(([a, b]) => a <= this.settings.speed && this.settings.speed <= b) ? `<p class="note">Two modes have exchanged so much of their shapes that the names of either apply to both at this speed.</p>` : "";
     return `<div class="table" aria-live="polite"><h2><span class="tag">${side}</span>at ${this.settings.speed.toFixed(1)} m/s</h2><table><thead><tr><th>mode</th><th>frequency [Hz]</th><th>damping ratio</th><th class="wide">real part [1/s]</th><th>unstable [m/s]</th></tr></thead><tbody>${rows.join("")}</tbody></table>${mixed}</div>`;
   }
 
