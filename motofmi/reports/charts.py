@@ -57,7 +57,7 @@ class Curve:
     style is `line`, `dashed`, `dotted`, `points`, `circles`, `both` (points on a line), `bars` (horizontal, from the
     axis's lower end), `needles` (from the origin), or `errors` (points with
     the band as bars). band is the lower and upper limit (n,) of y. text (n,) is shown
-    where the pointer is. `shown` is whether the curve is visible at first.
+    where the pointer is. `shown` is whether the curve is visible at first. Raises ValueError for x and y of different shape.
     """
 
     name: str
@@ -70,6 +70,10 @@ class Curve:
     shown: bool = True
     width: float = 1.6
     size: ArrayLike | None = None  # of points [px], one or (n,)
+
+    def __post_init__(self) -> None:
+        if np.shape(self.x) != np.shape(self.y):
+            raise ValueError(f"{self.name}: x {np.shape(self.x)} and y {np.shape(self.y)} differ in shape")
 
 
 @dataclass(frozen=True)

@@ -102,7 +102,7 @@ def _mode(mode: dict[str, Any], i: int) -> str:
     frequency, ratio = (mode[word][i] for word in ("frequency", "damping_ratio"))
     if frequency is None or frequency != frequency:
         return "absent"
-    return "no oscillation" if ratio is None or ratio != ratio else f"{frequency:.3f} Hz, {ratio:.4f}"
+    return "no oscillation" if ratio is None or ratio != ratio else f"{frequency:.3f}\u00a0Hz, {ratio:.4f}"
 
 
 def _effects(result: dict[str, Any]) -> Table:

@@ -6,13 +6,15 @@ import numpy as np
 
 from fmus.linear_analysis.eigenvalue_tracking import track_eigenvalues
 from motofmi.gap.estimation.fit_result import Fit
+from motofmi.gap.preprocessing.eigenvalues import MeasuredEigenvalues
 from motofmi.gap.preprocessing.predicted_run import PredictedRun
 from motofmi.gap.preprocessing.weak_form import WeakFormRun
 from motofmi.gap.selection.model_selection import Verdict
-from motofmi.reports.charts import Axis, Chart, Curve, Panel
+from motofmi.reports.charts import Axis, Chart, Curve, Panel, Shade
 
 FOUND = "with the effects found"
 HERTZ = 2 * np.pi
+POINTS = {"dashed": "circles", "line": "points"}  # how differences of a fit are drawn whose curve has that style
 
 
 def eigenvalues_of(found: Fit, speeds: np.ndarray) -> np.ndarray:
@@ -22,60 +24,54 @@ def eigenvalues_of(found: Fit, speeds: np.ndarray) -> np.ndarray:
 
 
 def eigenvalues_over_speed(verdict: Verdict) -> Chart:
-    """Measured eigenvalues with their standard errors, and those of the base and of the best fit."""
-    real, frequency = [], []
+    """Measured eigenvalues with their standard errors, those of the base and of the best fit, and the differences."""
+    panels: dict[str, list[Curve]] = {"real": [], "imag": [], "real difference": [], "imag difference": []}
     fits = [(verdict.base, "base", "dashed", "base"), (verdict.best, "found", "line", FOUND)]
     for run in verdict.base.runs:
-        seen, value = run.oscillates, run.value
-        text = [f"{mode or 'eigenvalue'}, {run.name}" for mode in run.mode]
-        real.append(
-            Curve(
-                "measured",
-                run.over,
-                value.real,
-                "measured",
-                "errors",
-                (value.real - run.real_error, value.real + run.real_error),
-                text,
-            )
-        )
-        f, error = value.imag[seen] / HERTZ, run.imag_error[seen] / HERTZ
-        frequency.append(
-            Curve(
-                "measured",
-                run.over[seen],
-                f,
-                "measured",
-                "errors",
-                (f - error, f + error),
-                [t for t, s in zip(text, seen, strict=True) if s],
-            )
-        )
+        over, text = run.labels[0], [f"{mode or 'eigenvalue'}, {run.name}" for mode in run.mode]
+        text += [t for t, seen in zip(text, run.oscillates, strict=True) if seen]
+        parts = {"real": (slice(0, len(run.value)), 1.0), "imag": (slice(len(run.value), None), HERTZ)}
+        for part, (rows, unit) in parts.items():
+            value, error = run.data[rows] / unit, run.deviation[rows] / unit
+            band = (value - error, value + error)
+            panels[part].append(Curve("measured", over[rows], value, "measured", "errors", band, text[rows]))
         speeds = np.linspace(run.over.min(), run.over.max(), 100)
         for fit, colour, style, label in fits if verdict.best.model.effects else fits[:1]:
             for branch in branches(fit, speeds).T:
-                shown = np.where((branch.imag >= 0) & (branch.real > 1.3 * value.real.min() - 1), branch, np.nan)
+                shown = np.where((branch.imag >= 0) & (branch.real > 1.3 * run.value.real.min() - 1), branch, np.nan)
                 if np.isfinite(shown.real).any():
-                    real.append(Curve(label, speeds, shown.real, colour, style))
+                    panels["real"].append(Curve(label, speeds, shown.real, colour, style))
                 if np.nanmax(shown.imag, initial=0) > 0:
-                    frequency.append(
-                        Curve(label, speeds, np.where(shown.imag > 0, shown.imag, np.nan) / HERTZ, colour, style)
-                    )
+                    swinging = np.where(shown.imag > 0, shown.imag, np.nan)
+                    panels["imag"].append(Curve(label, speeds, swinging / HERTZ, colour, style))
+            left = differences(fit, run)
+            for part, (rows, _) in parts.items():
+                points = Curve(label, over[rows], left[rows], colour, POINTS[style], text=text[rows])
+                panels[f"{part} difference"].append(points)
     top = float(f"{1.2 * max(run.value.imag.max() for run in verdict.base.runs) / HERTZ + 0.1:.2g}")
-    speed = Axis("speed", "m/s")
+    speed, within = Axis("speed", "m/s"), [Shade(-2, 2, "two standard errors", "y", "measured")]
+    axes = {"real": Axis("real part", "1/s"), "imag": Axis("frequency", "Hz", low=0.0, high=top),
+            "real difference": Axis("real part: model minus measured, over its standard error", "1"),
+            "imag difference": Axis("frequency: model minus measured, over its standard error", "1")}  # fmt: skip
     return Chart(
         [
-            Panel(speed, Axis("real part", "1/s"), real, hover="point", height=360),
-            Panel(speed, Axis("frequency", "Hz", low=0.0, high=top), frequency, hover="point", height=360),
+            Panel(speed, axes[part], curves, shades=within if "difference" in part else [], hover="point",
+                  height=240 if "difference" in part else 360)
+            for part, curves in panels.items()
         ],
         columns=2,
-    )
+    )  # fmt: skip
+
+
+def differences(found: Fit, run: MeasuredEigenvalues) -> np.ndarray:
+    """The predicted parts minus the measured ones, over their standard errors (m,), in the order of the data."""
+    return found.model.reduced(run, found.shared)[0] - run.data / run.deviation
 
 
 def branches(found: Fit, speeds: np.ndarray) -> np.ndarray:
     """The eigenvalues (n, nx) of a fit, each column followed over the speeds (n,)."""
     model: Any = found.model
-    return track_eigenvalues(lambda v: model.linearised(found.shared, v)[0].A, speeds).eigenvalues
+    return track_eigenvalues(lambda v: model.linearised(found.shared, v)[0].A, speeds).at(speeds)
 
 
 def weak_form_spectra(verdict: Verdict, given: Fit) -> Chart:

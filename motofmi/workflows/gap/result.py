@@ -21,6 +21,8 @@ from motofmi.workflows.gap.kind import Kind
 from motofmi.workflows.gap.verdict_file import FILE as VERDICT
 from motofmi.workflows.gap.verdict_file import write_verdict
 
+DEVICE_FILES = {"path": "value file", "fmu": "FMU"}  # what the files of a found device are
+
 
 class Gap:
     """The result: where a model deviates from recordings, and which physical effect it lacks; `find_gap` shows an example.
@@ -137,7 +139,10 @@ class Gap:
             (VERDICT, "verdict with all numbers"),
             (self._fitted.file, "fitted model"),
             (contents["fmu"], "its FMU"),
-            *((name, f"{what} of the device found") for what, name in (contents.get("device") or {}).items()),
+            *(
+                (name, f"{DEVICE_FILES[what]} of the device found")
+                for what, name in (contents.get("device") or {}).items()
+            ),
         ]
         self._report([(folder / name, text) for name, text in files if name]).write(folder / REPORT)
         write_verdict(contents, folder)

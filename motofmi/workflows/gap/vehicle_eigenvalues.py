@@ -76,7 +76,8 @@ class VehicleEigenvalues(Kind):
         return modes_over_speed(contents)
 
     def pictures(self, verdict: Verdict) -> Pictures:
-        caption = "Measured eigenvalues with their standard errors, the base, and the base with the effects found."
+        models = "the base, the base with the effects found" if verdict.best.model.effects else "the base"
+        caption = f"Measured eigenvalues with their standard errors, {models}, and the differences."
         validation = f"Validation, not fitted: {', '.join(r.name for r in self.validation) or 'none'}."
         return Pictures([], [(eigenvalues_over_speed(verdict), caption)], validation)
 

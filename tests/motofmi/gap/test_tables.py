@@ -49,7 +49,7 @@ def test_modes_are_listed_side_by_side():
     section = modes_over_speed({**TIED, "modes": modes})
     table = section.tables[0]
     assert table.rows == [
-        ("weave", "20", "2.500 Hz, 0.1000", "2.400 Hz, -0.2000"),
+        ("weave", "20", "2.500\u00a0Hz, 0.1000", "2.400\u00a0Hz, -0.2000"),
     ]
     assert table.headings[2:] == ("without", "with, at rest")
     moving = modes_over_speed({**TIED, "modes": {**modes, "in_motion": modes["before"]}})
