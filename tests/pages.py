@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
+from tests.accessibility import HAS_AXE, violations
 from tests.browser import chromium, needs_browser
 
 __all__ = ["Page", "assert_is_a_report", "assert_works_in_a_browser", "needs_browser", "opened"]
@@ -91,7 +92,8 @@ SMALL = "() => [...document.querySelectorAll('.panel text')].filter((e) => parse
 
 
 def assert_works_in_a_browser(path: Path) -> None:
-    """No error, no request, nothing wider than the screen, no empty chart and no small print, at both widths."""
+    """No error, no request, nothing wider than the screen, no empty chart and no small print, at both widths; nothing
+    that axe-core finds, where it is installed."""
     for width, scheme in zip(WIDTHS, ("light", "dark"), strict=True):
         with opened(path, width, scheme) as (page, wrong):
             assert page.evaluate("document.documentElement.scrollWidth") <= width
@@ -100,3 +102,5 @@ def assert_works_in_a_browser(path: Path) -> None:
             page.evaluate("dispatchEvent(new Event('beforeprint')); dispatchEvent(new Event('afterprint'))")
             assert wrong == []
             assert page.evaluate(WIDER) == []
+            if HAS_AXE:
+                assert violations(page) == []

@@ -101,7 +101,7 @@ def amplitude_and_phase(
     turn = np.degrees(half[1])
     second = [Curve(name, mean.frequency, angle, band=(angle - turn, angle + turn), **style)]  # type: ignore[arg-type]
     for k, run in enumerate(each if len(each) > 1 else ()):
-        colour = SEQUENCE[1:][k % 5]
+        colour = colour_of_run(k)
         first.append(Curve(run.name, run.frequency, np.abs(run.inertance), colour, width=1.0, shown=not more[0]))
         second.append(Curve(run.name, run.frequency, phase(run.inertance), colour, width=1.0, shown=not more[0]))
     top = float(1.3 * np.percentile(modulus, 98))
@@ -118,10 +118,15 @@ def amplitude_and_phase(
     )
 
 
+def colour_of_run(k: int) -> str:
+    """The colour of run k in all charts; the first colour is that of a fit."""
+    return SEQUENCE[1:6][k % 5]
+
+
 def coherence(each: Sequence[FRF], mean: FRF) -> Chart:
     """Coherence over frequency, a curve for each run."""
     curves = [
-        Curve(run.name, run.frequency, run.coherence, SEQUENCE[k % len(SEQUENCE)], "both", width=1.2)
+        Curve(run.name, run.frequency, run.coherence, colour_of_run(k), "both", width=1.2)
         for k, run in enumerate(each)
     ]
     lowest = min(float(np.floor(10 * min(r.coherence.min() for r in each)) / 10), COHERENT)
@@ -136,7 +141,7 @@ def nyquist(each: Sequence[FRF], mean: FRF, more: Sequence[Curve] = ()) -> Chart
             run.name,
             run.inertance.real,
             run.inertance.imag,
-            SEQUENCE[1:][k % 5] if several else "measured",
+            colour_of_run(k) if several else "measured",
             "points",
             text=[f"{f:g} Hz" for f in run.frequency],
         )

@@ -53,7 +53,7 @@ def laws(result: dict[str, Any]) -> list[str]:
     """A line for each effect that was found: its equations, and the values of its parameters with standard errors."""
     lines = []
     for effect in result["effects"]:
-        law = "; ".join(effect["equations"]) or effect["sentence"]
+        law = "; ".join(effect["equations"]) or effect["sentence"].rstrip(".")
         values = ", ".join(_value(n, p) for n, p in effect["parameters"].items())
         nearest_form = "nearest form: " if effect["form"] == "open" else ""
         lines.append(f"{effect['name']}: {nearest_form}{law}" + (f", {values}" if values else ""))

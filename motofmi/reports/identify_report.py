@@ -9,13 +9,14 @@ import numpy as np
 from motofmi.frequency_response.frf import mean_frf
 from motofmi.frequency_response.response import Response
 from motofmi.identification.parameter_fit import Identification
-from motofmi.reports.charts import SEQUENCE, Axis, Chart, Curve, Panel, Shade
+from motofmi.reports.charts import Axis, Chart, Curve, Panel, Shade
 from motofmi.reports.frf_report import (
     FREQUENCY,
     INERTANCE,
     amplitude_and_phase,
     bands,
     coherence,
+    colour_of_run,
     nyquist,
     phase,
     runs_table,
@@ -149,7 +150,7 @@ def residuals(fit: Identification) -> Chart:
                 frf.name,
                 frf.frequency,
                 part(value - frf.inertance) / frf.standard_error,
-                SEQUENCE[k % len(SEQUENCE)],
+                colour_of_run(k),
                 "both",
                 width=0.8,
             )
@@ -194,7 +195,7 @@ def correlations(fit: Identification) -> Table:
     """The correlation matrix of the parameters' errors."""
     names = [_words(name) for name in fit.names]
     rows = [(name, *(f"{value:+.2f}" for value in row)) for name, row in zip(names, fit.correlation, strict=True)]
-    return Table(("", *names), rows, "Correlations of the errors [1]", shades=True)
+    return Table(("parameter", *names), rows, "Correlations of the errors [1]", shades=True)
 
 
 def directions(fit: Identification) -> Table:

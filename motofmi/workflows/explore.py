@@ -6,6 +6,7 @@ exact Jacobian) and the live co-simulation; parameters are set in the compiled c
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from html import escape
 from math import isinf
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from fmus.support.files import writable
 from fmus.support.progress import track
 from fmus.support.published import table
 from motofmi.reports.explore import LARGEST, write_page
+from motofmi.reports.shown import FRAME
 from motofmi.version import __version__
 from motofmi.workflows import components, explore_modules
 from motofmi.workflows.components import ComponentLike
@@ -28,16 +30,23 @@ from vehicle_fmu.published import MEIJAARD_2007_EIGENVALUES, MODES_2011, SHARP_1
 VEHICLE = "sharp_1971"
 DEVICES: tuple[ComponentLike | None, ...] = (None, "rider:mean_2011")
 FOOT = 0.3048  # m
+HEIGHT = 900  # px, of the page in a notebook
 
 
 @dataclass(frozen=True)
 class ExplorePage:
-    """The page that was written: its path, its size in bytes, and the names of what it offers; `explore` shows an example."""
+    """The page that was written: its path, its size in bytes, and the names of what it offers; `explore` shows an example.
+
+    A notebook displays the page itself.
+    """
 
     path: Path
     size: int
     vehicles: tuple[str, ...]
     devices: tuple[str, ...]
+
+    def _repr_html_(self) -> str:
+        return FRAME.format(escape(self.path.read_text("utf-8")), HEIGHT, "motofmi explore")
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of `motofmi explore --json`."""

@@ -12,6 +12,7 @@ import pytest
 
 import motofmi as mf
 from fmus.support.errors import InputError, MissingToolError
+from tests.accessibility import needs_axe, violations
 from tests.browser import chromium, needs_browser
 from tests.explore_page import (
     FLEXIBLE,
@@ -271,6 +272,29 @@ def test_dark_and_light_follow_the_system(browser, written):
         papers.add(opened.window.evaluate("getComputedStyle(document.body).backgroundColor"))
         opened.window.close()
     assert len(papers) == 2
+
+
+@in_browser
+@needs_axe
+@pytest.mark.parametrize(("width", "scheme"), [(1280, "light"), (390, "dark")])
+def test_axe_finds_nothing(browser, written, width, scheme):
+    opened = Opened(browser, written.path, "#B=tum_2020;mean_2011", width, color_scheme=scheme)
+    opened.window.evaluate("document.querySelectorAll('details').forEach(each => { each.open = true; })")
+    assert violations(opened.window) == []
+    opened.window.close()
+
+
+@in_browser
+def test_a_notebook_shows_the_page(browser, written):
+    window, complaints = browser.new_page(), []
+    window.on("pageerror", lambda error: complaints.append(str(error)))
+    window.set_content(written._repr_html_())
+    frame = window.frame_locator("iframe")
+    frame.locator("#charts svg").first.wait_for()
+    frame.locator("#view [data-value=speed]").click()
+    frame.get_by_text("damping ratio [1]").first.wait_for()
+    assert complaints == []
+    window.close()
 
 
 @in_browser

@@ -18,7 +18,7 @@ class Motion {
       const passed = Math.min((now - (this.last ?? now)) / 1000, 0.1);
       this.last = now;
       if (this.playing && this.mode) this.clock += passed;
-      if (this.mode && !document.hidden) this.show();
+      if (this.mode && !document.hidden && (this.playing || this.changed)) this.show();
       requestAnimationFrame(step);
     };
     requestAnimationFrame(step);
@@ -38,6 +38,7 @@ class Motion {
     const { vehicle } = settings.parts(settings.side, this.page.libraries);
     this.geometry = geometry(vehicle.values);
     this.shape = bodies(this.geometry);
+    this.changed = true;
     this.describe();
   }
 
@@ -58,6 +59,7 @@ class Motion {
   }
 
   show() {
+    this.changed = false;
     const { mode } = this, time = mode.timeOf(this.clock), pose = {};
     for (const [name, [a, b]] of Object.entries(mode.shape)) pose[name] = Math.exp(mode.re * time) * mode.start * (a * Math.cos(mode.im * time) - b * Math.sin(mode.im * time));
     const lines = posed(this.geometry, this.shape, pose);

@@ -31,7 +31,9 @@ class Settings {
     }
   }
 
+  /* A frame in a notebook has no address. */
   write() {
+    if (location.protocol === "about:") return;
     const text = new URLSearchParams({ view: this.view, speed: this.speed, edit: this.edit, side: this.side, mode: this.mode });
     for (const side of SIDES) {
       const { vehicle, device, values } = this[side];
