@@ -1,6 +1,6 @@
 /* The two views of the modes of both configurations: root locus over speed, frequency and damping ratio over speed. */
 
-const WIDTH = 440, HEIGHT = 340, TO_HERTZ = 1 / (2 * Math.PI);
+const WIDTH = 440, HEIGHT = 340, TO_HERTZ = 1 / (2 * Math.PI), NAMED = 0.3; // Hz, below which a name would lie on the axis
 
 function dampingRatio(re, im) { return im > 0 ? -re / Math.hypot(re, im) : NaN; }
 
@@ -22,7 +22,7 @@ function locusLimits(all) {
 function speedLimits(all) {
   let top = 2;
   for (const found of all) for (const { im } of Object.values(found.curves)) for (const value of im) if (value > 0) top = Math.max(top, value * TO_HERTZ);
-  return { x: [0, 60], frequency: [0, Math.ceil(top * 1.05)], damping: [-0.2, 1] };
+  return { x: [0, 60], frequency: [0, Math.ceil(top * 1.12)], damping: [-0.2, 1] };
 }
 
 function marksOf(published, configuration) {
@@ -55,7 +55,7 @@ function speedChart(found, limits, speed, published, id) {
     ...Object.entries(eigenvalues).flatMap(([mode, rows]) => rows.filter((r) => r[2] > 0).map(([v, , im]) => cross(upper.x(v), upper.y(im * TO_HERTZ), INK[mode], `${source}: ${shown(mode)}`))),
     ...Object.entries(frequencies).flatMap(([mode, rows]) => rows.map(([v, low, high]) => cross(upper.x(v), upper.y((low + high) / 2), INK[mode], `${source}: ${shown(mode)} ${low} to ${high} Hz`))),
   ]).join("");
-  const text = upper.draw("", "frequency [Hz]", bands(upper) + curves(upper, (re, im) => im * TO_HERTZ) + line(upper) + marks, `${id}-f`) +
+  const text = upper.draw("", "frequency [Hz]", bands(upper) + curves(upper, (re, im) => im * TO_HERTZ) + line(upper) + marks + namesOver(found, upper), `${id}-f`) +
     lower.draw("speed [m/s]", "damping ratio [1]", bands(lower) + curves(lower, dampingRatio) + line(lower), `${id}-d`);
   return { axes: upper, text: svg(text, "Frequency and damping ratio over speed") };
 }
@@ -67,6 +67,18 @@ function gapsOf(found) { return new Set(found.exchanges.map((speed) => nearestIn
 function nameAt(x, y, name) {
   const right = x < WIDTH - 90;
   return `<text x="${x + (right ? 9 : -9)}" y="${y - 7}" text-anchor="${right ? "start" : "end"}">${name}</text>`;
+}
+
+/* The name of each mode over the highest speed at which it oscillates; nearer names are shifted upwards. */
+function namesOver(found, axes) {
+  const ends = Object.entries(found.curves).map(([mode, { im }]) => [mode, im.findLastIndex((v) => v * TO_HERTZ > NAMED), im]).filter(([, at]) => at >= 0);
+  const placed = [];
+  return sortedBy(ends, ([, at, im]) => im[at]).map(([mode, at, im]) => {
+    const x = Math.max(axes.x(found.points[at]) - 4, axes.frame.left + 70), y = axes.y(Math.max(...im.slice(Math.max(at - 40, 0), at + 1)) * TO_HERTZ) - 5;
+    const clear = placed.reduce((lowest, [px, py]) => (Math.abs(px - x) < 75 && Math.abs(py - lowest) < 12 ? py - 12 : lowest), y);
+    placed.push([x, clear]);
+    return `<g style="--ink:${INK[mode]}" class="curve"><text x="${x.toFixed(1)}" y="${clear.toFixed(1)}" text-anchor="end">${shown(mode)}</text></g>`;
+  }).join("");
 }
 
 function cross(x, y, ink, text) { return `<path class="mark" style="--ink:${ink}" d="M${x - 4} ${y - 4}l8 8M${x - 4} ${y + 4}l8 -8"><title>${text}</title></path>`; }

@@ -150,7 +150,7 @@ function table({ found, settings }) {
 
 /* Both charts as one file, with the styles and colours of the page. */
 function drawing() {
-  const style = getComputedStyle(document.documentElement), names = ["paper", "ink-text", "soft", "line", "weave", "wobble", "capsize", "rear-wobble", "rider-wobble", "shade"];
+  const style = getComputedStyle(document.documentElement), names = ["paper", "panel", "ink-text", "soft", "line", "weave", "wobble", "capsize", "rear-wobble", "rider-wobble", "shade"];
   const colours = `svg{${names.map((n) => `--${n}:${style.getPropertyValue(`--${n}`).trim()}`).join(";")};font-family:sans-serif}`;
   const rules = [...document.styleSheets[0].cssRules].filter((r) => /^\.(grid|frame|tick|label|curve|mark|unstable|band|cursor)/.test(r.selectorText ?? "")).map((r) => r.cssText).join("");
   const charts = [...document.querySelectorAll("#charts svg")].map((s, i) => `<g transform="translate(${i * WIDTH} 24)"><text x="56" y="-6" class="label">${SIDES[i]}: ${escaped(s.parentElement.querySelector("h2").textContent.slice(1))}</text>${s.innerHTML}</g>`);
