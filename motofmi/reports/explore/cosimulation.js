@@ -8,10 +8,10 @@ const TORQUE = ["handlebar_torque", "frame_torque"], TURN = ["steer_angle", "ste
 
 class Stepped {
   /* An instance that steps: values at the start of a step, and derivatives of the inputs in it. */
-  constructor({ library, values }, initial) {
+  constructor({ library, values }, initial, start) {
     this.fmu = new Fmu(library, false);
     this.valid = this.fmu.set(values) && this.fmu.set(initial);
-    this.fmu.initialise();
+    this.fmu.initialise(start);
     this.fmu.start();
     this.inputs = library.inputs.filter((n) => TORQUE.includes(n) || TURN.includes(n));
     const { fmi } = this.fmu, orders = this.inputs.flatMap((n) => [1, 2, 3].map((order) => [library.references[n], order])).flat();
@@ -48,15 +48,15 @@ class Stepped {
 }
 
 class CoSimulation {
-  /* parts as in Coupled; initial: states of the vehicle and the device by part and name. */
-  constructor(parts, speed, step = 1e-3, initial = {}) {
-    Object.assign(this, { step, time: 0, ok: true });
+  /* parts as in Coupled; initial: states of the vehicle and the device by part and name; start: the time [s]. */
+  constructor(parts, speed, step = 1e-3, initial = {}, start = 0) {
+    Object.assign(this, { step, time: start, ok: true });
     const carried = { ...parts.vehicle.values };
     if (parts.device) {
-      this.device = new Stepped(parts.device, initial.device ?? {});
+      this.device = new Stepped(parts.device, initial.device ?? {}, start);
       if ("port_inertia" in parts.device.library.references) [carried.added_steer_inertia] = this.device.fmu.get(["port_inertia"]);
     }
-    this.vehicle = new Stepped({ library: parts.vehicle.library, values: carried }, { ...initial.vehicle, speed });
+    this.vehicle = new Stepped({ library: parts.vehicle.library, values: carried }, { ...initial.vehicle, speed }, start);
     this.readMotion = reader(this.vehicle.fmu, TURN);
     this.readTorque = this.device ? reader(this.device.fmu, TORQUE) : () => [0, 0];
     this.motion = [...this.readMotion()];

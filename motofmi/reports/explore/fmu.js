@@ -88,7 +88,7 @@ class Fmu {
     return Array.from(this.numbers(this.value, names.length));
   }
 
-  initialise() { this.fmi.fmi3EnterInitializationMode(this.instance, 0, 0, 0, 0, 0); }
+  initialise(start = 0) { this.fmi.fmi3EnterInitializationMode(this.instance, 0, 0, start, 0, 0); }
 
   start() { this.fmi.fmi3ExitInitializationMode(this.instance); }
 

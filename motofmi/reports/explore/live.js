@@ -25,8 +25,7 @@ class Live {
     for (const [part, { library }] of Object.entries(parts))
       initial[part] = Object.fromEntries(library.states.filter((n) => states[part]?.[n] !== undefined && states[part] && Number.isFinite(states[part][n])).map((n) => [n, states[part][n]]));
     this.run?.free();
-    this.run = new CoSimulation(parts, settings.speed, 1e-3, keep ? initial : {});
-    this.run.time = time;
+    this.run = new CoSimulation(parts, settings.speed, 1e-3, keep ? initial : {}, time);
     this.shown = JSON.stringify(settings[this.side]);
     if (!keep) this.rows = [];
     this.names = TRACES.map(([n]) => n).filter((n) => [parts.vehicle, parts.device].some((p) => p?.library.states.includes(n)));
@@ -103,7 +102,7 @@ class Live {
     pen.font = `${12 * ratio}px system-ui, sans-serif`;
     this.names.forEach((name, i) => {
       const label = TRACES.find(([n]) => n === name)[1], top = i * tall + 8 * ratio, inner = tall - 20 * ratio;
-      const limit = Math.max(0.5, ...this.rows.map((r) => Math.abs(r[i + 1]) * DEGREES)), y = (v) => top + inner / 2 - (v / limit) * (inner / 2), x = (t) => left + ((t - end + SECONDS) / SECONDS) * (width - left);
+      const limit = Math.max(0.5, ...this.rows.map((r) => Math.abs(r[i + 1] ?? 0) * DEGREES)), y = (v) => top + inner / 2 - (v / limit) * (inner / 2), x = (t) => left + ((t - end + SECONDS) / SECONDS) * (width - left);
       pen.strokeStyle = colour("--line");
       pen.strokeRect(left, top, width - left - 1, inner);
       pen.fillStyle = colour("--soft");
@@ -112,7 +111,7 @@ class Live {
       pen.beginPath();
       pen.strokeStyle = colour(["--weave", "--wobble", "--rider-wobble"][i]);
       pen.lineWidth = 1.6 * ratio;
-      this.rows.forEach((r) => (r[0] >= end - SECONDS ? pen.lineTo(x(r[0]), y(r[i + 1] * DEGREES)) : 0));
+      this.rows.forEach((r) => (r[0] >= end - SECONDS && r.length > i + 1 ? pen.lineTo(x(r[0]), y(r[i + 1] * DEGREES)) : 0));
       pen.stroke();
     });
     if (this.running && this.rows.length) document.getElementById("live-state").textContent = `${this.run.time.toFixed(1)} s; the steps alone run ${Math.round(this.rate ?? 0)} times faster than real time.`;
