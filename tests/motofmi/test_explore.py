@@ -284,6 +284,8 @@ def test_dark_and_light_follow_the_system(browser, written):
     for scheme in ("light", "dark"):
         opened = Opened(browser, written.path, color_scheme=scheme)
         papers.add(opened.window.evaluate("getComputedStyle(document.body).backgroundColor"))
+        opened.window.emulate_media(media="print")  # of a dark page, too, on white paper
+        assert opened.window.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
         opened.window.close()
     assert len(papers) == 2
 

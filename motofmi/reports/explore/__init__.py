@@ -45,4 +45,4 @@ def colours_of_modes() -> str:
         " ".join(f"--{mode.replace('_', '-')}: {COLOURS[colour][k]};" for mode, colour in MODE_COLOURS.items())
         for k in range(2)
     )
-    return f":root {{ {light} }}\n@media (prefers-color-scheme: dark) {{ :root {{ {dark} }} }}\n"
+    return f":root {{ {light} }}\n@media screen and (prefers-color-scheme: dark) {{ :root {{ {dark} }} }}\n"
