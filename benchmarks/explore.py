@@ -8,8 +8,10 @@ from statistics import median
 import motofmi as mf
 from tests.browser import chromium
 from tests.explore_page import (
+    FLEXIBLE,
     MODE_OF_THE_COUPLED_FMUS,
     MODES_IN_THE_PAGE,
+    RIGID,
     Opened,
     differing_modes,
     eigenvalue_error,
@@ -92,7 +94,8 @@ def slider_times(window, moves: int = 60) -> tuple[list[float], float]:
     return spent, 1000 * (busy() - before) / moves
 
 
-def run(progress, settings: int = 1000, moves: int = 10_000, at_once: int = 10) -> dict:
+def run(progress, settings: int = 1000, moves: int = 10_000, at_once: int = 10,
+        vehicles: tuple[str, ...] = RIGID + FLEXIBLE) -> dict:  # fmt: skip
     """Errors and names at random settings, swapped names along random moves, milliseconds of a slider, and the
     rate and the modes of the live co-simulation."""
     with tempfile.TemporaryDirectory() as folder, chromium() as browser:
@@ -109,7 +112,7 @@ def run(progress, settings: int = 1000, moves: int = 10_000, at_once: int = 10) 
         settled = median(window.evaluate(SETTLED, {"moves": 20}))
         swapped = [window.evaluate(SWAPS, {"moves": 100, "seed": k}) for k in progress(range(moves // 100), "moves")]
         opened = Opened(browser, Path(folder) / "page.html")
-        cases = list(random_settings(opened.window.evaluate("page.data"), 7, settings))
+        cases = list(random_settings(opened.window.evaluate("page.data"), 7, settings, vehicles))
         worst, equal = 0.0, 0
         for first in progress(range(0, settings, at_once), "random settings"):
             part = cases[first : first + at_once]
