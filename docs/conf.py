@@ -9,8 +9,8 @@ sys.path.insert(0, str(Path(__file__).parent))  # the extension beside this file
 project = "motofmi"
 author = "motofmi developers"
 release = installed("motofmi")
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx-mathjax-offline", "sphinx_copybutton", "extension"]
-exclude_patterns = ["components/README.md", "**/.ipynb_checkpoints"]
+extensions = ["myst_nb", "sphinx_gallery.gen_gallery", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx-mathjax-offline", "sphinx_copybutton", "extension"]
+exclude_patterns = ["components/README.md", "examples/*", "how_to/gallery/*.ipynb", "how_to/gallery/*.py", "**/.ipynb_checkpoints"]
 html_theme = "furo"
 html_title = f"motofmi {release}"
 html_show_sphinx = False
@@ -21,6 +21,12 @@ nb_execution_raise_on_error = True
 nb_execution_timeout = 240
 nb_execution_in_temp = True
 nb_merge_streams = True
+
+# Scripts with pictures, executed as well.
+sphinx_gallery_conf = {
+    "examples_dirs": "examples", "gallery_dirs": "how_to/gallery", "abort_on_example_error": True, "show_memory": False,
+    "download_all_examples": False, "show_signature": False, "min_reported_time": 1e9,
+}  # fmt: skip
 
 myst_enable_extensions = ["dollarmath", "colon_fence", "deflist"]
 myst_heading_anchors = 4

@@ -1,20 +1,25 @@
 """The reference pages that come from the code: written before the build reads its sources, into docs/reference/rendered."""
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from extension import api, catalogue, commands, couplings, formats, schemas, verdict
+from extension import api, catalogue, commands, couplings, figures, formats, schemas, signatures, verdict
 
 PAGES = {"api": api.page, "commands": commands.page, "couplings": couplings.page, "effects": catalogue.effects,
          "formats": formats.page, "schemas": schemas.page, "values": catalogue.values, "verdict": verdict.page}  # fmt: skip
+
+FIGURES = {"signs.svg": figures.signs, "coupling_errors.svg": figures.coupling_errors}
 
 
 def write(app: Any) -> None:
     """Write every page that differs from what is there, so that an unchanged one is not built again."""
     folder = Path(app.srcdir) / "reference" / "rendered"
     folder.mkdir(exist_ok=True)
-    for name, page in PAGES.items():
-        file, text = folder / f"{name}.md", page()
+    pictures = {f"signature_{family}.svg": partial(signatures.picture, laws) for family, laws in signatures.forms().items()}
+    pages = {f"{name}.md": page for name, page in PAGES.items()}
+    for name, page in {**pages, **pictures, **FIGURES}.items():
+        file, text = folder / name, page()
         if not file.exists() or file.read_text("utf-8") != text:
             file.write_text(text, "utf-8")
 

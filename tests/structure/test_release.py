@@ -5,7 +5,6 @@ import os
 import subprocess
 import sys
 import tomllib
-import venv
 import zipfile
 from importlib.metadata import version
 from importlib.util import find_spec
@@ -20,6 +19,7 @@ from fmus.support.errors import MissingToolError
 from rider_fmu import riders
 from tests import ROOT
 from tests.importer import Opened
+from tests.installation import NAMES, built_wheel, copied_checkout, environment_with, listed_files
 
 pytestmark = pytest.mark.skipif(host_compiler() is None, reason="no C compiler on this machine")
 
@@ -51,7 +51,6 @@ def test_one_that_does_not_fit_is_not_used(archives, tmp_path):
         build(riders.load("mean_2011"), tmp_path / "out", fmi=3)
 
 
-NAMES = {"motofmi", "fmus", "rider_fmu", "vehicle_fmu"}
 needs_build = pytest.mark.skipif(find_spec("build") is None or int(version("setuptools").split(".")[0]) < 77,
                                  reason="build, or setuptools from 77 on, is not installed (pip install motofmi[dev])")  # fmt: skip
 # Run beside folders of a lab that are called like folders of the project.
@@ -74,16 +73,9 @@ print(json.dumps({"version": motofmi.__version__, "scenarios": scenario_names(),
 @pytest.fixture(scope="module")
 def checkout(tmp_path_factory):
     """A copy of what git lists, with one prebuilt archive."""
-    folder = tmp_path_factory.mktemp("checkout")
-    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False).stdout.split(
-        "\n"
-    )
-    if "pyproject.toml" not in listed:
+    if "pyproject.toml" not in listed_files():
         pytest.skip("not in a checkout")
-    for name in filter(None, listed):
-        if (ROOT / name).is_file():
-            (folder / name).parent.mkdir(parents=True, exist_ok=True)
-            (folder / name).write_bytes((ROOT / name).read_bytes())
+    folder = copied_checkout(tmp_path_factory.mktemp("checkout"))
     with pytest.MonkeyPatch.context() as patched:
         patched.setenv("MOTOFMI_CACHE", str(tmp_path_factory.mktemp("archives")))
         build(riders.load("mean_2011"), folder / "fmus" / "built")
@@ -92,11 +84,7 @@ def checkout(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def wheel(checkout):
-    done = subprocess.run([sys.executable, "-m", "build", "--wheel", "--no-isolation", "--skip-dependency-check"], cwd=checkout,
-                          capture_output=True, text=True, check=False)  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    (path,) = (checkout / "dist").glob("*.whl")
-    return path
+    return built_wheel(checkout)
 
 
 @pytest.mark.slow
@@ -108,21 +96,12 @@ def test_the_wheel_contains_code_values_and_prebuilt_archives(checkout, wheel):
         assert members.read(f"fmus/built/{built.name}") == built.read_bytes()
     assert {"fmus/export/runtime/step.c", "fmus/export/runtime/model.c.in", "fmus/export/runtime/LICENSE.txt", "fmus/export/python_slave.py.in",
             "rider_fmu/riders/mean_2011.toml", "vehicle_fmu/motorcycles/sharp_1971.toml", "motofmi/py.typed",
-            "motofmi/docs/glossary.md", "motofmi/reports/explore/modules/PassiveRider.json", "motofmi/reports/page/report.html", "motofmi/reports/page/charts.js",
+            "motofmi/docs/glossary.md", "motofmi/schemas/verdict.json", "motofmi/reports/explore/modules/PassiveRider.json",
+            "motofmi/reports/page/report.html", "motofmi/reports/page/charts.js",
             *(f"motofmi/reports/page/vendor/{name}" for name in ("echarts.min.js", "LICENSE.txt", "NOTICE.txt", "LICENSE-zrender.txt"))} <= names  # fmt: skip
     assert {name.partition("/")[0] for name in names if ".dist-info/" not in name} == NAMES
     assert {name for name in names if name.startswith("motofmi/docs/")} == {"motofmi/docs/glossary.md"}
     assert "motofmi/scenarios/__init__.py" in names and "motofmi/scenarios.py" not in names
-
-
-def _dependencies(folder):
-    """What is installed here, without the project itself, which may be installed here too."""
-    for packages in [Path(path) for path in sys.path if path.endswith("site-packages")]:
-        for member in packages.iterdir():
-            own = member.name in NAMES or member.name.startswith(("motofmi-", "__editable__"))
-            if not own and not (folder / member.name).exists():
-                (folder / member.name).symlink_to(member)
-    return folder
 
 
 @pytest.fixture(scope="module", params=["wheel", "editable", "checkout"])
@@ -133,30 +112,12 @@ def installed(request, checkout, tmp_path_factory):
     if find_spec("build") is None or int(version("setuptools").split(".")[0]) < 77:
         pytest.skip("build, or setuptools from 77 on, is not installed (pip install motofmi[dev])")
     folder = tmp_path_factory.mktemp(request.param)
-    venv.create(folder, with_pip=False)
-    python = folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
-    packages = Path(
-        subprocess.run(
-            [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"],
-            capture_output=True,
-            text=True,
-            check=True,
-        ).stdout.strip()
-    )
-    (packages / "dependencies.pth").write_text(str(_dependencies(tmp_path_factory.mktemp("dependencies"))), "utf-8")
     what = (
         [str(request.getfixturevalue("wheel"))]
         if request.param == "wheel"
         else ["--no-build-isolation", "-e", str(checkout)]
     )
-    done = subprocess.run(
-        [sys.executable, "-m", "pip", "--python", str(python), "install", "--no-deps", "--no-index", *what],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    return [str(python)], {}, folder if request.param == "wheel" else checkout
+    return [str(environment_with(folder, *what))], {}, folder if request.param == "wheel" else checkout
 
 
 def _run(command, environment, folder):
