@@ -4,9 +4,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from extension import api, catalogue, commands, couplings, figures, formats, schemas, signatures, verdict
+from extension import accuracy, api, catalogue, commands, couplings, figures, formats, measured, schemas, signatures, verdict
 
-PAGES = {"api": api.page, "commands": commands.page, "couplings": couplings.page, "effects": catalogue.effects,
+PAGES = {"accuracy": accuracy.accuracy, "api": api.page, "commands": commands.page, "costs": accuracy.costs, "couplings": couplings.page, "effects": catalogue.effects,
          "formats": formats.page, "schemas": schemas.page, "values": catalogue.values, "verdict": verdict.page}  # fmt: skip
 
 FIGURES = {"signs.svg": figures.signs, "coupling_errors.svg": figures.coupling_errors}
@@ -25,5 +25,6 @@ def write(app: Any) -> None:
 
 
 def setup(app: Any) -> dict[str, bool]:
+    app.add_role("measured", measured.role)
     app.connect("builder-inited", write)
     return {"parallel_read_safe": True}
