@@ -4,7 +4,19 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from extension import accuracy, api, catalogue, commands, couplings, figures, formats, measured, schemas, signatures, verdict
+from extension import (
+    accuracy,
+    api,
+    catalogue,
+    commands,
+    couplings,
+    figures,
+    formats,
+    measured,
+    schemas,
+    signatures,
+    verdict,
+)
 
 PAGES = {"accuracy": accuracy.accuracy, "api": api.page, "commands": commands.page, "costs": accuracy.costs, "couplings": couplings.page, "effects": catalogue.effects,
          "formats": formats.page, "schemas": schemas.page, "values": catalogue.values, "verdict": verdict.page}  # fmt: skip
