@@ -1,19 +1,23 @@
 """The site: `pip install '.[docs]' && sphinx-build -nW docs site`. Pages are executed by the build; tables come from the code."""
 
 import sys
-from importlib.metadata import version as installed
 from pathlib import Path
+
+import motofmi
 
 sys.path.insert(0, str(Path(__file__).parent))  # the extension beside this file
 
 project = "motofmi"
 author = "motofmi developers"
-release = installed("motofmi")
+release = motofmi.__version__
 extensions = ["myst_nb", "sphinx_gallery.gen_gallery", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx-mathjax-offline", "sphinx_copybutton", "extension"]
 exclude_patterns = ["components/README.md", "examples/*", "how_to/gallery/*.ipynb", "how_to/gallery/*.py", "**/.ipynb_checkpoints"]
 html_theme = "furo"
 html_title = f"motofmi {release}"
 html_show_sphinx = False
+html_show_copyright = False
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
 
 # Pages that are executed fail the build where they fail.
 nb_execution_mode = "force"
@@ -21,6 +25,7 @@ nb_execution_raise_on_error = True
 nb_execution_timeout = 240
 nb_execution_in_temp = True
 nb_merge_streams = True
+nb_output_stderr = "remove"  # progress
 
 # Scripts with pictures, executed as well.
 sphinx_gallery_conf = {

@@ -1,11 +1,13 @@
 """Every public name and every class that a public function returns, from their docstrings."""
 
 import inspect
+import re
 from textwrap import dedent
 from typing import Any, get_type_hints
 
 import motofmi
 
+LONGEST_DEFAULT = 40  # characters
 INTRODUCTION = """# Python interface
 
 One import, `import motofmi as mf`. [By example](../../python.md) shows the names at work; quantities are in SI units. In the examples
@@ -36,10 +38,21 @@ def _section(name: str, found: object) -> str:
 
 
 def _blocks(found: object) -> str:
-    """The docstring: its text as it stands, and its examples, which begin at the first prompt."""
+    """The docstring: paragraphs, what is indented as it stands, and the examples, which begin at the first prompt."""
     text, prompt, example = (inspect.getdoc(found) or "").partition("    >>> ")
-    shown = f"```text\n{text.strip()}\n```\n"
-    return shown + (f"\n```pycon\n{dedent(prompt + example).strip()}\n```\n" if prompt else "")
+    shown = "\n\n".join(_paragraph(part) for part in text.strip().split("\n\n"))
+    return f"{shown}\n" + (f"\n```pycon\n{dedent(prompt + example).strip()}\n```\n" if prompt else "")
+
+
+def _paragraph(text: str) -> str:
+    """A paragraph as Markdown; one with indented lines as it stands."""
+    return f"```text\n{dedent(text)}\n```" if re.search("^ ", text, re.MULTILINE) else _escaped(text)
+
+
+def _escaped(text: str) -> str:
+    """The text without what Markdown would read as markup, except in backquotes."""
+    parts = re.split("(`[^`]*`)", text)
+    return "".join(part if part.startswith("`") else re.sub(r"([*_<$\[\]#|])", r"\\\1", part) for part in parts)
 
 
 def _shown(owner: type, name: str) -> bool:
@@ -49,9 +62,20 @@ def _shown(owner: type, name: str) -> bool:
 
 
 def _first(member: object) -> str:
-    """The first paragraph of a docstring, without what Markdown would read as markup."""
-    text = " ".join((inspect.getdoc(member) or "").split("\n\n")[0].split())
-    return text.replace("|", "\\|").replace("*", "\\*").replace("<", "&lt;").replace("$", "\\$")
+    """The first paragraph of a docstring."""
+    return _escaped(" ".join((inspect.getdoc(member) or "").split("\n\n")[0].split()))
+
+
+class _Long:
+    """Stands for a default value whose text is long."""
+
+    def __repr__(self) -> str:
+        return "..."
+
+
+def _default(parameter: inspect.Parameter) -> Any:
+    long = parameter.default is not parameter.empty and len(repr(parameter.default)) > LONGEST_DEFAULT
+    return _Long() if long else parameter.default
 
 
 def _signature(found: object) -> str:
@@ -62,5 +86,5 @@ def _signature(found: object) -> str:
         given = inspect.signature(found)
     except ValueError:
         return "(...)"
-    parameters = [p.replace(annotation=inspect.Parameter.empty) for p in given.parameters.values()]
+    parameters = [p.replace(annotation=inspect.Parameter.empty, default=_default(p)) for p in given.parameters.values()]
     return str(given.replace(parameters=parameters, return_annotation=inspect.Signature.empty))
