@@ -11,7 +11,7 @@ from tests import ROOT
 
 # Records of past decisions keep the numbers that decided; pages of components and the glossary hold no measurements.
 KEPT = {"decisions", "components", "rendered", "gallery"}
-PAGES = [ROOT / "README.md", *(path for path in sorted((ROOT / "docs").rglob("*.md")) if not KEPT & set(path.parts))]
+PAGES = [ROOT / "README.md", ROOT / "paper" / "paper.md", *(path for path in sorted((ROOT / "docs").rglob("*.md")) if not KEPT & set(path.parts))]
 CODE = re.compile(r"^```.*?^```|(?<!\{measured\})`[^`\n]*`", re.MULTILINE | re.DOTALL)
 # A table between these lines is rendered by its benchmark, whose test compares it with the results.
 RENDERED = re.compile(r"<!-- table of .*?<!-- end of the table -->", re.DOTALL)
@@ -53,3 +53,11 @@ def test_the_rates_of_the_page_of_accuracy_are_in_the_results(monkeypatch):
     assert set(STUDIES) <= set(kept)
     rate = kept["gap_blind"]["rates"]["false alarms"]
     assert f"{round(rate['rate'] * rate['trials'])} of {rate['trials']} | {100 * rate['rate']:.0f} % [" in page
+
+
+def test_the_tables_of_the_paper_are_rendered_from_the_results(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "docs"))
+    from extension.accuracy import coupling_comparison, method_comparison  # noqa: PLC0415 - a module of the documentation
+
+    paper = (ROOT / "paper" / "paper.md").read_text("utf-8")
+    assert coupling_comparison() in paper and method_comparison() in paper
