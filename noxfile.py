@@ -37,7 +37,8 @@ def docs(session: nox.Session) -> None:
 def build(session: nox.Session) -> None:
     """Wheel and sdist, checked, into the folder `dist`."""
     session.install("build", "twine")
-    session.run("python", "-m", "build")
+    session.run("python", "-m", "build", "--sdist")
+    session.run("python", "-m", "build", "--wheel")  # from the checkout, which may hold prebuilt FMUs
     session.run("twine", "check", "--strict", "dist/*")
 
 
