@@ -30,7 +30,7 @@ nb_output_stderr = "remove"  # progress
 # Scripts with pictures, executed as well.
 sphinx_gallery_conf = {
     "examples_dirs": "examples", "gallery_dirs": "how_to/gallery", "abort_on_example_error": True, "show_memory": False,
-    "download_all_examples": False, "show_signature": False, "min_reported_time": 1e9,
+    "download_all_examples": False, "show_signature": False, "capture_repr": (), "min_reported_time": 1e9,
 }  # fmt: skip
 
 myst_enable_extensions = ["dollarmath", "colon_fence", "deflist"]
