@@ -150,3 +150,11 @@ def test_the_command_and_the_module_run(installed, tmp_path):
         assert _run([str(Path(python[0]).with_name("motofmi")), "--version"], environment, tmp_path).strip() == expected
         code = "from importlib.util import find_spec; print([n for n in ('scenarios', 'identification', 'tests', 'benchmarks') if find_spec(n)])"
         assert _run([*python, "-c", code], environment, tmp_path).strip() == "[]"
+
+
+@pytest.mark.slow
+@needs_build
+@pytest.mark.skipif(find_spec("twine") is None, reason="twine is not installed (pip install motofmi[dev])")
+def test_an_index_accepts_the_wheel(wheel):
+    done = subprocess.run([sys.executable, "-m", "twine", "check", "--strict", str(wheel)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
