@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from fmus.checks.problem import Problem
 from fmus.export.compilers import host_compiler
 from fmus.support.errors import InputError
 from fmus.support.plain_json import to_json
@@ -13,12 +14,13 @@ from motofmi.cli.listing import commands
 from motofmi.cli.main import main
 from motofmi.gap.criteria import Criteria
 from motofmi.schemas import names, schema
+from motofmi.workflows.check import CheckReport
 from motofmi.workflows.tour import Tour
 from tests.motofmi.json_schemas import check_against_schema
 
 # `gap --json` is verdict.json, `gap --plan --json` is plan.json; `completion` prints a script.
 FURTHER = {"verdict", "plan", "batch"}
-OUTPUTS = (("list",), ("build", "damper:7.5", "--out", "out"), ("check", "out/damper_7_5.fmu"), ("device", "damper:7.5", "--frequency", "1"),
+OUTPUTS = (("list",), ("build", "damper:7.5", "--out", "out"), ("device", "damper:7.5", "--frequency", "1"),
            ("modes", "--speed", "20,30"), ("modes", "--speed", "20,30", "--device", "none", "--device", "damper:7.5"),
            ("cosimulate", "--device", "damper:7.5", "--duration", "0.1", "--out", "run.csv"),
            ("simulate", "out/damper_7_5.fmu", "--duration", "0.1"))  # fmt: skip
@@ -38,6 +40,11 @@ def test_outputs_of_commands_fit_their_schemas(tmp_path, monkeypatch, capsys):
         assert main([*words, "--json", "found.json"]) == 0
         check_against_schema(words[0], json.loads(Path("found.json").read_text("utf-8")))
     capsys.readouterr()
+
+
+def test_problems_of_fmus_fit_their_schema():
+    found = CheckReport({"a.fmu": [Problem("archive", "error", "no model description", "a.fmu")], "b.fmu": []})
+    check_against_schema("check", json.loads(to_json(found.to_dict())))
 
 
 def test_the_tour_fits_its_schema(tmp_path):

@@ -21,7 +21,7 @@ FUNCTIONS = {name: found for name, found in PUBLIC.items() if inspect.isfunction
 # Measured processor time of the examples: over 0.25 s slow, over 5 s a study.
 QUICK = {"Component", "Effect", "Element", "InputError", "adds_to", "calculated", "component", "damper", "input", "local",
          "mechanism", "Variable", "output", "parameter", "rider", "schema", "state", "transfer_functions", "vehicle"}  # fmt: skip
-STUDIES = {"explore", "find_gap", "tour"}
+STUDIES = {"explore", "find_gap", "tour", "plan_experiment"}
 SCALE = {"batch", "open_study", "sweep"}
 FLAGS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS | doctest.IGNORE_EXCEPTION_DETAIL
 
