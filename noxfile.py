@@ -2,7 +2,8 @@
 # /// script
 # dependencies = ["nox>=2025.2.9"]
 # ///
-"""Tasks of a contributor: `nox` runs lint and tests, `nox -s docs` builds the site. `.ci/run` does all of it in one environment."""
+"""Tasks of a contributor: `nox` runs lint and tests, `nox -s docs` builds the site. `.ci/run` does all of it in one
+environment."""
 
 import nox
 

@@ -1,4 +1,5 @@
-"""The site: `pip install '.[docs]' && sphinx-build -nW docs site`. Pages are executed by the build; tables come from the code."""
+"""The site: `pip install '.[docs]' && sphinx-build -nW docs site`. Pages are executed by the build; tables come
+from the code."""
 
 import sys
 from pathlib import Path
@@ -10,8 +11,22 @@ sys.path.insert(0, str(Path(__file__).parent))  # the extension beside this file
 project = "motofmi"
 author = "motofmi developers"
 release = motofmi.__version__
-extensions = ["myst_nb", "sphinx_gallery.gen_gallery", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx-mathjax-offline", "sphinx_copybutton", "extension"]
-exclude_patterns = ["components/README.md", "examples/*", "how_to/gallery/*.ipynb", "how_to/gallery/*.py", "**/.ipynb_checkpoints"]
+extensions = [
+    "myst_nb",
+    "sphinx_gallery.gen_gallery",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx-mathjax-offline",
+    "sphinx_copybutton",
+    "extension",
+]
+exclude_patterns = [
+    "components/README.md",
+    "examples/*",
+    "how_to/gallery/*.ipynb",
+    "how_to/gallery/*.py",
+    "**/.ipynb_checkpoints",
+]
 html_theme = "furo"
 html_title = f"motofmi {release}"
 html_show_sphinx = False
@@ -29,9 +44,15 @@ nb_output_stderr = "remove"  # progress
 
 # Scripts with pictures, executed as well.
 sphinx_gallery_conf = {
-    "examples_dirs": "examples", "gallery_dirs": "how_to/gallery", "abort_on_example_error": True, "show_memory": False,
-    "download_all_examples": False, "show_signature": False, "capture_repr": (), "min_reported_time": 1e9,
-}  # fmt: skip
+    "examples_dirs": "examples",
+    "gallery_dirs": "how_to/gallery",
+    "abort_on_example_error": True,
+    "show_memory": False,
+    "download_all_examples": False,
+    "show_signature": False,
+    "capture_repr": (),
+    "min_reported_time": 1e9,
+}
 
 myst_enable_extensions = ["dollarmath", "colon_fence", "deflist"]
 myst_heading_anchors = 4

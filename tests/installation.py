@@ -27,8 +27,13 @@ def copied_checkout(folder: Path) -> Path:
 
 def built_wheel(checkout: Path) -> Path:
     """The wheel of a copied checkout."""
-    done = subprocess.run([sys.executable, "-m", "build", "--wheel", "--no-isolation", "--skip-dependency-check"], cwd=checkout,
-                          capture_output=True, text=True, check=False)  # fmt: skip
+    done = subprocess.run(
+        [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--skip-dependency-check"],
+        cwd=checkout,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert done.returncode == 0, done.stderr
     (path,) = (checkout / "dist").glob("*.whl")
     return path

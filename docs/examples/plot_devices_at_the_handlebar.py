@@ -2,8 +2,8 @@
 Rider and damper at the handlebar
 =================================
 
-The torque of a rider and of two dampers per steer angle. The damper's rises with the frequency; the rider's has the resonances of
-torso and arms.
+The torque of a rider and of two dampers per steer angle. The damper's rises with the frequency; the rider's has the
+resonances of torso and arms.
 """
 
 import matplotlib.pyplot as plt

@@ -1,4 +1,5 @@
-"""The reference pages that come from the code: written before the build reads its sources, into docs/reference/rendered."""
+"""The reference pages that come from the code: written before the build reads its sources, into
+docs/reference/rendered."""
 
 from functools import partial
 from pathlib import Path
@@ -18,8 +19,18 @@ from extension import (
     verdict,
 )
 
-PAGES = {"accuracy": accuracy.accuracy, "api": api.page, "commands": commands.page, "costs": accuracy.costs, "couplings": couplings.page, "effects": catalogue.effects,
-         "formats": formats.page, "schemas": schemas.page, "values": catalogue.values, "verdict": verdict.page}  # fmt: skip
+PAGES = {
+    "accuracy": accuracy.accuracy,
+    "api": api.page,
+    "commands": commands.page,
+    "costs": accuracy.costs,
+    "couplings": couplings.page,
+    "effects": catalogue.effects,
+    "formats": formats.page,
+    "schemas": schemas.page,
+    "values": catalogue.values,
+    "verdict": verdict.page,
+}
 
 FIGURES = {"signs.svg": figures.signs, "coupling_errors.svg": figures.coupling_errors}
 
@@ -28,7 +39,9 @@ def write(app: Any) -> None:
     """Write every page that differs from what is there, so that an unchanged one is not built again."""
     folder = Path(app.srcdir) / "reference" / "rendered"
     folder.mkdir(exist_ok=True)
-    pictures = {f"signature_{family}.svg": partial(signatures.picture, laws) for family, laws in signatures.forms().items()}
+    pictures = {
+        f"signature_{family}.svg": partial(signatures.picture, laws) for family, laws in signatures.forms().items()
+    }
     pages = {f"{name}.md": page for name, page in PAGES.items()}
     for name, page in {**pages, **pictures, **FIGURES}.items():
         file, text = folder / name, page()

@@ -10,8 +10,8 @@ import motofmi
 LONGEST_DEFAULT = 40  # characters
 INTRODUCTION = """# Python interface
 
-One import, `import motofmi as mf`. [By example](../../python.md) shows the names at work; quantities are in SI units. In the examples
-`mf` is `motofmi` and `np` is `numpy`; every example is run by the tests.
+One import, `import motofmi as mf`. [By example](../../python.md) shows the names at work; quantities are in SI units.
+In the examples `mf` is `motofmi` and `np` is `numpy`; every example is run by the tests.
 """
 
 

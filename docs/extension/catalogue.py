@@ -12,9 +12,10 @@ from motofmi.workflows.components import EFFECTS as EFFECT_CLASSES
 
 EFFECTS = """# Effects
 
-The library of the gap workflow on riders, vehicles and measuring channels. A family is a phenomenon, a form its equation. Laws of
-mechanics act on any component that is given with `--component`. Pictures show the torque that a form adds to a spring and damper in a
-sinusoidal motion, over the deflection and relative to its largest value; the signature is what the workflow recognises.
+The library of the gap workflow on riders, vehicles and measuring channels. A family is a phenomenon, a form its
+equation. Laws of mechanics act on any component that is given with `--component`. Pictures show the torque that a
+form adds to a spring and damper in a sinusoidal motion, over the deflection and relative to its largest value; the
+signature is what the workflow recognises.
 
 """
 # When a family matters: what of an experiment makes it visible.
@@ -70,13 +71,28 @@ def equations() -> dict[tuple[str, str], str]:
     return {(each.family, each.form): "; ".join(f"`{line}`" for line in added_terms(each)) for each in every}
 
 
-def _family(name: str, entries: list[dict[str, Any]], laws: list[type[Effect]], terms: dict[tuple[str, str], str]) -> str:
+def _family(
+    name: str, entries: list[dict[str, Any]], laws: list[type[Effect]], terms: dict[tuple[str, str], str]
+) -> str:
     rows = [
-        (f"`{e['form']}`", e["element"] or "", e["description"], terms.get((name, e["form"]), ""),
-         ", ".join(f"`{n}` [{row['unit']}]" for n, row in e["parameters"].items()))
+        (
+            f"`{e['form']}`",
+            e["element"] or "",
+            e["description"],
+            terms.get((name, e["form"]), ""),
+            ", ".join(f"`{n}` [{row['unit']}]" for n, row in e["parameters"].items()),
+        )
         for e in entries
-    ] or [(f"`{law.form}`", law.element, law.sentence(), terms.get((name, law.form), ""),
-           ", ".join(f"`{n}` [{row.unit}]" for n, row in law.declared.items() if row.role == "parameter")) for law in laws]  # fmt: skip
+    ] or [
+        (
+            f"`{law.form}`",
+            law.element,
+            law.sentence(),
+            terms.get((name, law.form), ""),
+            ", ".join(f"`{n}` [{row.unit}]" for n, row in law.declared.items() if row.role == "parameter"),
+        )
+        for law in laws
+    ]
     image = f"![Added torque over deflection](signature_{name}.svg)\n\n" if laws else ""
     return f"## {name}\n\nMatters {MATTERS[name]}.\n\n{image}{table(('form', 'place', 'meaning', 'equation', 'parameters'), rows)}"
 

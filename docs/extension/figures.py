@@ -86,7 +86,15 @@ def _from_the_right(axes: Any) -> None:
     _arrow(axes, (-0.4, 1.2), (-0.4, 0.8), "z, down")
     axes.text(-0.4, 1.27, "y, to the right (to the viewer)", fontsize=8, va="bottom")
     axes.text(foot + 0.02, 0.06, "trail", fontsize=8, color=ACCENT)
-    axes.text(head + 0.02, 1.12, "steer axis: $\\delta$, $s$, $w$, $T_h$, $T_f$\npositive to the right", fontsize=8, color=ACCENT, ha="left", va="bottom")
+    axes.text(
+        head + 0.02,
+        1.12,
+        "steer axis: $\\delta$, $s$, $w$, $T_h$, $T_f$\npositive to the right",
+        fontsize=8,
+        color=ACCENT,
+        ha="left",
+        va="bottom",
+    )
     axes.text(head + 0.27, 0.72, "caster angle", fontsize=8, color=ACCENT)
     axes.set(title="from the right", xlim=(-0.5, 2.3), ylim=(-0.15, 1.75), aspect="equal")
     axes.axis("off")
@@ -96,14 +104,29 @@ def _from_above(axes: Any) -> None:
     steer = np.radians(25.0)
     axes.plot([-0.25, 0.25], [0, 0], color=INK, linewidth=6)
     axes.plot([0, 1.1], [0, 0], color=INK, linewidth=2)
-    axes.plot([1.1 - 0.25 * np.cos(steer), 1.1 + 0.25 * np.cos(steer)], [0.25 * np.sin(steer), -0.25 * np.sin(steer)], color=INK, linewidth=6)
+    axes.plot(
+        [1.1 - 0.25 * np.cos(steer), 1.1 + 0.25 * np.cos(steer)],
+        [0.25 * np.sin(steer), -0.25 * np.sin(steer)],
+        color=INK,
+        linewidth=6,
+    )
     bar = np.array([[-np.sin(steer), -np.cos(steer)], [np.sin(steer), np.cos(steer)]]) * 0.33
     axes.plot(0.95 + bar[:, 0], bar[:, 1], color=INK, linewidth=2)
     _arrow(axes, (-0.2, 0.75), (0.3, 0.75), "x")
     _arrow(axes, (-0.2, 0.75), (-0.2, 0.35), "y")
-    axes.annotate("", (1.42, -0.24), (1.46, 0.06), arrowprops={"arrowstyle": "->", "color": ACCENT, "connectionstyle": "arc3,rad=-0.3"})
+    axes.annotate(
+        "",
+        (1.42, -0.24),
+        (1.46, 0.06),
+        arrowprops={"arrowstyle": "->", "color": ACCENT, "connectionstyle": "arc3,rad=-0.3"},
+    )
     axes.text(1.5, -0.1, "steer angle $\\delta > 0$", fontsize=8, color=ACCENT)
-    axes.annotate("", (0.5, -0.62), (0.8, -0.45), arrowprops={"arrowstyle": "->", "color": ACCENT, "connectionstyle": "arc3,rad=-0.3"})
+    axes.annotate(
+        "",
+        (0.5, -0.62),
+        (0.8, -0.45),
+        arrowprops={"arrowstyle": "->", "color": ACCENT, "connectionstyle": "arc3,rad=-0.3"},
+    )
     axes.text(0.45, -0.8, "yaw rate $> 0$", fontsize=8, color=ACCENT)
     axes.set(title="from above", xlim=(-0.5, 2.3), ylim=(-0.95, 0.95), aspect="equal")
     axes.axis("off")

@@ -8,5 +8,7 @@ INTRODUCTION = f"# Formats of recordings\n\nEvery file may be packed (`{PACKED}`
 
 def page() -> str:
     found = {id(each): each for each in formats().values()}.values()
-    return INTRODUCTION + table(("format", "suffix", "package"),
-                                [(f.name, ", ".join(f"`{s}`" for s in f.suffixes), f.needs or "") for f in found])  # fmt: skip
+    return INTRODUCTION + table(
+        ("format", "suffix", "package"),
+        [(f.name, ", ".join(f"`{s}`" for s in f.suffixes), f.needs or "") for f in found],
+    )

@@ -43,6 +43,8 @@ def cases(rate: dict[str, float]) -> str:
     return f"{round(rate['rate'] * rate['trials'])} of {rate['trials']:.0f}"
 
 
-def role(name: str, raw: str, text: str, line: int, inliner: Any, options: Any = None, content: Any = ()) -> tuple[list[nodes.Node], list[Any]]:
+def role(
+    name: str, raw: str, text: str, line: int, inliner: Any, options: Any = None, content: Any = ()
+) -> tuple[list[nodes.Node], list[Any]]:
     """The docutils role."""
     return [nodes.Text(shown(text))], []

@@ -10,10 +10,10 @@ from motofmi.schemas import names, schema
 FIRST = "verdict"
 INTRODUCTION = """# JSON outputs
 
-`--json FILE` writes what a command shows; `motofmi gap` also writes verdict.json. JSON never holds NaN: null stands for what does not exist.
-A complex number is `[re, im]`, a parameter `{value, standard_error, unit}`. The schemas (JSON Schema 2020-12) ship with the package:
-`mf.schema("verdict")`, or the files in `motofmi/schemas`. In the tables `.` is a key inside an object, `[]` an entry of a list, `*` any
-name; keys in *italics* may be absent.
+`--json FILE` writes what a command shows; `motofmi gap` also writes verdict.json. JSON never holds NaN: null stands
+for what does not exist. A complex number is `[re, im]`, a parameter `{value, standard_error, unit}`. The schemas
+(JSON Schema 2020-12) ship with the package: `mf.schema("verdict")`, or the files in `motofmi/schemas`. In the tables
+`.` is a key inside an object, `[]` an entry of a list, `*` any name; keys in *italics* may be absent.
 
 """
 
@@ -25,7 +25,10 @@ def page() -> str:
 
 def _section(name: str, found: dict[str, Any]) -> str:
     variants = found.get("oneOf", [found])
-    tables = [f"{v['description'].capitalize()}:\n\n{_table(v, found)}" if "description" in v else _table(v, found) for v in variants]
+    tables = [
+        f"{v['description'].capitalize()}:\n\n{_table(v, found)}" if "description" in v else _table(v, found)
+        for v in variants
+    ]
     return "\n".join([f"## {name}\n\n{found['title']}.\n", *tables])
 
 
@@ -34,14 +37,21 @@ def _table(part: dict[str, Any], whole: dict[str, Any]) -> str:
     return table(("key", "type", "meaning"), rows)
 
 
-def _rows(part: dict[str, Any], whole: dict[str, Any], prefix: str = "", depth: int = 0) -> Iterator[tuple[str, str, str, bool]]:
+def _rows(
+    part: dict[str, Any], whole: dict[str, Any], prefix: str = "", depth: int = 0
+) -> Iterator[tuple[str, str, str, bool]]:
     """Key, type, meaning, and whether it may be absent, of everything below a part of a schema."""
     part = _resolved(part, whole)
     for variant in part.get("oneOf", ()):
         yield from _rows(variant, whole, prefix, depth)
     for key, value in part.get("properties", {}).items():
         inner = _resolved(value, whole)
-        yield prefix + key, _kind(inner), value.get("description") or inner.get("description", ""), key not in part.get("required", ())
+        yield (
+            prefix + key,
+            _kind(inner),
+            value.get("description") or inner.get("description", ""),
+            key not in part.get("required", ()),
+        )
         if depth < 3 and key != "units":
             yield from _rows(inner, whole, f"{prefix}{key}.", depth + 1)
     if isinstance(part.get("additionalProperties"), dict):
@@ -68,5 +78,7 @@ def _kind(part: dict[str, Any]) -> str:
     kind = " or ".join(names_) + (" or null" if part.get("nullable") else "")
     if "array" in names_ and "items" in part:
         inner = part["items"].get("type")
-        kind = kind.replace("array", f"array of {inner if isinstance(inner, str) else ' or '.join(inner)}" if inner else "array")
+        kind = kind.replace(
+            "array", f"array of {inner if isinstance(inner, str) else ' or '.join(inner)}" if inner else "array"
+        )
     return kind

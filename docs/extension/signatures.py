@@ -1,4 +1,5 @@
-"""Pictures of the signatures of effects: the torque that each form adds to a spring and damper in a sinusoidal motion."""
+"""Pictures of the signatures of effects: the torque that each form adds to a spring and damper in a sinusoidal
+motion."""
 
 from collections.abc import Sequence
 from io import BytesIO
@@ -28,7 +29,9 @@ class SpringAndDamper(Component):
     spring_torque = local("N.m", "Torque against the deflection")
     torque = output("N.m", "Torque against the deflection")
 
-    elements: ClassVar = {name: Element("spring_torque", "deflection", "rate", "stiffness", "damping") for name in ("spring", "rotation")}
+    elements: ClassVar = {
+        name: Element("spring_torque", "deflection", "rate", "stiffness", "damping") for name in ("spring", "rotation")
+    }
 
     def equations(self, v, m):
         v.spring_torque = v.stiffness * v.deflection + v.damping * v.rate
@@ -64,7 +67,8 @@ def picture(laws: Sequence[type[Effect]]) -> str:
 def signature(law: type[Effect]) -> tuple[np.ndarray, np.ndarray]:
     """Deflection [rad] and added torque [N.m] (n,) over the last period.
 
-    The magnitude changes the torque by about a quarter; a law with states of its own is drawn at its starting magnitude.
+    The magnitude changes the torque by about a quarter; a law with states of its own is drawn at its starting
+    magnitude.
     """
     time = np.arange(PERIODS * SAMPLES + 1) / SAMPLES / FREQUENCY
     angle = 2 * np.pi * FREQUENCY * time
@@ -73,7 +77,9 @@ def signature(law: type[Effect]) -> tuple[np.ndarray, np.ndarray]:
     alone = base.values["stiffness"] * deflection + base.values["damping"] * rate
     magnitude = next(iter(law.declared))
     joined = base.with_effects(law())
-    values = {joined_name(joined, n): starting_value(law, n) for n in law.declared if law.declared[n].role == "parameter"}
+    values = {
+        joined_name(joined, n): starting_value(law, n) for n in law.declared if law.declared[n].role == "parameter"
+    }
     name = joined_name(joined, magnitude)
     added = np.zeros_like(time)
     for _ in range(MOST_DOUBLINGS):
@@ -96,19 +102,33 @@ def starting_value(law: type[Effect], name: str) -> float:
     values = law.starts.get(name)
     if not values:
         return law.declared[name].start
-    scale = DEFLECTION if name in law.relative else 2 * np.pi * FREQUENCY * DEFLECTION if name in law.relative_to_rate else 1.0
+    scale = (
+        DEFLECTION
+        if name in law.relative
+        else 2 * np.pi * FREQUENCY * DEFLECTION
+        if name in law.relative_to_rate
+        else 1.0
+    )
     return float(values[len(values) // 2] * scale)
 
 
 def motion_of(component: Component, time: np.ndarray, deflection: np.ndarray, rate: np.ndarray) -> np.ndarray:
-    """The torque (n,) in an imposed motion: states by the fourth-order Runge-Kutta method, linear inputs between samples."""
+    """The torque (n,) in an imposed motion: states by the fourth-order Runge-Kutta method, linear inputs between
+    samples."""
     x, torque, step = np.zeros(len(component.states)), np.zeros(len(time)), time[1]
     if not component.states:
-        return component.run({**component.start_values(), "time": time, "deflection": deflection, "rate": rate}, NUMERIC)["torque"] + 0 * time
+        return (
+            component.run({**component.start_values(), "time": time, "deflection": deflection, "rate": rate}, NUMERIC)[
+                "torque"
+            ]
+            + 0 * time
+        )
 
     def slope(state: np.ndarray, k: float) -> np.ndarray:
-        at = [np.interp(k, (np.floor(k), np.floor(k) + 1), each[int(k) : int(k) + 2]) if k < len(time) - 1 else each[-1]
-              for each in (deflection, rate)]  # fmt: skip
+        at = [
+            np.interp(k, (np.floor(k), np.floor(k) + 1), each[int(k) : int(k) + 2]) if k < len(time) - 1 else each[-1]
+            for each in (deflection, rate)
+        ]
         return component.derivatives(state, np.array(at), k * step)[0]
 
     for k in range(len(time)):

@@ -9,16 +9,17 @@ from motofmi.gap.criteria import Criteria
 
 INTRODUCTION = """# Thresholds of the gap workflow
 
-All decisions use the fields of `Criteria`; the values that were used are in verdict.json under `criteria`. Change some of them with
-`mf.find_gap(..., criteria=dataclasses.replace(Criteria(), tie_delta_bic=6.0))`.
+All decisions use the fields of `Criteria`; the values that were used are in verdict.json under `criteria`. Change
+some of them with `mf.find_gap(..., criteria=dataclasses.replace(Criteria(), tie_delta_bic=6.0))`.
 
 """
 
 
 def page() -> str:
     described = _descriptions()
-    return INTRODUCTION + table(("name", "value", "meaning"),
-                                [(f"`{f.name}`", f"{f.default:g}", described[f.name]) for f in fields(Criteria)])  # fmt: skip
+    return INTRODUCTION + table(
+        ("name", "value", "meaning"), [(f"`{f.name}`", f"{f.default:g}", described[f.name]) for f in fields(Criteria)]
+    )
 
 
 def _descriptions() -> dict[str, str]:

@@ -17,6 +17,8 @@ def _validator(name: str) -> Any:
 
 def check_against_schema(name: str, contents: Any) -> None:
     """Raises AssertionError with every violation and its place."""
-    found = [f"{'/'.join(map(str, e.absolute_path))}: {e.message[:300]}" for e in _validator(name).iter_errors(contents)]
+    found = [
+        f"{'/'.join(map(str, e.absolute_path))}: {e.message[:300]}" for e in _validator(name).iter_errors(contents)
+    ]
     if found:
         raise AssertionError(f"{name}: {found}")

@@ -20,10 +20,15 @@ from tests.motofmi.json_schemas import check_against_schema
 
 # `gap --json` is verdict.json, `gap --plan --json` is plan.json; `completion` prints a script.
 FURTHER = {"verdict", "plan", "batch"}
-OUTPUTS = (("list",), ("build", "damper:7.5", "--out", "out"), ("device", "damper:7.5", "--frequency", "1"),
-           ("modes", "--speed", "20,30"), ("modes", "--speed", "20,30", "--device", "none", "--device", "damper:7.5"),
-           ("cosimulate", "--device", "damper:7.5", "--duration", "0.1", "--out", "run.csv"),
-           ("simulate", "out/damper_7_5.fmu", "--duration", "0.1"))  # fmt: skip
+OUTPUTS = (
+    ("list",),
+    ("build", "damper:7.5", "--out", "out"),
+    ("device", "damper:7.5", "--frequency", "1"),
+    ("modes", "--speed", "20,30"),
+    ("modes", "--speed", "20,30", "--device", "none", "--device", "damper:7.5"),
+    ("cosimulate", "--device", "damper:7.5", "--duration", "0.1", "--out", "run.csv"),
+    ("simulate", "out/damper_7_5.fmu", "--duration", "0.1"),
+)
 
 
 def test_every_command_has_a_schema():

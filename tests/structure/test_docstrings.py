@@ -19,8 +19,27 @@ PACKAGES = {"motofmi", "fmus", "rider_fmu", "vehicle_fmu"}
 PUBLIC = {name: getattr(motofmi, name) for name in sorted(motofmi.__all__) if not name.startswith("__")}
 FUNCTIONS = {name: found for name, found in PUBLIC.items() if inspect.isfunction(found)}
 # Measured processor time of the examples: over 0.25 s slow, over 5 s a study.
-QUICK = {"Component", "Effect", "Element", "InputError", "adds_to", "calculated", "component", "damper", "input", "local",
-         "mechanism", "Variable", "output", "parameter", "rider", "schema", "state", "transfer_functions", "vehicle"}  # fmt: skip
+QUICK = {
+    "Component",
+    "Effect",
+    "Element",
+    "InputError",
+    "adds_to",
+    "calculated",
+    "component",
+    "damper",
+    "input",
+    "local",
+    "mechanism",
+    "Variable",
+    "output",
+    "parameter",
+    "rider",
+    "schema",
+    "state",
+    "transfer_functions",
+    "vehicle",
+}
 STUDIES = {"explore", "find_gap", "tour", "plan_experiment"}
 SCALE = {"batch", "open_study", "sweep"}
 FLAGS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS | doctest.IGNORE_EXCEPTION_DETAIL
@@ -39,9 +58,17 @@ EXAMPLES = {**PUBLIC, **{n: found for n, (found, _) in RESULTS.items() if ">>>" 
 
 def _members(owner: type) -> dict[str, Any]:
     """The public methods and properties that the project defines."""
-    return {name: found for name in dir(owner) if not name.startswith("_")
-            and (inspect.isfunction(found := inspect.getattr_static(owner, name)) or hasattr(found, "fget")
-                 or hasattr(found, "func")) and _module(found).split(".")[0] in PACKAGES}  # fmt: skip
+    return {
+        name: found
+        for name in dir(owner)
+        if not name.startswith("_")
+        and (
+            inspect.isfunction(found := inspect.getattr_static(owner, name))
+            or hasattr(found, "fget")
+            or hasattr(found, "func")
+        )
+        and _module(found).split(".")[0] in PACKAGES
+    }
 
 
 def _module(member: Any) -> str:

@@ -11,7 +11,11 @@ from tests import ROOT
 
 # Records of past decisions keep the numbers that decided; pages of components and the glossary hold no measurements.
 KEPT = {"decisions", "components", "rendered", "gallery"}
-PAGES = [ROOT / "README.md", ROOT / "paper" / "paper.md", *(path for path in sorted((ROOT / "docs").rglob("*.md")) if not KEPT & set(path.parts))]
+PAGES = [
+    ROOT / "README.md",
+    ROOT / "paper" / "paper.md",
+    *(path for path in sorted((ROOT / "docs").rglob("*.md")) if not KEPT & set(path.parts)),
+]
 CODE = re.compile(r"^```.*?^```|(?<!\{measured\})`[^`\n]*`", re.MULTILINE | re.DOTALL)
 # A table between these lines is rendered by its benchmark, whose test compares it with the results.
 RENDERED = re.compile(r"<!-- table of .*?<!-- end of the table -->", re.DOTALL)
@@ -42,7 +46,11 @@ def test_every_measured_role_names_a_number_that_was_measured(monkeypatch):
 
 
 def test_a_typed_rate_is_found():
-    assert MEASURED.findall("named in 57 of 66 cases, 86 % [76, 93], at 36 MB/s") == ["57 of 66", "86 % [76, 93]", "36 MB/s"]
+    assert MEASURED.findall("named in 57 of 66 cases, 86 % [76, 93], at 36 MB/s") == [
+        "57 of 66",
+        "86 % [76, 93]",
+        "36 MB/s",
+    ]
 
 
 def test_the_rates_of_the_page_of_accuracy_are_in_the_results(monkeypatch):

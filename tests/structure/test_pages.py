@@ -19,8 +19,15 @@ from tests import ROOT
 FOLDERS = ("docs", ".github", "paper")
 RENDERED = ROOT / "docs" / "reference" / "rendered"
 GALLERY = ROOT / "docs" / "how_to" / "gallery"
-PAGES = [*sorted(ROOT.glob("*.md")), *(path for folder in FOLDERS for path in sorted((ROOT / folder).rglob("*.md"))
-                                       if RENDERED not in path.parents and GALLERY not in path.parents)]  # fmt: skip
+PAGES = [
+    *sorted(ROOT.glob("*.md")),
+    *(
+        path
+        for folder in FOLDERS
+        for path in sorted((ROOT / folder).rglob("*.md"))
+        if RENDERED not in path.parents and GALLERY not in path.parents
+    ),
+]
 LINK = re.compile(r"\]\(([^)\s]+)\)|\{download\}`([^`<]+)`")
 CODE = re.compile(r"^(```|~~~).*?^\1\s*$|`[^`\n]*`", re.MULTILINE | re.DOTALL)
 FENCED = re.compile(r"^```sh\n(.*?)^```", re.MULTILINE | re.DOTALL)
@@ -60,7 +67,10 @@ def _command_lines() -> list[tuple[str, str]]:
     found = []
     for page in PAGES:
         text = page.read_text("utf-8")
-        blocks = [*FENCED.findall(text), *re.findall(r"^    (motofmi .*)$", re.sub(r"^```.*?^```", "", text, flags=re.M | re.S), re.MULTILINE)]
+        blocks = [
+            *FENCED.findall(text),
+            *re.findall(r"^    (motofmi .*)$", re.sub(r"^```.*?^```", "", text, flags=re.M | re.S), re.MULTILINE),
+        ]
         for line in "\n".join(blocks).replace("\\\n", " ").splitlines():
             found += [(page.name, part.strip()) for part in line.split("&&") if part.strip().startswith("motofmi ")]
     return found
@@ -80,11 +90,16 @@ def test_every_command_of_the_pages_is_understood(tmp_path, monkeypatch):
         assert fill(Parser(prog=name), command).options(words), f"{page}: {line}"
 
 
-@pytest.mark.skipif(find_spec("codespell_lib") is None or shutil.which("git") is None, reason="needs codespell (pip install motofmi[dev]) and git")
+@pytest.mark.skipif(
+    find_spec("codespell_lib") is None or shutil.which("git") is None,
+    reason="needs codespell (pip install motofmi[dev]) and git",
+)
 @pytest.mark.slow
 def test_spelling():
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False).stdout.split()
     if not listed:
         pytest.skip("not in a checkout")
-    done = subprocess.run([sys.executable, "-m", "codespell_lib", *listed], cwd=ROOT, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-m", "codespell_lib", *listed], cwd=ROOT, capture_output=True, text=True, check=False
+    )
     assert done.returncode == 0, done.stdout

@@ -1,4 +1,5 @@
-"""The tutorials, followed as a reader does: what the built pages show is copied, in its order, into a fresh environment."""
+"""The tutorials, followed as a reader does: what the built pages show is copied, in its order, into a fresh
+environment."""
 
 import os
 import subprocess
@@ -31,10 +32,24 @@ def site(tmp_path_factory):
             copy.parent.mkdir(parents=True, exist_ok=True)
             copy.write_bytes(path.read_bytes())
     done = subprocess.run(
-        [sys.executable, "-m", "sphinx", "-q", "-D", "nb_execution_mode=off", "-D", "sphinx_gallery_conf.plot_gallery=False",
-         str(copied / "docs"), str(built)],
-        cwd=ROOT, env={**os.environ, "PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        [
+            sys.executable,
+            "-m",
+            "sphinx",
+            "-q",
+            "-D",
+            "nb_execution_mode=off",
+            "-D",
+            "sphinx_gallery_conf.plot_gallery=False",
+            str(copied / "docs"),
+            str(built),
+        ],
+        cwd=ROOT,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert done.returncode == 0, done.stderr
     return built
 
@@ -50,14 +65,18 @@ def _copied(page: Path) -> list[tuple[str, str]]:
     lxml = pytest.importorskip("lxml.html")
     document = lxml.fromstring(page.read_text("utf-8"))
     query = "//div[contains(@class, 'cell_input')]//pre | //div[contains(@class, 'highlight-sh')]//pre"
-    blocks = [(each, "sh" if "highlight-sh" in "".join(each.xpath("ancestor::div/@class")) else "python")
-              for each in document.xpath(query)]  # fmt: skip
+    blocks = [
+        (each, "sh" if "highlight-sh" in "".join(each.xpath("ancestor::div/@class")) else "python")
+        for each in document.xpath(query)
+    ]
     return [(kind, each.text_content()) for each, kind in blocks]
 
 
 def _notebook(blocks: list[tuple[str, str]]) -> object:
     nbformat = pytest.importorskip("nbformat")
-    cells = [nbformat.v4.new_code_cell(text if kind == "python" else f"%%bash\nset -eu\n{text}") for kind, text in blocks]
+    cells = [
+        nbformat.v4.new_code_cell(text if kind == "python" else f"%%bash\nset -eu\n{text}") for kind, text in blocks
+    ]
     return nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell("%matplotlib agg"), *cells])
 
 
@@ -71,7 +90,15 @@ def test_a_reader_who_copies_the_commands_gets_through(name, site, python, tmp_p
     done = subprocess.run(
         [str(python), "-m", "IPython", "--colors=NoColor", "copied.ipynb"],
         cwd=tmp_path,
-        env={**kept, "PATH": f"{python.parent}{os.pathsep}{os.environ['PATH']}", "IPYTHONDIR": str(tmp_path / "ipython")},
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0 and "Traceback" not in done.stdout + done.stderr, done.stdout[-3000:] + done.stderr[-3000:]
+        env={
+            **kept,
+            "PATH": f"{python.parent}{os.pathsep}{os.environ['PATH']}",
+            "IPYTHONDIR": str(tmp_path / "ipython"),
+        },
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0 and "Traceback" not in done.stdout + done.stderr, (
+        done.stdout[-3000:] + done.stderr[-3000:]
+    )
