@@ -35,6 +35,7 @@ def test_no_measured_number_is_typed(page):
     assert MEASURED.findall(ROLE.sub("", _prose(page))) == []
 
 
+@pytest.mark.slow
 def test_every_measured_role_names_a_number_that_was_measured(monkeypatch):
     monkeypatch.syspath_prepend(str(ROOT / "docs"))
     from extension.measured import shown  # noqa: PLC0415 - a module of the documentation
@@ -53,6 +54,7 @@ def test_a_typed_rate_is_found():
     ]
 
 
+@pytest.mark.slow
 def test_the_rates_of_the_page_of_accuracy_are_in_the_results(monkeypatch):
     monkeypatch.syspath_prepend(str(ROOT / "docs"))
     from extension.accuracy import STUDIES, accuracy  # noqa: PLC0415 - a module of the documentation
@@ -63,6 +65,7 @@ def test_the_rates_of_the_page_of_accuracy_are_in_the_results(monkeypatch):
     assert f"{round(rate['rate'] * rate['trials'])} of {rate['trials']} | {100 * rate['rate']:.0f} % [" in page
 
 
+@pytest.mark.slow
 def test_the_tables_of_the_paper_are_rendered_from_the_results(monkeypatch):
     monkeypatch.syspath_prepend(str(ROOT / "docs"))
     from extension.accuracy import coupling_comparison, method_comparison  # noqa: PLC0415 - a module of the documentation
