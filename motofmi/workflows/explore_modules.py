@@ -96,11 +96,11 @@ def points(component: Component) -> list[dict[str, Any]]:
     """Values of parameters, inputs and states around the start values, and the numbers there."""
     rows, start = component.rows("parameter", "input", "state"), component.start_values()
 
-    def moved(name: str, rng: np.random.Generator) -> float:
+    def drawn_value(name: str, rng: np.random.Generator) -> float:
         value = start[name] * rng.uniform(1 - SPREAD, 1 + SPREAD) if start[name] else rng.uniform(0, SPREAD)
         return float(np.clip(value, rows[name].min, rows[name].max))
 
-    chosen = [{name: moved(name, np.random.default_rng(seed)) for name in rows} for seed in range(POINTS)]
+    chosen = [{name: drawn_value(name, np.random.default_rng(seed)) for name in rows} for seed in range(POINTS)]
     return [{"values": values, "numbers": numbers(component, values)} for values in chosen]
 
 

@@ -34,7 +34,7 @@ PACKAGES = {
 MODULES = [path for folder in PACKAGES for path in sorted((ROOT / folder).rglob("*.py"))]
 OURS = {"fmus", "rider_fmu", "vehicle_fmu", "motofmi", "tests", "benchmarks"}
 # Core dependencies that take long to import: functions import them, so that `import motofmi` stays fast.
-ON_USE = {"pandas", "xarray"}
+ON_USE = {"control", "pandas", "xarray"}
 # CoFMPy asks for older releases than this project needs: it is installed without its dependencies, and no extra can name it.
 WITHOUT_EXTRA = {"cofmupy"}
 
