@@ -17,16 +17,24 @@ from fmus.composition.system import System
 from fmus.expressions.functions import NUMERIC
 from fmus.support.files import write_atomically
 from motofmi.reports.report import Section, Table
+from motofmi.scenarios.do_tyres_make_a_bicycle_wobble import run as run_bicycles
+from motofmi.scenarios.do_tyres_make_a_bicycle_wobble import section as section_of_bicycles
 from motofmi.scenarios.does_fork_bending_turn_the_trend_of_wobble_round import findings
 from motofmi.scenarios.does_fork_bending_turn_the_trend_of_wobble_round import run as run_freedoms
 from motofmi.scenarios.does_fork_bending_turn_the_trend_of_wobble_round import table as table_of_freedoms
+from motofmi.scenarios.is_a_passive_rider_like_sharps_hands import run as run_hands
+from motofmi.scenarios.is_a_passive_rider_like_sharps_hands import section as section_of_hands
 from motofmi.scenarios.what_does_each_reading_do_to_sharp_1994 import run as run_readings
 from motofmi.scenarios.what_does_each_reading_do_to_sharp_1994 import table as table_of_readings
+from motofmi.scenarios.which_damper_serves_which_vehicle import run as run_dampers
+from motofmi.scenarios.which_damper_serves_which_vehicle import section as section_of_dampers
 from rider_fmu import riders
 from vehicle_fmu import LinearDamper, Modes, modes, motorcycles, over_speed, ridden
 
-VEHICLES = ("sharp_1971", "reference_2011", "sharp_1994", "tum_2020")
+BICYCLE = "benchmark_bicycle_on_tyres"
+VEHICLES = ("sharp_1971", "reference_2011", "sharp_1994", "tum_2020", BICYCLE)
 SPEEDS = np.arange(10.0, 70.25, 0.5)  # m/s: from where a motorcycle is ridden hands off; the top of its range
+BICYCLE_SPEEDS = np.arange(4.0, 20.1, 0.5)  # m/s
 DAMPING = 7.5  # N.m.s/rad, added in Fig. 14 of the 2011 paper
 OFF, RIDER, DAMPER, HANDS = "hands off", "mean rider", f"damper {DAMPING:g} N.m.s/rad", "Sharp's hands"
 
@@ -45,8 +53,8 @@ def systems(vehicle: str) -> dict[str, System]:
 
 
 def run(vehicles: tuple[str, ...] = VEHICLES, speeds: np.ndarray = SPEEDS) -> dict[tuple[str, str], Modes]:
-    """The modes by vehicle and device, over speeds [m/s]."""
-    return {(vehicle, words): modes(over_speed(system), speeds)
+    """The modes by vehicle and device, over speeds [m/s]; of the bicycle over its own."""
+    return {(vehicle, words): modes(over_speed(system), BICYCLE_SPEEDS if vehicle == BICYCLE else speeds)
             for vehicle in vehicles for words, system in systems(vehicle).items()}  # fmt: skip
 
 
@@ -114,6 +122,7 @@ def printed() -> Table:
 def page() -> str:
     """The text of docs/vehicles.md."""
     found, choices, freedoms = run(), run_readings(), run_freedoms()
+    hands, dampers, bicycles = section_of_hands(run_hands()), section_of_dampers(run_dampers()), section_of_bicycles(run_bicycles())
     return f"""# Vehicles
 
 Rendered by `python -m motofmi.scenarios.does_the_passive_rider_calm_wobble_on_every_vehicle`. No value is tuned.
@@ -124,6 +133,7 @@ Rendered by `python -m motofmi.scenarios.does_the_passive_rider_calm_wobble_on_e
 | `sharp_1994` | steering head with lateral and torsional compliance, rear frame that twists, rider's upper body in roll, tyres that depend on their load, aerodynamic and drive forces, hands on or off the bar |
 | `tum_2020` | touring motorcycle of TU Munich and BMW: torsion of frame, fork and swingarm, bending of the fork, a rider who leans and slides, each free or locked; Magic Formula tyres, linear at their load, with camber and relaxation; suspensions locked |
 | `benchmark_bicycle` | knife-edge wheels without slip; it has no wobble |
+| `benchmark_bicycle_on_tyres` | the same bodies on tyres that slip and relax, with coefficients of published bicycle tyres |
 
 ## Does the passive rider calm wobble on every vehicle?
 
@@ -133,6 +143,24 @@ Rendered by `python -m motofmi.scenarios.does_the_passive_rider_calm_wobble_on_e
 
 Sharp's hands of 1994 are a spring, a damper and an inertia between front and rear frame (`--set hands_on=1`). The
 passive rider is a body on springs: his torso moves against the bar, and the reaction goes to the frame through his waist.
+
+## Is a passive rider like Sharp's hands?
+
+{" ".join(hands.paragraphs)}
+
+{markdown(hands.tables[0])}
+
+## Which steering damper serves which vehicle?
+
+{" ".join(dampers.paragraphs)}
+
+{markdown(dampers.tables[0])}
+
+## Do tyres make a bicycle wobble?
+
+{" ".join(bicycles.paragraphs)}
+
+{markdown(bicycles.tables[0])}
 
 ## What each reading of the values of 1994 does
 
