@@ -30,6 +30,7 @@ AT_BOUND = 1e-6  # difference of logarithms within which a parameter is at its b
 # Change of the residuals by a factor e in a parameter: below the first the data do not determine it, the second is that
 # of its new start, and the third bounds the factor.
 INSENSITIVE, SENSITIVE, LEAST_SENSITIVITY = 1.0, 10.0, 1e-3
+LEAST_VALUE, LEAST_SHARE = 1e-6, 1e-3  # lower bound of a parameter of the base in its unit; of its value if that is less
 LARGEST_OFFSET = 10.0  # bound of a sensor offset over its standard deviation
 
 
@@ -99,7 +100,8 @@ def _bounds(model: AnyModel, runs: Sequence[AnyRun], total: int) -> tuple[np.nda
     }
     largest = model.largest(runs) if shares else 1.0
     own = [(r, *shares.get(n, (-np.inf, np.inf))) for n, r in zip(model.own, model.rows, strict=True)]
-    low = [np.log(max(table[n].min, 1e-6)) for n in model.base] + [max(r.min, least * largest) for r, least, _ in own]
+    least_values = {n: min(LEAST_VALUE, LEAST_SHARE * abs(model.component.values[n])) for n in model.base}
+    low = [np.log(max(table[n].min, x)) for n, x in least_values.items()] + [max(r.min, least * largest) for r, least, _ in own]
     high = [np.log(table[n].max) for n in model.base] + [min(r.max, most * largest) for r, _, most in own]
     places, sizes = deviations_of_runs(model, total)
     rest = np.where(places < len(model.base), 1.0, LARGEST_OFFSET * sizes)

@@ -9,6 +9,7 @@ import pytest
 from benchmarks.gap_vehicle import case
 from fmus import InputError, linearise
 from motofmi.cli.main import main
+from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.models.eigenvalue_model import EigenvalueModel
 from motofmi.gap.preprocessing.eigenvalues import EXAMPLE, read_eigenvalues
 from motofmi.workflows.gap.vehicle import vehicle_experiment, with_mode_names
@@ -161,3 +162,16 @@ def test_a_file_that_cannot_be_used_is_refused_with_its_fault(tmp_path, change, 
     Path(path).write_text(text)
     with pytest.raises(InputError, match=expected):
         read_eigenvalues(path)
+
+
+@pytest.mark.slow
+def test_a_base_with_a_very_small_parameter_is_fitted_from_its_values(tmp_path):
+    """Coefficients such as those of a relaxation length per stiffness are far below 1e-6 in their units."""
+    vehicle = motorcycles.load("sharp_1971", front_product_of_inertia=1e-9)
+    write(tmp_path / "eigenvalues.csv", spectrum(SHARP, SPEEDS, {}), SPEEDS, np.random.default_rng(0), 0.01)
+    experiment = vehicle_experiment(vehicle)
+    model = EigenvalueModel(experiment)
+    found = fit(model, [with_mode_names(read_eigenvalues(tmp_path / "eigenvalues.csv"), experiment)], model.start())
+    place = model.base.index("vehicle.front_product_of_inertia")
+    # The data do not depend on it: it keeps its value, and not the least value of other parameters.
+    assert np.exp(found.x[place]) == pytest.approx(1e-9, rel=1e-3)
