@@ -11,8 +11,6 @@ Axes are x forward, y right, z down. The FMU steps in the pre-step function and 
 `motofmi.scenarios.hosts.device`).
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import SimpleNamespace
@@ -24,6 +22,7 @@ from fmus import Component, linearise
 from fmus.export.build import build
 from fmus.expressions.functions import NUMERIC
 from motofmi.scenarios.hosts.device import Device
+from motofmi.scenarios.hosts.exudyn_tree import DOWN, RIGHT, Tree, coordinate, is_rate
 from motofmi.scenarios.hosts.table import main
 from rider_fmu import riders
 from vehicle_fmu import motorcycles, ridden
@@ -32,7 +31,6 @@ from vehicle_fmu.components.touring_motorcycle import FLEXIBLE, bodies
 HOST, PACKAGE = "Exudyn", "exudyn"
 SMALL = 1e-5  # of the unit of each state; what is not linear is this squared
 INTERVAL = 0.004  # s, below half the period of the fastest mode
-DOWN, RIGHT = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
 TYRES = ("front_relaxed_slip", "rear_relaxed_slip")
 
 
@@ -52,7 +50,7 @@ def run(speed: float = 30.0, step: float = 5e-4, duration: float = 1.0, rider: s
     space = linearise(ridden(motorcycle, device), **{"vehicle.speed": speed})
     exact = exact_motion(space, {"vehicle.steer_rate": SMALL}, step, len(found))
     columns = [space.states.index(f"vehicle.{name}") for name in ("roll_angle", "steer_angle")]
-    own = [names(held).index(name) for name in ("roll_angle", "steer_angle")]
+    own = [held.states.index(name) for name in ("roll_angle", "steer_angle")]
     errors = np.abs(found[:, own] - exact[:, columns]).max(axis=0) / np.abs(exact[:, columns]).max(axis=0)
     return {"largest_eigenvalue_error": max(float(np.abs(theirs - z).min() / abs(z)) for z in ours),
             "roll_error_with_rider": float(errors[0]), "steer_error_with_rider": float(errors[1])}  # fmt: skip
@@ -60,14 +58,8 @@ def run(speed: float = 30.0, step: float = 5e-4, duration: float = 1.0, rider: s
 
 def eigenvalues(motorcycle: Component, speed: float, step: float = 5e-4) -> np.ndarray:
     """The eigenvalues (n,) [1/s] of the multibody motorcycle in straight running at a speed [m/s]."""
-    own = names(motorcycle)
-    columns = [motion(motorcycle, speed, step, INTERVAL, {name: SMALL})[-1] / SMALL for name in own]
+    columns = [motion(motorcycle, speed, step, INTERVAL, {name: SMALL})[-1] / SMALL for name in motorcycle.states]
     return np.log(np.linalg.eigvals(np.column_stack(columns)).astype(complex)) / INTERVAL
-
-
-def names(motorcycle: Component) -> list[str]:
-    """The states that are compared: all of the component."""
-    return list(motorcycle.states)
 
 
 def exact_motion(space: Any, start: dict[str, float], step: float, count: int) -> np.ndarray:
@@ -107,17 +99,6 @@ def motion(motorcycle: Component, speed: float, step: float, duration: float, st
     return np.array([*rows, vehicle.states()])
 
 
-@dataclass(frozen=True)
-class Link:
-    """A link of the tree: name of its coordinate, parent, reference point and axis (3,), whether it slides."""
-
-    name: str
-    parent: int
-    point: np.ndarray
-    axis: np.ndarray
-    slides: bool = False
-
-
 class MultibodyMotorcycle:
     """The motorcycle in an Exudyn system, running straight ahead."""
 
@@ -125,17 +106,17 @@ class MultibodyMotorcycle:
         self.mbs, self.speed, self.device, self.component = mbs, speed, device, motorcycle
         self.at_speed = motorcycle.run({**motorcycle.start_values(), "speed": speed}, NUMERIC)
         self.p = SimpleNamespace(**motorcycle.values)
-        body, freedoms = bodies(_Values({**motorcycle.values, "speed": speed}), NUMERIC)
-        self.links = _links(freedoms, body)
-        self.place = {link.name: k for k, link in enumerate(self.links)}
-        zero = np.zeros(len(self.links))
+        body, _ = bodies(_Values({**motorcycle.values, "speed": speed}), NUMERIC)
+        self.tree = Tree(body, self.p.front_spin_inertia, self.p.rear_spin_inertia)
+        self.place = self.tree.place
+        zero = np.zeros(len(self.place))
         position, rate = zero.copy(), zero.copy()
         rate[self.place["along"]] = speed
         for wheel, radius in (("front", self.p.front_wheel_radius), ("rear", self.p.rear_wheel_radius)):
             rate[self.place[f"{wheel}_spin"]] = speed / radius
         for name, value in start.items():
             if name not in TYRES:
-                (rate if _is_rate(name) else position)[self.place[_coordinate(name)]] = value
+                (rate if is_rate(name) else position)[self.place[coordinate(name)]] = value
         slips = [start.get(name, 0.0) for name in TYRES]
         from exudyn.itemInterface import (  # noqa: PLC0415 - an optional package
             NodeGenericODE1,
@@ -150,7 +131,7 @@ class MultibodyMotorcycle:
                                                      numberOfODE1Coordinates=2))  # fmt: skip
         self.node, self.kind = node, exu.OutputVariableType
         mbs.AddObject(ObjectKinematicTree(nodeNumber=node, gravity=[0.0, 0.0, self.p.gravity], forceUserFunction=self.forces,
-                                          **_tree(exu, self.links, body, self.p)))  # fmt: skip
+                                          **self.tree.arguments(exu)))  # fmt: skip
         mbs.AddObject(ObjectGenericODE1(nodeNumbers=[self.slip_node], rhsUserFunction=self.slip_rates))
 
     # State ------------------------------------------------------------------------------------------
@@ -167,44 +148,23 @@ class MultibodyMotorcycle:
         yaw = q[self.place["yaw"]]
         own = dict(zip(TYRES, slips, strict=True))
         own["lateral_velocity"] = -np.sin(yaw) * w[self.place["along"]] + np.cos(yaw) * w[self.place["lateral"]]
-        return np.array([own[name] if name in own else (w if _is_rate(name) else q)[self.place[_coordinate(name)]]
+        return np.array([own[name] if name in own else (w if is_rate(name) else q)[self.place[coordinate(name)]]
                          for name in self.component.states])  # fmt: skip
 
     # Kinematics -------------------------------------------------------------------------------------
-
-    def frames(self, q: np.ndarray) -> tuple[list[np.ndarray], list[np.ndarray], list[np.ndarray]]:
-        """Orientation, origin and axis of each link, in fixed axes."""
-        turned: list[np.ndarray] = []
-        origins: list[np.ndarray] = []
-        axes: list[np.ndarray] = []
-        for link, x in zip(self.links, q, strict=True):
-            before, origin, point = ((np.eye(3), np.zeros(3), np.zeros(3)) if link.parent < 0 else
-                                     (turned[link.parent], origins[link.parent], self.links[link.parent].point))  # fmt: skip
-            axes.append(before @ link.axis)
-            origins.append(origin + before @ (link.point - point) + (axes[-1] * x if link.slides else 0.0))
-            turned.append(before if link.slides else before @ _rotation(link.axis, x))
-        return turned, origins, axes
-
-    def path(self, name: str) -> list[int]:
-        """The links from the ground to that of the name."""
-        found, k = [], self.place[name]
-        while k >= 0:
-            found.append(k)
-            k = self.links[k].parent
-        return found[::-1]
 
     def wheel(self, end: str, q: np.ndarray, w: np.ndarray, frames: Any) -> SimpleNamespace:
         """The contact of a wheel: path, lowest point, heading and right (3,), slip and camber angle [rad]."""
         turned, origins, axes = frames
         spin = self.place[f"{end}_spin"]
-        path = self.path(f"{end}_spin")[:-1]
+        path = self.tree.path(f"{end}_spin")[:-1]
         axle = turned[path[-1]] @ RIGHT
         towards = DOWN - (DOWN @ axle) * axle
         point = origins[spin] + getattr(self.p, f"{end}_wheel_radius") * towards / np.linalg.norm(towards)
         ahead = np.cross(axle, DOWN)
         ahead /= np.linalg.norm(ahead)
         right = np.cross(DOWN, ahead)
-        velocity = sum(w[k] * (axes[k] if self.links[k].slides else np.cross(axes[k], point - origins[k])) for k in path)
+        velocity = sum(w[k] * (axes[k] if self.tree.links[k].slides else np.cross(axes[k], point - origins[k])) for k in path)
         return SimpleNamespace(path=path, point=point, ahead=ahead, right=right, slip=-(velocity @ right) / (velocity @ ahead),
                                camber=np.arcsin(axle @ DOWN))  # fmt: skip
 
@@ -213,18 +173,18 @@ class MultibodyMotorcycle:
     def forces(self, mbs: Any, t: float, item: int, q: Any, w: Any) -> np.ndarray:
         """The generalised forces (n,) apart from weight and inertia."""
         q, w = np.asarray(q), np.asarray(w)
-        frames = self.frames(q)
+        frames = self.tree.frames(q)
         total = np.zeros(len(q))
         total[self.place["steer"]] -= self.p.steering_damping * w[self.place["steer"]]
         for name in FLEXIBLE:
             k = self.place[name]
             total[k] -= self.component.values[f"{name}_stiffness"] * q[k] + self.component.values[f"{name}_damping"] * w[k]
         drag, lift = self.p.drag * self.speed**2, self.p.lift * self.speed**2
-        frame = self.path("roll")
+        frame = self.tree.path("roll")
         turned, origins, axes = frames
         reference = origins[frame[-1]] - turned[frame[-1]] @ DOWN * self.p.reference_height
         moving_ahead = turned[self.place["yaw"]][:, 0]
-        total += self.on(frame, frames, reference, -drag * moving_ahead - lift * DOWN)
+        total += self.tree.force(frame, frames, reference, -drag * moving_ahead - lift * DOWN)
         slips = np.asarray(self.mbs.GetNodeOutput(self.slip_node, self.kind.Coordinates))
         for end, slip in zip(("front", "rear"), slips, strict=True):
             at, v = self.wheel(end, q, w, frames), {n: self.at_speed[f"{end}_{n}"] for n in TYRE_VALUES}
@@ -233,34 +193,26 @@ class MultibodyMotorcycle:
             radius = getattr(self.p, f"{end}_section_radius")
             moment = (-v["aligning_stiffness"] * slip + v["camber_moment_stiffness"] * at.camber - radius * at.camber * drive) * DOWN
             moment = moment - radius * v["load"] * at.camber * at.ahead
-            total += self.on(at.path, frames, at.point, side * at.right - v["load"] * DOWN + drive * at.ahead, moment)
+            total += self.tree.force(at.path, frames, at.point, side * at.right - v["load"] * DOWN + drive * at.ahead, moment)
         if self.device is not None:
             handlebar, on_frame = self.device.torques(t, self.handlebar(q, w))
-            steer = self.path("steer")
-            total += self.on(steer, frames, origins[steer[-1]], np.zeros(3), handlebar * axes[steer[-1]])
-            total += self.on(frame, frames, origins[frame[-1]], np.zeros(3), on_frame * axes[steer[-1]])
-        return total
-
-    def on(self, path: Sequence[int], frames: Any, point: np.ndarray, force: np.ndarray, moment: Any = 0.0) -> np.ndarray:
-        """The generalised forces (n,) of a force at a point of the last link of a path, and of a moment on it."""
-        _, origins, axes = frames
-        total = np.zeros(len(self.links))
-        for k in path:
-            total[k] = axes[k] @ force if self.links[k].slides else axes[k] @ (np.cross(point - origins[k], force) + moment)
+            steer = self.tree.path("steer")
+            total += self.tree.force(steer, frames, origins[steer[-1]], np.zeros(3), handlebar * axes[steer[-1]])
+            total += self.tree.force(frame, frames, origins[frame[-1]], np.zeros(3), on_frame * axes[steer[-1]])
         return total
 
     def slip_rates(self, mbs: Any, t: float, item: int, slips: Any) -> np.ndarray:
         """The rates of the relaxed slip angles (2,) [rad/s]."""
         q, w = self.coordinates()
-        frames = self.frames(q)
+        frames = self.tree.frames(q)
         return np.array([(self.wheel(end, q, w, frames).slip - slip) * self.speed / self.at_speed[f"{end}_relaxation_length"]
                          for end, slip in zip(("front", "rear"), slips, strict=True)])  # fmt: skip
 
     def handlebar(self, q: np.ndarray, w: np.ndarray) -> np.ndarray:
         """Steer angle, steer rate and frame rate (3,)."""
-        _, _, axes = self.frames(q)
-        frame, steer = self.path("roll"), self.place["steer"]
-        rate = sum(w[k] * axes[k] for k in frame if not self.links[k].slides)
+        _, _, axes = self.tree.frames(q)
+        frame, steer = self.tree.path("roll"), self.place["steer"]
+        rate = sum(w[k] * axes[k] for k in frame if not self.tree.links[k].slides)
         return np.array([q[steer], w[steer], rate @ axes[steer]])
 
 
@@ -271,77 +223,6 @@ class _Values(dict):
     """Values by key and by attribute."""
 
     __getattr__ = dict.__getitem__
-
-
-def _is_rate(name: str) -> bool:
-    return name.endswith(("_rate", "_velocity"))
-
-
-def _coordinate(name: str) -> str:
-    """The coordinate of the tree that a state is, or is the rate of."""
-    for ending in ("_rate", "_velocity", "_angle", "_position"):
-        name = name.removesuffix(ending)
-    return name
-
-
-def _links(freedoms: Sequence[Any], body: Sequence[Any]) -> list[Link]:
-    """Along, then every freedom after the one before it in a path, then the spinning wheels."""
-    links = [Link("along", -1, np.zeros(3), np.array([1.0, 0.0, 0.0]), True)]
-    place: dict[int, int] = {}
-    for part in body:
-        for k, j in enumerate(part.path):
-            if id(j) in place:
-                continue
-            parent = place[id(part.path[k - 1])] if k else 0
-            axis = RIGHT if j.axis is None else np.array([j.axis[0], 0.0, j.axis[1]], float)
-            place[id(j)] = len(links)
-            links.append(Link(_coordinate(j.rate), parent, np.array([j.point[0], 0.0, j.point[1]], float), axis, j.axis is None))
-    for wheel, part in (("front", body[-2]), ("rear", body[-1])):
-        centre = np.array([part.centre[0], 0.0, part.centre[1]], float)
-        links.append(Link(f"{wheel}_spin", place[id(part.path[-1])], centre, -RIGHT))
-    return links
-
-
-def _tree(exu: Any, links: Sequence[Link], body: Sequence[Any], p: Any) -> dict[str, Any]:
-    """The arguments of ObjectKinematicTree. The axis of a link is the third one of its own axes."""
-    own = [_own_axes(link.axis) for link in links]
-    place = {link.name: k for k, link in enumerate(links)}
-    mass, moment, second = np.zeros(len(links)), np.zeros((len(links), 3)), np.zeros((len(links), 3, 3))
-    for k, part in enumerate(body):
-        wheel = {len(body) - 2: "front", len(body) - 1: "rear"}.get(k)
-        link = place[f"{wheel}_spin" if wheel else _coordinate(part.path[-1].rate)]
-        pitch = getattr(p, f"{wheel}_spin_inertia") if wheel else part.roll_inertia + part.yaw_inertia  # plays no part
-        tensor = np.array([[part.roll_inertia, 0, -part.product], [0, pitch, 0], [-part.product, 0, part.yaw_inertia]], float)
-        centre = np.array([part.centre[0], 0.0, part.centre[1]], float) - links[link].point
-        mass[link] += part.mass
-        moment[link] += part.mass * centre
-        second[link] += tensor + part.mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
-    centres = moment / np.maximum(mass, 1e-300)[:, None]
-    central = [about - m * (c @ c * np.eye(3) - np.outer(c, c)) for about, m, c in zip(second, mass, centres, strict=True)]
-    before = [np.eye(3) if link.parent < 0 else own[link.parent] for link in links]
-    points = [np.zeros(3) if link.parent < 0 else links[link.parent].point for link in links]
-    return {
-        "jointTypes": [exu.JointType.PrismaticZ if link.slides else exu.JointType.RevoluteZ for link in links],
-        "linkParents": [link.parent for link in links],
-        "jointTransformations": exu.Matrix3DList([b.T @ o for b, o in zip(before, own, strict=True)]),
-        "jointOffsets": exu.Vector3DList([b.T @ (link.point - x) for b, link, x in zip(before, links, points, strict=True)]),
-        "linkInertiasCOM": exu.Matrix3DList([o.T @ each @ o for o, each in zip(own, central, strict=True)]),
-        "linkCOMs": exu.Vector3DList([o.T @ c for o, c in zip(own, centres, strict=True)]),
-        "linkMasses": list(mass),
-    }
-
-
-def _own_axes(axis: np.ndarray) -> np.ndarray:
-    """A rotation matrix (3, 3) whose third column is the axis."""
-    first = np.cross(axis, [0.3, 0.5, 0.8])
-    first /= np.linalg.norm(first)
-    return np.column_stack([first, np.cross(axis, first), axis])
-
-
-def _rotation(axis: np.ndarray, angle: float) -> np.ndarray:
-    """The rotation (3, 3) about a unit axis (Rodrigues)."""
-    cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
-    return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
 
 
 if __name__ == "__main__":
