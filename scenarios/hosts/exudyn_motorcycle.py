@@ -17,6 +17,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from scipy.linalg import expm
 
 from fmus import Component, linearise
 from fmus.export.build import build
@@ -64,7 +65,7 @@ def eigenvalues(motorcycle: Component, speed: float, step: float = 5e-4) -> np.n
 
 def exact_motion(space: Any, start: dict[str, float], step: float, count: int) -> np.ndarray:
     """States (count, n) of a linear system from initial values by name."""
-    from scipy.linalg import expm  # noqa: PLC0415 - imported on use
+
 
     state, over = np.array([start.get(name, 0.0) for name in space.states]), expm(space.A * step)
     rows = [state]
@@ -155,16 +156,16 @@ class MultibodyMotorcycle:
 
     def wheel(self, end: str, q: np.ndarray, w: np.ndarray, frames: Any) -> SimpleNamespace:
         """The contact of a wheel: path, lowest point, heading and right (3,), slip and camber angle [rad]."""
-        turned, origins, axes = frames
+        turned, joints, axes = frames
         spin = self.place[f"{end}_spin"]
         path = self.tree.path(f"{end}_spin")[:-1]
         axle = turned[path[-1]] @ RIGHT
         towards = DOWN - (DOWN @ axle) * axle
-        point = origins[spin] + getattr(self.p, f"{end}_wheel_radius") * towards / np.linalg.norm(towards)
+        point = joints[spin] + getattr(self.p, f"{end}_wheel_radius") * towards / np.linalg.norm(towards)
         ahead = np.cross(axle, DOWN)
         ahead /= np.linalg.norm(ahead)
         right = np.cross(DOWN, ahead)
-        velocity = sum(w[k] * (axes[k] if self.tree.links[k].slides else np.cross(axes[k], point - origins[k])) for k in path)
+        velocity = sum(w[k] * (axes[k] if self.tree.links[k].slides else np.cross(axes[k], point - joints[k])) for k in path)
         return SimpleNamespace(path=path, point=point, ahead=ahead, right=right, slip=-(velocity @ right) / (velocity @ ahead),
                                camber=np.arcsin(axle @ DOWN))  # fmt: skip
 
@@ -181,8 +182,8 @@ class MultibodyMotorcycle:
             total[k] -= self.component.values[f"{name}_stiffness"] * q[k] + self.component.values[f"{name}_damping"] * w[k]
         drag, lift = self.p.drag * self.speed**2, self.p.lift * self.speed**2
         frame = self.tree.path("roll")
-        turned, origins, axes = frames
-        reference = origins[frame[-1]] - turned[frame[-1]] @ DOWN * self.p.reference_height
+        turned, joints, axes = frames
+        reference = joints[frame[-1]] - turned[frame[-1]] @ DOWN * self.p.reference_height
         moving_ahead = turned[self.place["yaw"]][:, 0]
         total += self.tree.force(frame, frames, reference, -drag * moving_ahead - lift * DOWN)
         slips = np.asarray(self.mbs.GetNodeOutput(self.slip_node, self.kind.Coordinates))
@@ -197,8 +198,8 @@ class MultibodyMotorcycle:
         if self.device is not None:
             handlebar, on_frame = self.device.torques(t, self.handlebar(q, w))
             steer = self.tree.path("steer")
-            total += self.tree.force(steer, frames, origins[steer[-1]], np.zeros(3), handlebar * axes[steer[-1]])
-            total += self.tree.force(frame, frames, origins[frame[-1]], np.zeros(3), on_frame * axes[steer[-1]])
+            total += self.tree.force(steer, frames, joints[steer[-1]], np.zeros(3), handlebar * axes[steer[-1]])
+            total += self.tree.force(frame, frames, joints[frame[-1]], np.zeros(3), on_frame * axes[steer[-1]])
         return total
 
     def slip_rates(self, mbs: Any, t: float, item: int, slips: Any) -> np.ndarray:

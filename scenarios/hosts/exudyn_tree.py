@@ -13,7 +13,7 @@ import numpy as np
 from vehicle_fmu.out_of_plane import Body
 
 DOWN, RIGHT = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
-Frames = tuple[list[np.ndarray], list[np.ndarray], list[np.ndarray]]  # orientation, origin, axis of each link
+Frames = tuple[list[np.ndarray], list[np.ndarray], list[np.ndarray]]  # orientation, joint, axis of each link
 
 
 @dataclass(frozen=True)
@@ -36,17 +36,17 @@ class Tree:
         self.place = {link.name: k for k, link in enumerate(self.links)}
 
     def frames(self, q: np.ndarray) -> Frames:
-        """Orientation, origin and axis of each link, in fixed axes."""
+        """Orientation, joint and axis of each link, in fixed axes."""
         turned: list[np.ndarray] = []
-        origins: list[np.ndarray] = []
+        joints: list[np.ndarray] = []
         axes: list[np.ndarray] = []
         for link, x in zip(self.links, q, strict=True):
-            before, origin, point = ((np.eye(3), np.zeros(3), np.zeros(3)) if link.parent < 0 else
-                                     (turned[link.parent], origins[link.parent], self.links[link.parent].point))  # fmt: skip
+            before, joint, point = ((np.eye(3), np.zeros(3), np.zeros(3)) if link.parent < 0 else
+                                     (turned[link.parent], joints[link.parent], self.links[link.parent].point))  # fmt: skip
             axes.append(before @ link.axis)
-            origins.append(origin + before @ (link.point - point) + (axes[-1] * x if link.slides else 0.0))
+            joints.append(joint + before @ (link.point - point) + (axes[-1] * x if link.slides else 0.0))
             turned.append(before if link.slides else before @ _rotation(link.axis, x))
-        return turned, origins, axes
+        return turned, joints, axes
 
     def path(self, name: str) -> list[int]:
         """The links from the ground to that of the name."""
@@ -58,10 +58,10 @@ class Tree:
 
     def force(self, path: Sequence[int], frames: Frames, point: np.ndarray, force: np.ndarray, moment: Any = 0.0) -> np.ndarray:
         """The generalised forces (n,) of a force at a point of the last link of a path, and of a moment on it."""
-        _, origins, axes = frames
+        _, joints, axes = frames
         total = np.zeros(len(self.links))
         for k in path:
-            total[k] = axes[k] @ force if self.links[k].slides else axes[k] @ (np.cross(point - origins[k], force) + moment)
+            total[k] = axes[k] @ force if self.links[k].slides else axes[k] @ (np.cross(point - joints[k], force) + moment)
         return total
 
     def arguments(self, exu: Any) -> dict[str, Any]:
