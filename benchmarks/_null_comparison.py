@@ -22,6 +22,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -41,7 +42,8 @@ from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
 from motofmi.gap.comparison.outcome import Outcome, outcome
 from motofmi.gap.comparison.residuals import output_scale, time_residuals
 from motofmi.gap.comparison.sandwich import sandwich_covariance
-from motofmi.gap.comparison.search import LEADING_FAMILIES, SECOND_EFFECTS, clearly_behind
+from motofmi.gap.comparison.pair_search import JOINT_PAIRS, SECOND_EFFECTS
+from motofmi.gap.comparison.search import LEADING_FAMILIES, clearly_behind
 from motofmi.gap.comparison.simplest_form import one_per_families
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.fit_result import Fit
@@ -159,17 +161,19 @@ def decided(null: Null, rng: np.random.Generator, criteria: Criteria) -> list[Ou
     alone = linear.fit([])
     blocks = _Blocks(linear, min([alone, *singles.values()], key=lambda found: found.chi2), criteria)
     base, models = blocks.of([], alone), blocks.leading({(i,): found for i, found in singles.items()})
-    pairs: dict[tuple[int, ...], Fit] = {}
+    pairs = dict.fromkeys(_joint_pairs(linear, list(best.values())))
     for first in one_per_families(models)[:LEADING_FAMILIES]:
         one = best[first.effects[0]]
         others = [i for i in best.values() if null.effects[i].effect.family not in first.families]
         second: dict[str, int] = {}  # of each family the effect that gains most, the family that gains most first
         for two in sorted(others, key=lambda two: -linear.gain([one, two])):
             second.setdefault(null.effects[two].effect.family, two)
-        for two in list(second.values())[:SECOND_EFFECTS]:
-            with suppress(InputError):  # they cannot act together
-                pairs[one, two] = linear.fit([one, two])
-    models += blocks.leading(pairs)
+        pairs |= dict.fromkeys((one, two) for two in list(second.values())[:SECOND_EFFECTS])
+    fits: dict[tuple[int, ...], Fit] = {}
+    for pair in {frozenset(pair): pair for pair in pairs}.values():
+        with suppress(InputError):  # they cannot act together
+            fits[pair] = linear.fit(pair)
+    models += blocks.leading(fits)
     quiet = [run.with_densities(run.densities, "flexible_model") for run in drawn[1].runs]
     flexible = flexible_mean_square(replace(drawn[1], runs=quiet), blocks.scale)
     flexible = min([flexible, *(float(m.out_of_sample.mean()) for m in models)])
@@ -183,6 +187,16 @@ def decided(null: Null, rng: np.random.Generator, criteria: Criteria) -> list[Ou
         outcome(base, models, flexible, motion, counts, errors, replace(criteria, tolerance=tolerance))
         for tolerance in (criteria.tolerance, 0.0)
     ]
+
+
+def _joint_pairs(linear: "_Linear", places: Sequence[int]) -> list[tuple[int, int]]:
+    """The pairs with the largest joint gain, one of each pair of families."""
+    families = {i: linear.null.effects[i].effect.family for i in places}
+    both = [pair for pair in combinations(places, 2) if families[pair[0]] != families[pair[1]]]
+    first: dict[frozenset[str], tuple[int, int]] = {}
+    for pair in sorted(both, key=lambda pair: -linear.gain(pair)):
+        first.setdefault(frozenset(families[i] for i in pair), pair)
+    return list(first.values())[:JOINT_PAIRS]
 
 
 class _Linear:

@@ -14,8 +14,9 @@ from fmus.support.errors import InputError
 from motofmi.gap.comparison.closable import flexible_mean_square
 from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
 from motofmi.gap.comparison.outcome import Outcome, outcome
+from motofmi.gap.comparison.pair_search import pairs
 from motofmi.gap.comparison.sandwich import sandwich_covariance
-from motofmi.gap.comparison.search import leading_models, pairs
+from motofmi.gap.comparison.search import leading_models
 from motofmi.gap.comparison.simplest_form import one_per_families
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import Candidate
@@ -68,7 +69,7 @@ def compare(
         models = leading_models(blocks, base, singles)
     on_progress(lambda: _compared(blocks, compared_base, models))
     with running(Stage.PAIRS):
-        both = pairs(blocks, one_per_families(models), library, criteria)
+        both = pairs(blocks, base, one_per_families(models), library, criteria)
     return _compared(blocks, compared_base, [*models, *both])
 
 

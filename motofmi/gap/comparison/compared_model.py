@@ -138,17 +138,18 @@ class CommonBlocks:
         losses = np.log(squares + self.floor)
         return losses if np.all(np.isfinite(losses)) else None
 
-    def is_disturbance(self, found: Fit) -> bool:
-        """Whether a fit reduces the misfit by the free initial states of an effect without a magnitude.
-
-        An effect with states of its own does so even where its magnitude is not distinguishable from zero. The standard
-        errors are those of the sandwich.
-        """
-        if not any(has_states(effect) for effect in found.model.effects):
-            return False
+    def is_undetermined(self, found: Fit) -> bool:
+        """Whether the magnitude of an effect is not distinguishable from zero, by the standard errors of the sandwich."""
         covariance = sandwich_covariance(self.residuals(found), self.blocks)
         errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
         return undetermined_magnitude(found, errors, self.criteria) is not None
+
+    def is_disturbance(self, found: Fit) -> bool:
+        """Whether a fit reduces the misfit by the free initial states of an effect without a magnitude.
+
+        An effect with states of its own does so even where its magnitude is not distinguishable from zero.
+        """
+        return any(has_states(effect) for effect in found.model.effects) and self.is_undetermined(found)
 
     def residuals(self, found: Fit) -> TimeResiduals:
         """The residuals of a fit over time, each output over the scale of the comparison."""

@@ -4,10 +4,11 @@
     single effects in the set                 named if they are of one family, tied otherwise
     only pairs in the set                     the families that all pairs share are named
 
-Before that, the library as a whole must be better than the base, on the fitted runs and on the validation runs alone: of
-many effects, one gains by chance. A named effect must also have a gain on data that were not used whose 95 % interval is above zero, close at least
-`Criteria.least_share` of the closable misfit, and have a magnitude that is distinguishable from zero. Each reason not
-to name an effect is a sentence with its number in `limitations`.
+Models with a magnitude that is not distinguishable from zero leave first, so that the others are compared without them.
+The library as a whole must be better than the base, on the fitted runs and on the validation runs alone: of many effects,
+one gains by chance. A named effect must also have a gain on data that were not used whose 95 % interval is above zero,
+and close at least `Criteria.least_share` of the closable misfit. Each reason not to name an effect is a sentence with its
+number in `limitations`.
 """
 
 from collections.abc import Sequence
@@ -56,13 +57,18 @@ def outcome(
     scale of the comparison; counts are the blocks of fitted and of validation runs; errors holds the standard errors
     (parameters,) of the fitted parameters by the id of a model.
     """
-    sentences, objections = few_blocks(counts, criteria), {}
-    for model in models:
-        if objection := _objection(base, model, models, flexible, errors[id(model)], criteria):
-            objections[id(model)] = objection
-    better = [m for m in one_per_families(models) if m.losses.mean() < base.losses.mean()]
-    accepted = one_per_families([m for m in models if id(m) not in objections])
-    nearest = next(iter([*accepted, *better]), None)
+    sentences = few_blocks(counts, criteria)
+    undetermined = {id(m): s for m in models if (s := _undetermined(m, errors[id(m)], criteria))}
+    determined = [m for m in models if id(m) not in undetermined]
+    objections = {id(m): s for m in determined if (s := _objection(base, m, models, flexible, criteria))}
+    better, without = (
+        [m for m in one_per_families(some) if m.losses.mean() < base.losses.mean()]
+        for some in (determined, [m for m in models if id(m) in undetermined])
+    )
+    accepted = one_per_families([m for m in determined if id(m) not in objections])
+    nearest = next(iter([*accepted, *better, *without]), None)
+    least = accepted[0].losses.mean() if accepted else np.inf
+    sentences += [undetermined[id(m)] for m in without if m.losses.mean() < least]
     share = closed_share(base.out_of_sample, nearest.out_of_sample, flexible) if nearest else None
     unknown = Outcome("unknown", base, [], nearest, share, sentences)
     closable = np.sqrt(max(float(base.out_of_sample.mean()) - flexible, 0.0) / motion)
@@ -73,7 +79,9 @@ def outcome(
         )
         return Outcome("none", base, [], nearest, None, sentences)
     if not accepted:
-        sentences += [objections[id(m)] for m in better[:1]] or ["No effect of the library reduces the loss on blocks."]
+        sentences += [objections[id(m)] for m in better[:1]]
+        if not (better or without):
+            sentences.append("No effect of the library reduces the loss on blocks.")
         return unknown
     if too_few(counts, criteria):
         sentences.append(
@@ -88,7 +96,7 @@ def outcome(
             f"(p = {p[0]:.3f}, level {criteria.confidence_set_level:g}); nearest {_effects_of(accepted[0])}."
         )
         return unknown
-    if sentence := _may_be_chance(base, models, criteria):
+    if sentence := _may_be_chance(base, determined, criteria):
         sentences.append(f"{sentence}; nearest {_effects_of(accepted[0])}.")
         return unknown
     if better[0] is not accepted[0] and id(better[0]) in objections:
@@ -163,7 +171,6 @@ def _objection(
     model: ComparedModel,
     models: Sequence[ComparedModel],
     flexible: float,
-    errors: np.ndarray,
     criteria: Criteria,
 ) -> str:
     """The reason not to name the effects of a model; empty where there is none.
@@ -183,12 +190,17 @@ def _objection(
     share = closed_share(before.out_of_sample, model.out_of_sample, flexible)
     if share.share < criteria.least_share:
         return f"{name} is not named: it closes {share.share:.0%} of {closed}, less than {criteria.least_share:.0%}."
-    if (i := undetermined_magnitude(model.fit, errors, criteria)) is not None:
-        return (
-            f"{name} is not named: {model.fit.model.names[i]} = {model.fit.x[i]:.3g} is within {criteria.value_errors:g} "
-            f"standard errors ({errors[i]:.2g}) of zero."
-        )
     return ""
+
+
+def _undetermined(model: ComparedModel, errors: np.ndarray, criteria: Criteria) -> str:
+    """The sentence on a model with a magnitude that is not distinguishable from zero; empty where all are."""
+    if (i := undetermined_magnitude(model.fit, errors, criteria)) is None:
+        return ""
+    return (
+        f"{_effects_of(model)} is not named, and the others are compared without it: {model.fit.model.names[i]} = "
+        f"{model.fit.x[i]:.3g} is within {criteria.value_errors:g} standard errors ({errors[i]:.2g}) of zero."
+    )
 
 
 def _effects_of(model: ComparedModel) -> str:

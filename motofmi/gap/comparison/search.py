@@ -1,4 +1,4 @@
-"""The models that a comparison considers: every form of every effect of a library, then pairs with a leading effect.
+"""The single effects that a comparison considers: every form of every effect of a library.
 
 Effects are ordered by their mean logarithmic loss on blocks, not by chi-square: a single run with a large misfit
 dominates chi-square and hides the gain of an effect in all other runs.
@@ -18,27 +18,28 @@ from motofmi.gap.estimation.candidate import Candidate
 from motofmi.gap.estimation.effect_fit import as_found, fit_each
 from motofmi.gap.estimation.fit_result import Fit, PortableFit, initial_guesses, with_initial_guesses
 from motofmi.gap.estimation.fitting import fit
-from motofmi.gap.estimation.screening import Signature, screen
+from motofmi.gap.estimation.screening import screen
 
 Key = TypeVar("Key")
 
-LEADING_FAMILIES = 5  # families that are compared, and from which the first effect of a pair is taken
+LEADING_FAMILIES = 5  # families that are compared
 FITTED_FIRST = 4  # effects with the largest screened gain, that are fitted before the others
 # Ratio of chi-square to that of the best of them above which another effect need not be fitted to the end: a model with
 # three times the mean square on every block is not in the confidence set.
 FAR_BEHIND = 3.0
-SECOND_EFFECTS = 3  # effects that are fitted as the second of a pair, for each first effect
 CLEARLY_BEHIND = 5.0  # standard errors of the mean loss above the best one from which a model is not compared further
 
 
 def single_effects(base: Fit, library: Sequence[type[Effect]], criteria: Criteria) -> list[Candidate]:
     """The forms of the library that are not flexible and reduce chi-square, each fitted with the base.
 
-    Those with the largest screened gain come first; fits of the others end where they cannot come near them. An effect
-    with states of its own does not end others: its free initial states can reduce the misfit without a magnitude.
+    Those with the largest screened gain come first; fits of the others end where they cannot come near them. Effects with
+    states of their own do not end others, since their free initial states can reduce the misfit without a magnitude, and
+    their simulations are the slowest: they are fitted last.
     """
     plain = [effect for effect in library if not effect.flexible]
-    signatures = sorted((s for s in screen(base, plain, keep=1) if s.gain > 0), key=lambda s: -s.gain)
+    signatures = [s for s in screen(base, plain, keep=1) if s.gain > 0]
+    signatures.sort(key=lambda s: (has_states(s.effect), -s.gain))
     first = fit_each(base, signatures[:FITTED_FIRST], [], base.chi2, [], criteria)
     beat = min((FAR_BEHIND * c.fit.chi2 for c in first if c.fitted and not has_states(c.effect)), default=np.inf)
     others = fit_each(base, signatures[FITTED_FIRST:], [], min(base.chi2, beat), [], criteria)
@@ -52,7 +53,7 @@ def leading_models(blocks: CommonBlocks, base: Fit, singles: Sequence[Candidate]
     confidence set. A disturbance (`CommonBlocks.is_disturbance`) leads nothing; where it has the least loss it is the
     last of the models. A form is also fitted from the best form of its family, which it may contain or be contained in.
     """
-    order, near = _leading(blocks, {id(c): c.fit for c in singles})
+    order, near = leading(blocks, {id(c): c.fit for c in singles})
     fitted = {id(c): c for c in singles}
     families = list(dict.fromkeys(fitted[key].family for key in near))[:LEADING_FAMILIES]
     fits = [found for family in families for found in _forms_of(family, [fitted[key] for key in order], base)]
@@ -60,7 +61,7 @@ def leading_models(blocks: CommonBlocks, base: Fit, singles: Sequence[Candidate]
     return blocks.refined_and_evaluated([*fits, *withheld], "comparing effects")
 
 
-def _leading(blocks: CommonBlocks, fits: dict[Key, Fit]) -> tuple[list[Key], list[Key]]:
+def leading(blocks: CommonBlocks, fits: dict[Key, Fit]) -> tuple[list[Key], list[Key]]:
     """The keys of fits in the order of their mean loss on fitted blocks, and those that are not clearly behind the best
     one that is no disturbance.
 
@@ -104,59 +105,3 @@ def _forms_of(family: str, order: Sequence[Candidate], base: Fit) -> list[Fit]:
         if portable is not None and portable.chi2 < fits[i].chi2:
             fits[i] = portable.on(forms[i].fit.model, base.runs)
     return fits
-
-
-def pairs(
-    blocks: CommonBlocks,
-    firsts: Sequence[ComparedModel],
-    library: Sequence[type[Effect]],
-    criteria: Criteria,
-) -> list[ComparedModel]:
-    """Pairs of a leading effect and the effects with the largest gain beside it, then the best pair in other forms.
-
-    firsts are the single effects, the leading one first.
-    """
-    fits: dict[frozenset[type[Effect]], Fit] = {}
-    plain = [effect for effect in library if not effect.flexible]
-    families: set[frozenset[str]] = set()
-    for first in [m for m in firsts if not blocks.is_disturbance(m.fit)][:LEADING_FAMILIES]:
-        leading = [s for s in _seconds(first, plain) if first.families | {s.effect.family} not in families]
-        families |= {first.families | {s.effect.family} for s in leading}
-        for candidate in fit_each(first.fit, leading, [], first.fit.chi2, [], criteria):
-            if candidate.fitted:
-                fits[frozenset(candidate.fit.model.effects)] = candidate.fit
-    _, near = _leading(blocks, fits)
-    models = blocks.refined_and_evaluated([fits[effects] for effects in near[:LEADING_FAMILIES]], "comparing pairs")
-    if not models:
-        return []
-    best = min(models, key=lambda m: m.losses.mean())
-    other_forms = _in_other_forms(best, firsts, plain, fits, criteria)
-    return models + blocks.refined_and_evaluated(other_forms, "comparing forms of a pair")
-
-
-def _seconds(first: ComparedModel, plain: Sequence[type[Effect]]) -> list[Signature]:
-    """The effects with the largest screened gain beside a first one, each in its best form, the largest gain first."""
-    others = [effect for effect in plain if effect.family not in first.families]
-    order = sorted((s for s in screen(first.fit, others, keep=1) if s.gain > 0), key=lambda s: -s.gain)
-    best_forms = {s.effect.family: s for s in reversed(order)}
-    return sorted(best_forms.values(), key=lambda s: -s.gain)[:SECOND_EFFECTS]
-
-
-def _in_other_forms(
-    best: ComparedModel,
-    firsts: Sequence[ComparedModel],
-    plain: Sequence[type[Effect]],
-    fits: dict[frozenset[type[Effect]], Fit],
-    criteria: Criteria,
-) -> list[Fit]:
-    """The fits of the best pair with one of its effects in other forms; pairs that have a fit already are left out."""
-    found = []
-    for kept in best.effects:
-        alone = next((c for c in firsts if c.effects == (kept,)), None)
-        replaced = next(e for e in best.effects if e is not kept)
-        forms = [e for e in plain if e.family == replaced.family and frozenset((e, kept)) not in fits]
-        if alone is None or not forms:
-            continue
-        made = fit_each(alone.fit, screen(alone.fit, forms, keep=1), [], alone.fit.chi2, [], criteria)
-        found += [c.fit for c in made if c.fitted]
-    return found

@@ -8,6 +8,7 @@ within their bounds, which include the physical sign.
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -125,24 +126,34 @@ class _Problem:
     """Residuals in units of the noise, those of the priors last, and their slopes by x."""
 
     def __init__(self, model: AnyModel, runs: list[AnyRun], total: int):
-        self.model, self.runs, self.deviating = model, runs, list(run_to_run_deviations(model.experiment))
+        self.model, self.deviating = model, list(run_to_run_deviations(model.experiment))
+        self.runs: list[Any] = runs  # some have initial guesses, which a simulation changes
         self.predicted = getattr(model, "predicted", None)
         self.priors, self.known = _priors(model, total)
         self.of_effects = priors_of_effects(model)
         self.kept: dict[int, np.ndarray] = {}  # slopes that came with the output
 
     def residuals(self, x: np.ndarray) -> np.ndarray:
-        """(m,). Raises InputError where the model cannot be simulated."""
-        left = []
-        for index, run in enumerate(self.runs):
-            q = vector_of(x, self.model, index)
-            if self.predicted is None:
-                predicted, self.kept[index] = self.model.reduced(run, q)
-            else:
-                predicted = self.predicted(run, q)
-            left.append(predicted - run.data / run.deviation)
+        """(m,). Raises InputError where the model cannot be simulated; the runs' initial guesses are then as before."""
+        kept = [guess and {key: dict(known) for key, known in guess.items()} for guess in initial_guesses(self.runs)]
+        try:
+            left = [self._of_run(index, run, x) - run.data / run.deviation for index, run in enumerate(self.runs)]
+        except InputError:
+            for run, guess in zip(self.runs, kept, strict=True):
+                if guess is not None:
+                    run.guess.clear()
+                    run.guess.update(guess)
+            raise
         of_effects = [prior.residuals(x[places]) for places, prior in self.of_effects]
         return np.concatenate([*left, self.priors @ x - self.known, *of_effects])
+
+    def _of_run(self, index: int, run: AnyRun, x: np.ndarray) -> np.ndarray:
+        """The predicted data of a run over the noise."""
+        q = vector_of(x, self.model, index)
+        if self.predicted is not None:
+            return self.predicted(run, q)
+        predicted, self.kept[index] = self.model.reduced(run, q)
+        return predicted
 
     def slopes(self, x: np.ndarray) -> np.ndarray:
         """(m, len(x)), at the x of the last residuals."""

@@ -24,6 +24,9 @@ COARSE = 1e-3  # share of chi2: the least significant change while a fit is far 
 REMAINING_STEPS = 20.0  # steps with the gain of the next one within which a fit must be able to reach `beat`
 FAR_START = 1e8  # ratio of chi2 to `beat` above which a fit is not begun: it rarely converges
 TRIES = 8  # attempts at a step, with growing mu
+# A simulation that diverges does not say how far the linear model holds: the step becomes much shorter at once, with mu at
+# least the first and growing by the second, and after so many divergences the search ends.
+DIVERGED, SHORTER, MOST_DIVERGED = 0.03, 36.0, 3
 
 
 class Problem(Protocol):
@@ -65,7 +68,7 @@ def levenberg_marquardt(problem: Problem, x: np.ndarray, bounds: tuple[np.ndarra
         part = jacobian[:, open_]
         normal = part.T @ part
         scale = np.sqrt(np.diag(normal)) + 1e-9
-        largest, accepted = reach(x)[open_], False
+        largest, accepted, diverged = reach(x)[open_], False, 0
         worth = max(gain, COARSE * chi2) if chi2 > 2 * len(residuals) else gain
         for tries in range(TRIES):
             move = (
@@ -86,8 +89,12 @@ def levenberg_marquardt(problem: Problem, x: np.ndarray, bounds: tuple[np.ndarra
             try:
                 new_residuals = problem.residuals(trial)
                 new = float(new_residuals @ new_residuals)
-            except InputError:  # the simulation diverges: a shorter step
-                new = np.inf
+            except InputError:
+                diverged += 1
+                if diverged == MOST_DIVERGED:
+                    break
+                damping = max(SHORTER * damping, DIVERGED)
+                continue
             if new < chi2:
                 accepted = True
                 break

@@ -38,9 +38,28 @@ class Signature:
     start: np.ndarray
 
 
+@dataclass(frozen=True)
+class Direction:
+    """The change of a fit's residuals (m, k) by an effect's k magnitudes at starting values (ne,), with the derivatives of
+    the fit projected out; sizes are the indices of the magnitudes, low and high (k,) the bounds of their change."""
+
+    effect: type[Effect]
+    start: np.ndarray
+    sizes: list[int]
+    slopes: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+    def start_after(self, change: np.ndarray) -> np.ndarray:
+        """The starting values with the magnitudes changed by (k,)."""
+        start = self.start.copy()
+        start[self.sizes] += change
+        return start
+
+
 def screen(found: Fit, effects: Iterable[type[Effect]], keep: int = 2) -> list[Signature]:
     """The best starting values, at most `keep`, of every effect on top of a fit; after a deadline none."""
-    basis, _ = np.linalg.qr(found.jacobian / (np.linalg.norm(found.jacobian, axis=0) + 1e-12))
+    basis = span_of(found)
     left = found.residuals - basis @ (basis.T @ found.residuals)
 
     def tried(part: tuple[type[Effect], list[dict[str, float]]]) -> list[tuple[float, np.ndarray]]:
@@ -122,6 +141,21 @@ def far_from_data(found: Fit) -> bool:
 def _signature(found: Fit, model: AnyModel, effect: type[Effect], shape: dict[str, float], basis: np.ndarray,
                left: np.ndarray) -> tuple[float, np.ndarray]:  # fmt: skip
     """Gain and starting values of an effect for given nonlinear parameters."""
+    direction = direction_of(found, model, effect, shape, basis)
+    scale = np.linalg.norm(direction.slopes, axis=0) + 1e-12
+    low, high = direction.low * scale, direction.high * scale
+    solved = lsq_linear(direction.slopes / scale, -left, (np.minimum(low, -1e-12), np.maximum(high, 1e-12)))
+    return float(left @ left - 2 * solved.cost), direction.start_after(solved.x / scale)
+
+
+def direction_of(
+    found: Fit, model: AnyModel, effect: type[Effect], shape: dict[str, float], basis: np.ndarray
+) -> Direction:
+    """The direction of an effect on top of a fit, for given nonlinear parameters.
+
+    model is the fit's with the effect; basis (m, k) are orthonormal columns that span the fit's own derivatives. Raises
+    InputError where the model cannot be simulated.
+    """
     own = effect.free_parameters()
     rows = [model.component.table[model.experiment.parameter(effect, n)] for n in own]
     start = np.array(
@@ -146,12 +180,13 @@ def _signature(found: Fit, model: AnyModel, effect: type[Effect], shape: dict[st
         q = np.concatenate([found.of_run(index)[:shared], evaluated_at])
         columns.append(model.reduced(run, q)[1][:, shared:])
     sizes = [i for i, n in enumerate(own) if n not in effect.nonlinear_parameters()]
-    slopes = np.zeros((len(left), len(sizes)))
+    slopes = np.zeros((len(basis), len(sizes)))
     slopes[: found.count] = np.concatenate(columns)[:, sizes]
     slopes -= basis @ (basis.T @ slopes)
-    scale = np.linalg.norm(slopes, axis=0) + 1e-12
-    low = np.array([rows[i].min - start[i] for i in sizes]) * scale
-    high = np.array([rows[i].max - start[i] for i in sizes]) * scale
-    solved = lsq_linear(slopes / scale, -left, (np.minimum(low, -1e-12), np.maximum(high, 1e-12)))
-    start[sizes] += solved.x / scale
-    return float(left @ left - 2 * solved.cost), start
+    low, high = (np.array([getattr(rows[i], end) - start[i] for i in sizes]) for end in ("min", "max"))
+    return Direction(effect, start, sizes, slopes, low, high)
+
+
+def span_of(found: Fit) -> np.ndarray:
+    """Orthonormal columns (m, k) that span the derivatives of a fit."""
+    return np.linalg.qr(found.jacobian / (np.linalg.norm(found.jacobian, axis=0) + 1e-12))[0]

@@ -192,12 +192,12 @@ class FreeInitialStateModel(SegmentedModel):
             traces |= {
                 i: (made.outputs[where], made.states[where]) for i, where in zip(indices, nodes.samples, strict=True)
             }
-        self._complete(run, traces)
+        self._complete(range(len(run.segments)), run, traces)
         return [traces[i] for i in range(len(run.segments))]
 
-    def _complete(self, run: SampledRun, found: Mapping[int, Any]) -> None:
-        """Raises InputError where not every segment was found."""
-        missing = [i for i in range(len(run.segments)) if i not in found]
+    def _complete(self, indices: Sequence[int], run: SampledRun, found: Mapping[int, Any]) -> None:
+        """Raises InputError where not each of these segments was found."""
+        missing = [i for i in indices if i not in found]
         if missing:
             begin, end = (run.recording.time[k] for k in (run.segments[missing[0]][0], run.segments[missing[0]][1] - 1))
             raise InputError(
@@ -242,9 +242,12 @@ class FreeInitialStateModel(SegmentedModel):
         known = {i: self._predicted(run, i, q) for i in every if "initial" in initial_guesses[i]}
         found = self._segments(run, values, known)
         restarted = [i for i in every if i not in found or found[i].misfit > usual[i]]
-        for i, extended in self._segments(run, values, self._extended(run, restarted, values)).items():
-            found[i] = extended if i not in found or extended.misfit < found[i].misfit else found[i]
-        self._complete(run, found)
+        lost = [i for i in restarted if i not in found][:1]
+        # One segment that cannot be simulated is enough for an error: the others are not restarted then.
+        for some in (lost, [i for i in restarted if i not in lost]):
+            for i, extended in self._segments(run, values, self._extended(run, some, values)).items():
+                found[i] = extended if i not in found or extended.misfit < found[i].misfit else found[i]
+            self._complete(some, run, found)
         for i in every:
             if found[i].misfit < (
                 usual[i] if (*self.own, i) in run.guess else RESTART_RATIO * at_rest[i]
