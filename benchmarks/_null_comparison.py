@@ -40,9 +40,9 @@ from motofmi.gap.comparison.block_losses import (
 from motofmi.gap.comparison.closable import flexible_mean_square
 from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
 from motofmi.gap.comparison.outcome import Outcome, outcome
+from motofmi.gap.comparison.pair_search import JOINT_PAIRS, SECOND_EFFECTS
 from motofmi.gap.comparison.residuals import output_scale, time_residuals
 from motofmi.gap.comparison.sandwich import sandwich_covariance
-from motofmi.gap.comparison.pair_search import JOINT_PAIRS, SECOND_EFFECTS
 from motofmi.gap.comparison.search import LEADING_FAMILIES, clearly_behind
 from motofmi.gap.comparison.simplest_form import one_per_families
 from motofmi.gap.criteria import Criteria

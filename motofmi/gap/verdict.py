@@ -8,6 +8,7 @@ import numpy as np
 
 from fmus.effects import Effect
 from fmus.effects.added_terms import added_terms
+from motofmi.gap.compared import closed_alone, compared
 from motofmi.gap.estimation.candidate import Candidate, adequate, reduced_by_noise
 from motofmi.gap.estimation.fit_result import parameters_of
 from motofmi.gap.localisation.harmonic_places import cells as of_harmonics
@@ -25,13 +26,14 @@ def as_result(verdict: Verdict, unit: str, noise_source: str = "orders", cells: 
     located.
     """
     best = verdict.best
-    chances, left = _probabilities(verdict), gap(verdict, unit)
+    chances, left, alone = _probabilities(verdict), gap(verdict, unit), closed_alone(verdict)
     return {
         "verdict": verdict.verdict,
         "effects": [_effect(verdict, c, chances) for c in verdict.effects] if verdict.verdict == "named" else [],
         "tied": [c.family for c in verdict.tied] if verdict.verdict == "tied" else [],
         "closest": _closest(verdict) if verdict.verdict == "unknown" else None,
-        "candidates": [_candidate(c, chances) for c in _distinct(verdict.candidates)],
+        "candidates": [_candidate(c, chances, alone) for c in _distinct(verdict.candidates)],
+        "compared": compared(verdict),
         "where": [
             {
                 "run": p.run,
@@ -197,8 +199,10 @@ def _effect(verdict: Verdict, candidate: Candidate, chances: dict[int, float]) -
             "parameters": _with_errors(own)}  # fmt: skip
 
 
-def _candidate(candidate: Candidate, chances: dict[int, float]) -> dict[str, Any]:
-    """A row of the table of candidates."""
+def _candidate(
+    candidate: Candidate, chances: dict[int, float], alone: Mapping[tuple[str, str], float]
+) -> dict[str, Any]:
+    """A row of the table of candidates; validation is None where the effect was not evaluated on validation runs."""
     return {
         "name": candidate.family,
         "form": candidate.effect.form,
@@ -207,6 +211,7 @@ def _candidate(candidate: Candidate, chances: dict[int, float]) -> dict[str, Any
         "delta_chi2": candidate.delta_chi2,
         "delta_bic": candidate.delta_bic,
         "probability": chances.get(id(candidate), 0.0),
+        "validation": alone.get((candidate.family, candidate.effect.form)),
         "fitted": candidate.fitted,
     }
 

@@ -25,6 +25,12 @@ HOW_TO_READ = (
 )
 
 
+ON_BLOCKS = (
+    "These models were compared on blocks of their residuals, and that decides: delta BIC only orders the candidates. The loss is the "
+    "mean logarithm of a block's mean square, smaller by 0.1 where the rms is smaller by 5 %."
+)
+
+
 def verdict_section(result: dict[str, Any], *more: Table) -> Section:
     """A sentence for each effect, the next experiment, the limitations, and the parameters found."""
     said = [*(e["sentence"] for e in result["effects"]), *nearest(result)]
@@ -41,7 +47,9 @@ def verdict_section(result: dict[str, Any], *more: Table) -> Section:
 
 def statistics_section(result: dict[str, Any]) -> Section:
     """The candidates that reduce chi-square, and how to read their numbers; folded."""
-    return Section("Candidates and their statistics", [HOW_TO_READ], [], [_candidates(result)], folded=True)
+    tables = [table for table in (candidates(result), compared(result)) if table.rows]
+    said = [HOW_TO_READ, *([ON_BLOCKS] if result.get("compared") else [])]
+    return Section("Candidates and their statistics", said, [], tables, folded=True)
 
 
 MODES_SHOWN = {"before": "without", "after": "with, at rest", "in_motion": "with, describing function"}
@@ -112,11 +120,30 @@ def _effects(result: dict[str, Any]) -> Table:
     return Table(("effect", "form", "parameter", "value", "standard error", "unit"), rows)
 
 
-def _candidates(result: dict[str, Any]) -> Table:
-    """All candidates that reduce chi-square."""
-    rows = [(c["name"], c["form"], f"{c['delta_chi2']:.1f}", f"{c['delta_bic']:.1f}", f"{c['probability']:.3f}")
-            for c in result["candidates"] if c["delta_chi2"] > 0]  # fmt: skip
-    return Table(("candidate", "form", "delta chi-square", "delta BIC", "probability"), rows)
+def candidates(result: dict[str, Any], most: int | None = None) -> Table:
+    """The candidates that reduce chi-square, at most so many, with what each closes alone on validation runs."""
+    rows = [(c["name"], c["form"], f"{c['delta_chi2']:.1f}", f"{c['delta_bic']:.1f}", f"{c['probability']:.3f}",
+             _percent(c.get("validation")))
+            for c in result["candidates"][:most] if c["delta_chi2"] > 0]  # fmt: skip
+    return Table(
+        ("candidate", "form", "delta chi-square", "delta BIC", "probability", "closed on validation runs [%]"), rows
+    )
+
+
+def compared(result: dict[str, Any]) -> Table:
+    """The models that were compared on blocks, the least loss first, and what became of them; no rows where none were."""
+    rows = [(" and ".join(f"{e['name']} ({e['form']})" for e in m["effects"]) or "base", f"{m['loss_fitted']:.2f}",
+             "" if m["loss_validation"] is None else f"{m['loss_validation']:.2f}",
+             _percent(m["closed"] and m["closed"]["share"]), m["standing"])
+            for m in result.get("compared", [])]  # fmt: skip
+    return Table(
+        ("compared on blocks", "log loss, fitted runs [1]", "log loss, validation runs [1]", "closable misfit closed [%]",
+         "outcome"), rows
+    )  # fmt: skip
+
+
+def _percent(share: float | None) -> str:
+    return "" if share is None else f"{100 * share:.1f}"
 
 
 # The directions of an imposed motion, by the unit of their range.

@@ -12,7 +12,7 @@ from motofmi.cli.arguments import mapping_of
 from motofmi.cli.outputs import output_folder
 from motofmi.cli.screen import Screen
 from motofmi.reports.gap_summary import bars, headline, laws, nearest
-from motofmi.reports.gap_tables import RUNS, places
+from motofmi.reports.gap_tables import RUNS, candidates, compared, places
 from motofmi.workflows.gap.find_gap import find_gap
 
 # Numbers (8 bytes each) in an array that is allocated and freed once, before the fits. The GNU C library then keeps the
@@ -163,9 +163,9 @@ def show(result: dict[str, Any], screen: Screen) -> None:
         screen.print(line)
     for effect in result["effects"]:
         screen.print(f"{effect['name']} ({effect['form']}): {effect['sentence']}")
-    screen.table(("candidate", "form", "delta chi2 [1]", "delta BIC [1]", "probability [1]"),
-                 [(c["name"], c["form"], f"{c['delta_chi2']:.1f}", f"{c['delta_bic']:.1f}", f"{c['probability']:.3f}")
-                  for c in result["candidates"][:8]])  # fmt: skip
+    for table in (candidates(result, most=8), compared(result)):
+        if table.rows:
+            screen.table(table.headings, table.rows)
     gap = result["gap"]
     for name, label in RUNS.items():
         if gap[name] is not None:

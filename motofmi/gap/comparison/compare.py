@@ -30,7 +30,7 @@ from motofmi.gap.validation.before_after import on_validation_runs
 class Comparison:
     """The outcome, and what it rests on.
 
-    models are the compared models other than the base, the least loss first. All mean squares are over the squared
+    models are the compared models other than the base, one of each family or pair of families, the least loss first. All mean squares are over the squared
     scale of the outputs [1].
     """
 
@@ -94,7 +94,9 @@ def _compared(blocks: CommonBlocks, compared_base: ComparedModel, models: Sequen
     result = outcome(compared_base, models, flexible, motion, counts, errors, blocks.criteria)
     for model in models:
         model.fit.sandwich = covariances[id(model)]
-    return Comparison(result, compared_base, one_per_families(models), flexible, motion, counts)
+    of_families = {m.families: m for m in (*one_per_families(models), *result.members)}
+    listed = sorted(of_families.values(), key=lambda m: m.losses.mean())
+    return Comparison(result, compared_base, listed, flexible, motion, counts)
 
 
 def _flexible_mean_square(base: ComparedModel, models: Sequence[ComparedModel], blocks: CommonBlocks) -> float:

@@ -24,6 +24,10 @@ from motofmi.gap.comparison.superior_ability import superior_ability
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import undetermined_magnitude
 
+MEMBER, BEHIND, NOT_CLEAR, SMALL, UNDETERMINED = STANDINGS = (
+    "in the confidence set", "behind", "gain not clear", "gain too small", "magnitude not determined",
+)  # fmt: skip
+
 
 @dataclass(frozen=True)
 class Outcome:
@@ -31,7 +35,8 @@ class Outcome:
 
     best is the model that the verdict selects (the base for `none` and `unknown`), members are the models that are
     named or tied, nearest is the model with the least loss, share is the share of the closable misfit that best (for
-    `unknown`: nearest) closes, and sentences are limitations.
+    `unknown`: nearest) closes, and sentences are limitations. standing holds what became of each model, by its id: one of
+    `STANDINGS`.
     """
 
     verdict: str
@@ -40,6 +45,7 @@ class Outcome:
     nearest: ComparedModel | None
     share: Share | None
     sentences: list[str] = field(default_factory=list)
+    standing: dict[int, str] = field(default_factory=dict)
 
 
 def outcome(
@@ -60,7 +66,9 @@ def outcome(
     sentences = few_blocks(counts, criteria)
     undetermined = {id(m): s for m in models if (s := _undetermined(m, errors[id(m)], criteria))}
     determined = [m for m in models if id(m) not in undetermined]
-    objections = {id(m): s for m in determined if (s := _objection(base, m, models, flexible, criteria))}
+    objections = {id(m): why for m in determined if (why := _objection(base, m, models, flexible, criteria))}
+    standing = dict.fromkeys(map(id, models), BEHIND) | dict.fromkeys(undetermined, UNDETERMINED)
+    standing |= {key: kind for key, (kind, _) in objections.items()}
     better, without = (
         [m for m in one_per_families(some) if m.losses.mean() < base.losses.mean()]
         for some in (determined, [m for m in models if id(m) in undetermined])
@@ -70,16 +78,16 @@ def outcome(
     least = accepted[0].losses.mean() if accepted else np.inf
     sentences += [undetermined[id(m)] for m in without if m.losses.mean() < least]
     share = closed_share(base.out_of_sample, nearest.out_of_sample, flexible) if nearest else None
-    unknown = Outcome("unknown", base, [], nearest, share, sentences)
+    unknown = Outcome("unknown", base, [], nearest, share, sentences, standing)
     closable = np.sqrt(max(float(base.out_of_sample.mean()) - flexible, 0.0) / motion)
     if closable <= criteria.tolerance:
         sentences.append(
             f"The base misses {closable:.2%} of the motion (rms) beyond what a flexible model leaves, which is within "
             f"the tolerance of {criteria.tolerance:.2%}."
         )
-        return Outcome("none", base, [], nearest, None, sentences)
+        return Outcome("none", base, [], nearest, None, sentences, standing)
     if not accepted:
-        sentences += [objections[id(m)] for m in better[:1]]
+        sentences += [objections[id(m)][1] for m in better[:1]]
         if not (better or without):
             sentences.append("No effect of the library reduces the loss on blocks.")
         return unknown
@@ -100,7 +108,7 @@ def outcome(
         sentences.append(f"{sentence}; nearest {_effects_of(accepted[0])}.")
         return unknown
     if better[0] is not accepted[0] and id(better[0]) in objections:
-        sentences.append(objections[id(better[0])])
+        sentences.append(objections[id(better[0])][1])
     not_eliminated = [accepted[i - 1] for i in inside]
     fewest = min(len(m.effects) for m in not_eliminated)
     members = [m for m in not_eliminated if len(m.effects) == fewest]
@@ -114,7 +122,8 @@ def outcome(
     best = min(members, key=lambda m: m.losses.mean())
     verdict = "named" if frozenset.intersection(*(m.families for m in members)) else "tied"
     share = closed_share(base.out_of_sample, best.out_of_sample, flexible)
-    return Outcome(verdict, best, members, accepted[0], share, sentences)
+    standing |= dict.fromkeys(map(id, members), MEMBER)
+    return Outcome(verdict, best, members, accepted[0], share, sentences, standing)
 
 
 def few_blocks(counts: tuple[int, int], criteria: Criteria) -> list[str]:
@@ -172,8 +181,8 @@ def _objection(
     models: Sequence[ComparedModel],
     flexible: float,
     criteria: Criteria,
-) -> str:
-    """The reason not to name the effects of a model; empty where there is none.
+) -> tuple[str, str] | None:
+    """The reason not to name the effects of a model, as a standing and in a sentence; None where there is none.
 
     A pair is compared with the better of its two effects alone.
     """
@@ -183,14 +192,15 @@ def _objection(
         before = min([base, *alone], key=lambda m: float(m.out_of_sample.mean()))
         closed = f"what {_effects_of(before) or 'the base'} leaves"
     if (low := log_gain_low(before, model)) <= 0:
-        return (
+        return NOT_CLEAR, (
             f"{name} is not named: its gain on data that were not used is not clear (95 % interval of the gain in "
             f"logarithmic loss from {low:.2g})."
         )
     share = closed_share(before.out_of_sample, model.out_of_sample, flexible)
     if share.share < criteria.least_share:
-        return f"{name} is not named: it closes {share.share:.0%} of {closed}, less than {criteria.least_share:.0%}."
-    return ""
+        closes = f"{name} is not named: it closes {share.share:.0%} of {closed}, less than {criteria.least_share:.0%}."
+        return SMALL, closes
+    return None
 
 
 def _undetermined(model: ComparedModel, errors: np.ndarray, criteria: Criteria) -> str:

@@ -55,3 +55,24 @@ def test_modes_are_listed_side_by_side():
     moving = modes_over_speed({**TIED, "modes": {**modes, "in_motion": modes["before"]}})
     assert moving.tables[0].headings[-1] == "with, describing function" and "least-squares" in moving.paragraphs[-1]
     assert "do not change" in modes_over_speed(TIED).paragraphs[0]
+
+
+def test_the_table_of_a_comparison_has_what_each_model_closes_on_validation_runs():
+    """A candidate with the larger delta BIC closes less on validation runs, which decide: the tables say so."""
+    candidates = [
+        {"name": "coulomb_friction", "form": "coulomb", "delta_chi2": 9.0, "delta_bic": 4.0, "probability": 0.1, "validation": 0.9},
+        {"name": "backlash", "form": "gap", "delta_chi2": 50.0, "delta_bic": 45.0, "probability": 0.9, "validation": None},
+    ]  # fmt: skip
+    models = [
+        {"effects": [{"name": "coulomb_friction", "form": "coulomb"}, {"name": "drift", "form": "both"}], "loss_fitted": -3.0,
+         "loss_validation": -2.5, "closed": {"share": 0.95, "low": 0.9, "high": 0.99}, "standing": "in the confidence set"},
+        {"effects": [], "loss_fitted": 0.0, "loss_validation": None, "closed": None, "standing": "base"},
+    ]  # fmt: skip
+    section = statistics_section({**TIED, "candidates": candidates, "compared": models})
+    alone, together = section.tables
+    assert [row[-1] for row in alone.rows] == ["90.0", ""] and "validation" in alone.headings[-1]
+    assert together.rows == [
+        ("coulomb_friction (coulomb) and drift (both)", "-3.00", "-2.50", "95.0", "in the confidence set"),
+        ("base", "0.00", "", "", "base"),
+    ]
+    assert any("that decides" in sentence for sentence in section.paragraphs)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from fmus.effects.damping import CoulombFriction, CubicDamping, SoftFriction
+from fmus.effects.resonance import HungBody
 from fmus.effects.stiffness import CubicHardening
 from motofmi.gap.comparison.compared_model import ComparedModel
 from motofmi.gap.comparison.outcome import outcome
@@ -84,6 +85,24 @@ def test_a_clear_gain_of_a_small_share_is_not_named():
 def test_a_magnitude_within_its_error_is_not_named():
     found = decided([model_with(CoulombFriction, level=1.0, seed=1)], error=0.6)
     assert found.verdict == "unknown" and "within 2 standard errors (0.6) of zero" in found.sentences[0]
+
+
+def test_a_leading_effect_without_a_determined_magnitude_leaves_and_the_others_are_compared():
+    """As a further body whose free initial states follow a decay, while friction and drag together are missing."""
+    pair = model_with(CoulombFriction, CubicDamping, level=1.0, seed=3)
+    body = model_with(HungBody, level=0.1, seed=1, value=1e-6)
+    alone = model_with(CoulombFriction, level=9.9, seed=2, value=1e-3)
+    errors = {id(pair): np.full(2, 0.1), id(body): np.full(3, 9e-7), id(alone): np.full(1, 1e-3)}
+    base = model_with(level=10.0)
+    found = outcome(base, [body, alone, pair], FLEXIBLE, MOTION, (BLOCKS, BLOCKS), errors, Criteria())
+    assert found.verdict == "named" and found.best is pair and found.nearest is pair
+    (said,) = found.sentences  # the pair leads the single effect, so that only the body's leaving changes the verdict
+    assert said.startswith("extra_mode is not named, and the others are compared without it: extra_mode.inertia = 1e-06")
+    assert found.standing[id(pair)] == "in the confidence set"
+    assert found.standing[id(body)] == found.standing[id(alone)] == "magnitude not determined"
+    # With a determined magnitude it leads as before.
+    assert outcome(base, [body, pair], FLEXIBLE, MOTION, (BLOCKS, BLOCKS), errors | {id(body): np.full(3, 1e-8)},
+                   Criteria()).best is body  # fmt: skip
 
 
 def test_a_misfit_within_the_tolerance_is_none():

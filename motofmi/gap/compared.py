@@ -1,0 +1,56 @@
+"""The table of a comparison on blocks: `compared` of verdict.json, and the column `validation` of its candidates."""
+
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from motofmi.gap.comparison.closable import closed_share
+from motofmi.gap.comparison.compared_model import ComparedModel
+from motofmi.gap.selection.model_selection import Verdict
+
+
+def compared(verdict: Verdict) -> list[dict[str, Any]]:
+    """The models that were compared on blocks, the least mean loss first; empty where chi-square decided.
+
+    effects are the families and forms of a model, none for the base. loss_fitted and loss_validation are mean logarithmic
+    losses on blocks [1], the latter None without validation runs. closed is the share of the closable misfit on validation
+    runs [1] (without them: on blocks that are left out of the fit) with the ends of its 95 % interval, and standing is what
+    became of the model.
+    """
+    found = verdict.comparison
+    if found is None:
+        return []
+    base, standing = found.base, found.outcome.standing
+    rows = []
+    for model in sorted((*found.models, base), key=lambda m: m.losses.mean()):
+        closed = closed_share(base.out_of_sample, model.out_of_sample, found.flexible_mean_square)
+        rows.append({
+            "effects": [{"name": e.family, "form": e.form} for e in model.effects],
+            "loss_fitted": _mean_loss(model, model.fitted),
+            "loss_validation": _mean_loss(model, model.validation) if len(model.validation) else None,
+            "closed": None if model is base else asdict(closed),
+            "standing": "base" if model is base else standing[id(model)],
+        })  # fmt: skip
+    return rows
+
+
+def closed_alone(verdict: Verdict) -> dict[tuple[str, str], float]:
+    """The share of the closable misfit on validation runs [1] that a single effect closes, by its family and form.
+
+    Only effects that were evaluated on validation runs are there: those of a comparison on blocks that has any.
+    """
+    found = verdict.comparison
+    if found is None or not len(found.base.validation):
+        return {}
+    return {
+        (model.effects[0].family, model.effects[0].form): closed_share(
+            found.base.validation, model.validation, found.flexible_mean_square
+        ).share
+        for model in found.models
+        if len(model.effects) == 1
+    }
+
+
+def _mean_loss(model: ComparedModel, mean_squares: np.ndarray) -> float:
+    return float(np.mean(np.log(mean_squares + model.floor)))
