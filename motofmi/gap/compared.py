@@ -7,7 +7,7 @@ import numpy as np
 
 from motofmi.gap.comparison.closable import closed_share
 from motofmi.gap.comparison.compared_model import ComparedModel
-from motofmi.gap.selection.model_selection import Verdict
+from motofmi.gap.selection.result import Verdict
 
 
 def compared(verdict: Verdict) -> list[dict[str, Any]]:

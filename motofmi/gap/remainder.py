@@ -12,7 +12,7 @@ import numpy as np
 
 from motofmi.gap.comparison.closable import closed_share
 from motofmi.gap.estimation.candidate import adequate
-from motofmi.gap.selection.model_selection import Verdict
+from motofmi.gap.selection.result import Verdict
 from motofmi.gap.validation.before_after import misfit_of, motion_rms
 
 PIECES = 20  # pieces of equal length into which the residuals of validation runs are cut for the bootstrap

@@ -11,7 +11,7 @@ import numpy as np
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.preprocessing.harmonics import Column
 from motofmi.gap.preprocessing.steer_test_run import SteerTestRun
-from motofmi.gap.selection.model_selection import Verdict
+from motofmi.gap.selection.result import Verdict
 from motofmi.reports.charts import Axis, Chart, Curve, Line, Panel
 
 ORDERS = (1, 2, 3)

@@ -9,7 +9,7 @@ from scipy.signal import csd, spectrogram, welch
 
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.preprocessing.sampled_run import SampledRun
-from motofmi.gap.selection.model_selection import Verdict
+from motofmi.gap.selection.result import Verdict
 from motofmi.reports.charts import Axis, Cells, Chart, Curve, Panel
 from motofmi.reports.gap_before_after import shown_run, whiteness, without_and_with
 from motofmi.reports.gap_report import Pictures

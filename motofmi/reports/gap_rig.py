@@ -2,7 +2,7 @@
 
 from motofmi.gap.localisation.harmonic_places import cells
 from motofmi.gap.localisation.locating import locate
-from motofmi.gap.selection.model_selection import Verdict
+from motofmi.gap.selection.result import Verdict
 from motofmi.reports.gap_before_after import figures, shown_run, without_and_with
 from motofmi.reports.gap_map import gap_map
 from motofmi.reports.gap_report import Pictures

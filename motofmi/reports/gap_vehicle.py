@@ -9,7 +9,7 @@ from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.preprocessing.eigenvalues import MeasuredEigenvalues
 from motofmi.gap.preprocessing.predicted_run import PredictedRun
 from motofmi.gap.preprocessing.weak_form import WeakFormRun
-from motofmi.gap.selection.model_selection import Verdict
+from motofmi.gap.selection.result import Verdict
 from motofmi.reports.charts import Axis, Chart, Curve, Panel, Shade
 
 FOUND = "with the effects found"

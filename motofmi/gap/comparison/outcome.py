@@ -69,9 +69,10 @@ def outcome(
     objections = {id(m): why for m in determined if (why := _objection(base, m, models, flexible, criteria))}
     standing = dict.fromkeys(map(id, models), BEHIND) | dict.fromkeys(undetermined, UNDETERMINED)
     standing |= {key: kind for key, (kind, _) in objections.items()}
+    known = {m.families for m in determined}
     better, without = (
         [m for m in one_per_families(some) if m.losses.mean() < base.losses.mean()]
-        for some in (determined, [m for m in models if id(m) in undetermined])
+        for some in (determined, [m for m in models if id(m) in undetermined and m.families not in known])
     )
     accepted = one_per_families([m for m in determined if id(m) not in objections])
     nearest = next(iter([*accepted, *better, *without]), None)

@@ -23,7 +23,7 @@ from motofmi.gap.experiment_design.discrimination import Prediction, predict_run
 from motofmi.gap.experiment_design.planned_run import Channels, planned
 from motofmi.gap.models.harmonic_model import HarmonicModel
 from motofmi.gap.preprocessing.steer_test_run import SteerTestRun
-from motofmi.gap.selection.model_selection import Verdict
+from motofmi.gap.selection.result import Verdict
 
 DURATION = 120.0  # s, least duration of a proposed sweep: verdicts on shorter ones scatter
 

@@ -28,7 +28,8 @@ from motofmi.gap.experiments.input_output import InputOutputExperiment
 from motofmi.gap.preprocessing.sampled_run import SHORTEST_SEGMENT, SampledRun, excited, prepare_sampled_run
 from motofmi.gap.selection.by_comparison import verdict_by_comparison, with_remaining_noise
 from motofmi.gap.selection.candidate_search import search_candidates
-from motofmi.gap.selection.model_selection import Verdict, select_model
+from motofmi.gap.selection.model_selection import select_model
+from motofmi.gap.selection.result import Verdict
 from motofmi.gap.selection.within_time import within_time
 from motofmi.gap.validation.before_after import before_and_after, on_validation_runs
 from motofmi.recordings.recording import Recording

@@ -16,7 +16,7 @@ from motofmi.gap.estimation.candidate import Candidate, ranked
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.preprocessing.sampled_run import SampledRun
-from motofmi.gap.selection.model_selection import Verdict
+from motofmi.gap.selection.result import Verdict
 from motofmi.gap.validation.before_after import before_and_after
 
 

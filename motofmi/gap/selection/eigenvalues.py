@@ -12,7 +12,8 @@ from motofmi.gap.criteria import Criteria
 from motofmi.gap.experiments.vehicle_over_speed import VehicleOverSpeedExperiment
 from motofmi.gap.models.eigenvalue_model import EigenvalueModel
 from motofmi.gap.preprocessing.eigenvalues import MeasuredEigenvalues
-from motofmi.gap.selection.model_selection import Verdict, select_model
+from motofmi.gap.selection.model_selection import select_model
+from motofmi.gap.selection.result import Verdict
 
 
 def select_model_for_eigenvalues(

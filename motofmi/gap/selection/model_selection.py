@@ -14,68 +14,26 @@ All thresholds are fields of `Criteria`.
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 
 from fmus.effects import Effect
 from fmus.support.errors import InputError
-from motofmi.gap.comparison.compare import Comparison
 from motofmi.gap.criteria import Criteria
-from motofmi.gap.estimation.candidate import (
-    Candidate,
-    adequate,
-    best_of,
-    by_chance,
-    one_each,
-    ranked,
-)
+from motofmi.gap.estimation.candidate import adequate, best_of, by_chance, ranked
 from motofmi.gap.estimation.fit_result import Fit, initial_guesses, with_initial_guesses
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.multi_start import fit_base
 from motofmi.gap.estimation.stages import Stage, running
 from motofmi.gap.models.harmonic_model import AnyModel, AnyRun
+from motofmi.gap.selection.by_chi_square import of_one, of_pairs
 from motofmi.gap.selection.candidate_search import search_candidates
+from motofmi.gap.selection.confirmation import with_validation
 from motofmi.gap.selection.pairs import Pair, in_simplest_forms, pairs_of, shared_families, single_effects_instead
+from motofmi.gap.selection.result import Verdict
 from motofmi.gap.selection.unspecified_law import better_outside_library
-from motofmi.gap.validation.before_after import ValidationGap, before_and_after
-from motofmi.gap.validation.validation_run import ValidationRuns, required_share
-
-
-@dataclass
-class Verdict:
-    """The result of model selection.
-
-    `best` is the selected fit; candidates are all single effects, the best first. `conclude` is a function that
-    completes an intermediate verdict where the search ends early; `ended` is then the sentence on what was not done
-    because of a time budget or an interrupt.
-    """
-
-    verdict: str  # none, named, tied or unknown
-    base: Fit
-    best: Fit
-    effects: list[Candidate] = field(default_factory=list)
-    tied: list[Candidate] = field(default_factory=list)
-    candidates: list[Candidate] = field(default_factory=list)
-    unspecified_form: bool = False
-    rejected: list[str] = field(default_factory=list)  # families that fit well, but that validation runs reject
-    withheld: str = ""  # the sentence on a rule by which nothing is named
-    outside_library: Candidate | None = None  # an effect outside the library that explains more than any inside
-    validation_gap: ValidationGap = None  # misfit on validation runs before and after
-    criteria: Criteria = Criteria()
-    comparison: Comparison | None = None  # where the verdict is that of a comparison on blocks
-    conclude: Callable[[], "Verdict"] | None = None
-    ended: str = ""
-    interrupted: bool = False
-
-    def __repr__(self) -> str:
-        names = " and ".join(c.family for c in self.effects) or " or ".join(c.family for c in self.tied)
-        verdict = f"{self.verdict}: {names}" if names else self.verdict
-        return f"Verdict({verdict}, reduced chi-square {self.base.reduced:.3g} -> {self.best.reduced:.3g})"
-
-    def as_unknown(self, withheld: str = "") -> "Verdict":
-        """The same fits with the verdict `unknown`, and the sentence on the rule by which nothing is named."""
-        return replace(self, verdict="unknown", effects=[], tied=[], unspecified_form=False,
-                       withheld=withheld or self.withheld)  # fmt: skip
+from motofmi.gap.validation.before_after import before_and_after
+from motofmi.gap.validation.validation_run import ValidationRuns
 
 
 def select_model(
@@ -98,7 +56,7 @@ def select_model(
     validation_runs, rejected = ValidationRuns(validation, criteria), list[str]()
 
     def validated(found: Verdict) -> Verdict:
-        verdict = _validated(found, validation_runs)
+        verdict = with_validation(found, validation_runs)
         return replace(verdict, rejected=[*rejected, *verdict.rejected])
 
     def report(found: Verdict) -> None:
@@ -177,8 +135,8 @@ def _select(
             "unknown", base, base, candidates=first,
             withheld=f"No effect of the library gains a delta BIC of {criteria.first_effect_delta_bic:g}{most}.",
         )  # fmt: skip
-    of_one = _of_one(base, first, criteria)
-    on_progress(of_one)
+    single = of_one(base, first, criteria)
+    on_progress(single)
     with running(Stage.PAIRS):
         law = None
         if not adequate(best.fit, criteria):
@@ -188,7 +146,7 @@ def _select(
             return verdict_of("unknown", base, best.fit, candidates=first, outside_library=law)
 
         def with_second(leading: Pair) -> None:
-            on_progress(replace(of_one, best=leading.second.fit) if of_one.verdict == "unknown" else of_one)
+            on_progress(replace(single, best=leading.second.fit) if single.verdict == "unknown" else single)
 
         pairs = pairs_of(best, first, library, criteria, with_second, known)
         if pairs and shared_families(pairs):
@@ -196,130 +154,9 @@ def _select(
             found = in_simplest_forms(base, pairs[0], library, criteria) if certain else pairs[0]
             enough = single_effects_instead(base, found, library, criteria)
             if not enough:
-                return _of_pairs(base, found, pairs, first, criteria)
+                return of_pairs(base, found, pairs, first, criteria)
             first = ranked([*enough, *(c for c in first if c.effect not in [e.effect for e in enough])])
-    return _of_one(base, first, criteria)
-
-
-def _of_one(base: Fit, first: list[Candidate], criteria: Criteria) -> Verdict:
-    """The verdict from single effects."""
-    verdict_of = partial(Verdict, criteria=criteria)
-    best = best_of(first, criteria)
-    if best is None:
-        return verdict_of("unknown", base, base, candidates=first)
-    if adequate(best.fit, criteria):
-        tied = [
-            c
-            for c in one_each(first)
-            if c.fitted and best.delta_bic - c.delta_bic < criteria.tie_delta_bic and adequate(c.fit, criteria)
-        ]
-        if len(tied) > 1:
-            return verdict_of("tied", base, best.fit, [], tied, first)
-        return verdict_of("named", base, best.fit, [best], [], first, best.effect.flexible)
-    left = 1 - required_share(base, criteria.unspecified_form_closed_share, criteria)
-    rivals = _rivals(best, first, criteria)
-    if best.fit.reduced - 1 < left * (base.reduced - 1) and not rivals:
-        return verdict_of("named", base, best.fit, [best], [], first, unspecified_form=True)
-    closed = 1 - (best.fit.reduced - 1) / (base.reduced - 1)
-    why = (
-        f"leads {rivals[0].family} by a delta BIC of {best.delta_bic - rivals[0].delta_bic:.3g}, less than "
-        f"{criteria.clear_lead_delta_bic:g}"
-        if closed > 1 - left
-        else f"closes {closed:.0%} of the excess, less than {1 - left:.0%}"
-    )
-    withheld = f"No form of an effect is adequate, and {best.family} is not named without one: it {why}."
-    return verdict_of("unknown", base, best.fit, candidates=first, withheld=withheld)
-
-
-def _rivals(best: Candidate, first: Sequence[Candidate], criteria: Criteria) -> list[Candidate]:
-    """The candidates of other families that an effect does not lead clearly."""
-    return [
-        c
-        for c in one_each(first)
-        if c.family != best.family and best.delta_bic - c.delta_bic <= criteria.clear_lead_delta_bic
-    ]
-
-
-def _of_pairs(base: Fit, found: Pair, pairs: Sequence[Pair], first: list[Candidate], criteria: Criteria) -> Verdict:
-    """Both effects where all pairs are of the same families; else the effect that all contain, with the others tied."""
-    families = shared_families(pairs)
-    if len(families) == 2:
-        return Verdict("named", base, found.second.fit, [*found.members], [], first, criteria=criteria)
-    members = [c for pair in pairs for c in pair.members]
-    certain = next(c for c in members if c.family in families)
-    tied = [c for c in members if c.family not in families]
-    return Verdict("named", base, found.second.fit, [certain], tied, first, criteria=criteria)
-
-
-def _validated(found: Verdict, validation: ValidationRuns) -> Verdict:
-    """The verdict after validation: where a pair is rejected, one effect may be confirmed alone."""
-    verdict = _confirmed(found, validation)
-    if not verdict.rejected or len(found.effects) < 2:
-        return verdict
-    alone = _confirmed(_of_one(found.base, found.candidates, validation.criteria), validation)
-    return replace(alone, rejected=[*verdict.rejected, *alone.rejected])
-
-
-def _confirmed(verdict: Verdict, validation: ValidationRuns) -> Verdict:
-    """The verdict without the effects that validation runs reject.
-
-    A tied effect is removed; where a named effect or the base is rejected the verdict is `unknown`.
-    """
-    if not validation or verdict.verdict == "unknown":
-        return verdict
-    if verdict.verdict == "none":
-        return verdict if validation.predicted_by(verdict.base) else replace(verdict, verdict="unknown")
-    if verdict.verdict == "named":
-        return _confirmed_name(verdict, validation)
-    confirmed = {c.family: _confirmed_form(verdict, c, validation) for c in verdict.tied}
-    left, wrong = [c for c in confirmed.values() if c], [family for family, c in confirmed.items() if not c]
-    if len(left) > 1:
-        return replace(verdict, tied=left, best=left[0].fit, rejected=wrong)
-    if left:
-        return replace(
-            verdict,
-            verdict="named",
-            effects=left,
-            tied=[],
-            best=left[0].fit,
-            unspecified_form=left[0].effect.flexible,
-            rejected=wrong,
-        )
-    return replace(verdict, verdict="unknown", tied=[], rejected=wrong)
-
-
-def _confirmed_name(verdict: Verdict, validation: ValidationRuns) -> Verdict:
-    """A named verdict after validation.
-
-    Where only the form is rejected, another form or an unspecified one may be confirmed.
-    """
-    base, named = verdict.base, verdict.effects
-    if not validation.reject(base, verdict.best, verdict.unspecified_form):
-        return verdict
-    rivals = _rivals(named[0], verdict.candidates, validation.criteria)
-    for unspecified_form in (False, True) if len(named) == 1 and not verdict.tied else ():
-        form = _confirmed_form(verdict, named[0], validation, unspecified_form)
-        if form and not (
-            unspecified_form
-            and any(not c.fitted or _confirmed_form(verdict, c, validation, unspecified_form) for c in rivals)
-        ):
-            return replace(
-                verdict, effects=[form], best=form.fit, unspecified_form=unspecified_form or form.effect.flexible
-            )
-    return replace(verdict.as_unknown(), rejected=[" and ".join(c.family for c in named)])
-
-
-def _confirmed_form(
-    verdict: Verdict, found: Candidate, validation: ValidationRuns, unspecified_form: bool = False
-) -> Candidate | None:
-    """The first form that validation runs do not reject, of those of the family that fit as well; None without one."""
-    others = (c for c in verdict.candidates if c.family == found.family and c.fitted and c is not found)
-    near = (
-        c
-        for c in others
-        if found.delta_bic - c.delta_bic < validation.criteria.tie_delta_bic and adequate(c.fit, validation.criteria)
-    )
-    return next((c for c in (found, *near) if not validation.reject(verdict.base, c.fit, unspecified_form)), None)
+    return of_one(base, first, criteria)
 
 
 def _unless_outside_library(verdict: Verdict, library: Sequence[type[Effect]], validation: ValidationRuns) -> Verdict:

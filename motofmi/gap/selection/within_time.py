@@ -7,7 +7,7 @@ from dataclasses import replace
 from fmus.support.deadline import current_deadline, deadline
 from fmus.support.errors import InputError
 from motofmi.gap.estimation.stages import TimeUpError
-from motofmi.gap.selection.model_selection import Verdict
+from motofmi.gap.selection.result import Verdict
 
 CONCLUDING_SHARE = 0.25  # of the time budget, for the simulation of validation runs after its end
 INTERRUPTED = "Interrupted: these are intermediate results, and no verdict."

@@ -15,7 +15,7 @@ from fmus.support.progress import stage
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.preprocessing.eigenvalues import MeasuredEigenvalues
 from motofmi.gap.preprocessing.steer_test_run import NotSweptError
-from motofmi.gap.selection.model_selection import Verdict
+from motofmi.gap.selection.result import Verdict
 from motofmi.gap.selection.within_time import within_time
 from motofmi.recordings.recording import Recording
 from motofmi.workflows.components import ComponentLike

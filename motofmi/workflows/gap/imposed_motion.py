@@ -12,7 +12,8 @@ from motofmi.gap.experiment_design.next_experiment import next_experiment
 from motofmi.gap.experiments.experiment import ImposedMotionExperiment
 from motofmi.gap.models.harmonic_model import HarmonicModel
 from motofmi.gap.preprocessing.steer_test_run import SteerTestRun, prepare_steer_test_run, require_unclipped
-from motofmi.gap.selection.model_selection import Verdict, select_model
+from motofmi.gap.selection.model_selection import select_model
+from motofmi.gap.selection.result import Verdict
 from motofmi.gap.verdict import as_result
 from motofmi.recordings.recording import Recording
 from motofmi.reports.gap_report import Pictures

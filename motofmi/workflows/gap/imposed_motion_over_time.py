@@ -12,7 +12,7 @@ from motofmi.gap.experiments.input_output import InputOutputExperiment
 from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
 from motofmi.gap.preprocessing.steer_test_run import require_unclipped
 from motofmi.gap.selection.any_component import Investigation, investigate
-from motofmi.gap.selection.model_selection import Verdict
+from motofmi.gap.selection.result import Verdict
 from motofmi.recordings.recording import Recording
 from motofmi.reports.gap_component import pictures
 from motofmi.reports.gap_report import Pictures

@@ -16,7 +16,7 @@ from motofmi.gap.experiments.sensor_offset import sensor_offset_parameter
 from motofmi.gap.localisation.sampled_places import cells
 from motofmi.gap.preprocessing.sampled_run import SampledRun, excited, prepare_sampled_run
 from motofmi.gap.selection.any_component import Investigation, investigate
-from motofmi.gap.selection.model_selection import Verdict
+from motofmi.gap.selection.result import Verdict
 from motofmi.gap.verdict import as_result
 from motofmi.recordings.recording import Recording
 from motofmi.reports.gap_component import modes_at_rest, pictures

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any, ClassVar
 
 from fmus.declaration.component import Component
-from motofmi.gap.selection.model_selection import Verdict
+from motofmi.gap.selection.result import Verdict
 from motofmi.reports.gap_report import Pictures
 from motofmi.reports.report import Section, Table
 from motofmi.workflows.gap.fitted_model import FittedModel

@@ -11,7 +11,7 @@ from fmus.support.errors import MissingToolError
 from fmus.support.files import note_written, write_text
 from fmus.support.notebook import html, new_axes
 from fmus.support.parallel import in_background
-from motofmi.gap.selection.model_selection import Verdict
+from motofmi.gap.selection.result import Verdict
 from motofmi.reports.gap_report import FILE as REPORT
 from motofmi.reports.gap_report import Pictures, before_and_after_chart, draw_before_and_after, gap_report
 from motofmi.reports.gap_summary import headline, nearest

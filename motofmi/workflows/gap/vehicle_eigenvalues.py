@@ -11,7 +11,7 @@ from motofmi.gap.experiments.vehicle_over_speed import VehicleOverSpeedExperimen
 from motofmi.gap.localisation.eigenvalue_places import cells
 from motofmi.gap.preprocessing.eigenvalues import MeasuredEigenvalues
 from motofmi.gap.selection.eigenvalues import select_model_for_eigenvalues
-from motofmi.gap.selection.model_selection import Verdict
+from motofmi.gap.selection.result import Verdict
 from motofmi.gap.verdict import as_result
 from motofmi.reports.gap_report import Pictures
 from motofmi.reports.gap_tables import modes_over_speed

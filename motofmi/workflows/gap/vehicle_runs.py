@@ -5,7 +5,7 @@ from typing import Any
 
 from motofmi.gap.estimation.fit_result import parameters_of
 from motofmi.gap.experiments.vehicle_over_speed import VehicleOverSpeedExperiment
-from motofmi.gap.selection.model_selection import Verdict
+from motofmi.gap.selection.result import Verdict
 from motofmi.recordings.recording import Recording
 from motofmi.reports.report import Table
 from motofmi.workflows.gap.augmented_vehicle import fitted_device, fitted_of, fitted_vehicle

@@ -6,7 +6,7 @@ from typing import Any
 
 from fmus.support.files import write_text
 from fmus.support.plain_json import to_json
-from motofmi.gap.selection.model_selection import Verdict
+from motofmi.gap.selection.result import Verdict
 from motofmi.gap.selection.within_time import INTERRUPTED
 
 FILE = "verdict.json"

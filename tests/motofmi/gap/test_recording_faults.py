@@ -14,7 +14,7 @@ from motofmi.gap.preprocessing.mains_interference import without_mains_interfere
 from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
 from motofmi.gap.preprocessing.steer_test_run import prepare_steer_test_run
 from motofmi.gap.preprocessing.undisturbed_intervals import undisturbed
-from motofmi.gap.selection.model_selection import Verdict
+from motofmi.gap.selection.result import Verdict
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.resampling import white_noise
 from motofmi.reports.gap_component import pictures

@@ -14,7 +14,7 @@ from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
 from motofmi.gap.selection.any_component import Investigation
-from motofmi.gap.selection.model_selection import Verdict
+from motofmi.gap.selection.result import Verdict
 from motofmi.reports.gap_summary import bars, headline, laws, nearest
 from motofmi.workflows.components import component, ships
 from motofmi.workflows.gap.input_output import limitations_of
