@@ -86,8 +86,9 @@ def _concluded(verdict: Verdict, validation: ValidationRuns) -> Verdict:
     with suppress(InputError):
         base, best = _refitted_with_remaining_noise(verdict)
         return replace(verdict, base=base, best=best, validation_gap=before_and_after(base, best, runs, criteria))
-    # The best fit cannot be simulated again, so that no effect is named.
-    verdict = replace(verdict.as_unknown(), best=verdict.base)
+    name = " and ".join(effect.family for effect in verdict.best.model.effects)
+    withheld = f"{name} is not named: the best fit cannot be simulated again with the noise that it leaves." if name else ""
+    verdict = replace(verdict.as_unknown(withheld), best=verdict.base)
     with suppress(InputError):
         verdict.validation_gap = before_and_after(verdict.base, verdict.base, runs, criteria)
     return verdict

@@ -129,6 +129,7 @@ def test_an_effect_that_cannot_be_simulated_on_the_validation_run_is_not_named(c
         monkeypatch.setattr(f"motofmi.gap.validation.{place}.on_validation_runs", diverges)
     verdict = select_model(HarmonicModel(rig_experiment(RIG)), coupled[:1], library("cross_inertia"), coupled[1:])
     assert (verdict.verdict, verdict.effects) == ("unknown", [])
+    assert "cross_inertia is not named: the best fit cannot be simulated again" in verdict.withheld
     assert not verdict.best.model.effects
     without, with_it = verdict.validation_gap
     assert without.chi2 == pytest.approx(with_it.chi2), (

@@ -73,7 +73,23 @@ def test_a_second_effect_that_closes_little_of_the_rest_is_not_named():
 
 def test_no_gain_is_unknown_with_the_probability_of_the_base():
     found = decided([model_with(CoulombFriction, level=9.0, seed=4, scatter=1.0)], scatter=1.0)
-    assert found.verdict == "unknown" and found.sentences
+    assert found.verdict == "unknown"
+    assert "its gain on data that were not used is not clear" in found.sentences[0]
+
+
+def test_a_base_that_is_not_distinguishable_from_the_best_effect_is_not_replaced():
+    # Gains on the validation runs alone are clear; on all blocks together the losses scatter by more than the gain.
+    base, made = model_with(level=10.0, scatter=3.0), model_with(CoulombFriction, level=9.9, seed=5, scatter=3.0)
+    made = replace(made, validation=base.validation * 0.7)
+    found = outcome(base, [made], FLEXIBLE, MOTION, (BLOCKS, BLOCKS), {id(made): np.full(1, 0.1)}, Criteria())
+    assert found.verdict == "unknown"
+    assert "the base is in the model confidence set (p = " in found.sentences[-1]
+
+
+def test_effects_that_only_increase_the_loss_are_said_to_reduce_nothing():
+    found = decided([model_with(CoulombFriction, level=20.0, seed=1)])
+    assert found.verdict == "unknown" and found.nearest is None
+    assert found.sentences == ["No effect of the library reduces the loss on blocks."]
 
 
 def test_a_clear_gain_of_a_small_share_is_not_named():
@@ -152,4 +168,4 @@ def test_the_best_of_many_equal_effects_is_chance():
         replace(m, validation=model_with(level=10.0, seed=20 + i, scatter=1.0).validation) for i, m in enumerate(made)
     ]
     found = decided(equal, scatter=1.0)
-    assert found.verdict == "unknown"
+    assert found.verdict == "unknown" and found.sentences

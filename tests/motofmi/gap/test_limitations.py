@@ -1,0 +1,137 @@
+"""Every rule by chi-square that changes a verdict says so in a limitation, each on a fit constructed for it.
+
+The rules of the comparison on blocks are in `comparison/test_outcome.py`, those of validation runs in `test_validation_run.py`, and
+the time budget in `test_time_budget.py`.
+"""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from fmus.effects.damping import CoulombFriction, ProgressiveDamping
+from fmus.effects.resonance import HungBody
+from motofmi.gap import verdict as contents
+from motofmi.gap.criteria import Criteria
+from motofmi.gap.estimation.candidate import Candidate
+from motofmi.gap.selection import any_component, model_selection
+from motofmi.gap.selection.any_component import Investigation
+from motofmi.gap.selection.by_chi_square import of_one, of_pairs
+from motofmi.gap.selection.pairs import Pair
+from motofmi.gap.selection.result import Verdict
+from motofmi.gap.validation.validation_run import ValidationRuns
+from motofmi.workflows.gap.input_output import limitations_of
+
+FREEDOM = 10_000
+
+
+def fit_with(*effects, reduced):
+    """A fit of this reduced chi-square, whose parameters are 0.1 +- 0.1 each."""
+    names = [f"{e.family}.{n}" for e in effects for n in e.free_parameters()]
+    model = SimpleNamespace(
+        effects=effects, names=names, own=names, base=[], sizes=[], values=lambda q: dict.fromkeys(names, 0.1),
+        component=SimpleNamespace(name="joint", table={n: SimpleNamespace(unit="N.m", min=0.0, max=np.inf) for n in names}),
+        experiment=SimpleNamespace(parameter=lambda effect, n: f"{effect.family}.{n}", own_values=False, sensor_offsets={}, free=[]),
+    )  # fmt: skip
+    run = SimpleNamespace(name="run", noise_source="given")
+    return SimpleNamespace(
+        model=model, runs=[run], reduced=reduced, chi2=reduced * FREEDOM, freedom=FREEDOM, count=FREEDOM, penalty=0.0, shared=None,
+        x=np.full(len(names), 0.1), covariance=lambda: 0.01 * np.eye(len(names)), residuals=np.zeros(0),
+    )  # fmt: skip
+
+
+def candidate(effect, *, reduced, delta_bic):
+    return Candidate(effect, fit_with(effect, reduced=reduced), delta_bic, delta_bic)
+
+
+def said_of(found):
+    return contents._limitations(found)
+
+
+BASE = fit_with(reduced=5.0)
+
+
+def test_a_family_that_closes_too_little_of_the_excess_is_not_named():
+    found = of_one(BASE, [candidate(CoulombFriction, reduced=3.0, delta_bic=2000.0)], Criteria())
+    assert found.verdict == "unknown"
+    assert any("coulomb_friction is not named without one: it closes 50% of the excess, less than 95%" in s for s in said_of(found))
+
+
+def test_a_family_without_an_adequate_form_must_lead_the_others():
+    first = [candidate(CoulombFriction, reduced=1.15, delta_bic=3850.0), candidate(ProgressiveDamping, reduced=1.16, delta_bic=3840.0)]
+    found = of_one(BASE, first, Criteria())
+    assert found.verdict == "unknown"
+    assert any("leads progressive_damping by a delta BIC of 10, less than 40" in s for s in said_of(found))
+    assert of_one(BASE, first[:1], Criteria()).verdict == "named"
+
+
+def test_a_pair_whose_second_effect_is_one_of_several_names_the_first_and_lists_the_others():
+    friction = candidate(CoulombFriction, reduced=3.0, delta_bic=2000.0)
+    pairs = [Pair(friction, candidate(effect, reduced=1.0, delta_bic=1000.0)) for effect in (ProgressiveDamping, HungBody)]
+    found = of_pairs(BASE, pairs[0], pairs, [friction], Criteria())
+    assert [c.family for c in found.effects] == ["coulomb_friction"]
+    found = replace(found, candidates=[])
+    assert any("A second effect is missing besides coulomb_friction: one of progressive_damping, extra_mode" in s for s in said_of(found))
+
+
+def test_an_effect_that_gains_little_is_not_named(monkeypatch):
+    monkeypatch.setattr(model_selection, "fit_base", lambda *_: BASE)
+    monkeypatch.setattr(
+        model_selection, "search_candidates", lambda *_, **__: [candidate(CoulombFriction, reduced=4.99, delta_bic=5.0)]
+    )
+    found = model_selection._select(None, [], [], ValidationRuns([]), lambda verdict: None, [])
+    assert found.verdict == "unknown"
+    assert "No effect of the library gains a delta BIC of 12; coulomb_friction gains 5." in said_of(found)
+
+
+def test_what_leaves_most_of_the_misfit_is_not_named(monkeypatch):
+    monkeypatch.setattr(model_selection, "better_outside_library", lambda *_, **__: None)
+    friction = candidate(CoulombFriction, reduced=3.5, delta_bic=1500.0)
+    named = Verdict("named", BASE, friction.fit, [friction])
+    found = model_selection._unless_outside_library(named, [], ValidationRuns([]))
+    assert found.verdict == "unknown"
+    assert "coulomb_friction is not named: less than 50% of the excess" in said_of(found)[0]
+
+
+@pytest.mark.parametrize(("unspecified", "reduced", "said"), [
+    (False, 20.0, "far from the noise (reduced chi-square 20, limit 10), and no validation run confirms it"),
+    (True, 2.0, "as an effect with a single form it reduces most kinds of misfit"),
+])  # fmt: skip
+def test_a_doubtful_name_is_withheld(unspecified, reduced, said):
+    friction = candidate(CoulombFriction, reduced=reduced, delta_bic=1500.0)
+    named = Verdict("named", BASE, friction.fit, [friction], unspecified_form=unspecified)
+    found = any_component._unless_doubtful(named, [CoulombFriction], [], Criteria())
+    assert found.verdict == "unknown" and said in said_of(found)[0]
+
+
+@pytest.mark.parametrize(("factor", "missed", "said"), [
+    (1000.0, 0.0, "fitted to 1e+03 times their start values: is a column's unit wrong"),
+    (1.0, 0.3, "30 % of the measured motion is not explained by the best model"),
+])  # fmt: skip
+def test_what_an_investigation_doubts_is_said(monkeypatch, factor, missed, said):
+    monkeypatch.setattr("motofmi.workflows.gap.input_output.sensor_offsets_of", lambda found: [{} for _ in found.runs])
+    found = fit_with(reduced=1.0)
+    searched = Investigation(Verdict("unknown", found, found), found.model.experiment, factor, missed)
+    result = {"noise_source": "given", "verdict": "unknown", "gap": {"holdout_before": None, "holdout_after": None}}
+    assert any(said in sentence for sentence in limitations_of(searched, result, SimpleNamespace(values={}), False))
+
+
+def test_values_within_their_errors_of_zero_are_not_reported():
+    friction = candidate(CoulombFriction, reduced=1.0, delta_bic=1500.0)
+    compared = SimpleNamespace(outcome=SimpleNamespace(sentences=["Few blocks."]))
+    found = Verdict("named", BASE, friction.fit, [friction, friction], comparison=compared)
+    assert said_of(found)[:2] == [
+        "Few blocks.",
+        "coulomb_friction: friction_torque is not identifiable from these data (within 2 standard errors of zero).",
+    ]
+
+
+def test_an_effect_outside_the_library_and_rejected_families_are_said():
+    friction = candidate(CoulombFriction, reduced=1.0, delta_bic=1500.0)
+    law = SimpleNamespace(delta_chi2=321.0, effect=SimpleNamespace(sentence=lambda: "The spring softens."))
+    found = Verdict("unknown", BASE, friction.fit, outside_library=law, rejected=["drift"])
+    assert said_of(found) == [
+        "An effect outside the library explains the data better than coulomb_friction (delta chi-square 321): The spring softens.",
+        "The validation run rejects what fits as well or better: drift.",
+    ]
