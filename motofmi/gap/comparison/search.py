@@ -18,7 +18,7 @@ from motofmi.gap.estimation.candidate import Candidate
 from motofmi.gap.estimation.effect_fit import as_found, fit_each
 from motofmi.gap.estimation.fit_result import Fit, PortableFit, initial_guesses, with_initial_guesses
 from motofmi.gap.estimation.fitting import fit
-from motofmi.gap.estimation.screening import screen
+from motofmi.gap.estimation.screening import Signature, screen
 
 Key = TypeVar("Key")
 
@@ -27,6 +27,8 @@ FITTED_FIRST = 4  # effects with the largest screened gain, that are fitted befo
 # Ratio of chi-square to that of the best of them above which another effect need not be fitted to the end: a model with
 # three times the mean square on every block is not in the confidence set.
 FAR_BEHIND = 3.0
+# The same, of the simplest form of a family with states, above which its other forms need not be fitted.
+OUT_OF_REACH = 30.0
 CLEARLY_BEHIND = 5.0  # standard errors of the mean loss above the best one from which a model is not compared further
 
 
@@ -35,15 +37,29 @@ def single_effects(base: Fit, library: Sequence[type[Effect]], criteria: Criteri
 
     Those with the largest screened gain come first; fits of the others end where they cannot come near them. Effects with
     states of their own do not end others, since their free initial states can reduce the misfit without a magnitude, and
-    their simulations are the slowest: they are fitted last.
+    their simulations are the slowest: they are fitted last. Of a family of such effects further forms are fitted where the
+    simplest one is not far behind.
     """
     plain = [effect for effect in library if not effect.flexible]
     signatures = [s for s in screen(base, plain, keep=1) if s.gain > 0]
     signatures.sort(key=lambda s: (has_states(s.effect), -s.gain))
-    first = fit_each(base, signatures[:FITTED_FIRST], [], base.chi2, [], criteria)
-    beat = min((FAR_BEHIND * c.fit.chi2 for c in first if c.fitted and not has_states(c.effect)), default=np.inf)
-    others = fit_each(base, signatures[FITTED_FIRST:], [], min(base.chi2, beat), [], criteria)
-    return [c for c in (*first, *others) if c.fitted]
+    further = _further_forms(signatures)
+    order = [s for s in signatures if s not in further]
+    found = fit_each(base, order[:FITTED_FIRST], [], base.chi2, [], criteria)
+    best = min((c.fit.chi2 for c in found if c.fitted and not has_states(c.effect)), default=np.inf)
+    beat = min(base.chi2, FAR_BEHIND * best)
+    found += fit_each(base, order[FITTED_FIRST:], [], beat, [], criteria)
+    near = {c.family for c in found if c.fit.chi2 < OUT_OF_REACH * best}
+    found += fit_each(base, [s for s in further if s.effect.family in near], [], beat, [], criteria)
+    return [c for c in found if c.fitted]
+
+
+def _further_forms(signatures: Sequence[Signature]) -> list[Signature]:
+    """The forms with states that are not the ones with the fewest parameters of their family."""
+    simplest: dict[str, Signature] = {}
+    for s in sorted(signatures, key=lambda s: len(s.effect.free_parameters())):
+        simplest.setdefault(s.effect.family, s)
+    return [s for s in signatures if has_states(s.effect) and s is not simplest[s.effect.family]]
 
 
 def leading_models(blocks: CommonBlocks, base: Fit, singles: Sequence[Candidate]) -> list[ComparedModel]:
