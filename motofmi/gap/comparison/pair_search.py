@@ -14,7 +14,7 @@ from fmus.effects import Effect
 from fmus.support.deadline import time_is_up
 from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
-from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel, has_states
+from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
 from motofmi.gap.comparison.search import LEADING_FAMILIES, leading
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.effect_fit import as_found, fit_each
@@ -25,7 +25,7 @@ from motofmi.gap.estimation.screening import Signature, screen
 
 JOINT_PAIRS = 3  # pairs of families with the largest joint gain, that are fitted
 SECOND_EFFECTS = 3  # effects that are fitted as the second of a pair, for each first effect
-OTHER_FORMS = 4  # pairs of other forms that are fitted: those without states, then those with the fewest parameters
+OTHER_FORMS = 6  # pairs of other forms that are fitted, those with the fewest parameters
 
 Effects = frozenset[type[Effect]]
 
@@ -56,15 +56,9 @@ def pairs(
         return []
     best = min(models, key=lambda m: m.losses.mean())
     others = [s for s in joint if s.families == best.families and frozenset(s.effects) not in fits]
-    others.sort(key=_complexity)
+    others.sort(key=lambda s: (sum(len(effect.free_parameters()) for effect in s.effects), -s.gain))
     in_other_forms = _fitted(others[:OTHER_FORMS], [best.fit, base], base, beat)
     return models + blocks.refined_and_evaluated(list(in_other_forms.values()), "comparing forms of a pair")
-
-
-def _complexity(signature: PairSignature) -> tuple[bool, int, float]:
-    """The order of pairs of forms: without states first, since these are slow, then by parameters and by gain."""
-    parameters = sum(len(effect.free_parameters()) for effect in signature.effects)
-    return any(map(has_states, signature.effects)), parameters, -signature.gain
 
 
 def _fitted(signatures: Sequence[PairSignature], starts: Sequence[Fit], base: Fit, beat: float) -> dict[Effects, Fit]:
