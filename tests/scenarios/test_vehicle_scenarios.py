@@ -1,5 +1,7 @@
 """The scenarios about the vehicles: complete tables, and the page that shows them."""
 
+from importlib.util import find_spec
+
 import numpy as np
 import pytest
 
@@ -13,6 +15,9 @@ from motofmi.scenarios import which_riders_weave as of_riders
 from tests import ROOT
 from tests.scenarios.test_scenarios import is_complete
 from vehicle_fmu import modes, motorcycles, over_speed, ridden
+
+needs_studies = pytest.mark.skipif(find_spec("zarr") is None or find_spec("pyarrow") is None,
+                                   reason="the extra motofmi[scale] is not installed")  # fmt: skip
 
 PAGE = (ROOT / "docs" / "vehicles.md").read_text("utf-8")
 
@@ -72,6 +77,7 @@ def test_the_inertia_of_the_torso_is_what_the_passive_rider_has_besides_sharps_h
 
 
 @pytest.mark.slow
+@needs_studies
 def test_a_damper_serves_wobble_at_the_cost_of_weave():
     found = of_dampers.run(("sharp_1971",), np.array([0.0, 10.0, 20.0]), np.arange(20.0, 60.1, 5.0))
     off = found.least["sharp_1971", "none"]
@@ -84,6 +90,7 @@ def test_a_damper_serves_wobble_at_the_cost_of_weave():
 
 
 @pytest.mark.slow
+@needs_studies
 def test_shares_of_riders_that_weave_are_counted_from_their_modes():
     found = of_riders.run(("sharp_1971",), ("none", "damper:high_2011"), riders=8, speeds=np.arange(10.0, 60.1, 10.0))
     for pair, share in found.weaving.items():

@@ -186,5 +186,5 @@ def test_wiring_that_cannot_be_is_named(wiring, message):
 def test_every_device_fits_where_every_other_does():
     motorcycle = motorcycles.load("sharp_1971")
     devices = [d for d in (riders.load("mean_2011"), LinearDamper()) if isinstance(d, HandlebarDevice)]
-    inputs = {ridden(motorcycle, device).inputs for device in devices}
-    assert inputs == {("vehicle.speed", "vehicle.steer_torque", "vehicle.roll_torque", "vehicle.lateral_force")}
+    inputs = {frozenset(ridden(motorcycle, device).inputs) for device in devices}
+    assert inputs == {frozenset({"vehicle.speed", "vehicle.steer_torque", "vehicle.roll_torque", "vehicle.lateral_force"})}

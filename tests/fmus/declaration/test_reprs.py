@@ -27,7 +27,7 @@ def test_a_component_is_a_table_of_its_values_in_a_notebook():
 def test_a_system_shows_its_parts_and_a_library_its_names():
     system = ridden(motorcycles.load("sharp_1971"), riders.load("mean_2011"))
     assert "vehicle=Motorcycle('motorcycle_sharp_1971'), device=PassiveRider('rider_mean_2011')" in repr(system)
-    assert repr(motorcycles).startswith("Library('motorcycle', 5 names: ") and "sharp_1971" in repr(motorcycles)
+    assert repr(motorcycles).startswith("Library('motorcycle', 6 names: ") and "sharp_1971" in repr(motorcycles)
 
 
 def test_a_state_space_shows_its_signals_and_a_wrong_one_is_an_error():
