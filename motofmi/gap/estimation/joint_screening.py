@@ -12,7 +12,7 @@ Source: Miller, Subset Selection in Regression (2002), ch. 3.
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -56,11 +56,13 @@ def screen_pairs(found: Fit, effects: Sequence[type[Effect]]) -> list[PairSignat
             model = found.model.with_added_effects(effect, slopes_of_base=False)
             for shape in shapes_of(found, effect) if not time_is_up() else ():
                 with suppress(InputError):  # the simulation diverges with these values
-                    directions.append(direction_of(found, model, effect, shape, basis))
+                    # A worker cannot return the class of an effect that was placed at an element.
+                    directions.append(replace(direction_of(found, model, effect, shape, basis), effect=Effect))
         return directions
 
     plain = [effect for effect in effects if effect.prior is None]
-    directions = [d for found_for in parallel_map(of_effect, plain, "screening pairs") for d in found_for]
+    of_each = parallel_map(of_effect, plain, "screening pairs")
+    directions = [replace(d, effect=effect) for effect, of_one in zip(plain, of_each, strict=True) for d in of_one]
     if not directions:
         return []
     slopes = np.hstack([d.slopes for d in directions])

@@ -8,6 +8,7 @@ import pytest
 
 import motofmi as mf
 from fmus.mechanisms import Pendulum
+from fmus.support import parallel
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.base_fit import fitted_base
 from motofmi.gap.estimation.joint_screening import screen_pairs
@@ -22,7 +23,9 @@ MISSING = {"coulomb_friction", "progressive_damping"}
 
 
 @pytest.mark.slow
-def test_two_effects_that_gain_together_lead_all_pairs():
+@pytest.mark.parametrize("workers", [1, 2])
+def test_two_effects_that_gain_together_lead_all_pairs(workers, monkeypatch):
+    monkeypatch.setattr(parallel, "processes", lambda: workers)
     experiment, _ = anchored(input_output_experiment(Pendulum(), ["angle"]))
     runs = [prepare_sampled_run(swing(f"{a:g}", a, 10, 25, VALUES), experiment) for a in (0.6, 0.4)]
     base, library = fitted_base(experiment, runs, {}, (), Criteria())
