@@ -104,12 +104,10 @@ def section(found: dict[str, Modes]) -> Section:
     ]
     at_50 = {n: r["wobble"].eigenvalue[np.argmin(np.abs(r.speed - 50))] for n, r in found.items()}
     text = (
-        f"The rider calms the wobble (real part at 50 m/s {at_50['rider'].real:.1f} instead of "
-        f"{at_50['reference'].real:.2f} 1/s) and "
-        f"upsets the weave (unstable at {bands(found['rider'], 'weave')} m/s); the damper calms the wobble, too "
-        f"({at_50['damper'].real:.1f} 1/s), with a weave that is unstable at {bands(found['damper'], 'weave')} m/s, "
-        "where that of the "
-        f"motorcycle without either is unstable at {bands(found['reference'], 'weave')} m/s."
+        f"The rider adds damping to wobble (real part at 50 m/s {at_50['rider'].real:.1f} instead of "
+        f"{at_50['reference'].real:.2f} 1/s) and takes it from weave (unstable at {bands(found['rider'], 'weave')} m/s). "
+        f"The damper adds damping to wobble, too ({at_50['damper'].real:.1f} 1/s); weave is then unstable at "
+        f"{bands(found['damper'], 'weave')} m/s, and at {bands(found['reference'], 'weave')} m/s without either."
     )
     note = ("Changed dampings: the paper's text gives no amounts, so each is changed by one coefficient of variation "
             "of its Table 2, "

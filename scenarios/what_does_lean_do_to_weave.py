@@ -100,7 +100,7 @@ def section(found: dict[str, Modes]) -> Section:
             "instability that turning brings at speed: the body follows the roll of weave late, and its saddle and "
             "waist dissipate. This is the answer to the further developments of the 2011 paper (Sect. 5) for a rider "
             "whose joints meet every printed feature of the 2008 roll test; the features do not single him out.",
-            f"Where wobble grows: {bands('wobble')} m/s. Lean does little to wobble; what calms it is the rider's "
+            f"Where wobble grows: {bands('wobble')} m/s. Lean does little to wobble; it is damped by the rider's "
             "arms."]  # fmt: skip
     at = [v for v in (5, 10, 15, 20, 30, 40, 50, 60) if first <= v <= last]
     tables = [Table(["rider", *(f"{v} m/s" for v in at)],

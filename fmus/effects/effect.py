@@ -64,7 +64,7 @@ class Effect:
     """Base class of effects. Its variables are added to the table of the component that it is applied to, in SI units.
 
     `delayed` declares delayed values: {"late_angle": ("deflection", "delay")}. They are states of a Pade approximation
-    or, with exact_delays=True, inputs to be supplied by the caller, who knows the past motion. `join` adds the effect to a
+    or, with exact_delays=True, inputs to be supplied by the caller, which has the past motion. `join` adds the effect to a
     component, whose `with_effects` calls it; it raises InputError where the component lacks the element or a target.
     `structure` is what the equations depend on besides values.
 

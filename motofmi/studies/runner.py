@@ -5,6 +5,7 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
 from dataclasses import dataclass
 from typing import Any
 
+from fmus.support.errors import InputError
 from fmus.support.progress import track
 from motofmi.studies.engine import Engine, engine
 from motofmi.studies.store import Store
@@ -43,7 +44,7 @@ def completed(found: Engine, store: Store, chunks: Sequence[int]) -> Iterator[in
     """The numbers of the chunks as they are completed.
 
     A chunk whose worker was lost is computed again. One that ends every worker is recorded as failed, with the reason.
-    Raises what else a chunk raises.
+    Raises InputError where the scheduler was lost, and what else a chunk raises.
     """
     waiting, losses = iter(chunks), dict.fromkeys(chunks, 0)
     again: list[int] = []
@@ -57,6 +58,8 @@ def completed(found: Engine, store: Store, chunks: Sequence[int]) -> Iterator[in
         if not pending:
             return
         done, others = wait(pending, return_when=FIRST_COMPLETED)
+        if any(future.cancelled() for future in done):  # Dask cancels what waits when its scheduler is lost
+            raise InputError("the scheduler was lost; what is complete is kept: start the study again to go on")
         if any(isinstance(future.exception(), BrokenExecutor) for future in done):
             done |= wait(others).done  # all chunks of a broken pool fail
         lost: list[int] = []

@@ -103,7 +103,8 @@ def _bounds(model: AnyModel, runs: Sequence[AnyRun], total: int) -> tuple[np.nda
     own = [(r, *shares.get(n, (-np.inf, np.inf))) for n, r in zip(model.own, model.rows, strict=True)]
     shares_of_values = {n: LEAST_SHARE * abs(model.component.values[n]) for n in model.base}
     least_values = {n: min(LEAST_VALUE, share) if share > 0 else LEAST_VALUE for n, share in shares_of_values.items()}
-    low = [np.log(max(table[n].min, x)) for n, x in least_values.items()] + [max(r.min, least * largest) for r, least, _ in own]
+    low = [np.log(max(table[n].min, x)) for n, x in least_values.items()]
+    low += [max(r.min, least * largest) for r, least, _ in own]
     high = [np.log(table[n].max) for n in model.base] + [min(r.max, most * largest) for r, _, most in own]
     places, sizes = deviations_of_runs(model, total)
     rest = np.where(places < len(model.base), 1.0, LARGEST_OFFSET * sizes)

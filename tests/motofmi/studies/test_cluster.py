@@ -53,3 +53,20 @@ def test_an_address_without_a_scheduler_is_named(tmp_path):
     with pytest.raises(InputError, match=r"no Dask scheduler at 127\.0\.0\.1:1 .*tcp://host:8786"):
         mf.sweep(speed=[30.0], out=tmp_path / "study", scheduler="127.0.0.1:1")
     assert not Path(tmp_path / "study" / "runs.parquet").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::DeprecationWarning")
+def test_a_lost_scheduler_is_named_and_the_study_goes_on(tmp_path):
+    study, out = tmp_path / "study.toml", tmp_path / "out"
+    study.write_text(STUDY)
+    with cluster(tmp_path) as (address, processes):
+        killer = subprocess.Popen(
+            [sys.executable, "-c", KILLER, str(out / "parts"), str(processes[0].pid), str(signal.SIGKILL.value)]
+        )
+        with pytest.raises(InputError, match="the scheduler was lost; what is complete is kept"):
+            mf.sweep(study, out=out, scheduler=address)
+        killer.wait()
+    mf.sweep(study, out=out)
+    mf.sweep(study, out=tmp_path / "undisturbed")
+    assert contents(out) == contents(tmp_path / "undisturbed")
