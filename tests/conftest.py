@@ -20,6 +20,13 @@ settings.register_profile("reproducible", derandomize=True, deadline=None)
 settings.load_profile("reproducible")
 
 
+def pytest_collection_modifyitems(items):
+    """A study is slow: `-m "not slow"` replaces the expression of pyproject.toml, which leaves studies out."""
+    for item in items:
+        if "study" in item.keywords:
+            item.add_marker(pytest.mark.slow)
+
+
 @pytest.fixture(scope="session")
 def cache(tmp_path_factory):
     """The folder of built FMUs, which all workers of a run share: archives are stored atomically."""
