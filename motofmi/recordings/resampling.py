@@ -11,7 +11,7 @@ from scipy.stats import chi2
 
 from fmus.support.errors import InputError
 from motofmi.recordings.recording import Recording
-from motofmi.recordings.time_stamps import coarse, complete, holes, interval, places
+from motofmi.recordings.time_stamps import coarse, complete, holes, interval, places, regular_grid
 
 BRIDGED = 0.01  # largest share of samples that may be interpolated
 SHORT = 3  # longest gap that is interpolated by a spline, in samples; longer gaps by a straight line
@@ -38,9 +38,8 @@ def uniform(recording: Recording, bridged: float = BRIDGED) -> tuple[Recording, 
     if not coarse(time) and not np.all(np.diff(time) > 0):
         recording = _rows(recording, np.unique(time, return_index=True)[1])
         time = recording.time
-    step = interval(time)
     if complete(time):
-        return _stamped_anew(recording, time[0] + step * np.arange(len(time)))
+        return _stamped_anew(recording, regular_grid(time, np.arange(len(time))))
     taken = places(time)
     if taken is None:
         return _regular(recording)
@@ -49,7 +48,8 @@ def uniform(recording: Recording, bridged: float = BRIDGED) -> tuple[Recording, 
     if missing > bridged * count:
         raise InputError(f"{recording.name}: {missing} of {count} samples are missing, more than {100 * bridged:g} %; "
                          "cut the recording into parts without gaps")  # fmt: skip
-    made = _bridged(recording, taken.astype(float), time[0] + step * np.arange(count), time[0] + step * taken)
+    grid = regular_grid(time, taken)
+    made = _bridged(recording, taken.astype(float), grid, grid[taken])
     return made, (
         f"{recording.name}: {missing} missing samples were bridged, more than {SHORT} in a row by straight lines",
     )

@@ -47,7 +47,15 @@ def test_stamps_that_are_rounded_are_replaced_and_the_samples_stay():
     made, notes = uniform(recording(np.round(times, 3), sine(times)))
     assert np.array_equal(made["steer_angle"], sine(times))
     assert made.time == pytest.approx(times, abs=5.1e-4) and np.ptp(np.diff(made.time)) < 1e-9
-    assert "rounded or late by up to 0.55 ms" in notes[0]
+    assert "rounded or late by up to 0.5 ms" in notes[0]
+
+
+def test_jitter_of_the_first_and_the_last_stamp_does_not_stretch_the_recording():
+    times, late = np.arange(N) / 256, np.random.default_rng(1).uniform(-4e-4, 4e-4, N)
+    late[[0, -1]] = 4e-4, -4e-4
+    made, _ = uniform(recording(times + late, sine(times)))
+    # 4 standard errors of the slope of a line by least squares, sqrt(12 / N^3) of the jitter, at both ends.
+    assert made.time - made.time[0] == pytest.approx(times, abs=4 * 12**0.5 / N**0.5 * 4e-4 / 3**0.5)
 
 
 def test_missing_samples_are_bridged_and_the_others_stay():
