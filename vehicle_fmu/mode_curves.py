@@ -11,7 +11,6 @@ from collections.abc import Callable
 from itertools import combinations
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from vehicle_fmu.mode_shapes import ModeShapes
 
@@ -63,6 +62,8 @@ def _one_each(values: np.ndarray, own: np.ndarray, alone: np.ndarray, shapes: Mo
 
     Modes that share none keep theirs, unless one that shares has no other.
     """
+    from scipy.optimize import linear_sum_assignment  # noqa: PLC0415 - imported on use: it takes 0.5 s
+
     eigenvalue = np.unique(_folded(values))
     nearest = np.abs(_folded(shapes.eigenvalues[k]) - eigenvalue[:, None]).argmin(axis=1)
     possible = np.array([np.isin(eigenvalue, _folded(values[mine])) for mine in own])

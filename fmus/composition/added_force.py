@@ -10,7 +10,6 @@ from fmus.declaration.component import Component, Scope
 from fmus.declaration.elements import Element
 from fmus.declaration.units import unit
 from fmus.declaration.variables import Variable
-from fmus.equations.sympy_form import symbolic
 
 FORCE = "resisting_force"
 EFFORTS = (unit("N").exponents, unit("N.m").exponents)
@@ -64,6 +63,8 @@ def with_force_element(component: Component) -> Component:
 
     A component without an input that is a force or a torque and accelerates a state is returned unchanged.
     """
+    from fmus.equations.sympy_form import symbolic  # noqa: PLC0415 - imported on use: SymPy takes 0.4 s
+
     if component.elements:
         return component
     efforts = [n for n in component.inputs if unit(component.table[n].unit).exponents in EFFORTS]

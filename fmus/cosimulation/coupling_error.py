@@ -13,7 +13,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from fmus.cosimulation.coupling import COUPLINGS, Coupling, coupling
 from fmus.cosimulation.network import Network
@@ -140,6 +139,8 @@ def transition(chosen: Coupling, network: Network, step: float) -> np.ndarray:
 
 def predict(chosen: Coupling, network: Network, step: float) -> Prediction:
     """The modes of a coupling at a step [s] on a network of linear subsystems, beside the exact ones."""
+    from scipy.optimize import linear_sum_assignment  # noqa: PLC0415 - imported on use: it takes 0.5 s
+
     exact = np.linalg.eigvals(network.linearised().A).astype(complex)
     exact = exact[exact.imag > -1e-9 * np.abs(exact)]
     exact = exact[np.argsort(np.abs(exact))]

@@ -10,7 +10,7 @@ import sympy
 from sympy.core.relational import Relational
 
 from fmus.effects.effect import Effect
-from fmus.expressions.functions import SYMBOLIC
+from fmus.expressions.symbolic_functions import SYMBOLIC
 
 LONGEST = 160  # characters of one equation
 

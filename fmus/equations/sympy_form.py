@@ -14,7 +14,7 @@ from sympy.core.relational import Relational
 
 from fmus.declaration.component import Component
 from fmus.expressions.expression_graph import common_subexpressions
-from fmus.expressions.functions import SYMBOLIC, Quantised
+from fmus.expressions.symbolic_functions import SYMBOLIC, Quantised
 
 
 class Entries:

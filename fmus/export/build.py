@@ -17,19 +17,19 @@ from importlib.resources import files
 from pathlib import Path
 
 import fmpy
-import platformdirs
 import pythonfmu
 from fmpy.validation import validate_fmu
 
 from fmus.declaration.component import Component
 from fmus.export import accompanying, compilers, model_description3, prebuilt, python_backend, wasm_component
 from fmus.export.c_code import model_code
+from fmus.export.cache import cache_folder, content_key
 from fmus.export.cache_key import cache_key
 from fmus.export.compilers import Platform
 from fmus.export.interface import Interface, identifier
 from fmus.export.model_description2 import compiled, model_description
 from fmus.support.errors import InputError, MissingToolError, unknown
-from fmus.support.files import write_atomically
+from fmus.support.files import writable_folder, write_atomically
 
 RUNTIME = (
     "call.c",
@@ -193,15 +193,6 @@ def guid_of(key: str) -> str:
     return f"{{{uuid.UUID(key[:32])}}}"
 
 
-def content_key(contents: Mapping[str, bytes], *more: str) -> str:
-    """SHA-256 over names and bytes."""
-    digest = hashlib.sha256()
-    for item in (*more, *(part for pair in sorted(contents.items()) for part in pair)):
-        data = item if isinstance(item, bytes) else item.encode()
-        digest.update(len(data).to_bytes(8, "big") + data)
-    return digest.hexdigest()
-
-
 def compiler_versions(wanted: list[Platform], platforms: str) -> list[str]:
     """The compiler of each platform with its version, for the cache key."""
     return [" ".join(c) + compilers.version(c) for p in wanted for c in compilers.commands(p, platforms == "host")]
@@ -255,21 +246,3 @@ def store(data: bytes, path: Path, load: bool) -> None:
         if load:
             fmpy.simulate_fmu(str(draft), start_time=0.0, stop_time=0.002, output_interval=0.001)
         os.replace(draft, path)
-
-
-def writable_folder(folder: str | Path) -> Path:
-    """The folder, created if it does not exist. Raises InputError when nothing can be written there."""
-    path = Path(folder)
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-        tempfile.TemporaryFile(dir=path).close()
-    except OSError as error:
-        raise InputError(
-            f"cannot write to folder {path}: {error.strerror}; choose another (--out, or MOTOFMI_CACHE for the cache)"
-        ) from None
-    return path
-
-
-def cache_folder() -> Path:
-    """The folder of the cache. Raises InputError when it cannot be written."""
-    return writable_folder(os.environ.get("MOTOFMI_CACHE") or platformdirs.user_cache_dir("motofmi"))

@@ -15,7 +15,7 @@ import sympy
 from fmus.declaration.component import Component, Scope
 from fmus.declaration.variables import Variable
 from fmus.expressions.expression_graph import Term
-from fmus.expressions.functions import SYMBOLIC
+from fmus.expressions.symbolic_functions import SYMBOLIC
 
 ROLES = {"parameter": "Parameters", "calculated": "Calculated parameters", "input": "Inputs", "state": "States",
          "output": "Outputs", "local": "Named points of the equations, to which effects can add"}  # fmt: skip

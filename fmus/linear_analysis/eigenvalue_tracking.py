@@ -10,7 +10,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 Matrices = Callable[[np.ndarray], np.ndarray]  # parameters (n,) -> matrices (n, nx, nx)
 StackedMatrices = Callable[[np.ndarray, np.ndarray], np.ndarray]  # members (n,), parameters (n,) -> matrices
@@ -108,6 +107,8 @@ def _assignment(left: np.ndarray, right: np.ndarray) -> np.ndarray:
     decide: on the left the upper half is moved to the left, on the right to the right, so that real roots that form a
     pair and part again continue as if they had passed through each other.
     """
+    from scipy.optimize import linear_sum_assignment  # noqa: PLC0415 - imported on use: it takes 0.5 s
+
     left, right = (s + side * TILT * np.sign(s.imag) * np.abs(s) for s, side in ((left, -1), (right, 1)))
     return linear_sum_assignment(np.abs(left[:, None] - right[None, :]))[1]
 

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fmus.declaration.component import Component
-from fmus.equations.sympy_form import symbolic
 from fmus.expressions.functions import NUMERIC
 from fmus.support.errors import InputError, unknown
 from fmus.support.files import write_atomically
@@ -108,6 +107,8 @@ def linearise(component: Component, **at: Any) -> StateSpace:
         >>> mf.linearise(mf.vehicle("sharp_1971"), speed=np.arange(5.0, 60.0)).A.shape
         (55, 8, 8)
     """
+    from fmus.equations.sympy_form import symbolic  # noqa: PLC0415 - imported on use: SymPy takes 0.4 s
+
     values = component.start_values()
     for name in at:
         if name not in values:

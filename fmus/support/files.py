@@ -76,3 +76,16 @@ def writable(path: str | Path) -> Path:
     else:
         return path
     raise InputError(f"cannot write {path}: {reason}; choose another place")
+
+
+def writable_folder(folder: str | Path) -> Path:
+    """The folder, created if it does not exist. Raises InputError when nothing can be written there."""
+    path = Path(folder)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=path).close()
+    except OSError as error:
+        raise InputError(
+            f"cannot write to folder {path}: {error.strerror}; choose another (--out, or MOTOFMI_CACHE for the cache)"
+        ) from None
+    return path

@@ -30,7 +30,7 @@ def test_recordings_that_are_not_there_are_skipped_with_the_command_that_gets_th
     assert all(str(tmp_path) in reason for reason in found["skipped"].values())
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_the_residuals_of_a_swing_with_friction_name_nothing_once_permuted(tmp_path):
     folder = tmp_path / "pendulum_camera"
     folder.mkdir()

@@ -322,6 +322,7 @@ def test_every_control_has_a_name(page):
     assert unnamed == []
 
 
+@pytest.mark.study
 @in_browser
 @needs_zig
 def test_a_rider_of_the_gap_workflow_opens(browser, tmp_path):

@@ -24,6 +24,7 @@ from rider_fmu.full_rider.arm_loop import arm
 from rider_fmu.full_rider.limbs import motion
 from rider_fmu.full_rider.reduction import matrices, reduce
 from rider_fmu.rigs.handlebar import Handlebar
+from tests import as_study
 from tests.truth import full_rider_by_angles
 
 RIDER = riders.load("full_mean_2011")
@@ -85,7 +86,7 @@ def test_equations_are_those_of_a_second_derivation(at, moving):
     assert np.allclose(found, other_f, atol=1e-7 * max(np.abs(other_f).max(), 10.0))
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_energy_is_conserved_for_five_seconds_without_dampers():
     rig = on_rig(RIDER.with_values(**WITHOUT_DAMPERS))
     form = symbolic(rig)
@@ -161,7 +162,7 @@ def test_the_port_gives_back_what_it_took():
 @pytest.mark.parametrize(
     "rider",
     [
-        RIDER,
+        as_study(RIDER),
         RIDER.with_values(
             grip_half_width=0.37, elbow_spread=1.0, wrist_stiffness=80.0, waist_stiffness=250.0, waist_damping=9.0
         ),
@@ -322,7 +323,7 @@ class FreeFrame(Component):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("with_posture_inertia", [True, False])
+@pytest.mark.parametrize("with_posture_inertia", [as_study(True), False])
 def test_on_a_moving_frame_the_posture_inertia_conserves_momentum_and_energy(with_posture_inertia):
     rider = RIDER.with_values(**WITHOUT_DAMPERS, gravity=0.0)
     frame = FreeFrame("frame", added_steer_inertia=rider.run(rider.start_values(), NUMERIC)["port_inertia"])
@@ -365,7 +366,7 @@ def test_on_a_moving_frame_the_posture_inertia_conserves_momentum_and_energy(wit
         assert 1e-4 < max(errors) < 0.1  # what a vehicle with a constant inertia loses at 6 deg
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_many_postures_linearise_at_once_as_one_by_one():
     """Away from rest the slopes of the mass matrix count, times accelerations that differ from posture to posture."""
     rig, steer = on_rig(RIDER), np.array([-0.1, 0.0, 0.07])

@@ -109,7 +109,7 @@ def test_lean_takes_the_turning_riders_weave_instability_away():
     assert is_complete(what_does_lean_do_to_weave.section(found))
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_other_riders_meet_the_features_too():
     found = what_do_roll_features_leave_open.run(starts=0, proposals=200)
     assert len(np.unique(found.visited, axis=0)) > 10

@@ -43,7 +43,7 @@ def test_every_reading_changes_the_motorcycle_and_is_on_the_page():
         assert f"| {words} |" in PAGE
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_the_findings_of_the_paper_are_on_the_page_with_what_is_missed():
     speeds = np.array([10.0, 30.0, 35.0, 60.0, 70.0])
     words = (of_freedoms.RIGID, "fork bending", "frame torsion", "rider lean", "rider slide")

@@ -108,7 +108,7 @@ CLAIMS = (
 )
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_the_blocks_run_in_order_and_give_what_the_page_says(tmp_path):
     """One test, so that the blocks run once, however the tests are spread over workers."""
     names = left_by_the_blocks(tmp_path)

@@ -258,7 +258,7 @@ def test_a_leaning_riders_own_modes_take_no_name(turning):
             assert share[np.argmin(np.abs(values - found[mode].eigenvalue[k]))] < 0.55, (mode, SPEEDS[k])
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_with_the_full_rider_the_torso_opposes_the_bar_in_wobble_alone():
     """2011, Sect. 5, as for the linear rider; his wobble is so well damped that the steer takes a larger part in the
     other.

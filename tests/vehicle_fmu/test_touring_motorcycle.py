@@ -9,13 +9,12 @@ import pytest
 from fmus import linearise
 from fmus.expressions.functions import NUMERIC
 from rider_fmu import riders
-from tests import ROOT
-from tests.truth import touring_motorcycle_by_kane
+from tests import ROOT, as_study
+from tests.truth import eigenvalues_by_kane, touring_motorcycle_by_kane
 from vehicle_fmu import modes, motorcycles, over_speed, ridden
 from vehicle_fmu.components.touring_motorcycle import FLEXIBLE, bodies
 
 TUM = motorcycles.load("tum_2020")
-TWENTY_SPEEDS = np.linspace(5.0, 80.0, 20)  # m/s
 PRINTED = motorcycles.contents("tum_2020")["printed"]
 
 
@@ -131,18 +130,23 @@ def second(kane, motorcycle, speed):
     return touring_motorcycle_by_kane.matrices(kane, [values[n] for n in touring_motorcycle_by_kane.NAMES])
 
 
-@pytest.mark.slow
-def test_kanes_equations_give_the_same_eigenvalues_at_twenty_speeds(kane):
-    space = linearise(TUM, speed=TWENTY_SPEEDS)
-    for speed, matrix in zip(TWENTY_SPEEDS, space.A, strict=True):
-        mass, slopes = second(kane, TUM, speed)
-        wanted = np.linalg.eigvals(np.linalg.solve(mass, slopes)[:, : len(space.states)])
-        found = np.linalg.eigvals(matrix)
+def test_eigenvalues_are_those_of_kanes_equations_at_twenty_speeds():
+    speeds, expected = eigenvalues_by_kane.stored("tum_2020")
+    for wanted, found in zip(expected, np.linalg.eigvals(linearise(TUM, speed=speeds).A), strict=True):
         # Rounding of two eigensolutions; 1e-3 is asked for.
         assert max(np.abs(found - w).min() / abs(w) for w in wanted) < 1e-7
 
 
-@pytest.mark.slow
+@pytest.mark.study
+def test_the_stored_eigenvalues_are_those_of_kanes_equations(kane):
+    speeds, stored = eigenvalues_by_kane.stored("tum_2020")
+    for speed, eigenvalues in zip(speeds, stored, strict=True):
+        mass, slopes = second(kane, TUM, speed)
+        wanted = np.linalg.eigvals(np.linalg.solve(mass, slopes)[:, : len(TUM.states)])
+        assert max(np.abs(eigenvalues - w).min() / abs(w) for w in wanted) < 1e-7
+
+
+@pytest.mark.study
 @pytest.mark.parametrize("seed", range(10))
 def test_kanes_equations_give_the_same_matrices_with_every_value_changed(kane, seed):
     generator = np.random.default_rng(seed)
@@ -161,7 +165,7 @@ def test_kanes_equations_give_the_same_matrices_with_every_value_changed(kane, s
     assert (np.abs(computed - expected) <= 1e-9 * np.abs(expected).max(axis=1, keepdims=True)).all()
 
 
-@pytest.mark.slow
+@pytest.mark.study
 @pytest.mark.parametrize("locked", [*((name,) for name in FLEXIBLE), FLEXIBLE])
 def test_a_locked_freedom_is_one_that_the_second_derivation_does_not_have(kane, locked):
     motorcycle = TUM.with_values(**dict.fromkeys(locked, 0.0))
@@ -223,7 +227,7 @@ def two_names_of_one_eigenvalue(found):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("rider", [None, *RIDERS])
+@pytest.mark.parametrize("rider", [None, *map(as_study, RIDERS)])
 def test_every_name_is_one_eigenvalue_in_the_band_of_its_mode(rider):
     found = modes(over_speed(ridden(TUM, rider and riders.load(rider))), SPEEDS)
     frequency = {mode: one.frequency for mode, one in found.named.items()}

@@ -14,7 +14,7 @@ import numpy as np
 from cffi import FFI
 
 from fmus.export import compilers
-from fmus.export.build import cache_folder, content_key
+from fmus.export.cache import cache_folder, content_key
 from fmus.support.files import write_atomically
 
 SOURCES = ("master.c", "subsystem.c", "structures.h")  # the first one includes the others

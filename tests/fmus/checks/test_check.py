@@ -19,7 +19,7 @@ from fmus.export.compilers import host, host_compiler
 from fmus.export.interface import Interface
 from fmus.support.errors import InputError
 from rider_fmu import riders
-from tests import ROOT
+from tests import ROOT, as_study
 from tests.importer import COMPONENTS
 
 pytestmark = pytest.mark.skipif(host_compiler() is None, reason="no C compiler on this machine")
@@ -49,14 +49,14 @@ def written(tmp_path, contents):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "fmi"),
-    [("rider", 2), ("motorcycle", 3), ("progressive", 2), ("system", 3), ("oscillator", 2), ("oscillator", 3)],
+    [("rider", 2), ("oscillator", 3), *map(as_study, ("motorcycle", "progressive", "system", "oscillator"), (3, 2, 3, 2))],
 )
 def test_ours_are_clean(name, fmi, tmp_path):
     assert check(build(COMPONENTS[name](), tmp_path, fmi=fmi).path) == []
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["rider", "progressive"])
+@pytest.mark.parametrize("name", ["rider", as_study("progressive")])
 def test_the_limits_of_the_python_back_end_are_warnings(name, tmp_path):
     found = check(build(COMPONENTS[name](), tmp_path, backend="python").path)
     assert {p.severity for p in found} == {"warning"}

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from fmus.checks.reference_results import replayed
+from fmus.checks.replay.replayed import replayed
 from fmus.export.build import build
-from fmus.export.reference import FOLDER
+from fmus.export.reference_folder import FOLDER
 from tests.importer import COMPONENTS
 
 

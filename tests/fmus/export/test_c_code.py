@@ -16,6 +16,7 @@ from fmus.export.interface import Interface
 from fmus.linear_analysis.linearisation import linearise
 from rider_fmu import riders
 from rider_fmu.components.full_rider import on_rig
+from tests import as_study
 from vehicle_fmu import dampers, motorcycles
 
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
@@ -99,7 +100,7 @@ WITHIN_REACH = ("steer_angle", "torso_angle")  # of the full rider
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", LOADED)
+@pytest.mark.parametrize("name", [as_study(n) if "full" in n else n for n in LOADED])
 def test_c_computes_what_the_equations_compute(name, tmp_path):
     component = LOADED[name]()
     interface, library = compiled_library(component, tmp_path)

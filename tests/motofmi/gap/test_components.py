@@ -25,6 +25,7 @@ from motofmi.recordings.reading import write_recording
 from motofmi.recordings.recording import Recording
 from motofmi.reports.gap_component import left_over, pictures
 from motofmi.workflows import components
+from tests import as_study
 from tests.motofmi.json_schemas import check_against_schema
 from tests.simulators.hidden_joint import JOINT, joint_run
 from tests.simulators.hidden_mechanisms import excitation, resistance, simulate, torque_for
@@ -121,7 +122,7 @@ def test_a_hidden_effect_is_named(hidden, kind, component, family):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["random", "multisine"])
+@pytest.mark.parametrize("kind", [as_study("random"), "multisine"])
 def test_nothing_is_found_where_nothing_is_hidden(kind):
     verdict = asked(DrivenJoint(), [joint_run({}, kind, seed=6)])
     assert verdict.verdict == "none"
@@ -205,7 +206,7 @@ def late():
     return asked(DrivenJoint(), [imposed({"late_friction": (0.8, 0.4, 0.03)}, 0.1, 1)], imposed="angle")
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_friction_that_lags_is_found_with_its_lag(late):
     assert [(c.family, c.effect.form) for c in late.effects] == [("coulomb_friction", "lagging")]
     known = {n.rpartition(".")[2]: (value, error) for n, (value, error, _) in parameters_of(late.best).items()}

@@ -49,7 +49,7 @@ def test_a_first_effect_must_gain_what_the_criteria_ask_for(verdict_with):
     assert verdict_with(Criteria(first_effect_delta_bic=gain + 1)).verdict in ("none", "unknown")
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_what_is_adequate_is_asked_of_the_criteria_which_are_in_the_result(verdict_with):
     strict = Criteria(adequate_reduced_chi2=0.0, scatter_deviations=-1e3, unspecified_form_closed_share=1.0)
     verdict = verdict_with(strict)

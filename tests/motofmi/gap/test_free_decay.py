@@ -14,6 +14,7 @@ from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.recordings.reading import write_recording
 from motofmi.recordings.recording import Recording
 from motofmi.workflows.gap.input_output import anchored
+from tests import as_study
 
 STIFFNESS, DAMPING = 720.0, 6.0  # of a mass of 1 kg
 
@@ -29,7 +30,7 @@ def decay(name: str, released: float, seed: int) -> Recording:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "free", [("spring_stiffness", "spring_damping"), ("mass", "spring_stiffness", "spring_damping")]
+    "free", [as_study(("spring_stiffness", "spring_damping")), ("mass", "spring_stiffness", "spring_damping")]
 )
 def test_of_a_free_decay_one_value_stays_and_the_others_are_found(tmp_path, free, capsys):
     for name, released in (("fit", 0.035), ("held", 0.02)):

@@ -19,6 +19,7 @@ from motofmi.workflows.device_effects import device_effects
 from motofmi.workflows.gap.vehicle import vehicle_effects, vehicle_experiment, with_mode_names
 from rider_fmu import COMPONENTS as RIDER_COMPONENTS
 from rider_fmu import riders
+from tests import as_study
 from tests.simulators.hidden_vehicle import SHARP, matrix, spectrum
 from vehicle_fmu import GivenMatrices, motorcycles
 
@@ -75,7 +76,7 @@ def test_an_inerter_as_an_effect_is_that_of_its_equation():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("rider, modes", [("mean_2011", ("weave", "wobble")), ("mean_2011", ("weave",)),
+@pytest.mark.parametrize("rider, modes", [as_study("mean_2011", ("weave", "wobble")), ("mean_2011", ("weave",)),
                                           ("3_2011", ("weave", "rider_wobble"))])  # fmt: skip
 def test_hands_on_the_bar_are_named_and_their_values_found(tmp_path, rider, modes):
     verdict = verdict_on(table(tmp_path / "eigenvalues.csv", rider, modes))
@@ -146,7 +147,7 @@ def test_a_vehicle_without_a_handlebar_port_has_no_device_as_effect():
         GivenMatrices("matrices").with_effects(effect("passive_rider", "torso")())
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_the_command_writes_the_rider_by_itself_and_the_modes_with_him(tmp_path):
     path = table(tmp_path / "eigenvalues.csv", "mean_2011", ("weave", "wobble"))
     assert main(["gap", str(path), "--vehicle", "sharp_1971", "--out", str(tmp_path / "gap")]) == 0

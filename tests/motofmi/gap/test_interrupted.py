@@ -16,6 +16,7 @@ from motofmi.recordings.reading import write_recording
 pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")
 import numpy as np
 
+from tests import as_study
 from tests.simulators.as_recordings import as_recording
 from tests.simulators.hidden_bicycle import bicycle, ride, write_matrices, write_ride
 from tests.simulators.hidden_rig import RIDER, record, sweep
@@ -40,7 +41,7 @@ def left_by(file):
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="processes that start others")
 @pytest.mark.parametrize(
-    "ended_by, start_method", [(signal.SIGINT, ""), (signal.SIGTERM, ""), (signal.SIGKILL, ""), (signal.SIGINT, "loky")]
+    "ended_by, start_method", [as_study(signal.SIGINT, ""), (signal.SIGTERM, ""), as_study(signal.SIGKILL, ""), as_study(signal.SIGINT, "loky")]
 )
 def test_it_leaves_what_it_had(tmp_path, ended_by, start_method):
     for name, excitation, seed in (("up", sweep(0.5, 12, 2, 30.0), 1), ("down", sweep(12, 0.5, 3, 30.0), 2)):

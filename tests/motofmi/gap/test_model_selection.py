@@ -45,7 +45,7 @@ def test_a_sensor_offset_of_the_angle_is_not_play():
     assert half_gap == pytest.approx(3e-4, abs=3 * error) and error < 1e-5
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_arms_that_stiffen_have_no_play_that_is_wider_than_the_motion(monkeypatch):
     """Of three times the motion's width, a play with a soft transition is nothing but a spring that stiffens: d/w - tanh(d/w) = d^3/(3 w^3)."""
     runs = runs_of({"kd": 1200.0}, sweep(0.5, 12, 2, 100.0), sweep(12, 0.5, 2.6, 80.0))
@@ -139,7 +139,7 @@ def test_an_effect_is_tried_where_the_base_has_lost_what_it_needs(monkeypatch):
     assert search_candidates(base, some)[0].family != "shaft_compliance"
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_family_is_fitted_although_others_have_larger_screened_gains():
     run = runs_of({"C": 2.8e-4}, sweep(0.5, 12, 2.0, 100.0))
     base = fit_base(HarmonicModel(rig_experiment(RIG)), run)

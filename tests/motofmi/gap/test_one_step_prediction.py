@@ -194,7 +194,7 @@ def prepared(tmp_path_factory):
     )
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_slopes_are_those_of_differences(prepared):
     run, experiment, every = prepared
     library = {e.form: e for e in every}

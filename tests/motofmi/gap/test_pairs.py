@@ -56,7 +56,7 @@ def test_an_effect_that_vanishes_beside_another_has_an_undetermined_magnitude():
         assert (index is None) if name is None else name in found.model.names[index]
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_family_with_a_curve_of_its_own_is_rather_one_effect_than_two():
     """Damping in proportion to the root of the rate: the library's square of the rate leaves a small residual.
 

@@ -72,7 +72,7 @@ def test_shaped_hysteresis_is_the_published_law():
         assert found["velocity"] == pytest.approx(-2.0 * v - z)  # m = 1, c = 2
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_base_is_found_from_values_that_say_nothing_of_the_machine():
     """The mass of 1 kg, 400 N/m and 2 N.s/m against an axis of 95 kg without a spring, and a circuit that moves micrograms."""
     axis = as_recording("axis", positioning(1, duration=12))

@@ -23,10 +23,10 @@ from tests.simulators.rig_runs import RIG, prepared
 SOLVED = SHARED_DATA / "gap_open"
 
 
-@pytest.mark.slow
+@pytest.mark.study
 @pytest.mark.parametrize(("hidden", "family", "parameter", "value"), [
     ({"Tc": 0.5}, "coulomb_friction", "friction_torque", 0.5),
-    pytest.param({"ra": 0.05}, "asymmetry", "ratio", 0.05, marks=pytest.mark.study),
+    ({"ra": 0.05}, "asymmetry", "ratio", 0.05),
 ])  # fmt: skip
 def test_a_hidden_effect_is_named_with_its_size(hidden, family, parameter, value):
     made, _ = case(hidden, seed=11)

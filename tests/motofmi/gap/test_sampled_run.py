@@ -140,7 +140,7 @@ def test_one_segment_that_diverges_is_left_out():
         model.from_rest(sampled, np.append(base, np.nan))
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_spring_that_stiffens_much_is_simulated_as_a_variable_step_solver_does():
     """All segments at once do not converge from nowhere, and what they come to then was taken for the answer, a million times too large."""
     rng, (mass, damping, stiffness, cubic) = np.random.default_rng(2), (1.1, 1.2, 300.0, 1e5)
@@ -269,7 +269,7 @@ def test_a_fit_leaves_no_trace_in_the_runs_that_it_was_given():
     assert not sampled.guess and (0,) in found.runs[0].guess
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_many_processes_find_what_one_does(monkeypatch):
     run = joint_run({"hardening": 40.0}, "random", seed=5)
     test = input_output_experiment(DrivenJoint(), list(run.columns))

@@ -21,6 +21,7 @@ from motofmi.gap.selection.within_time import CONCLUDING_SHARE
 from motofmi.recordings.reading import write_recording
 from motofmi.workflows.components import component
 from motofmi.workflows.gap.find_gap import find_gap
+from tests import as_study
 from tests.motofmi.json_schemas import check_against_schema
 from tests.simulators.hidden_joint import joint_run
 
@@ -56,7 +57,7 @@ def test_a_time_that_is_no_budget_is_refused_at_once(given, capsys):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seconds", [1e-3, 4.0])
+@pytest.mark.parametrize("seconds", [1e-3, as_study(4.0)])
 def test_a_budget_that_is_too_short_for_all_ends_with_verdict_report_and_limitation(tmp_path, seconds):
     fitted, validation = runs(tmp_path, {"friction": 0.3})
     began = time.monotonic()

@@ -26,7 +26,7 @@ from tests.simulators.hidden_rig import sweep
 from tests.simulators.rig_runs import RIG, library, runs_of
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_law_outside_the_library_replaces_a_named_effect(monkeypatch):
     """A damping that is larger to one side: a sensor with unequal gains fits to within the noise, but is not the cause."""
     runs = runs_of({"bx": 0.7}, sweep(0.5, 12, 2, 100.0), sweep(12, 0.5, 3.0, 80.0))

@@ -96,7 +96,7 @@ def coupled():
     return runs_of({"Icc": 0.07}, sweep(0.5, 12, 2.5, 100.0), sweep(12, 0.5, 3.2, 100.0))
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_family_that_validation_runs_reject_is_replaced_by_another(coupled, monkeypatch):
     """Where the wrong family is selected first (here it is the only candidate), it is excluded, and another may be selected."""
     drift_only = lambda library: [e for e in library if e.family == "drift"] or library  # noqa: E731

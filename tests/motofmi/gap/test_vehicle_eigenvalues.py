@@ -41,7 +41,7 @@ def test_the_simulated_motorcycle_is_that_of_the_package_where_nothing_is_hidden
     )
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_frame_compliance_is_named_estimated_and_confirmed_at_validation_speeds(tmp_path):
     hidden = {"compliance": 3e-5, "axis": 0.4}
     p = known_to(np.random.default_rng(7), SHARP)
@@ -107,9 +107,9 @@ def test_where_nothing_is_hidden_nothing_is_named(tmp_path, seed):
     assert case("none", 100 + seed, tmp_path)["verdict"] == "none"
 
 
-@pytest.mark.slow
+@pytest.mark.study
 @pytest.mark.parametrize(
-    "name", ["controller", *(pytest.param(name, marks=pytest.mark.study) for name in ("another tyre", "another yaw inertia"))]
+    "name", ["controller", "another tyre", "another yaw inertia"]
 )
 def test_what_no_effect_of_the_library_does_is_not_named(tmp_path, name):
     assert case(name, 6000, tmp_path)["verdict"] in ("unknown", "none")

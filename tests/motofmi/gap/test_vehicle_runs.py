@@ -14,7 +14,7 @@ from motofmi.recordings.recording import Recording
 from motofmi.workflows import components
 from motofmi.workflows.gap.vehicle import vehicle_runs_experiment
 from motofmi.workflows.gap.vehicle_equations import runs_effects, verdict_on_runs, weak_runs
-from tests import SHARED_DATA
+from tests import SHARED_DATA, as_study
 from tests.motofmi.json_schemas import check_against_schema
 from tests.simulators.hidden_bicycle import bicycle, ride, write_matrices, write_ride
 
@@ -46,7 +46,7 @@ def test_an_effect_that_only_feedback_causes_is_not_named(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("hidden, name, parameter, truth", [
-    ({"friction": 0.3}, "coulomb_friction", "friction_torque", 0.3), ({"damping": 1.5}, "steer_damping", "damping", 1.5),
+    ({"friction": 0.3}, "coulomb_friction", "friction_torque", 0.3), as_study({"damping": 1.5}, "steer_damping", "damping", 1.5),
 ])  # fmt: skip
 def test_what_is_hidden_is_named_and_sized(tmp_path, hidden, name, parameter, truth):
     verdict = investigated(tmp_path, 10, **hidden)

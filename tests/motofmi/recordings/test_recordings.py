@@ -333,7 +333,7 @@ except Exception as error:
 """
 
 
-@pytest.mark.slow
+@pytest.mark.study
 @pytest.mark.skipif(sys.platform != "linux", reason="limits memory through RLIMIT_AS")
 def test_130_MB_under_a_limit_of_120_MB(tmp_path):
     path = tmp_path / "long.csv"

@@ -6,7 +6,8 @@ import sympy
 from scipy.integrate import solve_ivp
 
 from fmus import System, linearise
-from fmus.expressions.functions import NUMERIC, SYMBOLIC
+from fmus.expressions.functions import NUMERIC
+from fmus.expressions.symbolic_functions import SYMBOLIC
 from fmus.linear_analysis.exact_motion import exact_response
 from motofmi.frequency_response.excitation import multisine, stepped_sine, sweep
 from motofmi.virtual_rig.simulated_rig import QUIET, Noise, steer_test
@@ -40,7 +41,7 @@ def test_sweep_and_steps_are_those_of_the_papers():
     np.testing.assert_allclose(np.hypot(angle, rate / (2 * np.pi * 2.5)), np.radians(4), rtol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_motion_is_scipys_solution():
     space = linearise(System("test", {"rig": SteerRig("rig"), "rider": RIDER}))
     command = sweep(0.5, 12, 4.0, ramp=0.5)

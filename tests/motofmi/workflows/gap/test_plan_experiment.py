@@ -43,7 +43,7 @@ def test_the_figure_holds_all_that_it_shows(plan, tmp_path):
     assert written["effects"] == plan.to_dict()["effects"]
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_the_command_writes_only_into_the_given_folder(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["gap", "--plan", "--duration", "20", "--sweep", "1:4"]) == 0
