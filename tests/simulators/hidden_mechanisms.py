@@ -177,8 +177,9 @@ def excitation(kind, rng, duration, top, size):
         if kind == "road":
             y = y * (0.4 + np.abs(np.sin(2 * np.pi * t / duration * 1.5)))
     elif kind == "steps":
-        levels = rng.uniform(-1, 1, int(t[-1] * top / 4) + 2)
-        y = np.convolve(levels[(t * top / 4).astype(int)], np.ones(9) / 9, "same")
+        levels = rng.uniform(-1, 1, int(duration * top / 4) + 2)
+        held = np.minimum((t * top / 4).astype(int), len(levels) - 1)
+        y = np.convolve(levels[held], np.ones(9) / 9, "same")
     else:
         raise ValueError(kind)
     return CubicSpline(t, size * y / np.std(y))
