@@ -162,7 +162,8 @@ def decided(null: Null, rng: np.random.Generator, criteria: Criteria) -> list[Ou
     blocks = _Blocks(linear, min([alone, *singles.values()], key=lambda found: found.chi2), criteria)
     base, models = blocks.of([], alone), blocks.leading({(i,): found for i, found in singles.items()})
     pairs = dict.fromkeys(_joint_pairs(linear, list(best.values())))
-    for first in one_per_families(models)[:LEADING_FAMILIES]:
+    firsts = [m for m in one_per_families(models) if not blocks.is_undetermined(m.fit)][:LEADING_FAMILIES]
+    for first in firsts:
         one = best[first.effects[0]]
         others = [i for i in best.values() if null.effects[i].effect.family not in first.families]
         second: dict[str, int] = {}  # of each family the effect that gains most, the family that gains most first

@@ -93,6 +93,9 @@ def _limitations(verdict: Verdict) -> list[str]:
                          f"{law.effect.sentence()}")  # fmt: skip
     if verdict.withheld and verdict.verdict == "unknown":
         sentences.append(verdict.withheld)
+    if verdict.replaced_forms:
+        sentences.append("The validation run rejects a form that fits as well, which was replaced: "
+                         f"{', '.join(verdict.replaced_forms)}.")  # fmt: skip
     if verdict.rejected:
         sentences.append(f"The validation run rejects what fits as well or better: {', '.join(verdict.rejected)}.")
     return sentences

@@ -1,5 +1,6 @@
 """The confirmation of a verdict by chi-square: validation runs reject effects, forms and the base, and add none."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from motofmi.gap.estimation.candidate import Candidate, adequate
@@ -30,8 +31,9 @@ def _confirmed(verdict: Verdict, validation: ValidationRuns) -> Verdict:
         return _confirmed_name(verdict, validation)
     confirmed = {c.family: _confirmed_form(verdict, c, validation) for c in verdict.tied}
     left, wrong = [c for c in confirmed.values() if c], [family for family, c in confirmed.items() if not c]
+    replaced = _replaced([c for c in verdict.tied if confirmed[c.family]], left)
     if len(left) > 1:
-        return replace(verdict, tied=left, best=left[0].fit, rejected=wrong)
+        return replace(verdict, tied=left, best=left[0].fit, rejected=wrong, replaced_forms=replaced)
     if left:
         return replace(
             verdict,
@@ -41,6 +43,7 @@ def _confirmed(verdict: Verdict, validation: ValidationRuns) -> Verdict:
             best=left[0].fit,
             unspecified_form=left[0].effect.flexible,
             rejected=wrong,
+            replaced_forms=replaced,
         )
     return replace(verdict, verdict="unknown", tied=[], rejected=wrong)
 
@@ -61,9 +64,22 @@ def _confirmed_name(verdict: Verdict, validation: ValidationRuns) -> Verdict:
             and any(not c.fitted or _confirmed_form(verdict, c, validation, unspecified_form) for c in others)
         ):
             return replace(
-                verdict, effects=[form], best=form.fit, unspecified_form=unspecified_form or form.effect.flexible
+                verdict,
+                effects=[form],
+                best=form.fit,
+                unspecified_form=unspecified_form or form.effect.flexible,
+                replaced_forms=_replaced([named[0]], [form]),
             )
     return replace(verdict.as_unknown(), rejected=[" and ".join(c.family for c in named)])
+
+
+def _replaced(before: Sequence[Candidate], after: Sequence[Candidate]) -> list[str]:
+    """The forms that were replaced by another one of their family."""
+    return [
+        f"{old.family}.{old.effect.form} by {new.effect.form}"
+        for old, new in zip(before, after, strict=True)
+        if old.effect is not new.effect
+    ]
 
 
 def _confirmed_form(

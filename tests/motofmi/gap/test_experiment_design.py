@@ -18,6 +18,7 @@ from motofmi.gap.models.harmonic_model import HarmonicModel
 from motofmi.gap.preprocessing.steer_test_run import prepare_steer_test_run
 from motofmi.gap.selection.model_selection import select_model
 from motofmi.gap.selection.ties import equivalent
+from motofmi.gap.verdict import as_result
 from motofmi.workflows.gap.rig import rig_effects, rig_experiment, with_bare_bar
 from motofmi.workflows.gap.rig_proposals import rig_proposals
 
@@ -128,6 +129,8 @@ def test_effects_that_differ_only_by_the_sign_are_reported_with_the_named_one():
     verdict = select_model(HarmonicModel(rig_experiment(RIG)), [run], LINEAR)
     assert [c.family for c in verdict.effects] == ["steer_damping"]
     assert set(equivalent(verdict.best, verdict.effects[0], verdict.candidates)) == {"cross_inertia", "steer_stiffness"}
+    said = [s for s in as_result(verdict, "N.m")["limitations"] if s.startswith("From torque and angle alone ")]
+    assert len(said) == 1 and "is not distinguishable from steer_damping" in said[0]
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fmus.effects.damping import CoulombFriction, ProgressiveDamping
+from fmus.effects.damping import CoulombFriction, ProgressiveDamping, SoftFriction
 from fmus.effects.resonance import HungBody
 from motofmi.gap import verdict as contents
 from motofmi.gap.criteria import Criteria
@@ -18,6 +18,7 @@ from motofmi.gap.estimation.candidate import Candidate
 from motofmi.gap.selection import any_component, model_selection
 from motofmi.gap.selection.any_component import Investigation
 from motofmi.gap.selection.by_chi_square import of_one, of_pairs
+from motofmi.gap.selection.confirmation import with_validation
 from motofmi.gap.selection.pairs import Pair
 from motofmi.gap.selection.result import Verdict
 from motofmi.gap.validation.validation_run import ValidationRuns
@@ -135,3 +136,14 @@ def test_an_effect_outside_the_library_and_rejected_families_are_said():
         "An effect outside the library explains the data better than coulomb_friction (delta chi-square 321): The spring softens.",
         "The validation run rejects what fits as well or better: drift.",
     ]
+
+
+def test_a_form_that_validation_runs_reject_is_replaced_with_a_sentence(monkeypatch):
+    monkeypatch.setattr(contents, "equivalent", lambda *_: [])
+    soft, plain = (candidate(effect, reduced=1.0, delta_bic=4000.0) for effect in (SoftFriction, CoulombFriction))
+    validation = ValidationRuns([SimpleNamespace(data=np.zeros(1))])
+    validation.reject = lambda base, found, *_: found is soft.fit
+    found = with_validation(Verdict("named", BASE, soft.fit, [soft], candidates=[soft, plain]), validation)
+    assert [c.effect for c in found.effects] == [CoulombFriction]
+    replaced = "a form that fits as well, which was replaced: coulomb_friction.soft by coulomb."
+    assert f"The validation run rejects {replaced}" in said_of(found)
