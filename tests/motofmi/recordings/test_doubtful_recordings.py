@@ -1,0 +1,101 @@
+"""Doubtful recordings: they are read as they are, with a warning."""
+
+import json
+
+import numpy as np
+import pytest
+
+from fmus.support.errors import InputError
+from motofmi.frequency_response.estimators import estimate
+from motofmi.recordings.reading import read_recording
+from motofmi.recordings.recording import Recording
+from motofmi.recordings.rig_file import read_rig
+from tests.motofmi.recordings.test_recordings import good, text, warned
+
+RATE = 128.0
+
+
+def test_dropped_samples_are_counted(write):
+    lines = text(good())
+    del lines[1000:1003], lines[400]
+    recording = warned(write(lines), "4 samples missing in 2 gaps", f"first at {398 / RATE:g} s")
+    assert len(recording.time) == 2556  # nothing is filled in
+    assert any("bridged" in w for w in estimate(recording).warnings)
+
+
+def test_many_missing_samples_are_refused_by_the_estimate(write):
+    lines = text(good())
+    del lines[1000:1200]
+    with pytest.raises(InputError, match="200 of 2560 samples are missing"):
+        estimate(read_recording(write(lines)))
+
+
+def test_duplicate_time_stamps(write):
+    lines = text(good())
+    lines.insert(300, lines[300])
+    warned(write(lines), "1 duplicate time stamps", f"{299 / RATE:g} s")
+
+
+def test_jitter(write):
+    recording = good()
+    jittery = recording.time + 0.05 / RATE * np.random.default_rng(1).standard_normal(len(recording.time))
+    warned(write(text(Recording("", jittery, recording.columns, recording.units))), "jitter", "%")
+
+
+def test_clipping(write):
+    recording = good()
+    limit = 0.8 * np.abs(recording["steer_torque"]).max()
+    clipped = np.clip(recording["steer_torque"], -limit, limit)
+    columns = {**recording.columns, "steer_torque": clipped}
+    first = recording.time[np.argmax(clipped == limit)]
+    warned(
+        write(text(Recording("", recording.time, columns, recording.units))),
+        "clipped at its upper limit",
+        f"first at {first:g} s",
+    )
+
+
+@pytest.mark.parametrize("step", [0.0, 0.0002, 0.002])
+def test_quantised_sine_is_not_called_clipped(write, step):
+    recording = good()
+    if step:
+        recording.columns["steer_angle"][:] = step * np.round(recording["steer_angle"] / step)
+    assert read_recording(write(text(recording))).warnings == ()
+
+
+def test_swapped_channels(write):
+    warned(write(text(good(), "time [s],steer_torque [N.m],steer_angle [rad]")), "steer_angle reaches", "swapped")
+
+
+def test_wrong_rate(write, tmp_path):
+    (tmp_path / "rig.json").write_text(json.dumps({"sampling": {"value": 128, "unit": "Hz"}}))
+    warned(write(text(good(rate=100.0))), "100 Hz", "rig.json says 128 Hz")
+
+
+@pytest.mark.parametrize("channel", ["steer_angle", "steer_torque"])
+def test_flipped_sign(channel):
+    recording = good()
+    assert estimate(recording).warnings == ()
+    flipped = {**recording.columns, channel: -recording[channel]}
+    assert any("sign" in w for w in estimate(Recording("", recording.time, flipped, recording.units)).warnings)
+
+
+def test_rig_json(tmp_path):
+    assert read_rig(tmp_path) == {}
+    (tmp_path / "rig.json").write_text('{"handlebar_inertia": {"value": 125, "standard_error": 1, "unit": "g.m2"}}')
+    entry = read_rig(tmp_path)["handlebar_inertia"]
+    assert entry == {"value": 0.125, "standard_error": 0.001, "unit": "kg.m2"}
+    (tmp_path / "rig.json").write_text('{"handlebar_inertia": {"value": 0.125}}')
+    with pytest.raises(InputError, match="found no 'unit'"):
+        read_rig(tmp_path)
+    (tmp_path / "rig.json").write_text('{"handlebar_inertia": 0.125}')
+    with pytest.raises(InputError, match=r'"handlebar_inertia": \{"value"'):
+        read_rig(tmp_path)
+
+
+def test_time_in_the_wrong_unit(write):
+    """Milliseconds called seconds: 128 Hz look like 0.128 Hz."""
+    recording = good()
+    slow = Recording("", 1000 * recording.time, recording.columns, recording.units)
+    with pytest.raises(InputError, match=r"sampled at 0.128 Hz, nothing from 0.5 to 12 Hz"):
+        estimate(read_recording(write(text(slow))))
