@@ -56,9 +56,11 @@ RIGID, FLEXIBLE = ("sharp_1971", "reference_2011", "benchmark_bicycle"), ("sharp
 
 def random_settings(data, seed, count, vehicles=RIGID + FLEXIBLE):
     """Vehicles and devices with random values of the parameters that the page has sliders for."""
-    rng = np.random.default_rng(seed)
+    rng, modules = np.random.default_rng(seed), data["modules"]
+    # Of the full rider arms that do not reach the bar are refused, and leaning riders do not fit every vehicle.
+    devices = [n for n, c in data["choices"].items() if modules[c["module"]]["title"] not in ("FullRider", "RiderInRoll")]
     for _ in range(count):
-        vehicle, device = str(rng.choice(vehicles)), str(rng.choice(["none", *data["choices"]]))
+        vehicle, device = str(rng.choice(vehicles)), str(rng.choice(["none", *devices]))
         parts = {"vehicle": data["vehicles"][vehicle]} | (
             {} if device == "none" else {"device": data["choices"][device]}
         )
@@ -107,7 +109,7 @@ MODE_OF_THE_COUPLED_FMUS = """(wanted) => {
   const parts = page.settings.parts("B", page.libraries), system = new Coupled(parts), {n} = system, speed = 30;
   const found = eigen(system.matrix(speed), n), left = complexInverse(found.vectorRe, found.vectorIm, n), initial = {};
   const j = found.im.findIndex(im => Math.abs(im - wanted) < 0.5);
-  system.states.forEach((s, i) => { const [part, name] = s.split("."); (initial[part] ??= {})[name] = found.vectorRe[i * n + j]; });
+  system.states.forEach((s, i) => { const [part, name] = s.split("."); (initial[part] ??= {})[name] = 1e-3 * found.vectorRe[i * n + j]; });
   const run = new CoSimulation(parts, speed, 1e-3, initial);
   const coordinate = () => { const states = run.states(); let a = 0, b = 0;
     system.states.forEach((s, i) => { const [part, name] = s.split("."), x = states[part][name]; a += left[2 * (j * n + i)] * x; b += left[2 * (j * n + i) + 1] * x; });

@@ -35,6 +35,7 @@ VEHICLE_EFFECTS = distinct(
 EFFECTS = {**dict.fromkeys(RIDER_COMPONENTS, effects_in(rider_fmu.effects)), **dict.fromkeys(VEHICLES, VEHICLE_EFFECTS)}
 
 ComponentLike = Component | str | Path  # a component, its name, or the path of its value file
+DeviceSet = ComponentLike | Sequence[ComponentLike | None] | None  # devices that act together
 
 
 def component(given: ComponentLike, **values: float) -> Component:
@@ -125,6 +126,15 @@ def devices(given: ComponentLike | Sequence[ComponentLike | None] | None) -> lis
     """The devices at a vehicle's ports: one, several or none. Raises InputError for a component that is no device."""
     every = given if isinstance(given, Sequence) and not isinstance(given, str) else [given]
     return [found for each in every if (found := device(each)) is not None]
+
+
+def together(given: DeviceSet) -> list[ComponentLike | None]:
+    """The devices that act together; a text is a comma list of them."""
+    if isinstance(given, str):
+        return [part.strip() for part in given.split(",")]
+    if given is None or isinstance(given, Path | Component):
+        return [given]
+    return list(given)
 
 
 def has_port(outputs: Iterable[str]) -> bool:

@@ -9,11 +9,9 @@ from dataclasses import dataclass
 from html import escape
 from math import isinf
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from fmus.declaration.component import Component
-from fmus.interfaces.handlebar import TORQUES
-from fmus.interfaces.posture_inertia import POSTURE
 from fmus.support.errors import InputError
 from fmus.support.files import writable
 from fmus.support.progress import track
@@ -22,13 +20,16 @@ from motofmi.reports.explore import LARGEST, write_page
 from motofmi.reports.shown import FRAME
 from motofmi.version import __version__
 from motofmi.workflows import components, explore_modules
-from motofmi.workflows.components import ComponentLike
+from motofmi.workflows.components import ComponentLike, DeviceSet
+from motofmi.workflows.explore_fmus import LinearisedFmu, linearised_fmu
 from motofmi.workflows.titles import displayed
-from vehicle_fmu import motorcycles
+from vehicle_fmu import motorcycles, ridden
 from vehicle_fmu.published import MEIJAARD_2007_EIGENVALUES, MODES_2011, SHARP_1971_EIGENVALUES
 
 VEHICLE = "sharp_1971"
 DEVICES: tuple[ComponentLike | None, ...] = (None, "rider:mean_2011")
+Device = Component | LinearisedFmu
+Part = TypeVar("Part", bound=Device)
 FOOT = 0.3048  # m
 HEIGHT = 900  # px, of the page in a notebook
 
@@ -59,92 +60,101 @@ class ExplorePage:
 
 
 def explore(
-    vehicle: ComponentLike = VEHICLE, device: ComponentLike | Sequence[ComponentLike | None] | None = DEVICES,
+    vehicle: ComponentLike = VEHICLE, device: ComponentLike | Sequence[DeviceSet] | None = DEVICES,
     out: str | Path = "explore.html", *, set: Mapping[str, float] | None = None,
 ) -> ExplorePage:  # fmt: skip
     """Write one HTML page of at most 2 MB that opens from a file, without a network.
 
     vehicle and the first two entries of device are the configurations A and B that it opens with; a single device is B,
-    beside A without a device. Every shipped vehicle and handlebar device can be chosen in it. out is the path of the
-    page. set changes parameters of vehicle and devices by name, in SI units. Raises InputError for an unknown name and
-    a device that is not at the handlebar alone, MissingToolError where the WebAssembly of a component is not installed
-    and cannot be compiled.
+    beside A without a device. An entry is a device, several that act together (a tuple or a comma list), or the path of
+    a device's FMU, which is linearised at its start values. Every shipped vehicle and device can be chosen in the page.
+    out is its path. set changes parameters of vehicle and devices by name, in SI units. Raises InputError for an unknown
+    name, an FMU of a vehicle, and devices that do not go together, MissingToolError where the WebAssembly of a component
+    is not installed and cannot be compiled.
 
         >>> page = mf.explore("sharp_1971", ["rider:mean_2011", "damper:7.5"], "page.html")
         >>> page.size < 2e6, page.to_dict()["page"]
         (True, 'page.html')
     """
     path = writable(Path(out))
-    given = compared(device)
-    whole, *chosen = components.with_settings(
-        {"vehicle": components.vehicle(vehicle), **{f"device_{k}": components.device(d) for k, d in enumerate(given)}},
-        set or {},
-    )
-    assert whole is not None
+    sets = [[part for each in given if (part := device_of(each)) is not None] for given in compared(device)]
+    whole = components.vehicle(vehicle)
+    flat: dict[str, Component | None] = {"vehicle": whole}
+    flat |= {f"device_{k}_{i}": d if isinstance(d, Component) else None
+             for k, held in enumerate(sets) for i, d in enumerate(held)}  # fmt: skip
+    changed = dict(zip(flat, components.with_settings(flat, set or {}), strict=True))
+    chosen = [[changed[f"device_{k}_{i}"] or d for i, d in enumerate(held)] for k, held in enumerate(sets)]
+    return explore_page(path, [changed["vehicle"] or whole], chosen)
+
+
+def explore_page(path: Path, vehicles: Sequence[Component], sets: Sequence[Sequence[Device]]) -> ExplorePage:
+    """Write the page that offers vehicles and sets of devices beside those that ship; it opens with the first vehicle
+    and the first two sets. Raises InputError for devices that do not go together, and for a page that is too large."""
+    for held in sets:
+        ridden(vehicles[0], *(part for part in held if isinstance(part, Component)))
     shipped = [motorcycles.load(name) for name in motorcycles.names()]
-    vehicles = offered([whole], shipped)
-    devices = offered([d for d in chosen if d], list(shipped_devices()))
-    for each in devices.values():
-        refuse_other_ports(each)
-    compiled = modules([*vehicles.values(), *devices.values()])
-    names = {id(c): name for name, c in (*vehicles.items(), *devices.items())}
-    selected = [names[id(d)] if d is not None else "none" for d in chosen]
+    offered_vehicles = offered(vehicles, shipped)
+    devices = offered([part for held in sets for part in held], list(shipped_devices()))
+    whole = [c for c in (*offered_vehicles.values(), *devices.values()) if isinstance(c, Component)]
+    compiled = modules(whole)
+    linearised = {d.name: d.module for d in devices.values() if isinstance(d, LinearisedFmu)}
     data = {
         "version": __version__,
-        "vehicle": names[id(whole)],
-        "devices": selected[:2],
-        "modules": {key: description for key, description, _ in compiled},
-        "vehicles": {n: described(c, compiled) for n, c in vehicles.items()},
+        "vehicle": shown_name(vehicles[0]),
+        "devices": [device_names(held) for held in sets[:2]],
+        "modules": {**{key: description for key, description, _ in compiled}, **linearised},
+        "vehicles": {n: described(c, compiled) for n, c in offered_vehicles.items()},
         "choices": {n: described(c, compiled) for n, c in devices.items()},
         "published": [*published_eigenvalues(), *published_features()],
     }
-    write_page(path, data, f"{displayed(whole.name)}: modes")
+    write_page(path, data, f"{shown_name(vehicles[0])}: modes")
     size = path.stat().st_size
     if size > LARGEST:
-        raise InputError(f"{path} has {size} bytes, more than {LARGEST}: give fewer devices with effects of their own")
-    return ExplorePage(path, size, tuple(vehicles), ("none", *devices))
+        path.unlink()
+        raise InputError(f"{path} would have {size} bytes, more than {LARGEST}: give fewer devices with effects of their own")
+    return ExplorePage(path, size, tuple(offered_vehicles), ("none", *devices))
 
 
-def compared(device: ComponentLike | Sequence[ComponentLike | None] | None) -> list[ComponentLike | None]:
-    """The given devices, those of A and B first; a single one is B, compared with A without a device."""
+def compared(device: ComponentLike | Sequence[DeviceSet] | None) -> list[list[ComponentLike | None]]:
+    """The given sets of devices, those of A and B first; a single one is B, compared with A without a device."""
     given = list(device) if isinstance(device, Sequence) and not isinstance(device, str) else [device]
-    devices = [None if each == "none" else each for each in given]
-    if len(devices) > 1:
-        return devices
-    return list(DEVICES) if devices in ([], [None]) else [None, *devices]
+    sets = [components.together(each) for each in given]
+    if len(sets) > 1:
+        return sets
+    alone = not any(each not in (None, "none") for held in sets for each in held)
+    return [components.together(each) for each in DEVICES] if alone else [[], *sets]
 
 
-def offered(given: Sequence[Component], shipped: Sequence[Component]) -> dict[str, Component]:
+def device_of(given: ComponentLike | None) -> Device | None:
+    """A device by its name, or the linearised FMU at a path; None for none."""
+    if isinstance(given, str | Path) and Path(given).suffix == ".fmu":
+        return linearised_fmu(given)
+    return components.device(given)
+
+
+def shown_name(part: Device) -> str:
+    """The name of a vehicle or device in the page, without the characters that separate names in its address."""
+    return displayed(part.name).translate(dict.fromkeys(map(ord, ",;:"), "_"))
+
+
+def device_names(held: Sequence[Device]) -> str:
+    """A set of devices as the page writes it."""
+    return ",".join(map(shown_name, held)) or "none"
+
+
+def offered(given: Sequence[Part], shipped: Sequence[Part]) -> dict[str, Part]:
     """Components by the name that the page shows; those given come first and replace a shipped one of their name."""
-    found: dict[str, Component] = {}
+    found: dict[str, Part] = {}
     for each in (*given, *shipped):
-        found.setdefault(displayed(each.name), each)
+        found.setdefault(shown_name(each), each)
     return found
 
 
 def shipped_devices() -> Iterator[Component]:
-    """The shipped riders and dampers whose port is the handlebar alone."""
+    """The shipped riders and dampers."""
     for name in components.every_name():
-        kind, _, _ = name.partition(":")
-        if kind in ("rider", "damper"):
-            each = components.component(name)
-            if not other_ports(each):
-                yield each
-
-
-def other_ports(device: Component) -> str:
-    """What a device has beside the handlebar port, or lacks of it; empty where the page can connect it."""
-    if not set(TORQUES) <= set(device.outputs):
-        return "does not have the handlebar port"
-    return "changes the inertia of the handlebar with its posture" if set(POSTURE) <= set(device.outputs) else ""
-
-
-def refuse_other_ports(device: Component) -> None:
-    reason = other_ports(device)
-    if reason:
-        raise InputError(
-            f"{device.name} {reason}: explore takes passive riders and dampers; motofmi modes takes every device"
-        )
+        if name.partition(":")[0] in ("rider", "damper"):
+            yield components.component(name)
 
 
 Compiled = tuple[str, dict[str, Any], Any]  # key in the page, description with the module, structure
@@ -178,10 +188,12 @@ def module_of(component: Component) -> dict[str, Any]:
     }
 
 
-def described(component: Component, compiled: Sequence[Compiled]) -> dict[str, Any]:
+def described(part: Device, compiled: Sequence[Compiled]) -> dict[str, Any]:
     """The values of a component and the key of its module."""
-    key = next(key for key, _, structure in compiled if structure == component.structure)
-    return {"module": key, "values": dict(component.values), "title": component.title, "source": component.source}
+    if isinstance(part, LinearisedFmu):
+        return {"module": part.name, "values": {}, "title": part.name, "source": part.source}
+    key = next(key for key, _, structure in compiled if structure == part.structure)
+    return {"module": key, "values": dict(part.values), "title": part.title, "source": part.source}
 
 
 def published_eigenvalues() -> Iterator[dict[str, Any]]:

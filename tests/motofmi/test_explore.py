@@ -61,12 +61,13 @@ def page(browser, written):
     assert opened.complaints == []
 
 
-def test_what_the_page_cannot_show_is_refused(tmp_path):
-    with pytest.raises(InputError, match="posture"):
-        mf.explore(device="rider:full_mean_2011", out=tmp_path / "page.html")
-    with pytest.raises(InputError, match="handlebar port"):
-        mf.explore(device="rider:roll_1971", out=tmp_path / "page.html")
-    assert not list(tmp_path.iterdir())
+def test_what_does_not_go_together_is_refused(tmp_path):
+    out = tmp_path / "page.html"
+    with pytest.raises(InputError, match="cannot both hold the handlebar"):
+        mf.explore(device="rider:mean_2011,rider:1_2011", out=out)
+    with pytest.raises(InputError, match="lacks the parameters rear_mass"):
+        mf.explore("benchmark_bicycle", "rider:roll_1971", out)
+    assert not out.exists()
 
 
 @pytest.mark.usefixtures("without_compiler")
@@ -108,6 +109,65 @@ def test_eigenvalues_and_names_are_those_of_python(page, vehicles):
         assert differing_modes(found, expected) == []
         for mode in found["curves"]:
             assert np.ravel(found["unstable"][mode]) == pytest.approx(np.ravel(expected.unstable[mode]), abs=2e-2)
+
+
+RIDERS = {"full_mean_2011": "rider:full_mean_2011", "roll_1971": "rider:roll_1971",
+          "mean_2011,roll_1971": ["rider:mean_2011", "rider:roll_1971"],
+          "mean_2011,damper_low_2011": ["rider:mean_2011", "damper:low_2011"]}  # fmt: skip
+
+
+@in_browser
+@pytest.mark.parametrize("device", [pytest.param(n, marks=pytest.mark.study) if "full" in n else n for n in RIDERS])
+def test_riders_who_lean_move_their_arms_or_have_a_damper_are_those_of_python(page, device):
+    case = {"vehicle": "sharp_1971", "device": device, "changes": {"vehicle.trail": 0.1}}
+    (found,) = page.window.evaluate(MODES_IN_THE_PAGE, [case])
+    expected = mf.modes("sharp_1971", RIDERS[device], SPEEDS, set={"trail": 0.1})
+    assert eigenvalue_error(found, expected) < 1e-9 and differing_modes(found, expected) == []
+
+
+@in_browser
+@pytest.mark.parametrize(("device", "most"), [("full_mean_2011", 3e-4), ("mean_2011,roll_1971", 1e-4)])
+def test_riders_of_every_kind_step(page, device, most):
+    """With the coupling errors that the page states: 0.03 % with the full rider, else 0.01 %."""
+    window = page.window
+    window.evaluate("device => { page.settings.choose('B', {device}); page.refresh(['B']); page.settle(); }", device)
+    frequency = window.evaluate("page.found.B.curves.wobble.im[nearestIndex(page.found.B.points, 30)]")
+    found = window.evaluate(MODE_OF_THE_COUPLED_FMUS, frequency)
+    exact = complex(*found["exact"])
+    assert abs(complex(*found["coupled"]) - exact) < most * abs(exact)
+    assert f"below {100 * most:g} %" in window.text_content("#live-text")
+    window.click("[data-kick=frame]")  # where a leaning rider drives the roll torque, the push adds to it
+    assert window.evaluate(GOES_ON, 0)
+    assert window.evaluate("page.live.run.ok && Math.max(...page.live.rows.map(r => Math.abs(r[1])))") > 1e-3
+
+
+@in_browser
+def test_what_the_vehicle_cannot_have_is_not_offered(page):
+    window = page.window
+    window.select_option("#choose-vehicle", "benchmark_bicycle")
+    offered = "name => !document.querySelector(`#choose-device option[value=${name}]`).disabled"
+    assert not window.evaluate(offered, "roll_1971") and window.evaluate(offered, "full_mean_2011")
+    assert "has no output" in window.text_content("#parameters")
+    window.select_option("#choose-device", "mean_2011")
+    window.select_option("#choose-device-2", "damper_low_2011")
+    page.drawn()
+    assert "B=benchmark_bicycle;mean_2011,damper_low_2011" in window.url
+    assert "benchmark_bicycle with mean_2011 and damper_low_2011" in window.text_content("#charts")
+
+
+@in_browser
+def test_an_fmu_is_a_device_without_sliders(browser, tmp_path):
+    fmu = mf.build(mf.rider("2_2011"), tmp_path).path
+    opened = Opened(browser, mf.explore(device=fmu, out=tmp_path / "page.html").path)
+    (found,) = opened.window.evaluate(
+        MODES_IN_THE_PAGE, [{"vehicle": "reference_2011", "device": "2_2011.fmu", "changes": {}}]
+    )
+    expected = mf.modes("reference_2011", "rider:2_2011", SPEEDS)  # the FMU's Jacobian is the exact one
+    assert eigenvalue_error(found, expected) < 1e-9 and differing_modes(found, expected) == []
+    assert "2_2011.fmu is an FMU of another tool" in opened.window.text_content("#parameters")
+    assert "cannot step" in opened.window.text_content("#live-text") and opened.window.is_disabled("#run")
+    assert opened.complaints == []
+    opened.window.close()
 
 
 @in_browser
@@ -239,7 +299,7 @@ def test_the_fmus_run_are_disturbed_and_exchanged(page):
         before = window.evaluate("page.live.run.time")
         window.select_option("#choose-device", device)
         page.drawn()
-        assert window.evaluate("page.live.run.device?.fmu.library.title ?? null") == title
+        assert window.evaluate("page.live.run.devices[0]?.stepped.fmu.library.title ?? null") == title
         assert window.evaluate(GOES_ON, before)
         assert window.evaluate("page.live.running && page.live.run.ok")
     window.select_option("#choose-vehicle", "tum_2020")

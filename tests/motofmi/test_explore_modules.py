@@ -9,7 +9,7 @@ from motofmi.workflows import components, explore_modules
 from motofmi.workflows.explore_modules import MODULES, compiled, first, made_with, shipped, token_now, unpacked
 
 TITLES = sorted(path.stem for path in MODULES.glob("*.json"))
-LARGE = {"CompliantMotorcycle", "TouringMotorcycle"}  # their source code takes seconds
+LARGE = {"CompliantMotorcycle", "FullRider", "TouringMotorcycle"}  # their source code takes seconds
 
 
 def recorded(title):

@@ -4,7 +4,7 @@ import argparse
 from typing import Any
 
 from motofmi.cli.arguments import assignments
-from motofmi.cli.component_arguments import add_settings, add_vehicle
+from motofmi.cli.component_arguments import DEVICE, add_settings, add_vehicle
 from motofmi.cli.outputs import output_file
 from motofmi.cli.screen import Screen
 from motofmi.workflows.explore import DEVICES, explore
@@ -19,14 +19,16 @@ and the FMUs in WebAssembly, co-simulated in the page.
   motofmi explore
   motofmi explore --device none --device rider:mean_2011 --out rider.html
   motofmi explore --device rider:mean_2011 --device gap/augmented_rider.toml     # before and after an effect
+  motofmi explore --device rider:mean_2011 --device rider:mean_2011,rider:roll_1971   # a rider who leans as well
+  motofmi explore --device rider:mean_2011 --device rider_of_another_tool.fmu
 """
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_vehicle(parser)
     parser.add_argument("--device", dest="devices", action="append", default=[], metavar="DEVICE",
-                        help="rider:NAME, damper:NAME, damper:VALUE [N.m.s/rad], a .toml, or none; the first two are "
-                             "compared (default: none and rider:mean_2011)")  # fmt: skip
+                        help=f"{DEVICE}; or the .fmu of a device; the first two are compared "
+                             "(default: none and rider:mean_2011)")  # fmt: skip
     parser.add_argument("--out", default="explore.html", type=output_file(".html"), metavar="FILE.html",
                         help="the page (default: %(default)s)")  # fmt: skip
     add_settings(parser)

@@ -2,7 +2,7 @@
 
    A mode moves as Re(q exp(lambda t)). Yaw and shift follow from psi' = r and y' = v + V psi. */
 
-const ANGLES = ["roll", "steer", "torso", "lean", "yaw"], LEAN = ["upper_body_angle", "rider_lean_position"]; // the states of vehicles with a rider who leans
+const ANGLES = ["roll", "steer", "torso", "lean", "yaw"], LEAN = ["upper_body_angle", "rider_lean_position", "lean_angle"]; // of vehicles with a rider who leans, and of such a rider
 const LARGEST = 0.22; // rad, of the largest angle; a shift is at most 0.45 m
 
 class Motion {

@@ -2,6 +2,8 @@
 
 const PROMINENT = ["trail", "ground_trail", "caster_angle", "front_cornering_stiffness", "rear_cornering_stiffness", "front_cornering_stiffness_0", "rear_cornering_stiffness_0", "front_pKy1", "rear_pKy1", "gravity", "steering_damping"];
 
+const MOST_DEVICES = 3, MOST_OPEN = 12; // devices that act together; parameters of a device that are not folded
+
 function unitShown(unit) { return unit === "rad" ? { unit: "deg", factor: DEGREES } : { unit, factor: 1 }; }
 
 /* A range for a slider: a fifth to the triple of the value, or 0.1 to both sides of zero, within the bounds. */
@@ -34,24 +36,35 @@ class Controls {
   build() {
     const { settings } = this, side = settings.edit, open = [...this.place.querySelectorAll("details[open]")].map((d) => d.id);
     pressed(document.getElementById("edit"), SIDES.map((s) => [s, s]), side, (s) => { settings.edit = s; this.build(); this.changed([]); });
+    const devices = devicesOf(settings[side].device), slots = [...devices, ...(devices.length < MOST_DEVICES ? ["none"] : [])];
+    this.refused = {};
     this.place.replaceChildren(
-      this.select("vehicle", "Motorcycle", Object.keys(settings.data.vehicles)),
-      this.select("device", "Device at the handlebar", ["none", ...Object.keys(settings.data.choices)]),
-      ...Object.entries(settings.components(side)).reverse().flatMap(([part, component]) => this.group(side, part, component)));
+      this.select("choose-vehicle", "Motorcycle", Object.keys(settings.data.vehicles), settings[side].vehicle, (vehicle) => ({ vehicle })),
+      ...slots.map((name, k) => this.select(k ? `choose-device-${k + 1}` : "choose-device", k ? `Device ${k + 1}` : "Device: rider or damper",
+        ["none", ...Object.keys(settings.data.choices)], name, (chosen) => ({ device: slots.with(k, chosen).filter((n) => n !== "none").join(",") || "none" }))),
+      ...Object.entries(this.refused).map(([reason, names]) => element("p", { class: "note" }, `Not offered, because ${reason}: ${names.slice(0, 3).join(", ")}${names.length > 3 ? ` and ${names.length - 3} others` : ""}.`)),
+      ...Object.entries(settings.components(side)).reverse().flatMap(([part, component]) => [...(devices.length > 1 ? [element("h2", {}, part === "vehicle" ? settings[side].vehicle : devices[Number(part.slice(7) || 1) - 1])] : []), ...this.group(side, part, component)]));
     for (const id of open) document.getElementById(id)?.setAttribute("open", "");
   }
 
-  select(part, label, names) {
-    const { settings } = this, chosen = settings[settings.edit][part], id = `choose-${part}`;
-    const options = names.map((n) => element("option", { value: n, selected: n === chosen }, n));
-    const list = element("select", { id, onchange: () => { settings.choose(settings.edit, { [part]: list.value }); this.build(); this.changed([settings.edit]); } }, ...options);
+  /* A list of which some names may be refused beside the others that are chosen. */
+  select(id, label, names, chosen, change) {
+    const { settings, settings: { edit } } = this;
+    const options = names.map((n) => {
+      const { vehicle, device } = { ...settings[edit], ...change(n) }, reason = settings.refusal(vehicle, device);
+      if (reason) this.refused[reason] = [...new Set([...(this.refused[reason] ?? []), n])];
+      return element("option", { value: n, selected: n === chosen, disabled: reason !== "" }, n);
+    });
+    const list = element("select", { id, onchange: () => { settings.choose(edit, change(list.value)); this.build(); this.changed([edit]); } }, ...options);
     return element("p", {}, element("label", { for: id }, label), list);
   }
 
   group(side, part, component) {
-    const names = Object.keys(component.values), first = part === "device" ? names : names.filter((n) => PROMINENT.includes(n)), more = names.filter((n) => !first.includes(n));
+    const names = Object.keys(component.values), isDevice = part !== "vehicle", { settings } = this;
+    if (!settings.data.modules[component.module].wasm) return [element("p", { class: "note" }, `${component.title} is an FMU of another tool, linearised at its start values: its parameters cannot be changed here.`)];
+    const first = isDevice ? names.slice(0, MOST_OPEN) : names.filter((n) => PROMINENT.includes(n)), more = names.filter((n) => !first.includes(n));
     const made = [...first.map((n) => this.slider(side, `${part}.${n}`))];
-    if (more.length) made.push(element("details", { id: `more-${part}` }, element("summary", {}, `${more.length} more parameters of the ${part}`), ...more.map((n) => this.slider(side, `${part}.${n}`))));
+    if (more.length) made.push(element("details", { id: `more-${part}` }, element("summary", {}, `${more.length} more parameters of the ${isDevice ? component.title : part}`), ...more.map((n) => this.slider(side, `${part}.${n}`))));
     return made;
   }
 

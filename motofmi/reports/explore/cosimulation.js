@@ -1,33 +1,28 @@
-/* The co-simulation of two FMUs at the handlebar port, in one pass and without rollback.
+/* The co-simulation of a vehicle and the devices at its ports, in one pass and without rollback.
 
-   Each step: the vehicle steps with the torques continued as a parabola through their last three values; then the angle
-   is known at both ends with its rate, and the device steps with the Hermite cubic through them. The method is
-   fmus/cosimulation/coupling/hermite.py; its error in the modes is of order 3 in the step. */
-
-const TORQUE = ["handlebar_torque", "frame_torque"], TURN = ["steer_angle", "steer_rate", "frame_rate"];
+   Each step: the vehicle steps with the forces continued as a parabola through their last three values; then every angle
+   is known at both ends with its rate, and the devices step with the Hermite cubic through them, and with a parabola for
+   other motion. The method is fmus/cosimulation/coupling/hermite.py; its error in the modes is of order 3 in the step. */
 
 class Stepped {
-  /* An instance that steps: values at the start of a step, and derivatives of the inputs in it. */
-  constructor({ library, values }, initial, start) {
-    this.fmu = new Fmu(library, false);
+  /* An instance that steps: values of connected inputs at the start of a step, and their derivatives in it. */
+  constructor({ library, values }, inputs, initial, start) {
+    Object.assign(this, { fmu: new Fmu(library, false), inputs, count: inputs.length });
     this.valid = this.fmu.set(values) && this.fmu.set(initial);
     this.fmu.initialise(start);
     this.fmu.start();
-    this.inputs = library.inputs.filter((n) => TORQUE.includes(n) || TURN.includes(n));
-    const { fmi } = this.fmu, orders = this.inputs.flatMap((n) => [1, 2, 3].map((order) => [library.references[n], order])).flat();
-    this.count = this.inputs.length;
+    const { fmi } = this.fmu, orders = inputs.flatMap((n) => [1, 2, 3].map((order) => [library.references[n], order])).flat();
     this.requests = fmi.malloc(4 * orders.length + 8);
     new Uint32Array(fmi.memory.buffer, this.requests, orders.length).set(orders);
     this.slopes = fmi.malloc(24 * this.count + 8);
-    this.inputReferences = this.fmu.library.references_of(this.inputs);
+    this.inputReferences = library.references_of(inputs);
     this.inputValues = fmi.malloc(8 * this.count + 8);
   }
 
   /* values (inputs), slopes (inputs x 3): the polynomial of every connected input over the step. */
   step(time, size, values, slopes) {
     const { fmu, fmu: { fmi, instance, flags }, count } = this;
-    fmu.numbers(this.inputValues, count).set(values);
-    fmi.fmi3SetFloat64(instance, this.inputReferences, count, this.inputValues, count);
+    this.give(values);
     fmu.numbers(this.slopes, 3 * count).set(slopes);
     fmi.component_set_input_derivatives(instance, this.requests, 3 * count, this.slopes, 3 * count);
     fmi.component_after(0);
@@ -48,62 +43,99 @@ class Stepped {
 }
 
 class CoSimulation {
-  /* parts as in Coupled; initial: states of the vehicle and the device by part and name; start: the time [s]. */
+  /* parts as in Coupled; initial: states of the parts by part and name; start: the time [s]. */
   constructor(parts, speed, step = 1e-3, initial = {}, start = 0) {
-    Object.assign(this, { step, time: start, ok: true });
-    const carried = { ...parts.vehicle.values };
-    if (parts.device) {
-      this.device = new Stepped(parts.device, initial.device ?? {}, start);
-      if ("port_inertia" in parts.device.library.references) [carried.added_steer_inertia] = this.device.fmu.get(["port_inertia"]);
-    }
-    this.vehicle = new Stepped({ library: parts.vehicle.library, values: carried }, { ...initial.vehicle, speed }, start);
-    this.readMotion = reader(this.vehicle.fmu, TURN);
-    this.readTorque = this.device ? reader(this.device.fmu, TORQUE) : () => [0, 0];
-    this.motion = [...this.readMotion()];
-    this.device?.give(this.motion);
-    this.torques = [[...this.readTorque()]];
-    this.slopes = { vehicle: new Float64Array(6), device: new Float64Array(9) };
+    Object.assign(this, { step, time: start, ok: true, pushed: {} });
+    const { vehicle, ...devices } = parts, all = Object.entries(devices), known = (name) => vehicle.library.outputs.includes(name);
+    this.forces = FORCES.filter((n) => vehicle.library.inputs.includes(n) && all.some(([, d]) => d.library.outputs.includes(n)));
+    this.motions = MOTION.filter((n) => known(n) && all.some(([, d]) => d.library.inputs.includes(n) || d.library.inputs.some((angle) => RATES[angle] === n)));
+    this.devices = all.map(([name, given]) => this.device(name, given, initial[name] ?? {}, start));
+    const changed = carried(vehicle.values, this.devices.map(({ stepped }) => stepped.fmu));
+    this.vehicle = new Stepped({ library: vehicle.library, values: { ...vehicle.values, ...changed } }, this.forces, { ...initial.vehicle, speed }, start);
+    this.ok = changed !== null;
+    this.readMotion = reader(this.vehicle.fmu, this.motions);
+    this.motion = this.readMotion();
+    for (const each of this.devices) each.stepped.give(each.of(this.motion));
+    this.torques = [this.force()];
+    this.slopes = new Float64Array(3 * this.forces.length);
+    this.rates = this.motions.map((n) => this.motions.indexOf(RATES[n]));
+    this.angles = this.motions.map((n) => this.motions.findIndex((angle) => RATES[angle] === n));
+    this.motionSlopes = new Float64Array(3 * this.motions.length);
+  }
+
+  /* A device with the places of its inputs among the motions, and of its outputs among the forces. */
+  device(name, given, initial, start) {
+    const inputs = this.motions.filter((n) => given.library.inputs.includes(n)), outputs = this.forces.filter((n) => given.library.outputs.includes(n));
+    const stepped = new Stepped(given, inputs, initial, start), places = inputs.map((n) => this.motions.indexOf(n)), slopes = new Float64Array(3 * inputs.length);
+    return {
+      name, stepped, slopes, read: reader(stepped.fmu, outputs), targets: outputs.map((n) => this.forces.indexOf(n)),
+      of: (motion) => places.map((i) => motion[i]),
+      slopesOf: (all) => { places.forEach((from, to) => { for (let k = 0; k < 3; k++) slopes[3 * to + k] = all[3 * from + k]; }); return slopes; },
+    };
   }
 
   free() {
     this.vehicle.free();
-    this.device?.free();
+    for (const { stepped } of this.devices) stepped.free();
   }
 
-  /* Inputs of the vehicle that no device drives: speed, disturbances. */
-  disturb(values) { this.vehicle.fmu.set(values); }
+  /* Inputs of the vehicle besides those of the devices: speed, disturbances. A disturbance on an input that a device
+     drives adds to it. */
+  disturb(values) {
+    const own = Object.entries(values).filter(([name]) => !this.forces.includes(name));
+    for (const [name, value] of Object.entries(values)) if (this.forces.includes(name)) this.pushed[name] = value;
+    if (own.length) this.vehicle.fmu.set(Object.fromEntries(own));
+  }
 
   states() {
     const of = ({ fmu }) => Object.fromEntries(fmu.library.states.map((n, i) => [n, fmu.get(fmu.library.states)[i]]));
-    return { vehicle: of(this.vehicle), ...(this.device ? { device: of(this.device) } : {}) };
+    return Object.fromEntries([["vehicle", of(this.vehicle)], ...this.devices.map(({ name, stepped }) => [name, of(stepped)])]);
+  }
+
+  /* The sum of the devices' forces. */
+  force() {
+    const sum = new Float64Array(this.forces.length);
+    for (const { read, targets } of this.devices) read().forEach((value, i) => { sum[targets[i]] += value; });
+    return sum;
   }
 
   advance() {
-    const { step: h, time, torques, motion: [a0, s0, w0], slopes } = this, [t0, t1 = t0, t2] = torques;
-    for (let i = 0; i < 2; i++) {
-      slopes.vehicle[3 * i] = t2 ? (3 * t0[i] - 4 * t1[i] + t2[i]) / (2 * h) : (t0[i] - t1[i]) / h;
-      slopes.vehicle[3 * i + 1] = t2 ? (t0[i] - 2 * t1[i] + t2[i]) / (h * h) : 0;
+    const { step: h, time, torques, motion, slopes } = this, [t0, t1 = t0, t2] = torques;
+    for (let i = 0; i < t0.length; i++) {
+      slopes[3 * i] = t2 ? (3 * t0[i] - 4 * t1[i] + t2[i]) / (2 * h) : (t0[i] - t1[i]) / h;
+      slopes[3 * i + 1] = t2 ? (t0[i] - 2 * t1[i] + t2[i]) / (h * h) : 0;
     }
-    this.ok &&= this.vehicle.step(time, h, t0, slopes.vehicle);
-    const [a1, s1, w1] = this.motion = this.readMotion();
-    if (this.device) {
-      const mean = (a1 - a0) / h, second = (2 * (3 * mean - 2 * s0 - s1)) / h, third = (6 * (s0 + s1 - 2 * mean)) / (h * h);
-      const before = this.before ?? 2 * w0 - w1;
-      slopes.device.set([s0, second, third, second, third, 0, (w1 - before) / (2 * h), (w1 - 2 * w0 + before) / (h * h), 0]);
-      this.ok &&= this.device.step(time, h, [a0, s0, w0], slopes.device);
-      this.device.give(this.motion);
+    this.ok &&= this.vehicle.step(time, h, t0.map((t, i) => t + (this.pushed[this.forces[i]] ?? 0)), slopes);
+    this.motion = this.readMotion();
+    this.continueMotion(motion, this.motion, this.before ?? motion.map((m, i) => 2 * m - this.motion[i]));
+    for (const { stepped, of, slopesOf } of this.devices) {
+      this.ok &&= stepped.step(time, h, of(motion), slopesOf(this.motionSlopes));
+      stepped.give(of(this.motion));
     }
-    this.before = w0;
-    this.torques = [this.readTorque(), t0, t1 === t0 ? undefined : t1];
-    if (torques.length === 1) this.torques = [this.torques[0], t0];
+    this.before = motion;
+    this.torques = [this.force(), t0, torques.length === 1 ? undefined : t1];
     this.time += h;
     return this.ok;
+  }
+
+  /* The derivatives of the motion between two values m0 and m1, the one before m0 being known. */
+  continueMotion(m0, m1, before) {
+    const { step: h, rates, angles, motionSlopes: to } = this;
+    const cubic = (angle) => {
+      const rate = rates[angle], mean = (m1[angle] - m0[angle]) / h;
+      return [m0[rate], (2 * (3 * mean - 2 * m0[rate] - m1[rate])) / h, (6 * (m0[rate] + m1[rate] - 2 * mean)) / (h * h)];
+    };
+    for (let i = 0; i < m0.length; i++) {
+      if (rates[i] >= 0) to.set(cubic(i), 3 * i);
+      else if (angles[i] >= 0) to.set([...cubic(angles[i]).slice(1), 0], 3 * i);
+      else to.set([(m1[i] - before[i]) / (2 * h), (m1[i] - 2 * m0[i] + before[i]) / (h * h), 0], 3 * i);
+    }
   }
 }
 
 /* A function that reads variables of an instance. */
 function reader(fmu, names) {
-  const references = fmu.library.references_of(names), place = fmu.fmi.malloc(8 * names.length);
+  const references = fmu.library.references_of(names), place = fmu.fmi.malloc(8 * names.length + 8);
   return () => {
     fmu.fmi.fmi3GetFloat64(fmu.instance, references, names.length, place, names.length);
     return Float64Array.from(fmu.numbers(place, names.length));

@@ -2,31 +2,28 @@
 
 class Library {
   /* The modules of all classes of components by their keys; a description names the variables of one
-     (motofmi/workflows/explore.py). */
+     (motofmi/workflows/explore.py). One without WebAssembly has a Jacobian instead (GivenPart in linear.js). */
   static async load(descriptions) {
-    const all = Object.values(descriptions), names = (kind) => new Set(all.flatMap((d) => d[kind])), libraries = {};
-    const inputs = names("inputs"), shared = new Set([...names("outputs")].filter((n) => inputs.has(n)));
+    const libraries = {};
     for (const [key, description] of Object.entries(descriptions)) {
+      if (!description.wasm) {
+        libraries[key] = description;
+        continue;
+      }
       const packed = new Blob([Uint8Array.from(atob(description.wasm), (c) => c.charCodeAt(0))]);
       const bytes = await new Response(packed.stream().pipeThrough(new DecompressionStream("deflate-raw"))).arrayBuffer();
       const { instance } = await WebAssembly.instantiate(bytes, {});
-      libraries[key] = new Library(instance.exports, description, shared);
+      libraries[key] = new Library(instance.exports, description);
     }
     return libraries;
   }
 
-  /* taken and given: the inputs and outputs that another component could have as well. */
-  constructor(exports, description, shared) {
+  constructor(exports, description) {
     Object.assign(this, description);
-    this.taken = this.inputs.filter((n) => shared.has(n));
-    this.given = this.outputs.filter((n) => shared.has(n));
     this.fmi = exports;
     this.token = this.text(description.token);
     this.name = this.text("page");
-    this.rows = [...this.states.map((n) => `der(${n})`), ...this.given];
-    this.columns = [...this.states, ...this.taken];
-    this.rowReferences = this.references_of(this.rows);
-    this.columnReferences = this.references_of(this.columns);
+    this.size = Object.keys(this.references).length;
   }
 
   text(value) {
@@ -51,16 +48,14 @@ class Fmu {
     this.instance = exchange ? fmi.fmi3InstantiateModelExchange(name, token, 0, ...none)
       : fmi.fmi3InstantiateCoSimulation(name, token, 0, ...none, ...none, 0, 0);
     if (!this.instance) throw new Error(`${library.title}: no instance`);
-    this.size = Math.max(library.rows.length, Object.keys(library.references).length) + 1;
-    this.reference = fmi.malloc(4 * this.size);
-    this.value = fmi.malloc(8 * this.size);
-    this.seed = fmi.malloc(8 * this.size);
+    this.reference = fmi.malloc(4 * library.size + 4);
+    this.numbers_at = fmi.malloc(8 * library.size + 8);
     this.flags = fmi.malloc(32);
   }
 
   free() {
     this.fmi.fmi3FreeInstance(this.instance);
-    for (const place of [this.reference, this.value, this.seed, this.flags]) this.fmi.free(place);
+    for (const place of [this.reference, this.numbers_at, this.flags]) this.fmi.free(place);
   }
 
   /* Numbers in the module's memory, which moves when it grows. */
@@ -78,29 +73,43 @@ class Fmu {
   set(values) {
     const names = Object.keys(values);
     this.refer(names);
-    this.numbers(this.value, names.length).set(Object.values(values));
-    return this.fmi.fmi3SetFloat64(this.instance, this.reference, names.length, this.value, names.length) <= 1;
+    this.numbers(this.numbers_at, names.length).set(Object.values(values));
+    return this.fmi.fmi3SetFloat64(this.instance, this.reference, names.length, this.numbers_at, names.length) <= 1;
   }
 
   get(names) {
     this.refer(names);
-    this.fmi.fmi3GetFloat64(this.instance, this.reference, names.length, this.value, names.length);
-    return Array.from(this.numbers(this.value, names.length));
+    this.fmi.fmi3GetFloat64(this.instance, this.reference, names.length, this.numbers_at, names.length);
+    return Array.from(this.numbers(this.numbers_at, names.length));
   }
+
+  /* A variable by name; undefined where there is none. */
+  value(name) { return name in this.library.references ? this.get([name])[0] : undefined; }
 
   initialise(start = 0) { this.fmi.fmi3EnterInitializationMode(this.instance, 0, 0, start, 0, 0); }
 
   start() { this.fmi.fmi3ExitInitializationMode(this.instance); }
+}
 
-  /* d(x', y)/d(x, u) in `found`, one row for each rate and shared output, one column for each state and shared input. */
-  jacobian(found) {
-    const { library, fmi } = this, rows = library.rows.length, columns = library.columns.length;
-    this.numbers(this.seed, 1)[0] = 1;
+/* d(rows)/d(columns) of an instance, rates and outputs over states and inputs by name. */
+class Derivatives {
+  constructor(fmu, rows, columns) {
+    const { fmi, library } = fmu;
+    Object.assign(this, { fmu, count: rows.length, columns: columns.length, rows: library.references_of(rows), seeds: library.references_of(columns) });
+    this.seed = fmi.malloc(8);
+    this.found = fmi.malloc(8 * rows.length + 8);
+    fmu.numbers(this.seed, 1)[0] = 1;
+  }
+
+  free() { for (const place of [this.rows, this.seeds, this.seed, this.found]) this.fmu.fmi.free(place); }
+
+  /* Written into `to` (rows x columns) in rows. */
+  evaluate(to) {
+    const { fmu, fmu: { fmi, instance }, count, columns } = this, first = this.found >> 3;
     for (let j = 0; j < columns; j++) {
-      fmi.fmi3GetDirectionalDerivative(this.instance, library.rowReferences, rows, library.columnReferences + 4 * j, 1, this.seed, 1, this.value, rows);
-      const memory = this.view, first = this.value >> 3;
-      for (let i = 0; i < rows; i++) found[i * columns + j] = memory[first + i];
+      fmi.fmi3GetDirectionalDerivative(instance, this.rows, count, this.seeds + 4 * j, 1, this.seed, 1, this.found, count);
+      const memory = fmu.view.buffer === fmi.memory.buffer ? fmu.view : (fmu.numbers(0, 0), fmu.view);
+      for (let i = 0; i < count; i++) to[i * columns + j] = memory[first + i];
     }
-    return found;
   }
 }

@@ -1,57 +1,94 @@
-/* The linear system of a vehicle and a device at its port, assembled from the Jacobians of the two compiled components:
-   x' = A x + B u,  y = C x + D u  for each, and u = y of the other by equal names (torques of the port, motion). */
+/* The linear system of a vehicle and devices at its ports, assembled from the Jacobians of the compiled components:
+   x' = A x + B u,  y = C x + D u  for each, and u = sum of y of the others by equal names (forces of the ports, motion). */
+
+/* A compiled component at straight running. */
+class CompiledPart {
+  constructor(name, { library, values }) {
+    Object.assign(this, { name, library, values, fmu: new Fmu(library, true) });
+    this.valid = this.fmu.set(values);
+    this.fmu.initialise();
+  }
+
+  value(name) { return this.fmu.value(name); }
+
+  set(values) { this.fmu.set(values); }
+
+  /* The rates and these outputs are differentiated by the states and these inputs. */
+  prepare(outputs, inputs) {
+    const { states } = this.library;
+    this.derivatives = new Derivatives(this.fmu, [...states.map((n) => `der(${n})`), ...outputs], [...states, ...inputs]);
+  }
+
+  evaluate(jacobian) { this.derivatives.evaluate(jacobian); }
+
+  free() {
+    this.derivatives.free();
+    this.fmu.free();
+  }
+}
+
+/* A linearised FMU: its Jacobian over all its states and inputs and its calculated values are given, and constant. */
+class GivenPart {
+  constructor(name, { library, values }) { Object.assign(this, { name, library, values, valid: true }); }
+
+  value(name) { return this.library.references[name]; }
+
+  prepare(outputs, inputs) {
+    const { library, library: { states } } = this, places = (all, chosen) => [...states.map((_, i) => i), ...chosen.map((n) => states.length + all.indexOf(n))];
+    const rows = places(library.outputs, outputs), columns = places(library.inputs, inputs);
+    this.chosen = rows.flatMap((i) => columns.map((j) => library.jacobian[i][j]));
+  }
+
+  evaluate(jacobian) { jacobian.set(this.chosen); }
+
+  free() {}
+}
 
 class Coupled {
-  /* parts: {vehicle: {library, values}, device: {library, values}}; the device may be absent. */
+  /* parts: {vehicle: {library, values}, device: {library, values}, device_2: ...}; devices may be absent. */
   constructor(parts) {
     let first = 0;
-    this.parts = Object.entries(parts).map(([name, { library, values }]) => {
-      const fmu = new Fmu(library, true), valid = fmu.set(values);
-      fmu.initialise();
-      const part = { name, library, fmu, valid, first, own: library.states.length, columns: library.columns.length };
-      part.jacobian = new Float64Array(library.rows.length * part.columns);
+    this.parts = Object.entries(parts).map(([name, given]) => new (given.library.wasm ? CompiledPart : GivenPart)(name, given));
+    for (const part of this.parts) {
+      Object.assign(part, { first, own: part.library.states.length });
       first += part.own;
-      return part;
-    });
+    }
     this.n = first;
-    this.valid = this.parts.every((part) => part.valid);
+    const [vehicle, ...devices] = this.parts, changed = carried(vehicle.values, devices);
+    this.valid = changed !== null && this.parts.every((part) => part.valid);
+    if (changed) vehicle.set(changed);
     this.states = this.parts.flatMap((p) => p.library.states.map((n) => `${p.name}.${n}`));
-    this.bind();
     this.connect();
-    for (const part of this.parts.slice(1)) part.fmu.jacobian(part.jacobian);
+    for (const part of devices) part.evaluate(part.jacobian);
   }
 
-  free() { for (const part of this.parts) part.fmu.free(); }
-
-  /* The inertia that moves with the handlebar is part of the vehicle. */
-  bind() {
-    const [vehicle, ...devices] = this.parts;
-    for (const { library, fmu } of devices)
-      if ("port_inertia" in library.references && "added_steer_inertia" in vehicle.library.references)
-        vehicle.fmu.set({ added_steer_inertia: fmu.get(["port_inertia"])[0] });
-  }
+  free() { for (const part of this.parts) part.free(); }
 
   /* signals: every connected input, with the outputs that it is the sum of, as a row over the states. */
   connect() {
     this.signals = [];
+    const others = (part) => this.parts.filter((p) => p !== part);
+    for (const part of this.parts) {
+      part.given = part.library.outputs.filter((n) => others(part).some((p) => p.library.inputs.includes(n)));
+      part.taken = part.library.inputs.filter((n) => others(part).some((p) => p.library.outputs.includes(n)));
+      part.columns = part.own + part.taken.length;
+      part.jacobian = new Float64Array((part.own + part.given.length) * part.columns);
+      part.prepare(part.given, part.taken);
+    }
     for (const target of this.parts) {
-      target.driven = [];
-      target.library.taken.forEach((name, input) => {
-        const sources = this.parts.filter((p) => p !== target && p.library.given.includes(name))
-          .map((part) => ({ part, output: part.library.given.indexOf(name) }));
-        if (!sources.length) return;
-        const signal = { input, sources, row: new Float64Array(this.n), next: new Float64Array(this.n) };
-        this.signals.push(signal);
-        target.driven.push(signal);
+      target.driven = target.taken.map((name, input) => {
+        const sources = others(target).filter((p) => p.given.includes(name)).map((part) => ({ part, output: part.given.indexOf(name) }));
+        return { input, sources, row: new Float64Array(this.n), next: new Float64Array(this.n) };
       });
+      this.signals.push(...target.driven);
     }
   }
 
   /* A (n, n) in rows at a speed in m/s. */
   matrix(speed) {
     const [vehicle] = this.parts, { n } = this, A = new Float64Array(n * n);
-    vehicle.fmu.set({ speed });
-    vehicle.fmu.jacobian(vehicle.jacobian);
+    vehicle.set({ speed });
+    vehicle.evaluate(vehicle.jacobian);
     this.settle();
     for (const part of this.parts) for (let i = 0; i < part.own; i++) this.addRow(A, (part.first + i) * n, part, i);
     return A;

@@ -1,6 +1,7 @@
 /* The FMUs, live: they step in the page, and can be disturbed, changed and exchanged while they run. */
 
-const TRACES = [["roll_angle", "roll [deg]"], ["steer_angle", "steer [deg]"], ["torso_angle", "torso [deg]"]];
+const TRACES = [["roll_angle", "roll [deg]"], ["steer_angle", "steer [deg]"], ["torso_angle", "torso [deg]"], ["lean_angle", "lean [deg]"]];
+const TRACE_INKS = ["--weave", "--wobble", "--rider-wobble", "--rear-wobble"];
 const SECONDS = 6, ROWS = 3000, PULSE = 0.05, FALLEN = 60 / DEGREES;
 const KICKS = { bar: ["steer_torque", 30, "Kick the bar"], frame: ["roll_torque", 400, "Push the frame"] };
 
@@ -10,7 +11,7 @@ class Live {
     this.place.innerHTML = `<h2>The FMUs, live</h2><p class="note" id="live-text"></p>
       <div class="buttons"><button type="button" id="run">Run</button>${Object.entries(KICKS).map(([key, [, , label]]) => `<button type="button" data-kick="${key}">${label}</button>`).join("")}
       <button type="button" id="restart">Restart</button><div class="choice" id="live-side" role="group" aria-label="Configuration that runs"></div></div>
-      <canvas id="traces" width="1000" height="330" role="img" aria-label="Roll, steer and torso over the last ${SECONDS} seconds"></canvas><p class="note" id="live-state" aria-live="polite"></p>`;
+      <canvas id="traces" width="1000" height="330" role="img" aria-label="Roll, steer, torso and lean over the last ${SECONDS} seconds"></canvas><p class="note" id="live-state" aria-live="polite"></p>`;
     document.getElementById("run").addEventListener("click", () => this.toggle());
     document.getElementById("restart").addEventListener("click", () => this.restart(false));
     for (const button of this.place.querySelectorAll("[data-kick]")) button.addEventListener("click", () => this.kick(button.dataset.kick));
@@ -20,17 +21,26 @@ class Live {
 
   /* New instances from the settings; with `keep` they continue from the present states. */
   restart(keep) {
-    const { settings, libraries } = this.page, states = keep ? this.run.states() : {}, time = keep ? this.run.time : 0;
+    const { settings, libraries } = this.page, states = keep && this.run ? this.run.states() : {}, time = keep && this.run ? this.run.time : 0;
     const parts = settings.parts(this.side, libraries), initial = {};
-    for (const [part, { library }] of Object.entries(parts))
-      initial[part] = Object.fromEntries(library.states.filter((n) => states[part]?.[n] !== undefined && states[part] && Number.isFinite(states[part][n])).map((n) => [n, states[part][n]]));
     this.run?.free();
-    this.run = new CoSimulation(parts, settings.speed, 1e-3, keep ? initial : {}, time);
+    this.run = null;
     this.shown = JSON.stringify(settings[this.side]);
-    if (!keep) this.rows = [];
-    this.names = TRACES.map(([n]) => n).filter((n) => [parts.vehicle, parts.device].some((p) => p?.library.states.includes(n)));
-    const reads = [this.run.vehicle, this.run.device].filter(Boolean).map(({ fmu }) => [fmu, this.names.filter((n) => fmu.library.states.includes(n))]);
-    this.read = () => reads.flatMap(([fmu, names]) => (names.length ? fmu.get(names) : []));
+    const able = Object.values(parts).every(({ library }) => library.wasm);
+    for (const button of this.place.querySelectorAll(".buttons > button")) button.disabled = !able;
+    if (able) {
+      for (const [part, { library }] of Object.entries(parts))
+        initial[part] = Object.fromEntries(library.states.filter((n) => Number.isFinite(states[part]?.[n])).map((n) => [n, states[part][n]]));
+      this.run = new CoSimulation(parts, settings.speed, 1e-3, initial, time);
+    } else {
+      this.running = false;
+      document.getElementById("live-state").textContent = "";
+    }
+    if (!keep || !able) this.rows = [];
+    const fmus = this.run ? [this.run.vehicle, ...this.run.devices.map((d) => d.stepped)].map(({ fmu }) => fmu) : [];
+    const owners = TRACES.map(([name]) => [name, fmus.find(({ library }) => library.states.includes(name))]).filter(([, fmu]) => fmu);
+    this.names = owners.map(([name]) => name);
+    this.read = () => owners.map(([name, fmu]) => fmu.get([name])[0]);
     this.describe();
     this.paint();
   }
@@ -40,14 +50,16 @@ class Live {
     const { settings } = this.page;
     pressed(document.getElementById("live-side"), SIDES.map((s) => [s, s]), this.side, (s) => { this.side = s; this.restart(true); this.update(); });
     if (this.shown !== JSON.stringify(settings[this.side])) this.restart(true);
-    else this.run.disturb({ speed: settings.speed });
+    else this.run?.disturb({ speed: settings.speed });
     this.describe();
   }
 
   describe() {
     const { settings } = this.page;
-    document.getElementById("live-text").textContent = `${this.side}: ${settings.title(this.side)} at ${settings.speed.toFixed(1)} m/s. ` +
-      "The compiled FMUs in WebAssembly step by 1 ms, one after the other: the torque continues as a parabola, then the angle as a Hermite cubic. The error of this coupling in the modes is below 0.01 %.";
+    const posture = this.run?.devices.some((d) => d.stepped.fmu.library.outputs.includes("inertia_torque"));
+    const how = this.run ? `The compiled FMUs in WebAssembly step by 1 ms, one after the other: the torque continues as a parabola, then the angle as a Hermite cubic. The error of this coupling in the modes is below ${posture ? "0.03 %. The change of the rider's inertia at the handlebar with the posture, of third order in the angles, is neglected here." : "0.01 %."}`
+      : "It contains an FMU of another tool, which the page has as a linear system and cannot step: motofmi cosimulate steps it.";
+    document.getElementById("live-text").textContent = `${this.side}: ${settings.title(this.side)} at ${settings.speed.toFixed(1)} m/s. ${how}`;
     document.getElementById("run").textContent = this.running ? "Pause" : "Run";
   }
 
@@ -94,6 +106,8 @@ class Live {
   }
 
   paint() {
+    document.getElementById("traces").hidden = !this.run;
+    if (!this.run) return;
     const canvas = document.getElementById("traces"), pen = canvas.getContext("2d"), style = getComputedStyle(document.documentElement), colour = (n) => style.getPropertyValue(n).trim();
     const ratio = Math.min(devicePixelRatio, 2), width = canvas.clientWidth * ratio || 1000, height = 110 * this.names.length * ratio;
     if (canvas.width !== Math.round(width) || canvas.height !== Math.round(height)) Object.assign(canvas, { width, height });
@@ -109,7 +123,7 @@ class Live {
       pen.fillText(label, 0, top + inner / 2 + 4);
       pen.fillText(limit.toPrecision(2), left + 4, top + 13 * ratio);
       pen.beginPath();
-      pen.strokeStyle = colour(["--weave", "--wobble", "--rider-wobble"][i]);
+      pen.strokeStyle = colour(TRACE_INKS[i]);
       pen.lineWidth = 1.6 * ratio;
       this.rows.forEach((r) => (r[0] >= end - SECONDS && r.length > i + 1 ? pen.lineTo(x(r[0]), y(r[i + 1] * DEGREES)) : 0));
       pen.stroke();

@@ -2,6 +2,8 @@
 
 const SETTLED = 150; // ms without a change, after which the fine grid is computed
 
+const REFUSED = `<p class="note">These values are outside the bounds of a component, or leave no rear frame without the rider: what is drawn are the last ones that are possible.</p>`;
+
 class Page {
   static async open() {
     const data = JSON.parse(document.getElementById("data").textContent);
@@ -9,7 +11,7 @@ class Page {
   }
 
   constructor(data, libraries) {
-    Object.assign(this, { data, libraries, settings: new Settings(data), systems: {}, found: {}, axes: {}, waiting: new Set(), coarse: new Set() });
+    Object.assign(this, { data, libraries, settings: new Settings(data), systems: {}, found: {}, refused: {}, axes: {}, waiting: new Set(), coarse: new Set() });
     SIDES.forEach((side) => this.compute(side));
     this.controls = new Controls(this.settings, (sides) => this.later(sides));
     this.motion = new Motion(this);
@@ -23,7 +25,8 @@ class Page {
   /* The modes of a side; the last ones stay where a value is refused. */
   compute(side, step = FINE) {
     const system = new Coupled(this.settings.parts(side, this.libraries));
-    if (!system.valid) return system.free();
+    this.refused[side] = !system.valid;
+    if (!system.valid && this.systems[side]) return system.free();
     this.systems[side]?.free();
     this.systems[side] = system;
     this.found[side] = namedModes(system, step);
@@ -58,18 +61,18 @@ class Page {
   listen() {
     const by = (id) => document.getElementById(id), { settings } = this;
     by("speed").addEventListener("input", () => { settings.speed = Number(by("speed").value); this.later([]); });
-    by("copy").addEventListener("click", () => { settings.B = structuredClone(settings.A); this.rebuilt(["B"]); });
-    by("reset").addEventListener("click", () => { settings[settings.edit].values = {}; this.rebuilt([settings.edit]); });
+    by("copy").addEventListener("click", () => { settings.B = structuredClone(settings.A); this.refresh(["B"]); });
+    by("reset").addEventListener("click", () => { settings[settings.edit].values = {}; this.refresh([settings.edit]); });
     by("csv").addEventListener("click", () => { this.settle(); download("modes.csv", "text/csv", table(this)); });
     by("svg").addEventListener("click", () => { this.settle(); download("modes.svg", "image/svg+xml", drawing()); });
-    addEventListener("hashchange", () => { settings.read(location.hash.slice(1)); this.rebuilt(SIDES); });
+    addEventListener("hashchange", () => { settings.read(location.hash.slice(1)); this.refresh(SIDES); });
     const charts = by("charts");
     charts.addEventListener("pointermove", (event) => this.point(event, false));
     charts.addEventListener("click", (event) => this.point(event, true));
     charts.addEventListener("pointerleave", () => document.querySelector(".tip")?.remove());
   }
 
-  rebuilt(sides) {
+  refresh(sides) {
     this.controls.build();
     this.later(sides);
   }
@@ -89,12 +92,12 @@ class Page {
 
   /* The chart of a side, drawn again where something in it has changed. */
   panel(side, chart, limits) {
-    const { settings, found } = this, panel = document.querySelector(`.chart[data-side=${side}]`), key = JSON.stringify([settings.view, settings.speed, settings[side], limits, this.coarse.has(side)]);
+    const { settings, found } = this, panel = document.querySelector(`.chart[data-side=${side}]`), key = JSON.stringify([settings.view, settings.speed, settings[side], limits, this.coarse.has(side), this.refused[side]]);
     if (panel.dataset.key === key) return;
     const { axes, text } = chart(found[side], limits, settings.speed, marksOf(this.data.published, settings[side]), `clip-${side}`);
     this.axes[side] = axes;
     panel.dataset.key = key;
-    panel.innerHTML = `<h2><span>${side}</span>${escaped(settings.title(side))}</h2>${text}`;
+    panel.innerHTML = `<h2><span>${side}</span>${escaped(settings.title(side))}</h2>${this.refused[side] ? REFUSED : ""}${text}`;
   }
 
   published() {

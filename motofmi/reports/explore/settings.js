@@ -1,4 +1,5 @@
-/* What the page shows, and the same as text in the address: #view=locus&speed=30&A=sharp_1971;none;vehicle.trail:0.1 */
+/* What the page shows, and the same as text in the address: #view=locus&speed=30&A=sharp_1971;none;vehicle.trail:0.1
+   Several devices that act together are separated by commas. */
 
 const SIDES = ["A", "B"];
 
@@ -24,7 +25,7 @@ class Settings {
     if (speed >= 1 && speed <= 60) this.speed = speed;
     for (const side of SIDES) {
       const [vehicle, device, ...values] = (given.get(side) ?? "").split(";");
-      if (!(vehicle in this.data.vehicles) || !(device === "none" || device in this.data.choices)) continue;
+      if (!(vehicle in this.data.vehicles) || !devicesOf(device).every((d) => d in this.data.choices) || this.refusal(vehicle, device)) continue;
       this[side] = { vehicle, device, values: {} };
       for (const [key, value] of values.map((v) => v.split(":")))
         if (this.row(side, key) && Number.isFinite(Number(value))) this[side].values[key] = Number(value);
@@ -39,14 +40,20 @@ class Settings {
       const { vehicle, device, values } = this[side];
       text.set(side, [vehicle, device, ...Object.entries(values).map(([key, value]) => `${key}:${value}`)].join(";"));
     }
-    history.replaceState(null, "", `#${text.toString().replaceAll("%3B", ";").replaceAll("%3A", ":")}`);
+    history.replaceState(null, "", `#${text.toString().replaceAll("%3B", ";").replaceAll("%3A", ":").replaceAll("%2C", ",")}`);
   }
 
-  /* The components of a side by part: {vehicle, device}. */
+  /* The components of a side by part: {vehicle, device, device_2}. */
   components(side) {
     const { vehicle, device } = this[side], parts = { vehicle: this.data.vehicles[vehicle] };
-    if (device !== "none") parts.device = this.data.choices[device];
+    devicesOf(device).forEach((name, k) => { parts[k ? `device_${k + 1}` : "device"] = this.data.choices[name]; });
     return parts;
+  }
+
+  /* Why a vehicle and devices cannot be coupled; empty where they can. */
+  refusal(vehicle, device) {
+    const { modules, vehicles, choices } = this.data;
+    return refusal(modules[vehicles[vehicle].module], devicesOf(device).map((name) => modules[choices[name].module]));
   }
 
   /* The declaration of a parameter `part.name`; undefined where the side has no such parameter. */
@@ -75,12 +82,15 @@ class Settings {
   choose(side, change) {
     Object.assign(this[side], change);
     for (const key of Object.keys(this[side].values)) if (!this.row(side, key)) delete this[side].values[key];
-    if ("device" in change) for (const key of Object.keys(this[side].values)) if (key.startsWith("device.")) delete this[side].values[key];
+    if ("device" in change) for (const key of Object.keys(this[side].values)) if (key.startsWith("device")) delete this[side].values[key];
     if ("vehicle" in change) for (const key of Object.keys(this[side].values)) if (key.startsWith("vehicle.")) delete this[side].values[key];
   }
 
   title(side) {
     const { vehicle, device, values } = this[side], changed = Object.keys(values).length;
-    return `${vehicle} ${device === "none" ? "without a device" : `with ${device}`}${changed ? `, ${changed} changed` : ""}`;
+    return `${vehicle} ${device === "none" ? "without a device" : `with ${devicesOf(device).join(" and ")}`}${changed ? `, ${changed} changed` : ""}`;
   }
 }
+
+/* The names of the devices that act together. */
+function devicesOf(device) { return device === "none" ? [] : device.split(","); }

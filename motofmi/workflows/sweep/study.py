@@ -17,7 +17,7 @@ from motofmi.studies.population import DESIGNS, Distribution, drawn
 from motofmi.studies.runs import Coordinate
 from motofmi.version import __version__
 from motofmi.workflows import components
-from motofmi.workflows.components import ComponentLike
+from motofmi.workflows.components import ComponentLike, DeviceSet, together
 from motofmi.workflows.ridden_fmus import parts as parts_of
 from motofmi.workflows.sweep.kinds import KINDS
 from motofmi.workflows.sweep.populations import PUBLISHED, RIDER, rider_population, uniform
@@ -26,7 +26,6 @@ from motofmi.workflows.sweep.systems import Archive, Part, Systems, Varied, owne
 
 KEYS = ("kind", "vehicle", "device", "speed", "set", "count", "design", "seed")
 SAMPLE = "sample"  # the dimension of a design without riders
-DeviceSet = ComponentLike | Sequence[ComponentLike | None] | None
 
 
 @dataclass(frozen=True)
@@ -121,7 +120,7 @@ class Study:
         for given in self.vehicle if needs_vehicle else ():
             whole, _ = parts_of(given)
             vehicles.append(_carried(whole))
-        sets = [components_of(given) for given in self.device]
+        sets = [together(given) for given in self.device]
         for held in sets:
             if needs_vehicle:
                 _, found = parts_of(self.vehicle[0], held)
@@ -157,15 +156,6 @@ class Study:
         }  # fmt: skip
         text = json.dumps(contents, sort_keys=True)
         return {**contents, "hash": hashlib.sha256(text.encode()).hexdigest()}
-
-
-def components_of(given: DeviceSet) -> list[ComponentLike | None]:
-    """The devices of one set; a text is a comma list of devices that act together."""
-    if isinstance(given, str):
-        return [part.strip() for part in given.split(",")]
-    if given is None or isinstance(given, Path | Component):
-        return [given]
-    return list(given)
 
 
 def _label(parts: Sequence[ComponentLike | None]) -> str:

@@ -11,9 +11,9 @@ from fmus.support.errors import InputError
 from fmus.support.parallel import processes
 from motofmi.studies.runner import run_study
 from motofmi.studies.store import Store, missing_extra
-from motofmi.workflows.components import ComponentLike
+from motofmi.workflows.components import ComponentLike, DeviceSet
 from motofmi.workflows.sweep.result import StudyResult, open_study
-from motofmi.workflows.sweep.study import DeviceSet, Study
+from motofmi.workflows.sweep.study import Study
 from motofmi.workflows.sweep.system_runs import SystemRuns
 
 OUT = "sweep"  # the default folder
