@@ -25,15 +25,15 @@ Link = tuple[str | Path, str]  # a file, and what it contains
 
 @dataclass(frozen=True)
 class Table:
-    """Rows under headings; a cell is text. `marks` gives a row's class: met, near, missed. With `shades` a number
-    between
-    -1 and 1 is a coloured cell."""
+    """Rows under headings; a cell is text. `marks` gives a row's class: met, near, missed. `links` gives the address of
+    a row's first cell, or an empty text. With `shades` a number between -1 and 1 is a coloured cell."""
 
     headings: Sequence[str]
     rows: Sequence[Sequence[str]]
     caption: str = ""
     marks: Sequence[str] = ()
     shades: bool = False
+    links: Sequence[str] = ()
 
     def shade(self, cell: str) -> str:
         """The style of a coloured cell."""

@@ -1,72 +1,76 @@
 """The report of a study as one HTML file: stability maps, quantile bands, sensitivities, worst runs, failures."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
-from motofmi.reports.report import Report, Section, Table
+from motofmi.reports.report import Report, Section, Shown, Table
 from motofmi.reports.sweep_bands import band_charts, over_speed_charts
 from motofmi.reports.sweep_maps import map_charts, share_chart, unstable_modes
+from motofmi.reports.sweep_runs import RunLinks, worst_section
 from motofmi.reports.sweep_sensitivity import sensitivity_section
 
-WORST = 10  # runs that are listed
 FILE = "report.html"
 FAILED = "failed"
+Figures = Sequence[tuple[Shown, str]]
 
 
-def sweep_report(dataset: Any, table: Any, description: Mapping[str, Any]) -> Report:
+def sweep_report(dataset: Any, table: Any, description: Mapping[str, Any], links: RunLinks | None = None) -> Report:
     """The report of a study from its results (xarray.Dataset), its table (pandas.DataFrame) and description."""
-    sizes = " x ".join(f"{n} {dim}" for dim, n in dataset.sizes.items())
     failed = table[table["status"] == FAILED]
-    lead = f"{len(table):,} runs of kind {description['kind']}, {len(failed):,} failed; {sizes}."
     if "unstable" in dataset:
-        sections = _of_modes(dataset, table)
+        answer, figures, sections = _of_modes(dataset, table, links)
     else:
-        sections = [Section("Quantiles over the runs", [], band_charts(dataset))]
+        charts = band_charts(dataset)
+        answer, figures = "The figure shows the quantiles of the runs.", charts[:1]
+        sections = [Section("Quantiles over the runs", [], charts[1:])] if charts[1:] else []
+    warnings = [f"{len(failed):,} of {len(table):,} runs failed; their reasons are below."] if len(failed) else []
     if len(failed):
         sections.append(_failures(failed))
     sections.append(_provenance(description))
-    return Report(f"Study {description['hash'][:8]}", lead, sections)
+    dims = {dim: dataset.sizes[dim] for dim in (*description["labels"], *description["axes"]) if dim in dataset.sizes}
+    asked = f"{_question(description)} {_sizes(dims, len(table))}"
+    return Report("Study of " + ", ".join(description["labels"]["vehicle"]), answer, sections, figures=figures,
+                  asked=asked, warnings=warnings)  # fmt: skip
 
 
-def _of_modes(dataset: Any, table: Any) -> list[Section]:
+def _question(description: Mapping[str, Any]) -> str:
+    known = {"modes": "Which of the runs have an unstable mode, at which speed?",
+             "frf": "Which torque do the devices exert over frequency?"}  # fmt: skip
+    return known.get(description["kind"], "How do the runs differ?")
+
+
+def _sizes(dims: Mapping[str, int], runs: int) -> str:
+    """The number of runs and what it is the product of: the lengths by dimension."""
+    named = {dim: f"{dim}s" for dim in ("vehicle", "device", "rider", "sample", "coupling", "step")}
+    factors = [f"{n} {named.get(dim, f'values of {dim}')}" for dim, n in dims.items() if n > 1]
+    return f"{runs:,} runs" + (f": {' x '.join(factors)}." if factors else ".")
+
+
+def _of_modes(dataset: Any, table: Any, links: RunLinks | None) -> tuple[str, Figures, list[Section]]:
+    """The answer, the figure of the first screen, and the sections."""
     modes = unstable_modes(dataset)
-    if not modes:
-        sections = [Section("Stability", ["No mode is unstable in any run."])]
+    over_speed = over_speed_charts(dataset)
+    if modes:
+        answer, figures = " ".join(_sentence(table, mode) for mode in modes), [share_chart(dataset, table, modes)]
+        maps = map_charts(dataset, table, modes)
+        sections = [Section("Stability maps", [], maps)] if maps else []
     else:
-        sections = [Section("Stability", [_sentence(table, mode) for mode in modes],
-                            [share_chart(dataset, table, modes), *map_charts(dataset, table, modes)])]  # fmt: skip
-    sections.append(Section("Quantiles over the runs", [], over_speed_charts(dataset)))
+        answer, figures, sections = "No mode that oscillates is unstable in any run.", over_speed[:1], []
+        over_speed = over_speed[1:]
+    if over_speed:
+        sections.append(Section("Quantiles over the runs", [], over_speed))
     found = sensitivity_section(dataset, table)
     if found is not None:
         sections.append(found)
-    return [*sections, _worst(dataset, table, modes)]
+    return answer, figures, [*sections, worst_section(dataset, table, modes, links)]
 
 
 def _sentence(table: Any, mode: str) -> str:
     done = table[table["status"] != FAILED]
     share = 100 * float((done[f"{mode}_bands"] > 0).mean())
     lowest = done[f"{mode}_from"].min()
-    return (f"{mode.replace('_', '-')} is unstable at some speed in {share:.0f} % of the runs, "
-            f"from {lowest:.1f} m/s upwards.")  # fmt: skip
-
-
-def _worst(dataset: Any, table: Any, modes: list[str]) -> Section:
-    """The runs with the smallest damping ratios of the unstable modes that oscillate, and how to repeat one."""
-    tables = []
-    labels = [name for name in table.columns[: list(table.columns).index("status")] if name != "run"]
-    for mode in modes or ["weave"]:
-        column = f"{mode}_damping_ratio"
-        least = table.nsmallest(WORST, column)
-        rows = [[*(_text(row[name]) for name in labels), _text(row[column]), _text(row[f"{mode}_damping_speed"])]
-                for _, row in least.iterrows()]  # fmt: skip
-        if rows:
-            headings = [*labels, "damping ratio [1]", "at speed [m/s]"]
-            tables.append(Table(headings, rows, f"{mode.replace('_', '-')}: the runs with the smallest damping ratio"))
-    text = ("The parameters of a run are those of its row: motofmi modes --device rider:mean_2011 --set NAME=VALUE ... "
-            "repeats it, and motofmi explore shows it with sliders.")  # fmt: skip
-    return Section("Worst runs", [text], [], tables)
+    name = mode.replace("_", "-").capitalize()
+    return f"{name} is unstable at some speed in {share:.0f} % of the runs, first at {lowest:.1f} m/s."
 
 
 def _failures(failed: Any) -> Section:
@@ -77,13 +81,12 @@ def _failures(failed: Any) -> Section:
 
 
 def _provenance(description: Mapping[str, Any]) -> Section:
-    rows = [
-        [key, str(description[key])] for key in ("version", "hash", "kind", "labels", "set", "count", "design", "seed")
-    ]
-    return Section("Provenance", [], [], [Table(["", ""], rows)])
+    keys = ("kind", "labels", "set", "count", "design", "seed", "hash")
+    rows = [[key, _plain(description[key])] for key in keys if description[key] not in ({}, [])]
+    return Section("What was computed", [], [], [Table(["key", "value"], rows)], folded=True)
 
 
-def _text(value: Any) -> str:
-    if isinstance(value, str):
-        return value
-    return "-" if value is None or np.isnan(value) else f"{value:.5g}"
+def _plain(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return "; ".join(f"{key}: {_plain(inner)}" for key, inner in value.items())
+    return ", ".join(map(str, value)) if isinstance(value, list) else str(value)

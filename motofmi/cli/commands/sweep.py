@@ -58,7 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--workers", type=int, metavar="N", help="processes of this machine (default: all cores)")
     parser.add_argument("--plan", action="store_true", help="print the number of runs and the time, and run nothing")
     parser.add_argument("--report", action="store_true", help="also write report.html: stability maps, quantiles, "
-                        "sensitivities, worst runs")  # fmt: skip
+                        "sensitivities, worst runs, with links into an explore page beside it")  # fmt: skip
     parser.add_argument("--out", type=output_folder, metavar="DIR", default=Path(OUT),
                         help="folder of the study (default: %(default)s)")  # fmt: skip
 

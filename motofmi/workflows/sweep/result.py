@@ -14,8 +14,11 @@ from motofmi.reports.chart_figures import figure
 from motofmi.reports.sweep_maps import share_chart, share_unstable
 from motofmi.reports.sweep_report import FILE as REPORT
 from motofmi.reports.sweep_report import sweep_report
+from motofmi.reports.sweep_runs import RunLinks
 from motofmi.studies.runs import FAILED
 from motofmi.studies.store import RESULTS, STUDY, TABLE, missing_extra
+from motofmi.workflows.sweep.explore_links import FILE as EXPLORE
+from motofmi.workflows.sweep.explore_links import StudyPage
 
 
 class StudyResult:
@@ -71,9 +74,17 @@ class StudyResult:
         return share.rename(f"share_{mode}_unstable").assign_attrs(units="1")
 
     def report(self, path: str | Path | None = None) -> Path:
-        """Write the HTML report, by default into the folder of the study; its path."""
+        """Write the HTML report, by default into the folder of the study; its path.
+
+        Of a study of modes an explore page is written beside it, in which the report's links show single runs.
+        """
         place = self.folder / REPORT if path is None else Path(path)
-        sweep_report(self.dataset, self.table, self.description).write(place)
+        links = None
+        if "unstable" in self.dataset:
+            page, file = StudyPage.of(self.description), place.with_name(EXPLORE)
+            reason = page.write(file)
+            links = RunLinks(file, reason, page.address)
+        sweep_report(self.dataset, self.table, self.description, links).write(place)
         return place
 
     def plot(self, modes: Sequence[str] = ("weave", "wobble")) -> Any:
