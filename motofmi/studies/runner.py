@@ -28,11 +28,14 @@ class StoredChunk:
 
 def run_study(store: Store, description: dict[str, Any], noun: str, scheduler: str | None = None,
               workers: int | None = None, on_dashboard: Callable[[str], object] = lambda address: None) -> None:  # fmt: skip
-    """Compute what the folder of a study lacks, with progress in chunks of that noun, and complete its table."""
-    store.begin(description)
-    todo = store.incomplete()
-    if todo:
-        with engine(StoredChunk(store), scheduler, workers) as found:
+    """Compute what the folder of a study lacks, with progress in chunks of that noun, and complete its table.
+
+    Nothing is written where there is no scheduler.
+    """
+    with engine(StoredChunk(store), scheduler, workers) as found:
+        store.begin(description)
+        todo = store.incomplete()
+        if todo:
             if found.dashboard:
                 on_dashboard(found.dashboard)
             for _ in track(completed(found, store, todo), noun, len(todo)):

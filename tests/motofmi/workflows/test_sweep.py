@@ -2,12 +2,13 @@
 
 import json
 import re
+import sys
 
 import numpy as np
 import pytest
 
 import motofmi as mf
-from fmus.support.errors import InputError
+from fmus.support.errors import InputError, MissingToolError
 from motofmi.cli.main import main
 from motofmi.workflows.modes import state_space
 from tests.motofmi.json_schemas import check_against_schema
@@ -152,6 +153,26 @@ def test_a_run_that_fails_is_recorded_and_the_others_go_on(tmp_path):
 def test_what_cannot_be_run_is_refused_before_anything_is_written(tmp_path, arguments, message):
     with pytest.raises(InputError, match=message):
         mf.sweep(**{"speed": [30.0], "out": tmp_path / "study", **arguments})
+    assert not (tmp_path / "study").exists()
+
+
+@pytest.mark.slow
+def test_without_dask_the_processes_of_this_machine_compute(tmp_path, monkeypatch):
+    for name in ("dask", "distributed", "SALib"):
+        monkeypatch.setitem(sys.modules, name, None)  # as if it were not installed
+    given = {"speed": [20.0, 40.0], "set": {"trail": "0.1:0.12:3"}}
+    found = mf.sweep(out=tmp_path / "study", workers=2, **given)
+    assert (found.runs, found.failed) == (3, 0)
+    with pytest.raises(MissingToolError, match=r"--scheduler needs Dask: pip install 'motofmi\[scale\]'"):
+        mf.sweep(out=tmp_path / "other", scheduler="tcp://127.0.0.1:1", **given)
+    assert not (tmp_path / "other").exists()
+
+
+@pytest.mark.parametrize("name", ["zarr", "pyarrow.parquet"])
+def test_without_the_store_the_extra_is_named(tmp_path, monkeypatch, name):
+    monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(MissingToolError, match=r"pip install 'motofmi\[scale\]'"):
+        mf.sweep(speed=[20.0, 40.0], out=tmp_path / "study")
     assert not (tmp_path / "study").exists()
 
 
