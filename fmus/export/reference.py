@@ -26,6 +26,7 @@ from fmus.declaration.variables import Variable
 from fmus.export.interface import Interface
 from fmus.export.model_description2 import to_bytes
 from fmus.export.reference_folder import FOLDER, MANIFEST
+from fmus.support.errors import InputError
 
 SPACE = "http://fmi-standard.org/fmi-ls-manifest"
 ATTRIBUTES = {
@@ -73,7 +74,10 @@ def _experiment(component: Component) -> dict[str, bytes]:
     def at(time: float) -> np.ndarray:
         return first + gain * time / DURATION
 
-    rows = _integrated(component, np.array(list(start.values())), at, times)
+    try:
+        rows = _integrated(component, np.array(list(start.values())), at, times)
+    except InputError:  # the experiment leaves the range in which the equations hold
+        return {}
     outputs = np.array([component.derivatives(x, at(t), t)[1] for t, x in zip(times, rows, strict=True)])
     if not (np.isfinite(outputs).all() and len(rows) == len(times) and len(component.outputs)):
         return {}

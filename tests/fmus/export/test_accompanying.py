@@ -22,6 +22,7 @@ from fmus.export.build import build
 from fmus.export.interface import Interface
 from fmus.linear_analysis.linearisation import linearise
 from rider_fmu import riders
+from rider_fmu.components.full_rider import FullRiderOnRig
 from tests.importer import COMPONENTS
 
 VOID = {"meta"}
@@ -135,3 +136,10 @@ def test_reference_modes_are_those_of_the_exact_jacobian(name):
 def test_terminals_in_fmi_2_do_not_disturb_an_importer(tmp_path):
     with FmuSubsystem(build(riders.load("mean_2011"), tmp_path).path) as fmu:
         assert fmu.exchange(np.zeros(3)) == pytest.approx(np.zeros(len(fmu.outputs)))
+
+
+@pytest.mark.slow
+def test_an_experiment_that_leaves_the_range_of_the_equations_has_no_results():
+    """Without stiffness and damping the hands of the rider on the rig swing out of reach."""
+    files = reference.files(Interface(FullRiderOnRig()))
+    assert f"{reference.FOLDER}/{reference.RESULTS}" not in files
