@@ -115,27 +115,40 @@ class Calls:
             *self.count(len(given)),
         )  # fmt: skip
 
-    def set_texts(self, variables: Sequence[Variable], texts: Sequence[str]) -> None:
-        """Set scalar string variables. Raises CallFailedError."""
-        keep = [self.ffi.new("char[]", text.encode()) for text in texts]
+    def set_texts(self, variables: Sequence[Variable], texts: Sequence[bytes]) -> None:
+        """Set string variables, arrays element by element. Raises CallFailedError."""
+        keep = [self.ffi.new("char[]", text) for text in texts]
         values = self.ffi.new("const char *[]", keep)
-        self.call("SetString", self.references(variables), len(variables), values, *self.count(len(variables)))
+        self.call("SetString", self.references(variables), len(variables), values, *self.count(len(texts)))
+
+    def set_binaries(self, variables: Sequence[Variable], data: Sequence[bytes]) -> None:
+        """Set binary variables, arrays element by element. Raises CallFailedError."""
+        keep = [self.ffi.new("uint8_t[]", one or b"\0") for one in data]
+        sizes, values = self.ffi.new("size_t[]", [len(one) for one in data]), self.ffi.new("const uint8_t *[]", keep)
+        self.call("SetBinary", self.references(variables), len(variables), sizes, values, len(data))
 
     def texts(self, variables: Sequence[Variable]) -> list[bytes]:
-        """Values of scalar string variables. Raises CallFailedError, also for a null pointer."""
-        values = self.ffi.new("const char *[]", len(variables))
-        self.call("GetString", self.references(variables), len(variables), values, *self.count(len(variables)))
-        if any(value == self.ffi.NULL for value in values):
-            raise CallFailedError(self.last, f"{self.last.name} gives a null pointer for a string")
+        """Values of string variables, arrays element by element. Raises CallFailedError, also for a null pointer."""
+        count = sum(self.model.size(v) for v in variables)
+        values = self.ffi.new("const char *[]", count)
+        self.call("GetString", self.references(variables), len(variables), values, *self.count(count))
+        self._no_null(variables, [value == self.ffi.NULL for value in values], "string")
         return [self.ffi.string(value) for value in values]
 
-    def binaries(self, variables: Sequence[Variable]) -> list[int]:
-        """Sizes [bytes] of scalar binary variables. Raises CallFailedError."""
-        sizes, values = self.ffi.new("size_t[]", len(variables)), self.ffi.new("const uint8_t *[]", len(variables))
-        self.call("GetBinary", self.references(variables), len(variables), sizes, values, len(variables))
-        if any(size and value == self.ffi.NULL for size, value in zip(sizes, values, strict=True)):
-            raise CallFailedError(self.last, f"{self.last.name} gives a null pointer for binary data")
-        return list(sizes)
+    def binaries(self, variables: Sequence[Variable]) -> list[bytes]:
+        """Values of binary variables, arrays element by element. Raises CallFailedError."""
+        count = sum(self.model.size(v) for v in variables)
+        sizes, values = self.ffi.new("size_t[]", count), self.ffi.new("const uint8_t *[]", count)
+        self.call("GetBinary", self.references(variables), len(variables), sizes, values, count)
+        missing = [bool(size) and value == self.ffi.NULL for size, value in zip(sizes, values, strict=True)]
+        self._no_null(variables, missing, "binary value")
+        return [bytes(self.ffi.buffer(v, n)) if n else b"" for n, v in zip(sizes, values, strict=True)]
+
+    def _no_null(self, variables: Sequence[Variable], missing: Sequence[bool], what: str) -> None:
+        if any(missing):
+            names = [v.name for v in variables for _ in range(self.model.size(v))]
+            name = names[list(missing).index(True)]
+            raise CallFailedError(self.last, f"{self.last.name} gives a null pointer for the {what} {name}")
 
     def floats(self, variables: Sequence[Variable]) -> np.ndarray:
         """Values (n,) of real variables of any precision, in their order."""

@@ -11,22 +11,31 @@ from typing import Any
 
 import numpy as np
 
+from fmus.checks.callbacks import Callbacks
 from fmus.checks.calls import DISCARD, OK, WARNING, CallFailedError, Calls, EndedError, FmiCall
 from fmus.checks.fmi_library import FmiLibrary
 from fmus.checks.model import Model, Variable
 
 ITERATIONS = 1000  # of events at one instant
+RUNNING = ("event", "continuous", "step", "activation")  # phases that end with Terminate
+TINY = 1e-9  # of a time: rounding
 SavedState = tuple[Any, float, float]  # the FMU's handle, the time and that of the next event [s]
 
 
 class Instance(Calls):
-    """An instance, before initialisation. time is the time that it has reached [s]."""
+    """An instance, before initialisation. time is the time that it has reached [s], internal_time the one that it
+    reported last; early whether its last step returned early."""
 
-    def __init__(self, library: FmiLibrary, model: Model, kind: str, folder: Path, token: str | None = None):
+    def __init__(
+        self, library: FmiLibrary, model: Model, kind: str, folder: Path, token: str | None = None,
+        callbacks: Callbacks | None = None,
+    ):  # fmt: skip
         super().__init__(library, model)
         self.kind, self.exchange = kind, kind == "ModelExchange"
+        self.scheduled, self.callbacks = kind == "ScheduledExecution", callbacks or Callbacks()
         start = model.experiment("startTime")
-        self.start = self.time = start if math.isfinite(start) else 0.0
+        self.start = self.time = self.internal_time = start if math.isfinite(start) else 0.0
+        self.early = False
         self.next_event = math.inf
         self.steps_end_in_events = model.flag(kind, "", "hasEventMode")
         self._instantiate(folder, model.token if token is None else token)
@@ -41,10 +50,7 @@ class Instance(Calls):
         else:
             name = f"fmi3Instantiate{self.kind}"
             place = self.ffi.new("char[]", f"{resources}/".encode()) if resources.is_dir() else self.ffi.NULL
-            arguments = (texts[0], texts[1], place, False, True)
-            if not self.exchange:  # with event mode, which a description with clocks requires
-                arguments += (self.steps_end_in_events, False, self.ffi.NULL, 0)
-            arguments += (self.ffi.NULL, self.library.logger) + (() if self.exchange else (self.ffi.NULL,))
+            arguments = (texts[0], texts[1], place, False, True, *self._callbacks())
         self._keep = (*texts, place)
         self.handle = self.library(name, *arguments)
         if self.handle == self.ffi.NULL:
@@ -52,6 +58,18 @@ class Instance(Calls):
             how = " with eventModeUsed = true, which hasEventMode permits" * self.steps_end_in_events
             raise CallFailedError(self.last, f"{name} returns no instance{how}")
         self.phase = "instantiated"
+
+    def _callbacks(self) -> tuple[Any, ...]:
+        """The arguments of an instance of FMI 3 that depend on its kind. Clocks require event mode."""
+        mine, environment = self.callbacks, (self.ffi.NULL, self.library.logger)
+        if self.exchange:
+            return environment
+        mine.attach(self, self.library.types[f"fmi3Instantiate{self.kind}"].args)
+        if self.scheduled:
+            return (*environment, mine.clock_update, mine.lock, mine.unlock)
+        variables = self.references(mine.intermediate) if mine.intermediate else self.ffi.NULL
+        many = len(mine.intermediate)
+        return (self.steps_end_in_events, mine.early_return, variables, many, *environment, mine.intermediate_update)
 
     # Life --------------------------------------------------------------------------------------------------
 
@@ -65,9 +83,11 @@ class Instance(Calls):
         self.phase = "initialisation"
 
     def exit_initialisation(self) -> None:
-        """To continuous-time or step mode, through the events of the start."""
+        """To continuous-time or step mode, through the events of the start; to clock activation mode."""
         self.call("ExitInitializationMode")
-        if self.exchange or self.steps_end_in_events:
+        if self.scheduled:
+            self.phase = "activation"
+        elif self.exchange or self.steps_end_in_events:
             self.phase = "event"
             self.settle()
         else:
@@ -79,6 +99,19 @@ class Instance(Calls):
 
     def settle(self) -> None:
         """Event iteration, then continuous-time or step mode. Raises EndedError where the FMU asks for the end."""
+        self.iterate()
+        self.leave_event()
+
+    def leave_event(self) -> None:
+        self.call("EnterContinuousTimeMode" if self.exchange else "EnterStepMode")
+        self.phase = "continuous" if self.exchange else "step"
+
+    def enter_event(self) -> None:
+        self.call("EnterEventMode")
+        self.phase = "event"
+
+    def iterate(self) -> None:
+        """Event iteration, which stays in event mode. Raises EndedError where the FMU asks for the end."""
         for _ in range(ITERATIONS):
             again, ends = self._update()
             if ends:
@@ -89,8 +122,6 @@ class Instance(Calls):
             raise CallFailedError(
                 self.last, f"{self.last.name} asks for new discrete states {ITERATIONS} times at {self.time:g} s"
             )
-        self.call("EnterContinuousTimeMode" if self.exchange else "EnterStepMode")
-        self.phase = "continuous" if self.exchange else "step"
 
     def _update(self) -> tuple[bool, bool]:
         if self.version == "2":
@@ -104,13 +135,12 @@ class Instance(Calls):
         return bool(flags[0]), bool(flags[1])
 
     def event(self) -> None:
-        self.call("EnterEventMode")
-        self.phase = "event"
+        self.enter_event()
         self.settle()
 
     def reset(self) -> None:
         """From any state but the fatal one; a simulation that runs is terminated first."""
-        if self.phase in ("event", "continuous", "step"):
+        if self.phase in RUNNING:
             self.call("Terminate")
         self.call("Reset")
         self.phase, self.next_event = "instantiated", math.inf
@@ -127,7 +157,7 @@ class Instance(Calls):
 
     def close(self) -> None:
         """End and free the instance as its state permits."""
-        if self.phase in ("event", "continuous", "step"):
+        if self.phase in RUNNING:
             self.terminate()
         self.abandon()
 
@@ -185,7 +215,7 @@ class Instance(Calls):
                     self.last,
                     f"{self.last.name} returns {self.last.status} for a step from {self.time:g} s over {step:g} s",
                 )
-            self.time += step
+            self.time = self.internal_time = self.time + step
             return
         flags, last = self.ffi.new("bool[3]"), self.ffi.new("double *", self.time + step)
         status = self.attempt("DoStep", self.time, step, False, flags, flags + 1, flags + 2, last)
@@ -194,14 +224,25 @@ class Instance(Calls):
                 self.last,
                 f"{self.last.name} returns {self.last.status} for a step from {self.time:g} s over {step:g} s",
             )
-        reached = last[0]
-        if not (math.isfinite(reached) and self.time - 1e-9 <= reached <= self.time + step * (1 + 1e-6) + 1e-12):
-            what = f"reports the last successful time {reached:g} s after a step from {self.time:g} s over {step:g} s"
-            raise CallFailedError(self.last, f"{self.last.name} {what}")
-        self.time = reached if flags[2] else self.time + step
-        if flags[1]:
+        self._reached(step, flags[0], flags[1], flags[2], last[0])
+
+    def _reached(self, step: float, event: bool, ends: bool, early: bool, reached: float) -> None:
+        """What a step of FMI 3 reports (4.2.1). Without an early return its own time may differ from the point."""
+        before = self.time
+        what = f"after a step from {before:g} s over {step:g} s"
+        if early and not self.callbacks.early_return:
+            raise CallFailedError(self.last, f"{self.last.name} returns early, which was not allowed, {what}")
+        if event and not self.steps_end_in_events:
+            raise CallFailedError(self.last, f"{self.last.name} asks for event mode, which was not agreed, {what}")
+        end, slack = before + step, TINY * max(1.0, abs(before) + step)
+        valid = before - slack <= reached <= end + slack if early else reached >= self.start - slack
+        if not (math.isfinite(reached) and valid):
+            raise CallFailedError(self.last, f"{self.last.name} reports the last successful time {reached:g} s {what}")
+        early = early and reached < end - slack
+        self.time, self.internal_time, self.early = (reached if early else end), reached, early
+        if ends:
             raise EndedError
-        if flags[0] and self.steps_end_in_events:
+        if event:
             self.event()
 
     def _discarded2(self) -> None:
@@ -227,6 +268,7 @@ class Instance(Calls):
     def restore(self, saved: SavedState) -> None:
         self.call(f"Set{self._state_word}", saved[0][0])
         self.time, self.next_event = saved[1], saved[2]
+        self.internal_time = self.time
 
     def free_state(self, saved: SavedState) -> None:
         self.call(f"Free{self._state_word}", saved[0])

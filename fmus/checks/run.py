@@ -15,8 +15,7 @@ from fmus.checks.problem import Problem
 from fmus.support.sandbox import ONE_THREAD, Limits, run_limited
 
 STAGE = "run"
-KINDS = ("ModelExchange", "CoSimulation")
-TRIALS = 25  # an upper bound of the trials of a kind, for the time of them all
+TRIALS = 30  # an upper bound of the trials of a kind, for the time of them all
 
 
 def check(fmu: CheckedFmu) -> list[Problem]:
@@ -27,18 +26,18 @@ def check(fmu: CheckedFmu) -> list[Problem]:
             Problem(
                 "run",
                 "note",
-                "scheduled execution is not run: it needs the importer's own tasks",
+                "scheduled execution is run without preemption, which needs the importer's own tasks",
                 "ScheduledExecution",
-                section=fmu.section("", "5.2"),
+                section=fmu.section("", "5.1.2"),
             )
         )
-    kinds = [kind for kind in KINDS if kind in fmu.model.kinds]
+    kinds = fmu.model.kinds
     return found + (run_as(kinds, fmu.folder, fmu.limits, _needs_network(fmu)) if kinds else [])
 
 
 def _needs_network(fmu: CheckedFmu) -> bool:
     """An FMU that needs another tool may reach it over the network."""
-    return any(fmu.model.flag(kind, "needsExecutionTool", "needsExecutionTool") for kind in KINDS)
+    return any(fmu.model.flag(kind, "needsExecutionTool", "needsExecutionTool") for kind in fmu.model.kinds)
 
 
 def run_as(kinds: list[str], folder: Path, limits: Limits, network: bool = False) -> list[Problem]:

@@ -41,11 +41,23 @@ def start_values(variable: Variable, size: int) -> np.ndarray | None:
     return np.full(size, found[0]) if len(found) == 1 else found if len(found) == size > 0 else None
 
 
+def start_data(variable: Variable, size: int) -> list[bytes] | None:
+    """Start values of a string or binary variable, `size` of them; one stands for all elements. None where the
+    description has none that can be read."""
+    given = [child.get("value") or "" for child in variable.typed.findall("Start")] or [variable.start or ""]
+    try:
+        found = [bytes.fromhex(text) if variable.type == "Binary" else text.encode() for text in given]
+    except ValueError:
+        return None
+    return found * size if len(found) == 1 else found if len(found) == size else None
+
+
 def set_start(fmu: Instance, variables: list[Variable]) -> None:
-    """Set numeric and scalar string variables to the start values of the description. Raises CallFailedError."""
+    """Set variables to the start values of the description. Raises CallFailedError."""
     for variable in variables:
-        if variable.type == "String":
-            if not variable.dimensions:
-                fmu.set_texts([variable], [str(variable.start)])
-        elif (values := start_values(variable, fmu.model.size(variable))) is not None:
+        size = fmu.model.size(variable)
+        if variable.type in ("String", "Binary"):
+            if (data := start_data(variable, size)) is not None:
+                (fmu.set_texts if variable.type == "String" else fmu.set_binaries)([variable], data)
+        elif (values := start_values(variable, size)) is not None:
             fmu.set([variable], values)

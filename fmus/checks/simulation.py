@@ -4,6 +4,7 @@ Co-simulation: communication steps. Model exchange: Heun's method with the embed
 (Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, II.4), events at the end of a step.
 """
 
+import hashlib
 import math
 import time
 from dataclasses import dataclass, field
@@ -17,17 +18,21 @@ from fmus.checks.model import FLOATS, INTEGERS, Model, Variable
 POINTS = 300  # communication points of a run
 EVALUATIONS = 5000  # of the model equations, in model exchange
 TOLERANCE = 1e-3
+DATA = ("String", "Binary")
+LARGEST_KEPT = 64  # bytes of a string or of binary data, in a run
 RECORDED = 200  # variables, where there are no outputs
 
 
 @dataclass
 class Run:
-    """Values (points, columns) at the times; the columns are elements of variables. ended: the FMU has asked for the
-    end."""
+    """Values (points, columns) at the times; the columns are elements of variables. data are the values of strings and
+    binary variables at each time, digests of long ones. ended: the FMU has asked for the end."""
 
     names: list[str]  # of the columns
+    data_names: list[str] = field(default_factory=list)
     times: list[float] = field(default_factory=list)
     rows: list[np.ndarray] = field(default_factory=list)
+    data: list[list[bytes]] = field(default_factory=list)
     ended: bool = False
 
     @property
@@ -40,6 +45,24 @@ def recorded(model: Model) -> list[Variable]:
     numeric = [v for v in model.variables if v.type in (*FLOATS, *INTEGERS, "Boolean", "Enumeration") and not v.clocks]
     outputs = [v for v in numeric if v.causality == "output"]
     return outputs or [v for v in numeric if v.causality == "local"][:RECORDED]
+
+
+def recorded_data(model: Model) -> list[Variable]:
+    """Outputs that are strings or binary data, in the order of their types."""
+    found = [v for v in model.variables if v.type in DATA and v.causality == "output" and not v.clocks]
+    return sorted((v for v in found if model.size(v)), key=lambda v: DATA.index(v.type))
+
+
+def read_data(instance: Instance, variables: list[Variable]) -> list[bytes]:
+    """All elements of strings and binary variables in their order, which is that of their types."""
+    texts, binaries = ([v for v in variables if v.type == kind] for kind in DATA)
+    return (instance.texts(texts) if texts else []) + (instance.binaries(binaries) if binaries else [])
+
+
+def read_all(instance: Instance, variables: list[Variable]) -> None:
+    """Read variables of any type. Raises CallFailedError."""
+    values(instance, [v for v in variables if v.type not in DATA])
+    read_data(instance, [v for v in variables if v.type in DATA])
 
 
 def step_size(model: Model, kind: str) -> float:
@@ -80,17 +103,18 @@ def values(instance: Instance, variables: list[Variable]) -> np.ndarray:
 
 def simulate(instance: Instance, count: int, step: float, seconds: float = math.inf) -> Run:
     """Run an initialised instance over at most `count` communication steps and about `seconds` of wall-clock time."""
-    variables, began = recorded(instance.model), time.monotonic()
-    run = Run([v.name for v in variables for _ in range(instance.model.size(v))])
+    variables, data, began = recorded(instance.model), recorded_data(instance.model), time.monotonic()
+    names, data_names = ([v.name for v in some for _ in range(instance.model.size(v))] for some in (variables, data))
+    run = Run(names, data_names)
     integrator = Integrator(instance) if instance.exchange else None
-    _record(instance, variables, run)
+    _record(instance, variables, data, run)
     try:
         for _ in range(count):
             if integrator is None:
                 instance.do_step(step)
             elif not integrator.advance(instance.time + step):
                 break
-            _record(instance, variables, run)
+            _record(instance, variables, data, run)
             if time.monotonic() - began > seconds:
                 break
     except EndedError:
@@ -98,9 +122,15 @@ def simulate(instance: Instance, count: int, step: float, seconds: float = math.
     return run
 
 
-def _record(instance: Instance, variables: list[Variable], run: Run) -> None:
+def _record(instance: Instance, variables: list[Variable], data: list[Variable], run: Run) -> None:
     run.times.append(instance.time)
     run.rows.append(values(instance, variables))
+    run.data.append([_kept(one) for one in read_data(instance, data)])
+
+
+def _kept(data: bytes) -> bytes:
+    """Data that is short enough to be kept, else its digest."""
+    return data if len(data) <= LARGEST_KEPT else hashlib.sha256(data).hexdigest().encode()
 
 
 class Integrator:
@@ -180,6 +210,14 @@ def difference(first: Run, second: Run) -> str:
     scale = np.max(np.abs(np.where(np.isfinite(a), a, 0)), axis=0, initial=0.0)
     unequal = ~((np.abs(a - b) <= SAME * scale) | (np.isnan(a) & np.isnan(b)) | (a == b))
     if not unequal.any():
-        return ""
+        return _data_difference(first, second)
     row, column = np.argwhere(unequal)[0]
     return f"{first.names[column]} is {b[row, column]:.9g} at {first.times[row]:g} s, not {a[row, column]:.9g}"
+
+
+def _data_difference(first: Run, second: Run) -> str:
+    for when, a, b in zip(first.times, first.data, second.data, strict=False):
+        for name, one, other in zip(first.data_names, a, b, strict=True):
+            if one != other:
+                return f"{name} is {other!r} at {when:g} s, not {one!r}"
+    return ""

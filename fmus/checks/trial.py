@@ -5,6 +5,7 @@ A trial is a module of `fmus.checks.trials` with
     PLACE                      its order among the trials
     SEVERITY                   of a crash or an endless call in it: "error", or "warning" where the trial itself makes
                                calls that the standard forbids to importers
+    KINDS                      of FMUs that it is for, where these are not model exchange and co-simulation
     applies(trial) -> bool     whether the FMU can be tried so
     run(trial)                 yields its problems
 
@@ -12,12 +13,14 @@ Each runs in a process of its own, with the limits of the check. A call that fai
 becomes an error that names the call, its status and the FMU's message.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from fmus.checks.calls import FmiCall
+from fmus.checks.callbacks import Callbacks
+from fmus.checks.calls import EndedError, FmiCall
 from fmus.checks.fmi_library import FmiLibrary
-from fmus.checks.instance import Instance
+from fmus.checks.instance import TINY, Instance
 from fmus.checks.model import Model
 from fmus.checks.problem import Problem
 from fmus.checks.sections import section
@@ -36,9 +39,9 @@ class Trial:
     seconds: float = 3.0
     instances: list[Instance] = field(default_factory=list)
 
-    def instance(self, token: str | None = None) -> Instance:
+    def instance(self, token: str | None = None, callbacks: Callbacks | None = None) -> Instance:
         """A new instance, freed at the end of the trial."""
-        made = Instance(self.library, self.model, self.kind, self.folder, token)
+        made = Instance(self.library, self.model, self.kind, self.folder, token, callbacks)
         self.instances.append(made)
         return made
 
@@ -53,6 +56,19 @@ class Trial:
         return simulate(
             instance, most if count is None else min(count, most), step_size(self.model, self.kind), self.seconds
         )
+
+    def steps(self, instance: Instance, count: int) -> Iterator[int]:
+        """Make the first communication steps of the default experiment one by one, to the end that the FMU asks for."""
+        step, stop = step_size(self.model, self.kind), instance.start
+        stop += steps(self.model, self.kind) * step
+        for done in range(count):
+            if instance.time + step > stop + TINY * max(1.0, abs(stop)):
+                return
+            try:
+                instance.do_step(step)
+            except EndedError:
+                return
+            yield done
 
     def flag(self, two: str, three: str) -> bool:
         return self.model.flag(self.kind, two, three)

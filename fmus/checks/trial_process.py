@@ -26,6 +26,7 @@ from fmus.support.modules import modules_in
 from fmus.support.sandbox import Limits, limit_resources
 
 TRIALS = {m.__name__.rpartition(".")[2]: m for m in sorted(modules_in("fmus.checks.trials"), key=lambda m: m.PLACE)}
+KINDS = ("ModelExchange", "CoSimulation")  # of FMUs that a trial is for, where it names no others
 END = {"end": True}
 ALONE = "import sys; from fmus.checks.trial_process import alone; alone(*sys.argv[1:])"
 
@@ -104,7 +105,7 @@ def problems_of(name: str, kind: str, place: Place, model: Model) -> Iterator[Pr
         identifier = str(getattr(model.root.find(kind), "attrib", {}).get("modelIdentifier"))
         library = place.folder / "binaries" / host_folder(model.version) / (identifier + library_suffix())
         trial.library = FmiLibrary(model.version, library, place.current())
-        if module.applies(trial):
+        if kind in getattr(module, "KINDS", KINDS) and module.applies(trial):
             yield from module.run(trial)
             for instance in trial.instances:
                 instance.close()

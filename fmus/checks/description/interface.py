@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Iterator
 
 from fmus.checks.checked_fmu import FILE, CheckedFmu
 from fmus.checks.problem import Problem
@@ -44,7 +45,18 @@ def _head(fmu: CheckedFmu) -> list[Problem]:
             found.append(
                 fmu.error("interface", f"modelIdentifier {identifier!r} is no C identifier", kind, "2.1.1", "2.2.2")
             )
-    return found
+    return [*found, *_steps(fmu)]
+
+
+def _steps(fmu: CheckedFmu) -> Iterator[Problem]:
+    """FMI 3: what is said of early return and of intermediate updates."""
+    early, provided = "canReturnEarlyAfterIntermediateUpdate", "providesIntermediateUpdate"
+    if fmu.model.flag("CoSimulation", "", early) and not fmu.model.flag("CoSimulation", "", provided):
+        yield fmu.error("interface", f"{early} is true, but {provided} is not", "CoSimulation", "", "4.4")
+    for variable in fmu.model.variables:
+        if variable.element.get("intermediateUpdate") in ("true", "1") and variable.variability != "continuous":
+            message = f"has intermediateUpdate, but variability {variable.variability}"
+            yield fmu.error("interface", message, variable.name, "", "2.4.7.4")
 
 
 def _experiment(fmu: CheckedFmu) -> list[Problem]:

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Iterable
 
 from fmus.checks.checked_fmu import CheckedFmu
-from fmus.checks.model import Unknown, Variable
+from fmus.checks.model import Unknown, Variable, whole
 from fmus.checks.problem import Problem
 
 STAGE = "description"
@@ -110,9 +110,10 @@ def _initial(fmu: CheckedFmu) -> Iterable[Problem]:
     expected += [v for v in {id(v): v for v in solved}.values() if id(v) not in known]
     optional = [v for v in model.variables if v.clocks]  # clocked variables may be initialised
     listed = [u.variable for u in model.initial_unknowns if u.variable is not None]
-    list_name = "InitialUnknowns" if fmu.version == "2" else "InitialUnknown"
-    if not listed and model.kinds == ["CoSimulation"] and all(v.causality == "output" for v in expected):
-        # Outputs can be read in initialisation mode whether they are listed or not (FMI 2.0.4, 4.2.4).
-        message = f"{list_name} is missing; it has to list {_names(expected)}"
-        return [fmu.warning("structure", message, "ModelStructure", *SECTION)] if expected else []
-    return _compare(fmu, list_name, expected, listed, optional)
+    # "This list consists of all variables" (FMI 2.0.4, 2.2.8; FMI 3.0, 2.4.8): an absent list violates the standard too.
+    yield from _compare(fmu, "InitialUnknowns" if fmu.version == "2" else "InitialUnknown", expected, listed, optional)
+    if fmu.version == "2":
+        numbers = [whole(u.number) or 0 for u in model.initial_unknowns]
+        if numbers != sorted(numbers):
+            message = "InitialUnknowns is not in the order of the indices"
+            yield fmu.error("structure", message, "ModelStructure", *SECTION)

@@ -7,6 +7,7 @@ from fmus.checks.sections import section
 from fmus.checks.trial import Trial
 
 PLACE, SEVERITY = 0, "error"
+KINDS = ("ModelExchange", "CoSimulation", "ScheduledExecution")
 VERSIONS = {"2": ("2.0",), "3": ("3.0",)}
 
 

@@ -8,7 +8,6 @@ from fmus.checks.settings import set_start
 from fmus.checks.trial import Trial
 
 PLACE, SEVERITY = 6, "error"
-UNSET = ("Clock", "Binary")
 
 
 def applies(trial: Trial) -> bool:
@@ -20,7 +19,7 @@ def run(trial: Trial) -> Iterator[Problem]:
         v
         for v in trial.model.variables
         if v.start is not None
-        and v.type not in UNSET
+        and v.type != "Clock"
         and v.reference is not None
         and not v.clocks
         and v.variability != "constant"
@@ -34,8 +33,7 @@ def run(trial: Trial) -> Iterator[Problem]:
     set_start(fmu, exact + inputs)
     fmu.exit_initialisation()
     if fmu.exchange or fmu.steps_end_in_events:
-        fmu.call("EnterEventMode")
-        fmu.phase = "event"
+        fmu.enter_event()
     set_start(fmu, inputs + [v for v in exact if v.causality == "parameter" and v.variability == "tunable"])
     if fmu.phase == "event":
         fmu.settle()

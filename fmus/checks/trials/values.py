@@ -7,9 +7,9 @@ import numpy as np
 
 from fmus.checks.calls import CallFailedError
 from fmus.checks.instance import Instance
-from fmus.checks.model import FLOATS, Variable
+from fmus.checks.model import FLOATS, Variable, whole
 from fmus.checks.problem import Problem
-from fmus.checks.settings import start_values
+from fmus.checks.settings import start_data, start_values
 from fmus.checks.trial import Trial
 
 PLACE, SEVERITY = 5, "error"
@@ -42,18 +42,12 @@ def run(trial: Trial) -> Iterator[Problem]:
             fmu.abandon()
             fmu = trial.initialised()
             continue
-        judge = _texts if kind == "String" else _numbers
-        yield from list(judge(trial, fmu, group, found))[:SHOWN] if kind != "Binary" else []
+        judge = {"String": _texts, "Binary": _binaries}.get(kind, _numbers)
+        yield from list(judge(trial, fmu, group, found))[:SHOWN]
 
 
 def _reader(kind: str) -> Callable[[Instance, list[Variable]], Any]:
-    def strings(fmu: Instance, variables: list[Variable]) -> Any:
-        return fmu.texts([v for v in variables if not v.dimensions])
-
-    def binaries(fmu: Instance, variables: list[Variable]) -> Any:
-        return fmu.binaries([v for v in variables if not v.dimensions])
-
-    return {"String": strings, "Binary": binaries}.get(kind, lambda fmu, variables: fmu.get(variables))
+    return {"String": Instance.texts, "Binary": Instance.binaries}.get(kind, Instance.get)
 
 
 def _culprit(trial: Trial, group: list[Variable], read: Callable[[Instance, list[Variable]], Any]) -> Variable:
@@ -108,15 +102,39 @@ def _bounds(trial: Trial, fmu: Instance, variable: Variable, values: np.ndarray)
 
 
 def _texts(trial: Trial, fmu: Instance, group: list[Variable], values: list[bytes]) -> Iterator[Problem]:
-    for variable, value in zip([v for v in group if not v.dimensions], values, strict=True):
+    for variable, own in _split(trial, group, values):
         try:
-            text = value.decode()
+            texts = [value.decode() for value in own]
         except UnicodeDecodeError:
             yield trial.error(f"{variable.name} is not UTF-8", fmu.last, trial.section("2.1.2", "2.2.3"))
             continue
-        if variable.start is not None and _set_by_importer(variable) and text != variable.start:
-            yield trial.warning(
-                f"{variable.name} is {text!r} after initialisation, its start in the description is {variable.start!r}",
-                fmu.last,
-                trial.section("2.2.7", "2.4.7.4"),
-            )
+        yield from _started(trial, fmu, variable, own, texts)
+
+
+def _binaries(trial: Trial, fmu: Instance, group: list[Variable], values: list[bytes]) -> Iterator[Problem]:
+    for variable, own in _split(trial, group, values):
+        most, size = whole(variable.typed.get("maxSize")), max(map(len, own), default=0)
+        if most is not None and size > most:
+            message = f"{variable.name} has {size} bytes, its maxSize is {most}"
+            yield trial.error(message, fmu.last, trial.section("", "2.4.4"))
+        yield from _started(trial, fmu, variable, own, [value[:8].hex() for value in own])
+
+
+def _split(trial: Trial, group: list[Variable], values: list[bytes]) -> Iterator[tuple[Variable, list[bytes]]]:
+    place = 0
+    for variable in group:
+        size = trial.model.size(variable)
+        yield variable, values[place : place + size]
+        place += size
+
+
+def _started(
+    trial: Trial, fmu: Instance, variable: Variable, values: list[bytes], shown: list[str]
+) -> Iterator[Problem]:
+    """Whether the importer's variables have their start values; the values are shown as texts."""
+    start = start_data(variable, len(values)) if variable.start is not None and _set_by_importer(variable) else None
+    if start is not None and start != values:
+        k = next(k for k, (a, b) in enumerate(zip(start, values, strict=True)) if a != b)
+        wanted = start[k].decode() if variable.type == "String" else start[k][:8].hex()
+        message = f"{variable.name} is {shown[k]!r} after initialisation, its start in the description is {wanted!r}"
+        yield trial.warning(message, fmu.last, trial.section("2.2.7", "2.4.7.4"))

@@ -94,9 +94,11 @@ def compiled(source: str, out: Path, *flags: str) -> bytes:
 
 
 def only(kind: str, xml: str = BENCH2) -> str:
-    """The description with one kind of the two."""
-    other = "CoSimulation" if kind == "ModelExchange" else "ModelExchange"
-    return re.sub(rf"<{other}\b[^>]*/>", "", xml, flags=re.DOTALL)
+    """The description with one kind alone, of those that it has or of scheduled execution."""
+    kinds = re.compile(r"  <(ModelExchange|CoSimulation)\b[^>]*/>\n", flags=re.DOTALL)
+    if kind == "ScheduledExecution":
+        return kinds.sub("", kinds.sub('  <ScheduledExecution modelIdentifier="bench" />\n', xml, count=1))
+    return kinds.sub(lambda found: found[0] if found[1] == kind else "", xml)
 
 
 def written(path: Path, xml: str | bytes, library: bytes | None = None, identifier: str = "bench", files: dict | None = None, fault: str = "") -> Path:

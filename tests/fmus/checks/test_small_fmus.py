@@ -1,5 +1,7 @@
 """Correct FMUs of FMI 2 and 3 have no problem: events, arrays, structural parameters, every type, clocks. Faults of FMI 3."""
 
+import re
+
 import pytest
 
 from fmus.checks.check import Limits, check
@@ -20,7 +22,7 @@ def test_a_correct_fmu_has_no_problem(name, xml, source, flags, libraries, tmp_p
 
 
 E = "error"
-ME, CS = "ModelExchange", "CoSimulation"
+ME, CS, SE = "ModelExchange", "CoSimulation", "ScheduledExecution"
 FAULTS = {
     "wrong_element": (ME, "derivatives", E, "d y / d u is 1.5, differences give 1"),
     "wrong_adjoint": (ME, "adjoint", E, "the adjoint derivative d "),
@@ -33,7 +35,7 @@ FAULTS = {
     "error_clock": (ME, "clocks", E, "fmi3GetClock returns fmi3Error"),
     "error_set_clock": (CS, "clocks", E, "fmi3SetClock returns fmi3Error"),
     "negative_interval": (ME, "clocks", E, "gives the interval -1 s for clock timer"),
-    "null_binary": (CS, "values", E, "gives a null pointer for binary data"),
+    "null_binary": (CS, "run", E, "gives a null pointer for the binary value data_out"),
     "no_item": (CS, "values", E, "colour_out is 9, outside its bounds 1 to 2"),
 }  # fmt: skip
 
@@ -55,6 +57,16 @@ XML = {
     "clock that is none": ('clocks="33"', 'clocks="36"', "clocks", "names the clock 36, which is no clock"),
     "periodic output clock": ('causality="output" intervalVariability="triggered"', 'causality="output" intervalVariability="countdown"', "clocks", "has to be triggered"),
     "constant without interval": ('causality="input" intervalVariability="countdown"', 'causality="input" intervalVariability="constant"', "clocks", "gives none"),
+    "clocks without event mode": (' hasEventMode="true"', "", "clocks", "has the clock trigger, so that hasEventMode has to be true"),
+    "output clock with priority": ('name="tick" valueReference="34"', 'name="tick" priority="1" valueReference="34"', "clocks", "an output clock with a priority"),
+    "triggered clock with interval": ('intervalVariability="triggered" priority="1"', 'intervalVariability="triggered" intervalDecimal="1" priority="1"', "clocks", "a triggered clock must not have"),
+    "counts without resolution": ('intervalDecimal="0.1"', 'intervalDecimal="0.1" intervalCounter="1"', "clocks", "has an interval in counts, but no resolution"),
+    "clocked continuous variable": ('name="z" valueReference="36"', 'name="z" clocks="33" valueReference="36"', "clocks", "variability continuous, which has to be discrete or tunable"),
+    "previous of an unclocked variable": ('name="z" valueReference="36"', 'name="z" previous="36" valueReference="36"', "clocks", "is no discrete clocked variable"),
+    "previous of itself": ('clocks="39"', 'clocks="39" previous="40"', "clocks", "names itself as its previous value"),
+    "previous of another type": ('clocks="39"', 'clocks="39" previous="36"', "clocks", "has the previous value z, which is no discrete variable of type Int32"),
+    "early return without updates": (' providesIntermediateUpdate="true"', "", "interface", "canReturnEarlyAfterIntermediateUpdate is true, but providesIntermediateUpdate is not"),
+    "intermediate integer": ('<Int32 name="ticks"', '<Int32 intermediateUpdate="true" name="ticks"', "interface", "has intermediateUpdate, but variability discrete"),
     "no time": ('causality="independent" variability="continuous"', 'causality="local" variability="continuous"', "attributes", "0 variables are independent"),
     "alias twice": ('<Alias name="shown.y" />', '<Alias name="u" />', "names", "the name 'u' is not unique"),
     "start that is no item": ('declaredType="colours" start="1"', 'declaredType="colours" start="7"', "types", "start 7 is no item of 'colours'"),
@@ -69,7 +81,22 @@ def test_a_faulty_description_of_fmi3_is_reported(fault, tmp_path):
     assert [p for p in found if p.check == name and p.severity == "error" and message in p.message], "\n".join(map(str, found))
 
 
-def test_scheduled_execution_is_said_to_be_not_run(libraries, tmp_path):
-    xml = BENCH3.replace("<UnitDefinitions>", '<ScheduledExecution modelIdentifier="bench" /><UnitDefinitions>', 1)
-    found = check(bench.written(tmp_path / "good.fmu", bench.only(ME, xml), libraries("fmu3.c")), LIMITS, other_tools=False)
-    assert [(p.severity, p.where) for p in found] == [("note", "ScheduledExecution")] and "is not run" in found[0].message
+def test_scheduled_execution_runs_without_preemption(libraries, tmp_path):
+    found = check(bench.written(tmp_path / "good.fmu", bench.only(SE, BENCH3), libraries("fmu3.c")), LIMITS, other_tools=False)
+    assert [(p.severity, p.where) for p in found] == [("note", SE)] and "without preemption" in found[0].message
+
+
+def test_scheduled_execution_needs_priorities_and_no_local_clocks(tmp_path):
+    xml = bench.only(SE, BENCH3).replace(' priority="0"', "").replace('name="tick" valueReference="34" causality="output"', 'name="tick" valueReference="34" causality="local"')
+    found = check(bench.written(tmp_path / "faulty.fmu", xml), LIMITS, other_tools=False)
+    said = {p.where: p.message for p in found if p.check == "clocks"}
+    assert "without priority" in said["sampler"] and "scheduled execution does not permit" in said["tick"]
+
+
+@pytest.mark.parametrize(("xml", "section"), [(bench.BENCH2, "FMI 2.0.4, 2.2.8"), (BENCH3, "FMI 3.0, 2.4.8")])
+def test_an_absent_list_of_initial_unknowns_is_an_error_also_for_co_simulation(xml, section, tmp_path):
+    """The schema makes the list optional; the text says of which variables it consists."""
+    xml = re.sub(r"<InitialUnknowns>.*</InitialUnknowns>|<InitialUnknown [^>]*/>", "", bench.only(CS, xml), flags=re.DOTALL)
+    found = check(bench.written(tmp_path / "faulty.fmu", xml), LIMITS, other_tools=False)
+    said = [p for p in found if p.check == "structure"]
+    assert [(p.severity, p.section) for p in said] == [("error", section)] and "does not list" in said[0].message

@@ -1,5 +1,7 @@
-/* An FMU of FMI 3.0 for model exchange and co-simulation, for tests of the check: arrays with a structural size n, every
-   type, clocks. der(x) = A x + u, y = x + u, z = x[0] - 0.5; the others pass their input to their output. */
+/* An FMU of FMI 3.0 for tests of the check, of every kind: arrays with a structural size n, every type, clocks.
+   der(x) = A x + u, y = x + u, z = x[0] - 0.5; the others pass their input to their output.
+   Co-simulation: an intermediate update after every fifth internal step; early return on request, and where z changes its sign.
+   Scheduled execution: a partition for each input clock; every third tick of the sampler starts the countdown of the timer. */
 #include <math.h>
 #include "fmi3Functions.h"
 #include "faults.h"
@@ -7,22 +9,27 @@
 #define MOST 4
 #define BLOB 16
 #define INTERNAL 1e-3
+#define MESSAGE "tick"
 
-typedef enum { INSTANTIATED, CONFIGURATION, INITIALISATION, EVENT, CONTINUOUS, STEP, TERMINATED, FAILED } Phase;
+typedef enum { INSTANTIATED, CONFIGURATION, INITIALISATION, EVENT, CONTINUOUS, STEP, ACTIVE, TERMINATED, FAILED } Phase;
 typedef enum { F64, F32, I8, U8, I16, U16, I32, U32, I64, U64, BOOL, TEXT, BINARY, CLOCK } Type;
 enum { TIME, N, A, U, X, DER_X, Y, F32_IN, F32_OUT, FIRST_INT, TRUTH = FIRST_INT + 16, TRUTH_OUT, WORD, WORD_OUT, DATA, DATA_OUT, COLOUR, COLOUR_OUT,
-       TRIGGER, TICK, COUNT, Z, TIMER, VARIABLES };
+       TRIGGER, TICK, COUNT, Z, TIMER, NOTE, SAMPLER, SAMPLES, VARIABLES };
 
 typedef struct {
     double time, a[MOST * MOST], u[MOST], x[MOST], rate[MOST], y[MOST], z;
     uint64_t n;
     float f32[2];
-    int8_t i8[2]; uint8_t u8[2]; int16_t i16[2]; uint16_t u16[2]; int32_t i32[2], count; uint32_t u32[2]; int64_t i64[2], colour[2]; uint64_t u64[2];
-    bool truth[2], trigger, tick, timer;
+    int8_t i8[2]; uint8_t u8[2]; int16_t i16[2]; uint16_t u16[2]; int32_t i32[2], count, samples; uint32_t u32[2]; int64_t i64[2], colour[2]; uint64_t u64[2];
+    bool truth[2], trigger, tick, timer, sampler, known, kept;
     char word[2][64], blob[2][BLOB];
     size_t sizes[2];
     Phase phase;
-    bool exchange, events;
+    bool exchange, events, early;
+    fmi3IntermediateUpdateCallback update;
+    fmi3ClockUpdateCallback clocks;
+    fmi3LockPreemptionCallback lock;
+    fmi3UnlockPreemptionCallback unlock;
     fmi3LogMessageCallback log;
     fmi3InstanceEnvironment environment;
 } Model;
@@ -35,6 +42,7 @@ static void start(Model *m) {
     memcpy(m->a, a, sizeof a);
     m->f32[0] = 0.1f, m->u8[0] = 1, m->i16[0] = 2, m->u16[0] = 3, m->i32[0] = 4, m->u32[0] = 5, m->i64[0] = 6, m->u64[0] = 7;
     m->colour[0] = 1, strcpy(m->word[0], "grey"), strcpy(m->blob[0], "data"), m->sizes[0] = 4;
+    if (is("other_data")) m->blob[0][0] = 0, m->sizes[0] = 1;
 }
 
 static void evaluate(Model *m) {
@@ -45,7 +53,7 @@ static void evaluate(Model *m) {
     m->z = m->n ? m->x[0] - 0.5 : 1;
     m->f32[1] = m->f32[0], m->i8[1] = m->i8[0], m->u8[1] = m->u8[0], m->i16[1] = m->i16[0], m->u16[1] = m->u16[0], m->i32[1] = m->i32[0];
     m->u32[1] = m->u32[0], m->i64[1] = m->i64[0], m->u64[1] = m->u64[0], m->truth[1] = m->truth[0], m->colour[1] = is("no_item") ? 9 : m->colour[0];
-    strcpy(m->word[1], m->word[0]), memcpy(m->blob[1], m->blob[0], BLOB), m->sizes[1] = m->sizes[0];
+    strcpy(m->word[1], m->kept ? "new" : is("unsteady_text") && m->time > 0 ? "\xff" : m->word[0]), memcpy(m->blob[1], m->blob[0], BLOB), m->sizes[1] = m->sizes[0] + is("long_data");
 }
 
 /* Type, storage and number of elements of a variable; NULL where there is none. */
@@ -69,6 +77,8 @@ static void *variable(Model *m, fmi3ValueReference vr, Type type, size_t *count)
         case TRIGGER: FOUND(CLOCK, &m->trigger, 1);
         case TICK: FOUND(CLOCK, &m->tick, 1);
         case TIMER: FOUND(CLOCK, &m->timer, 1);
+        case SAMPLER: FOUND(CLOCK, &m->sampler, 1);
+        case SAMPLES: FOUND(I32, &m->samples, 1);
     }
     if (vr >= FIRST_INT && vr < TRUTH && type == (Type)(I8 + (vr - FIRST_INT) / 2)) {
         size_t k = (vr - FIRST_INT) / 2, width = k < 2 ? 1 : k < 4 ? 2 : k < 6 ? 4 : 8;
@@ -130,7 +140,8 @@ fmi3Status fmi3SetString(fmi3Instance c, const fmi3ValueReference vr[], size_t n
 fmi3Status fmi3GetBinary(fmi3Instance c, const fmi3ValueReference vr[], size_t n, size_t sizes[], fmi3Binary value[], size_t nv) {
     (void)nv, evaluate(M);
     LOOP {
-        REQUIRE(vr[i] == DATA || vr[i] == DATA_OUT);
+        REQUIRE(vr[i] == DATA || vr[i] == DATA_OUT || (vr[i] == NOTE && M->trigger && !is("error_note")));
+        if (vr[i] == NOTE) { sizes[i] = sizeof MESSAGE, value[i] = (fmi3Binary)MESSAGE; continue; }
         sizes[i] = M->sizes[vr[i] - DATA], value[i] = is("null_binary") ? NULL : (fmi3Binary)M->blob[vr[i] - DATA];
     }
     return fmi3OK;
@@ -141,12 +152,16 @@ fmi3Status fmi3SetBinary(fmi3Instance c, const fmi3ValueReference vr[], size_t n
     return fmi3OK;
 }
 fmi3Status fmi3GetClock(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Clock value[]) {
-    REQUIRE(!is("error_clock") && M->phase == EVENT);
+    REQUIRE(!is("error_clock") && (M->phase == EVENT || M->phase == ACTIVE));
     LOOP { size_t count; bool *clock = variable(M, vr[i], CLOCK, &count); REQUIRE(clock); value[i] = *clock; }
     return fmi3OK;
 }
 fmi3Status fmi3SetClock(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Clock value[]) {
-    LOOP { REQUIRE(vr[i] == TRIGGER && M->phase == EVENT && !is("error_set_clock")); M->trigger = M->tick = value[i]; }
+    LOOP {
+        REQUIRE((vr[i] == TRIGGER || vr[i] == SAMPLER) && M->phase == EVENT && !is("error_set_clock"));
+        if (vr[i] == SAMPLER) M->sampler = value[i];
+        else M->trigger = M->tick = value[i];
+    }
     return fmi3OK;
 }
 
@@ -172,14 +187,18 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi
 fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging, fmi3Boolean events,
                                          fmi3Boolean early, const fmi3ValueReference required[], size_t n, fmi3InstanceEnvironment environment,
                                          fmi3LogMessageCallback log, fmi3IntermediateUpdateCallback update) {
-    (void)name, (void)visible, (void)logging, (void)early, (void)required, (void)n, (void)update;
-    return instantiate(token, resources, environment, log, false, events);
+    (void)name, (void)visible, (void)logging, (void)required, (void)n;
+    Model *m = instantiate(token, resources, environment, log, false, events);
+    if (m) m->early = early || is("early_unasked"), m->update = is("no_update") ? NULL : update;
+    return m;
 }
 fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging,
                                                fmi3InstanceEnvironment environment, fmi3LogMessageCallback log, fmi3ClockUpdateCallback update,
                                                fmi3LockPreemptionCallback lock, fmi3UnlockPreemptionCallback unlock) {
-    (void)name, (void)token, (void)resources, (void)visible, (void)logging, (void)environment, (void)log, (void)update, (void)lock, (void)unlock;
-    return NULL;
+    (void)name, (void)visible, (void)logging;
+    Model *m = instantiate(token, resources, environment, log, false, false);
+    if (m) m->clocks = update, m->lock = lock, m->unlock = unlock;
+    return m;
 }
 void fmi3FreeInstance(fmi3Instance c) { free(c); }
 fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean td, fmi3Float64 tolerance, fmi3Float64 begin, fmi3Boolean sd, fmi3Float64 stop) {
@@ -188,11 +207,13 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean td, fmi3Float
     M->phase = INITIALISATION, M->time = begin;
     return fmi3OK;
 }
-fmi3Status fmi3ExitInitializationMode(fmi3Instance c) { REQUIRE(M->phase == INITIALISATION); evaluate(M); M->phase = M->events ? EVENT : STEP; return fmi3OK; }
+fmi3Status fmi3ExitInitializationMode(fmi3Instance c) { REQUIRE(M->phase == INITIALISATION); evaluate(M); M->phase = M->clocks ? ACTIVE : M->events ? EVENT : STEP; return fmi3OK; }
 fmi3Status fmi3EnterEventMode(fmi3Instance c) { REQUIRE(M->phase == CONTINUOUS || M->phase == STEP || M->phase == EVENT); M->phase = EVENT; return fmi3OK; }
-fmi3Status fmi3Terminate(fmi3Instance c) { REQUIRE(M->phase == EVENT || M->phase == CONTINUOUS || M->phase == STEP); M->phase = TERMINATED; return fmi3OK; }
+fmi3Status fmi3Terminate(fmi3Instance c) { REQUIRE(M->phase == EVENT || M->phase == CONTINUOUS || M->phase == STEP || M->phase == ACTIVE); M->phase = TERMINATED; return fmi3OK; }
 fmi3Status fmi3Reset(fmi3Instance c) {
-    Model fresh = { .log = M->log, .environment = M->environment, .exchange = M->exchange, .events = M->events };
+    Model fresh = { .log = M->log, .environment = M->environment, .exchange = M->exchange, .events = M->events, .early = M->early,
+                    .update = M->update, .clocks = M->clocks, .lock = M->lock, .unlock = M->unlock };
+    fresh.kept = is("keeps_text");
     start(&fresh), evaluate(&fresh);
     *M = fresh;
     return fmi3OK;
@@ -218,10 +239,24 @@ ABSENT(fmi3SetIntervalFraction, VRS, const fmi3UInt64 a[], const fmi3UInt64 b[])
 ABSENT(fmi3SetShiftDecimal, VRS, const fmi3Float64 a[])
 ABSENT(fmi3SetShiftFraction, VRS, const fmi3UInt64 a[], const fmi3UInt64 b[])
 ABSENT(fmi3GetOutputDerivatives, VRS, const fmi3Int32 order[], fmi3Float64 value[], size_t nv)
-ABSENT(fmi3ActivateModelPartition, fmi3ValueReference vr, fmi3Float64 time)
+fmi3Status fmi3ActivateModelPartition(fmi3Instance c, fmi3ValueReference vr, fmi3Float64 time) {
+    REQUIRE(M->phase == ACTIVE && !is("error_partition") && (vr == TRIGGER || vr == SAMPLER || vr == TIMER));
+    M->time = time;
+    M->lock();
+    if (vr == TRIGGER) M->trigger = M->tick = true, M->count++;
+    if (vr == SAMPLER && ++M->samples % 3 == 0) M->known = true;
+    if (vr == TIMER) M->known = false;
+    if (!is("stays_locked")) M->unlock();
+    if (M->known || M->tick) M->clocks(M->environment);
+    return fmi3OK;
+}
 fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c) { evaluate(M); return fmi3OK; }
 fmi3Status fmi3GetIntervalDecimal(fmi3Instance c, VRS, fmi3Float64 interval[], fmi3IntervalQualifier qualifier[]) {
-    LOOP { REQUIRE(vr[i] == TIMER); interval[i] = is("negative_interval") ? -1 : 0.5, qualifier[i] = fmi3IntervalChanged; }
+    LOOP {
+        REQUIRE(vr[i] == TIMER);
+        interval[i] = is("negative_interval") ? -1 : M->clocks ? 0.05 : 0.5;
+        qualifier[i] = !M->clocks || M->known ? fmi3IntervalChanged : fmi3IntervalNotYetKnown;
+    }
     return fmi3OK;
 }
 
@@ -257,8 +292,8 @@ DERIVATIVE(Adjoint, unknowns, nu, knowns, nk, partial(M, unknowns[b], j, knowns[
 
 fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Boolean *ends, fmi3Boolean *nominals, fmi3Boolean *values, fmi3Boolean *defined, fmi3Float64 *next) {
     REQUIRE(M->phase == EVENT);
-    M->count += M->trigger;
-    M->trigger = M->tick = false;
+    M->count += M->trigger, M->samples += M->sampler;
+    M->trigger = M->tick = M->sampler = false;
     *again = *ends = *nominals = *values = *defined = false, *next = 0;
     return fmi3OK;
 }
@@ -276,14 +311,24 @@ fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *n) { *n = is(
 fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 from, fmi3Float64 step, fmi3Boolean none, fmi3Boolean *event, fmi3Boolean *ends, fmi3Boolean *early, fmi3Float64 *last) {
     (void)none;
     REQUIRE(M->phase == STEP && step > 0 && fabs(from - M->time) < 1e-9);
-    double before = M->x[0] - 0.5, end = from + step;
-    while (M->time < end - 1e-12) {
-        double h = fmin(INTERNAL, end - M->time);
+    double before = M->z, end = from + step, until = end;
+    bool asked = false, crossed = false;
+    for (int k = 1; M->time < until - 1e-12 && !(crossed && M->early); k++) {
+        double h = fmin(INTERNAL, until - M->time);
         evaluate(M);
         for (size_t i = 0; i < M->n; i++) M->x[i] += h * M->rate[i];
-        M->time = end - M->time <= INTERNAL ? end : M->time + h;
+        M->time = until - M->time <= INTERNAL ? until : M->time + h;
+        evaluate(M);
+        crossed = (before > 0) != (M->z > 0);
+        if (M->update && k % 5 == 0 && !asked) {
+            double at = is("late_update") ? end + 1 : is("backward_update") ? from - (k > 5) * INTERNAL : M->time, wanted = until;
+            M->update(M->environment, at, true, true, true, M->early, &asked, &wanted);
+            if (asked && !is("deaf")) until = fmax(wanted, M->time);
+        }
     }
-    evaluate(M);
-    *ends = *early = false, *event = M->events && (before > 0) != (M->z > 0), *last = is("last_time") ? from - 1 : M->time;
+    *ends = false, *early = M->early && (M->time < end - 1e-12 || is("early_unasked")), *event = M->events && crossed;
+    *last = is("last_time") ? -1 : is("far_time") ? 7 : M->time;
+    if (is("early_unasked")) *last -= INTERNAL;
+    if (is("early_before") && asked) *last = from;
     return fmi3OK;
 }
