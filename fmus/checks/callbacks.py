@@ -6,13 +6,11 @@ An exception cannot leave a callback: it is kept, and raised by `settle` once th
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from fmus.checks.calls import Calls
 from fmus.checks.fmi_library import PLAIN
 from fmus.checks.model import Variable
-
-if TYPE_CHECKING:
-    from fmus.checks.instance import Instance
 
 UPDATE = "void(void *, double, _Bool, _Bool, _Bool, _Bool, _Bool *, double *)"
 
@@ -53,7 +51,7 @@ class Callbacks:
         self._failed: Exception | None = None
         self._keep: list[Any] = []
 
-    def attach(self, fmu: "Instance", arguments: Sequence[Any]) -> None:
+    def attach(self, fmu: Calls, arguments: Sequence[Any], scheduled: bool) -> None:
         """Make the functions for an instance, from the types of the arguments of its instantiation."""
 
         def made(signature: str, function: Callable[..., None], kind: Any) -> Any:
@@ -72,13 +70,13 @@ class Callbacks:
         def preemption(change: int) -> Callable[[], None]:
             return lambda: setattr(self, "locked", self.locked + change)
 
-        if fmu.scheduled:
+        if scheduled:
             self.clock_update = made("void(void *)", clock, arguments[-3])
             self.lock, self.unlock = (made("void(void)", preemption(c), arguments[-k]) for c, k in ((1, 2), (-1, 1)))
         elif self._on_update:
             self.intermediate_update = made(UPDATE, update, arguments[-1])
 
-    def _kept(self, fmu: "Instance", action: Callable[[], Any]) -> Any:
+    def _kept(self, fmu: Calls, action: Callable[[], Any]) -> Any:
         """What an action returns; its first exception is kept. The FMU is in its own call again afterwards."""
         call = fmu.library.current.read()[0]
         try:

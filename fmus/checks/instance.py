@@ -64,7 +64,7 @@ class Instance(Calls):
         mine, environment = self.callbacks, (self.ffi.NULL, self.library.logger)
         if self.exchange:
             return environment
-        mine.attach(self, self.library.types[f"fmi3Instantiate{self.kind}"].args)
+        mine.attach(self, self.library.types[f"fmi3Instantiate{self.kind}"].args, self.scheduled)
         if self.scheduled:
             return (*environment, mine.clock_update, mine.lock, mine.unlock)
         variables = self.references(mine.intermediate) if mine.intermediate else self.ffi.NULL
