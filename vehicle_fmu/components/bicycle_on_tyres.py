@@ -6,8 +6,9 @@ both tyres have the side force
 
     (sigma / V) Y' + Y = Z (C_1 alpha + C_2 gamma)
 
-at the load Z, with the slip angle alpha and the camber angle gamma, as in Sharp's motorcycle of 1971. For C_1 -> infinity and
-sigma -> 0 the wheels roll without slip: then this is the bicycle of the benchmark, and the error falls as 1 / C_1.
+at the load Z, with the slip angle alpha and the camber angle gamma, and relax as those of Sharp's motorcycle of 1971. For
+C_1 -> infinity and sigma -> 0 the wheels roll without slip: then this is the bicycle of the benchmark, and the error falls as
+1 / C_1.
 
 Source: bodies: Meijaard, Papadopoulos, Ruina, Schwab, Proc. R. Soc. A 463 (2007) 1955-1982; tyres: Sharp, J. Mech. Eng. Sci.
 13(5) (1971) 316-329.
@@ -15,7 +16,7 @@ Source: bodies: Meijaard, Papadopoulos, Ruina, Schwab, Proc. R. Soc. A 463 (2007
 
 from typing import Any
 
-from fmus import local, parameter, state
+from fmus import local, parameter
 from vehicle_fmu.bicycle_bodies import BicycleBodies
 from vehicle_fmu.out_of_plane import (
     GROUND,
@@ -30,10 +31,11 @@ from vehicle_fmu.out_of_plane import (
     tilt,
     vertical_force,
 )
+from vehicle_fmu.relaxing_tyres import RelaxingTyres, relaxed
 from vehicle_fmu.steered_vehicle import SidewaysMotion, port_motion, port_torques
 
 
-class BicycleOnTyres(SidewaysMotion, BicycleBodies):
+class BicycleOnTyres(SidewaysMotion, BicycleBodies, RelaxingTyres):
     """Bicycle of four rigid bodies on two relaxing tyres."""
 
     front_cornering_coefficient = parameter("1/rad", "Side force per slip angle and load of the front tyre", symbol="C_{f1}",
@@ -44,19 +46,9 @@ class BicycleOnTyres(SidewaysMotion, BicycleBodies):
                                          min=-100, max=100, start=0.6)  # fmt: skip
     rear_camber_coefficient = parameter("1/rad", "Side force per camber angle and load of the rear tyre", symbol="C_{r2}",
                                         min=-100, max=100, start=0.6)  # fmt: skip
-    front_relaxation_length = parameter("m", "Relaxation length of the front tyre", symbol=r"\sigma_f", min=1e-6, max=10,
-                                        start=0.25)  # fmt: skip
-    rear_relaxation_length = parameter("m", "Relaxation length of the rear tyre", symbol=r"\sigma_r", min=1e-6, max=10,
-                                       start=0.25)  # fmt: skip
 
-    front_side_force = state("N", "Side force of the front tyre", symbol="Y_f", exposed=True)
-    rear_side_force = state("N", "Side force of the rear tyre", symbol="Y_r", exposed=True)
     front_load = local("N", "Load on the front tyre", symbol="Z_f")
     rear_load = local("N", "Load on the rear tyre", symbol="Z_r")
-    front_slip_angle = local("rad", "Slip angle of the front tyre", symbol=r"\alpha_f")
-    rear_slip_angle = local("rad", "Slip angle of the rear tyre", symbol=r"\alpha_r")
-    front_camber_angle = local("rad", "Camber angle of the front tyre", symbol=r"\gamma_f")
-    rear_camber_angle = local("rad", "Camber angle of the rear tyre", symbol=r"\gamma_r")
 
     def mass(self, v, m):
         body = bodies(v, m)
@@ -106,4 +98,4 @@ def tyre(v: Any, end: str, path: tuple[Freedom, ...], contact: Point) -> Any:
     setattr(v, f"{end}_camber_angle", tilt(path, v))
     steady = v[f"{end}_load"] * (v[f"{end}_cornering_coefficient"] * v[f"{end}_slip_angle"]
                                  + v[f"{end}_camber_coefficient"] * v[f"{end}_camber_angle"])  # fmt: skip
-    return (steady - v[f"{end}_side_force"]) * v.speed / v[f"{end}_relaxation_length"]
+    return relaxed(v, end, steady)

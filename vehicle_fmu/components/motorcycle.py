@@ -19,11 +19,12 @@ Source: Sharp, J. Mech. Eng. Sci. 13(5) (1971) 316-329; the torques of the port:
 (2011) 279-292, where the rider inertia I_a is added to I_fz everywhere.
 """
 
-from fmus import local, parameter, state
+from fmus import local, parameter
+from vehicle_fmu.relaxing_tyres import RelaxingTyres, relaxed
 from vehicle_fmu.steered_vehicle import SteeredOnTyres, port_motion, port_torques
 
 
-class Motorcycle(SteeredOnTyres):
+class Motorcycle(SteeredOnTyres, RelaxingTyres):
     """Motorcycle with a rigid rear frame (rider included), a front frame and two relaxing tyres."""
 
     front_mass = parameter("kg", "Mass of the front frame", symbol="M_f", min=0, max=1e4)
@@ -73,17 +74,7 @@ class Motorcycle(SteeredOnTyres):
     rear_camber_stiffness = parameter(
         "N/rad", "Side force per camber angle of the rear tyre", symbol="C_{r2}", min=-1e9, max=1e9
     )
-    front_relaxation_length = parameter(
-        "m", "Relaxation length of the front tyre", symbol=r"\sigma_f", min=1e-6, max=10, start=0.24
-    )
-    rear_relaxation_length = parameter(
-        "m", "Relaxation length of the rear tyre", symbol=r"\sigma_r", min=1e-6, max=10, start=0.24
-    )
     gravity = parameter("m/s2", "Gravitational acceleration", symbol="g", min=0, max=100, start=9.80665)
-
-
-    front_side_force = state("N", "Side force of the front tyre", symbol="Y_f", exposed=True)
-    rear_side_force = state("N", "Side force of the rear tyre", symbol="Y_r", exposed=True)
 
     front_contact_distance = local("m", "Origin to the front contact, forwards", symbol="l")
     front_mass_distance = local("m", "Origin to the front mass centre, forwards", symbol="k")
@@ -95,10 +86,6 @@ class Motorcycle(SteeredOnTyres):
     front_spin_momentum = local("N.m.s", "Spin momentum of the front wheel", symbol="h_f")
     rear_spin_momentum = local("N.m.s", "Spin momentum of the rear wheel", symbol="h_r")
     tilt_moment = local("N.m/rad", "Steer moment of the front frame's weight and load per roll angle", symbol="G")
-    front_slip_angle = local("rad", "Slip angle of the front tyre", symbol=r"\alpha_f")
-    rear_slip_angle = local("rad", "Slip angle of the rear tyre", symbol=r"\alpha_r")
-    front_camber_angle = local("rad", "Camber angle of the front tyre", symbol=r"\gamma_f")
-    rear_camber_angle = local("rad", "Camber angle of the rear tyre", symbol=r"\gamma_r")
 
     def mass(self, v, m):
         place_front_frame(v, m)
@@ -153,8 +140,8 @@ class Motorcycle(SteeredOnTyres):
                                - v.front_spin_momentum * (S * r - c * p) + tilt * (phi + S * delta),
             "der(roll_angle)": p,
             "der(steer_angle)": s,
-            "der(front_side_force)": (front_force - Yf) * V / v.front_relaxation_length,
-            "der(rear_side_force)": (rear_force - Yr) * V / v.rear_relaxation_length,
+            "der(front_side_force)": relaxed(v, "front", front_force),
+            "der(rear_side_force)": relaxed(v, "rear", rear_force),
             **port_motion(v, m),
         }  # fmt: skip
 
