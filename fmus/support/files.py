@@ -43,6 +43,8 @@ def write_atomically(path: str | Path, write: Callable[[Path], object], cache: b
         beside = Path(name)
         write(beside)
         beside.chmod(0o644)
+        if not cache:
+            note_written(path)  # before it is: an interrupt in between leaves no file without a note
         os.replace(beside, path)
     except BaseException as error:
         if beside is not None:
@@ -50,8 +52,6 @@ def write_atomically(path: str | Path, write: Callable[[Path], object], cache: b
         if isinstance(error, OSError):
             raise InputError(f"cannot write {path}: {error.strerror}; choose another place") from None
         raise
-    if not cache:
-        note_written(path)
     return path
 
 

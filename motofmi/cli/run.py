@@ -58,7 +58,8 @@ def _run(words: Sequence[str], written: Sequence[Path]) -> int:
     except OSError as error:
         return _report_error(program, f"{error.filename or ''}: {error.strerror or error}", 2)
     except KeyboardInterrupt:
-        return _report_error(program, f"interrupted; written: {', '.join(outputs.described(written)) or 'nothing'}",
+        left = outputs.described([path for path in written if path.exists()])
+        return _report_error(program, f"interrupted; written: {', '.join(left) or 'nothing'}",
                          INTERRUPTED)
 
 
