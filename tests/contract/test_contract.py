@@ -25,9 +25,17 @@ SHIPPED = [components.component(spec) for spec in components.every_name()]
 COMPONENTS = SHIPPED + [kind() for kind in components.COMPONENTS.values() if kind not in {type(c) for c in SHIPPED}]
 # A system is a component too.
 COMPONENTS.append(ridden(motorcycles.load("sharp_1971"), riders.load("mean_2011")))
-INSTANCES = [pytest.param(c, id=c.name) for c in COMPONENTS]
-ONE_OF_EACH = [pytest.param(c, id=c.title) for c in {type(c): c for c in COMPONENTS}.values()]
-DEVICES = [pytest.param(c, id=c.name) for c in COMPONENTS if isinstance(c, HandlebarDevice)]
+
+
+def case(component, name):
+    """A case of a test; the equations of the full rider take 10 s to derive."""
+    marks = pytest.mark.study if "FullRider" in type(component).__name__ else ()
+    return pytest.param(component, id=name, marks=marks)
+
+
+INSTANCES = [case(c, c.name) for c in COMPONENTS]
+ONE_OF_EACH = [case(c, c.title) for c in {type(c): c for c in COMPONENTS}.values()]
+DEVICES = [case(c, c.name) for c in COMPONENTS if isinstance(c, HandlebarDevice)]
 seeds = st.integers(0, 2**32 - 1)
 
 

@@ -20,7 +20,6 @@ from rider_fmu.components.full_rider import check_posture, on_rig
 from rider_fmu.full_rider.arm_loop import arm
 from rider_fmu.full_rider.limbs import motion
 from rider_fmu.full_rider.reduction import matrices, reduce
-from tests import as_study
 from tests.truth import full_rider_by_angles
 
 RIDER = riders.load("full_mean_2011")
@@ -119,7 +118,7 @@ def _numbers(form, rig):
     return {**numbers, **{form.symbols[n]: 0.0 for n in (*rig.inputs, "time")}}
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_the_port_gives_back_what_it_took():
     """Without dampers P^2 / (2 M22) + U changes by the power of the port, in whatever motion of bar and frame."""
     rider = RIDER.with_values(**WITHOUT_DAMPERS)
@@ -154,11 +153,11 @@ def test_the_port_gives_back_what_it_took():
 # The linear limit ----------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
+@pytest.mark.study
 @pytest.mark.parametrize(
     "rider",
     [
-        as_study(RIDER),
+        RIDER,
         RIDER.with_values(
             grip_half_width=0.37, elbow_spread=1.0, wrist_stiffness=80.0, waist_stiffness=250.0, waist_damping=9.0
         ),
@@ -242,7 +241,7 @@ def test_the_defaults_reach():
     FullRider()
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_the_compiled_rider_is_the_component(tmp_path):
     """The bar held at 5 deg from rest: the torso settles as the component's does."""
     inputs = np.array([np.radians(5), 0.0, 0.0])

@@ -17,7 +17,6 @@ from rider_fmu import riders
 from rider_fmu.components.full_rider import on_rig
 from rider_fmu.full_rider.limbs import motion
 from rider_fmu.rigs.handlebar import Handlebar
-from tests import as_study
 from tests.truth import full_rider_by_angles
 
 RIDER = riders.load("full_mean_2011")
@@ -82,8 +81,8 @@ class FreeFrame(Component):
         }
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("with_posture_inertia", [as_study(True), False])
+@pytest.mark.study
+@pytest.mark.parametrize("with_posture_inertia", [True, False])
 def test_on_a_moving_frame_the_posture_inertia_conserves_momentum_and_energy(with_posture_inertia):
     rider = RIDER.with_values(**WITHOUT_DAMPERS, gravity=0.0)
     frame = FreeFrame("frame", added_steer_inertia=rider.run(rider.start_values(), NUMERIC)["port_inertia"])

@@ -30,7 +30,7 @@ def test_the_page_shows_the_computed_rows():
         assert line in PAGE
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_every_reading_changes_the_motorcycle_and_is_on_the_page():
     motorcycle = motorcycles.load("sharp_1994")
     speeds = np.array([20.0, 50.0])

@@ -11,6 +11,7 @@ import psutil
 import pytest
 
 from fmus.checks.check import Limits, check
+from tests import sampled
 from tests.fmus.checks import bench, faults
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(os.name == "nt", reason="faults with signals")]
@@ -28,7 +29,7 @@ def assert_said(found, name, severity, message):
     return said[0]
 
 
-@pytest.mark.parametrize("fault", faults.XML)
+@pytest.mark.parametrize("fault", sampled(faults.XML, 3))
 def test_a_faulty_description(fault, tmp_path):
     (old, new), name, severity, message = faults.XML[fault]
     assert bench.BENCH2.count(old) >= 1
@@ -37,7 +38,7 @@ def test_a_faulty_description(fault, tmp_path):
     assert problem.section or name == "description"
 
 
-@pytest.mark.parametrize("fault", faults.OTHER_FILES)
+@pytest.mark.parametrize("fault", sampled(faults.OTHER_FILES, 3))
 def test_a_faulty_file_beside_the_description(fault, tmp_path):
     file, text, name, message = faults.OTHER_FILES[fault]
     assert_said(checked(bench.written(tmp_path / "faulty.fmu", bench.BENCH2, files={file: text.encode()})), name, "error", message)
@@ -49,7 +50,7 @@ def test_files_beside_the_description_without_fault(tmp_path):
     assert [p.message for p in found] == ["no binary, only source code", *(p.message for p in found[1:] if p.check == "run")]
 
 
-@pytest.mark.parametrize("fault", faults.FAULTS)
+@pytest.mark.parametrize("fault", sampled(faults.FAULTS, 3))
 def test_a_faulty_binary(fault, libraries, tmp_path, monkeypatch):
     kind, word, name, severity, message = faults.FAULTS[fault]
     monkeypatch.setenv("TEST_OF_A_FAULT", str(tmp_path))  # inherited by whatever the check and the FMU start
@@ -72,7 +73,7 @@ def leftovers(mark):
     return found
 
 
-@pytest.mark.parametrize("fault", faults.LIBRARIES)
+@pytest.mark.parametrize("fault", sampled(faults.LIBRARIES, 3))
 def test_a_faulty_library(fault, libraries, tmp_path):
     flags, name, message = faults.LIBRARIES[fault]
     path = bench.written(tmp_path / "faulty.fmu", bench.only(faults.CS), libraries("fmu2.c", *flags))
@@ -131,7 +132,7 @@ ZIPS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("fault", ZIPS)
+@pytest.mark.parametrize("fault", sampled(ZIPS, 3))
 def test_a_damaged_archive(fault, tmp_path):
     change, message = ZIPS[fault]
     path = bench.written(tmp_path / "faulty.fmu", bench.BENCH2)
@@ -148,7 +149,7 @@ MEMBERS = {
 
 
 @pytest.mark.filterwarnings("ignore:Duplicate name")
-@pytest.mark.parametrize("fault", MEMBERS)
+@pytest.mark.parametrize("fault", sampled(MEMBERS, 3))
 def test_a_harmful_member(fault, tmp_path):
     name, data, message = MEMBERS[fault]
     path = bench.written(tmp_path / "faulty.fmu", bench.BENCH2)

@@ -9,6 +9,7 @@ import pytest
 from fmus.checks.replay.replayed import replayed
 from fmus.export.build import build
 from fmus.export.reference_folder import FOLDER
+from tests import sampled
 from tests.importer import COMPONENTS
 
 
@@ -30,7 +31,7 @@ def problems(contents, folder: Path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("fmi", [2, 3])
-@pytest.mark.parametrize("name", COMPONENTS)
+@pytest.mark.parametrize("name", sampled(COMPONENTS, 3))
 def test_our_archives_meet_their_references(name, fmi, tmp_path):
     with zipfile.ZipFile(build(COMPONENTS[name](), tmp_path, fmi=fmi).path) as archive:
         archive.extractall(tmp_path / "unpacked")

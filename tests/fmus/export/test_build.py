@@ -11,13 +11,14 @@ from fmus.export.build import build
 from fmus.export.compilers import host_compiler
 from fmus.support.errors import InputError, MissingToolError
 from rider_fmu import riders
+from tests import as_study
 from tests.importer import COMPONENTS, drive_of, held_solution
 from vehicle_fmu import motorcycles
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", COMPONENTS)
-@pytest.mark.parametrize("backend", ["compiled", "python"])
+@pytest.mark.parametrize("backend", ["compiled", as_study("python")])
 def test_steps_are_the_exact_solution_with_held_inputs(name, backend, opened):
     component = COMPONENTS[name]()
     start = {n: 0.1 * row.nominal for n, row in component.rows("state").items()}

@@ -332,7 +332,7 @@ def test_instances_share_nothing_not_even_between_threads(tmp_path):
     assert len(set(alone)) == 6
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_beyond_the_reach_of_the_arms_the_step_says_where(opened):
     """A state that leaves its bounds and equations that have no value name what is to blame, and nothing has changed."""
     rider = riders.load("full_mean_2011")

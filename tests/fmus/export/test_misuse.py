@@ -9,6 +9,7 @@ import pytest
 
 from benchmarks.fmu_misuse import calls_under, compiled_misuse, have_sanitisers
 from fmus.export.compilers import host_compiler
+from tests import as_study
 from tests.importer import COMPONENTS
 
 pytestmark = pytest.mark.skipif(host_compiler() is None, reason="no C compiler on this machine")
@@ -16,7 +17,7 @@ pytestmark = pytest.mark.skipif(host_compiler() is None, reason="no C compiler o
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("name", "fmi"), [("rider", 2), ("motorcycle", 3), ("progressive", 2), ("oscillator", 2), ("oscillator", 3)]
+    ("name", "fmi"), [("rider", 2), ("oscillator", 3), as_study("motorcycle", 3), as_study("progressive", 2), as_study("oscillator", 2)]
 )
 def test_random_calls_under_the_sanitisers(name, fmi, tmp_path):
     if not have_sanitisers():

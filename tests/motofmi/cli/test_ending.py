@@ -95,7 +95,7 @@ def lines_of(capsys):
     return [line for line in capsys.readouterr().out.splitlines() if line.startswith("written: ")]
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_every_file_is_named_at_the_end(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert main(["cosimulate", "--duration", "0.1", "--json", "run.json"]) == 0

@@ -210,7 +210,7 @@ def test_friction_that_lags_is_found_with_its_lag(late):
         assert known[name][0] == pytest.approx(true, abs=3 * known[name][1]) and known[name][1] < 0.1 * true
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_loops_show_what_an_imposed_motion_takes(late):
     (figure,) = (f for f, caption in pictures(late).before_and_after if "over deflection and over rate" in caption)
     recording = late.best.runs[0].recording

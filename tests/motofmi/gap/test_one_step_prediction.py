@@ -217,7 +217,7 @@ def test_slopes_are_those_of_differences(prepared):
     assert z.shape == run.data.shape
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_an_effect_of_size_zero_changes_nothing(prepared):
     run, experiment, library = prepared
     bare = PredictorModel(experiment)

@@ -92,9 +92,9 @@ def test_a_rejection_at_validation_speeds_is_reported(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name, seed", [
-    ("tyre_relaxation", 4), ("aerodynamics", 7), ("added_inertia", 11),
+    ("added_inertia", 11),
     *(pytest.param(*each, marks=pytest.mark.study)
-      for each in [("rider_lean", 2), ("roll_inertia", 5), ("steer_damping", 8), ("steer_stiffness", 16)]),
+      for each in [("tyre_relaxation", 4), ("aerodynamics", 7), ("rider_lean", 2), ("roll_inertia", 5), ("steer_damping", 8), ("steer_stiffness", 16)]),
 ])  # fmt: skip
 def test_what_is_hidden_is_named_or_in_the_tie(tmp_path, name, seed):
     found = case(name, 5000 + seed, tmp_path)

@@ -56,7 +56,7 @@ def test_what_is_hidden_is_named_and_sized(tmp_path, hidden, name, parameter, tr
     assert abs(value - truth) < max(0.1 * truth, 3 * error)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_the_command_writes_the_vehicle_and_compares_with_a_validation_run(tmp_path):
     rng = np.random.default_rng(3)
     real = bicycle(rng, SHARE)
