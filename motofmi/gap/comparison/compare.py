@@ -76,11 +76,15 @@ def compare(
 def _blocks(
     base: Fit, singles: Sequence[Candidate], validation: Sequence[SampledRun], criteria: Criteria
 ) -> CommonBlocks:
-    """The blocks by the residuals of the single effect with the least chi-square that is no disturbance, else of the base."""
+    """The blocks by the residuals of the single effect with the least chi-square, else of the base.
+
+    Effects that are disturbances, and those whose simulation of the validation runs diverges, are passed over.
+    """
     for found in sorted((c.fit for c in singles), key=lambda found: found.chi2):
-        blocks = CommonBlocks(found, validation, criteria)
-        if not blocks.is_disturbance(found):
-            return blocks
+        with suppress(InputError):
+            blocks = CommonBlocks(found, validation, criteria)
+            if not blocks.is_disturbance(found):
+                return blocks
     return CommonBlocks(base, validation, criteria)
 
 
