@@ -12,6 +12,7 @@
     waist_damping = { value = 4.8, unit = "N.m.s/rad", standard_error = 0.1 }
     [correlation.arm_stiffness]
     waist_damping = -0.3         # of the errors of parameters that were identified together
+    [supplement]    numbers for analyses beyond the component's equations, as under [parameters], in SI units
     [printed]    numbers of the source to compare with
     [about]      anything else that is known
 """
@@ -40,6 +41,7 @@ SECTIONS = (
     "source",
     "parameters",
     "correlation",
+    "supplement",
     "printed",
     "about",
 )
@@ -168,8 +170,17 @@ def component_from(contents: Mapping[str, Any], components: Mapping[str, type[Co
             errors[key] = _number(entry, "standard_error", row, file)
     component = kind(name, contents.get("source", ""), joined, **values)
     component.assumed, component.standard_error = assumed, errors
+    component.supplement = {key: _plain(key, entry, file) for key, entry in contents.get("supplement", {}).items()}
     component.correlation = _correlation(contents.get("correlation", {}), errors, file)
     return component
+
+
+def _plain(name: str, entry: Any, file: str) -> float:
+    """A number under [supplement], which no component declares."""
+    number: Any = entry.get("value") if isinstance(entry, Mapping) else entry
+    if type(number) not in (int, float) or not math.isfinite(number):
+        raise InputError(f"{file}: {name} under [supplement] needs a finite number, not {number!r}")
+    return float(number)
 
 
 def _effects(contents: Mapping[str, Any], effects: Sequence[type[Effect]], file: str) -> tuple[Effect, ...]:

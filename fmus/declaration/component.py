@@ -65,7 +65,7 @@ class Component:
     A subclass declares its variables as class attributes and defines `equations`, and `mass` where the equations are
     implicit in der(x). An instance holds a name, the source of its values, the parameter values by name (SI), effects,
     and, of identified parameters, `standard_error` and `correlation`; `assumed` holds the reason for each parameter
-    that the source does not give. Raises InputError for an unknown parameter and for a value outside its bounds.
+    that the source does not give, `supplement` numbers of its value file for analyses beyond its equations. Raises InputError for an unknown parameter and for a value outside its bounds.
 
         >>> class Spring(mf.Component):
         ...     '''Torsion spring.'''
@@ -102,6 +102,7 @@ class Component:
         self.name = name or type(self).__name__
         self.source = source
         self.assumed: dict[str, str] = {}
+        self.supplement: dict[str, float] = {}
         self.standard_error: dict[str, float] = {}
         self.correlation: dict[str, dict[str, float]] = {}
         self.effects = tuple(effects)
@@ -203,7 +204,7 @@ class Component:
 
     def _remade(self, effects: tuple, values: Mapping[str, float]) -> "Component":
         twin = type(self)(self.name, self.source, effects, **values)
-        twin.assumed = dict(self.assumed)
+        twin.assumed, twin.supplement = dict(self.assumed), dict(self.supplement)
         twin.standard_error, twin.correlation = dict(self.standard_error), dict(self.correlation)
         return twin
 

@@ -1,0 +1,209 @@
+"""The touring motorcycle in large motion: straight running, the Magic Formula, equilibria, energy, mirrored turns."""
+
+import numpy as np
+import pytest
+
+from fmus import linearise
+from fmus.expressions.functions import NUMERIC
+from fmus.support.errors import InputError
+from rider_fmu import riders
+from tests.vehicle_fmu.test_touring_motorcycle import coefficients, magic_formula  # noqa: F401 - a fixture
+from vehicle_fmu import modes, motorcycles, over_speed, ridden
+from vehicle_fmu.components.touring_motorcycle import FLEXIBLE
+from vehicle_fmu.large_motion.corner_modes import corner_modes, held
+from vehicle_fmu.large_motion.equations import ENDS, LargeMotion
+from vehicle_fmu.large_motion.steady_turning import SteadyTurning
+from vehicle_fmu.large_motion.touring_tree import check_large_motion, tyre
+
+TUM = motorcycles.load("tum_2020")
+RIGID = TUM.with_values(**dict.fromkeys(FLEXIBLE, 0.0))
+STEP = 1e-30
+
+
+@pytest.fixture(scope="module")
+def turning():
+    return SteadyTurning(LargeMotion(TUM), 30.0)
+
+
+# Straight running ---------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("speed", [5.0, 20.0, 45.0, 80.0])
+@pytest.mark.parametrize("motorcycle", [TUM, TUM.with_values(fork_bending=0.0, rider_lean=0.0, added_steer_inertia=0.3)])
+def test_upright_it_is_the_linear_motorcycle(motorcycle, speed):
+    upright = SteadyTurning(LargeMotion(motorcycle), speed)
+    A, B, C, _ = upright.linearised(upright.at(0.0))
+    straight = linearise(motorcycle, speed=speed)
+    rows, own = ([s.index(n) for n in upright.motion.states[1:]] for s in (straight.states, upright.motion.states))
+    wanted = straight.A[np.ix_(rows, rows)]
+    # Rounding of two independent derivations, against the largest entry of each row.
+    assert (np.abs(A[np.ix_(own, own)] - wanted) <= 1e-11 * np.abs(wanted).max(axis=1, keepdims=True)).all()
+    assert np.abs(A[0, 1:]).max() < 1e-7 and np.abs(A[1:, 0]).max() < 1e-9  # forward speed is apart, to the equilibrium's residual
+    inputs = [straight.inputs.index(n) for n in ("steer_torque", "handlebar_torque", "frame_torque")]
+    assert B[np.ix_(own, [1, 2, 3])] == pytest.approx(straight.B[np.ix_(rows, inputs)], rel=1e-9, abs=1e-10)
+    frame_rate = straight.C[straight.outputs.index("frame_rate")]
+    assert C[4, own] == pytest.approx(frame_rate[rows], abs=1e-12)
+
+
+def test_upright_loads_are_those_of_the_linear_motorcycle(turning):
+    equilibrium = turning.at(0.0)
+    computed = TUM.run({**TUM.start_values(), "speed": 30.0}, NUMERIC)
+    assert list(equilibrium.load.values()) == pytest.approx([computed["front_load"], computed["rear_load"]], rel=1e-12)
+
+
+# The Magic Formula --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("end, radius", [("front", 0.06), ("rear", 0.095)])
+def test_tyre_forces_are_those_of_a_second_implementation(coefficients, end, radius):  # noqa: F811
+    own, generator = tyre(TUM, end), np.random.default_rng(0)
+    for _ in range(40):
+        load, slip, camber = generator.uniform(300, 2500), generator.uniform(-0.2, 0.2), generator.uniform(-0.9, 0.9)
+        wanted = magic_formula(coefficients[end], radius, load, slip, camber)
+        assert own.forces(load, slip, camber) == pytest.approx(wanted, rel=1e-12)  # rounding
+
+
+# Equilibria ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("lean", [15.0, 30.0, 45.0])
+def test_forces_balance_in_steady_turning(turning, lean):
+    equilibrium = turning.at(np.radians(lean))
+    p, mass = turning.motion.values, turning.motion.tree.mass.sum()
+    assert equilibrium.residual < 1e-8  # N, N.m: rounding of weights of 2500 N
+    assert np.abs(turning.motion.at(equilibrium.x, equilibrium.u).rates).max() < 1e-8
+    assert sum(equilibrium.load.values()) == pytest.approx(mass * p.gravity - p.lift * 30.0**2, rel=1e-12)
+    # The mass centre circles about the axis of the turn: its acceleration is across its velocity, r times it.
+    found = turning.motion.at(equilibrium.x, equilibrium.u)
+    across = sum(found.side_force[end] * found.wheels[end].right[1] + found.longitudinal_force[end] * found.wheels[end].ahead[1]
+                 for end in ENDS)  # fmt: skip
+    yaw_rate = equilibrium.x[2]
+    masses = turning.motion.tree.mass
+    along = found.w[0] - yaw_rate * (masses @ turning.motion.tree.centres(found.motion)[:, 1]) / mass
+    assert across == pytest.approx(mass * yaw_rate * along, rel=1e-9)
+
+
+@pytest.mark.slow
+def test_left_is_the_mirror_of_right(turning):
+    for lean in (15.0, 40.0):
+        right, left = (turning.at(np.radians(side * lean)) for side in (1, -1))
+        names = turning.motion.states
+        sign = np.where(np.array(names) == "forward_speed", 1, -1)
+        assert left.x == pytest.approx(sign * right.x, abs=1e-10)
+        assert left.u == pytest.approx(right.u * [1, -1, 1, 1], abs=1e-7)
+        spectra = [np.sort_complex(np.linalg.eigvals(turning.linearised(each)[0])) for each in (left, right)]
+        assert spectra[0] == pytest.approx(spectra[1], rel=1e-8)
+
+
+@pytest.mark.slow
+def test_the_end_of_equilibria_is_named():
+    with pytest.raises(InputError, match=r"no steady turning at 20 m/s and a lean angle of 70 deg: equilibria end near 6\d\.\d deg, "
+                                         r"where the (front|rear) tyre gives (99|100) % of its greatest side force"):  # fmt: skip
+        SteadyTurning(LargeMotion(RIGID), 20.0).at(np.radians(70.0))
+    with pytest.raises(InputError, match="no equilibrium at 95 m/s, upright: drag or lift unloads a wheel"):
+        SteadyTurning(LargeMotion(RIGID), 95.0)
+
+
+@pytest.mark.slow
+def test_less_grip_ends_turning_earlier():
+    ends = []
+    for grip in (1.3, 0.9, 0.5):
+        motorcycle = RIGID.with_values()
+        motorcycle.supplement.update(front_pDy1=grip, rear_pDy1=grip)
+        turning = SteadyTurning(LargeMotion(motorcycle), 20.0)
+        with pytest.raises(InputError, match="greatest side force"):
+            turning.at(np.radians(75.0))
+        accelerations = [each.x[2] * 20.0 / motorcycle.values["gravity"] for each in turning.known]
+        ends.append(max(accelerations))
+    # Lateral acceleration in units of g and grip agree, but for the position of the speed, A, beside the mass centre.
+    assert all(0.95 * grip < end < 1.01 * grip for end, grip in zip(ends, (1.3, 0.9, 0.5), strict=True))
+
+
+# Energy -------------------------------------------------------------------------------------------
+
+
+def energy(motion, found):
+    """Kinetic and potential energy [J]."""
+    mass, _, _ = motion.tree.inertia_terms(found.motion)
+    height = motion.tree.centres(found.motion)[..., 2]
+    springs = sum(motion.values.__dict__[f"{n}_stiffness"] * found.q[..., motion.place[n]] ** 2 for n in motion.free) / 2
+    kinetic = 0.5 * (found.w[..., None, :] @ mass @ found.w[..., None])[..., 0, 0]
+    return kinetic - motion.values.gravity * (height @ motion.tree.mass) + springs
+
+
+def power(motion, found, u):
+    """Power [W] of what is neither weight nor spring: drive, wind, dampers, torques of the port, tyres."""
+    given = sum(force @ found.w for name, force in motion.forces(found, u).items() if name not in ("weight", "springs"))
+    slip = sum(found.side_force[end] * wheel.across for end, wheel in found.wheels.items())
+    turning = sum(found.yaw_moment[end] * (wheel.turn[2] @ found.w) for end, wheel in found.wheels.items())
+    return given + slip + turning
+
+
+def random_state(motion, generator):
+    x = generator.normal(size=len(motion.states)) * 0.05
+    x[0], x[1], x[motion.states.index("roll_angle")] = 20.0, generator.normal() * 0.5, generator.uniform(-0.8, 0.8)
+    return x, np.array([50.0, -3.0, 4.0, 2.0])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(5))
+def test_energy_changes_by_the_power_of_the_forces(seed):
+    """Along the motion x' = f(x) the derivative of the energy, by a complex step, is the power at x."""
+    motion = LargeMotion(TUM)
+    x, u = random_state(motion, np.random.default_rng(seed))
+    found = motion.at(x, u)
+    ahead = motion.posed(x + 1j * STEP * found.rates, u + 0j)
+    rate = energy(motion, ahead).imag / STEP
+    scale = abs(motion.values.gravity * motion.tree.mass.sum() * x[0])  # W: weight times speed
+    assert rate == pytest.approx(power(motion, found, u), abs=1e-9 * scale)
+
+
+@pytest.mark.study
+def test_energy_balance_of_a_simulated_free_motion(turning):
+    """A push on the bar at 30 deg of lean: the energy gained is the integral of the power."""
+    from scipy.integrate import solve_ivp  # noqa: PLC0415
+
+    equilibrium, motion = turning.at(np.radians(30.0)), turning.motion
+    start = equilibrium.x.copy()
+    start[motion.states.index("steer_rate")] += 0.5
+
+    def rates(t, x):
+        found = motion.at(x[:-1], equilibrium.u)
+        return np.append(found.rates, power(motion, found, equilibrium.u))
+
+    run = solve_ivp(rates, (0.0, 0.3), np.append(start, 0.0), method="DOP853", rtol=1e-9, atol=1e-10)
+    ends = [energy(motion, motion.posed(run.y[:-1, k], equilibrium.u)) for k in (0, -1)]
+    moved = np.abs(run.y[:-1].T - equilibrium.x).max()
+    assert moved > 0.1  # rad/s: the motion is no rest
+    # The integration's tolerance, against the energy of the motion (0.1 MJ) and its change.
+    assert ends[1] - ends[0] == pytest.approx(run.y[-1, -1], abs=1e-9 * abs(ends[0]))
+
+
+# Modes --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_modes_in_corners_begin_as_those_of_straight_running():
+    rider = riders.load("mean_2011")
+    turning = SteadyTurning(LargeMotion(held(TUM, [rider])), 30.0)
+    leans = np.radians([-20.0, 0.0, 20.0])
+    found = corner_modes(turning, TUM, [rider], leans)
+    straight = modes(over_speed(ridden(TUM, rider)), np.array([30.0]))
+    for mode in straight.unstable:
+        value = found.named[mode].eigenvalue
+        # Rounding of two derivations, and of eigenvalues near others.
+        assert value[1] == pytest.approx(straight[mode].eigenvalue[0], rel=1e-7)
+        assert value[0] == pytest.approx(value[2], rel=1e-6)  # left as right
+    nearest = [np.abs(found.eigenvalues[2] - named.eigenvalue[2]).min() for named in found.named.values()]
+    assert max(nearest) == 0.0
+
+
+def test_values_that_corners_need_are_asked_for():
+    bare = TUM.with_values()
+    bare.supplement.clear()
+    with pytest.raises(InputError, match=r"corners need 60 more values, such as frame_yy; give them in \[supplement\]"):
+        check_large_motion(bare)
+    with pytest.raises(InputError, match="motorcycle_sharp_1971 is a Motorcycle, which has no equations for corners"):
+        check_large_motion(motorcycles.load("sharp_1971"))

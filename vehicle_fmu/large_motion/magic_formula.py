@@ -1,0 +1,88 @@
+r"""Motorcycle tyres by the Magic Formula at any slip and camber angle, in pure side slip.
+
+With the load Z, the load increment d = (Z - Z_0) / Z_0, the slip angle alpha and the camber angle gamma:
+
+    Y     = D sin(C_y atan(x - E (x - atan x)) + C_g atan(y - E_g (y - atan y))),    x = B alpha,   y = B_g gamma
+    D     = Z p_Dy1 exp(p_Dy2 d) / (1 + p_Dy3 gamma^2),           E = p_Ey1 + p_Ey2 gamma^2 + p_Ey4 gamma sign(alpha)
+    B     = K / (C_y D),      K = p_Ky1 Z_0 sin(p_Ky2 atan(Z / ((p_Ky3 + p_Ky4 gamma^2) Z_0))) / (1 + p_Ky5 gamma^2)
+    B_g   = lambda (p_Ky6 + p_Ky7 d) Z / (C_g D)
+    M_z   = -t Y(alpha, 0) + M_r
+    t     = D_t cos(C_t atan(u - E_t (u - atan u))) / sqrt(1 + alpha^2),    u = B_t alpha
+    B_t   = (q_Bz1 + q_Bz2 d) (1 + q_Bz5 |gamma| + q_Bz6 gamma^2)
+    D_t   = Z (r_c / Z_0) (q_Dz1 + q_Dz2 d) (1 + q_Dz3 |gamma| + q_Dz4 gamma^2)
+    E_t   = (q_Ez1 + q_Ez2 d) (1 + q_Ez5 gamma (2 / pi) atan(B_t C_t alpha))
+    M_r   = Z r_c ((q_Dz8 + q_Dz9 d) gamma + (q_Dz10 + q_Dz11 d) gamma |gamma|)
+            cos(atan((q_Bz9 + q_Bz10 B_0 C_y) (alpha + (q_Hz3 + q_Hz4 d) gamma))) / sqrt(1 + alpha^2)
+
+B_0 is B at gamma = 0. Y has its greatest value D where the argument of the sine, the `use` of the grip, is pi / 2. The derivatives at
+alpha = gamma = 0 are those of `vehicle_fmu.magic_formula_tyres`. The slip angle relaxes as there, with the load and without
+the effect of camber on the relaxation length. Turn slip (the curvature of the path) and longitudinal slip are left out.
+
+Source: Pacejka, Tire and Vehicle Dynamics (2012), Section 4.3, motorcycle version; lambda and r_c as in the open model of
+Passigato et al., Applied Sciences 10 (2020) 6826.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+# The coefficients besides those of `vehicle_fmu.magic_formula_tyres`.
+COEFFICIENTS = ("pDy1", "pDy2", "pDy3", "Cy", "pEy1", "pEy2", "pEy4", "pKy4", "pKy5", "Cga", "Ega", "Ct", "qBz1", "qBz2", "qBz5", "qBz6",
+                "qBz9", "qBz10", "qDz3", "qDz4", "qDz10", "qDz11", "qEz1", "qEz2", "qEz5", "qHz3", "qHz4")  # fmt: skip
+
+
+class Tyre:
+    """A tyre with its coefficients by name."""
+
+    def __init__(self, values: Mapping[str, float]):
+        self.values = dict(values)
+
+    def __getattr__(self, name: str) -> float:
+        try:
+            return self.__dict__["values"][name]
+        except KeyError:
+            raise AttributeError(name) from None
+
+    def increment(self, load: Any) -> Any:
+        """d: the load's difference from the nominal one, per nominal load."""
+        return (load - self.nominal_load) / self.nominal_load
+
+    def cornering_stiffness(self, load: Any, camber: Any = 0.0) -> Any:
+        """K [N/rad] at a load [N] and a camber angle [rad]."""
+        c = self
+        return (c.pKy1 * c.nominal_load * np.sin(c.pKy2 * np.arctan(load / ((c.pKy3 + c.pKy4 * camber**2) * c.nominal_load)))
+                / (1 + c.pKy5 * camber**2))  # fmt: skip
+
+    def relaxation_length(self, load: Any, speed: Any) -> Any:
+        """sigma [m] at a load [N] and a speed [m/s]."""
+        return self.cornering_stiffness(load) * (self.relaxation_0 + self.relaxation_1 * speed + self.relaxation_2 * speed**2)
+
+    def use(self, load: Any, slip: Any, camber: Any) -> tuple[Any, Any, Any]:
+        """The greatest side force D [N], the argument of the sine in Y [rad], and B [1/rad]."""
+        c = self
+        greatest = load * c.pDy1 * np.exp(c.pDy2 * self.increment(load)) / (1 + c.pDy3 * camber**2)
+        B = self.cornering_stiffness(load, camber) / (c.Cy * greatest)
+        E = c.pEy1 + c.pEy2 * camber**2 + c.pEy4 * camber * np.sign(np.real(slip))
+        x = B * slip
+        y = c.camber_scale * (c.pKy6 + c.pKy7 * self.increment(load)) * load / (c.Cga * greatest) * camber
+        return greatest, c.Cy * np.arctan(_bent(x, E)) + c.Cga * np.arctan(_bent(y, c.Ega)), B
+
+    def forces(self, load: Any, slip: Any, camber: Any) -> tuple[Any, Any]:
+        """Side force Y [N] and moment about z [N.m] at a load [N], relaxed slip and camber angle [rad]."""
+        c, d = self, self.increment(load)
+        greatest, argument, _ = self.use(load, slip, camber)
+        upright, only_slip, B = self.use(load, slip, 0.0 * camber)
+        size = np.where(np.real(camber) < 0, -camber, camber)
+        Bt = (c.qBz1 + c.qBz2 * d) * (1 + c.qBz5 * size + c.qBz6 * camber**2)
+        Dt = load * c.section_radius / c.nominal_load * (c.qDz1 + c.qDz2 * d) * (1 + c.qDz3 * size + c.qDz4 * camber**2)
+        Et = (c.qEz1 + c.qEz2 * d) * (1 + c.qEz5 * camber * (2 / np.pi) * np.arctan(Bt * c.Ct * slip))
+        trail = Dt * np.cos(c.Ct * np.arctan(_bent(Bt * slip, Et))) / np.sqrt(1 + slip**2)
+        residual = load * c.section_radius * ((c.qDz8 + c.qDz9 * d) * camber + (c.qDz10 + c.qDz11 * d) * camber * size)
+        shifted = (c.qBz9 + c.qBz10 * B * c.Cy) * (slip + (c.qHz3 + c.qHz4 * d) * camber)
+        residual = residual * np.cos(np.arctan(shifted)) / np.sqrt(1 + slip**2)
+        return greatest * np.sin(argument), -trail * upright * np.sin(only_slip) + residual
+
+
+def _bent(x: Any, E: Any) -> Any:
+    return x - E * (x - np.arctan(x))
