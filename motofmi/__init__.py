@@ -39,6 +39,7 @@ NAMES = {
     "motofmi.workflows.sweep.result": ("open_study",),
     "motofmi.workflows.sweep.sweep": ("sweep",),
     "motofmi.workflows.tour": ("tour",),
+    "motofmi.workflows.trim": ("trim",),
 }  # fmt: skip
 __all__, _get, _dir = on_use(__name__, NAMES)
 
@@ -82,5 +83,6 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from motofmi.workflows.sweep.result import open_study as open_study
     from motofmi.workflows.sweep.sweep import sweep as sweep
     from motofmi.workflows.tour import tour as tour
+    from motofmi.workflows.trim import trim as trim
 else:
     __getattr__, __dir__ = _get, _dir

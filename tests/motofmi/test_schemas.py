@@ -26,6 +26,7 @@ OUTPUTS = (
     ("device", "damper:7.5", "--frequency", "1"),
     ("modes", "--speed", "20,30"),
     ("modes", "--speed", "20,30", "--device", "none", "--device", "damper:7.5"),
+    ("trim", "--speed", "30", "--lean", "0,20"),
     ("cosimulate", "--device", "damper:7.5", "--duration", "0.1", "--out", "run.csv"),
     ("simulate", "out/damper_7_5.fmu", "--duration", "0.1"),
 )
