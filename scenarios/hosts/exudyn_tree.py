@@ -28,11 +28,15 @@ class Link:
 
 
 class Tree:
-    """The links of bodies, the front and the rear wheel last, whose polar inertias [kg.m2] are given."""
+    """The links of bodies, the front and the rear wheel last, whose polar inertias [kg.m2] are given.
 
-    def __init__(self, body: Sequence[Body], front_spin_inertia: float, rear_spin_inertia: float):
-        self.body, self.polar = body, {"front": front_spin_inertia, "rear": rear_spin_inertia}
-        self.links = _links(body)
+    With pitch inertias of the other bodies [kg.m2] the tree moves in its plane too: vertically before yaw, in pitch after roll.
+    """
+
+    def __init__(self, body: Sequence[Body], front_spin_inertia: float, rear_spin_inertia: float,
+                 pitch_inertias: Sequence[float] | None = None):  # fmt: skip
+        self.body, self.polar, self.pitch_inertias = body, {"front": front_spin_inertia, "rear": rear_spin_inertia}, pitch_inertias
+        self.links = _links(body, pitch_inertias is not None)
         self.place = {link.name: k for k, link in enumerate(self.links)}
 
     def frames(self, q: np.ndarray) -> Frames:
@@ -64,14 +68,19 @@ class Tree:
             total[k] = axes[k] @ force if self.links[k].slides else axes[k] @ (np.cross(point - joints[k], force) + moment)
         return total
 
+    def _pitch_inertia(self, k: int) -> float:
+        """That of body k; any value does where no body pitches."""
+        return self.pitch_inertias[k] if self.pitch_inertias else self.body[k].roll_inertia + self.body[k].yaw_inertia
+
     def arguments(self, exu: Any) -> dict[str, Any]:
         """The arguments of ObjectKinematicTree. The axis of a link is the third one of its own axes."""
         own = [_own_axes(link.axis) for link in self.links]
         mass, moment, second = np.zeros(len(self.links)), np.zeros((len(self.links), 3)), np.zeros((len(self.links), 3, 3))
         for k, part in enumerate(self.body):
             wheel = {len(self.body) - 2: "front", len(self.body) - 1: "rear"}.get(k)
-            link = self.place[f"{wheel}_spin" if wheel else coordinate(part.path[-1].rate)]
-            pitch = self.polar[wheel] if wheel else part.roll_inertia + part.yaw_inertia  # plays no part
+            last = coordinate(part.path[-1].rate)
+            link = self.place[f"{wheel}_spin" if wheel else "pitch" if last == "roll" and "pitch" in self.place else last]
+            pitch = self.polar[wheel] if wheel else self._pitch_inertia(k)
             tensor = np.array([[part.roll_inertia, 0, -part.product], [0, pitch, 0], [-part.product, 0, part.yaw_inertia]], float)
             centre = np.array([part.centre[0], 0.0, part.centre[1]], float) - self.links[link].point
             mass[link] += part.mass
@@ -103,7 +112,7 @@ def coordinate(name: str) -> str:
     return name
 
 
-def _links(body: Sequence[Body]) -> list[Link]:
+def _links(body: Sequence[Body], in_space: bool) -> list[Link]:
     """Along, then every freedom after the one before it in a path, then the spinning wheels."""
     links = [Link("along", -1, np.zeros(3), np.array([1.0, 0.0, 0.0]), True)]
     place: dict[int, int] = {}
@@ -113,8 +122,14 @@ def _links(body: Sequence[Body]) -> list[Link]:
                 continue
             parent = place[id(part.path[k - 1])] if k else 0
             axis = RIGHT if j.axis is None else np.array([j.axis[0], 0.0, j.axis[1]], float)
+            if in_space and j.rate == "yaw_rate":
+                links.append(Link("vertical", parent, np.zeros(3), DOWN, True))
+                parent = len(links) - 1
             place[id(j)] = len(links)
             links.append(Link(coordinate(j.rate), parent, np.array([j.point[0], 0.0, j.point[1]], float), axis, j.axis is None))
+            if in_space and j.rate == "roll_rate":
+                place[id(j)] = len(links)
+                links.append(Link("pitch", len(links) - 1, np.zeros(3), RIGHT))
     for wheel, part in (("front", body[-2]), ("rear", body[-1])):
         centre = np.array([part.centre[0], 0.0, part.centre[1]], float)
         links.append(Link(f"{wheel}_spin", place[id(part.path[-1])], centre, -RIGHT))
