@@ -10,6 +10,7 @@ from motofmi.scenarios import does_fork_bending_turn_the_trend_of_wobble_round a
 from motofmi.scenarios import does_the_passive_rider_calm_wobble_on_every_vehicle as on_every_vehicle
 from motofmi.scenarios import is_a_passive_rider_like_sharps_hands as of_hands
 from motofmi.scenarios import what_does_each_reading_do_to_sharp_1994 as of_readings
+from motofmi.scenarios import what_does_the_passive_rider_do_to_weave_in_a_corner as of_corners
 from motofmi.scenarios import which_damper_serves_which_vehicle as of_dampers
 from motofmi.scenarios import which_riders_weave as of_riders
 from tests import ROOT
@@ -100,3 +101,15 @@ def test_shares_of_riders_that_weave_are_counted_from_their_modes():
         assert found.served[pair] == pytest.approx(1 - max(share, found.wobbling[pair]), abs=min(share, found.wobbling[pair]))
     assert found.weaving["sharp_1971", "none"] > 0  # 2011, Sect. 5: the mean rider makes it weave from 34 to 57 m/s
     assert found.best["sharp_1971"] in ("none", "damper:high_2011") and is_complete(of_riders.section(found))
+
+
+@pytest.mark.slow
+def test_weave_in_a_corner_is_on_the_page():
+    found = of_corners.run(speeds=(50.0,), leans=np.array([0.0, 45.0]))
+    assert is_complete(of_corners.section(found))
+    off, rider = (found[words, 50.0] for words in of_corners.DEVICES)
+    # In straight running the page says so at this speed, and the corner does not turn it round.
+    assert (rider["weave"].eigenvalue.real > 0).all() and (off["weave"].eigenvalue.real < 0).all()
+    for row, cells in ((row, line.split(" | ")) for row in of_corners.table(found).rows for line in PAGE.splitlines()
+                       if line.startswith(f"| {' | '.join(row[:3])} |")):  # fmt: skip
+        assert cells[3] == row[3] and cells[-1].removesuffix(" |") == row[4]
