@@ -23,20 +23,35 @@ from vehicle_fmu.large_motion.touring_tree import check_large_motion
 
 LARGEST_LEAN = 80.0  # deg
 QUANTITIES = {  # of an equilibrium, with their units
-    "steer_angle": "rad", "steer_torque": "N.m", "yaw_rate": "rad/s", "lateral_acceleration": "m/s2", "drive_torque": "N.m",
-    **{f"{end}_{name}": unit for name, unit in (("load", "N"), ("side_force", "N"), ("slip_angle", "rad"), ("camber_angle", "rad"),
-                                                ("grip_used", "1")) for end in ENDS},
+    "steer_angle": "rad",
+    "steer_torque": "N.m",
+    "yaw_rate": "rad/s",
+    "lateral_acceleration": "m/s2",
+    "drive_torque": "N.m",
+    **{
+        f"{end}_{name}": unit
+        for name, unit in (
+            ("load", "N"),
+            ("side_force", "N"),
+            ("slip_angle", "rad"),
+            ("camber_angle", "rad"),
+            ("grip_used", "1"),
+        )
+        for end in ENDS
+    },
     "residual": "N, N.m",
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True, repr=False)
 class Trim:
-    """Steady turning of a vehicle at a speed [m/s] and lean angles (n,) [deg], to the right positive, with devices at its port.
+    """Steady turning of a vehicle at a speed [m/s] and lean angles (n,) [deg], to the right positive, with devices at
+    its port.
 
-    quantities holds arrays (n,) by name in SI units (angles in rad): steer_torque is the torque between frame and front frame that the
-    rider has to apply, grip_used the side force of a tyre per the greatest one at its load, residual the largest force or moment
-    that is left. eigenvalues (n, nx) [1/s] and named modes are those about each equilibrium.
+    quantities holds arrays (n,) by name in SI units (angles in rad): steer_torque is the torque between frame and
+    front frame that the rider has to apply, grip_used the side force of a tyre per the greatest one at its load,
+    residual the largest force or moment that is left. eigenvalues (n, nx) [1/s] and named modes are those about each
+    equilibrium.
 
         >>> found = mf.trim("tum_2020", speed=30, lean=[0, 30])
         >>> found
@@ -81,26 +96,46 @@ class Trim:
     def _repr_html_(self) -> str:
         shown = ("steer_angle", "steer_torque", "yaw_rate", "front_load", "rear_load")
         rows = [(f"{lean:g}", *(f"{self[name][k]:.4g}" for name in shown)) for k, lean in enumerate(self.lean)]
-        return html(f"{self.title}, {self.speed:g} m/s", ("lean [deg]", *(f"{n} [{QUANTITIES[n]}]" for n in shown)), rows, self.plot)
+        return html(
+            f"{self.title}, {self.speed:g} m/s",
+            ("lean [deg]", *(f"{n} [{QUANTITIES[n]}]" for n in shown)),
+            rows,
+            self.plot,
+        )
 
     def plot(self, axes: Any = None) -> Any:
-        """The root locus of the named modes over the lean angle on axes of matplotlib, which are returned; new ones unless given."""
+        """The root locus of the named modes over the lean angle on axes of matplotlib, which are returned; new ones
+        unless given.
+        """
         axes = new_axes() if axes is None else axes
         for mode, found in self.named.items():
             (line,) = axes.plot(found.eigenvalue.real, found.eigenvalue.imag, ".-", label=mode.replace("_", "-"))
             axes.plot(found.eigenvalue.real[-1:], found.eigenvalue.imag[-1:], "o", color=line.get_color())
         axes.axvline(0.0, color="0.5", linewidth=0.8)
-        axes.set(xlabel="real part [1/s]", ylabel="imaginary part [rad/s]",
-                 title=f"{self.title}, {self.speed:g} m/s, lean {self._leans()} deg")  # fmt: skip
+        axes.set(
+            xlabel="real part [1/s]",
+            ylabel="imaginary part [rad/s]",
+            title=f"{self.title}, {self.speed:g} m/s, lean {self._leans()} deg",
+        )
         axes.legend()
         return axes
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of `motofmi trim --json`."""
-        named = {name: {"eigenvalue": list(m.eigenvalue), "frequency": m.frequency, "damping_ratio": m.damping_ratio}
-                 for name, m in self.named.items()}  # fmt: skip
-        return {"vehicle": self.vehicle, "device": self.device, "assumed": dict(self.assumed), "speed": self.speed, "lean": self.lean,
-                **self.quantities, "eigenvalues": self.eigenvalues, "modes": named}  # fmt: skip
+        named = {
+            name: {"eigenvalue": list(m.eigenvalue), "frequency": m.frequency, "damping_ratio": m.damping_ratio}
+            for name, m in self.named.items()
+        }
+        return {
+            "vehicle": self.vehicle,
+            "device": self.device,
+            "assumed": dict(self.assumed),
+            "speed": self.speed,
+            "lean": self.lean,
+            **self.quantities,
+            "eigenvalues": self.eigenvalues,
+            "modes": named,
+        }
 
     def to_dataframe(self) -> Any:
         """One row for each lean angle (pandas.DataFrame); the unit is in the name of every column."""
@@ -108,18 +143,29 @@ class Trim:
 
         columns = {"lean [deg]": self.lean, **{f"{n} [{QUANTITIES[n]}]": x for n, x in self.quantities.items()}}
         for mode, found in self.named.items():
-            columns |= {f"{mode} real [1/s]": found.eigenvalue.real, f"{mode} imag [rad/s]": found.eigenvalue.imag,
-                        f"{mode} frequency [Hz]": found.frequency, f"{mode} damping ratio [1]": found.damping_ratio}  # fmt: skip
+            columns |= {
+                f"{mode} real [1/s]": found.eigenvalue.real,
+                f"{mode} imag [rad/s]": found.eigenvalue.imag,
+                f"{mode} frequency [Hz]": found.frequency,
+                f"{mode} damping ratio [1]": found.damping_ratio,
+            }
         return pd.DataFrame(columns)
 
 
-def trim(vehicle: ComponentLike = "tum_2020", device: Devices = None, *, speed: float, lean: ArrayLike,
-         set: Mapping[str, float] | None = None) -> Trim:  # fmt: skip
+def trim(
+    vehicle: ComponentLike = "tum_2020",
+    device: Devices = None,
+    *,
+    speed: float,
+    lean: ArrayLike,
+    set: Mapping[str, float] | None = None,
+) -> Trim:
     """Steady turning of a vehicle at `speed` [m/s] and `lean` angles (n,) or one [deg], with the modes about it.
 
-    vehicle and device are components, names, or paths of value files (.toml); device acts at the handlebar port. set changes
-    parameters by name, the supplement of its value file among them. Equations: `vehicle_fmu.large_motion`. Raises InputError
-    for a vehicle without them, for a device with another port, and, with speed, lean angle and reason, where there is no equilibrium.
+    vehicle and device are components, names, or paths of value files (.toml); device acts at the handlebar port. set
+    changes parameters by name, the supplement of its value file among them. Equations: `vehicle_fmu.large_motion`.
+    Raises InputError for a vehicle without them, for a device with another port, and, with speed, lean angle and
+    reason, where there is no equilibrium.
 
         >>> found = mf.trim("tum_2020", "rider:mean_2011", speed=20, lean=20)
         >>> found["steer_torque"].round(1), found["wobble"].frequency.round(1)
@@ -133,15 +179,24 @@ def trim(vehicle: ComponentLike = "tum_2020", device: Devices = None, *, speed: 
     check_devices(devices)
     leans = np.atleast_1d(np.asarray(lean, float))
     if not (np.isfinite(leans).all() and (np.abs(leans) <= LARGEST_LEAN).all() and leans.ndim == 1 and len(leans)):
-        raise InputError(f"lean angles must be from -{LARGEST_LEAN:g} to {LARGEST_LEAN:g} [deg], not {np.array2string(leans, threshold=6)}")
+        shown = np.array2string(leans, threshold=6)
+        raise InputError(f"lean angles must be from -{LARGEST_LEAN:g} to {LARGEST_LEAN:g} [deg], not {shown}")
     if np.ndim(speed):
         raise InputError(f"trim takes one speed [m/s], not {np.size(speed)}; lean can be several")
     turning = SteadyTurning(LargeMotion(held(whole, devices)), in_bounds(speed, whole.table["speed"], whole.name))
     found = [turning.at(angle) for angle in np.radians(leans)]
     rows = [_quantities(turning, each) for each in found]
     modes = corner_modes(turning, whole, devices, np.radians(leans))
-    return Trim(whole.name, ", ".join(d.name for d in devices) or "none", assumed(whole, devices), turning.speed, leans,
-                {name: np.array([row[name] for row in rows]) for name in QUANTITIES}, modes.eigenvalues, modes.named)  # fmt: skip
+    return Trim(
+        whole.name,
+        ", ".join(d.name for d in devices) or "none",
+        assumed(whole, devices),
+        turning.speed,
+        leans,
+        {name: np.array([row[name] for row in rows]) for name in QUANTITIES},
+        modes.eigenvalues,
+        modes.named,
+    )
 
 
 def _parts(vehicle: ComponentLike, device: Devices, settings: dict[str, float]) -> tuple[Component, list[Component]]:
@@ -163,8 +218,23 @@ def _quantities(turning: SteadyTurning, at: Equilibrium) -> dict[str, float]:
     side = dict(zip(ENDS, turning.motion.side_forces(found, at.multipliers), strict=True))
     used = turning.grip_used(at)
     yaw_rate, drive_torque, steer_torque = float(found.w[place["yaw"]]), *at.u[turning.torques]
-    tyres = {f"{end}_{name}": float(value) for end in ENDS for name, value in (
-        ("load", at.load[end]), ("side_force", side[end]), ("slip_angle", found.slip[end]),
-        ("camber_angle", found.wheels[end].camber), ("grip_used", np.sin(used[end] * np.pi / 2)))}  # fmt: skip
-    return {"steer_angle": float(found.q[place["steer"]]), "steer_torque": steer_torque, "yaw_rate": yaw_rate,
-            "lateral_acceleration": yaw_rate * turning.speed, "drive_torque": drive_torque, **tyres, "residual": at.residual}  # fmt: skip
+    tyres = {
+        f"{end}_{name}": float(value)
+        for end in ENDS
+        for name, value in (
+            ("load", at.load[end]),
+            ("side_force", side[end]),
+            ("slip_angle", found.slip[end]),
+            ("camber_angle", found.wheels[end].camber),
+            ("grip_used", np.sin(used[end] * np.pi / 2)),
+        )
+    }
+    return {
+        "steer_angle": float(found.q[place["steer"]]),
+        "steer_torque": steer_torque,
+        "yaw_rate": yaw_rate,
+        "lateral_acceleration": yaw_rate * turning.speed,
+        "drive_torque": drive_torque,
+        **tyres,
+        "residual": at.residual,
+    }

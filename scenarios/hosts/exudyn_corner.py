@@ -1,11 +1,11 @@
 """Exudyn: the touring motorcycle of 2020 in a corner, its accelerations and eigenvalues found a second time.
 
-The bodies are links of a kinematic tree (ObjectKinematicTree) that moves in space. Exudyn forms inertia, gyroscopic and centrifugal
-forces in full motion; the other forces are given here. One explicit Euler step of one second gives the accelerations without
-an error of integration: the change of every rate. Loads and longitudinal forces of the tyres are those for which the wheels neither
-leave the road nor slide along their heading: with the rows G of these conditions, formed here, G w' + G' w = 0, where G' w
-follows from central differences along the motion. At an equilibrium of `vehicle_fmu.large_motion` all rates must be 0, and their
-slopes must have the same eigenvalues.
+The bodies are links of a kinematic tree (ObjectKinematicTree) that moves in space. Exudyn forms inertia, gyroscopic
+and centrifugal forces in full motion; the other forces are given here. One explicit Euler step of one second gives
+the accelerations without an error of integration: the change of every rate. Loads and longitudinal forces of the
+tyres are those for which the wheels neither leave the road nor slide along their heading: with the rows G of these
+conditions, formed here, G w' + G' w = 0, where G' w follows from central differences along the motion. At an
+equilibrium of `vehicle_fmu.large_motion` all rates must be 0, and their slopes must have the same eigenvalues.
 
 Tyre forces are those of `vehicle_fmu.large_motion.magic_formula`, which the tests compare with a second implementation.
 """
@@ -33,7 +33,8 @@ DEPENDENT = ("vertical", "pitch", "front_spin", "rear_spin")
 
 
 def run(speed: float = 30.0, lean: float = 30.0) -> dict[str, float]:
-    """The largest rate left at the equilibrium, and the largest error of an eigenvalue as a share, at a speed [m/s] and lean [deg].
+    """The largest rate left at the equilibrium, and the largest error of an eigenvalue as a share, at a speed [m/s]
+    and lean [deg].
 
     Raises ModuleNotFoundError without Exudyn.
     """
@@ -42,7 +43,9 @@ def run(speed: float = 30.0, lean: float = 30.0) -> dict[str, float]:
 
 
 def compared(motorcycle: Component, speed: float, lean: float) -> tuple[float, np.ndarray]:
-    """The largest rate [m/s2, rad/s2, rad/s] at the equilibrium of `SteadyTurning`, and the error (n,) of every eigenvalue as a share."""
+    """The largest rate [m/s2, rad/s2, rad/s] at the equilibrium of `SteadyTurning`, and the error (n,) of every
+    eigenvalue as a share.
+    """
     turning = SteadyTurning(LargeMotion(motorcycle), speed)
     ours = turning.at(np.radians(lean))
     host = MultibodyCorner(motorcycle, turning.motion.states, ours.u, ours.multipliers)
@@ -51,7 +54,9 @@ def compared(motorcycle: Component, speed: float, lean: float) -> tuple[float, n
 
 
 class MultibodyCorner:
-    """The motorcycle in an Exudyn system with the torques (drive, steering, ...) and about the loads (4,) of an equilibrium."""
+    """The motorcycle in an Exudyn system with the torques (drive, steering, ...) and about the loads (4,) of an
+    equilibrium.
+    """
 
     def __init__(self, motorcycle: Component, states: tuple[str, ...], torques: np.ndarray, loads: np.ndarray):
         import exudyn as exu  # noqa: PLC0415 - an optional package
@@ -60,18 +65,36 @@ class MultibodyCorner:
         self.p, self.torques, self.loads = SimpleNamespace(**motorcycle.values), torques, loads.copy()
         self.tyres, self.slips = {end: tyre(motorcycle, end) for end in ENDS}, np.zeros(2)
         body, _ = bodies(_Values({**motorcycle.values, "speed": 0.0}), NUMERIC)
-        self.tree = Tree(body, self.p.front_spin_inertia, self.p.rear_spin_inertia,
-                         [motorcycle.supplement.get(f"{name}_yy", 0.0) for name in ORDER])  # fmt: skip
+        self.tree = Tree(
+            body,
+            self.p.front_spin_inertia,
+            self.p.rear_spin_inertia,
+            [motorcycle.supplement.get(f"{name}_yy", 0.0) for name in ORDER],
+        )
         self.place, count = self.tree.place, len(self.tree.links)
         names = {"forward_speed": "along", "lateral_velocity": "lateral"}
-        self.rate_of = [self.place[names.get(n, coordinate(n))] for n in states if n.endswith(("_rate", "_velocity", "_speed"))]
+        self.rate_of = [
+            self.place[names.get(n, coordinate(n))] for n in states if n.endswith(("_rate", "_velocity", "_speed"))
+        ]
         self.angle_of = [self.place[coordinate(n)] for n in states if n.endswith(("_angle", "_position"))]
         self.dependent = [self.place[n] for n in DEPENDENT]
         self.exu, self.mbs, zero = exu, exu.SystemContainer().AddSystem(), np.zeros(count)
-        node = self.mbs.AddNode(NodeGenericODE2(referenceCoordinates=zero, initialCoordinates=zero, initialCoordinates_t=zero,
-                                                numberOfODE2Coordinates=count))  # fmt: skip
-        self.mbs.AddObject(ObjectKinematicTree(nodeNumber=node, gravity=[0.0, 0.0, self.p.gravity], forceUserFunction=self.forces,
-                                               **self.tree.arguments(exu)))  # fmt: skip
+        node = self.mbs.AddNode(
+            NodeGenericODE2(
+                referenceCoordinates=zero,
+                initialCoordinates=zero,
+                initialCoordinates_t=zero,
+                numberOfODE2Coordinates=count,
+            )
+        )
+        self.mbs.AddObject(
+            ObjectKinematicTree(
+                nodeNumber=node,
+                gravity=[0.0, 0.0, self.p.gravity],
+                forceUserFunction=self.forces,
+                **self.tree.arguments(exu),
+            )
+        )
         self.mbs.Assemble()
         self.settings = exu.SimulationSettings()
         self.settings.timeIntegration.numberOfSteps, self.settings.timeIntegration.endTime = 1, 1.0
@@ -103,7 +126,10 @@ class MultibodyCorner:
         acceleration[lateral] -= w[along] * w[yaw]
         at = [self.wheel(end, q, w) for end in ENDS]
         lengths = [self.tyres[end].relaxation_length(self.loads[k], w[along]) for k, end in enumerate(ENDS)]
-        lag = [(wheel.slip - slip) * wheel.along / length for wheel, slip, length in zip(at, self.slips, lengths, strict=True)]
+        lag = [
+            (wheel.slip - slip) * wheel.along / length
+            for wheel, slip, length in zip(at, self.slips, lengths, strict=True)
+        ]
         return np.concatenate([acceleration[self.rate_of], w[self.angle_of], lag])
 
     def _accelerations(self, q: np.ndarray, w: np.ndarray, rows: np.ndarray, change: np.ndarray) -> np.ndarray:
@@ -136,10 +162,14 @@ class MultibodyCorner:
     def conditions(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The rows (4, n) of rising and sliding velocity of both wheels, and their depth in the road (2,) [m]."""
         wheels = [self.wheel(end, q, np.zeros_like(q)) for end in ENDS]
-        return np.array([*(wheel.rises for wheel in wheels), *(wheel.slides for wheel in wheels)]), np.array([w.depth for w in wheels])
+        return np.array([*(wheel.rises for wheel in wheels), *(wheel.slides for wheel in wheels)]), np.array(
+            [w.depth for w in wheels]
+        )
 
     def wheel(self, end: str, q: np.ndarray, w: np.ndarray) -> SimpleNamespace:
-        """The contact of a wheel: path of its carrier, point, heading and right (3,), slip and camber, rows and depth of `conditions`."""
+        """The contact of a wheel: path of its carrier, point, heading and right (3,), slip and camber, rows and depth
+        of `conditions`.
+        """
         frames = self.tree.frames(q)
         turned, joints, axes = frames
         spin, tube = self.place[f"{end}_spin"], self.tyres[end].section_radius
@@ -152,10 +182,22 @@ class MultibodyCorner:
         right = np.cross(DOWN, ahead)
         slides = self.tree.force(path, frames, point, ahead)
         slides[spin] -= getattr(self.p, f"{end}_wheel_radius") - tube + tube * level
-        velocity = sum(w[k] * (axes[k] if self.tree.links[k].slides else np.cross(axes[k], point - joints[k])) for k in path)
-        return SimpleNamespace(path=path, point=point, ahead=ahead, right=right, frames=frames, camber=np.arcsin(axle @ DOWN),
-                               slip=-np.arctan2(velocity @ right, velocity @ ahead), along=velocity @ ahead, depth=point @ DOWN,
-                               rises=self.tree.force(path, frames, point, -DOWN), slides=slides)  # fmt: skip
+        velocity = sum(
+            w[k] * (axes[k] if self.tree.links[k].slides else np.cross(axes[k], point - joints[k])) for k in path
+        )
+        return SimpleNamespace(
+            path=path,
+            point=point,
+            ahead=ahead,
+            right=right,
+            frames=frames,
+            camber=np.arcsin(axle @ DOWN),
+            slip=-np.arctan2(velocity @ right, velocity @ ahead),
+            along=velocity @ ahead,
+            depth=point @ DOWN,
+            rises=self.tree.force(path, frames, point, -DOWN),
+            slides=slides,
+        )
 
     def forces(self, mbs: Any, t: float, item: int, q: Any, w: Any) -> np.ndarray:
         """The generalised forces (n,) apart from weight and inertia."""

@@ -30,7 +30,8 @@ class Link:
 class Tree:
     """The links of bodies, the front and the rear wheel last, whose polar inertias [kg.m2] are given.
 
-    With pitch inertias of the other bodies [kg.m2] the tree moves in its plane too: vertically before yaw, in pitch after roll.
+    With pitch inertias of the other bodies [kg.m2] the tree moves in its plane too: vertically before yaw, in pitch after
+    roll.
     """
 
     def __init__(self, body: Sequence[Body], front_spin_inertia: float, rear_spin_inertia: float,

@@ -30,7 +30,9 @@ def turning():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("speed", [5.0, 20.0, 45.0, 80.0])
-@pytest.mark.parametrize("motorcycle", [TUM, TUM.with_values(fork_bending=0.0, rider_lean=0.0, added_steer_inertia=0.3)])
+@pytest.mark.parametrize(
+    "motorcycle", [TUM, TUM.with_values(fork_bending=0.0, rider_lean=0.0, added_steer_inertia=0.3)]
+)
 def test_upright_it_is_the_linear_motorcycle(motorcycle, speed):
     upright = SteadyTurning(LargeMotion(motorcycle), speed)
     A, B, C, _ = upright.linearised(upright.at(0.0))
@@ -39,7 +41,9 @@ def test_upright_it_is_the_linear_motorcycle(motorcycle, speed):
     wanted = straight.A[np.ix_(rows, rows)]
     # Rounding of two independent derivations, against the largest entry of each row.
     assert (np.abs(A[np.ix_(own, own)] - wanted) <= 1e-11 * np.abs(wanted).max(axis=1, keepdims=True)).all()
-    assert np.abs(A[0, 1:]).max() < 1e-7 and np.abs(A[1:, 0]).max() < 1e-9  # forward speed is apart, to the equilibrium's residual
+    assert (
+        np.abs(A[0, 1:]).max() < 1e-7 and np.abs(A[1:, 0]).max() < 1e-9
+    )  # forward speed is apart, to the equilibrium's residual
     inputs = [straight.inputs.index(n) for n in ("steer_torque", "handlebar_torque", "frame_torque")]
     assert B[np.ix_(own, [1, 2, 3])] == pytest.approx(straight.B[np.ix_(rows, inputs)], rel=1e-9, abs=1e-10)
     frame_rate = straight.C[straight.outputs.index("frame_rate")]
@@ -77,8 +81,10 @@ def test_forces_balance_in_steady_turning(turning, lean):
     assert sum(equilibrium.load.values()) == pytest.approx(mass * p.gravity - p.lift * 30.0**2, rel=1e-12)
     # The mass centre circles about the axis of the turn: its acceleration is across its velocity, r times it.
     found = turning.motion.at(equilibrium.x, equilibrium.u)
-    across = sum(found.side_force[end] * found.wheels[end].right[1] + found.longitudinal_force[end] * found.wheels[end].ahead[1]
-                 for end in ENDS)  # fmt: skip
+    across = sum(
+        found.side_force[end] * found.wheels[end].right[1] + found.longitudinal_force[end] * found.wheels[end].ahead[1]
+        for end in ENDS
+    )
     yaw_rate = equilibrium.x[2]
     masses = turning.motion.tree.mass
     along = found.w[0] - yaw_rate * (masses @ turning.motion.tree.centres(found.motion)[:, 1]) / mass
@@ -99,8 +105,11 @@ def test_left_is_the_mirror_of_right(turning):
 
 @pytest.mark.slow
 def test_the_end_of_equilibria_is_named():
-    with pytest.raises(InputError, match=r"no steady turning at 20 m/s and a lean angle of 70 deg: equilibria end near 6\d\.\d deg, "
-                                         r"where the (front|rear) tyre gives (99|100) % of its greatest side force"):  # fmt: skip
+    with pytest.raises(
+        InputError,
+        match=r"no steady turning at 20 m/s and a lean angle of 70 deg: equilibria end near 6\d\.\d deg, "
+        r"where the (front|rear) tyre gives (99|100) % of its greatest side force",
+    ):
         SteadyTurning(LargeMotion(RIGID), 20.0).at(np.radians(70.0))
     with pytest.raises(InputError, match="no equilibrium at 95 m/s, upright: drag or lift unloads a wheel"):
         SteadyTurning(LargeMotion(RIGID), 95.0)
@@ -128,7 +137,9 @@ def energy(motion, found):
     """Kinetic and potential energy [J]."""
     mass, _, _ = motion.tree.inertia_terms(found.motion)
     height = motion.tree.centres(found.motion)[..., 2]
-    springs = sum(motion.values.__dict__[f"{n}_stiffness"] * found.q[..., motion.place[n]] ** 2 for n in motion.free) / 2
+    springs = (
+        sum(motion.values.__dict__[f"{n}_stiffness"] * found.q[..., motion.place[n]] ** 2 for n in motion.free) / 2
+    )
     kinetic = 0.5 * (found.w[..., None, :] @ mass @ found.w[..., None])[..., 0, 0]
     return kinetic - motion.values.gravity * (height @ motion.tree.mass) + springs
 
@@ -175,8 +186,8 @@ def test_energy_balance_of_a_simulated_free_motion(turning):
 
     run = solve_ivp(rates, (0.0, 0.3), np.append(start, 0.0), method="DOP853", rtol=1e-9, atol=1e-10)
     ends = [energy(motion, motion.posed(run.y[:-1, k], equilibrium.u)) for k in (0, -1)]
-    moved = np.abs(run.y[:-1].T - equilibrium.x).max()
-    assert moved > 0.1  # rad/s: the motion is no rest
+    change = np.abs(run.y[:-1].T - equilibrium.x).max()
+    assert change > 0.1  # rad/s: it is no rest
     # The integration's tolerance, against the energy of the motion (0.1 MJ) and its change.
     assert ends[1] - ends[0] == pytest.approx(run.y[-1, -1], abs=1e-9 * abs(ends[0]))
 

@@ -4,9 +4,9 @@ A device adds to the linear vehicle x' = A x + B u, y = C x with the motion y an
 
     A + B D_d C,  B C_d;   B_d C,  A_d
 
-of deviations from steady turning: a rider holds the trim with his muscles, and his springs are free of load there. At lean
-0 each mode has the eigenvalue that `vehicle_fmu.modes` names in straight running; over the lean angle it keeps its branch. Forward
-speed is a state here, with a slow mode that has no name.
+of deviations from steady turning: a rider holds the trim with his muscles, and his springs are free of load there. At
+lean 0 each mode has the eigenvalue that `vehicle_fmu.modes` names in straight running; over the lean angle it keeps
+its branch. Forward speed is a state here, with a slow mode that has no name.
 """
 
 from collections.abc import Iterable, Sequence
@@ -27,7 +27,7 @@ from vehicle_fmu.mode_curves import ABSENT
 from vehicle_fmu.named_modes import Mode, modes
 from vehicle_fmu.ridden import over_speed, ridden
 
-STEP = 2.5  # deg: largest distance of lean angles with matrices of their own; branches are followed between them on a cubic spline
+STEP = 2.5  # deg: largest distance of lean angles with matrices of their own; between them branches follow a spline
 
 
 @dataclass(frozen=True)
@@ -42,17 +42,25 @@ def check_devices(devices: Iterable[Component]) -> None:
     """Raises InputError for a device that does not act at the handlebar alone."""
     for device in devices:
         if not (set(device.inputs) <= set(MOTION) and set(TORQUES) <= set(device.outputs)):
-            raise InputError(f"{device.name} acts at more than the handlebar port; in steady turning riders who turn their torso and "
-                             "steering dampers are possible, such as rider:mean_2011 or damper:7.5")
+            raise InputError(
+                f"{device.name} acts at more than the handlebar port; in steady turning riders who turn their torso and "
+                "steering dampers are possible, such as rider:mean_2011 or damper:7.5"
+            )
 
 
 def held(motorcycle: Component, devices: Sequence[Component]) -> Component:
     """The motorcycle with the inertia that a rider adds to its front frame."""
-    added = [float(device.run(device.start_values(), NUMERIC)["port_inertia"]) for device in devices if "port_inertia" in device.table]
+    added = [
+        float(device.run(device.start_values(), NUMERIC)["port_inertia"])
+        for device in devices
+        if "port_inertia" in device.table
+    ]
     return motorcycle.with_values(added_steer_inertia=added[0]) if added else motorcycle
 
 
-def corner_modes(turning: SteadyTurning, motorcycle: Component, devices: Sequence[Component], leans: np.ndarray) -> CornerModes:
+def corner_modes(
+    turning: SteadyTurning, motorcycle: Component, devices: Sequence[Component], leans: np.ndarray
+) -> CornerModes:
     """The modes of a motorcycle with devices at lean angles (n,) [rad]; `turning` is that of the motorcycle as `held`.
 
     Raises InputError where a lean angle has no equilibrium.
@@ -66,7 +74,11 @@ def corner_modes(turning: SteadyTurning, motorcycle: Component, devices: Sequenc
         if not len(rows):
             continue
         wanted = np.degrees(np.abs(leans[rows]))
-        grid = np.unique(np.concatenate([np.linspace(0.0, wanted.max() or STEP, 1 + max(1, int(np.ceil(wanted.max() / STEP)))), wanted]))
+        grid = np.unique(
+            np.concatenate(
+                [np.linspace(0.0, wanted.max() or STEP, 1 + max(1, int(np.ceil(wanted.max() / STEP)))), wanted]
+            )
+        )
         branches = track_eigenvalues(CubicSpline(grid, coupled.matrices(side * grid)), grid)
         spectra[rows] = branches.at(wanted)
         for mode, curve in curves.items():
@@ -94,7 +106,10 @@ class _Coupled:
         whole[:first, :first] = A
         own = slice(0, first)
         for part in self.parts:
-            out, motion = [part.outputs.index(name) for name in TORQUES], C[[OUTPUTS.index(name) for name in part.inputs]]
+            out, motion = (
+                [part.outputs.index(name) for name in TORQUES],
+                C[[OUTPUTS.index(name) for name in part.inputs]],
+            )
             its = slice(first, first := first + len(part.states))
             whole[own, own] += B[:, torques] @ part.D[out] @ motion
             whole[own, its], whole[its, own], whole[its, its] = B[:, torques] @ part.C[out], part.B @ motion, part.A

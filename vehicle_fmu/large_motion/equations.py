@@ -1,50 +1,61 @@
 r"""The touring motorcycle in large motion on a flat road: rigid bodies, rolling toroidal wheels, Magic Formula tyres.
 
-Coordinates: along, lateral and vertical position of the point A on the ground, yaw, lean (roll about the heading), pitch about the
-axle direction through A, then the freedoms of `vehicle_fmu.components.touring_motorcycle` that are free, and the wheels' spin. The
-equations do not depend on position and yaw, which are 0 here; u, v are the velocities of A along and across the heading.
+Coordinates: along, lateral and vertical position of the point A on the ground, yaw, lean (roll about the heading),
+pitch about the axle direction through A, then the freedoms of `vehicle_fmu.components.touring_motorcycle` that are
+free, and the wheels' spin. The equations do not depend on position and yaw, which are 0 here; u, v are the velocities
+of A along and across the heading.
 
-Wheel with the axle e, circle of the rim of radius R - r_c and round cross-section r_c (R: height of the wheel's centre
-upright), down D, s = e.D = sin gamma, c = cos gamma:
+Both wheels stay on the road and roll without longitudinal slip (`vehicle_fmu.large_motion.contact`): four conditions
+G w = 0, which give the vertical, pitch and spin motion. Their multipliers are the loads Z and the longitudinal forces
+X_l of the tyres, on which side forces Y(Z, alpha', gamma) and moments depend:
 
-    contact        X = centre + (R - r_c) (D - s e) / c + r_c D,    heading t = e x D / c,    right n = D x t
-    on the ground  height of the centre = (R - r_c) c + r_c
-    rolling        t.X' = Omega rho,    rho = R_w - r_c + r_c c    (X': velocity of the wheel's carrier at X; R_w wheel radius)
+    M (w' + e) + h = Q + G^T (Z, X_l),    G (w' + e) + g = 0,    e = (-v r, u r) of along and lateral
     slip angle     alpha = -atan(n.X' / t.X')
+    relaxation     alpha'' = (alpha - alpha') t.X' / sigma(Z, u)        (alpha'' : rate of alpha')
 
-These four constraints G w = 0 give the vertical, pitch and spin motion. Their multipliers are the loads Z and the longitudinal
-forces X_l of the tyres, on which side forces Y(Z, alpha', gamma) and moments depend:
+Q: weights; side force along n at X and moment about D; drag D u^2 against the heading, lift L u^2 and moment M u^2 at
+the reference point; springs and dampers; the torque of the drive between swingarm and rear wheel; the torques of the
+handlebar port. Suspensions are rigid, and so are tyres under load: the published straight-running model keeps its
+position at every speed.
 
-    M (w' + e) + h = Q + G^T (Z, X_l),    G (w' + e) + g = 0,    e = (-v r, u r) of along and lateral,  g = G' w
-    relaxation     alpha'' = (alpha - alpha') t.X' / sigma(Z, u)
-
-Q: weights; side force along n at X and moment about D; drag D u^2 against the heading, lift L u^2 and moment M u^2 at the reference
-point; springs and dampers; the torque of the drive between swingarm and rear wheel; the torques of the handlebar port.
-Suspensions are rigid, and so are tyres under load: the published straight-running model keeps its position at every speed.
-
-Source: as in `vehicle_fmu.components.touring_motorcycle`; torus on a plane as in Lot, Meccanica 39 (2004) 481-496; Lagrange's
-equations with multipliers in quasi-velocities as in Kane, Levinson (1985).
+Source: as in `vehicle_fmu.components.touring_motorcycle`; torus on a plane as in Lot, Meccanica 39 (2004) 481-496;
+Lagrange's equations with multipliers in quasi-velocities as in Kane, Levinson (1985).
 """
 
+from collections.abc import Collection
 from types import SimpleNamespace
 
 import numpy as np
 
 from fmus.declaration.component import Component
+from vehicle_fmu.large_motion.contact import DOWN, Contact, Wheel, contact, dot
 from vehicle_fmu.large_motion.magic_formula import Tyre
 from vehicle_fmu.large_motion.touring_tree import ENDS, SUSPENDED, touring_tree, tyre
-from vehicle_fmu.large_motion.tree import Motion, Tree, cross
+from vehicle_fmu.large_motion.tree import Motion, Tree
 
-DOWN, AHEAD, RIGHT = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
+AHEAD = np.array([1.0, 0.0, 0.0])
 INPUTS = ("drive_torque", "steer_torque", "handlebar_torque", "frame_torque")
-OUTPUTS = ("roll_angle", "roll_rate", "steer_angle", "steer_rate", "frame_rate", "yaw_rate", "lateral_velocity",
-           "front_side_force", "rear_side_force", "front_load", "rear_load")  # fmt: skip
+OUTPUTS = (
+    "roll_angle",
+    "roll_rate",
+    "steer_angle",
+    "steer_rate",
+    "frame_rate",
+    "yaw_rate",
+    "lateral_velocity",
+    "front_side_force",
+    "rear_side_force",
+    "front_load",
+    "rear_load",
+)
 CONVERGED = 1e-10
 ITERATIONS = 30
 
 
 class LargeMotion:
-    """x' = f(x, u) of a touring motorcycle, for stacked states (..., nx) and inputs (..., nu); order of `states` and INPUTS."""
+    """x' = f(x, u) of a touring motorcycle, for stacked states (..., nx) and inputs (..., nu); order of `states` and
+    INPUTS.
+    """
 
     def __init__(self, motorcycle: Component):
         self.values = SimpleNamespace(**motorcycle.values)
@@ -56,25 +67,40 @@ class LargeMotion:
         self.moving = [self.place[name] for name in moving]
         self.dependent = [self.place[name] for name in ("vertical", "pitch", "front_spin", "rear_spin")]
         self.angles = [self.place[name] for name in ("roll", "steer", *self.free)]
-        self.states = ("forward_speed", "lateral_velocity", "yaw_rate", "roll_rate", "steer_rate", *(f"{n}_rate" for n in self.free),
-                       "roll_angle", "steer_angle", *(f"{n}_position" for n in self.free), "front_relaxed_slip",
-                       "rear_relaxed_slip")  # fmt: skip
-        self.radius = {end: -self._centre_height(end) for end in ENDS}
+        self.states = (
+            "forward_speed",
+            "lateral_velocity",
+            "yaw_rate",
+            "roll_rate",
+            "steer_rate",
+            *(f"{n}_rate" for n in self.free),
+            "roll_angle",
+            "steer_angle",
+            *(f"{n}_position" for n in self.free),
+            "front_relaxed_slip",
+            "rear_relaxed_slip",
+        )
+        self.wheels = {end: self._wheel(end) for end in ENDS}
+
+    def _wheel(self, end: str) -> Wheel:
+        spin = self.place[f"{end}_spin"]
+        height = -float(self.tree.links[spin].point[2])
+        radius = self.values.__dict__[f"{end}_wheel_radius"]
+        return Wheel(self.tree.parent[spin], spin, height, self.tyres[end].section_radius, radius)
 
     # Kinematics -------------------------------------------------------------------------------------
 
-    def _centre_height(self, end: str) -> float:
-        return float(self.tree.links[self.place[f"{end}_spin"]].point[2])
-
     def coordinates(self, x: np.ndarray, guess: np.ndarray | float = 0.0) -> np.ndarray:
-        """The coordinates (..., n) at states (..., nx), with height and pitch, near a guess, that put both wheels on the ground."""
+        """The coordinates (..., n) at states (..., nx), with height and pitch, near a guess, that put both wheels on
+        the ground.
+        """
         q = np.zeros((*x.shape[:-1], len(self.tree.links)), x.dtype)
         q[..., self.angles] = x[..., len(self.moving) : -2]
         pair = self.dependent[:2]
         q[..., pair] = guess
         for _ in range(ITERATIONS):
             motion = self.tree.motion(q, np.zeros_like(q))
-            wheels = [self.wheel(end, motion) for end in ENDS]
+            wheels = self._contacts(motion).values()
             height = np.stack([wheel.point[..., 2] for wheel in wheels], axis=-1)
             slopes = np.stack([wheel.shift[..., 2, pair] for wheel in wheels], axis=-2)
             change = np.linalg.solve(slopes, height[..., None])[..., 0]
@@ -83,82 +109,61 @@ class LargeMotion:
                 break
         return q
 
-    def wheel(self, end: str, motion: Motion) -> SimpleNamespace:
-        """The contact of a wheel: point, heading `ahead`, `right`, camber [rad], Jacobians `shift` of the point and `turn` of the
-        carrier, the rows of the constraints and their accelerations where no rate changes, velocities along and across.
-        """
-        spin, p, tube = self.place[f"{end}_spin"], self.values, self.tyres[end].section_radius
-        carrier, rim = self.tree.parent[spin], self.radius[end] - self.tyres[end].section_radius
-        axle = motion.turned[..., carrier, :, 1]
-        omega, alpha = motion.omega[..., carrier, :], motion.alpha[..., carrier, :]
-        s = axle[..., 2:]
-        c = np.sqrt(1 - s**2)
-        axle_rate = cross(omega, axle)
-        axle_bias = cross(alpha, axle) + cross(omega, axle_rate)
-        s_rate, c_rate = axle_rate[..., 2:], -s * axle_rate[..., 2:] / c
-        to_rim = (DOWN - s * axle) / c
-        arm = rim * to_rim + tube * DOWN
-        arm_rate = rim * (-s_rate * axle - s * axle_rate - to_rim * c_rate) / c
-        joint = motion.joint[..., spin, :]
-        from_carrier = joint - motion.joint[..., carrier, :]
-        point, velocity, _ = motion.point(carrier, from_carrier + arm)
-        _, _, centre_bias = motion.point(carrier, from_carrier)
-        bias = centre_bias + cross(alpha, arm) + cross(omega, arm_rate)
-        ahead = cross(axle, DOWN) / c
-        ahead_rate = cross(axle_rate, DOWN) / c - ahead * c_rate / c
-        shift, turn = self.tree.jacobians(motion, carrier, point)
-        rolling, rolling_rate = p.__dict__[f"{end}_wheel_radius"] - tube + tube * c, tube * c_rate
-        spins = (motion.omega[..., spin, :] - omega)[..., None, :] @ -axle[..., None]
-        rolls = (ahead[..., None, :] @ shift)[..., 0, :]
-        rolls[..., spin] -= rolling[..., 0]
-        right = cross(DOWN, ahead)
-        along, across = (_dot(direction, velocity) for direction in (ahead, right))
-        return SimpleNamespace(
-            point=point, ahead=ahead, right=right, axle=axle, camber=np.arctan(s / c)[..., 0], shift=shift, turn=turn,
-            rises=-shift[..., 2, :], rolls=rolls, along=along, across=across, spin=spins[..., 0, 0],
-            # height of X: that of the centre and of rim c + tube; s'' = axle_bias.D
-            rise_bias=-(centre_bias[..., 2] - (rim * (s_rate**2 / c**3 + s * axle_bias[..., 2:] / c))[..., 0]),
-            roll_bias=_dot(ahead_rate, velocity) + _dot(ahead, bias) - spins[..., 0, 0] * rolling_rate[..., 0],
-        )  # fmt: skip
+    def _contacts(self, motion: Motion) -> dict[str, Contact]:
+        return {end: contact(wheel, self.tree, motion) for end, wheel in self.wheels.items()}
 
     # Motion -----------------------------------------------------------------------------------------
 
     def posed(self, x: np.ndarray, u: np.ndarray, guess: np.ndarray | float = 0.0) -> SimpleNamespace:
-        """What states (..., nx) and inputs (..., nu) say without accelerations: coordinates q, rates w, wheels, slip angles, the rows
-        of the constraints, the mass matrix, and the generalised forces (..., n) `given`, of all but the tyres, less M e + h.
+        """What states (..., nx) and inputs (..., nu) say without accelerations: coordinates q, rates w, wheels, slip
+        angles, the rows of the constraints, the mass matrix, and the generalised forces (..., n) `given`, of all but
+        the tyres, less M e + h.
         """
         q = self.coordinates(x, guess)
         w = np.zeros_like(q)
         w[..., self.moving] = x[..., : len(self.moving)]
         still = self.tree.motion(q, np.zeros_like(q))
-        rows = self._constraints([self.wheel(end, still) for end in ENDS])
+        rows = self._constraints(self._contacts(still).values())
         w[..., self.dependent] = -np.linalg.solve(rows[..., self.dependent], rows @ w[..., None])[..., 0]
         motion = self.tree.motion(q, w)
-        wheels = {end: self.wheel(end, motion) for end in ENDS}
+        wheels = self._contacts(motion)
         yaw, turning = w[..., self.place["yaw"]], np.zeros_like(w)
         turning[..., self.place["along"]] = -w[..., self.place["lateral"]] * yaw
         turning[..., self.place["lateral"]] = w[..., self.place["along"]] * yaw
         mass, bias, weight = self.tree.inertia_terms(motion)
         found = SimpleNamespace(
-            q=q, w=w, motion=motion, wheels=wheels, rows=rows, turning=turning, mass=mass, weight=weight,
+            q=q,
+            w=w,
+            motion=motion,
+            wheels=wheels,
+            rows=rows,
+            turning=turning,
+            mass=mass,
+            weight=weight,
             relaxed=dict(zip(ENDS, np.moveaxis(x[..., -2:], -1, 0), strict=True)),
             slip={end: -np.arctan(wheel.across / wheel.along) for end, wheel in wheels.items()},
-        )  # fmt: skip
+        )
         found.given = sum(self.forces(found, u).values()) - bias - (mass @ turning[..., None])[..., 0]
         return found
 
-    def imbalance(self, x: np.ndarray, u: np.ndarray, multipliers: np.ndarray, guess: np.ndarray | float = 0.0) -> np.ndarray:
-        """The generalised forces (..., n) that are left where no rate changes, and what the slip angles lack of their relaxed values
-        (..., 2), with loads and longitudinal forces (..., 4) given.
+    def imbalance(
+        self, x: np.ndarray, u: np.ndarray, multipliers: np.ndarray, guess: np.ndarray | float = 0.0
+    ) -> np.ndarray:
+        """The generalised forces (..., n) that are left where no rate changes, and what the slip angles lack of their
+        relaxed values (..., 2), with loads and longitudinal forces (..., 4) given.
         """
         found = self.posed(x, u, guess)
         forces = self._tyre_forces(found, multipliers[..., :2])
-        by_tyres = (self._unit_forces(found) @ forces[..., None])[..., 0] + (multipliers[..., None, :] @ found.rows)[..., 0, :]
+        by_tyres = (self._unit_forces(found) @ forces[..., None])[..., 0] + (multipliers[..., None, :] @ found.rows)[
+            ..., 0, :
+        ]
         lag = [found.slip[end] - found.relaxed[end] for end in ENDS]
         return np.concatenate([found.given + by_tyres, np.stack(lag, axis=-1)], axis=-1)
 
     def at(self, x: np.ndarray, u: np.ndarray, guess: np.ndarray | float = 0.0) -> SimpleNamespace:
-        """What `posed` finds, and accelerations w', loads, longitudinal and side forces, moments, and the `rates` of the states."""
+        """What `posed` finds, and accelerations w', loads, longitudinal and side forces, moments, and the `rates` of
+        the states.
+        """
         found = self.posed(x, u, guess)
         n = found.mass.shape[-1]
         left = np.zeros((*found.mass.shape[:-2], n + 4, n + 4), found.mass.dtype)
@@ -171,16 +176,26 @@ class LargeMotion:
         forces = self._consistent_forces(found, solved[..., n : n + 2, :])
         unknowns = solved[..., 0] + (solved[..., 1:] @ forces[..., None])[..., 0]
         found.acceleration = unknowns[..., :n]
-        for name, values, k in (("load", unknowns, n), ("longitudinal_force", unknowns, n + 2), ("side_force", forces, 0),
-                                ("yaw_moment", forces, 2)):  # fmt: skip
+        for name, values, k in (
+            ("load", unknowns, n),
+            ("longitudinal_force", unknowns, n + 2),
+            ("side_force", forces, 0),
+            ("yaw_moment", forces, 2),
+        ):
             setattr(found, name, {end: values[..., k + i] for i, end in enumerate(ENDS)})
-        slip_rates = [(found.slip[end] - found.relaxed[end]) * wheel.along
-                      / self.tyres[end].relaxation_length(found.load[end], x[..., 0]) for end, wheel in found.wheels.items()]  # fmt: skip
-        found.rates = np.concatenate([found.acceleration[..., self.moving], found.w[..., self.angles], np.stack(slip_rates, -1)], axis=-1)
+        slip_rates = [
+            (found.slip[end] - found.relaxed[end])
+            * wheel.along
+            / self.tyres[end].relaxation_length(found.load[end], x[..., 0])
+            for end, wheel in found.wheels.items()
+        ]
+        found.rates = np.concatenate(
+            [found.acceleration[..., self.moving], found.w[..., self.angles], np.stack(slip_rates, -1)], axis=-1
+        )
         return found
 
     @staticmethod
-    def _constraints(wheels: list[SimpleNamespace]) -> np.ndarray:
+    def _constraints(wheels: Collection[Contact]) -> np.ndarray:
         return np.stack([*(wheel.rises for wheel in wheels), *(wheel.rolls for wheel in wheels)], axis=-2)
 
     @staticmethod
@@ -196,18 +211,28 @@ class LargeMotion:
 
     def _tyre_forces(self, found: SimpleNamespace, load: np.ndarray) -> np.ndarray:
         """(Y_f, Y_r, M_f, M_r) at loads (..., 2)."""
-        each = [self.tyres[end].forces(load[..., i], found.relaxed[end], wheel.camber)
-                for i, (end, wheel) in enumerate(found.wheels.items())]  # fmt: skip
+        each = [
+            self.tyres[end].forces(load[..., i], found.relaxed[end], wheel.camber)
+            for i, (end, wheel) in enumerate(found.wheels.items())
+        ]
         return np.stack([each[0][0], each[1][0], each[0][1], each[1][1]], axis=-1)
 
     def _consistent_forces(self, found: SimpleNamespace, by_force: np.ndarray) -> np.ndarray:
-        """(Y_f, Y_r, M_f, M_r) that agree with the loads that they cause, by_force (1, Y_f, Y_r, M_f, M_r): Newton's method."""
-        load = np.stack([np.full(by_force.shape[:-2], tyre.nominal_load, by_force.dtype) for tyre in self.tyres.values()], axis=-1)
+        """(Y_f, Y_r, M_f, M_r) that agree with the loads that they cause, by_force (1, Y_f, Y_r, M_f, M_r): Newton's
+        method.
+        """
+        load = np.stack(
+            [np.full(by_force.shape[:-2], tyre.nominal_load, by_force.dtype) for tyre in self.tyres.values()], axis=-1
+        )
         for _ in range(ITERATIONS):
             now = self._tyre_forces(found, load)
-            per_load = (self._tyre_forces(found, load * (1 + 1e-7)) - now) / (1e-7 * np.concatenate([load, load], axis=-1))
+            per_load = (self._tyre_forces(found, load * (1 + 1e-7)) - now) / (
+                1e-7 * np.concatenate([load, load], axis=-1)
+            )
             excess = load - by_force[..., 0] - (by_force[..., 1:] @ now[..., None])[..., 0]
-            slopes = np.eye(2) - by_force[..., 1:3] * per_load[..., None, :2] - by_force[..., 3:] * per_load[..., None, 2:]
+            slopes = (
+                np.eye(2) - by_force[..., 1:3] * per_load[..., None, :2] - by_force[..., 3:] * per_load[..., None, 2:]
+            )
             change = np.linalg.solve(slopes, excess[..., None])[..., 0]
             load = load - change
             if _small(change / 1e3):
@@ -237,8 +262,15 @@ class LargeMotion:
         at_bar = handlebar[..., None] * (axis[..., None, :] @ front_turn)[..., 0, :]
         at_bar = at_bar + on_frame[..., None] * (axis[..., None, :] @ turn)[..., 0, :]
         steered[..., steer] = steer_torque
-        return {"weight": p.gravity * found.weight, "aerodynamic": aerodynamic, "springs": springs, "dampers": dampers,
-                "drive": driven, "steer_torque": steered, "handlebar_port": at_bar}  # fmt: skip
+        return {
+            "weight": p.gravity * found.weight,
+            "aerodynamic": aerodynamic,
+            "springs": springs,
+            "dampers": dampers,
+            "drive": driven,
+            "steer_torque": steered,
+            "handlebar_port": at_bar,
+        }
 
     def _reference(self, motion: Motion) -> np.ndarray:
         frame = self.place["pitch"]
@@ -247,18 +279,22 @@ class LargeMotion:
     def outputs(self, found: SimpleNamespace) -> dict[str, np.ndarray]:
         """OUTPUTS (...) by name."""
         motion, place = found.motion, self.place
-        frame_rate = _dot(motion.omega[..., place["pitch"], :], motion.axis[..., place["steer"], :])
+        frame_rate = dot(motion.omega[..., place["pitch"], :], motion.axis[..., place["steer"], :])
         tyres = {f"{end}_{name}": getattr(found, name)[end] for end in ENDS for name in ("side_force", "load")}
-        return {"roll_angle": found.q[..., place["roll"]], "roll_rate": found.w[..., place["roll"]],
-                "steer_angle": found.q[..., place["steer"]], "steer_rate": found.w[..., place["steer"]],
-                "frame_rate": frame_rate, "yaw_rate": found.w[..., place["yaw"]],
-                "lateral_velocity": found.w[..., place["lateral"]], **tyres}  # fmt: skip
-
-
-def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return (a * b).sum(axis=-1)
+        return {
+            "roll_angle": found.q[..., place["roll"]],
+            "roll_rate": found.w[..., place["roll"]],
+            "steer_angle": found.q[..., place["steer"]],
+            "steer_rate": found.w[..., place["steer"]],
+            "frame_rate": frame_rate,
+            "yaw_rate": found.w[..., place["yaw"]],
+            "lateral_velocity": found.w[..., place["lateral"]],
+            **tyres,
+        }
 
 
 def _small(change: np.ndarray) -> bool:
-    """Whether Newton's method has converged: its next change is the square of one this small (of values of the size of 1)."""
+    """Whether Newton's method has converged: its next change is the square of one this small (of values of the size
+    of 1).
+    """
     return bool((np.abs(change.real) < CONVERGED).all())

@@ -14,12 +14,13 @@ With the load Z, the load increment d = (Z - Z_0) / Z_0, the slip angle alpha an
     M_r   = Z r_c ((q_Dz8 + q_Dz9 d) gamma + (q_Dz10 + q_Dz11 d) gamma |gamma|)
             cos(atan((q_Bz9 + q_Bz10 B_0 C_y) (alpha + (q_Hz3 + q_Hz4 d) gamma))) / sqrt(1 + alpha^2)
 
-B_0 is B at gamma = 0. Y has its greatest value D where the argument of the sine, the `use` of the grip, is pi / 2. The derivatives at
-alpha = gamma = 0 are those of `vehicle_fmu.magic_formula_tyres`. The slip angle relaxes as there, with the load and without
-the effect of camber on the relaxation length. Turn slip (the curvature of the path) and longitudinal slip are left out.
+B_0 is B at gamma = 0. Y has its greatest value D where the argument of the sine, the `use` of the grip, is pi / 2.
+The derivatives at alpha = gamma = 0 are those of `vehicle_fmu.magic_formula_tyres`. The slip angle relaxes as there,
+with the load and without the effect of camber on the relaxation length. Turn slip (the curvature of the path) and
+longitudinal slip are left out.
 
-Source: Pacejka, Tire and Vehicle Dynamics (2012), Section 4.3, motorcycle version; lambda and r_c as in the open model of
-Passigato et al., Applied Sciences 10 (2020) 6826.
+Source: Pacejka, Tire and Vehicle Dynamics (2012), Section 4.3, motorcycle version; lambda and r_c as in the open
+model of Passigato et al., Applied Sciences 10 (2020) 6826.
 """
 
 from collections.abc import Mapping
@@ -28,8 +29,35 @@ from typing import Any
 import numpy as np
 
 # The coefficients besides those of `vehicle_fmu.magic_formula_tyres`.
-COEFFICIENTS = ("pDy1", "pDy2", "pDy3", "Cy", "pEy1", "pEy2", "pEy4", "pKy4", "pKy5", "Cga", "Ega", "Ct", "qBz1", "qBz2", "qBz5", "qBz6",
-                "qBz9", "qBz10", "qDz3", "qDz4", "qDz10", "qDz11", "qEz1", "qEz2", "qEz5", "qHz3", "qHz4")  # fmt: skip
+COEFFICIENTS = (
+    "pDy1",
+    "pDy2",
+    "pDy3",
+    "Cy",
+    "pEy1",
+    "pEy2",
+    "pEy4",
+    "pKy4",
+    "pKy5",
+    "Cga",
+    "Ega",
+    "Ct",
+    "qBz1",
+    "qBz2",
+    "qBz5",
+    "qBz6",
+    "qBz9",
+    "qBz10",
+    "qDz3",
+    "qDz4",
+    "qDz10",
+    "qDz11",
+    "qEz1",
+    "qEz2",
+    "qEz5",
+    "qHz3",
+    "qHz4",
+)
 
 
 class Tyre:
@@ -51,12 +79,18 @@ class Tyre:
     def cornering_stiffness(self, load: Any, camber: Any = 0.0) -> Any:
         """K [N/rad] at a load [N] and a camber angle [rad]."""
         c = self
-        return (c.pKy1 * c.nominal_load * np.sin(c.pKy2 * np.arctan(load / ((c.pKy3 + c.pKy4 * camber**2) * c.nominal_load)))
-                / (1 + c.pKy5 * camber**2))  # fmt: skip
+        return (
+            c.pKy1
+            * c.nominal_load
+            * np.sin(c.pKy2 * np.arctan(load / ((c.pKy3 + c.pKy4 * camber**2) * c.nominal_load)))
+            / (1 + c.pKy5 * camber**2)
+        )
 
     def relaxation_length(self, load: Any, speed: Any) -> Any:
         """sigma [m] at a load [N] and a speed [m/s]."""
-        return self.cornering_stiffness(load) * (self.relaxation_0 + self.relaxation_1 * speed + self.relaxation_2 * speed**2)
+        return self.cornering_stiffness(load) * (
+            self.relaxation_0 + self.relaxation_1 * speed + self.relaxation_2 * speed**2
+        )
 
     def use(self, load: Any, slip: Any, camber: Any) -> tuple[Any, Any, Any]:
         """The greatest side force D [N], the argument of the sine in Y [rad], and B [1/rad]."""

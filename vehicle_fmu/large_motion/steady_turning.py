@@ -1,14 +1,16 @@
-r"""Steady turning: the equilibrium of the touring motorcycle at a speed and a lean angle, followed from straight running.
+r"""Steady turning: the equilibrium of the touring motorcycle at a speed and a lean angle, followed from straight
+running.
 
-Unknowns y: lateral velocity, yaw rate, steer angle, the flexible freedoms, both relaxed slip angles, and the torques of drive and
-steering. At an equilibrium the rates of forward and lateral velocity, yaw, lean, steer, flexible freedoms and slips are 0:
+Unknowns y: lateral velocity, yaw rate, steer angle, the flexible freedoms, both relaxed slip angles, and the torques
+of drive and steering. At an equilibrium the rates of forward and lateral velocity, yaw, lean, steer, flexible
+freedoms and slips are 0:
 
     f(x, u) = 0 without the rows of the angles, whose rates are 0
 
-by Newton's method with the derivatives of `at` (complex steps), each lean angle predicted by the straight line through the two before it
-(secant predictor; Allgower, Georg, Introduction to Numerical Continuation Methods (2003)). Steps are halved where Newton's method
-does not converge; below the smallest step the equilibrium ends. It also ends where a wheel has no load, and where a tyre is
-beyond its greatest side force.
+by Newton's method with the derivatives of `at` (complex steps), each lean angle predicted by the straight line
+through the two before it (secant predictor; Allgower, Georg, Introduction to Numerical Continuation Methods (2003)).
+Steps are halved where Newton's method does not converge; below the smallest step the equilibrium ends. It also ends
+where a wheel has no load, and where a tyre is beyond its greatest side force.
 """
 
 from dataclasses import dataclass
@@ -30,8 +32,9 @@ NEARLY_NONE = 0.05  # of the load upright, below which it is due to the load
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """Steady turning at a lean angle [rad]: states x (nx,), inputs u (nu,), loads and longitudinal forces (4,) [N], the values of all
-    unknowns, the largest force or moment that is left [N, N.m], and what `LargeMotion.posed` finds there.
+    """Steady turning at a lean angle [rad]: states x (nx,), inputs u (nu,), loads and longitudinal forces (4,) [N],
+    the values of all unknowns, the largest force or moment that is left [N, N.m], and what `LargeMotion.posed` finds
+    there.
     """
 
     lean: float
@@ -55,8 +58,13 @@ class SteadyTurning:
         self.motion, self.speed = motion, speed
         names = motion.states
         self.lean = names.index("roll_angle")
-        self.unknown = [k for k, n in enumerate(names) if k != self.lean and not n.endswith(("forward_speed", "roll_rate"))
-                        and (not n.endswith("_rate") or n == "yaw_rate")]  # fmt: skip
+        self.unknown = [
+            k
+            for k, n in enumerate(names)
+            if k != self.lean
+            and not n.endswith(("forward_speed", "roll_rate"))
+            and (not n.endswith("_rate") or n == "yaw_rate")
+        ]
         self.torques = [INPUTS.index("drive_torque"), INPUTS.index("steer_torque")]
         drive = motion.values.drag * speed**2 * motion.values.rear_wheel_radius
         start = np.zeros(len(self.unknown) + 6)
@@ -67,19 +75,25 @@ class SteadyTurning:
         self.known = [upright]
 
     def at(self, lean: float) -> Equilibrium:
-        """The equilibrium at a lean angle [rad]. Raises InputError, with the last lean angle that has one, where there is none."""
+        """The equilibrium at a lean angle [rad]. Raises InputError, with the last lean angle that has one, where
+        there is none.
+        """
         side = sorted((e for e in self.known if e.lean * lean >= 0), key=lambda e: abs(e.lean))
         near = [e for e in side if abs(e.lean) <= abs(lean) + SAME]
         if abs(near[-1].lean - lean) < SAME:
             return near[-1]
-        before, last = (near[-2:] if len(near) > 1 else (None, near[-1]))
+        before, last = near[-2:] if len(near) > 1 else (None, near[-1])
         while last.lean != lean:
             step = np.clip(lean - last.lean, -LARGEST_STEP, LARGEST_STEP)
-            while (found := self._next(before, last, last.lean + step if abs(lean - last.lean) > abs(step) else lean)) is None:
+            while (
+                found := self._next(before, last, last.lean + step if abs(lean - last.lean) > abs(step) else lean)
+            ) is None:
                 step /= 2
                 if abs(step) < SMALLEST_STEP:
-                    raise InputError(f"no steady turning at {self.speed:g} m/s and a lean angle of {np.degrees(lean):g} deg: "
-                                     f"equilibria end near {np.degrees(last.lean):.1f} deg, where {self._reason(last)}")  # fmt: skip
+                    raise InputError(
+                        f"no steady turning at {self.speed:g} m/s and a lean angle of {np.degrees(lean):g} deg: "
+                        f"equilibria end near {np.degrees(last.lean):.1f} deg, where {self._reason(last)}"
+                    )
             before, last = last, found
             self.known.append(found)
         return last
@@ -100,7 +114,9 @@ class SteadyTurning:
         return self._newton(lean, last.unknowns + (share * (last.unknowns - before.unknowns) if before else 0.0), last)
 
     def _newton(self, lean: float, unknowns: np.ndarray, near: Equilibrium | None = None) -> Equilibrium | None:
-        """The equilibrium near values of the unknowns; None where the iteration does not converge to one with load and grip."""
+        """The equilibrium near values of the unknowns; None where the iteration does not converge to one with load
+        and grip.
+        """
         last, change, share = np.inf, np.zeros_like(unknowns), 1.0
         guess = near.found.q[self.motion.dependent[:2]] if near else 0.0
         for _ in range(ITERATIONS):
@@ -121,7 +137,9 @@ class SteadyTurning:
         return None
 
     def _placed(self, lean: float, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """States (..., nx), inputs (..., nu), loads and longitudinal forces (..., 4) of values of the unknowns (..., n)."""
+        """States (..., nx), inputs (..., nu), loads and longitudinal forces (..., 4) of values of the unknowns (...,
+        n).
+        """
         shape, count = unknowns.shape[:-1], len(self.unknown)
         x, u = (np.zeros((*shape, len(names)), unknowns.dtype) for names in (self.motion.states, INPUTS))
         x[..., 0], x[..., self.lean], x[..., self.unknown] = self.speed, lean, unknowns[..., :count]
@@ -136,13 +154,18 @@ class SteadyTurning:
         return left[0].real, left.imag.T / COMPLEX_STEP
 
     def _holds(self, equilibrium: Equilibrium) -> bool:
-        return all(load > 0 and abs(used) < 1 for load, used in zip(equilibrium.load.values(), self.grip_used(equilibrium).values(), strict=True))
+        return all(
+            load > 0 and abs(used) < 1
+            for load, used in zip(equilibrium.load.values(), self.grip_used(equilibrium).values(), strict=True)
+        )
 
     def grip_used(self, equilibrium: Equilibrium) -> dict[str, float]:
         """How far each tyre is on the way to its greatest side force: 1 where it has it, above 1 beyond it."""
         found, load = equilibrium.found, equilibrium.load
-        return {end: abs(float(tyre.use(load[end], found.relaxed[end], found.wheels[end].camber)[1])) / (np.pi / 2)
-                for end, tyre in self.motion.tyres.items()}  # fmt: skip
+        return {
+            end: abs(float(tyre.use(load[end], found.relaxed[end], found.wheels[end].camber)[1])) / (np.pi / 2)
+            for end, tyre in self.motion.tyres.items()
+        }
 
     def _reason(self, last: Equilibrium) -> str:
         upright = self.known[0].load
@@ -152,4 +175,5 @@ class SteadyTurning:
         end, used = max(self.grip_used(last).items(), key=lambda each: each[1])
         if np.sin(used * np.pi / 2) > NEARLY_ALL:
             return f"the {end} tyre gives {100 * np.sin(used * np.pi / 2):.0f} % of its greatest side force"
-        return f"the steer angle is {np.degrees(last.found.q[self.motion.place['steer']]):.1f} deg and Newton's method has no solution beyond it"
+        steer = np.degrees(last.found.q[self.motion.place["steer"]])
+        return f"the steer angle is {steer:.1f} deg and Newton's method has no solution beyond it"

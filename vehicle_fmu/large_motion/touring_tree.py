@@ -1,7 +1,8 @@
 """The bodies of the touring motorcycle as a tree in space, and its tyres, from the values of the component.
 
-Bodies, joints and axes are those of `vehicle_fmu.components.touring_motorcycle`; vertical motion and pitch are added. Pitch inertias
-and the further coefficients of the Magic Formula are in the section `supplement` of the value file. A locked freedom has no link.
+Bodies, joints and axes are those of `vehicle_fmu.components.touring_motorcycle`; vertical motion and pitch are added.
+Pitch inertias and the further coefficients of the Magic Formula are in the section `supplement` of the value file. A
+locked freedom has no link.
 """
 
 from types import SimpleNamespace
@@ -28,23 +29,34 @@ SUPPLEMENT = (*PITCH_INERTIAS, *(f"{end}_{name}" for end in ENDS for name in mag
 
 
 def check_large_motion(motorcycle: Component) -> None:
-    """Raises InputError for a vehicle that has no equations in large motion, or whose value file lacks values for them."""
+    """Raises InputError for a vehicle that has no equations in large motion, or whose value file lacks values for
+    them.
+    """
     if not isinstance(motorcycle, TouringMotorcycle):
-        raise InputError(f"{motorcycle.name} is a {motorcycle.title}, which has no equations for corners (valid: tum_2020, "
-                         "or a value file of a TouringMotorcycle)")  # fmt: skip
+        raise InputError(
+            f"{motorcycle.name} is a {motorcycle.title}, which has no equations for corners (valid: tum_2020, "
+            "or a value file of a TouringMotorcycle)"
+        )
     missing = [name for name in SUPPLEMENT if name not in motorcycle.supplement]
     if missing:
-        raise InputError(f"{motorcycle.name}: corners need {len(missing)} more values, such as {missing[0]}; give them in "
-                         "[supplement] of its value file, as in tum_2020.toml")  # fmt: skip
+        raise InputError(
+            f"{motorcycle.name}: corners need {len(missing)} more values, such as {missing[0]}; give them in "
+            "[supplement] of its value file, as in tum_2020.toml"
+        )
 
 
 def touring_tree(motorcycle: Component) -> Tree:
     """The tree of a touring motorcycle, its wheels' spin last."""
     v = _Values({**motorcycle.values, "speed": 0.0})
     found, _ = bodies(v, NUMERIC)
-    links = [Link("along", "", NOWHERE, np.array([1.0, 0, 0]), True), Link("lateral", "along", NOWHERE, np.array(RIGHT), True),
-             Link("vertical", "lateral", NOWHERE, np.array([0, 0, 1.0]), True), Link("yaw", "vertical", NOWHERE, np.array([0, 0, 1.0])),
-             Link("roll", "yaw", NOWHERE, np.array([1.0, 0, 0])), Link("pitch", "roll", NOWHERE, np.array(RIGHT))]  # fmt: skip
+    links = [
+        Link("along", "", NOWHERE, np.array([1.0, 0, 0]), True),
+        Link("lateral", "along", NOWHERE, np.array(RIGHT), True),
+        Link("vertical", "lateral", NOWHERE, np.array([0, 0, 1.0]), True),
+        Link("yaw", "vertical", NOWHERE, np.array([0, 0, 1.0])),
+        Link("roll", "yaw", NOWHERE, np.array([1.0, 0, 0])),
+        Link("pitch", "roll", NOWHERE, np.array(RIGHT)),
+    ]
     known = {link.name for link in links}
     parents: list[str] = []
     for body in found:
@@ -66,7 +78,9 @@ def touring_tree(motorcycle: Component) -> Tree:
         carrier = f"{end}_spin" if end in ENDS else parent
         if end in ENDS:
             links.append(Link(carrier, parent, centre, -np.array(RIGHT)))
-        tensor = np.array([[body.roll_inertia, 0, -body.product], [0, pitch, 0], [-body.product, 0, body.yaw_inertia]], float)
+        tensor = np.array(
+            [[body.roll_inertia, 0, -body.product], [0, pitch, 0], [-body.product, 0, body.yaw_inertia]], float
+        )
         masses.append(RigidBody(carrier, float(body.mass), centre, tensor))
     return Tree(links, masses)
 

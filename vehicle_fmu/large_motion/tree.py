@@ -1,7 +1,7 @@
 r"""A tree of rigid bodies in space: positions, Jacobians, mass matrix and inertia forces, for stacked motions.
 
-A link k turns about (or slides along) its axis by q_k at the rate w_k, carried by its parent. With the joints P_k, the axes
-a_k, the orientations R_k and the angular velocities omega_k, from parent to link:
+A link k turns about (or slides along) its axis by q_k at the rate w_k, carried by its parent. With the joints P_k,
+the axes a_k, the orientations R_k and the angular velocities omega_k, from parent to link:
 
     P_k = P + R (point_k - point) (+ a_k q_k of a slide),    a_k = R axis_k,    R_k = R rotation(axis_k, q_k)
     omega_k = omega + a_k w_k,    alpha_k = alpha + omega x a_k w_k               (without w_k')
@@ -12,8 +12,8 @@ A point X of a link has the Jacobian a_j x (X - P_j) (a_j of a slide) for every 
 
     M = sum m J^T J + L^T I L,      h = sum m J^T b + L^T (I alpha + omega x I omega),      M w' + h = Q
 
-Everything is an analytic function of q and w, so that derivatives by complex steps are exact (Squire, Trapp, SIAM Review 40
-(1998) 110-112). Leading axes of q and w stack motions.
+Everything is an analytic function of q and w, so that derivatives by complex steps are exact (Squire, Trapp, SIAM
+Review 40 (1998) 110-112). Leading axes of q and w stack motions.
 
 Source: Kane, Levinson, Dynamics: Theory and Applications (1985); Featherstone, Rigid Body Dynamics Algorithms (2008).
 """
@@ -26,7 +26,9 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Link:
-    """A link of the tree: its name, that of its parent (empty: the ground), reference point and axis (3,), whether it slides."""
+    """A link of the tree: its name, that of its parent (empty: the ground), reference point and axis (3,), whether it
+    slides.
+    """
 
     name: str
     parent: str
@@ -37,7 +39,7 @@ class Link:
 
 @dataclass(frozen=True)
 class RigidBody:
-    """A body: the name of its link, mass [kg], mass centre (3,) [m] and inertia (3, 3) [kg.m2], in axes of the frame."""
+    """A body: the name of its link, mass [kg], mass centre (3,) [m], inertia (3, 3) [kg.m2] in axes of the frame."""
 
     link: str
     mass: float
@@ -47,8 +49,8 @@ class RigidBody:
 
 @dataclass(frozen=True)
 class Motion:
-    """Motion of all links (..., n, 3): orientation (..., n, 3, 3), joint, axis; angular velocity and joint's velocity; angular
-    acceleration and joint's acceleration where no rate changes.
+    """Motion of all links (..., n, 3): orientation (..., n, 3, 3), joint, axis; angular velocity and joint's
+    velocity; angular acceleration and joint's acceleration where no rate changes.
     """
 
     turned: np.ndarray
@@ -63,8 +65,11 @@ class Motion:
         """Position, velocity and acceleration (..., 3) of a link's point at `arm` from its joint, in fixed axes."""
         spin = self.omega[..., link, :]
         turning = cross(spin, arm)
-        return (self.joint[..., link, :] + arm, self.velocity[..., link, :] + turning,
-                self.acceleration[..., link, :] + cross(self.alpha[..., link, :], arm) + cross(spin, turning))  # fmt: skip
+        return (
+            self.joint[..., link, :] + arm,
+            self.velocity[..., link, :] + turning,
+            self.acceleration[..., link, :] + cross(self.alpha[..., link, :], arm) + cross(spin, turning),
+        )
 
 
 class Tree:
@@ -94,7 +99,14 @@ class Tree:
         for k, link in enumerate(self.links):
             if self.parent[k] < 0:
                 turned, joint, _, omega, velocity, alpha, acceleration = (
-                    np.broadcast_to(np.eye(3, dtype=kind), (*shape, 3, 3)), none, none, none, none, none, none)  # fmt: skip
+                    np.broadcast_to(np.eye(3, dtype=kind), (*shape, 3, 3)),
+                    none,
+                    none,
+                    none,
+                    none,
+                    none,
+                    none,
+                )
                 arm = link.point
             else:
                 turned, joint, _, omega, velocity, alpha, acceleration = rows[self.parent[k]]
@@ -105,7 +117,9 @@ class Tree:
             acceleration = acceleration + cross(alpha, away) + cross(omega, turning)
             velocity = velocity + turning
             if link.slides:
-                rows.append((turned, joint + away, axis, omega, velocity + axis * rate, alpha, acceleration + 2 * along))
+                rows.append(
+                    (turned, joint + away, axis, omega, velocity + axis * rate, alpha, acceleration + 2 * along)
+                )
             else:
                 sine, versine = np.sin(angle)[..., None], 1 - np.cos(angle)[..., None]
                 own = turned @ (np.eye(3) + sine * self.cross[k] + versine * self.cross_squared[k])
@@ -126,7 +140,9 @@ class Tree:
         return motion.joint[..., self.body_link, :] + self._arms(motion)
 
     def inertia_terms(self, motion: Motion) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Mass matrix M (..., n, n), inertia forces h (..., n), and forces (..., n) of the weights per gravity (z down)."""
+        """Mass matrix M (..., n, n), inertia forces h (..., n), and forces (..., n) of the weights per gravity (z
+        down).
+        """
         k, arm = self.body_link, self._arms(motion)
         turned, omega, alpha = motion.turned[..., k, :, :], motion.omega[..., k, :], motion.alpha[..., k, :]
         shift, turn = self.jacobians(motion, k, motion.joint[..., k, :] + arm)

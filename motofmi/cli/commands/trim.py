@@ -13,7 +13,15 @@ from motofmi.workflows.trim import QUANTITIES, trim
 
 SUMMARY = "steady turning at a speed and lean angles: equilibrium and modes"
 PLACE = 35
-UNITS = {**QUANTITIES, "speed": "m/s", "lean": "deg", "eigenvalues": "1/s", "eigenvalue": "1/s", "frequency": "Hz", "damping_ratio": "1"}
+UNITS = {
+    **QUANTITIES,
+    "speed": "m/s",
+    "lean": "deg",
+    "eigenvalues": "1/s",
+    "eigenvalue": "1/s",
+    "frequency": "Hz",
+    "damping_ratio": "1",
+}
 HELP = """Equilibrium of a motorcycle in a corner at a speed and lean angles: steer angle, the steer torque that the
 rider applies, yaw rate, loads, side forces, slip and camber angles of the tyres; and the modes about it, named as in
 straight running and followed over the lean angle. The motorcycle is rigid in its plane: suspensions and tyres do not
@@ -27,18 +35,28 @@ ANGLES = ("steer_angle", "front_slip_angle", "rear_slip_angle", "front_camber_an
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--vehicle", default="tum_2020", help="a motorcycle with equations in large motion: a NAME of motofmi list, or a "
-                                                              ".toml (default: %(default)s)")  # fmt: skip
+    parser.add_argument(
+        "--vehicle",
+        default="tum_2020",
+        help="a motorcycle with equations in large motion: a NAME of motofmi list, or a .toml (default: %(default)s)",
+    )
     parser.add_argument("--device", default="none", help=f"{DEVICE} (default: none)")
     parser.add_argument("--speed", type=float, required=True, help="speed [m/s]")
-    parser.add_argument("--lean", required=True, help="A:B:STEP, one value or a comma list [deg], to the right positive")
+    parser.add_argument(
+        "--lean", required=True, help="A:B:STEP, one value or a comma list [deg], to the right positive"
+    )
     add_settings(parser)
     outputs.add_arguments(parser, "root locus over the lean angle", "equilibrium and modes at every lean angle")
 
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
-    found = trim(arguments.vehicle, separate(arguments.device), speed=arguments.speed, lean=numbers(arguments.lean, "lean", "deg", -np.inf),
-                 set=assignments(arguments.settings))  # fmt: skip
+    found = trim(
+        arguments.vehicle,
+        separate(arguments.device),
+        speed=arguments.speed,
+        lean=numbers(arguments.lean, "lean", "deg", -np.inf),
+        set=assignments(arguments.settings),
+    )
     outputs.save(found, arguments)
     return found.to_dict()
 

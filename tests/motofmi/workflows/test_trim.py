@@ -34,10 +34,22 @@ def test_result_as_table_figure_and_dictionary(found):
     table = found.to_dataframe()
     assert list(table["lean [deg]"]) == [-25.0, 0.0, 25.0]
     assert np.array_equal(table["wobble frequency [Hz]"], found["wobble"].frequency)
-    assert repr(found) == "Trim(tum_2020 without a device at 20 m/s: lean -25 to 25 deg; weave, wobble, capsize, rear_wobble)"
+    assert (
+        repr(found)
+        == "Trim(tum_2020 without a device at 20 m/s: lean -25 to 25 deg; weave, wobble, capsize, rear_wobble)"
+    )
     assert "steer_torque [N.m]" in found._repr_html_()
     assert found.plot().get_xlabel() == "real part [1/s]"
-    assert set(found.to_dict()) == {"vehicle", "device", "assumed", "speed", "lean", *QUANTITIES, "eigenvalues", "modes"}
+    assert set(found.to_dict()) == {
+        "vehicle",
+        "device",
+        "assumed",
+        "speed",
+        "lean",
+        *QUANTITIES,
+        "eigenvalues",
+        "modes",
+    }
     with pytest.raises(mf.InputError, match="unknown quantity or mode 'weve', did you mean 'weave'"):
         _ = found["weve"]
 
