@@ -1,23 +1,63 @@
-"""Studies of many cases that can be interrupted: one line of JSON per case in cases.jsonl, which is not run again."""
+"""Studies of many cases on the engine of `motofmi sweep`: on all cores, resumed where they ended.
+
+A case is a run; its row is JSON in the table `runs.parquet` of the folder. A case that is complete is not run again.
+"""
 
 import json
 import tempfile
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import pandas as pd
+
+from motofmi.studies.run_grid import RunGrid
+from motofmi.studies.runner import run_study
+from motofmi.studies.runs import Column, Computed, Coordinate, Result, Runs
+from motofmi.studies.store import Store
+from motofmi.version import __version__
+
+ROW = "row"
+
+
+class Cases(Runs):
+    """The cases of a study by their numbers."""
+
+    results: Mapping[str, Result] = {}
+    labels = {"case": Column("int64")}  # noqa: RUF012 - as in Runs
+    values = {ROW: Column("string")}  # noqa: RUF012 - as in Runs
+
+    def __init__(self, count: int, one: Callable[[int], dict[str, Any]]):
+        self.one, self.grid = one, RunGrid(("case",), (count,), (1,))
+        self.coordinates = {"case": Coordinate("case", np.arange(count))}
+
+    def labels_of(self, indices: np.ndarray) -> dict[str, Sequence[Any]]:
+        """The numbers of the cases."""
+        return {"case": indices[:, 0].tolist()}
+
+    def results_of(self, indices: np.ndarray) -> Computed:
+        """The row of each case."""
+        return Computed({}, {ROW: [json.dumps(self.one(int(k))) for k in indices[:, 0]]})
+
 
 def resumed(
-    progress: Callable[..., Iterable], cases: int, out: str | Path | None, one: Callable[[int], dict[str, Any]]
+    cases: int, out: str | Path | None, one: Callable[[int], dict[str, Any]], **identity: Any
 ) -> list[dict[str, Any]]:
-    """The row of every case, as one(number) gives it, or as out/cases.jsonl holds it already."""
-    folder = Path(out or tempfile.mkdtemp())
-    folder.mkdir(parents=True, exist_ok=True)
-    lines = folder / "cases.jsonl"
-    done = {row["case"]: row for row in map(json.loads, lines.read_text().splitlines())} if lines.exists() else {}
-    for number in progress(range(cases), "blind cases"):
-        if number not in done:
-            done[number] = {"case": number, **one(number)}
-            with lines.open("a") as file:
-                file.write(json.dumps(done[number]) + "\n")
-    return [done[n] for n in range(cases)]
+    """The row of every case, as one(number) gives it, or as the folder `out` holds it already.
+
+    identity is what the cases depend on besides their number; a folder with another one is refused. Raises RuntimeError
+    with the reasons of cases that failed.
+    """
+    if not cases:
+        return []
+    store = Store(Path(out or tempfile.mkdtemp()), Cases(cases, one))
+    study = {"kind": "cases", "of": one.__module__, "cases": cases, "version": __version__,
+             "identity": {name: str(value) for name, value in identity.items()}}  # fmt: skip
+    run_study(store, study, "cases")
+    table = pd.read_parquet(store.table)
+    failed = table[table["status"] == "failed"]
+    if len(failed):
+        reasons = "; ".join(f"case {case}: {reason}" for case, reason in zip(failed["case"], failed["reason"], strict=True))
+        raise RuntimeError(f"{len(failed)} of {cases} cases in {store.folder} failed: {reasons}")
+    return [{"case": int(case), **json.loads(row)} for case, row in zip(table["case"], table[ROW], strict=True)]

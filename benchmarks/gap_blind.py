@@ -5,7 +5,7 @@
 Three cases in five hide nothing (bursts, doubled noise and riders who change by 6 % among them); the others hide single
 effects, forms that the library lacks, effects that are outside of it, members of a tie, and pairs. Recordings and truth are
 written by a simulator that shares no code with the finder, which sees a folder with recordings and rig.json, nothing else.
-One line per case goes to cases.jsonl in the --out folder, so that a run can be taken up again. `unknown` and `tied` never
+A row per case goes to the study in the --out folder, so that a run can be taken up again. `unknown` and `tied` never
 count as a right name. Rates come with Wilson's 95 % interval.
 """
 
@@ -46,7 +46,7 @@ def run(
     out: str | Path | None = None,
     kinds: Sequence[str] = (),
 ) -> dict[str, Any]:
-    """The summary over the cases; those that `out`/cases.jsonl holds already are not run again."""
+    """The summary over the cases; those that the folder `out` holds already are not run again."""
 
     def one(number: int) -> dict[str, Any]:
         truth = draw(number, seed, kinds[number % len(kinds)] if kinds else None)
@@ -57,7 +57,7 @@ def run(
             found = find(Path(open_folder), laboratory.more)
         return {"truth": laboratory.secret(), "seconds": time.perf_counter() - begun, **found}
 
-    return summary(resumed(progress, cases, out, one))
+    return summary(resumed(cases, out, one, seed=seed, kinds=kinds))
 
 
 def find(folder: Path, laboratory: Callable[[Path, dict[str, Any]], Path]) -> dict[str, Any]:
@@ -203,7 +203,7 @@ def main() -> None:
     parser.add_argument(
         "--kinds", nargs="*", default=[], help="only these, in turn: none single unlike outside trio pair"
     )
-    parser.add_argument("--out", default="gap_blind", metavar="DIR", help="where cases.jsonl is, or goes")
+    parser.add_argument("--out", default="gap_blind", metavar="DIR", help="folder of the study, which goes on where it ended")
     arguments = parser.parse_args()
     print(json.dumps(run(track, arguments.cases, arguments.seed, arguments.out, arguments.kinds), indent=1))
 

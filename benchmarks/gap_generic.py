@@ -5,7 +5,7 @@
 The simulator is that of the tests, which shares no code with the library. Every case draws a mechanism, how it is driven
 (by a torque, with its angle imposed, in a closed loop, as two masses with two outputs, as a heavy mass on a stiff spring),
 an excitation, a sampling rate, a noise of 0.2 to 3 % and the size of what is hidden; a third hide nothing, others forms that
-the library lacks, or what is in no library. One line per case goes to cases.jsonl in the --out folder, so that a run can be
+the library lacks, or what is in no library. A row per case goes to the study in the --out folder, so that a run can be
 taken up again. confusion counts truth -> answer.
 """
 
@@ -74,14 +74,14 @@ def find(case: Case) -> dict[str, Any]:
 def run(
     progress: Callable[..., Iterable], cases: int = CASES, out: str | Path | None = None, first: int = 0
 ) -> dict[str, Any]:
-    """Rates and the confusion matrix of cases from the first on; those that `out`/cases.jsonl holds already are not run again."""
+    """Rates and the confusion matrix of cases from the first on; those that the folder `out` holds already are not run again."""
 
     def one(number: int) -> dict[str, Any]:
         case, begun = draw(first + number), time.perf_counter()
         found = {"hidden": case.hidden, "setting": case.setting, "kind": case.kind, "noise": case.noise, **find(case)}
         return found | {"seconds": time.perf_counter() - begun}
 
-    return summary(resumed(progress, cases, out, one))
+    return summary(resumed(cases, out, one, first=first))
 
 
 def summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
@@ -122,7 +122,7 @@ def _wrong(row: dict[str, Any]) -> bool:
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.gap_generic", description=__doc__)
     parser.add_argument("--cases", type=int, default=CASES)
-    parser.add_argument("--out", help="folder for cases.jsonl, from which a run is taken up again")
+    parser.add_argument("--out", help="folder of the study, which goes on where it ended")
     parser.add_argument("--first", type=int, default=0, help="number of the first case")
     arguments = parser.parse_args()
     print(json.dumps(run(track, arguments.cases, arguments.out, arguments.first), indent=1))

@@ -70,7 +70,7 @@ def run(
     data: str | Path | None = None,
     sources: Sequence[str] = STUDIED,
 ) -> dict[str, Any]:
-    """The rates of false names; trials that `out`/cases.jsonl holds already are not run again."""
+    """The rates of false names; trials that the folder `out` holds already are not run again."""
     folder = folder_of_data(data)
     reasons = {name: missing(folder, SOURCES[name]) for name in sources}
     present = [name for name, reason in reasons.items() if not reason]
@@ -85,7 +85,7 @@ def run(
                 "names": sorted({e.family for m in loose.members for e in m.effects}), "share": loose.share and loose.share.share,
                 "sentences": loose.sentences, "cpu_seconds": time.process_time() - begun}  # fmt: skip
 
-    return summary(resumed(progress, trials if present else 0, out, one), skipped)
+    return summary(resumed(trials if present else 0, out, one, seed=seed, sources=sources), skipped)
 
 
 def summary(rows: Sequence[dict[str, Any]], skipped: dict[str, str]) -> dict[str, Any]:
@@ -108,7 +108,7 @@ def main() -> None:
     parser.add_argument("--data", metavar="DIR", help=f"folder of recordings (default: environment variable {DATA})")
     parser.add_argument("--trials", type=int, default=TRIALS)
     parser.add_argument("--seed", type=int, default=SEED)
-    parser.add_argument("--out", help="folder for cases.jsonl, from which a run is taken up again")
+    parser.add_argument("--out", help="folder of the study, which goes on where it ended")
     arguments = parser.parse_args()
     print(json.dumps(run(track, arguments.trials, arguments.seed, arguments.out, arguments.data), indent=1))
 

@@ -6,7 +6,7 @@ The simulator is that of the tests (`tests/simulators/real_like_cases.py`), whic
 of the cases hide nothing. The others hide a dominant effect, in a form of the library or in another one of the same family,
 and a second effect of 3 to 20 % of its size that is in no library. Each case is a fitted and a validation run; files, not
 arrays, are given to `find_gap`. The first name is judged: which effect is dominant. A tie that contains it is counted
-apart. One line per case goes to cases.jsonl in the --out folder, so that a run can be taken up again.
+apart. A row per case goes to the study in the --out folder, so that a run can be taken up again.
 """
 
 import argparse
@@ -67,7 +67,7 @@ def find(case: RealLikeCase, folder: Path) -> dict[str, Any]:
 def run(
     progress: Callable[..., Iterable], cases: int = CASES, seed: int = SEED, out: str | Path | None = None
 ) -> dict[str, Any]:
-    """Rates and the confusion matrix; cases that `out`/cases.jsonl holds already are not run again."""
+    """Rates and the confusion matrix; cases that the folder `out` holds already are not run again."""
 
     def one(number: int) -> dict[str, Any]:
         case, begun = draw(number, seed), time.process_time()
@@ -77,7 +77,7 @@ def run(
                  "setting": case.setting, "jitter": case.jitter, "samples": len(case.fitted[0])}  # fmt: skip
         return truth | found | {"cpu_seconds": time.process_time() - begun}
 
-    return summary(resumed(progress, cases, out, one))
+    return summary(resumed(cases, out, one, seed=seed))
 
 
 def summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
@@ -108,7 +108,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.gap_real_like", description=__doc__)
     parser.add_argument("--cases", type=int, default=CASES)
     parser.add_argument("--seed", type=int, default=SEED)
-    parser.add_argument("--out", help="folder for cases.jsonl, from which a run is taken up again")
+    parser.add_argument("--out", help="folder of the study, which goes on where it ended")
     arguments = parser.parse_args()
     print(json.dumps(run(track, arguments.cases, arguments.seed, arguments.out), indent=1))
 

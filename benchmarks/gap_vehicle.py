@@ -111,7 +111,7 @@ def case(name: str, seed: int, folder: Path) -> dict:
 
 
 def run(progress, cases: int = CASES, out: str | Path | None = None, first: int = FIRST) -> dict:
-    """The confusion matrix and the rates that matter; cases that `out`/cases.jsonl holds already are not run again."""
+    """The confusion matrix and the rates that matter; cases that the folder `out` holds already are not run again."""
 
     def one(number: int) -> dict:
         others, hands = [*HIDDEN, *OUTSIDE], [*HANDS, "passive_rider", "passive_rider"]
@@ -120,7 +120,7 @@ def run(progress, cases: int = CASES, out: str | Path | None = None, first: int 
         with tempfile.TemporaryDirectory() as folder:
             return case(name, first + number, Path(folder))
 
-    return summary(resumed(progress, cases, out, one))
+    return summary(resumed(cases, out, one, first=first))
 
 
 def summary(results: list[dict]) -> dict:
@@ -156,7 +156,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.gap_vehicle", description=__doc__)
     parser.add_argument("--cases", type=int, default=CASES)
     parser.add_argument("--first", type=int, default=FIRST, help="number of the first case")
-    parser.add_argument("--out", help="folder for cases.jsonl, from which a run is taken up again")
+    parser.add_argument("--out", help="folder of the study, which goes on where it ended")
     arguments = parser.parse_args()
     print(json.dumps(run(track, arguments.cases, arguments.out, arguments.first), indent=1))
 

@@ -3,8 +3,8 @@
     python -m benchmarks.gap_vehicle_runs --cases 120 --out runs
 
 The simulators are those of the tests, which share no code with the library: every case draws a motorcycle or a bicycle, its speed, the channels
-that are logged, what drives it, disturbances, noises, and the size of what is hidden; half of them hide nothing. One line per case
-goes to cases.jsonl in the --out folder, so that a run can be taken up again. confusion counts truth -> answer.
+that are logged, what drives it, disturbances, noises, and the size of what is hidden; half of them hide nothing. A row per case
+goes to the study in the --out folder, so that a run can be taken up again. confusion counts truth -> answer.
 """
 
 import argparse
@@ -56,7 +56,7 @@ def find(case: Case, folder: Path) -> dict[str, Any]:
 def run(
     progress: Callable[..., Iterable], cases: int = CASES, out: str | Path | None = None, first: int = FIRST
 ) -> dict[str, Any]:
-    """Rates and the confusion matrix; cases that `out`/cases.jsonl holds already are not run again."""
+    """Rates and the confusion matrix; cases that the folder `out` holds already are not run again."""
 
     def one(number: int) -> dict[str, Any]:
         with tempfile.TemporaryDirectory() as folder:
@@ -66,7 +66,7 @@ def run(
                 "speeds": [round(v, 1) for v in case.speeds], "channels": case.channels}  # fmt: skip
         return truth | found | {"seconds": time.perf_counter() - begun}
 
-    return summary(resumed(progress, cases, out, one))
+    return summary(resumed(cases, out, one, first=first))
 
 
 def summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
@@ -113,7 +113,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.gap_vehicle_runs", description=__doc__)
     parser.add_argument("--cases", type=int, default=CASES)
     parser.add_argument("--first", type=int, default=FIRST, help="number of the first case")
-    parser.add_argument("--out", help="folder for cases.jsonl, from which a run is taken up again")
+    parser.add_argument("--out", help="folder of the study, which goes on where it ended")
     arguments = parser.parse_args()
     print(json.dumps(run(track, arguments.cases, arguments.out, arguments.first), indent=1))
 
