@@ -55,7 +55,7 @@ class Motion {
     text.textContent = `${shown(settings.mode)} of ${settings.side}, ${settings.title(settings.side)}, at ${settings.speed.toFixed(1)} m/s: ${mode.im > 0 ? `${(mode.im * TO_HERTZ).toFixed(2)} Hz, ` : "not oscillating, "}${growth}.${slow}${left}`;
     const moving = ANGLES.filter((n) => Math.hypot(...mode.shape[n]) > 0);
     document.getElementById("phasors").innerHTML = phasors(mode.shape, moving);
-    document.getElementById("arrows").innerHTML = moving.map((n) => `<span class="arrow ${n}">&#9679; ${n}</span>`).join(" ");
+    written(document.getElementById("arrows"), moving.map((n) => `<span class="arrow ${n}">&#9679; ${n}</span>`).join(" "));
   }
 
   show() {
@@ -63,7 +63,7 @@ class Motion {
     const { mode } = this, time = mode.timeOf(this.clock), pose = {};
     for (const [name, [a, b]] of Object.entries(mode.shape)) pose[name] = Math.exp(mode.re * time) * mode.start * (a * Math.cos(mode.im * time) - b * Math.sin(mode.im * time));
     const lines = posed(this.geometry, this.shape, pose);
-    for (const drawn of this.place.querySelectorAll(".motorcycle")) drawn.innerHTML = viewText(lines, VIEWS[drawn.dataset.view], drawn.dataset.view !== "top");
+    for (const drawn of this.place.querySelectorAll(".motorcycle")) drawView(drawn, lines, VIEWS[drawn.dataset.view], drawn.dataset.view !== "top");
   }
 }
 

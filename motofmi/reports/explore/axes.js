@@ -22,14 +22,15 @@ class Axes {
 
   y(value) { return this.frame.top + this.frame.height - ((value - this.ys[0]) / (this.ys[1] - this.ys[0])) * this.frame.height; }
 
-  draw(xLabel, yLabel, content, id) {
+  /* The frame with ticks and labels, and an empty group for what moves in it. */
+  draw(xLabel, yLabel, id) {
     const { left, top, width, height } = this.frame, bottom = top + height;
     const across = ticks(...this.xs).map((t) => `<line x1="${this.x(t)}" x2="${this.x(t)}" y1="${top}" y2="${bottom}" class="grid"/>` +
       (xLabel ? `<text x="${this.x(t)}" y="${bottom + 16}" class="tick" text-anchor="middle">${t}</text>` : ""));
     const up = ticks(...this.ys).map((t) => `<line x1="${left}" x2="${left + width}" y1="${this.y(t)}" y2="${this.y(t)}" class="grid"/>` +
       `<text x="${left - 6}" y="${this.y(t) + 4}" class="tick" text-anchor="end">${t}</text>`);
     return `<clipPath id="${id}"><rect x="${left}" y="${top}" width="${width}" height="${height}"/></clipPath>${across.join("")}${up.join("")}` +
-      `<g clip-path="url(#${id})">${content}</g><rect x="${left}" y="${top}" width="${width}" height="${height}" class="frame"/>` +
+      `<g clip-path="url(#${id})" id="${id}-content"></g><rect x="${left}" y="${top}" width="${width}" height="${height}" class="frame"/>` +
       `<text x="${left + width / 2}" y="${bottom + 34}" class="label" text-anchor="middle">${xLabel}</text>` +
       `<text transform="translate(${left - 40} ${top + height / 2}) rotate(-90)" class="label" text-anchor="middle">${yLabel}</text>`;
   }

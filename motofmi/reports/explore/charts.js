@@ -25,6 +25,9 @@ function speedLimits(all) {
   return { x: [0, 60], frequency: [0, Math.ceil(top * 1.12)], damping: [-0.2, 1] };
 }
 
+/* Limits that hold two others of the same view: while a slider moves, axes grow and do not shrink. */
+function joined(a, b) { return Object.fromEntries(Object.entries(a).map(([axis, [low, high]]) => [axis, [Math.min(low, b[axis][0]), Math.max(high, b[axis][1])]])); }
+
 function marksOf(published, configuration) {
   const { vehicle, device, values } = configuration;
   return published.filter((p) => p.vehicle === vehicle && p.device === device && !Object.keys(values).length);
@@ -34,13 +37,13 @@ function locusChart(found, limits, speed, published, id) {
   const axes = new Axes({ left: 56, top: 12, width: WIDTH - 70, height: HEIGHT - 64 }, limits.x, limits.y), at = nearestIndex(found.points, speed);
   const half = `<rect x="${axes.x(0)}" y="0" width="${WIDTH}" height="${HEIGHT}" class="unstable"/>`;
   const gaps = gapsOf(found), curves = Object.entries(found.curves).map(([mode, { re, im }]) => {
-    const dots = found.points.map((p, i) => (Math.abs(p / 10 - Math.round(p / 10)) < 1e-9 && Number.isFinite(re[i]) ? `<circle cx="${axes.x(re[i]).toFixed(1)}" cy="${axes.y(im[i]).toFixed(1)}" r="2"/>` : "")).join("");
-    return `<g style="--ink:${INK[mode]}" class="curve" data-mode="${mode}"><path d="${axes.path(re, im, gaps)}"/>${dots}` +
+    const dots = found.points.map((p, i) => (Math.abs(p / 10 - Math.round(p / 10)) < 1e-9 && Number.isFinite(re[i]) ? `M${axes.x(re[i]).toFixed(1)} ${axes.y(im[i]).toFixed(1)}h0` : "")).join("");
+    return `<g style="--ink:${INK[mode]}" class="curve" data-mode="${mode}"><path d="${axes.path(re, im, gaps)}"/><path class="dots" d="${dots}"/>` +
       (Number.isFinite(re[at]) ? `<circle class="here" cx="${axes.x(re[at])}" cy="${axes.y(im[at])}" r="6"/>` +
         nameAt(axes.x(re[at]), axes.y(im[at]), shown(mode)) : "") + "</g>";
   });
   const marks = published.flatMap(({ eigenvalues = {}, source }) => Object.entries(eigenvalues).flatMap(([mode, rows]) => rows.map(([v, re, im]) => cross(axes.x(re), axes.y(im), INK[mode], `${source}: ${shown(mode)} at ${v.toFixed(1)} m/s`))));
-  return { axes, text: svg(axes.draw("real part [1/s]", "imaginary part [rad/s]", half + curves.join("") + marks.join(""), id), "Root locus over speed") };
+  return { axes, label: "Root locus over speed", parts: [{ axes, id, x: "real part [1/s]", y: "imaginary part [rad/s]", content: half + curves.join("") + marks.join("") }] };
 }
 
 function speedChart(found, limits, speed, published, id) {
@@ -55,9 +58,11 @@ function speedChart(found, limits, speed, published, id) {
     ...Object.entries(eigenvalues).flatMap(([mode, rows]) => rows.filter((r) => r[2] > 0).map(([v, , im]) => cross(upper.x(v), upper.y(im * TO_HERTZ), INK[mode], `${source}: ${shown(mode)}`))),
     ...Object.entries(frequencies).flatMap(([mode, rows]) => rows.map(([v, low, high]) => cross(upper.x(v), upper.y((low + high) / 2), INK[mode], `${source}: ${shown(mode)} ${low} to ${high} Hz`))),
   ]).join("");
-  const text = upper.draw("", "frequency [Hz]", bands(upper) + curves(upper, (re, im) => im * TO_HERTZ) + line(upper) + marks + namesOver(found, upper), `${id}-f`) +
-    lower.draw("speed [m/s]", "damping ratio [1]", bands(lower) + curves(lower, dampingRatio) + line(lower), `${id}-d`);
-  return { axes: upper, text: svg(text, "Frequency and damping ratio over speed") };
+  const parts = [
+    { axes: upper, id: `${id}-f`, x: "", y: "frequency [Hz]", content: bands(upper) + curves(upper, (re, im) => im * TO_HERTZ) + line(upper) + marks + namesOver(found, upper) },
+    { axes: lower, id: `${id}-d`, x: "speed [m/s]", y: "damping ratio [1]", content: bands(lower) + curves(lower, dampingRatio) + line(lower) },
+  ];
+  return { axes: upper, label: "Frequency and damping ratio over speed", parts };
 }
 
 /* The points behind which a name goes over to another branch. */

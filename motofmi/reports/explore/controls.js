@@ -21,10 +21,31 @@ function element(tag, attributes = {}, ...children) {
   return made;
 }
 
+/* Buttons of which one is pressed; they are made again where the options have changed. */
 function pressed(parent, options, chosen, choose) {
+  const key = JSON.stringify(options);
+  if (parent.dataset.options === key) {
+    for (const button of parent.querySelectorAll("button")) if ((button.dataset.value === chosen) !== (button.getAttribute("aria-pressed") === "true")) button.setAttribute("aria-pressed", String(button.dataset.value === chosen));
+    return;
+  }
+  parent.dataset.options = key;
   parent.querySelectorAll("button").forEach((b) => b.remove());
   for (const [value, label] of options)
     parent.append(element("button", { type: "button", "aria-pressed": String(value === chosen), "data-value": value, onclick: () => choose(value) }, label));
+}
+
+/* Write an element's content where it has changed: cell by cell if nothing but the text of table cells differs. */
+function written(place, html) {
+  const last = place.lastWritten;
+  if (last?.html === html) return;
+  const split = (text) => text.split(/(?<=<td[^>]*>)([^<]*)(?=<\/td>)/), now = split(html), before = last ? last.parts : [];
+  place.lastWritten = { html, parts: now };
+  if (now.length !== before.length || now.some((text, i) => i % 2 === 0 && text !== before[i])) {
+    place.innerHTML = html;
+    return;
+  }
+  const cells = [...place.querySelectorAll("td")].filter((cell) => !cell.firstElementChild);
+  cells.forEach((cell, k) => { if (now[2 * k + 1] !== before[2 * k + 1]) cell.textContent = now[2 * k + 1]; });
 }
 
 class Controls {

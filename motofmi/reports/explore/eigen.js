@@ -3,8 +3,10 @@
    Balancing scales the states by powers of two until rows and columns have similar norms (Parlett and Reinsch 1969), as
    LAPACK does: forces in newtons stand beside angles in radians. */
 
-function balance(A, n) {
-  const scale = new Float64Array(n).fill(1), B = Float64Array.from(A);
+/* {B, scale}: scale D from a guess, B = D^-1 A D. */
+function balance(A, n, guess) {
+  const scale = guess ? Float64Array.from(guess) : new Float64Array(n).fill(1), B = Float64Array.from(A);
+  if (guess) for (let i = 0; i < n; i++) for (let j = 0; j < n; j++) B[i * n + j] *= scale[j] / scale[i];
   for (let changed = true; changed; ) {
     changed = false;
     for (let i = 0; i < n; i++) {

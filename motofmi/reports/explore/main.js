@@ -2,6 +2,8 @@
 
 const SETTLED = 150; // ms without a change, after which the fine grid is computed
 
+const REDRAWN = 100; // ms between two shapes of the animated mode while a slider moves
+
 const REFUSED = `<p class="note">These values are outside the bounds of a component, or leave no rear frame without the rider: what is drawn are the last ones that are possible.</p>`;
 
 class Page {
@@ -11,7 +13,7 @@ class Page {
   }
 
   constructor(data, libraries) {
-    Object.assign(this, { data, libraries, settings: new Settings(data), systems: {}, found: {}, refused: {}, axes: {}, waiting: new Set(), coarse: new Set() });
+    Object.assign(this, { data, libraries, settings: new Settings(data), systems: {}, found: {}, refused: {}, moved: 0, axes: {}, waiting: new Set(), coarse: new Set() });
     SIDES.forEach((side) => this.compute(side));
     this.controls = new Controls(this.settings, (sides) => this.later(sides));
     this.motion = new Motion(this);
@@ -79,25 +81,37 @@ class Page {
 
   draw() {
     const { settings, found } = this, all = SIDES.map((side) => found[side]), { view, speed } = settings;
-    const limits = view === "locus" ? locusLimits(all) : speedLimits(all), chart = view === "locus" ? locusChart : speedChart;
+    const own = view === "locus" ? locusLimits(all) : speedLimits(all), last = this.limits?.view === view && this.coarse.size ? this.limits : null;
+    const { limits } = (this.limits = { view, limits: last ? joined(own, last.limits) : own }), chart = view === "locus" ? locusChart : speedChart;
     document.getElementById("speed").value = speed;
     document.getElementById("speed-value").textContent = `${speed.toFixed(1)} m/s`;
     pressed(document.getElementById("view"), [["locus", "Root locus"], ["speed", "Frequency and damping over speed"]], view, (v) => { settings.view = v; this.later([]); });
     for (const side of SIDES) this.panel(side, chart, limits);
     document.getElementById("published").textContent = this.published();
-    document.getElementById("readings").innerHTML = `<div class="pair">${SIDES.map((side) => this.readings(side)).join("")}</div>`;
-    this.motion.update();
+    for (const side of SIDES) written(document.querySelector(`#readings [data-side=${side}]`), this.readings(side));
+    if (!this.coarse.size || performance.now() - this.moved > REDRAWN) this.drawMotion();
     if (this.live.running) this.live.update();
+  }
+
+  drawMotion() {
+    this.moved = performance.now();
+    this.motion.update();
   }
 
   /* The chart of a side, drawn again where something in it has changed. */
   panel(side, chart, limits) {
     const { settings, found } = this, panel = document.querySelector(`.chart[data-side=${side}]`), key = JSON.stringify([settings.view, settings.speed, settings[side], limits, this.coarse.has(side), this.refused[side]]);
     if (panel.dataset.key === key) return;
-    const { axes, text } = chart(found[side], limits, settings.speed, marksOf(this.data.published, settings[side]), `clip-${side}`);
+    const { axes, label, parts } = chart(found[side], limits, settings.speed, marksOf(this.data.published, settings[side]), `clip-${side}`);
+    const frame = JSON.stringify([settings.view, limits, settings.title(side), this.refused[side]]);
     this.axes[side] = axes;
     panel.dataset.key = key;
+    if (panel.dataset.frame !== frame) {
+      panel.dataset.frame = frame;
+      const text = svg(parts.map((part) => part.axes.draw(part.x, part.y, part.id)).join(""), label);
     panel.innerHTML = `<h2><span>${side}</span>${escaped(settings.title(side))}</h2>${this.refused[side] ? REFUSED : ""}${text}`;
+    }
+    for (const { id, content } of parts) document.getElementById(`${id}-content`).innerHTML = content;
   }
 
   published() {
@@ -113,7 +127,7 @@ class Page {
       return `<tr><td><span class="dot" style="--ink:${INK[mode]}"></span>${shown(mode)}</td><td>${cell(here?.frequency, 2)}</td><td>${cell(here?.ratio, 3)}</td><td class="wide">${cell(here?.re, 2)}</td><td class="${unstable}">${bandsText(found, mode)}</td></tr>`;
     });
     const mixed = found.mixed.some(([a, b]) => a <= this.settings.speed && this.settings.speed <= b) ? `<p class="note">Two modes have exchanged so much of their shapes that the names of either apply to both at this speed.</p>` : "";
-    return `<div class="table" aria-live="polite"><h2><span class="tag">${side}</span>at ${this.settings.speed.toFixed(1)} m/s</h2><table><thead><tr><th>mode</th><th>frequency [Hz]</th><th>damping ratio</th><th class="wide">real part [1/s]</th><th>unstable [m/s]</th></tr></thead><tbody>${rows.join("")}</tbody></table>${mixed}</div>`;
+    return `<h2><span class="tag">${side}</span>at ${this.settings.speed.toFixed(1)} m/s</h2><table><thead><tr><th>mode</th><th>frequency [Hz]</th><th>damping ratio</th><th class="wide">real part [1/s]</th><th>unstable [m/s]</th></tr></thead><tbody>${rows.join("")}</tbody></table>${mixed}`;
   }
 
   /* The reading at the pointer; a click moves the speed there and selects the mode. */

@@ -76,7 +76,13 @@ const VIEWS = {
   top: { label: "from above", project: ([x, y]) => [x, y], box: [-1.15, -0.95, 2.6, 1.9] },
 };
 
-function viewText(lines, { project }, ground) {
+/* The lines as paths of a drawing, which are made once and then moved. */
+function drawView(drawn, lines, { project }, ground) {
   const path = (points) => "M" + points.map((p) => project(p).map((v) => v.toFixed(3)).join(" ")).join("L");
-  return (ground ? `<line x1="-3" x2="3" y1="0" y2="0" class="ground"/>` : "") + lines.map(([body, points]) => `<path class="${body}" d="${path(points)}"/>`).join("");
+  let paths = drawn.querySelectorAll("path");
+  if (paths.length !== lines.length) {
+    drawn.innerHTML = (ground ? `<line x1="-3" x2="3" y1="0" y2="0" class="ground"/>` : "") + lines.map(([body]) => `<path class="${body}"/>`).join("");
+    paths = drawn.querySelectorAll("path");
+  }
+  lines.forEach(([, points], i) => paths[i].setAttribute("d", path(points)));
 }

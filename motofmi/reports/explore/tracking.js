@@ -4,11 +4,11 @@ const SAFE_MOVE = 0.35, DIVIDED_BY = 5, SMALLEST_STEP = 5e-3, TILT = 1e-6;
 
 /* {points, spectra}: eigenvalues over ascending points, column i of every row is branch i. An interval in which a match is
    not unique is divided. */
-function track(spectrum, grid, dividedBy = DIVIDED_BY) {
+function track(spectrum, grid, dividedBy = DIVIDED_BY, smallest = SMALLEST_STEP) {
   const points = [grid[0]], spectra = [spectrum(grid[0])], orders = [];
   const append = (from, left, to, right) => {
     const { order, sure } = match(left, right);
-    if (!sure && to - from > SMALLEST_STEP) {
+    if (!sure && to - from > smallest) {
       const inner = Array.from({ length: dividedBy - 1 }, (_, i) => from + ((i + 1) * (to - from)) / dividedBy);
       const between = inner.map(spectrum), ends = [...inner, to], found = [...between, right];
       ends.forEach((end, i) => append(i ? ends[i - 1] : from, i ? found[i - 1] : left, end, found[i]));
@@ -60,10 +60,13 @@ function match(left, right) {
 /* The assignment with the least total distance: shortest augmenting paths (Jonker and Volgenant 1987). */
 function assignment(before, after) {
   const left = tilted(before, -1), right = tilted(after, 1);
-  const n = left.re.length, u = new Float64Array(n + 1), v = new Float64Array(n + 1);
+  const n = left.re.length, u = new Float64Array(n + 1), v = new Float64Array(n + 1), cost = new Float64Array(n * n);
+  const least = new Float64Array(n + 1), done = new Uint8Array(n + 1);
+  for (let i = 0; i < n; i++) for (let j = 0; j < n; j++) cost[i * n + j] = Math.sqrt(distance(left, i, right, j));
   const owner = new Int32Array(n + 1), previous = new Int32Array(n + 1);
   for (let i = 1; i <= n; i++) {
-    const least = new Float64Array(n + 1).fill(Infinity), done = new Uint8Array(n + 1);
+    least.fill(Infinity);
+    done.fill(0);
     let column = 0;
     owner[0] = i;
     do {
@@ -71,7 +74,7 @@ function assignment(before, after) {
       let delta = Infinity, next = 0;
       for (let j = 1; j <= n; j++) {
         if (done[j]) continue;
-        const reduced = Math.sqrt(distance(left, owner[column] - 1, right, j - 1)) - u[owner[column]] - v[j];
+        const reduced = cost[(owner[column] - 1) * n + j - 1] - u[owner[column]] - v[j];
         if (reduced < least[j]) [least[j], previous[j]] = [reduced, column];
         if (least[j] < delta) [delta, next] = [least[j], j];
       }
