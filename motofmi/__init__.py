@@ -36,6 +36,7 @@ NAMES = {
     "motofmi.workflows.listing": ("catalogue",),
     "motofmi.workflows.modes": ("compare_modes", "modes"),
     "motofmi.workflows.roll_frf": ("estimate_roll_frf",),
+    "motofmi.workflows.simulated_recording": ("simulate_steer_test",),
     "motofmi.workflows.sweep.result": ("open_study",),
     "motofmi.workflows.sweep.sweep": ("sweep",),
     "motofmi.workflows.tour": ("tour",),
@@ -80,6 +81,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from motofmi.workflows.modes import compare_modes as compare_modes
     from motofmi.workflows.modes import modes as modes
     from motofmi.workflows.roll_frf import estimate_roll_frf as estimate_roll_frf
+    from motofmi.workflows.simulated_recording import simulate_steer_test as simulate_steer_test
     from motofmi.workflows.sweep.result import open_study as open_study
     from motofmi.workflows.sweep.sweep import sweep as sweep
     from motofmi.workflows.tour import tour as tour

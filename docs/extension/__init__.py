@@ -16,6 +16,7 @@ from extension import (
     measured,
     schemas,
     signatures,
+    system_signatures,
     verdict,
 )
 
@@ -40,7 +41,9 @@ def write(app: Any) -> None:
     folder = Path(app.srcdir) / "reference" / "rendered"
     folder.mkdir(exist_ok=True)
     pictures = {
-        f"signature_{family}.svg": partial(signatures.picture, laws) for family, laws in signatures.forms().items()
+        f"signature_{family}.svg": partial(kind.picture, effects)
+        for kind in (signatures, system_signatures)
+        for family, effects in kind.forms().items()
     }
     pages = {f"{name}.md": page for name, page in PAGES.items()}
     for name, page in {**pages, **pictures, **FIGURES}.items():

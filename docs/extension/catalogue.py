@@ -4,7 +4,7 @@ from collections import defaultdict
 from typing import Any
 
 import motofmi
-from extension import signatures
+from extension import signatures, system_signatures
 from extension.tables import table
 from fmus.effects import Effect
 from fmus.effects.added_terms import added_terms
@@ -14,7 +14,8 @@ EFFECTS = """# Effects
 
 The library of the gap workflow on riders, vehicles and measuring channels. A family is a phenomenon, a form its
 equation. Laws of mechanics act on any component that is given with `--component`. Pictures show the torque that a
-form adds to a spring and damper in a sinusoidal motion, over the deflection and relative to its largest value; the
+form adds to a spring and damper in a sinusoidal motion, over the deflection and relative to its largest value; of effects that are no
+such law, how they change weave and wobble of Sharp's motorcycle over speed, or the response of the mean rider over frequency. The
 signature is what the workflow recognises.
 
 """
@@ -93,7 +94,9 @@ def _family(
         )
         for law in laws
     ]
-    image = f"![Added torque over deflection](signature_{name}.svg)\n\n" if laws else ""
+    shown = "Added torque over deflection" if laws else "Change of the modes or of the response"
+    image = f"![{shown}](signature_{name}.svg)"
+    image = f"{system_signatures.WITHOUT_PICTURE.get(name, image)}\n\n"
     return f"## {name}\n\nMatters {MATTERS[name]}.\n\n{image}{table(('form', 'place', 'meaning', 'equation', 'parameters'), rows)}"
 
 

@@ -1,0 +1,93 @@
+"""The numbers of docs/full_rider.md: what the scenarios about the full rider and the rider in roll find."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from motofmi.scenarios import (
+    does_anthropometry_give_the_inertias,
+    does_kinematics_explain_amplitude_dependence,
+    what_do_roll_features_leave_open,
+    what_does_lean_do_to_weave,
+    what_does_the_gap_say_of_the_full_rider,
+)
+
+SPEED = 40.0  # m/s
+
+
+def run(progress: Callable) -> dict:
+    """The answers by question."""
+    questions = {
+        "anthropometry": anthropometry,
+        "kinematics": kinematics,
+        "lean": lean,
+        "features": features,
+        "gap": gap,
+    }
+    return {name: questions[name]() for name in progress(list(questions), "questions about the full rider")}
+
+
+def anthropometry() -> dict:
+    """Ratio of identified to anthropometric torso inertia, inertia of the hands, and what joints cannot give [%]."""
+    rows = does_anthropometry_give_the_inertias.run()
+    own, found, hands = (
+        np.array([row[key] for row in rows]) for key in ("torso_inertia", "identified_torso_inertia", "steer_inertia")
+    )
+    return {
+        "ratio": _range(found / own),
+        "correlation": float(np.corrcoef(own, found)[0, 1]),
+        "hands_inertia": _range(hands),
+        "not_reached": {
+            f"{row['rider'].split('_')[0]} {kind}": 100 * float(joints.residual)
+            for row in rows
+            for kind, joints in row["spread"].items()
+            if joints.at_zero
+        },
+    }
+
+
+def kinematics() -> dict:
+    """The change of the FRF by amplitude [deg], as a percentage."""
+    found = does_kinematics_explain_amplitude_dependence.run()
+    return {f"{a:g}": 100 * float(c) for a, c in zip(found.amplitude, found.change, strict=True)}
+
+
+def lean() -> dict:
+    """Ranges of unstable weave and wobble [m/s], and weave at 40 m/s, by rider."""
+    found = {}
+    for name, modes in what_does_lean_do_to_weave.run().items():
+        weave = modes["weave"].eigenvalue[np.argmin(np.abs(modes.speed - SPEED))]
+        unstable = {mode: [list(map(float, band)) for band in modes.unstable[mode]] for mode in ("weave", "wobble")}
+        found[name] = {**unstable, "real": float(weave.real), "frequency": float(weave.imag / (2 * np.pi))}
+    return found
+
+
+def features() -> dict:
+    """The printed features that are met, and what they leave open."""
+    found = what_do_roll_features_leave_open.run()
+    return {
+        "features": len(what_do_roll_features_leave_open.FEATURES),
+        "lean_stiffness": _range(found.ranges["lean_stiffness"]),
+        "weave": _range(found.weave),
+    }
+
+
+def gap() -> dict:
+    """The verdicts on sweeps by amplitude [deg], and with the bar's inertia known."""
+    found = what_does_the_gap_say_of_the_full_rider.run()
+    cases = {**{f"{a:g}": each for a, each in found.by_amplitude.items()}, "known": found.known_bar}
+    return {"limbs": found.reduced.steer_inertia, **{name: _verdict(each) for name, each in cases.items()}}
+
+
+def _verdict(found) -> dict:
+    return {
+        "verdict": found.verdict,
+        "effects": [{key: effect[key] for key in ("name", "form", "parameters")} for effect in found.effects],
+        "nearest": (found.to_dict().get("closest") or {}).get("name"),
+        "before": found.gap["holdout_before"],
+        "after": found.gap["holdout_after"],
+    }
+
+
+def _range(values) -> dict[str, float]:
+    return {"low": float(np.min(values)), "high": float(np.max(values))}
