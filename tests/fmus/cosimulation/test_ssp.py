@@ -3,12 +3,14 @@
 import json
 import re
 import zipfile
+from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import Parameter, ParameterSet, read_ssd
+from lxml import etree
 from scipy.io import loadmat
 
 import motofmi as mf
@@ -25,7 +27,14 @@ from vehicle_fmu import dampers, ridden
 
 PORT = {**{f"device.{n}": [f"vehicle.{n}"] for n in ("steer_angle", "steer_rate", "frame_rate")},
         **{f"vehicle.{n}": [f"device.{n}"] for n in ("handlebar_torque", "frame_torque")}}  # fmt: skip
+SCHEMAS = Path(__file__).parent / "vendor" / "ssp2"
 VALUES = {"vehicle": {"speed": 30.0, "steer_rate": 0.5, "added_steer_inertia": 0.02}, "device": {"arm_damping": 25.0}}
+
+
+def valid(part):
+    """Whether an element is valid against a schema of SSP 2.0: those in `vendor`, with their licence. fmpy has those of 1.0."""
+    schema = etree.XMLSchema(file=str(SCHEMAS / f"SystemStructure{part}.xsd"))
+    return lambda element: schema.validate(etree.fromstring(etree.tostring(element)))
 
 
 @pytest.fixture
@@ -199,6 +208,11 @@ def test_version_2_holds_fmi_3_and_version_1_does_not(tmp_path):
     path = mf.build(["sharp_1971", "damper:7.5"], ssp=tmp_path / "two.ssp", ssp_version=2, fmi=3).ssp
     text = zipfile.ZipFile(path).read("SystemStructure.ssd").decode()
     assert 'version="2.0"' in text and '<ssc:Float64 unit="N.m" />' in text
+    structure = etree.fromstring(text.encode())
+    sets = structure.findall(".//{http://ssp-standard.org/SSP1/SystemStructureParameterValues}ParameterSet")
+    assert len(sets) == 2 and all(map(valid("ParameterValues"), sets)) and valid("Description")(structure)
+    structure[0].set("nme", "an attribute that the schema does not have")
+    assert not valid("Description")(structure)
     with read_ssp(path) as system:
         assert system.fmus["device"].get("damping") == 7.5 and system.fmus["vehicle"].description.fmiVersion == "3.0"
     with pytest.raises(InputError, match=r"vehicle is an FMU of FMI 3\.0, which SSP 1\.0 does not have"):
