@@ -16,6 +16,8 @@ from motofmi.reports.chart_figures import figure
 from motofmi.scenarios.does_the_rider_calm_the_wobble import chart, run
 from motofmi.workflows import components
 
+FIGURE = "root_locus.png"
+
 
 def pages() -> dict[str, str]:
     """The pages by file name, with one that lists them."""
@@ -40,12 +42,12 @@ def main(arguments: list[str] | None = None) -> None:
     folder = Path(parser.parse_args(arguments).folder)
     for name, text in pages().items():
         print(write_atomically(folder / "components" / name, partial(Path.write_text, data=text, encoding="utf-8")))
-    loci = figure(chart(run()))
-    print(
-        write_atomically(
-            folder / "root_locus.png", lambda path: loci.savefig(path, dpi=110, metadata={"Software": None})
-        )
-    )
+    print(write_atomically(folder / FIGURE, draw_root_loci))
+
+
+def draw_root_loci(path: Path) -> None:
+    """Draw the figure of the README and the paper: the same bytes for the same numbers."""
+    figure(chart(run())).savefig(path, dpi=110, metadata={"Software": None})
 
 
 if __name__ == "__main__":
