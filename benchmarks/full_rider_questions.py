@@ -11,6 +11,8 @@ from motofmi.scenarios import (
     what_does_lean_do_to_weave,
     what_does_the_gap_say_of_the_full_rider,
 )
+from rider_fmu import riders
+from rider_fmu.full_rider.reduction import reduce
 
 SPEED = 40.0  # m/s
 
@@ -18,6 +20,7 @@ SPEED = 40.0  # m/s
 def run(progress: Callable) -> dict:
     """The answers by question."""
     questions = {
+        "posture": posture,
         "anthropometry": anthropometry,
         "kinematics": kinematics,
         "lean": lean,
@@ -25,6 +28,17 @@ def run(progress: Callable) -> dict:
         "gap": gap,
     }
     return {name: questions[name]() for name in progress(list(questions), "questions about the full rider")}
+
+
+def posture() -> dict:
+    """The change of the inertia that the rider reflects to the steer axis, by steer angle [deg], as a percentage."""
+    rider = riders.load("full_mean_2011")
+
+    def reflected(angle: float) -> float:
+        found = reduce(rider, np.radians(angle))
+        return found.steer_inertia - found.cross_inertia**2 / found.torso_inertia
+
+    return {f"{angle:g}": 100 * (reflected(angle) / reflected(0.0) - 1) for angle in (4.0, 8.0)}
 
 
 def anthropometry() -> dict:

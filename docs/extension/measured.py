@@ -1,9 +1,11 @@
 """Numbers of pages from `benchmarks/results.json`: the role {measured}`path | format | factor`.
 
-The path is of keys, joined by dots; format and factor are optional: {measured}`sweep.overhead | .1f | 100`.
+The path is of keys, joined by dots, or by slashes where a key has a dot; format and factor are optional: {measured}`sweep.overhead | .1f | 100`. In tables, whose cells a
+bar would split, they are separated by semicolons.
 """
 
 import json
+import re
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -19,14 +21,14 @@ def results() -> dict[str, Any]:
 def value(path: str) -> Any:
     """The entry at a path. Raises KeyError for a path that is not there."""
     found: Any = results()
-    for key in path.split("."):
-        found = found[key]
+    for key in path.split("/" if "/" in path else "."):
+        found = found[int(key) if isinstance(found, list) else key]
     return found
 
 
 def shown(text: str) -> str:
     """The number that the text of a role stands for."""
-    path, kind, factor = [*(part.strip() for part in text.split("|")), "", ""][:3]
+    path, kind, factor = [*(part.strip() for part in re.split("[|;]", text)), "", ""][:3]
     return format(value(path) * float(factor or 1), kind or ".3g")
 
 
