@@ -1,0 +1,31 @@
+"""Studies behind pages of the documentation, in small."""
+
+import pytest
+
+from benchmarks import full_rider_questions, magnetorheological_damper, tutorials
+
+
+def test_a_tutorial_is_its_words_and_its_cells():
+    found = {path.stem: tutorials.content(path) for path in tutorials.pages()}
+    assert {"test_rig", "simulator", "recording_to_rider"} <= set(found)
+    text, cells = found["test_rig"]
+    assert "import motofmi as mf" in cells[0] and "jupytext" not in text
+    assert any(cell.startswith("%%bash") for cell in found["simulator"][1])
+
+
+def test_the_tutorial_of_the_rig_imports_nothing_of_the_inside():
+    """What a newcomer copies: motofmi itself, and packages of others."""
+    cells = next(tutorials.content(path)[1] for path in tutorials.pages() if path.stem == "test_rig")
+    lines = [line.strip() for cell in cells for line in cell.splitlines() if line.strip().startswith(("import ", "from "))]
+    assert lines == ["import motofmi as mf", "import numpy as np", "from scipy.integrate import solve_ivp"]
+
+
+@pytest.mark.slow
+def test_the_inertia_of_the_limbs_grows_with_the_square_of_the_angle():
+    found = full_rider_questions.posture()
+    # The next term of an even function is of fourth order in the angle: 0.14 rad, and arms that are nearly straight.
+    assert found["8"] / found["4"] == pytest.approx(4, rel=0.1)
+
+
+def test_without_recordings_the_study_of_the_damper_is_skipped(tmp_path):
+    assert "--data" in magnetorheological_damper.run(list, data=tmp_path)["skipped"]
