@@ -116,6 +116,17 @@ def test_the_end_of_equilibria_is_named():
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("speed, lean, last", [(70.0, 40.0, 25.0), (10.0, 52.0, 45.0), (10.0, 56.0, 45.0)])
+def test_where_loads_are_not_determined_there_are_no_modes(speed, lean, last):
+    turning = SteadyTurning(LargeMotion(TUM), speed)
+    assert np.isfinite(turning.linearised(turning.at(np.radians(last)))[0]).all()
+    equilibrium = turning.at(np.radians(lean))
+    assert equilibrium.residual < 1e-8
+    with pytest.raises(InputError, match=f"no modes at {speed:g} m/s and a lean angle of {lean:.1f} deg: there is an eq"):
+        turning.linearised(equilibrium)
+
+
+@pytest.mark.slow
 def test_less_grip_ends_turning_earlier():
     ends = []
     for grip in (1.3, 0.9, 0.5):
@@ -169,6 +180,18 @@ def test_energy_changes_by_the_power_of_the_forces(seed):
     rate = energy(motion, ahead).imag / STEP
     scale = abs(motion.values.gravity * motion.tree.mass.sum() * x[0])  # W: weight times speed
     assert rate == pytest.approx(power(motion, found, u), abs=1e-9 * scale)
+
+
+def test_the_power_of_the_port_is_that_of_its_definition():
+    """T_h (s + w) + T_f w in any motion (`fmus.interfaces.handlebar`)."""
+    motion = LargeMotion(TUM)
+    x, u = random_state(motion, np.random.default_rng(7))
+    found = motion.posed(x, u)
+    found.side_force, found.load = dict.fromkeys(ENDS, 0.0), dict.fromkeys(ENDS, 0.0)  # not asked for
+    given = motion.outputs(found)
+    wanted = u[2] * (given["steer_rate"] + given["frame_rate"]) + u[3] * given["frame_rate"]
+    assert abs(wanted) > 0.01  # W
+    assert motion.forces(found, u)["handlebar_port"] @ found.w == pytest.approx(wanted, rel=1e-12)
 
 
 @pytest.mark.study

@@ -233,6 +233,7 @@ class LargeMotion:
             slopes = (
                 np.eye(2) - by_force[..., 1:3] * per_load[..., None, :2] - by_force[..., 3:] * per_load[..., None, 2:]
             )
+            found.determinacy = np.linalg.det(slopes).real
             change = np.linalg.solve(slopes, excess[..., None])[..., 0]
             load = load - change
             if _small(change / 1e3):

@@ -22,6 +22,7 @@ from fmus.support.errors import InputError
 from vehicle_fmu.large_motion.equations import ENDS, INPUTS, LargeMotion
 
 LARGEST_STEP, SMALLEST_STEP = np.radians(5.0), np.radians(0.2)  # of the lean angle
+AT_REST = 1e-5  # m/s2, rad/s2, rad/s: rates that an equilibrium leaves are below 1e-7
 SAME = 1e-12  # rad: lean angles that differ by rounding
 ITERATIONS, LEAST_SHARE = 12, 1 / 16  # of Newton's method; of its step
 CONVERGED = 1e-8  # N, N.m, rad: largest imbalance; rounding of weights of 2500 N and of stiff springs is 1e-10
@@ -99,12 +100,23 @@ class SteadyTurning:
         return last
 
     def linearised(self, equilibrium: Equilibrium) -> tuple[np.ndarray, ...]:
-        """A, B, C, D about an equilibrium, for the states, INPUTS and OUTPUTS of `equations`."""
+        """A, B, C, D about an equilibrium, for the states, INPUTS and OUTPUTS of `equations`.
+
+        Raises InputError where side forces that follow the loads at once leave the loads undetermined: the determinant
+        of what the loads lack, by the loads, is 1 upright, falls with the lean angle, and is positive where they are.
+        Where it has passed 0, other loads with other accelerations may be found at the same state.
+        """
         x, u = equilibrium.x, equilibrium.u
         many = len(x) + len(u)
         steps = 1j * COMPLEX_STEP * np.eye(many)
         guess = equilibrium.found.q[self.motion.dependent[:2]]
         found = self.motion.at(x + steps[:, : len(x)], u + steps[:, len(x) :], guess)
+        if not ((found.determinacy > 0).all() and np.abs(found.rates.real).max() < AT_REST):
+            lean = np.degrees(equilibrium.lean)
+            raise InputError(
+                f"no modes at {self.speed:g} m/s and a lean angle of {lean:.1f} deg: there is an equilibrium, but with "
+                "rigid tyres and suspensions its motion does not determine the loads; give a smaller lean angle"
+            )
         outputs = np.stack(list(self.motion.outputs(found).values()), axis=-1)
         rates, outputs = (part.imag.T / COMPLEX_STEP for part in (found.rates, outputs))
         return rates[:, : len(x)], rates[:, len(x) :], outputs[:, : len(x)], outputs[:, len(x) :]

@@ -12,7 +12,7 @@ from motofmi.cli.screen import Screen, grid_values, system
 from motofmi.workflows.trim import QUANTITIES, trim
 
 SUMMARY = "steady turning at a speed and lean angles: equilibrium and modes"
-PLACE = 35
+PLACE = 31
 UNITS = {
     **QUANTITIES,
     "speed": "m/s",
