@@ -9,7 +9,7 @@ import numpy as np
 
 from motofmi.reports.charts import Axis, Chart, Curve, Line, Panel
 from motofmi.reports.figures import COLOURS
-from motofmi.reports.gap_summary import headline, laws, nearest
+from motofmi.reports.gap_summary import answer, laws, nearest
 from motofmi.reports.gap_tables import RUNS, before_and_after, places, statistics_section, verdict_section
 from motofmi.reports.report import Link, Report, Section, Table
 
@@ -62,7 +62,7 @@ def gap_report(
     ]
     return Report(
         title,
-        headline(contents),
+        answer(contents),
         sections,
         laws(contents) or nearest(contents),
         first,

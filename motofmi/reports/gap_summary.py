@@ -4,6 +4,16 @@ found with its values, and the misfit before and after."""
 from typing import Any
 
 BAR = 40  # characters of the longer bar
+# What a reader who does not know the verdicts' names reads instead of them.
+BEGINNINGS = {"named": "An effect is missing: ", "tied": "An effect is missing, but ", "none": "No effect is missing: ",
+              "unknown": ""}  # fmt: skip
+
+
+def answer(result: dict[str, Any]) -> str:
+    """The verdict as the first sentence of a report."""
+    verdict, _, sentence = headline(result).partition(": ")
+    said = BEGINNINGS[verdict] + sentence
+    return said[0].upper() + said[1:] + "."
 
 
 def headline(result: dict[str, Any]) -> str:

@@ -104,8 +104,8 @@ def answer(fit: Identification, explained: bool) -> str:
     """How well the parameters are known and whether the model explains the data, in one sentence."""
     share = fit.standard_error / fit.values
     order = np.argsort(share)
-    best, worst = (f"{_words(fit.names[k])} to {share[k]:.1%}" for k in (order[0], order[-1]))
-    said = f"The six parameters are known to between {share.min():.1%} and {share.max():.1%} ({best}, {worst})"
+    best, worst = (f"{_words(fit.names[k])} to {_percent(share[k])}" for k in (order[0], order[-1]))
+    said = f"The six parameters are known to between {_percent(share.min())} and {_percent(share.max())} ({best}, {worst})"
     if explained:
         return f"{said}; with a reduced chi-square of {fit.reduced_chi_square:.3g} the passive rider explains the data."
     return (
@@ -183,7 +183,7 @@ def parameters(found: Mapping[str, Any]) -> Table:
                 _words(name),
                 f"{value:.5g}",
                 f"{error:.2g}",
-                f"{abs(error / value):.1%}",
+                _percent(abs(error / value)),
                 f"{ends[0]:.4g} to {ends[1]:.4g}",
                 entry["unit"],
             )
@@ -210,3 +210,8 @@ def directions(fit: Identification) -> Table:
             )
         )
     return Table(("standard error of the logarithm [1]", "combination"), rows, "Combinations that the data determine")
+
+
+def _percent(share: float) -> str:
+    """A share with two digits, as in 0.043%."""
+    return f"{100 * share:.2g}%"

@@ -48,10 +48,11 @@ def share_chart(dataset: Any, table: Any, modes: list[str]) -> tuple[Chart, str]
 
 def map_charts(dataset: Any, table: Any, modes: list[str]) -> list[tuple[Chart, str]]:
     """For each mode and parameter maps of speed against the parameter, one for each vehicle and device."""
-    return [(_maps(dataset, table, mode, parameter),
-             f"{mode.replace('_', '-')}: share of the runs that are unstable, over speed and {parameter}; "
-             "without colour where none is.")
-            for mode in modes for parameter in grid_parameters(dataset)]  # fmt: skip
+    found = [(_maps(dataset, table, mode, parameter),
+              f"{mode.replace('_', '-')}: share of the runs that are unstable, over speed and {parameter}; without colour "
+              "where none is, and without a map for a device with which none is.")
+             for mode in modes for parameter in grid_parameters(dataset)]  # fmt: skip
+    return [(chart, caption) for chart, caption in found if chart.panels]
 
 
 def _maps(dataset: Any, table: Any, mode: str, parameter: str) -> Chart:
@@ -60,7 +61,8 @@ def _maps(dataset: Any, table: Any, mode: str, parameter: str) -> Chart:
     (x, x_end), (y, y_end) = (_edges(share[name].values) for name in ("speed", parameter))
     axes = Axis("speed", "m/s"), Axis(parameter, dataset[parameter].attrs.get("units", ""))
     panels = []
-    for vehicle, device in pairs(dataset)[:MOST]:
+    some = [pair for pair in pairs(dataset) if (share[pair] > 0).any()]  # where nothing is unstable a map is empty
+    for vehicle, device in some[:MOST]:
         values = 100 * share[vehicle, device].values
         row, column = np.nonzero(values > 0)
         cells = Cells(x[column], x_end[column], y[row], y_end[row], values[row, column], "share of runs unstable [%]",

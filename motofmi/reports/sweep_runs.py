@@ -47,9 +47,9 @@ def worst_section(dataset: Any, table: Any, modes: list[str], links: RunLinks | 
         rows, found = [], []
         for _, row in least.iterrows():
             ratio, speed = row[f"{mode}_damping_ratio"], row[f"{mode}_damping_speed"]
-            rows.append([_text(row["run"]), *(_text(row[name]) for name in labels), _text(ratio), _text(speed)])
+            rows.append([_text(row["run"]), _text(ratio), _text(speed), *(_text(row[name]) for name in labels)])
             found.append("" if links is None else links.of(row, mode, speed))
-        headings = ["run", *(_heading(name, units.get(name, "")) for name in labels), "damping ratio [1]", "at speed [m/s]"]
+        headings = ["run", "damping ratio [1]", "at speed [m/s]", *(_heading(name, units.get(name, "")) for name in labels)]
         tables.append(Table(headings, rows, f"{_shown(mode)}: the runs with the smallest damping ratio", links=found))
     tables += _of_maps(dataset, table, modes, links)
     text = WITHOUT.format(links.reason) if links is not None and links.reason else TEXT

@@ -63,14 +63,21 @@ class CoSimulation {
     this.motionSlopes = new Float64Array(3 * this.motions.length);
   }
 
-  /* A device with the places of its inputs among the motions, and of its outputs among the forces. */
+  /* A device with the places of its inputs among the motions, and of its outputs among the forces; `of` and `slopesOf`
+     give arrays that the next call overwrites. */
   device(name, given, initial, start) {
     const inputs = this.motions.filter((n) => given.library.inputs.includes(n)), outputs = this.forces.filter((n) => given.library.outputs.includes(n));
-    const stepped = new Stepped(given, inputs, initial, start), places = inputs.map((n) => this.motions.indexOf(n)), slopes = new Float64Array(3 * inputs.length);
+    const stepped = new Stepped(given, inputs, initial, start), places = inputs.map((n) => this.motions.indexOf(n)), slopes = new Float64Array(3 * inputs.length), values = new Float64Array(inputs.length);
     return {
       name, stepped, slopes, read: reader(stepped.fmu, outputs), targets: outputs.map((n) => this.forces.indexOf(n)),
-      of: (motion) => places.map((i) => motion[i]),
-      slopesOf: (all) => { places.forEach((from, to) => { for (let k = 0; k < 3; k++) slopes[3 * to + k] = all[3 * from + k]; }); return slopes; },
+      of: (motion) => {
+        for (let i = 0; i < places.length; i++) values[i] = motion[places[i]];
+        return values;
+      },
+      slopesOf: (all) => {
+        for (let i = 0; i < places.length; i++) for (let k = 0; k < 3; k++) slopes[3 * i + k] = all[3 * places[i] + k];
+        return slopes;
+      },
     };
   }
 
@@ -84,6 +91,7 @@ class CoSimulation {
   disturb(values) {
     const own = Object.entries(values).filter(([name]) => !this.forces.includes(name));
     for (const [name, value] of Object.entries(values)) if (this.forces.includes(name)) this.pushed[name] = value;
+    this.pushing = Object.values(this.pushed).some((value) => value !== 0);
     if (own.length) this.vehicle.fmu.set(Object.fromEntries(own));
   }
 
@@ -95,7 +103,10 @@ class CoSimulation {
   /* The sum of the devices' forces. */
   force() {
     const sum = new Float64Array(this.forces.length);
-    for (const { read, targets } of this.devices) read().forEach((value, i) => { sum[targets[i]] += value; });
+    for (const { read, targets } of this.devices) {
+      const own = read();
+      for (let i = 0; i < own.length; i++) sum[targets[i]] += own[i];
+    }
     return sum;
   }
 
@@ -105,7 +116,7 @@ class CoSimulation {
       slopes[3 * i] = t2 ? (3 * t0[i] - 4 * t1[i] + t2[i]) / (2 * h) : (t0[i] - t1[i]) / h;
       slopes[3 * i + 1] = t2 ? (t0[i] - 2 * t1[i] + t2[i]) / (h * h) : 0;
     }
-    this.ok &&= this.vehicle.step(time, h, t0.map((t, i) => t + (this.pushed[this.forces[i]] ?? 0)), slopes);
+    this.ok &&= this.vehicle.step(time, h, this.pushing ? t0.map((t, i) => t + (this.pushed[this.forces[i]] ?? 0)) : t0, slopes);
     this.motion = this.readMotion();
     this.continueMotion(motion, this.motion, this.before ?? motion.map((m, i) => 2 * m - this.motion[i]));
     for (const { stepped, of, slopesOf } of this.devices) {
@@ -121,14 +132,18 @@ class CoSimulation {
   /* The derivatives of the motion between two values m0 and m1, the one before m0 being known. */
   continueMotion(m0, m1, before) {
     const { step: h, rates, angles, motionSlopes: to } = this;
-    const cubic = (angle) => {
-      const rate = rates[angle], mean = (m1[angle] - m0[angle]) / h;
-      return [m0[rate], (2 * (3 * mean - 2 * m0[rate] - m1[rate])) / h, (6 * (m0[rate] + m1[rate] - 2 * mean)) / (h * h)];
-    };
     for (let i = 0; i < m0.length; i++) {
-      if (rates[i] >= 0) to.set(cubic(i), 3 * i);
-      else if (angles[i] >= 0) to.set([...cubic(angles[i]).slice(1), 0], 3 * i);
-      else to.set([(m1[i] - before[i]) / (2 * h), (m1[i] - 2 * m0[i] + before[i]) / (h * h), 0], 3 * i);
+      const rate = rates[i], mean = (m1[i] - m0[i]) / h;
+      if (rate >= 0) {
+        const second = (2 * (3 * mean - 2 * m0[rate] - m1[rate])) / h, third = (6 * (m0[rate] + m1[rate] - 2 * mean)) / (h * h);
+        to[3 * i] = m0[rate];
+        to[3 * i + 1] = to[3 * rate] = second;
+        to[3 * i + 2] = to[3 * rate + 1] = third;
+        to[3 * rate + 2] = 0;
+      } else if (angles[i] < 0) {
+        to[3 * i] = (m1[i] - before[i]) / (2 * h);
+        to[3 * i + 1] = (m1[i] - 2 * m0[i] + before[i]) / (h * h);
+      }
     }
   }
 }
