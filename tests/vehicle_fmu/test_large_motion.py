@@ -36,17 +36,18 @@ def turning():
 def test_upright_it_is_the_linear_motorcycle(motorcycle, speed):
     upright = SteadyTurning(LargeMotion(motorcycle), speed)
     A, B, C, _ = upright.linearised(upright.at(0.0))
-    straight = linearise(motorcycle, speed=speed)
-    rows, own = ([s.index(n) for n in upright.motion.states[1:]] for s in (straight.states, upright.motion.states))
+    straight = linearise(ridden(motorcycle), **{"vehicle.speed": speed})
+    rows = [straight.states.index(f"vehicle.{n}") for n in upright.motion.states[1:]]
+    own = range(1, len(A))
     wanted = straight.A[np.ix_(rows, rows)]
     # Rounding of two independent derivations, against the largest entry of each row.
     assert (np.abs(A[np.ix_(own, own)] - wanted) <= 1e-11 * np.abs(wanted).max(axis=1, keepdims=True)).all()
     assert (
         np.abs(A[0, 1:]).max() < 1e-7 and np.abs(A[1:, 0]).max() < 1e-9
     )  # forward speed is apart, to the equilibrium's residual
-    inputs = [straight.inputs.index(n) for n in ("steer_torque", "handlebar_torque", "frame_torque")]
+    inputs = [straight.inputs.index(f"vehicle.{n}") for n in ("steer_torque", "handlebar_torque", "frame_torque")]
     assert B[np.ix_(own, [1, 2, 3])] == pytest.approx(straight.B[np.ix_(rows, inputs)], rel=1e-9, abs=1e-10)
-    frame_rate = straight.C[straight.outputs.index("frame_rate")]
+    frame_rate = straight.C[straight.outputs.index("vehicle.frame_rate")]
     assert C[4, own] == pytest.approx(frame_rate[rows], abs=1e-12)
 
 
@@ -116,17 +117,19 @@ def test_the_end_of_equilibria_is_named():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("speed, lean, last", [(70.0, 40.0, 25.0), (10.0, 52.0, 45.0), (10.0, 56.0, 45.0)])
+@pytest.mark.parametrize("speed, lean, last", [(70.0, 40.0, 25.0), (10.0, 56.0, 45.0)])
 def test_where_loads_are_not_determined_there_are_no_modes(speed, lean, last):
     turning = SteadyTurning(LargeMotion(TUM), speed)
     assert np.isfinite(turning.linearised(turning.at(np.radians(last)))[0]).all()
     equilibrium = turning.at(np.radians(lean))
     assert equilibrium.residual < 1e-8
-    with pytest.raises(InputError, match=f"no modes at {speed:g} m/s and a lean angle of {lean:.1f} deg: there is an eq"):
+    with pytest.raises(
+        InputError, match=f"no modes at {speed:g} m/s and a lean angle of {lean:.1f} deg: there is an eq"
+    ):
         turning.linearised(equilibrium)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_less_grip_ends_turning_earlier():
     ends = []
     for grip in (1.3, 0.9, 0.5):
@@ -218,13 +221,14 @@ def test_energy_balance_of_a_simulated_free_motion(turning):
 # Modes --------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
-def test_modes_in_corners_begin_as_those_of_straight_running():
-    rider = riders.load("mean_2011")
-    turning = SteadyTurning(LargeMotion(held(TUM, [rider])), 30.0)
+@pytest.mark.parametrize("rider", [pytest.param(None, marks=pytest.mark.slow),
+                                   pytest.param("mean_2011", marks=pytest.mark.study)])  # fmt: skip
+def test_modes_in_corners_begin_as_those_of_straight_running(rider):
+    devices = [riders.load(rider)] if rider else []
+    turning = SteadyTurning(LargeMotion(held(TUM, devices)), 30.0)
     leans = np.radians([-20.0, 0.0, 20.0])
-    found = corner_modes(turning, TUM, [rider], leans)
-    straight = modes(over_speed(ridden(TUM, rider)), np.array([30.0]))
+    found = corner_modes(turning, TUM, devices, leans)
+    straight = modes(over_speed(ridden(TUM, *devices)), np.array([30.0]))
     for mode in straight.unstable:
         value = found.named[mode].eigenvalue
         # Rounding of two derivations, and of eigenvalues near others.

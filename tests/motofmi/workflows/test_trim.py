@@ -55,18 +55,18 @@ def test_result_as_table_figure_and_dictionary(found):
 
 
 @pytest.mark.slow
-def test_the_command_writes_the_result_of_the_function(tmp_path, capsys, monkeypatch):
+def test_the_command_writes_the_result_of_the_function(found, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    words = ["trim", "--speed", "25", "--lean", "0:20:20", "--set", "fork_bending=0", "--set", "front_pDy1=1.1"]
+    words = ["trim", "--speed", "20", "--lean", "0:25:25", "--set", "fork_bending=0", "--set", "front_pDy1=1.1"]
     assert main([*words, "--json", "corner.json", "--csv", "corner.csv", "--plot", "corner.png"]) == 0
     shown = capsys.readouterr().out
     assert "steer torque [N.m]" in shown and "weave" in shown and "written: corner.csv" in shown
     written = json.loads((tmp_path / "corner.json").read_text("utf-8"))
     check_against_schema("trim", written)
-    same = mf.trim(speed=25, lean=[0, 20], set={"fork_bending": 0.0, "front_pDy1": 1.1})
+    same = mf.trim(speed=20, lean=[0, 25], set={"fork_bending": 0.0, "front_pDy1": 1.1})
     assert written["steer_torque"] == pytest.approx(same["steer_torque"].tolist(), abs=1e-9)
     assert written["units"]["steer_torque"] == "N.m" and written["units"]["lean"] == "deg"
-    assert not np.allclose(same["front_grip_used"], mf.trim(speed=25, lean=[0, 20])["front_grip_used"], rtol=0.01)
+    assert same["front_grip_used"][1] > 1.05 * found["front_grip_used"][2]  # less grip, more of it used
 
 
 @pytest.mark.parametrize("given, message", [
