@@ -63,9 +63,8 @@ def test_an_interrupted_tour_ends_in_one_line(tmp_path):
     status, out, err = interrupted(process, lambda: list(tmp_path.glob("tour/*.fmu")))
     assert (status, out) == (130, "")
     *progress, last = err.splitlines()
-    assert all(
-        re.fullmatch(r"tour: (\d of 6 \(\d+ %\)|\w[\w ]*: .*) after \d+ s(, about \d+ s left|, ended)?", line) for line in progress
-    )  # now and then, on a slow machine
+    lines = re.compile(r"tour(: (\d of 6 \(\d+ %\)|\w[\w ]*: .*))? after \d+ s(, about \d+ s left|, ended)?")
+    assert [line for line in progress if not lines.fullmatch(line)] == []  # now and then, on a slow machine
     assert last.startswith("motofmi tour: interrupted; written: ") and ".fmu" in last
 
 
