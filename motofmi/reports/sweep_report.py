@@ -67,10 +67,10 @@ def _of_modes(dataset: Any, table: Any, links: RunLinks | None) -> tuple[str, Fi
 
 def _sentence(table: Any, mode: str) -> str:
     done = table[table["status"] != FAILED]
-    share = 100 * float((done[f"{mode}_bands"] > 0).mean())
+    unstable = int((done[f"{mode}_bands"] > 0).sum())
     lowest = done[f"{mode}_from"].min()
-    name = mode.replace("_", "-").capitalize()
-    return f"{name} is unstable at some speed in {share:.0f} % of the runs, first at {lowest:.1f} m/s."
+    name, share = mode.replace("_", "-").capitalize(), f"{100 * unstable / len(done):.3g} %"
+    return f"{name} is unstable at some speed in {unstable} of {len(done)} runs ({share}), first at {lowest:.1f} m/s."
 
 
 def _failures(failed: Any) -> Section:
