@@ -34,6 +34,10 @@ class Mode:
         ratio = np.full(self.eigenvalue.shape, np.nan)
         return np.divide(-self.eigenvalue.real, np.abs(self.eigenvalue), out=ratio, where=self.eigenvalue.imag > 0)
 
+    def to_dict(self) -> dict[str, Any]:
+        """eigenvalue [1/s], frequency [Hz] and damping_ratio [1]: the keys of a mode in JSON."""
+        return {"eigenvalue": list(self.eigenvalue), "frequency": self.frequency, "damping_ratio": self.damping_ratio}
+
     def __repr__(self) -> str:
         present = self.eigenvalue[~np.isnan(self.eigenvalue)]
         if not len(present):
@@ -125,14 +129,10 @@ class Modes:
 
     def to_dict(self) -> dict[str, Any]:
         """speed, eigenvalues, modes, unstable, mixed: the keys that `motofmi modes --json` writes."""
-        named = {
-            n: {"eigenvalue": list(m.eigenvalue), "frequency": m.frequency, "damping_ratio": m.damping_ratio}
-            for n, m in self.named.items()
-        }
         return {
             "speed": self.speed,
             "eigenvalues": self.eigenvalues,
-            "modes": named,
+            "modes": {name: mode.to_dict() for name, mode in self.named.items()},
             "unstable": self.unstable,
             "mixed": self.mixed,
         }

@@ -9,6 +9,7 @@ import numpy as np
 
 import motofmi
 from extension import signatures
+from fmus.declaration.component import Component
 from fmus.effects import Effect
 from fmus.linear_analysis.linearisation import linearise
 from motofmi.workflows.components import EFFECTS
@@ -64,28 +65,23 @@ def picture(effects: Sequence[type[Effect]]) -> str:
 def change_of_modes(effect: type[Effect]) -> dict[str, np.ndarray]:
     """The change of the real part of weave and wobble (n,) [1/s] over the speeds, at the effect's starting values."""
     vehicle = motofmi.vehicle(VEHICLE)
-    joined = vehicle.with_effects(effect())
-    values = {
-        signatures.joined_name(joined, n): _starting(effect, n)
-        for n in effect.declared
-        if effect.declared[n].role == "parameter"
-    }
-    before, after = (motofmi.modes(each, speed=SPEED) for each in (vehicle, joined.with_values(**values)))
+    before, after = (motofmi.modes(each, speed=SPEED) for each in (vehicle, _with_effect(vehicle, effect)))
     return {name: after[name].eigenvalue.real - before[name].eigenvalue.real for name in MODES}
 
 
 def change_of_response(effect: type[Effect]) -> dict[str, np.ndarray]:
     """The change of the handlebar torque per steer angle of the rider, real and imaginary part (n,) [N.m/rad]."""
     rider = motofmi.component(RIDER)
-    joined = rider.with_effects(effect())
-    values = {
-        signatures.joined_name(joined, n): _starting(effect, n)
-        for n in effect.declared
-        if effect.declared[n].role == "parameter"
-    }
     response = partial(_response, omega=2 * np.pi * FREQUENCY)
-    change = response(joined.with_values(**values)) - response(rider)
+    change = response(_with_effect(rider, effect)) - response(rider)
     return {"real": change.real, "imaginary": change.imag}
+
+
+def _with_effect(component: Component, effect: type[Effect]) -> Component:
+    """The component with an effect at its starting values."""
+    joined = component.with_effects(effect())
+    own = [n for n, row in effect.declared.items() if row.role == "parameter"]
+    return joined.with_values(**{signatures.joined_name(joined, n): _starting(effect, n) for n in own})
 
 
 def _response(component, omega: np.ndarray) -> np.ndarray:

@@ -44,7 +44,7 @@ def write_atomically(path: str | Path, write: Callable[[Path], object], cache: b
         write(beside)
         beside.chmod(0o644)
         if not cache:
-            note_written(path)  # before it is: an interrupt in between leaves no file without a note
+            note_written(path)  # first, so that an interrupt between the two leaves no file that is not recorded
         os.replace(beside, path)
     except BaseException as error:
         if beside is not None:

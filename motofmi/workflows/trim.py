@@ -122,10 +122,6 @@ class Trim:
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of `motofmi trim --json`."""
-        named = {
-            name: {"eigenvalue": list(m.eigenvalue), "frequency": m.frequency, "damping_ratio": m.damping_ratio}
-            for name, m in self.named.items()
-        }
         return {
             "vehicle": self.vehicle,
             "device": self.device,
@@ -134,7 +130,7 @@ class Trim:
             "lean": self.lean,
             **self.quantities,
             "eigenvalues": self.eigenvalues,
-            "modes": named,
+            "modes": {name: mode.to_dict() for name, mode in self.named.items()},
         }
 
     def to_dataframe(self) -> Any:

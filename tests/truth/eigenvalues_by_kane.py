@@ -38,7 +38,8 @@ def main() -> None:
             return np.linalg.eigvals(matrices[:, : len(motorcycle.states)])
 
         made[f"sharp_1994, {hands}"] = _table(np.linspace(4.0, 80.0, 20), of_compliant, kane)
-    FILE.write_text(json.dumps(made, indent=0) + "\n", "utf-8")
+    lines = [f"{json.dumps(name)}: {json.dumps(table)}" for name, table in made.items()]
+    FILE.write_text("{\n" + ",\n".join(lines) + "\n}\n", "utf-8")
 
 
 def _table(speeds, eigenvalues, kane) -> dict[str, list]:

@@ -3,6 +3,7 @@
 import signal
 import subprocess
 import sys
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -47,6 +48,21 @@ while not (os.path.isdir(folder) and any(name[0] != "." for name in os.listdir(f
     time.sleep(0.01)
 os.kill(int(process), int(number))
 """
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::DeprecationWarning")
+def test_fmus_come_with_the_study_so_that_workers_need_no_compiler(tmp_path, monkeypatch):
+    with ExitStack() as stack:
+        with monkeypatch.context() as bare:  # the processes of the cluster inherit this: no compiler is found
+            bare.delenv("CC", raising=False)
+            bare.setenv("PATH", str(tmp_path / "empty"))
+            bare.setenv("MOTOFMI_CACHE", str(tmp_path / "cache"))
+            address, _ = stack.enter_context(cluster(tmp_path, workers=1))
+        found = mf.sweep(kind="cosimulation", device=["damper:1"], speed=[30.0], duration=0.1, out=tmp_path / "out",
+                         scheduler=address)  # fmt: skip
+    assert (found.runs, found.failed) == (1, 0)
+    assert not list(tmp_path.glob("cache/*.fmu"))  # the worker built none
 
 
 def test_an_address_without_a_scheduler_is_named(tmp_path):
