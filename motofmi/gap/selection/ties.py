@@ -7,6 +7,9 @@ base and the named effect. The ratio is the share of the named effect's gain tha
 port, with torque and angle, a linear rider has seven coefficients and the base has six parameters. Therefore one linear
 effect can be replaced by another with other values of the base. Only knowledge besides the data distinguishes them: the
 physical sign of a parameter, or an inertia known from another measurement.
+
+An effect whose derivatives lie in those of the base, where the named effect is absent, is part of the base and cannot
+replace another: the gain of an input that has a free coefficient, for instance.
 """
 
 from collections.abc import Sequence
@@ -46,7 +49,9 @@ def equivalent(
     return [
         c.family
         for c, (beside, alone) in zip(rivals, outside, strict=True)
-        if alone > ROUNDING and named.delta_chi2 * beside < criteria.tie_delta_bic * alone
+        if alone > ROUNDING
+        and named.delta_chi2 * beside < criteria.tie_delta_bic * alone
+        and not _within_base(found, c.effect, own)
     ]
 
 
@@ -65,14 +70,39 @@ def _share_outside(found: Fit, effect: type[Effect], bases: Sequence[np.ndarray]
     It is 1 where the effect cannot be simulated.
     """
     try:
-        model = found.model.with_added_effects(effect, slopes_of_base=False)
-        shared = len(found.model.names)
-        zero = np.array([max(row.min, 0.0) for row in model.rows[shared - len(model.base) :]])
-        vectors = [np.concatenate([found.of_run(i), zero]) for i in range(len(found.runs))]
-        slopes = np.concatenate(
-            [model.reduced(run, x)[1][:, shared] for run, x in zip(found.runs, vectors, strict=True)]
-        )
+        slopes = _slopes_with(found, effect, slopes_of_base=False)[:, -len(effect.free_parameters())]
     except InputError:
         return [1.0] * len(bases)
-    outside = [slopes - basis @ (basis.T @ slopes) for basis in bases]
-    return [float(left @ left / max(slopes @ slopes, 1e-300)) for left in outside]
+    return [_outside(slopes, basis) for basis in bases]
+
+
+def _within_base(found: Fit, effect: type[Effect], own: Sequence[int]) -> bool:
+    """Whether an effect's derivatives lie in those of the base where the effect with the parameters `own` is absent."""
+    try:
+        slopes = _slopes_with(found, effect, absent=own[0])
+    except InputError:
+        return False
+    base = np.delete(slopes[:, : len(found.model.names)], own, axis=1)
+    return _outside(slopes[:, -len(effect.free_parameters())], _basis(base)) <= ROUNDING
+
+
+def _slopes_with(
+    found: Fit, effect: type[Effect], absent: int | None = None, slopes_of_base: bool = True
+) -> np.ndarray:
+    """The derivatives of the data by the parameters of a fit and of a further effect, whose magnitude is zero.
+
+    The parameter `absent` is set to zero. Raises InputError where the effect cannot be simulated.
+    """
+    model = found.model.with_added_effects(effect, slopes_of_base=slopes_of_base)
+    shared = len(found.model.names)
+    zero = np.array([max(row.min, 0.0) for row in model.rows[shared - len(model.base) :]])
+    vectors = [np.concatenate([found.of_run(i), zero]) for i in range(len(found.runs))]
+    for vector in vectors:
+        vector[[] if absent is None else [absent]] = 0.0
+    return np.concatenate([model.reduced(run, x)[1] for run, x in zip(found.runs, vectors, strict=True)])
+
+
+def _outside(slopes: np.ndarray, basis: np.ndarray) -> float:
+    """The share of squared derivatives outside an orthonormal basis."""
+    left = slopes - basis @ (basis.T @ slopes)
+    return float(left @ left / max(slopes @ slopes, 1e-300))

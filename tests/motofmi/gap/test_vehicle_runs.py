@@ -9,6 +9,7 @@ from fmus import InputError
 from motofmi.cli.main import main
 from motofmi.gap.estimation.fit_result import parameters_of
 from motofmi.gap.preprocessing.weak_form import prepare_weak_form
+from motofmi.gap.selection.ties import equivalent
 from motofmi.recordings.reading import read_recording
 from motofmi.recordings.recording import Recording
 from motofmi.workflows import components
@@ -54,6 +55,8 @@ def test_what_is_hidden_is_named_and_sized(tmp_path, hidden, name, parameter, tr
     value, error, _ = parameters_of(verdict.best)[f"{name}.{parameter}"]
     # Ten per cent: the feedback's correlation with the disturbance moves a damping by five of them, beyond its standard error.
     assert abs(value - truth) < max(0.1 * truth, 3 * error)
+    # The coefficients of the torque are free: a gain of the motor is part of the base, and replaces no friction.
+    assert "motor_gain" not in equivalent(verdict.best, verdict.effects[0], verdict.candidates)
 
 
 @pytest.mark.study
