@@ -176,14 +176,26 @@ def rows_of(path: Path) -> dict[str, list[float]]:
     return {name: [float(row[i]) for row in chosen] for i, name in enumerate(heading)}
 
 
-def difference(one: Any, other: Any) -> float:
-    """The largest difference of two leaves relative to the largest number in them; infinite where anything else differs."""
+def difference(one: Any, other: Any, key: str = "") -> float:
+    """The largest difference of two leaves relative to the largest number in them; infinite where anything else differs.
+
+    Eigenvalues are compared as sets, and errors that are relative already by their absolute difference.
+    """
+    if key == "eigenvalues":
+        one, other = (list(map(in_order, each)) for each in (one, other))
     a, b = (list(leaf_numbers(each)) for each in (one, other))
     if len(a) != len(b) or any((isinstance(x, str) or x is None) and x != y for x, y in zip(a, b, strict=True)):
         return math.inf
     pairs = [(x, y) for x, y in zip(a, b, strict=True) if isinstance(x, (int, float)) and isinstance(y, (int, float))]
     largest = max((abs(x) for x, _ in pairs), default=0.0)
+    if key.startswith("predicted.") and key.endswith("_error"):
+        largest = max(1.0, largest)
     return max((abs(x - y) for x, y in pairs), default=0.0) / (largest or 1.0)
+
+
+def in_order(eigenvalues: Sequence[Sequence[float]]) -> list[Sequence[float]]:
+    """Eigenvalues [real, imaginary] sorted; digits beyond the ninth do not change the order."""
+    return sorted(eigenvalues, key=lambda value: [float(f"{part:.9g}") for part in value])
 
 
 def leaf_numbers(leaf: Any) -> Iterable[Any]:
@@ -203,7 +215,7 @@ def compared(
     for name, leaves in kept.items():
         wrong: dict[str, float | str] = {k: "absent" for k in leaves if k not in now.get(name, {})}
         for key in leaves.keys() & now.get(name, {}).keys():
-            relative = difference(leaves[key], now[name][key])
+            relative = difference(leaves[key], now[name][key], key)
             if relative > TOLERANCE:
                 wrong[key] = relative if math.isfinite(relative) else f"{leaves[key]} -> {now[name][key]}"[:200]
         if wrong:

@@ -7,6 +7,7 @@ from the source text, because importing a command loads the numerical libraries 
 import ast
 import pkgutil
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from motofmi.cli import commands as folder
@@ -45,6 +46,7 @@ def commands() -> dict[str, Entry]:
     return {entry.name: entry for entry in sorted(found, key=lambda entry: (entry.place, entry.name))}
 
 
+@cache
 def _entry(path: Path, name: str) -> Entry:
     """The command that a source file declares; without PLACE it is listed last, without SUMMARY its line is empty."""
     tree = ast.parse((path / f"{name}.py").read_text("utf-8"))

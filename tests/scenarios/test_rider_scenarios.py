@@ -33,7 +33,7 @@ def test_small_oscillations_give_the_linear_frf():
     assert np.abs(found / linear_inertance(rider, frequency) - 1).max() < 3e-6
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_geometry_grows_with_the_square_of_the_angle():
     found = does_kinematics_explain_amplitude_dependence.run(
         amplitudes=(2.0, 4.0), frequency=np.array([1.5, 2.0, 4.0, 6.0, 9.0, 12.0])

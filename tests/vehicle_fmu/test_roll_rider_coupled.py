@@ -20,6 +20,7 @@ from fmus.linear_analysis.linearisation import linearise
 from motofmi.cli.main import main
 from motofmi.workflows.ridden_fmus import ridden_fmus
 from rider_fmu import riders
+from tests import as_study
 from vehicle_fmu import modes, motorcycles, over_speed, ridden
 
 SPEED, DURATION = 40.0, 0.25  # m/s, s
@@ -51,7 +52,7 @@ def ends(held):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("held", HELD)
+@pytest.mark.parametrize("held", [*list(HELD)[:2], as_study("full rider")])
 def test_the_coupled_fmus_are_the_one_system(held):
     """Mass taken out of the rear frame, inertia at the bar, signs of the roll port: all eigenvalues return."""
     one = np.linalg.eigvals(linearise(system(held), **{"vehicle.speed": SPEED}).A)
@@ -63,7 +64,7 @@ def test_the_coupled_fmus_are_the_one_system(held):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("held", HELD)
+@pytest.mark.parametrize("held", [*list(HELD)[:2], as_study("full rider")])
 @pytest.mark.parametrize("name", COUPLINGS)
 def test_every_coupling_keeps_the_modes_as_it_does_without_lean(name, held):
     prediction = predict(coupling(name), linear(held), 1e-3)

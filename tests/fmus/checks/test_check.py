@@ -55,7 +55,7 @@ def test_ours_are_clean(name, fmi, tmp_path):
     assert check(build(COMPONENTS[name](), tmp_path, fmi=fmi).path) == []
 
 
-@pytest.mark.slow
+@pytest.mark.study
 @pytest.mark.parametrize("name", ["rider", as_study("progressive")])
 def test_the_limits_of_the_python_back_end_are_warnings(name, tmp_path):
     found = check(build(COMPONENTS[name](), tmp_path, backend="python").path)

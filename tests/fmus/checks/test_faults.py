@@ -29,7 +29,7 @@ def assert_said(found, name, severity, message):
     return said[0]
 
 
-@pytest.mark.parametrize("fault", sampled(faults.XML, 3))
+@pytest.mark.parametrize("fault", sampled(faults.XML, 5))
 def test_a_faulty_description(fault, tmp_path):
     (old, new), name, severity, message = faults.XML[fault]
     assert bench.BENCH2.count(old) >= 1
@@ -38,7 +38,7 @@ def test_a_faulty_description(fault, tmp_path):
     assert problem.section or name == "description"
 
 
-@pytest.mark.parametrize("fault", sampled(faults.OTHER_FILES, 3))
+@pytest.mark.parametrize("fault", sampled(faults.OTHER_FILES, 5))
 def test_a_faulty_file_beside_the_description(fault, tmp_path):
     file, text, name, message = faults.OTHER_FILES[fault]
     assert_said(checked(bench.written(tmp_path / "faulty.fmu", bench.BENCH2, files={file: text.encode()})), name, "error", message)
@@ -50,7 +50,7 @@ def test_files_beside_the_description_without_fault(tmp_path):
     assert [p.message for p in found] == ["no binary, only source code", *(p.message for p in found[1:] if p.check == "run")]
 
 
-@pytest.mark.parametrize("fault", sampled(faults.FAULTS, 3))
+@pytest.mark.parametrize("fault", sampled(faults.FAULTS, 5))
 def test_a_faulty_binary(fault, libraries, tmp_path, monkeypatch):
     kind, word, name, severity, message = faults.FAULTS[fault]
     monkeypatch.setenv("TEST_OF_A_FAULT", str(tmp_path))  # inherited by whatever the check and the FMU start
@@ -73,7 +73,7 @@ def leftovers(mark):
     return found
 
 
-@pytest.mark.parametrize("fault", sampled(faults.LIBRARIES, 3))
+@pytest.mark.parametrize("fault", sampled(faults.LIBRARIES, 5))
 def test_a_faulty_library(fault, libraries, tmp_path):
     flags, name, message = faults.LIBRARIES[fault]
     path = bench.written(tmp_path / "faulty.fmu", bench.only(faults.CS), libraries("fmu2.c", *flags))

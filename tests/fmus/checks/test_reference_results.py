@@ -31,7 +31,7 @@ def problems(contents, folder: Path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("fmi", [2, 3])
-@pytest.mark.parametrize("name", sampled(COMPONENTS, 3))
+@pytest.mark.parametrize("name", sampled(COMPONENTS, 6))
 def test_our_archives_meet_their_references(name, fmi, tmp_path):
     with zipfile.ZipFile(build(COMPONENTS[name](), tmp_path, fmi=fmi).path) as archive:
         archive.extractall(tmp_path / "unpacked")

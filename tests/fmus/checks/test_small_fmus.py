@@ -5,6 +5,7 @@ import re
 import pytest
 
 from fmus.checks.check import Limits, check
+from tests import sampled
 from tests.fmus.checks import bench
 from tests.fmus.checks.bench3 import BENCH3
 
@@ -40,7 +41,7 @@ FAULTS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("fault", FAULTS)
+@pytest.mark.parametrize("fault", sampled(FAULTS, 3))
 def test_a_fault_of_fmi3_is_reported(fault, libraries, tmp_path):
     kind, name, severity, message = FAULTS[fault]
     found = check(bench.written(tmp_path / "faulty.fmu", bench.only(kind, BENCH3), libraries("fmu3.c"), fault=fault), LIMITS, other_tools=False)
@@ -73,7 +74,7 @@ XML = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("fault", XML)
+@pytest.mark.parametrize("fault", sampled(XML, 4))
 def test_a_faulty_description_of_fmi3_is_reported(fault, tmp_path):
     old, new, name, message = XML[fault]
     assert old in BENCH3

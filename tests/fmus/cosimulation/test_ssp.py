@@ -203,7 +203,7 @@ def test_a_built_archive_has_the_modes_of_the_components(built):
     assert set(run.errors) == {"weave", "wobble", "rider_wobble"} and run.vehicle == "ridden.ssp"
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_version_2_holds_fmi_3_and_version_1_does_not(tmp_path):
     path = mf.build(["sharp_1971", "damper:7.5"], ssp=tmp_path / "two.ssp", ssp_version=2, fmi=3).ssp
     text = zipfile.ZipFile(path).read("SystemStructure.ssd").decode()

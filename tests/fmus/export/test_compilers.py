@@ -53,7 +53,7 @@ def test_archives_and_their_names(archives):
         assert built.path.stat().st_size < 300_000
 
 
-@pytest.mark.slow
+@pytest.mark.study
 @needs_zig
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_the_largest_component_for_all_platforms_is_no_large_archive(fmi, tmp_path):
@@ -95,7 +95,7 @@ def test_universal_keeps_every_slice():
         assert data[offset : offset + size] == thin[i]
 
 
-@pytest.mark.slow
+@pytest.mark.study
 @needs_zig
 def test_a_second_build_has_the_same_bytes(archives, tmp_path, monkeypatch):
     monkeypatch.setenv("MOTOFMI_CACHE", str(tmp_path / "empty"))

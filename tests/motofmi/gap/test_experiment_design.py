@@ -145,7 +145,7 @@ def test_harmonics_distinguish_a_progressive_damper_from_linear_effects():
     assert equivalent(verdict.best, verdict.effects[0], verdict.candidates) == []
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_no_place_is_found_where_nothing_is_hidden():
     """400 places of ten riders; at a false-discovery rate of 1 % one of them in ten such tests would be false."""
     model = HarmonicModel(rig_experiment(RIG))

@@ -11,6 +11,7 @@ from motofmi.gap.preprocessing.reconstructed_motion import motion_reconstruction
 from motofmi.gap.preprocessing.steer_test_run import prepare_steer_test_run
 from motofmi.recordings.recording import Recording
 from motofmi.workflows.gap.rig import rig_experiment
+from tests import as_study
 from tests.simulators.hidden_rig import RIDER, Rig, record, stepped, sweep
 
 INERTIA, DAMPING, STIFFNESS = 0.2, 1.5, 60.0
@@ -61,7 +62,7 @@ def test_the_error_of_a_motion_that_has_no_command_counts_what_its_own_phase_bri
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("angle_noise", [0.0, 1e-3])
+@pytest.mark.parametrize("angle_noise", [0.0, as_study(1e-3)])
 def test_the_truth_leaves_a_chi_square_of_one_in_every_kind_of_column(angle_noise):
     time, angle, torque = swept()
     rng = np.random.default_rng(2)
