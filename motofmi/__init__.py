@@ -20,6 +20,7 @@ NAMES = {
         "Component", "Effect", "Element", "InputError", "StateSpace", "System", "adds_to", "calculated", "input", "linearise",
         "local", "output", "parameter", "state",
     ),
+    "fmus.interfaces.handlebar": ("HandlebarDevice",),
     "motofmi.schemas": ("schema",),
     "motofmi.version": ("__version__",),
     "motofmi.workflows.batch.batch": ("batch",),
@@ -36,6 +37,7 @@ NAMES = {
     "motofmi.workflows.listing": ("catalogue",),
     "motofmi.workflows.modes": ("compare_modes", "modes"),
     "motofmi.workflows.roll_frf": ("estimate_roll_frf",),
+    "motofmi.workflows.scenarios": ("host",),
     "motofmi.workflows.simulated_recording": ("simulate_steer_test",),
     "motofmi.workflows.sweep.result": ("open_study",),
     "motofmi.workflows.sweep.sweep": ("sweep",),
@@ -59,6 +61,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from fmus import output as output
     from fmus import parameter as parameter
     from fmus import state as state
+    from fmus.interfaces.handlebar import HandlebarDevice as HandlebarDevice
     from motofmi.schemas import schema as schema
     from motofmi.version import __version__ as __version__
     from motofmi.workflows.batch.batch import batch as batch
@@ -81,6 +84,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from motofmi.workflows.modes import compare_modes as compare_modes
     from motofmi.workflows.modes import modes as modes
     from motofmi.workflows.roll_frf import estimate_roll_frf as estimate_roll_frf
+    from motofmi.workflows.scenarios import host as host
     from motofmi.workflows.simulated_recording import simulate_steer_test as simulate_steer_test
     from motofmi.workflows.sweep.result import open_study as open_study
     from motofmi.workflows.sweep.sweep import sweep as sweep

@@ -52,6 +52,15 @@ class HandlebarDevice(Component):
 
     Every subclass has exactly this port, so that any device can replace any other. `family` and `form` are those of the
     effect that the gap workflow makes of a device (the name of the class by default).
+
+        >>> class Damper(mf.HandlebarDevice):
+        ...     "Linear steering damper."
+        ...     damping = mf.parameter("N.m.s/rad", "Damping coefficient", min=0, start=7.5)
+        ...     def equations(self, v, m):
+        ...         torque = -v.damping * v.steer_rate
+        ...         return {"handlebar_torque": torque, "frame_torque": -torque}
+        >>> Damper("damper").outputs
+        ('handlebar_torque', 'frame_torque')
     """
 
     family: ClassVar[str] = ""

@@ -52,6 +52,21 @@ def scenario(name: str) -> ModuleType:
     return import_module(f"motofmi.scenarios.{name}")
 
 
+def host(name: str) -> ModuleType:
+    """The module of the host `name`, a simulator of others with FMUs of this package inside: `run()` returns its results.
+
+    `python -m motofmi.scenarios.hosts` lists them. Raises InputError with the valid names for any other name;
+    `run` raises ModuleNotFoundError where the simulator is not installed.
+
+        >>> print(mf.host("mujoco_bar").HOST)
+        MuJoCo
+    """
+    found: dict[str, ModuleType] = import_module("motofmi.scenarios.hosts").hosts()
+    if name not in found:
+        raise unknown("host", name, found)
+    return found[name]
+
+
 def scenarios_of(report: str) -> dict[str, ModuleType]:
     """The scenarios that are part of a report, in its order."""
     modules = {name: scenario(name) for name in scenario_names()}

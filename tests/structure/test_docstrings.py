@@ -23,6 +23,7 @@ QUICK = {
     "Component",
     "Effect",
     "Element",
+    "HandlebarDevice",
     "InputError",
     "adds_to",
     "calculated",
@@ -120,7 +121,7 @@ def test_a_public_function_states_parameters_units_and_errors(name):
 
 
 # They take and return names, files and results that carry their units themselves.
-WITHOUT_QUANTITIES = {"batch", "estimate_roll_frf", "explore", "open_study", "tour"}
+WITHOUT_QUANTITIES = {"batch", "estimate_roll_frf", "explore", "host", "open_study", "tour"}
 
 
 @pytest.mark.parametrize("name", sorted(CLASSES))

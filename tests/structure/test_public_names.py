@@ -3,9 +3,11 @@
 import ast
 import json
 import os
+import re
 import subprocess
 import sys
 import tomllib
+from pathlib import Path
 
 import pytest
 
@@ -68,3 +70,28 @@ def test_star_import_brings_the_public_names():
     names: dict = {}
     exec("from motofmi import *", names)
     assert set(motofmi.__all__) <= set(names)
+
+
+TUTORIALS = ROOT / "docs" / "tutorials"
+OF_THE_PROJECT = re.compile(r"^ *(?:from (?:motofmi[.\w]*|fmus|rider_fmu|vehicle_fmu)\b|import (?:motofmi\.|fmus|rider_fmu|vehicle_fmu)).*", re.M)
+
+
+def _code(page: Path) -> str:
+    """The code of a tutorial, a page or a notebook."""
+    text = page.read_text("utf-8")
+    if page.suffix == ".ipynb":
+        return "\n".join("".join(c["source"]) for c in json.loads(text)["cells"] if c["cell_type"] == "code")
+    return "\n".join(re.findall(r"^```\{code-cell\}\n(.*?)^```", text, re.M | re.S))
+
+
+@pytest.mark.parametrize("page", sorted([*TUTORIALS.glob("*.md"), *TUTORIALS.rglob("*.ipynb")]), ids=lambda page: page.stem)
+def test_a_tutorial_needs_the_public_names_alone(page):
+    assert OF_THE_PROJECT.findall(_code(page)) == []
+
+
+def test_an_inner_import_is_found():
+    assert OF_THE_PROJECT.findall("import motofmi as mf\nimport fmus.export\nfrom motofmi.gap import x\n    from fmus import y") == [
+        "import fmus.export",
+        "from motofmi.gap import x",
+        "    from fmus import y",
+    ]
