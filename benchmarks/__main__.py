@@ -1,4 +1,4 @@
-"""Runs studies by name and keeps their results."""
+"""Runs studies by name, keeps their results, and renders the tables of the pages that show them."""
 
 import argparse
 import datetime
@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import benchmarks
+from benchmarks._pages import render
 from benchmarks._recordings import DATA
 from fmus.support.progress import track
 
@@ -41,6 +42,7 @@ def main() -> None:
         "names", nargs="*", metavar="NAME", help=f"studies to run (default: all): {', '.join(studies())}"
     )
     parser.add_argument("--json", metavar="FILE", help="write these results there as well; - for standard output")
+    parser.add_argument("--render", action="store_true", help="run no study, only render the tables of docs/")
     parser.add_argument(
         "--data", metavar="DIR", help=f"folder of recordings of others (default: environment variable {DATA})"
     )
@@ -50,6 +52,9 @@ def main() -> None:
             parser.error(f"unknown study {name!r} (valid: {', '.join(studies())})")
     if arguments.data:
         os.environ[DATA] = arguments.data
+    if arguments.render:
+        print(*render(json.loads(RESULTS.read_text())), sep="\n")
+        return
     measured = {}
     for name in arguments.names or studies():
         print(f"{name} ...", file=sys.stderr)
@@ -58,7 +63,9 @@ def main() -> None:
         if set(result) == {"skipped"}:  # no data: the results of an earlier run stay
             continue
         kept = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
-        RESULTS.write_text(json.dumps({**kept, name: measured[name]}, indent=1) + "\n")
+        kept[name] = measured[name]
+        RESULTS.write_text(json.dumps(kept, indent=1) + "\n")
+        render(kept)
     text = json.dumps(measured, indent=1)
     if arguments.json and arguments.json != "-":
         Path(arguments.json).write_text(text + "\n")

@@ -23,6 +23,7 @@ def run(progress: Callable) -> dict:
         "posture": posture,
         "anthropometry": anthropometry,
         "kinematics": kinematics,
+        "riders_differ": riders_differ,
         "lean": lean,
         "features": features,
         "gap": gap,
@@ -64,6 +65,14 @@ def kinematics() -> dict:
     """The change of the FRF by amplitude [deg], as a percentage."""
     found = does_kinematics_explain_amplitude_dependence.run()
     return {f"{a:g}": 100 * float(c) for a, c in zip(found.amplitude, found.change, strict=True)}
+
+
+def riders_differ() -> dict:
+    """Standard deviations of the ten riders' stiffnesses, dampings and torso inertias over their means, as percentages."""
+    ten = [riders.load(f"{number}_2011").values for number in range(1, 11)]
+    names = ("torso_inertia", "arm_stiffness", "waist_stiffness", "arm_damping", "waist_damping")
+    of = {name: np.array([each[name] for each in ten]) for name in names}
+    return _range([100 * values.std(ddof=1) / values.mean() for values in of.values()])
 
 
 def lean() -> dict:

@@ -1,7 +1,7 @@
 """Which effect is named in recordings of real machines, how accurate its value is, and how long it takes.
 
     python -m benchmarks.gap_recordings --data measured --out rows.json
-    python -m benchmarks.gap_recordings --render              # docs/gap.md from what is kept
+    python -m benchmarks --render                             # the tables of docs/ from what is kept
 
 Every recording of `benchmarks/_recordings.py` is given to the command `motofmi gap`, in both ways where there are two
 (force in, displacement imposed). The seconds are those of the whole command, with model, FMU and report; the processor seconds are
@@ -19,13 +19,10 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from benchmarks.__main__ import RESULTS
 from benchmarks._recordings import DATA, SOURCES, Source, folder_of_data, missing
 from fmus.support.progress import track
 
 INTERVAL = 1.96  # standard errors of a 95 % interval
-PAGE = Path(__file__).parents[1] / "docs" / "gap.md"
-BEGIN, END = "<!-- table of benchmarks.gap_recordings -->\n\n", "\n\n<!-- end of the table -->"
 
 
 def run(
@@ -113,12 +110,6 @@ def table(results: Mapping[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def rendered(page: str, results: Mapping[str, Any]) -> str:
-    """The page with the table of the results between its marks."""
-    before, rest = page.split(BEGIN)
-    return before + BEGIN + table(results) + END + rest.split(END)[1]
-
-
 def _verdict(row: Mapping[str, Any]) -> str:
     if row["effects"]:
         return " and ".join(f"`{e['name']}` ({e['form']})" for e in row["effects"])
@@ -148,11 +139,7 @@ def main() -> None:
     parser.add_argument("--data", metavar="DIR", help=f"folder of recordings (default: environment variable {DATA})")
     parser.add_argument("--only", nargs="+", metavar="NAME", default=tuple(SOURCES), choices=tuple(SOURCES))
     parser.add_argument("--out", metavar="FILE", help="keep each row there, and take up a run again from it")
-    parser.add_argument("--render", action="store_true", help="write the table of results.json into docs/gap.md")
     arguments = parser.parse_args()
-    if arguments.render:
-        PAGE.write_text(rendered(PAGE.read_text(), json.loads(RESULTS.read_text())["gap_recordings"]))
-        return
     results = run(track, arguments.data, arguments.only, arguments.out)
     print(table(results))
     print(json.dumps(results, indent=1))

@@ -195,14 +195,14 @@ in side slip and camber. The motorcycle is rigid in its plane: suspensions, and 
 and pitch, which couple with weave in a corner, are not in these numbers. The steer torque is what the rider has to apply
 beside his passive springs, which are free of load in the corner. Turn slip and longitudinal slip are left out.
 
-Equilibria end where a tyre gives its greatest side force, near 52 deg of lean at 5 m/s, 60 at 30 m/s and 54 at 60 m/s. Modes end earlier:
-side forces follow the loads at once, and with rigid tyres the motion then no longer determines the loads. There are modes up to 46 deg
-at 5 m/s, 49 at 10, 52 at 20, 55 at 30, 52 at 60, but only 44 at 65 and 32 at 70 m/s; beyond, the command says so.
+Equilibria end where a tyre gives its greatest side force, near {{measured}}`hosts.corners_end.5.equilibrium | .0f` deg of lean at 5 m/s, {{measured}}`hosts.corners_end.30.equilibrium | .0f` at 30 m/s and {{measured}}`hosts.corners_end.60.equilibrium | .0f` at 60 m/s. Modes end earlier:
+side forces follow the loads at once, and with rigid tyres the motion then no longer determines the loads. There are modes up to {{measured}}`hosts.corners_end.5.modes | .0f` deg
+at 5 m/s, {{measured}}`hosts.corners_end.10.modes | .0f` at 10, {{measured}}`hosts.corners_end.20.modes | .0f` at 20, {{measured}}`hosts.corners_end.30.modes | .0f` at 30, {{measured}}`hosts.corners_end.60.modes | .0f` at 60, but only {{measured}}`hosts.corners_end.65.modes | .0f` at 65 and {{measured}}`hosts.corners_end.70.modes | .0f` at 70 m/s; beyond, the command says so.
 
 What was checked: upright, matrices and eigenvalues are those of straight running (1e-11 of the largest entry in a row: rounding). At
-lean angles of 15, 30 and 45 deg Exudyn's accelerations at the equilibrium are below 1e-8 m/s2, and the eigenvalues of its model agree within
-5e-5 at 30 m/s (`exudyn_corner`). The energy of the bodies changes by the power of the forces to 1e-9. Left and right mirror each other. Public
-sources print no equilibrium and no eigenvalue of this motorcycle in a corner.
+lean angles of 15, 30 and 45 deg Exudyn's accelerations at the equilibrium are at most {{measured}}`hosts.exudyn_corner.largest_rate | .0e` m/s2, and the eigenvalues of its model at
+30 m/s and 45 deg agree within {{measured}}`hosts.exudyn_corner.errors.45.30 | .0e` (`exudyn_corner`). The energy of the bodies changes by the power of the forces to 1e-9. Left and right mirror each other.
+Public sources print no equilibrium and no eigenvalue of this motorcycle in a corner.
 
 ## Printed numbers
 

@@ -1,8 +1,10 @@
 """The page of `motofmi explore` in a browser, and what is computed in it, beside the same in Python."""
 
 import numpy as np
+import pytest
 
 import motofmi as mf
+from tests.browser import needs_browser
 from vehicle_fmu import MODES
 
 SPEEDS = np.arange(1.0, 61.0)
@@ -10,6 +12,11 @@ PROMINENT = (
     "trail", "ground_trail", "caster_angle", "gravity", "steering_damping", "front_cornering_stiffness",
     "rear_cornering_stiffness", "front_cornering_stiffness_0", "rear_cornering_stiffness_0", "front_pKy1", "rear_pKy1",
 )  # fmt: skip
+
+
+def in_browser(test):
+    """Marks a test that opens the page."""
+    return pytest.mark.slow(needs_browser(test))
 
 
 class Opened:
@@ -58,7 +65,9 @@ def random_settings(data, seed, count, vehicles=RIGID + FLEXIBLE):
     """Vehicles and devices with random values of the parameters that the page has sliders for."""
     rng, modules = np.random.default_rng(seed), data["modules"]
     # Of the full rider arms that do not reach the bar are refused, and leaning riders do not fit every vehicle.
-    devices = [n for n, c in data["choices"].items() if modules[c["module"]]["title"] not in ("FullRider", "RiderInRoll")]
+    devices = [
+        n for n, c in data["choices"].items() if modules[c["module"]]["title"] not in ("FullRider", "RiderInRoll")
+    ]
     for _ in range(count):
         vehicle, device = str(rng.choice(vehicles)), str(rng.choice(["none", *devices]))
         parts = {"vehicle": data["vehicles"][vehicle]} | (
@@ -110,16 +119,16 @@ MODE_OF_THE_COUPLED_FMUS = """(wanted) => {
   const found = eigen(system.matrix(speed), n), left = complexInverse(found.vectorRe, found.vectorIm, n), initial = {};
   const j = found.im.findIndex(im => Math.abs(im - wanted) < 0.5);
   system.states.forEach((s, i) => { const [part, name] = s.split("."); (initial[part] ??= {})[name] = 1e-3 * found.vectorRe[i * n + j]; });
-  const run = new CoSimulation(parts, speed, 1e-3, initial);
+  const run = new CoSimulation(parts, speed, initial), h = run.step;
   const coordinate = () => { const states = run.states(); let a = 0, b = 0;
     system.states.forEach((s, i) => { const [part, name] = s.split("."), x = states[part][name]; a += left[2 * (j * n + i)] * x; b += left[2 * (j * n + i) + 1] * x; });
     return [a, b]; };
   for (let k = 0; k < 20; k++) run.advance();
-  const start = coordinate(), steps = Math.round(4 * 2 * Math.PI / found.im[j] / 1e-3);
+  const start = coordinate(), steps = Math.round(4 * 2 * Math.PI / found.im[j] / h);
   for (let k = 0; k < steps; k++) run.advance();
-  const end = coordinate(), time = steps * 1e-3, turns = Math.round(found.im[j] * time / 2 / Math.PI);
+  const end = coordinate(), time = steps * h, turns = Math.round(found.im[j] * time / 2 / Math.PI);
   const angle = Math.atan2(end[1], end[0]) - Math.atan2(start[1], start[0]), expected = found.im[j] * time;
   const phase = angle + 2 * Math.PI * Math.round((expected - angle) / (2 * Math.PI));
   run.free(); system.free();
-  return {exact: [found.re[j], found.im[j]], coupled: [Math.log(Math.hypot(...end) / Math.hypot(...start)) / time, phase / time]};
+  return {step: h, exact: [found.re[j], found.im[j]], coupled: [Math.log(Math.hypot(...end) / Math.hypot(...start)) / time, phase / time]};
 }"""

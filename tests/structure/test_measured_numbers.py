@@ -1,5 +1,7 @@
 """Measured numbers of README and docs come from the results of the benchmarks: typed ones are found."""
 
+import ast
+import inspect
 import json
 import re
 from pathlib import Path
@@ -7,6 +9,8 @@ from pathlib import Path
 import pytest
 
 from benchmarks.__main__ import RESULTS
+from benchmarks._pages import DOCS, rendered
+from motofmi.scenarios import does_the_passive_rider_calm_wobble_on_every_vehicle as on_every_vehicle
 from tests import ROOT
 
 # Records of past decisions keep the numbers that decided; pages of components and the glossary hold no measurements.
@@ -17,8 +21,9 @@ PAGES = [
     *(path for path in sorted((ROOT / "docs").rglob("*.md")) if not KEPT & set(path.parts)),
 ]
 CODE = re.compile(r"^```.*?^```|(?<!\{measured\})`[^`\n]*`", re.MULTILINE | re.DOTALL)
-# A table between these lines is rendered by its benchmark, whose test compares it with the results.
+# A table between these lines is rendered by its benchmark (`benchmarks/_pages.py`).
 RENDERED = re.compile(r"<!-- table of .*?<!-- end of the table -->", re.DOTALL)
+LINK = re.compile(r"\]\([^)]*\)")
 ROLE = re.compile(r"\{measured\}`([^`]+)`")
 # What only a measurement gives: rates of cases, speeds and costs.
 MEASURED = re.compile(
@@ -35,13 +40,81 @@ def test_no_measured_number_is_typed(page):
     assert MEASURED.findall(ROLE.sub("", _prose(page))) == []
 
 
-# Pages of which every number with an error, as a percentage or in the unit of a result is a measured one.
-ALL_MEASURED = {"magnetorheological_damper.md": re.compile(r"\+- ?\d|\d ?%|\d N\b|\d mm/s|\d ms\b")}
+# What a measurement may give: percentages, errors, powers of ten, decimals, times, ratios. Others are counts and settings.
+MAYBE = re.compile(
+    r"\+- ?\d[\d.e-]*|(?<![\w.])[+-]?\d[\d,]*(?:\.\d+)?(?: to \d[\d.]*)? ?%|(?<![\w.,])[+-]?\d+(?:\.\d+)?e[+-]?\d+"
+    r"|(?<![\w.])[+-]?\d+\.\d+(?!\.?\d|\w)|\b\d[\d.,]* (?:times|ms|MB|kB|s|minutes?|seconds?)\b"
+    r"|\b\d[\d,]* of (?:the )?\d[\d,]*"
+)
+MATH = re.compile(r"\$\$.*?\$\$|\$[^$\n]+\$", re.DOTALL)
+INDENTED = re.compile(r"^    .*\n", re.MULTILINE)
+VERSIONS = re.compile(
+    r"\b(?:FMI|SSP|Python|[Vv]ersions?|Sect\.|CoFMPy|fmpy|pythonfmu|Plot|Python) \d+\.\d+(?:\.\d+)?(?: (?:and|or) (?:pythonfmu )?\d+\.\d+(?:\.\d+)?)?"
+)
+SECTIONS_OF_STANDARDS = {"check.md"}  # pages whose tables hold section numbers
+# Numbers of pages that no measurement gives, and why.
+GIVEN = {
+    "check.md": {"60 s", "15 %"},  # limits of a trial
+    "couplings.md": {"1 ms"},  # the step
+    "explore.md": {"2 MB", "150 ms", "1 ms", "0.8", "1e-6", "1e-9", "99.9 %", "50 ms", "100 times", "0.01 %"},  # settings, targets
+    "full_rider.md": {"1e-9", "1e-8"},  # tolerances of tests
+    "gap.md": {
+        *("1 %", "4 %", "5 %", "85 %", "95 %", "2 %", "0.5 %", "3 %"),  # criteria, levels, prior errors
+        *("0.125", "0.05", "15 s", "10 s", "0.01"),  # inertia of a bar, errors of data, parts of runs, factors of a search
+    },
+    "glossary.md": {"0.5", "63 %", "95 %"},  # definitions
+    "hosts.md": {"0.6", "1 ms", "0.5", "0.01", "0.2", "1.5", "1e-4", "1e-3"},  # settings of the hosts
+    "identification.md": {"1 %", "0.4", "1.25", "4 s", "0.25", "1e-6"},  # limits, the simulated noise, a test's tolerance
+    "magnetorheological_damper.md": {"0.5"},  # settings of the recordings
+    "read_a_verdict.md": {"95 %"},
+    "steer_by_wire_bicycle.md": {"4.7", "2.6", "0.3", "10 s", "80 %", "10 %", "9.3"},  # the recordings, criteria, the given matrix
+    "sweep.md": {"0.1", "5 s", "1 ms"},  # rounding of speeds, settings of the runs
+    "test_rig.md": {"0.3"},  # what the page's own simulation hides
+    "vehicles.md": {"1e-11", "1e-9"},  # tolerances of tests
+    "webassembly.md": {"1e-12"},  # a tolerance of a test
+}
+RENDERED_PAGES = {"vehicles.md": on_every_vehicle}  # from a scenario: the numbers in its own text count
 
 
-@pytest.mark.parametrize("name", ALL_MEASURED)
-def test_no_result_is_typed(name):
-    assert ALL_MEASURED[name].findall(ROLE.sub("", _prose(ROOT / "docs" / name))) == []
+def _text(page: Path) -> str:
+    """What an author typed: of a page that a scenario renders, the text of the scenario."""
+    module = RENDERED_PAGES.get(page.name)
+    if module is None:
+        return page.read_text("utf-8")
+    (function,) = (
+        node
+        for node in ast.walk(ast.parse(inspect.getsource(module)))
+        if isinstance(node, ast.FunctionDef) and node.name == "page"
+    )
+    return "".join(
+        part.value for part in ast.walk(function) if isinstance(part, ast.Constant) and isinstance(part.value, str)
+    )
+
+
+def typed_numbers(text: str, sections_in_tables: bool = False) -> set[str]:
+    """The numbers in the prose and the tables of a page that a measurement may give."""
+    for left_out in (RENDERED, CODE, ROLE, MATH, LINK, INDENTED, VERSIONS):
+        text = left_out.sub("", text)
+    if sections_in_tables:
+        text = re.sub(r"^\|.*$", "", text, flags=re.MULTILINE)
+    return {found.strip().rstrip(".,") for found in MAYBE.findall(text)}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_numbers_that_may_be_measured_are_rendered_or_known_to_be_given(page):
+    """A new number is rendered from the results; one that is a setting or a definition is entered in GIVEN."""
+    found = typed_numbers(_text(page), page.name in SECTIONS_OF_STANDARDS)
+    assert found == GIVEN.get(page.name, set())
+
+
+def test_typed_measurements_of_every_kind_are_found():
+    text = (
+        "It closes 93 % [90, 95], 0.303 +- 0.004 N.m, within 5e-5, 225 times real time, 32 ms, 28 to 33 % too low, 1 of 600 runs, "
+        "1.93 to 1.75; FMI 2.0, `0.5` and {measured}`a.b | .2f` are none.\n| row | -12.03 | 470 N |\n"
+    )
+    assert typed_numbers(text) == {
+        *("93 %", "0.303", "+- 0.004", "5e-5", "225 times", "32 ms", "28 to 33 %", "1 of 600", "1.93", "1.75", "-12.03"),
+    }
 
 
 @pytest.mark.slow
@@ -61,6 +134,20 @@ def test_a_typed_rate_is_found():
         "86 % [76, 93]",
         "36 MB/s",
     ]
+
+
+def test_the_tables_of_the_pages_are_those_of_the_results():
+    results = json.loads(RESULTS.read_text("utf-8"))
+    marked = [path for path in sorted(DOCS.rglob("*.md")) if "<!-- table of" in path.read_text("utf-8")]
+    assert len(marked) >= 2
+    for path in marked:
+        page = path.read_text("utf-8")
+        assert page.count("<!-- table of benchmarks.") == page.count("<!-- end of the table -->")
+        assert rendered(page, results) == page, "run python -m benchmarks --render"
+    recordings = results["gap_recordings"]
+    fewer = {**recordings, "recordings": dict(list(recordings["recordings"].items())[1:])}
+    page = (DOCS / "gap.md").read_text("utf-8")
+    assert rendered(page, {**results, "gap_recordings": fewer}) != page
 
 
 @pytest.mark.slow

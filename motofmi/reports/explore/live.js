@@ -2,7 +2,7 @@
 
 const TRACES = [["roll_angle", "roll [deg]"], ["steer_angle", "steer [deg]"], ["torso_angle", "torso [deg]"], ["lean_angle", "lean [deg]"]];
 const TRACE_INKS = ["--weave", "--wobble", "--rider-wobble", "--rear-wobble"];
-const SECONDS = 6, ROWS = 3000, PULSE = 0.05, FALLEN = 60 / DEGREES;
+const SECONDS = 6, PULSE = 0.05, FALLEN = 60 / DEGREES;
 const KICKS = { bar: ["steer_torque", 30, "Kick the bar"], frame: ["roll_torque", 400, "Push the frame"] };
 
 class Live {
@@ -31,7 +31,7 @@ class Live {
     if (able) {
       for (const [part, { library }] of Object.entries(parts))
         initial[part] = Object.fromEntries(library.states.filter((n) => Number.isFinite(states[part]?.[n])).map((n) => [n, states[part][n]]));
-      this.run = new CoSimulation(parts, settings.speed, 1e-3, initial, time);
+      this.run = new CoSimulation(parts, settings.speed, initial, time);
     } else {
       this.running = false;
       document.getElementById("live-state").textContent = "";
@@ -56,8 +56,8 @@ class Live {
 
   describe() {
     const { settings } = this.page;
-    const posture = this.run?.devices.some((d) => d.stepped.fmu.library.outputs.includes("inertia_torque"));
-    const how = this.run ? `The compiled FMUs in WebAssembly step by 1 ms, one after the other: the torque continues as a parabola, then the angle as a Hermite cubic. The error of this coupling in the modes is below ${posture ? "0.03 %. The change of the rider's inertia at the handlebar with the posture, of third order in the angles, is neglected here." : "0.01 %."}`
+    const posture = this.run?.devices.some(({ stepped }) => changesInertia(stepped.fmu));
+    const how = this.run ? `The compiled FMUs in WebAssembly step by ${1e3 * this.run.step} ms, one after the other: the torque continues as a parabola, then the angle as a Hermite cubic. The error of this coupling in the modes is below 0.01 %.${posture ? " The change of the rider's inertia at the handlebar with the posture, of third order in the angles, is neglected here." : ""}`
       : "It contains an FMU of another tool, which the page has as a linear system and cannot step: motofmi cosimulate steps it.";
     document.getElementById("live-text").textContent = `${this.side}: ${settings.title(this.side)} at ${settings.speed.toFixed(1)} m/s. ${how}`;
     document.getElementById("run").textContent = this.running ? "Pause" : "Run";
@@ -94,7 +94,8 @@ class Live {
     for (const input of Object.keys(now)) if (!now[input]) delete this.pulses[input];
     const ok = this.run.advance();
     if (k % 2 === 0) this.rows.push([this.run.time, ...this.read()]);
-    if (this.rows.length > ROWS) this.rows.splice(0, this.rows.length - ROWS);
+    const most = SECONDS / (2 * this.run.step);
+    if (this.rows.length > most) this.rows.splice(0, this.rows.length - most);
     const roll = Math.abs(this.rows.at(-1)?.[1] ?? 0);
     if (!ok || !Number.isFinite(roll) || roll > FALLEN) this.stop(ok);
   }
