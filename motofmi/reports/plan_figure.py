@@ -5,6 +5,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from motofmi.reports.charts import Axis, Chart, Curve, Panel
 from motofmi.reports.figures import COLOURS, new_figure
 
 
@@ -15,12 +16,24 @@ def plan_figure(effects: Sequence[Mapping[str, Any]]) -> Figure:
     return figure
 
 
+def plan_chart(effects: Sequence[Mapping[str, Any]]) -> Chart:
+    """The same bars as a chart; effects that are never named have none."""
+    ratios = {place: e["named_from"] / e["noticed_from"] for place, e in enumerate(effects) if e["named_from"] and e["noticed_from"]}
+    bars = Curve("magnitude to be named", list(ratios.values()), list(ratios), "found", "bars")
+    axis = Axis("magnitude to be named over magnitude to be detected", "1", log=True, low=1.0)
+    return Chart([Panel(axis, Axis("", "", names=_labels(effects)), [bars], height=18 * len(effects) + 60)])
+
+
+def _labels(effects: Sequence[Mapping[str, Any]]) -> list[str]:
+    return [f"{e['name'].replace('_', ' ')} ({e['form'].replace('_', ' ')})" for e in effects]
+
+
 def draw_plan(axes: Any, effects: Sequence[Mapping[str, Any]]) -> Any:
     """Plot for each effect the ratio of the magnitude to be named to the magnitude to be detected.
 
     An effect that is never named is labelled so. Returns the matplotlib axes.
     """
-    labels = [f"{e['name'].replace('_', ' ')} ({e['form'].replace('_', ' ')})" for e in effects]
+    labels = _labels(effects)
     for place, e in enumerate(effects):
         if e["named_from"] and e["noticed_from"]:
             axes.barh(place, e["named_from"] / e["noticed_from"] - 1, left=1, color=COLOURS["rider"])

@@ -38,7 +38,33 @@ Inputs = (
 
 
 @dataclass(frozen=True, repr=False)
-class VehicleRun(CosimulationRun):
+class FmuRun(CosimulationRun):
+    """A finished simulation, `run["rider.steer_angle"]` over `run["time"]` [s], that a notebook shows.
+
+        >>> run = mf.simulate("damper:7.5", inputs={"time": [0, 1], "steer_rate": [0, 0.1]}, step=0.01, duration=1.0)
+        >>> path = run.show().save("run.html")
+        >>> run.title
+        'damper_7_5'
+    """
+
+    @property
+    def title(self) -> str:
+        """What was simulated."""
+        return ", ".join(dict.fromkeys(name.partition(".")[0] for name in self.units if "." in name))
+
+    def show(self, *names: str) -> Interactive:
+        """The signals of these names over time, by default all of them, interactive in a notebook.
+
+        Raises InputError for an unknown name.
+        """
+        for name in names:
+            if name not in self:
+                raise unknown("column", name, self.keys())
+        return Interactive(time_histories(self, names), self.title)
+
+
+@dataclass(frozen=True, repr=False)
+class VehicleRun(FmuRun):
     """A co-simulation of a named vehicle with named devices.
 
     errors holds the coupling's error of each mode by name: `frequency` [Hz] and `damping_ratio` of the exact mode,
@@ -61,15 +87,10 @@ class VehicleRun(CosimulationRun):
     largest_stable_step: float = 0.0
     assumed: Mapping[str, str] | None = None
 
-    def show(self, *names: str) -> Interactive:
-        """The signals of these names over time, by default all of them, interactive in a notebook.
-
-        Raises InputError for an unknown name.
-        """
-        for name in names:
-            if name not in self:
-                raise unknown("column", name, self.keys())
-        return Interactive(time_histories(self, names), f"{self.vehicle} with {self.device}")
+    @property
+    def title(self) -> str:
+        """The vehicle with its devices."""
+        return f"{self.vehicle} with {self.device}"
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of `motofmi cosimulate --json`."""
@@ -156,7 +177,7 @@ def _start_speed(columns: Mapping[str, np.ndarray], units: Mapping[str, str]) ->
 
 def simulate(fmu: ComponentLike, *, inputs: Inputs | None = None, step: float | None = None,
              duration: float | None = None, set: Mapping[str, Value] | None = None,
-             units: Mapping[str, str] | None = None, out: str | Path | None = None) -> CosimulationRun:  # fmt: skip
+             units: Mapping[str, str] | None = None, out: str | Path | None = None) -> FmuRun:  # fmt: skip
     """Simulate one FMU (FMI 2.0 or 3.0, co-simulation) by itself from time 0 to `duration` [s] in steps [s].
 
     fmu is the path of any archive, or a component or its name, whose FMU is built. step and duration are those
@@ -175,7 +196,7 @@ def simulate(fmu: ComponentLike, *, inputs: Inputs | None = None, step: float | 
         subsystem = FmuSubsystem(path, path.stem.replace(".", "_"), set, units=units)
     with subsystem:
         warn_of_missing_units({subsystem.name: subsystem})
-        return run_alone(subsystem, step, duration, times, columns, stated, out)
+        return FmuRun(**vars(run_alone(subsystem, step, duration, times, columns, stated, out)))
 
 
 def _columns(inputs: Inputs | None) -> tuple[np.ndarray, dict[str, np.ndarray], dict[str, str]]:

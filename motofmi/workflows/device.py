@@ -13,6 +13,8 @@ from fmus.interfaces.roll import FLOWS
 from fmus.linear_analysis.linearisation import StateSpace, linearise
 from fmus.support.errors import InputError, unknown
 from fmus.support.notebook import html, new_axes
+from motofmi.reports.bode import bode
+from motofmi.reports.shown import Interactive
 from motofmi.workflows.components import ComponentLike, with_settings
 from motofmi.workflows.components import device as device_of
 
@@ -30,7 +32,7 @@ class TransferFunctions:
         ((3,), 'N.m/rad')
         >>> list(found.to_dataframe().columns), found.to_xarray().frequency.units
         (['handlebar_torque', 'frame_torque'], 'Hz')
-        >>> axes = found.plot()
+        >>> axes, page = found.plot(), found.show().save("bode.html")
         >>> sorted(found.to_dict())
         ['assumed', 'device', 'frame_torque', 'frequency', 'handlebar_torque']
     """
@@ -63,6 +65,10 @@ class TransferFunctions:
         magnitude.set_xlabel("")
         phase.set(xlabel="frequency [Hz]", ylabel="phase [deg]")
         return axes
+
+    def show(self) -> Interactive:
+        """The Bode diagram, interactive in a notebook."""
+        return Interactive(bode(self.frequency, self.responses, self.units), self.device)
 
     def _magnitudes(self, axes: Any) -> None:
         for name, z in self.responses.items():

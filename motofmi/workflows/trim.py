@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike
 from fmus.declaration.component import Component, in_bounds
 from fmus.support.errors import InputError, unknown
 from fmus.support.notebook import html, new_axes
+from motofmi.reports.charts import SEQUENCE, Axis, Chart, Curve, Line, Panel
+from motofmi.reports.shown import Interactive
 from motofmi.workflows.components import ComponentLike
 from motofmi.workflows.components import vehicle as vehicle_of
 from motofmi.workflows.modes import Devices
@@ -62,7 +64,7 @@ class Trim:
         'steer_torque [N.m]'
         >>> list(found.to_dict())[:5], found.title
         (['vehicle', 'device', 'assumed', 'speed', 'lean'], 'tum_2020 without a device')
-        >>> axes = found.plot()
+        >>> axes, page = found.plot(), found.show().save("corner.html")
     """
 
     vehicle: str
@@ -119,6 +121,17 @@ class Trim:
         )
         axes.legend()
         return axes
+
+    def show(self) -> Interactive:
+        """The root locus of the named modes over the lean angle, interactive in a notebook."""
+        words = [f"lean {lean:g} deg" for lean in self.lean]
+        curves = [
+            Curve(mode.replace("_", "-"), found.eigenvalue.real, found.eigenvalue.imag, SEQUENCE[k % len(SEQUENCE)], "both", text=words)
+            for k, (mode, found) in enumerate(self.named.items())
+        ]
+        axes = Axis("real part", "1/s"), Axis("imaginary part", "rad/s")
+        panel = Panel(*axes, curves, lines=[Line(0.0, across="x")], hover="point", height=380)
+        return Interactive(Chart([panel]), f"{self.title}, {self.speed:g} m/s, lean {self._leans()} deg")
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of `motofmi trim --json`."""

@@ -21,7 +21,8 @@ from motofmi.gap.experiment_design.planned_run import Channels, planned
 from motofmi.gap.models.harmonic_model import HarmonicModel
 from motofmi.recordings.channels import TORSO_RATE
 from motofmi.recordings.rig_file import read_rig
-from motofmi.reports.plan_figure import draw_plan, plan_figure
+from motofmi.reports.plan_figure import draw_plan, plan_chart, plan_figure
+from motofmi.reports.shown import Interactive
 from motofmi.workflows.gap.rig import GYRO_NOISE, rig_effects, rig_experiment
 
 FILE, PICTURE = "plan.json", "plan.png"
@@ -81,6 +82,10 @@ class Plan:
         """Plot for each effect the magnitudes from which it is detected and named; returns the matplotlib axes."""
         return draw_plan(new_axes(figsize=(7, 0.25 * len(self.effects) + 1)) if axes is None else axes, self.effects)
 
+    def show(self) -> Interactive:
+        """The magnitudes from which effects are named, interactive in a notebook."""
+        return Interactive(plan_chart(self.effects), "Planned steer test")
+
     def __repr__(self) -> str:
         named = sum(e["named_from"] is not None for e in self.effects)
         return (
@@ -114,7 +119,7 @@ def plan_experiment(rig: str | Path | Mapping[str, Any] | None = None,
         (['form', 'name', 'named_from'], True)
         >>> plan.to_dict()["runs"]
         [{'from': 0.5, 'to': 12.0}]
-        >>> axes = plan.plot()
+        >>> axes, page = plan.plot(), plan.show().save("plan.html")
         >>> [path.name for path in plan.save("plan")]
         ['plan.json', 'plan.png']
     """

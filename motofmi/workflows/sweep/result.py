@@ -11,6 +11,7 @@ import numpy as np
 from fmus.support.errors import InputError, unknown
 from fmus.support.notebook import html
 from motofmi.reports.chart_figures import figure
+from motofmi.reports.shown import Interactive
 from motofmi.reports.sweep_maps import share_chart, share_unstable
 from motofmi.reports.sweep_report import FILE as REPORT
 from motofmi.reports.sweep_report import sweep_report
@@ -90,6 +91,10 @@ class StudyResult:
     def plot(self, modes: Sequence[str] = ("weave", "wobble")) -> Any:
         """The share of unstable runs over speed for each mode; the figure of matplotlib."""
         return figure(share_chart(self.dataset, self.table, list(modes))[0])
+
+    def show(self, modes: Sequence[str] = ("weave", "wobble")) -> Interactive:
+        """The share of unstable runs over speed for each mode, interactive in a notebook."""
+        return Interactive(share_chart(self.dataset, self.table, list(modes))[0], "Share of runs unstable")
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of `motofmi sweep --json`."""

@@ -85,7 +85,7 @@ def sweep(study: str | Path | Study | None = None, *, kind: str = "modes",
         (('vehicle', 'device', 'rider', 'mode', 'speed'), True)
         >>> found.share_unstable("weave").shape
         (1, 2, 2)
-        >>> figure, page = found.plot(), found.report()
+        >>> figure, page, chart = found.plot(), found.report(), found.show().save("share.html")
         >>> found.to_dict()["runs"] == len(found.to_dataframe())
         True
     """

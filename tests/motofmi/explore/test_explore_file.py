@@ -2,12 +2,14 @@
 
 import json
 import re
+import tomllib
 from importlib.util import find_spec
 
 import pytest
 
 import motofmi as mf
 from fmus.support.errors import InputError, MissingToolError
+from tests import ROOT
 from tests.explore_page import Opened, in_browser
 from vehicle_fmu import MODES
 
@@ -39,8 +41,12 @@ def test_what_ships_needs_no_compiler(tmp_path):
 def test_where_a_compiler_is_missing_the_fix_is_named(tmp_path, monkeypatch):
     monkeypatch.setenv("MOTOFMI_CACHE", str(tmp_path / "cache"))
     (tmp_path / "rider.toml").write_text(STIFFENED)
-    with pytest.raises(MissingToolError, match=r"motofmi\[platforms\]"):
+    with pytest.raises(MissingToolError) as refused:
         mf.explore(device=tmp_path / "rider.toml", out=tmp_path / "page.html")
+    message = str(refused.value)
+    assert "\n" not in message and message.endswith("pip install 'motofmi[platforms]'")
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
+    assert any(requirement.startswith("ziglang") for requirement in extras["platforms"])
     assert not (tmp_path / "page.html").exists()
 
 
