@@ -52,6 +52,7 @@ sphinx_gallery_conf = {
     "show_signature": False,
     "capture_repr": (),
     "min_reported_time": 1e9,
+    "write_computation_times": False,
 }
 
 myst_enable_extensions = ["dollarmath", "colon_fence", "deflist"]

@@ -31,12 +31,12 @@ def html(
     head = "".join(f"<th>{escape(heading)}</th>" for heading in headings)
     body = "".join("<tr>" + "".join(f"<td>{escape(str(cell))}</td>" for cell in row) + "</tr>" for row in rows)
     table = f"<table><tr>{head}</tr>{body}</table>" if rows else ""
-    return f"<p>{escape(text)}</p>{table}{_image(draw) if draw else ''}"
+    return f"<p>{escape(text)}</p>{table}{_image(draw, text) if draw else ''}"
 
 
-def _image(draw: Callable[[Any], object]) -> str:
+def _image(draw: Callable[[Any], object], words: str) -> str:
     figure = import_module("matplotlib.figure").Figure(figsize=SIZE, layout="constrained")
     draw(figure.subplots())
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=100)
-    return f'<img src="data:image/png;base64,{base64.b64encode(buffer.getvalue()).decode()}">'
+    return f'<img alt="{escape(words)}" src="data:image/png;base64,{base64.b64encode(buffer.getvalue()).decode()}">'

@@ -79,12 +79,11 @@ def before_and_after_chart(contents: dict[str, Any]) -> Chart:
     bars = [Curve(word, [v for _, v in kept], [names.index(label) for label, _ in kept], colour, "bars")
             for word, colour in (("before", "measured"), ("after", "found"))
             if (kept := [(label, v) for label, v in shown if label.endswith(word)])]  # fmt: skip
-    values = [value for _, value in shown]
-    low, high = (10 ** np.floor(np.log10(0.8 * min([*values, 1.0]))), 10 ** np.ceil(np.log10(max([*values, 1.0]))))
+    low, high = _decades([value for _, value in shown])
     return Chart(
         [
             Panel(
-                Axis("reduced chi-square", "1", log=True, low=float(low), high=float(high)),
+                Axis("reduced chi-square", "1", log=True, low=low, high=high),
                 Axis("runs", "", names=names),
                 bars,
                 lines=[Line(1.0, "noise floor", across="x")],
@@ -95,11 +94,18 @@ def before_and_after_chart(contents: dict[str, Any]) -> Chart:
     )
 
 
+def _decades(values: Sequence[float]) -> tuple[float, float]:
+    """The powers of ten that enclose the values and the noise floor."""
+    inside = [*values, 1.0]
+    return float(10 ** np.floor(np.log10(0.8 * min(inside)))), float(10 ** np.ceil(np.log10(max(inside))))
+
+
 def draw_before_and_after(axes: Any, contents: dict[str, Any]) -> Any:
     """Reduced chi-square before and after as bars on matplotlib axes, for fitted and for validation runs; the axes."""
     shown = [(label, contents["gap"][key]) for key, label in RUNS.items() if contents["gap"][key] is not None][::-1]
     colours = [COLOURS["reference"] if label.endswith("before") else COLOURS["rider"] for label, _ in shown]
     axes.barh([label for label, _ in shown], [value for _, value in shown], color=colours)
     axes.axvline(1, color="#c00000", linewidth=1)
-    axes.set(xscale="log", xlabel="reduced chi-square [1]; the line is the noise floor", ylabel="runs [-]")
+    axes.set(xscale="log", xlabel="reduced chi-square [1]", ylabel="runs [-]", xlim=_decades([value for _, value in shown]))
+    axes.text(1, 1.02, "noise floor", transform=axes.get_xaxis_transform(), color="#c00000", ha="center")
     return axes

@@ -9,7 +9,7 @@ from typing import Any
 from fmus.support.files import writable
 from fmus.support.notebook import html
 from motofmi.reports.charts import Chart
-from motofmi.reports.report import Report, Section, Table
+from motofmi.reports.report import Link, Report, Section, Table
 from motofmi.workflows.scenarios import Answered, answered
 
 FILE = "report.html"
@@ -51,17 +51,26 @@ def tour_report(found: Sequence[Answered]) -> Report:
     """The answers of the tour's scenarios, with what the first that gives a chart says on the first screen."""
     sections = [each.section for each in found]
     first = next(section for section in sections if any(isinstance(figure, Chart) for figure, _ in section.figures))
+    return answers_report("motofmi: the tour", ASKED, WORDS, sections, first)
+
+
+def answers_report(
+    title: str, asked: str, words: str, sections: Sequence[Section], first: Section, files: Sequence[Link] = ()
+) -> Report:
+    """A report whose first screen has the first paragraph and the first figure of one of its sections; then a table of
+    all answers, under words, and the sections."""
     table = Table(("question", "answer"), [(section.title, section.paragraphs[0]) for section in sections])
     without = replace(first, paragraphs=first.paragraphs[1:], figures=first.figures[1:])
     return Report(
-        "motofmi: the tour",
+        title,
         first.paragraphs[0],
         [
-            Section("All answers", [WORDS], [], [table]),
+            Section("All answers", [words], [], [table]),
             *(without if section is first else section for section in sections),
         ],
         figures=first.figures[:1],
-        asked=ASKED,
+        asked=asked,
+        files=files,
     )
 
 
