@@ -15,7 +15,7 @@ from motofmi.reports.charts import Chart
 from motofmi.reports.provenance import Command, command_line
 from motofmi.reports.report import Link, Report
 from motofmi.workflows.scenarios import Answered, answered
-from motofmi.workflows.tour import answers_report
+from motofmi.workflows.tour import report_of_questions
 
 ASKED = "What does a rider of six bodies, or one who leans, add to the passive rider of 2011?"
 WORDS = ("The six-body rider of 2008 and the rider in roll: where their inertias come from, how far kinematics goes, "
@@ -25,7 +25,7 @@ WORDS = ("The six-body rider of 2008 and the rider in roll: where their inertias
 def report(found: Sequence[Answered], files: Sequence[Link] = ()) -> Report:
     """The answers, with what lean does to weave, the last of them, on the first screen."""
     sections = [each.section for each in found]
-    return answers_report("motofmi: the full rider", ASKED, WORDS, sections, sections[-1], files)
+    return report_of_questions("motofmi: the full rider", ASKED, WORDS, sections, sections[-1], files)
 
 
 def picture(answer: Answered, folder: Path) -> Link:

@@ -96,12 +96,12 @@ def section(found: dict[str, Modes]) -> Section:
         return "; ".join(f"{NAMES[name]} {band}" for name, band in each.items())
 
     first, last = found["rigid"].speed[[0, -1]]
-    text = [f"From {first:g} to {last:g} m/s weave is unstable at: {bands('weave')} (m/s).",
+    text = [f"Between {first:g} and {last:g} m/s weave is unstable at these speeds [m/s]: {bands('weave')}.",
             "A rider who leans on springs removes the instability that turning with the handlebar causes at high speed: the "
             "body follows the roll of weave with a lag, and saddle and waist dissipate. This answers the further "
             "developments of the 2011 paper (Sect. 5) for a rider whose joints meet every printed feature of the 2008 roll "
             "test; the features do not determine the rider.",
-            f"Wobble is unstable at: {bands('wobble')} (m/s). Lean changes it little; the rider's arms damp it."]  # fmt: skip
+            f"Wobble is unstable at these speeds [m/s]: {bands('wobble')}. Lean changes it little; the rider's arms damp it."]  # fmt: skip
     at = [v for v in (5, 10, 15, 20, 30, 40, 50, 60) if first <= v <= last]
     tables = [Table(["rider", *(f"{v} m/s" for v in at)],
                     [[NAMES[name], *(_cell(one, mode, v) for v in at)] for name, one in found.items()],

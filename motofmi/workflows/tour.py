@@ -51,10 +51,10 @@ def tour_report(found: Sequence[Answered]) -> Report:
     """The answers of the tour's scenarios, with what the first that gives a chart says on the first screen."""
     sections = [each.section for each in found]
     first = next(section for section in sections if any(isinstance(figure, Chart) for figure, _ in section.figures))
-    return answers_report("motofmi: the tour", ASKED, WORDS, sections, first)
+    return report_of_questions("motofmi: the tour", ASKED, WORDS, sections, first)
 
 
-def answers_report(
+def report_of_questions(
     title: str, asked: str, words: str, sections: Sequence[Section], first: Section, files: Sequence[Link] = ()
 ) -> Report:
     """A report whose first screen has the first paragraph and the first figure of one of its sections; then a table of
