@@ -31,7 +31,7 @@ class Package:
         try:
             self._archive = zipfile.ZipFile(self.path)
         except (OSError, zipfile.BadZipFile) as error:
-            raise InputError(f"{path} is not an SSP archive that can be read: {error}") from None
+            raise InputError(f"{path} is not an SSP archive that can be read: {getattr(error, 'strerror', None) or error}") from None
 
     def __enter__(self) -> Self:
         return self

@@ -70,5 +70,6 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def show(result: dict[str, Any], screen: Screen) -> None:
-    rows = [(fmu["path"], " ".join(fmu["platforms"]), fmu["sha256"]) for fmu in result["fmus"]]
+    member = ": {name}" if result["ssp"] else ""
+    rows = [(fmu["path"] + member.format(**fmu), " ".join(fmu["platforms"]), fmu["sha256"]) for fmu in result["fmus"]]
     screen.table(("FMU", "platforms", "sha256"), rows)
