@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import asdict, is_dataclass
 from importlib.util import find_spec
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -14,14 +15,15 @@ import numpy as np
 from fmus import linearise
 from fmus.support.errors import InputError
 from motofmi.scenarios.hosts import exudyn_bicycle, exudyn_corner, exudyn_motorcycle, hosts
+from rider_fmu import riders
 from vehicle_fmu import motorcycles
 from vehicle_fmu.large_motion.equations import LargeMotion
 from vehicle_fmu.large_motion.steady_turning import SteadyTurning
 
 ON_THE_BAR = ("fmpy_bar", "plain_c_bar", "runge_kutta_bar", "libcosim_bar", "container_bar", "cofmpy_bar", "mujoco_bar")
 SPEEDS = np.linspace(5.0, 80.0, 20)  # m/s, of straight running
-CORNERS = ((6.0, 10.0, 20.0, 30.0, 40.0, 50.0, 65.0), (15.0, 30.0, 45.0))  # m/s, deg
-NEAR_ZERO = 0.05  # 1/s: of a slower mode the error is given in 1/s
+CORNERS = ((6.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0), (0.0, 15.0, 30.0, 45.0), (0.0,))  # m/s, deg, m/s2
+ACCELERATED = ((10.0, 30.0, 50.0), (0.0, 15.0, 30.0), (-4.0, 2.0))
 ENDS = (5.0, 10.0, 20.0, 30.0, 60.0, 65.0, 70.0)  # m/s
 
 
@@ -68,31 +70,27 @@ def bicycle() -> dict:
 def motorcycle() -> dict[str, float]:
     """The largest error of an eigenvalue over speed, and of the motion with the rider's FMU at 30 m/s and 0.5 ms."""
     touring = motorcycles.load("tum_2020")
-    shares, slow = [], []
+    shares = []
     for speed in SPEEDS:
         theirs = exudyn_motorcycle.eigenvalues(touring, float(speed))
-        for z in np.linalg.eigvals(linearise(touring, speed=float(speed)).A):
-            error = float(np.abs(theirs - z).min())
-            (slow if abs(z) < NEAR_ZERO else shares).append(error if abs(z) < NEAR_ZERO else error / abs(z))
+        ours = np.linalg.eigvals(linearise(touring, speed=float(speed)).A)
+        shares += [float(np.abs(theirs - z).min() / abs(z)) for z in ours]
     found = exudyn_motorcycle.run()
-    return {"speeds": len(SPEEDS), "largest_share": max(shares), "largest_error_near_zero": max(slow, default=0.0),
+    return {"speeds": len(SPEEDS), "largest_share": max(shares),
             "roll_with_rider": found["roll_error_with_rider"], "steer_with_rider": found["steer_error_with_rider"]}  # fmt: skip
 
 
-def corner() -> dict[str, Any]:
-    """The largest rate at an equilibrium, and the largest error of an eigenvalue by lean angle [deg] and speed [m/s].
-
-    Left out is a corner without modes, or so near to their end that a change of a state passes it.
+def corner() -> dict[str, float]:
+    """The largest rate at an equilibrium, and the largest error of an eigenvalue as a share, hands off and with the mean
+    rider, at constant speed and accelerated.
     """
-    touring, left, errors = motorcycles.load("tum_2020"), 0.0, {}
-    for lean in CORNERS[1]:
-        at = {}
-        for speed in CORNERS[0]:
-            with suppress(InputError, np.linalg.LinAlgError):
-                rate, found = exudyn_corner.compared(touring, speed, lean)
-                left, at[f"{speed:g}"] = max(left, rate), float(found.max())
-        errors[f"{lean:g}"] = at | {"from_10": max(at[v] for v in at if float(v) >= 10)}
-    return {"largest_rate": left, "errors": errors}
+    touring, left, errors = motorcycles.load("tum_2020"), [], []
+    for points in (CORNERS, ACCELERATED):
+        found = [exudyn_corner.compared(touring, *point, devices) for point in product(*points)
+                 for devices in ((), (riders.load("mean_2011"),))]  # fmt: skip
+        left.append(max(rate for rate, _ in found))
+        errors.append(max(float(each.max()) for _, each in found))
+    return {"largest_rate": max(left), "largest_error": errors[0], "accelerated": errors[1]}
 
 
 def corners_end() -> dict[str, dict[str, float]]:

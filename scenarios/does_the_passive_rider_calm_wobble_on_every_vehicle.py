@@ -24,6 +24,8 @@ from motofmi.scenarios.does_fork_bending_turn_the_trend_of_wobble_round import r
 from motofmi.scenarios.does_fork_bending_turn_the_trend_of_wobble_round import table as table_of_freedoms
 from motofmi.scenarios.is_a_passive_rider_like_sharps_hands import run as run_hands
 from motofmi.scenarios.is_a_passive_rider_like_sharps_hands import section as section_of_hands
+from motofmi.scenarios.what_do_suspensions_do_to_weave_in_a_corner import run as run_suspensions
+from motofmi.scenarios.what_do_suspensions_do_to_weave_in_a_corner import section as section_of_suspensions
 from motofmi.scenarios.what_does_each_reading_do_to_sharp_1994 import run as run_readings
 from motofmi.scenarios.what_does_each_reading_do_to_sharp_1994 import table as table_of_readings
 from motofmi.scenarios.what_does_the_passive_rider_do_to_weave_in_a_corner import run as run_corners
@@ -124,7 +126,7 @@ def printed() -> Table:
 def page() -> str:
     """The text of docs/vehicles.md."""
     found, choices, freedoms = run(), run_readings(), run_freedoms()
-    corners = section_of_corners(run_corners())
+    corners, suspensions = section_of_corners(run_corners()), section_of_suspensions(run_suspensions())
     hands, dampers, bicycles = section_of_hands(run_hands()), section_of_dampers(run_dampers()), section_of_bicycles(run_bicycles())
     return f"""# Vehicles
 
@@ -134,7 +136,7 @@ Rendered by `python -m motofmi.scenarios.does_the_passive_rider_calm_wobble_on_e
 |---|---|
 | `sharp_1971` | rigid frames, two relaxing tyres; `reference_2011` is the same with the damper that the 2011 paper prints |
 | `sharp_1994` | steering head with lateral and torsional compliance, rear frame that twists, rider's upper body in roll, tyres that depend on their load, aerodynamic and drive forces, hands on or off the bar |
-| `tum_2020` | touring motorcycle of TU Munich and BMW: torsion of frame, fork and swingarm, bending of the fork, a rider who leans and slides, each free or locked; Magic Formula tyres with camber and relaxation, linear at their load in straight running, complete in corners (`motofmi trim`); suspensions locked |
+| `tum_2020` | touring motorcycle of TU Munich and BMW: torsion of frame, fork and swingarm, bending of the fork, a rider who leans and slides, each free or locked; Magic Formula tyres with camber and relaxation, linear at their load in straight running; in corners (`motofmi trim`) complete, with longitudinal slip, and with suspensions and tyres that deflect, which straight running keeps locked |
 | `benchmark_bicycle` | knife-edge wheels without slip; it has no wobble |
 | `benchmark_bicycle_on_tyres` | the same bodies on tyres that slip and relax, with coefficients of published bicycle tyres |
 
@@ -179,7 +181,7 @@ other choice is a parameter. One of them is changed in each row.
 {markdown(table_of_freedoms(freedoms))}
 
 One freedom is free in each row; `--set fork_bending=0` locks one. The paper's curves are drawings: its text states the
-trends above and no eigenvalues. The model of the paper also moves its suspensions; here they are locked.
+trends above and no eigenvalues. The model of the paper also moves its suspensions; in straight running they are locked here, in corners free.
 
 ## What does the passive rider do to weave in a corner?
 
@@ -190,19 +192,41 @@ trends above and no eigenvalues. The model of the paper also moves its suspensio
 {markdown(corners.tables[1])}
 
 `motofmi trim --vehicle tum_2020 --speed 30 --lean 30` finds the equilibrium of `tum_2020` in steady turning and the modes about it.
-Its equations hold in large motion: eight rigid bodies in space, wheels as tori that roll on a flat road, the complete Magic Formula
-in side slip and camber. The motorcycle is rigid in its plane: suspensions, and tyres under their load, do not deflect. So bounce
-and pitch, which couple with weave in a corner, are not in these numbers. The steer torque is what the rider has to apply
-beside his passive springs, which are free of load in the corner. Turn slip and longitudinal slip are left out.
+Its equations hold in large motion: eight rigid bodies in space, wheels as tori on a flat road, the complete Magic Formula
+in side slip, longitudinal slip and camber. The steer torque is what the rider has to apply beside his passive springs, which are
+free of load in the corner. Turn slip is left out.
 
-Equilibria end where a tyre gives its greatest side force, near {{measured}}`hosts.corners_end.5.equilibrium | .0f` deg of lean at 5 m/s, {{measured}}`hosts.corners_end.30.equilibrium | .0f` at 30 m/s and {{measured}}`hosts.corners_end.60.equilibrium | .0f` at 60 m/s. Modes end earlier:
-side forces follow the loads at once, and with rigid tyres the motion then no longer determines the loads. There are modes up to {{measured}}`hosts.corners_end.5.modes | .0f` deg
-at 5 m/s, {{measured}}`hosts.corners_end.10.modes | .0f` at 10, {{measured}}`hosts.corners_end.20.modes | .0f` at 20, {{measured}}`hosts.corners_end.30.modes | .0f` at 30, {{measured}}`hosts.corners_end.60.modes | .0f` at 60, but only {{measured}}`hosts.corners_end.65.modes | .0f` at 65 and {{measured}}`hosts.corners_end.70.modes | .0f` at 70 m/s; beyond, the command says so.
+## What do suspensions and acceleration do to weave in a corner?
 
-What was checked: upright, matrices and eigenvalues are those of straight running (1e-11 of the largest entry in a row: rounding). At
-lean angles of 15, 30 and 45 deg Exudyn's accelerations at the equilibrium are at most {{measured}}`hosts.exudyn_corner.largest_rate | .0e` m/s2, and the eigenvalues of its model at
-30 m/s and 45 deg agree within {{measured}}`hosts.exudyn_corner.errors.45.30 | .0e` (`exudyn_corner`). The energy of the bodies changes by the power of the forces to 1e-9. Left and right mirror each other.
-Public sources print no equilibrium and no eigenvalue of this motorcycle in a corner.
+{" ".join(suspensions.paragraphs)}
+
+{markdown(suspensions.tables[0])}
+
+{markdown(suspensions.tables[1])}
+
+Published and used: springs, preloads and dampers of both suspensions, the rear linkage (rod, rocker, spring), lengthwise bending of
+the fork, stiffness and damping of the tyres across the road, longitudinal and combined slip, and the brakes' distribution
+(most in front). Readings: each damper has the mean of its slopes in compression and rebound (first harmonic of its force); r_By3 of combined
+slip counts with the size of the slip angle, so that left and right turns are alike; the file's `d_kappa` is not used by the model.
+The preloads that the model prints are those of equilibrium, to their rounding. Freedoms are locked one by one:
+`--set front_suspension=0`, `rear_suspension`, `fork_lengthwise_bending`, `front_tyre_deflection`, `rear_tyre_deflection`,
+`front_longitudinal_slip`, `rear_longitudinal_slip`.
+
+Modes in the plane are named upright by where their kinetic energy is. The rear damper is so strong that the hop of the rear wheel is
+overdamped: one of its two real roots has the name; the slow one, near -6 1/s, has none.
+
+`--longitudinal-acceleration=-4` brakes, positive values drive: a quasi-equilibrium, in which only the speed changes. Modes there are
+those at constant speed. The command says where it ends: at a wheelie, a stoppie, or the grip of a tyre.
+
+Equilibria end where a tyre gives its greatest side force, near {{measured}}`hosts.corners_end.5.equilibrium | .0f` deg of lean at 5 m/s, {{measured}}`hosts.corners_end.30.equilibrium | .0f` at 30 m/s and {{measured}}`hosts.corners_end.60.equilibrium | .0f` at 60 m/s.
+With tyres that deflect there are modes at every equilibrium. With rigid tyres side forces follow the loads at once, and at large lean
+angles the motion no longer determines the loads; the command then says so.
+
+What was checked: upright and with all freedoms in the plane locked, matrices and eigenvalues are those of straight running (1e-11 of the largest
+entry in a row: rounding). Stiff suspensions and tyres recover the locked motorcycle, with an error that falls as 1/k. Exudyn, with its own
+contacts, linkage and longitudinal forces (`exudyn_corner`), leaves accelerations of at most {{measured}}`hosts.exudyn_corner.largest_rate | .0e` m/s2 at the equilibria at eight speeds from 6 to 70 m/s and
+0, 15, 30 and 45 deg of lean, and its eigenvalues agree within {{measured}}`hosts.exudyn_corner.largest_error | .0e`, hands off and with the mean rider; with -4 and 2 m/s2 likewise. The energy of the bodies, springs and tyres changes by the power of the forces to 1e-9. Left and right mirror each other. Public
+sources print no equilibrium and no eigenvalue of this motorcycle in a corner.
 
 ## Printed numbers
 

@@ -1,4 +1,4 @@
-"""Steady turning of a motorcycle at a speed and lean angles: equilibrium, and the named modes about it."""
+"""Steady turning of a motorcycle at a speed, lean angles and accelerations: equilibrium, and the named modes about it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,25 +18,34 @@ from motofmi.workflows.modes import Devices
 from motofmi.workflows.ridden_fmus import assumed, parts
 from motofmi.workflows.titles import system_title
 from vehicle_fmu import Mode
+from vehicle_fmu.large_motion.applied_forces import INPUTS
 from vehicle_fmu.large_motion.corner_modes import check_devices, corner_modes, held
 from vehicle_fmu.large_motion.equations import ENDS, LargeMotion
 from vehicle_fmu.large_motion.steady_turning import Equilibrium, SteadyTurning
+from vehicle_fmu.large_motion.suspension import FRONT, REAR
 from vehicle_fmu.large_motion.touring_tree import check_large_motion
 
 LARGEST_LEAN = 80.0  # deg
+LARGEST_ACCELERATION = 30.0  # m/s2: above what any tyre transmits
 QUANTITIES = {  # of an equilibrium, with their units
     "steer_angle": "rad",
     "steer_torque": "N.m",
     "yaw_rate": "rad/s",
     "lateral_acceleration": "m/s2",
     "drive_torque": "N.m",
+    "front_wheel_torque": "N.m",
+    "front_suspension": "m",
+    "rear_suspension": "rad",
     **{
         f"{end}_{name}": unit
         for name, unit in (
             ("load", "N"),
             ("side_force", "N"),
+            ("longitudinal_force", "N"),
+            ("longitudinal_slip", "1"),
             ("slip_angle", "rad"),
             ("camber_angle", "rad"),
+            ("tyre_deflection", "m"),
             ("grip_used", "1"),
         )
         for end in ENDS
@@ -47,23 +56,25 @@ QUANTITIES = {  # of an equilibrium, with their units
 
 @dataclass(frozen=True, repr=False)
 class Trim:
-    """Steady turning of a vehicle at a speed [m/s] and lean angles (n,) [deg], to the right positive, with devices at
-    its port.
+    """Steady turning of a vehicle at a speed [m/s], lean angles (n,) [deg], to the right positive, and longitudinal
+    accelerations (n,) [m/s2], with devices at its port.
 
     quantities holds arrays (n,) by name in SI units (angles in rad): steer_torque is the torque between frame and
-    front frame that the rider has to apply, grip_used the side force of a tyre per the greatest one at its load,
-    residual the largest force or moment that is left. eigenvalues (n, nx) [1/s] and named modes are those about each
-    equilibrium.
+    front frame that the rider has to apply; drive_torque acts on the rear wheel, front_wheel_torque on the front wheel,
+    and both brake where negative; front_suspension and rear_suspension are the travel of the lower fork and the angle
+    of the swingarm from standstill, positive in compression; grip_used is the root of the squared side and longitudinal
+    force of a tyre, each per the greatest one at its load; residual is the largest force or moment that is left.
+    eigenvalues (n, nx) [1/s] and named modes are those about each equilibrium.
 
         >>> found = mf.trim("tum_2020", speed=30, lean=[0, 30])
         >>> found
-        Trim(tum_2020 without a device at 30 m/s: lean 0 to 30 deg; weave, wobble, capsize, rear_wobble)
+        Trim(tum_2020 without a device at 30 m/s: lean 0 to 30 deg; weave, wobble, capsize, rear_wobble, bounce, pitch, front_hop, rear_hop, fork_bending)
         >>> found["yaw_rate"].round(3), found["weave"].eigenvalue.real.round(1)
-        (array([0.   , 0.153]), array([-3.7, -2.5]))
-        >>> found.to_dataframe().columns[2]
+        (array([0.   , 0.153]), array([-3.8, -3.7]))
+        >>> found.to_dataframe().columns[3]
         'steer_torque [N.m]'
         >>> list(found.to_dict())[:5], found.title
-        (['vehicle', 'device', 'assumed', 'speed', 'lean'], 'tum_2020 without a device')
+        (['vehicle', 'device', 'assumed', 'speed', 'longitudinal_acceleration'], 'tum_2020 without a device')
         >>> axes, page = found.plot(), found.show().save("corner.html")
     """
 
@@ -71,6 +82,7 @@ class Trim:
     device: str
     assumed: Mapping[str, str]
     speed: float
+    longitudinal_acceleration: np.ndarray
     lean: np.ndarray
     quantities: Mapping[str, np.ndarray]
     eigenvalues: np.ndarray
@@ -90,24 +102,28 @@ class Trim:
         return system_title(self.vehicle, self.device)
 
     def __repr__(self) -> str:
-        return f"Trim({self.title} at {self.speed:g} m/s: lean {self._leans()} deg; {', '.join(self.named)})"
+        return f"Trim({self.title} at {self.speed:g} m/s: {self._points()}; {', '.join(self.named)})"
 
-    def _leans(self) -> str:
-        return f"{self.lean[0]:g}" if len(self.lean) == 1 else f"{self.lean.min():g} to {self.lean.max():g}"
+    def _points(self) -> str:
+        points = f"lean {_range(self.lean)} deg"
+        if self.longitudinal_acceleration.any():
+            points += f", acceleration {_range(self.longitudinal_acceleration)} m/s2"
+        return points
 
     def _repr_html_(self) -> str:
         shown = ("steer_angle", "steer_torque", "yaw_rate", "front_load", "rear_load")
-        rows = [(f"{lean:g}", *(f"{self[name][k]:.4g}" for name in shown)) for k, lean in enumerate(self.lean)]
+        points = enumerate(zip(self.lean, self.longitudinal_acceleration, strict=True))
+        rows = [(f"{lean:g}", f"{a:g}", *(f"{self[name][k]:.4g}" for name in shown)) for k, (lean, a) in points]
         return html(
             f"{self.title}, {self.speed:g} m/s",
-            ("lean [deg]", *(f"{n} [{QUANTITIES[n]}]" for n in shown)),
+            ("lean [deg]", "acceleration [m/s2]", *(f"{n} [{QUANTITIES[n]}]" for n in shown)),
             rows,
             self.plot,
         )
 
     def plot(self, axes: Any = None) -> Any:
-        """The root locus of the named modes over the lean angle on axes of matplotlib, which are returned; new ones
-        unless given.
+        """The root locus of the named modes over lean angle and acceleration on axes of matplotlib, which are
+        returned; new ones unless given.
         """
         axes = new_axes() if axes is None else axes
         for mode, found in self.named.items():
@@ -117,7 +133,7 @@ class Trim:
         axes.set(
             xlabel="real part [1/s]",
             ylabel="imaginary part [rad/s]",
-            title=f"{self.title}, {self.speed:g} m/s, lean {self._leans()} deg",
+            title=f"{self.title}, {self.speed:g} m/s, {self._points()}",
         )
         axes.legend()
         return axes
@@ -131,7 +147,7 @@ class Trim:
         ]
         axes = Axis("real part", "1/s"), Axis("imaginary part", "rad/s")
         panel = Panel(*axes, curves, lines=[Line(0.0, across="x")], hover="point", height=380)
-        return Interactive(Chart([panel]), f"{self.title}, {self.speed:g} m/s, lean {self._leans()} deg")
+        return Interactive(Chart([panel]), f"{self.title}, {self.speed:g} m/s, {self._points()}")
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of `motofmi trim --json`."""
@@ -140,6 +156,7 @@ class Trim:
             "device": self.device,
             "assumed": dict(self.assumed),
             "speed": self.speed,
+            "longitudinal_acceleration": self.longitudinal_acceleration,
             "lean": self.lean,
             **self.quantities,
             "eigenvalues": self.eigenvalues,
@@ -147,10 +164,11 @@ class Trim:
         }
 
     def to_dataframe(self) -> Any:
-        """One row for each lean angle (pandas.DataFrame); the unit is in the name of every column."""
+        """One row for each point (pandas.DataFrame); the unit is in the name of every column."""
         import pandas as pd  # noqa: PLC0415 - imported on use
 
-        columns = {"lean [deg]": self.lean, **{f"{n} [{QUANTITIES[n]}]": x for n, x in self.quantities.items()}}
+        points = {"lean [deg]": self.lean, "longitudinal_acceleration [m/s2]": self.longitudinal_acceleration}
+        columns = {**points, **{f"{n} [{QUANTITIES[n]}]": x for n, x in self.quantities.items()}}
         for mode, found in self.named.items():
             columns |= {
                 f"{mode} real [1/s]": found.eigenvalue.real,
@@ -167,18 +185,24 @@ def trim(
     *,
     speed: float,
     lean: ArrayLike,
+    longitudinal_acceleration: ArrayLike = 0.0,
     set: Mapping[str, float] | None = None,
 ) -> Trim:
     """Steady turning of a vehicle at `speed` [m/s] and `lean` angles (n,) or one [deg], with the modes about it.
 
-    vehicle and device are components, names, or paths of value files (.toml); device acts at the handlebar port. set
-    changes parameters by name, the supplement of its value file among them. Equations: `vehicle_fmu.large_motion`.
-    Raises InputError for a vehicle without them, for a device with another port, and, with speed, lean angle and
-    reason, where there is no equilibrium.
+    With a longitudinal_acceleration (n,) or one [m/s2], a quasi-equilibrium: drive or brakes change the speed so slowly
+    that nothing else changes; the modes are those at constant speed. vehicle and device are components, names, or paths
+    of value files (.toml); device acts at the handlebar port. set changes parameters by name, the supplement of its
+    value file among them: suspensions, deflection and longitudinal slip of the tyres are locked by front_suspension,
+    rear_suspension, fork_lengthwise_bending, front_tyre_deflection, rear_tyre_deflection, front_longitudinal_slip and
+    rear_longitudinal_slip = 0. Equations: `vehicle_fmu.large_motion`. Raises InputError for a vehicle without them, for
+    a device with another port, and, with speed, lean angle, acceleration and reason, where there is no equilibrium.
 
         >>> found = mf.trim("tum_2020", "rider:mean_2011", speed=20, lean=20)
         >>> found["steer_torque"].round(1), found["wobble"].frequency.round(1)
-        (array([-3.6]), array([11.3]))
+        (array([-3.7]), array([11.]))
+        >>> mf.trim("tum_2020", speed=30, lean=20, longitudinal_acceleration=[-3, 0, 3])["front_load"].round()
+        array([1349., 1052.,  760.])
         >>> mf.trim("tum_2020", speed=20, lean=65)
         Traceback (most recent call last):
         fmus.support.errors.InputError: no steady turning at 20 m/s and a lean angle of 65 deg: ...
@@ -186,26 +210,43 @@ def trim(
     whole, devices = _parts(vehicle, device, dict(set or {}))
     check_large_motion(whole)
     check_devices(devices)
-    leans = np.atleast_1d(np.asarray(lean, float))
-    if not (np.isfinite(leans).all() and (np.abs(leans) <= LARGEST_LEAN).all() and leans.ndim == 1 and len(leans)):
-        shown = np.array2string(leans, threshold=6)
-        raise InputError(f"lean angles must be from -{LARGEST_LEAN:g} to {LARGEST_LEAN:g} [deg], not {shown}")
+    leans = _checked("lean angles", "deg", lean, LARGEST_LEAN)
+    accelerations = _checked("longitudinal accelerations", "m/s2", longitudinal_acceleration, LARGEST_ACCELERATION)
+    if len(leans) != len(accelerations) and 1 not in (len(leans), len(accelerations)):
+        raise InputError(
+            f"{len(leans)} lean angles and {len(accelerations)} accelerations: give as many, or one of them"
+        )
+    leans, accelerations = (np.array(each) for each in np.broadcast_arrays(leans, accelerations))
     if np.ndim(speed):
         raise InputError(f"trim takes one speed [m/s], not {np.size(speed)}; lean can be several")
     turning = SteadyTurning(LargeMotion(held(whole, devices)), in_bounds(speed, whole.table["speed"], whole.name))
-    found = [turning.at(angle) for angle in np.radians(leans)]
+    found = [turning.at(*point) for point in zip(np.radians(leans), accelerations, strict=True)]
     rows = [_quantities(turning, each) for each in found]
-    modes = corner_modes(turning, whole, devices, np.radians(leans))
+    modes = corner_modes(turning, whole, devices, np.radians(leans), accelerations)
     return Trim(
         whole.name,
         ", ".join(d.name for d in devices) or "none",
         assumed(whole, devices),
         turning.speed,
+        accelerations,
         leans,
         {name: np.array([row[name] for row in rows]) for name in QUANTITIES},
         modes.eigenvalues,
         modes.named,
     )
+
+
+def _range(values: np.ndarray) -> str:
+    return f"{values[0]:g}" if (values == values[0]).all() else f"{values.min():g} to {values.max():g}"
+
+
+def _checked(what: str, unit: str, given: ArrayLike, largest: float) -> np.ndarray:
+    """One value or several as an array (n,). Raises InputError for other shapes and for values beyond the largest."""
+    values = np.atleast_1d(np.asarray(given, float))
+    if not (np.isfinite(values).all() and (np.abs(values) <= largest).all() and values.ndim == 1 and len(values)):
+        shown = np.array2string(values, threshold=6)
+        raise InputError(f"{what} must be from -{largest:g} to {largest:g} [{unit}], not {shown}")
+    return values
 
 
 def _parts(vehicle: ComponentLike, device: Devices, settings: dict[str, float]) -> tuple[Component, list[Component]]:
@@ -224,26 +265,31 @@ def _parts(vehicle: ComponentLike, device: Devices, settings: dict[str, float]) 
 def _quantities(turning: SteadyTurning, at: Equilibrium) -> dict[str, float]:
     """QUANTITIES at an equilibrium."""
     found, place = at.found, turning.motion.place
-    side = dict(zip(ENDS, turning.motion.side_forces(found, at.multipliers), strict=True))
+    side = dict(zip(ENDS, turning.motion.by_tyres(found, at.multipliers[:2])[:2], strict=True))
     used = turning.grip_used(at)
-    yaw_rate, drive_torque, steer_torque = float(found.w[place["yaw"]]), *at.u[turning.torques]
+    yaw_rate, u = float(found.w[place["yaw"]]), dict(zip(INPUTS, at.u.tolist(), strict=True))
     tyres = {
         f"{end}_{name}": float(value)
         for end in ENDS
         for name, value in (
             ("load", at.load[end]),
             ("side_force", side[end]),
+            ("longitudinal_force", at.longitudinal_force[end]),
+            ("longitudinal_slip", found.ratio[end]),
             ("slip_angle", found.slip[end]),
             ("camber_angle", found.wheels[end].camber),
-            ("grip_used", np.sin(used[end] * np.pi / 2)),
+            ("tyre_deflection", found.wheels[end].deflection),
+            ("grip_used", used[end]),
         )
     }
     return {
         "steer_angle": float(found.q[place["steer"]]),
-        "steer_torque": steer_torque,
+        "steer_torque": u["steer_torque"],
         "yaw_rate": yaw_rate,
         "lateral_acceleration": yaw_rate * turning.speed,
-        "drive_torque": drive_torque,
+        "drive_torque": u["drive_torque"],
+        "front_wheel_torque": u["front_wheel_torque"],
+        **{name: float(found.q[place[name]]) if name in place else 0.0 for name in (FRONT, REAR)},
         **tyres,
         "residual": at.residual,
     }

@@ -131,9 +131,11 @@ class MultibodyMotorcycle:
         self.slip_node = mbs.AddNode(NodeGenericODE1(referenceCoordinates=[0.0, 0.0], initialCoordinates=slips,
                                                      numberOfODE1Coordinates=2))  # fmt: skip
         self.node, self.kind = node, exu.OutputVariableType
-        mbs.AddObject(ObjectKinematicTree(nodeNumber=node, gravity=[0.0, 0.0, self.p.gravity], forceUserFunction=self.forces,
+        forces: Any = self.forces  # Exudyn's hints name classes of its own for functions
+        slip_rates: Any = self.slip_rates
+        mbs.AddObject(ObjectKinematicTree(nodeNumber=node, gravity=[0.0, 0.0, self.p.gravity], forceUserFunction=forces,
                                           **self.tree.arguments(exu)))  # fmt: skip
-        mbs.AddObject(ObjectGenericODE1(nodeNumbers=[self.slip_node], rhsUserFunction=self.slip_rates))
+        mbs.AddObject(ObjectGenericODE1(nodeNumbers=[self.slip_node], rhsUserFunction=slip_rates))
 
     # State ------------------------------------------------------------------------------------------
 
@@ -161,7 +163,8 @@ class MultibodyMotorcycle:
         path = self.tree.path(f"{end}_spin")[:-1]
         axle = turned[path[-1]] @ RIGHT
         towards = DOWN - (DOWN @ axle) * axle
-        point = joints[spin] + getattr(self.p, f"{end}_wheel_radius") * towards / np.linalg.norm(towards)
+        height = -self.tree.links[spin].point[2]  # 2e-5 m above the printed radius of the front wheel
+        point = joints[spin] + height * towards / np.linalg.norm(towards)
         ahead = np.cross(axle, DOWN)
         ahead /= np.linalg.norm(ahead)
         right = np.cross(DOWN, ahead)

@@ -27,6 +27,18 @@ class Link:
     slides: bool = False
 
 
+@dataclass(frozen=True, eq=False)
+class SpaceFreedom:
+    """A freedom of a path that `vehicle_fmu.out_of_plane` does not have: name of its rate, point (x, z), axis (3,),
+    whether it slides.
+    """
+
+    rate: str
+    point: tuple[float, float]
+    axis: np.ndarray
+    slides: bool
+
+
 class Tree:
     """The links of bodies, the front and the rear wheel last, whose polar inertias [kg.m2] are given.
 
@@ -118,16 +130,18 @@ def _links(body: Sequence[Body], in_space: bool) -> list[Link]:
     links = [Link("along", -1, np.zeros(3), np.array([1.0, 0.0, 0.0]), True)]
     place: dict[int, int] = {}
     for part in body:
-        for k, j in enumerate(part.path):
+        path: Sequence[Any] = part.path
+        for k, j in enumerate(path):
             if id(j) in place:
                 continue
             parent = place[id(part.path[k - 1])] if k else 0
-            axis = RIGHT if j.axis is None else np.array([j.axis[0], 0.0, j.axis[1]], float)
+            slides = j.slides if isinstance(j, SpaceFreedom) else j.axis is None
+            axis = _axis(j)
             if in_space and j.rate == "yaw_rate":
                 links.append(Link("vertical", parent, np.zeros(3), DOWN, True))
                 parent = len(links) - 1
             place[id(j)] = len(links)
-            links.append(Link(coordinate(j.rate), parent, np.array([j.point[0], 0.0, j.point[1]], float), axis, j.axis is None))
+            links.append(Link(coordinate(j.rate), parent, np.array([j.point[0], 0.0, j.point[1]], float), axis, slides))
             if in_space and j.rate == "roll_rate":
                 place[id(j)] = len(links)
                 links.append(Link("pitch", len(links) - 1, np.zeros(3), RIGHT))
@@ -135,6 +149,12 @@ def _links(body: Sequence[Body], in_space: bool) -> list[Link]:
         centre = np.array([part.centre[0], 0.0, part.centre[1]], float)
         links.append(Link(f"{wheel}_spin", place[id(part.path[-1])], centre, -RIGHT))
     return links
+
+
+def _axis(freedom: Any) -> np.ndarray:
+    if isinstance(freedom, SpaceFreedom):
+        return freedom.axis
+    return RIGHT if freedom.axis is None else np.array([freedom.axis[0], 0.0, freedom.axis[1]], float)
 
 
 def _own_axes(axis: np.ndarray) -> np.ndarray:

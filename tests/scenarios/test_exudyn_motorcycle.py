@@ -22,6 +22,15 @@ def test_every_eigenvalue_is_that_of_the_multibody_motorcycle(speed):
     assert errors[1] < errors[0] / 3
 
 
+@pytest.mark.study
+def test_where_capsize_crosses_zero_it_is_that_of_the_multibody_motorcycle():
+    motorcycle = motorcycles.load("tum_2020")
+    capsize = min(np.linalg.eigvals(linearise(motorcycle, speed=36.6).A), key=abs)
+    found = exudyn_motorcycle.eigenvalues(motorcycle, 36.6)
+    assert abs(capsize) < 0.02  # 1/s
+    assert np.abs(found - capsize).min() < 1e-6 * abs(capsize)  # slow: no error of the step
+
+
 @pytest.mark.slow
 def test_with_the_riders_fmu_it_moves_as_the_one_linear_system():
     found = exudyn_motorcycle.run(duration=0.2)

@@ -70,6 +70,7 @@ def coefficients():
             end = "front" if "Front" in row[0] else "rear"
         else:
             found[end][row[0].removesuffix("_FW").removesuffix("_RW")] = float(row[1])
+    found["front"]["scale"], found["rear"]["scale"] = 0.8, 1.0  # of the camber stiffness, from the model's file
     return found
 
 
@@ -83,7 +84,7 @@ def magic_formula(c, radius, load, slip, camber):
         E = c["pEy1"] + c["pEy2"] * camber**2 + c["pEy4"] * camber * np.sign(slip)
         K = c["pKy1"] * nominal * sin(c["pKy2"] * atan(load / ((c["pKy3"] + c["pKy4"] * camber**2) * nominal))) / (
             1 + c["pKy5"] * camber**2)  # fmt: skip
-        B, Bg = K / (c["Cy"] * D), 0.8 * (c["pKy6"] + c["pKy7"] * d) * load / (c["Cga"] * D)
+        B, Bg = K / (c["Cy"] * D), c["scale"] * (c["pKy6"] + c["pKy7"] * d) * load / (c["Cga"] * D)
         return D * sin(c["Cy"] * atan(B * slip - E * (B * slip - atan(B * slip)))
                        + c["Cga"] * atan(Bg * camber - c["Ega"] * (Bg * camber - atan(Bg * camber)))), B  # fmt: skip
 

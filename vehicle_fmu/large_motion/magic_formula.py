@@ -1,4 +1,4 @@
-r"""Motorcycle tyres by the Magic Formula at any slip and camber angle, in pure side slip.
+r"""Motorcycle tyres by the Magic Formula at any side slip, longitudinal slip and camber.
 
 With the load Z, the load increment d = (Z - Z_0) / Z_0, the slip angle alpha and the camber angle gamma:
 
@@ -15,9 +15,21 @@ With the load Z, the load increment d = (Z - Z_0) / Z_0, the slip angle alpha an
             cos(atan((q_Bz9 + q_Bz10 B_0 C_y) (alpha + (q_Hz3 + q_Hz4 d) gamma))) / sqrt(1 + alpha^2)
 
 B_0 is B at gamma = 0. Y has its greatest value D where the argument of the sine, the `use` of the grip, is pi / 2.
-The derivatives at alpha = gamma = 0 are those of `vehicle_fmu.magic_formula_tyres`. The slip angle relaxes as there,
-with the load and without the effect of camber on the relaxation length. Turn slip (the curvature of the path) and
-longitudinal slip are left out.
+With the longitudinal slip kappa, positive when driven, the longitudinal force is
+
+    X     = D_x sin(C_x atan(x - E_x (x - atan x))) cos(C_xa atan(B_xa alpha)),    x = B_x kappa
+    D_x   = (p_Dx1 + p_Dx2 d) Z,     E_x = (p_Ex1 + p_Ex2 d + p_Ex3 d^2) (1 - p_Ex4 sign(kappa))
+    B_x   = K_x / (C_x D_x),         K_x = Z (p_Kx1 + p_Kx2 d) exp(p_Kx3 d)
+    B_xa  = r_Bx1 cos(atan(r_Bx2 kappa))
+
+and in side force and moment (combined slip) Y has the factor cos(C_yk atan(B_yk kappa)), also where it makes the
+moment, and the slip angle of t and M_r becomes its equivalent, squared a^2 + (kappa K_x / K_0)^2 (a: the slip angle
+there), with B_yk = r_By1 cos(atan(r_By2 (|alpha| - r_By3))). The source has alpha there, by which left and right turns
+would differ.
+
+The derivatives at alpha = gamma = kappa = 0 are those of `vehicle_fmu.magic_formula_tyres`. The slip angle relaxes as
+there, with the load and without the effect of camber on the relaxation length. Turn slip (the curvature of the path)
+is left out.
 
 Source: Pacejka, Tire and Vehicle Dynamics (2012), Section 4.3, motorcycle version; lambda and r_c as in the open
 model of Passigato et al., Applied Sciences 10 (2020) 6826.
@@ -57,6 +69,23 @@ COEFFICIENTS = (
     "qEz5",
     "qHz3",
     "qHz4",
+    "Cx",
+    "pDx1",
+    "pDx2",
+    "pEx1",
+    "pEx2",
+    "pEx3",
+    "pEx4",
+    "pKx1",
+    "pKx2",
+    "pKx3",
+    "rBx1",
+    "rBx2",
+    "Cxal",
+    "rBy1",
+    "rBy2",
+    "rBy3",
+    "Cyka",
 )
 
 
@@ -102,20 +131,52 @@ class Tyre:
         y = c.camber_scale * (c.pKy6 + c.pKy7 * self.increment(load)) * load / (c.Cga * greatest) * camber
         return greatest, c.Cy * np.arctan(_bent(x, E)) + c.Cga * np.arctan(_bent(y, c.Ega)), B
 
-    def forces(self, load: Any, slip: Any, camber: Any) -> tuple[Any, Any]:
-        """Side force Y [N] and moment about z [N.m] at a load [N], relaxed slip and camber angle [rad]."""
+    def longitudinal_stiffness(self, load: Any) -> Any:
+        """K_x [N] at a load [N]."""
         c, d = self, self.increment(load)
+        return load * (c.pKx1 + c.pKx2 * d) * np.exp(c.pKx3 * d)
+
+    def longitudinal_use(self, load: Any, ratio: Any) -> tuple[Any, Any]:
+        """The greatest longitudinal force D_x [N] and the argument of the sine in X [rad] at a longitudinal slip."""
+        c, d = self, self.increment(load)
+        greatest = (c.pDx1 + c.pDx2 * d) * load
+        E = (c.pEx1 + c.pEx2 * d + c.pEx3 * d**2) * (1 - c.pEx4 * np.sign(np.real(ratio)))
+        return greatest, c.Cx * np.arctan(_bent(self.longitudinal_stiffness(load) / (c.Cx * greatest) * ratio, E))
+
+    def longitudinal_force(self, load: Any, ratio: Any, slip: Any) -> Any:
+        """X [N] at a load [N], a longitudinal slip and a relaxed slip angle [rad]."""
+        greatest, argument = self.longitudinal_use(load, ratio)
+        by_slip = self.rBx1 / np.sqrt(1 + (self.rBx2 * ratio) ** 2)
+        return greatest * np.sin(argument) * np.cos(self.Cxal * np.arctan(by_slip * slip))
+
+    def forces(self, load: Any, slip: Any, camber: Any, ratio: Any = None) -> tuple[Any, Any]:
+        """Side force Y [N] and moment about z [N.m] at a load [N], relaxed slip and camber angle [rad], and with a
+        longitudinal slip unless that is None.
+        """
+        c, d = self, self.increment(load)
+        by_ratio, left = (0.0, 1.0) if ratio is None else self._combined(load, slip, ratio)
         greatest, argument, _ = self.use(load, slip, camber)
         upright, only_slip, B = self.use(load, slip, 0.0 * camber)
-        size = np.where(np.real(camber) < 0, -camber, camber)
+        size = _size(camber)
         Bt = (c.qBz1 + c.qBz2 * d) * (1 + c.qBz5 * size + c.qBz6 * camber**2)
         Dt = load * c.section_radius / c.nominal_load * (c.qDz1 + c.qDz2 * d) * (1 + c.qDz3 * size + c.qDz4 * camber**2)
         Et = (c.qEz1 + c.qEz2 * d) * (1 + c.qEz5 * camber * (2 / np.pi) * np.arctan(Bt * c.Ct * slip))
-        trail = Dt * np.cos(c.Ct * np.arctan(_bent(Bt * slip, Et))) / np.sqrt(1 + slip**2)
+        equivalent = np.sqrt(slip**2 + by_ratio**2)
+        trail = Dt * np.cos(c.Ct * np.arctan(_bent(Bt * equivalent, Et))) / np.sqrt(1 + slip**2)
         residual = load * c.section_radius * ((c.qDz8 + c.qDz9 * d) * camber + (c.qDz10 + c.qDz11 * d) * camber * size)
-        shifted = (c.qBz9 + c.qBz10 * B * c.Cy) * (slip + (c.qHz3 + c.qHz4 * d) * camber)
-        residual = residual * np.cos(np.arctan(shifted)) / np.sqrt(1 + slip**2)
-        return greatest * np.sin(argument), -trail * upright * np.sin(only_slip) + residual
+        shifted = (slip + (c.qHz3 + c.qHz4 * d) * camber) ** 2 + by_ratio**2
+        residual = residual / np.sqrt((1 + (c.qBz9 + c.qBz10 * B * c.Cy) ** 2 * shifted) * (1 + slip**2))
+        return left * greatest * np.sin(argument), -trail * left * upright * np.sin(only_slip) + residual
+
+    def _combined(self, load: Any, slip: Any, ratio: Any) -> tuple[Any, Any]:
+        """kappa K_x / K_0, and the factor of the side force."""
+        shared = self.rBy1 / np.sqrt(1 + (self.rBy2 * (_size(slip) - self.rBy3)) ** 2)
+        by_ratio = self.longitudinal_stiffness(load) / self.cornering_stiffness(load) * ratio
+        return by_ratio, np.cos(self.Cyka * np.arctan(shared * ratio))
+
+
+def _size(x: Any) -> Any:
+    return np.where(np.real(x) < 0, -x, x)
 
 
 def _bent(x: Any, E: Any) -> Any:

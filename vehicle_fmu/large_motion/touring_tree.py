@@ -1,10 +1,14 @@
 """The bodies of the touring motorcycle as a tree in space, and its tyres, from the values of the component.
 
-Bodies, joints and axes are those of `vehicle_fmu.components.touring_motorcycle`; vertical motion and pitch are added.
-Pitch inertias and the further coefficients of the Magic Formula are in the section `supplement` of the value file. A
-locked freedom has no link.
+Bodies, joints and axes are those of `vehicle_fmu.components.touring_motorcycle`; vertical motion, pitch and the freedoms
+of `vehicle_fmu.large_motion.suspension` are added: after lateral bending the fork bends lengthwise at the same joint,
+after torsion the lower fork slides along the fork; before torsion the swingarm turns about its pivot. Their values, the
+pitch inertias, and what the tyres need beside the component's values are in the section `supplement` of the value file.
+A locked freedom has no link.
 """
 
+from collections.abc import Iterator
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -15,17 +19,27 @@ from fmus.expressions.functions import NUMERIC
 from fmus.support.errors import InputError
 from vehicle_fmu import magic_formula_tyres
 from vehicle_fmu.components.touring_motorcycle import BODIES, FLEXIBLE, TouringMotorcycle, bodies
-from vehicle_fmu.large_motion import magic_formula
+from vehicle_fmu.large_motion import magic_formula, suspension
 from vehicle_fmu.large_motion.magic_formula import Tyre
+from vehicle_fmu.large_motion.suspension import FRONT, LENGTHWISE, REAR
 from vehicle_fmu.large_motion.tree import Link, RigidBody, Tree
-from vehicle_fmu.out_of_plane import Freedom
+from vehicle_fmu.out_of_plane import Body, Freedom
 
 ENDS = magic_formula_tyres.ENDS
-SUSPENDED = tuple(FLEXIBLE)
+SPRUNG = (*FLEXIBLE, *suspension.SUSPENSIONS)
+TYRE_FREEDOMS = tuple(f"{end}_{name}" for name in ("tyre_deflection", "longitudinal_slip") for end in ENDS)
+PLANE = (*suspension.SUSPENSIONS, *TYRE_FREEDOMS)
 RIGHT, NOWHERE = (0.0, 1.0, 0.0), np.zeros(3)
 ORDER = ("frame", "lower_body", "upper_body", "upper_fork", "lower_fork", "swingarm", "front_wheel", "rear_wheel")
 PITCH_INERTIAS = tuple(f"{body}_yy" for body in BODIES if not body.endswith("wheel"))
-SUPPLEMENT = (*PITCH_INERTIAS, *(f"{end}_{name}" for end in ENDS for name in magic_formula.COEFFICIENTS))
+SUPPLEMENT = (
+    *PITCH_INERTIAS,
+    *suspension.SUPPLEMENT,
+    *TYRE_FREEDOMS,
+    *(f"{end}_tyre_deflection_{what}" for end in ENDS for what in suspension.COEFFICIENTS),
+    "front_brake_share",
+    *(f"{end}_{name}" for end in ENDS for name in magic_formula.COEFFICIENTS),
+)
 
 
 def check_large_motion(motorcycle: Component) -> None:
@@ -43,6 +57,14 @@ def check_large_motion(motorcycle: Component) -> None:
             f"{motorcycle.name}: corners need {len(missing)} more values, such as {missing[0]}; give them in "
             "[supplement] of its value file, as in tum_2020.toml"
         )
+    for name, value in motorcycle.supplement.items():
+        if name in PLANE and value not in (0.0, 1.0):
+            raise InputError(f"{motorcycle.name}: {name} = {value:g} must be 1 (free) or 0 (locked)")
+        if (name.endswith("_stiffness") and value <= 0) or (name.endswith("_damping") and value < 0):
+            least = "above 0" if name.endswith("_stiffness") else "0 or above"
+            raise InputError(f"{motorcycle.name}: {name} = {value:g} must be {least}")
+        if name == "front_brake_share" and not 0 <= value <= 1:
+            raise InputError(f"{motorcycle.name}: {name} = {value:g} must be from 0 to 1")
 
 
 def touring_tree(motorcycle: Component) -> Tree:
@@ -61,12 +83,9 @@ def touring_tree(motorcycle: Component) -> Tree:
     parents: list[str] = []
     for body in found:
         parent = "pitch"
-        for freedom in body.path[3:]:
-            if not freedom.free:
-                continue
-            link = _link(freedom, parent)
+        for link in _chain(body, motorcycle.supplement):
             if link.name not in known:
-                links.append(link)
+                links.append(replace(link, parent=parent))
                 known.add(link.name)
             parent = link.name
         parents.append(parent)
@@ -91,10 +110,22 @@ def tyre(motorcycle: Component, end: str) -> Tyre:
     return Tyre(values | {name: motorcycle.supplement[f"{end}_{name}"] for name in magic_formula.COEFFICIENTS})
 
 
-def _link(freedom: Freedom, parent: str) -> Link:
-    name = freedom.rate.removesuffix("_rate")
-    axis = RIGHT if freedom.axis is None else (float(freedom.axis[0]), 0.0, float(freedom.axis[1]))
-    return Link(name, parent, _in_space(freedom.point), np.array(axis), freedom.axis is None)
+def _chain(body: Body, supplement: dict[str, float]) -> Iterator[Link]:
+    """The free links of a body's path from the frame on, without their parents."""
+    for freedom in body.path[3:]:
+        name, at, axis = freedom.rate.removesuffix("_rate"), _in_space(freedom.point), _axis(freedom)
+        if name == "fork_torsion" and supplement[LENGTHWISE]:
+            yield Link(LENGTHWISE, "", at, np.array(RIGHT))
+        if name == "swingarm_torsion" and supplement[REAR]:
+            yield Link(REAR, "", at, -np.array(RIGHT))
+        if freedom.free:
+            yield Link(name, "", at, axis, freedom.axis is None)
+        if name == "fork_torsion" and supplement[FRONT]:
+            yield Link(FRONT, "", at, -axis, True)
+
+
+def _axis(freedom: Freedom) -> np.ndarray:
+    return np.array(RIGHT if freedom.axis is None else (freedom.axis[0], 0.0, freedom.axis[1]), float)
 
 
 def _in_space(point: tuple[Any, Any]) -> np.ndarray:

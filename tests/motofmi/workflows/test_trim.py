@@ -18,7 +18,9 @@ def found():
 
 @pytest.mark.slow
 def test_left_and_right_differ_in_signs_alone(found):
-    even = {"drive_torque", "front_load", "rear_load", "front_grip_used", "rear_grip_used", "residual"}
+    even = {"drive_torque", "front_wheel_torque", "front_suspension", "rear_suspension"}
+    even |= {f"{end}_{name}" for end in ("front", "rear") for name in (
+        "load", "grip_used", "tyre_deflection", "longitudinal_force", "longitudinal_slip")}  # fmt: skip
     for name in set(QUANTITIES) - {"residual"}:
         left, upright, right = found[name]
         # Rounding, against values of about 1 N and above 1e-4 rad.
@@ -36,7 +38,8 @@ def test_result_as_table_figure_and_dictionary(found):
     assert np.array_equal(table["wobble frequency [Hz]"], found["wobble"].frequency)
     assert (
         repr(found)
-        == "Trim(tum_2020 without a device at 20 m/s: lean -25 to 25 deg; weave, wobble, capsize, rear_wobble)"
+        == "Trim(tum_2020 without a device at 20 m/s: lean -25 to 25 deg; weave, wobble, capsize, rear_wobble, "
+        "bounce, pitch, front_hop, rear_hop, fork_bending)"
     )
     assert "steer_torque [N.m]" in found._repr_html_()
     assert found.plot().get_xlabel() == "real part [1/s]"
@@ -45,6 +48,7 @@ def test_result_as_table_figure_and_dictionary(found):
         "device",
         "assumed",
         "speed",
+        "longitudinal_acceleration",
         "lean",
         *QUANTITIES,
         "eigenvalues",
