@@ -8,6 +8,7 @@ import pytest
 
 from motofmi.scenarios.hosts import exudyn_corner
 from rider_fmu import riders
+from tests import sampled
 from tests.vehicle_fmu.test_large_motion import LOCKED, TUM
 from vehicle_fmu.large_motion.corner_modes import corner_modes, held
 from vehicle_fmu.large_motion.equations import LargeMotion
@@ -19,7 +20,7 @@ DEVICES = {"hands off": (), "mean rider": (riders.load("mean_2011"),)}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", STORED["cases"], ids=lambda c: f"{c['speed']:g}-{c['lean']:g}-{c['acceleration']:g}-{c['hands']}")
+@pytest.mark.parametrize("case", sampled(STORED["cases"], 4), ids=lambda c: f"{c['speed']:g}-{c['lean']:g}-{c['acceleration']:g}-{c['hands']}")
 def test_eigenvalues_are_those_stored_from_exudyn(case):
     """`python -m tests.scenarios.eigenvalues_by_exudyn` stores them, by central differences of Exudyn's accelerations."""
     devices = DEVICES[case["hands"]]

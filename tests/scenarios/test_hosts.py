@@ -37,7 +37,7 @@ def test_every_host_is_listed_and_says_what_it_needs():
         )
 
 
-SHARED = {"device", "exudyn_tree", "rider_on_a_bar", "table"}  # modules that hosts share
+SHARED = {"exudyn_corner_forces", "device", "exudyn_tree", "rider_on_a_bar", "table"}  # modules that hosts share
 
 
 def test_the_page_of_hosts_names_every_module_that_runs_a_simulator():
