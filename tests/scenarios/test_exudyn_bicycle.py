@@ -8,15 +8,12 @@ import pytest
 import vehicle_fmu
 from motofmi.scenarios.hosts import exudyn_bicycle
 from motofmi.scenarios.hosts.rider_on_a_bar import measured_eigenvalues
+from tests.simulators.held_torques import relative_errors
 from vehicle_fmu import motorcycles
 
 pytest.importorskip("exudyn", reason="Exudyn is not installed (the extra `hosts`)")
 STEP = 1e-3  # s
 TABLE_2 = Path(vehicle_fmu.__file__).parent / "published" / "meijaard_2007_eigenvalues.csv"
-
-
-def relative_errors(found: dict) -> list[float]:
-    return [abs(mode["error"] / mode["exact"]) for mode in found.values() if isinstance(mode, dict)]
 
 
 class TestExudyn:

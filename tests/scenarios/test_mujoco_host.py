@@ -5,7 +5,7 @@ import pytest
 from motofmi.scenarios.hosts import (
     mujoco_bar,
 )
-from tests.scenarios.test_exudyn_bicycle import relative_errors
+from tests.simulators.held_torques import relative_errors
 
 STEP = 1e-3
 

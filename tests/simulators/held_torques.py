@@ -68,3 +68,8 @@ def agree(found: dict, scheme: str, within: float = 1e-6) -> bool:
         abs(f.frequency_error - t.frequency_error) < within and abs(f.damping_error - t.damping_error) < within
         for f, t in pairs
     )
+
+
+def relative_errors(found: dict) -> list[float]:
+    """The errors of measured eigenvalues of modes over their exact values [1]."""
+    return [abs(mode["error"] / mode["exact"]) for mode in found.values() if isinstance(mode, dict)]
