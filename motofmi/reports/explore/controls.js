@@ -63,7 +63,7 @@ class Controls {
       this.select("choose-vehicle", "Motorcycle", Object.keys(settings.data.vehicles), settings[side].vehicle, (vehicle) => ({ vehicle })),
       ...slots.map((name, k) => this.select(k ? `choose-device-${k + 1}` : "choose-device", k ? `Device ${k + 1}` : "Device: rider or damper",
         ["none", ...Object.keys(settings.data.choices)], name, (chosen) => ({ device: slots.with(k, chosen).filter((n) => n !== "none").join(",") || "none" }))),
-      ...Object.entries(this.refused).map(([reason, names]) => element("p", { class: "note" }, `Not offered, because ${reason}: ${names.slice(0, 3).join(", ")}${names.length > 3 ? ` and ${names.length - 3} others` : ""}.`)),
+      ...Object.entries(this.refused).map(([reason, names]) => element("p", { class: "note" }, `Not offered, because ${reason}: ${names.length > 4 ? `${names.slice(0, 3).join(", ")} and ${names.length - 3} others` : names.join(", ")}.`)),
       ...Object.entries(settings.components(side)).reverse().flatMap(([part, component]) => [...(devices.length > 1 ? [element("h2", {}, part === "vehicle" ? settings[side].vehicle : devices[Number(part.slice(7) || 1) - 1])] : []), ...this.group(side, part, component)]));
     for (const id of open) document.getElementById(id)?.setAttribute("open", "");
   }
