@@ -65,7 +65,8 @@ class Component:
     A subclass declares its variables as class attributes and defines `equations`, and `mass` where the equations are
     implicit in der(x). An instance holds a name, the source of its values, the parameter values by name (SI), effects,
     and, of identified parameters, `standard_error` and `correlation`; `assumed` holds the reason for each parameter
-    that the source does not give, `supplement` numbers of its value file for analyses beyond its equations. Raises InputError for an unknown parameter and for a value outside its bounds.
+    that the source does not give, `supplement` numbers of its value file for analyses beyond its equations. Raises
+    InputError for an unknown parameter and for a value outside its bounds.
 
         >>> class Spring(mf.Component):
         ...     '''Torsion spring.'''

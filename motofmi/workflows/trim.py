@@ -141,10 +141,10 @@ class Trim:
     def show(self) -> Interactive:
         """The root locus of the named modes over the lean angle, interactive in a notebook."""
         words = [f"lean {lean:g} deg" for lean in self.lean]
-        curves = [
-            Curve(mode.replace("_", "-"), found.eigenvalue.real, found.eigenvalue.imag, SEQUENCE[k % len(SEQUENCE)], "both", text=words)
-            for k, (mode, found) in enumerate(self.named.items())
-        ]
+        curves = []
+        for k, (mode, found) in enumerate(self.named.items()):
+            color, root = SEQUENCE[k % len(SEQUENCE)], found.eigenvalue
+            curves.append(Curve(mode.replace("_", "-"), root.real, root.imag, color, "both", text=words))
         axes = Axis("real part", "1/s"), Axis("imaginary part", "rad/s")
         panel = Panel(*axes, curves, lines=[Line(0.0, across="x")], hover="point", height=380)
         return Interactive(Chart([panel]), f"{self.title}, {self.speed:g} m/s, {self._points()}")

@@ -31,7 +31,8 @@ class Package:
         try:
             self._archive = zipfile.ZipFile(self.path)
         except (OSError, zipfile.BadZipFile) as error:
-            raise InputError(f"{path} is not an SSP archive that can be read: {getattr(error, 'strerror', None) or error}") from None
+            reason = getattr(error, "strerror", None) or error
+            raise InputError(f"{path} is not an SSP archive that can be read: {reason}") from None
 
     def __enter__(self) -> Self:
         return self

@@ -85,6 +85,15 @@ def test_what_cannot_be_trimmed_is_said_at_once(given, message):
         mf.trim(**{"vehicle": "tum_2020", "speed": 20.0, "lean": 10.0, **given})
 
 
+@pytest.mark.slow
+def test_the_vehicle_that_is_given_stays_as_it_is():
+    given = mf.vehicle("tum_2020")
+    before = dict(given.supplement)
+    locked = mf.trim(given, speed=20.0, lean=10.0, set={"front_suspension": 0.0})
+    assert "front_suspension" in before and given.supplement == before
+    assert locked["front_suspension"] == 0.0 != mf.trim(given, speed=20.0, lean=10.0)["front_suspension"]
+
+
 def test_a_supplement_that_is_no_number_is_refused(tmp_path):
     text = 'component = "LinearDamper"\n[parameters]\ndamping = 1.0\n[supplement]\nextra = "much"\n'
     (tmp_path / "mine.toml").write_text(text, "utf-8")
