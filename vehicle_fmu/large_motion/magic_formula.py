@@ -36,10 +36,16 @@ model of Passigato et al., Applied Sciences 10 (2020) 6826.
 """
 
 from collections.abc import Mapping
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
+from fmus.expressions.functions import NUMERIC
+
+NEARLY_ZERO = 1e-30  # rad2, below rounding: the root has a slope where both slips are 0
+# Functions whose derivatives by complex steps are exact: the size of x is that of its real part's side.
+ANALYTIC = SimpleNamespace(**{**vars(NUMERIC), "absolute": lambda x: np.where(np.real(x) < 0, -x, x)})
 # The coefficients besides those of `vehicle_fmu.magic_formula_tyres`.
 COEFFICIENTS = (
     "pDy1",
@@ -90,10 +96,10 @@ COEFFICIENTS = (
 
 
 class Tyre:
-    """A tyre with its coefficients by name."""
+    """A tyre with its coefficients by name; m has the functions, of which the size is an analytic one by default."""
 
-    def __init__(self, values: Mapping[str, float]):
-        self.values = dict(values)
+    def __init__(self, values: Mapping[str, Any], m: Any = ANALYTIC):
+        self.values, self.m = dict(values), m
 
     def __getattr__(self, name: str) -> float:
         try:
@@ -103,16 +109,14 @@ class Tyre:
 
     def increment(self, load: Any) -> Any:
         """d: the load's difference from the nominal one, per nominal load."""
-        return (load - self.nominal_load) / self.nominal_load
+        return self.m.term((load - self.nominal_load) / self.nominal_load)
 
     def cornering_stiffness(self, load: Any, camber: Any = 0.0) -> Any:
         """K [N/rad] at a load [N] and a camber angle [rad]."""
         c = self
-        return (
-            c.pKy1
-            * c.nominal_load
-            * np.sin(c.pKy2 * np.arctan(load / ((c.pKy3 + c.pKy4 * camber**2) * c.nominal_load)))
-            / (1 + c.pKy5 * camber**2)
+        share = load / ((c.pKy3 + c.pKy4 * camber**2) * c.nominal_load)
+        return c.m.term(
+            c.pKy1 * c.nominal_load * c.m.sin(c.pKy2 * c.m.atan(share)) / (1 + c.pKy5 * camber**2)
         )
 
     def relaxation_length(self, load: Any, speed: Any) -> Any:
@@ -124,60 +128,59 @@ class Tyre:
     def use(self, load: Any, slip: Any, camber: Any) -> tuple[Any, Any, Any]:
         """The greatest side force D [N], the argument of the sine in Y [rad], and B [1/rad]."""
         c = self
-        greatest = load * c.pDy1 * np.exp(c.pDy2 * self.increment(load)) / (1 + c.pDy3 * camber**2)
-        B = self.cornering_stiffness(load, camber) / (c.Cy * greatest)
-        E = c.pEy1 + c.pEy2 * camber**2 + c.pEy4 * camber * np.sign(np.real(slip))
-        x = B * slip
-        y = c.camber_scale * (c.pKy6 + c.pKy7 * self.increment(load)) * load / (c.Cga * greatest) * camber
-        return greatest, c.Cy * np.arctan(_bent(x, E)) + c.Cga * np.arctan(_bent(y, c.Ega)), B
+        greatest = c.m.term(load * c.pDy1 * c.m.exp(c.pDy2 * self.increment(load)) / (1 + c.pDy3 * camber**2))
+        B = c.m.term(self.cornering_stiffness(load, camber) / (c.Cy * greatest))
+        x = c.m.term(B * slip)
+        y = c.m.term(c.camber_scale * (c.pKy6 + c.pKy7 * self.increment(load)) * load / (c.Cga * greatest) * camber)
+        by_slip = self._bent(x, c.pEy1 + c.pEy2 * camber**2, c.pEy4 * camber)
+        return greatest, c.m.term(c.Cy * c.m.atan(by_slip) + c.Cga * c.m.atan(self._bent(y, c.Ega))), B
 
     def longitudinal_stiffness(self, load: Any) -> Any:
         """K_x [N] at a load [N]."""
         c, d = self, self.increment(load)
-        return load * (c.pKx1 + c.pKx2 * d) * np.exp(c.pKx3 * d)
+        return c.m.term(load * (c.pKx1 + c.pKx2 * d) * c.m.exp(c.pKx3 * d))
 
     def longitudinal_use(self, load: Any, ratio: Any) -> tuple[Any, Any]:
         """The greatest longitudinal force D_x [N] and the argument of the sine in X [rad] at a longitudinal slip."""
         c, d = self, self.increment(load)
-        greatest = (c.pDx1 + c.pDx2 * d) * load
-        E = (c.pEx1 + c.pEx2 * d + c.pEx3 * d**2) * (1 - c.pEx4 * np.sign(np.real(ratio)))
-        return greatest, c.Cx * np.arctan(_bent(self.longitudinal_stiffness(load) / (c.Cx * greatest) * ratio, E))
+        greatest = c.m.term((c.pDx1 + c.pDx2 * d) * load)
+        E = c.m.term(c.pEx1 + c.pEx2 * d + c.pEx3 * d**2)
+        x = c.m.term(self.longitudinal_stiffness(load) / (c.Cx * greatest) * ratio)
+        return greatest, c.m.term(c.Cx * c.m.atan(self._bent(x, E, -E * c.pEx4)))
 
     def longitudinal_force(self, load: Any, ratio: Any, slip: Any) -> Any:
         """X [N] at a load [N], a longitudinal slip and a relaxed slip angle [rad]."""
         greatest, argument = self.longitudinal_use(load, ratio)
-        by_slip = self.rBx1 / np.sqrt(1 + (self.rBx2 * ratio) ** 2)
-        return greatest * np.sin(argument) * np.cos(self.Cxal * np.arctan(by_slip * slip))
+        m, by_slip = self.m, self.rBx1 / self.m.sqrt(1 + (self.rBx2 * ratio) ** 2)
+        return m.term(greatest * m.sin(argument) * m.cos(self.Cxal * m.atan(by_slip * slip)))
 
     def forces(self, load: Any, slip: Any, camber: Any, ratio: Any = None) -> tuple[Any, Any]:
         """Side force Y [N] and moment about z [N.m] at a load [N], relaxed slip and camber angle [rad], and with a
         longitudinal slip unless that is None.
         """
-        c, d = self, self.increment(load)
+        c, m, d = self, self.m, self.increment(load)
         by_ratio, left = (0.0, 1.0) if ratio is None else self._combined(load, slip, ratio)
         greatest, argument, _ = self.use(load, slip, camber)
         upright, only_slip, B = self.use(load, slip, 0.0 * camber)
-        size = _size(camber)
-        Bt = (c.qBz1 + c.qBz2 * d) * (1 + c.qBz5 * size + c.qBz6 * camber**2)
+        size = m.absolute(camber)
+        Bt = m.term((c.qBz1 + c.qBz2 * d) * (1 + c.qBz5 * size + c.qBz6 * camber**2))
         Dt = load * c.section_radius / c.nominal_load * (c.qDz1 + c.qDz2 * d) * (1 + c.qDz3 * size + c.qDz4 * camber**2)
-        Et = (c.qEz1 + c.qEz2 * d) * (1 + c.qEz5 * camber * (2 / np.pi) * np.arctan(Bt * c.Ct * slip))
-        equivalent = np.sqrt(slip**2 + by_ratio**2)
-        trail = Dt * np.cos(c.Ct * np.arctan(_bent(Bt * equivalent, Et))) / np.sqrt(1 + slip**2)
+        Et = m.term((c.qEz1 + c.qEz2 * d) * (1 + c.qEz5 * camber * (2 / m.pi) * m.atan(Bt * c.Ct * slip)))
+        equivalent = m.term(Bt * m.sqrt(slip**2 + by_ratio**2 + NEARLY_ZERO))
+        trail = m.term(Dt * m.cos(c.Ct * m.atan(self._bent(equivalent, Et))) / m.sqrt(1 + slip**2))
         residual = load * c.section_radius * ((c.qDz8 + c.qDz9 * d) * camber + (c.qDz10 + c.qDz11 * d) * camber * size)
-        shifted = (slip + (c.qHz3 + c.qHz4 * d) * camber) ** 2 + by_ratio**2
-        residual = residual / np.sqrt((1 + (c.qBz9 + c.qBz10 * B * c.Cy) ** 2 * shifted) * (1 + slip**2))
-        return left * greatest * np.sin(argument), -trail * left * upright * np.sin(only_slip) + residual
+        shifted = m.term((slip + (c.qHz3 + c.qHz4 * d) * camber) ** 2 + by_ratio**2)
+        residual = residual / m.sqrt((1 + (c.qBz9 + c.qBz10 * B * c.Cy) ** 2 * shifted) * (1 + slip**2))
+        return m.term(left * greatest * m.sin(argument)), m.term(-trail * left * upright * m.sin(only_slip) + residual)
 
     def _combined(self, load: Any, slip: Any, ratio: Any) -> tuple[Any, Any]:
         """kappa K_x / K_0, and the factor of the side force."""
-        shared = self.rBy1 / np.sqrt(1 + (self.rBy2 * (_size(slip) - self.rBy3)) ** 2)
-        by_ratio = self.longitudinal_stiffness(load) / self.cornering_stiffness(load) * ratio
-        return by_ratio, np.cos(self.Cyka * np.arctan(shared * ratio))
+        m = self.m
+        shared = self.rBy1 / m.sqrt(1 + (self.rBy2 * (m.absolute(slip) - self.rBy3)) ** 2)
+        by_ratio = m.term(self.longitudinal_stiffness(load) / self.cornering_stiffness(load) * ratio)
+        return by_ratio, m.term(m.cos(self.Cyka * m.atan(shared * ratio)))
 
-
-def _size(x: Any) -> Any:
-    return np.where(np.real(x) < 0, -x, x)
-
-
-def _bent(x: Any, E: Any) -> Any:
-    return x - E * (x - np.arctan(x))
+    def _bent(self, x: Any, E: Any, by_side: Any = 0.0) -> Any:
+        """x - (E + by_side sign(x)) (x - atan x)."""
+        bend = self.m.term(x - self.m.atan(x))
+        return self.m.term(x - E * bend - by_side * self.m.absolute(bend))

@@ -24,9 +24,10 @@ Gelb, Vander Velde (1968)).
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
+from fmus.expressions.functions import NUMERIC
 
 FRONT, LENGTHWISE, REAR = "front_suspension", "fork_lengthwise_bending", "rear_suspension"
+Point = tuple[Any, Any]
 SUSPENSIONS = (FRONT, LENGTHWISE, REAR)
 COEFFICIENTS = ("stiffness", "damping", "preload")
 POINTS = ("rear_spring_top", "rocker_pivot", "rocker_rod", "rocker_spring", "swingarm_rod")
@@ -42,38 +43,55 @@ class RearLinkage:
     frame, of the rocker from its pivot, and of the rod's joint from the swingarm's pivot.
     """
 
-    def __init__(self, values: Mapping[str, float]):
-        def point(name: str) -> np.ndarray:
-            return np.array([values[f"{name}_x"], values[f"{name}_z"]])
+    def __init__(self, values: Mapping[str, Any], m: Any = NUMERIC):
+        def point(name: str) -> Point:
+            return values[f"{name}_x"], values[f"{name}_z"]
 
+        self.m = m
         top, pivot = point("rear_spring_top"), point("rocker_pivot")
         self.rod_joint, self.to_rod, self.to_spring = point("swingarm_rod"), point("rocker_rod"), point("rocker_spring")
-        self.to_pivot, self.to_top = point("swingarm_axis") - pivot, top - pivot
-        start = self.to_pivot + self.rod_joint
-        self.rod = np.linalg.norm(start - self.to_rod)
-        self.length = np.linalg.norm(self.to_spring - self.to_top)
-        self.side = np.sign(_across(self.to_rod) @ start)
+        self.to_pivot, self.to_top = _less(point("swingarm_axis"), pivot), _less(top, pivot)
+        start = _plus(self.to_pivot, self.rod_joint)
+        self.rod, self.length = self._size(_less(start, self.to_rod)), self._size(_less(self.to_spring, self.to_top))
+        self.side = m.sign(_dot(_across(self.to_rod), start))
 
     def compression(self, angle: Any) -> tuple[Any, Any]:
         """s (...) [m] and ds / dq (...) [m/rad] at angles (...) of the swingarm [rad]; the wheel rises with them."""
-        joint = _turned(self.rod_joint, np.cos(angle), np.sin(angle))
-        w, b = joint + self.to_pivot, self.to_rod
-        h = (b @ b + (w * w).sum(axis=-1) - self.rod**2) / 2
-        P, Q = w @ b, w @ _across(b)
-        t = (h - P) / (Q + self.side * np.sqrt(P**2 + Q**2 - h**2))
-        cosine, sine = (1 - t**2) / (1 + t**2), 2 * t / (1 + t**2)
+        m, b = self.m, self.to_rod
+        joint = _turned(self.rod_joint, m.cos(angle), m.sin(angle))
+        w = _plus(joint, self.to_pivot)
+        h = m.term((_dot(b, b) + _dot(w, w) - self.rod**2) / 2)
+        P, Q = m.term(_dot(w, b)), m.term(_dot(w, _across(b)))
+        t = m.term((h - P) / (Q + self.side * m.sqrt(P**2 + Q**2 - h**2)))
+        cosine, sine = m.term((1 - t**2) / (1 + t**2)), m.term(2 * t / (1 + t**2))
         rod_end, spring_end = (_turned(each, cosine, sine) for each in (b, self.to_spring))
-        rod, spring = w - rod_end, spring_end - self.to_top
-        length = np.sqrt((spring * spring).sum(axis=-1))
-        ratio = (rod * _across(joint)).sum(axis=-1) / (rod * _across(rod_end)).sum(axis=-1)
-        return self.length - length, -(spring * _across(spring_end)).sum(axis=-1) / length * ratio
+        rod, spring = _less(w, rod_end), _less(spring_end, self.to_top)
+        length = m.term(self._size(spring))
+        ratio = _dot(rod, _across(joint)) / _dot(rod, _across(rod_end))
+        return self.length - length, -_dot(spring, _across(spring_end)) / length * ratio
+
+    def _size(self, vector: Point) -> Any:
+        return self.m.sqrt(_dot(vector, vector))
 
 
-def _turned(point: np.ndarray, cosine: Any, sine: Any) -> np.ndarray:
-    """A point (2,) turned so that what lies behind the pivot rises (..., 2)."""
-    return np.asarray(cosine)[..., None] * point + np.asarray(sine)[..., None] * _across(point)
+def _turned(point: Point, cosine: Any, sine: Any) -> Point:
+    """A point turned so that what lies behind the pivot rises."""
+    across = _across(point)
+    return cosine * point[0] + sine * across[0], cosine * point[1] + sine * across[1]
 
 
-def _across(vector: np.ndarray) -> np.ndarray:
-    """Vectors (..., 2) turned by 90 deg: their derivative by the angle."""
-    return np.stack([vector[..., 1], -vector[..., 0]], axis=-1)
+def _across(vector: Point) -> Point:
+    """A vector turned by 90 deg: its derivative by the angle."""
+    return vector[1], -vector[0]
+
+
+def _plus(a: Point, b: Point) -> Point:
+    return a[0] + b[0], a[1] + b[1]
+
+
+def _less(a: Point, b: Point) -> Point:
+    return a[0] - b[0], a[1] - b[1]
+
+
+def _dot(a: Point, b: Point) -> Any:
+    return a[0] * b[0] + a[1] * b[1]

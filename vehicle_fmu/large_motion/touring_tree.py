@@ -7,7 +7,7 @@ pitch inertias, and what the tyres need beside the component's values are in the
 A locked freedom has no link.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -69,7 +69,7 @@ def check_large_motion(motorcycle: Component) -> None:
 
 def touring_tree(motorcycle: Component) -> Tree:
     """The tree of a touring motorcycle, its wheels' spin last."""
-    v = _Values({**motorcycle.values, "speed": 0.0})
+    v = named_values(motorcycle.values)
     found, _ = bodies(v, NUMERIC)
     links = [
         Link("along", "", NOWHERE, np.array([1.0, 0, 0]), True),
@@ -135,8 +135,12 @@ def _in_space(point: tuple[Any, Any]) -> np.ndarray:
 class _Values(SimpleNamespace):
     """Values by attribute and by key."""
 
-    def __init__(self, values: dict[str, float]):
-        super().__init__(**values)
-
-    def __getitem__(self, name: str) -> float:
+    def __getitem__(self, name: str) -> Any:
         return self.__dict__[name]
+
+
+def named_values(values: Mapping[str, Any]) -> Any:
+    """Values for `vehicle_fmu.components.touring_motorcycle.bodies`, whose wheels do not spin; freedoms are free unless
+    given.
+    """
+    return _Values(**{**dict.fromkeys(FLEXIBLE, 1.0), **values, "speed": 0.0})
