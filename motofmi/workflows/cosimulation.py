@@ -28,7 +28,8 @@ from fmus.support.errors import InputError, unknown
 from motofmi.reports.shown import Interactive
 from motofmi.reports.time_histories import time_histories
 from motofmi.workflows.components import ComponentLike, component
-from motofmi.workflows.ridden_fmus import assumed, errors_by_mode, mode_names, parts, ridden_fmus
+from motofmi.workflows.corner import in_corner
+from motofmi.workflows.ridden_fmus import Part, assumed, errors_by_mode, mode_names, parts, ridden_fmus
 from motofmi.workflows.ssp_system import open_system, whole_system
 
 SPEED, DURATION = 30.0, 5.0  # m/s and s; the defaults
@@ -86,6 +87,7 @@ class VehicleRun(FmuRun):
     errors: Mapping[str, Mapping[str, float]] | None = None
     largest_stable_step: float = 0.0
     assumed: Mapping[str, str] | None = None
+    lean: float | None = None  # deg, of the steady turning from which it starts
 
     @property
     def title(self) -> str:
@@ -105,7 +107,7 @@ class VehicleRun(FmuRun):
         }
         return {
             "vehicle": self.vehicle, "device": self.device, "assumed": dict(self.assumed or {}),
-            "file": None if self.path is None else str(self.path), "duration": self.duration, "step": self.step,
+            "lean": self.lean, "file": None if self.path is None else str(self.path), "duration": self.duration, "step": self.step,
             "steps": self.steps, "shortest_step": self.shortest, "longest_step": self.longest,
             "coupling": self.coupling, "steps_per_second": self.steps_per_second, "predicted": dict(self.errors or {}),
             "stable": self.predicted.stable if self.predicted else None,
@@ -119,7 +121,8 @@ def cosimulate(vehicle: ComponentLike | None = None,
                speed: float | None = None, duration: float | None = None, step: float | str = 0.001,
                coupling: str | None = None, tolerance: float = TOLERANCE, initial: Mapping[str, float] | None = None,
                set: Mapping[str, float] | None = None, inputs: Inputs | None = None, ssp: str | Path | None = None,
-               units: Mapping[str, str] | None = None, out: str | Path | None = None) -> VehicleRun:  # fmt: skip
+               units: Mapping[str, str] | None = None, out: str | Path | None = None,
+               lean: float | None = None) -> VehicleRun:  # fmt: skip
     """Co-simulate the FMUs of a vehicle and of the devices at its ports from time 0 to `duration` [s] (5 where none
     is given), or the FMUs of an SSP archive.
 
@@ -132,12 +135,20 @@ def cosimulate(vehicle: ComponentLike | None = None,
 
     A rider's inertia at the handlebar is bound to the vehicle, and the mass of a rider who leans is taken out of its
     rear frame, as in `modes`. `ssp` is the path of a whole system in place of vehicle and device: speed and duration are
-    then those in the archive where none are given. Raises InputError for arguments that cannot be used,
+    then those in the archive where none are given.
+
+    With a `lean` angle [deg], to the right positive, the vehicle (tum_2020) is in large motion and starts in steady turning
+    as `trim` finds it, with its constant drive torque and steer torque as inputs; set may name numbers of the supplement of
+    its value file. Devices are components at the handlebar, whose motion is relative to that of steady turning: their
+    springs are free of load there. Nothing keeps the roll: the run shows the motion after a small change by initial. Raises InputError for arguments that cannot be used,
     SimulationError if the coupling diverges.
 
         >>> run = mf.cosimulate("sharp_1971", "rider:mean_2011", speed=30, duration=0.2, initial={"steer_rate": 0.5})
         >>> run["vehicle.steer_angle"].shape
         (201,)
+        >>> run = mf.cosimulate("tum_2020", "rider:mean_2011", speed=30, lean=30, duration=0.1, initial={"steer_rate": 0.5})
+        >>> run["vehicle.roll_angle"][0].round(4)
+        0.5236
     """
     if not (np.isfinite(tolerance) and tolerance > 0):
         raise InputError(f"tolerance = {tolerance:g}: a tolerance must be positive and finite, as in {TOLERANCE:g}")
@@ -145,29 +156,43 @@ def cosimulate(vehicle: ComponentLike | None = None,
     if "speed" in columns and speed is not None:
         raise InputError(f"the speed is given twice: speed = {speed:g} and the column speed of {_shown(inputs)}")
     with ExitStack() as opened:
-        if whole_system(ssp, vehicle, device):
+        if lean is not None:
+            if ssp is not None or "speed" in columns:
+                raise InputError("a lean angle is given with one speed of a vehicle: leave out ssp and the column speed")
+            corner = in_corner(vehicle, device, set, SPEED if speed is None else speed)
+            start = corner.start(lean)
+            states = {f"vehicle.{name}": value for name, value in start.states.items()} | dict(initial or {})
+            built = ridden_fmus(start.vehicle, start.devices, states, units=units, parameters=start.values)
+            fmus = {n: opened.enter_context(f) for n, f in built.items()}
+            wiring = join(fmus)
+            names = _names(corner.whole, corner.devices)
+        elif whole_system(ssp, vehicle, device):
             changed = {**(set or {}), **(initial or {})}
             system = opened.enter_context(open_system(ssp, changed, units, speed))
             fmus, wiring = system.subsystems, system.wiring
-            names: dict[str, Any] = {"vehicle": Path(ssp).name, "device": "none", "assumed": {}}
+            names = {"vehicle": Path(ssp).name, "device": "none", "assumed": {}}
             duration = system.duration if duration is None else duration
         else:
             whole, devices = parts(vehicle, device, set)
-            start = _start_speed(columns, stated) if "speed" in columns else SPEED if speed is None else float(speed)
+            first = _start_speed(columns, stated) if "speed" in columns else SPEED if speed is None else float(speed)
             if isinstance(whole, Component):
-                in_bounds(start, whole.table["speed"], whole.name)
-            fmus = {n: opened.enter_context(f) for n, f in ridden_fmus(whole, devices, initial, start, units).items()}
-            wiring = join(fmus)
-            names = {"vehicle": whole.name, "device": ", ".join(d.name for d in devices) or "none",
-                     "assumed": assumed(whole, devices)}  # fmt: skip
+                in_bounds(first, whole.table["speed"], whole.name)
+            fmus = {n: opened.enter_context(f) for n, f in ridden_fmus(whole, devices, initial, first, units).items()}
+            wiring, names = join(fmus), _names(whole, devices)
         duration = DURATION if duration is None else duration
         profile = Profile.over_time(Network(fmus, wiring), times, columns, stated)
         linear, named = linear_network(fmus, wiring), mode_names(fmus, wiring)
         run = run_together(fmus, step, duration, coupling, wiring=wiring, profile=profile, out=out, tolerance=tolerance)
     return VehicleRun(
-        **vars(run), **names, duration=duration, errors=errors_by_mode(named, run.predicted) if run.predicted else {},
+        **vars(run), **names, duration=duration, lean=lean, errors=errors_by_mode(named, run.predicted) if run.predicted else {},
         largest_stable_step=largest_stable_step(coupling_of(run.coupling), linear),
     )  # fmt: skip
+
+
+def _names(vehicle: Part, devices: Sequence[Part]) -> dict[str, Any]:
+    """What a run says about its vehicle and devices."""
+    return {"vehicle": vehicle.name, "device": ", ".join(d.name for d in devices) or "none",
+            "assumed": assumed(vehicle, devices)}  # fmt: skip
 
 
 def _start_speed(columns: Mapping[str, np.ndarray], units: Mapping[str, str]) -> float:

@@ -7,25 +7,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fmus.declaration.component import Component, in_bounds
 from fmus.support.errors import InputError, unknown
 from fmus.support.notebook import html, new_axes
 from motofmi.reports.charts import SEQUENCE, Axis, Chart, Curve, Line, Panel
 from motofmi.reports.shown import Interactive
 from motofmi.workflows.components import ComponentLike
-from motofmi.workflows.components import vehicle as vehicle_of
+from motofmi.workflows.corner import LARGEST_LEAN, checked, in_corner
 from motofmi.workflows.modes import Devices
-from motofmi.workflows.ridden_fmus import assumed, parts
+from motofmi.workflows.ridden_fmus import assumed
 from motofmi.workflows.titles import system_title
 from vehicle_fmu import Mode
 from vehicle_fmu.large_motion.applied_forces import INPUTS
-from vehicle_fmu.large_motion.corner_modes import check_devices, corner_modes, held
-from vehicle_fmu.large_motion.equations import ENDS, LargeMotion
+from vehicle_fmu.large_motion.corner_modes import corner_modes
+from vehicle_fmu.large_motion.equations import ENDS
 from vehicle_fmu.large_motion.steady_turning import Equilibrium, SteadyTurning
 from vehicle_fmu.large_motion.suspension import FRONT, REAR
-from vehicle_fmu.large_motion.touring_tree import check_large_motion
 
-LARGEST_LEAN = 80.0  # deg
 LARGEST_ACCELERATION = 30.0  # m/s2: above what any tyre transmits
 QUANTITIES = {  # of an equilibrium, with their units
     "steer_angle": "rad",
@@ -207,11 +204,8 @@ def trim(
         Traceback (most recent call last):
         fmus.support.errors.InputError: no steady turning at 20 m/s and a lean angle of 65 deg: ...
     """
-    whole, devices = _parts(vehicle, device, dict(set or {}))
-    check_large_motion(whole)
-    check_devices(devices)
-    leans = _checked("lean angles", "deg", lean, LARGEST_LEAN)
-    accelerations = _checked("longitudinal accelerations", "m/s2", longitudinal_acceleration, LARGEST_ACCELERATION)
+    leans = checked("lean angles", "deg", lean, LARGEST_LEAN)
+    accelerations = checked("longitudinal accelerations", "m/s2", longitudinal_acceleration, LARGEST_ACCELERATION)
     if len(leans) != len(accelerations) and 1 not in (len(leans), len(accelerations)):
         raise InputError(
             f"{len(leans)} lean angles and {len(accelerations)} accelerations: give as many, or one of them"
@@ -219,7 +213,8 @@ def trim(
     leans, accelerations = (np.array(each) for each in np.broadcast_arrays(leans, accelerations))
     if np.ndim(speed):
         raise InputError(f"trim takes one speed [m/s], not {np.size(speed)}; lean can be several")
-    turning = SteadyTurning(LargeMotion(held(whole, devices)), in_bounds(speed, whole.table["speed"], whole.name))
+    corner = in_corner(vehicle, device, set, speed)
+    whole, devices, turning = corner.whole, corner.devices, corner.turning
     found = [turning.at(*point) for point in zip(np.radians(leans), accelerations, strict=True)]
     rows = [_quantities(turning, each) for each in found]
     modes = corner_modes(turning, whole, devices, np.radians(leans), accelerations)
@@ -238,28 +233,6 @@ def trim(
 
 def _range(values: np.ndarray) -> str:
     return f"{values[0]:g}" if (values == values[0]).all() else f"{values.min():g} to {values.max():g}"
-
-
-def _checked(what: str, unit: str, given: ArrayLike, largest: float) -> np.ndarray:
-    """One value or several as an array (n,). Raises InputError for other shapes and for values beyond the largest."""
-    values = np.atleast_1d(np.asarray(given, float))
-    if not (np.isfinite(values).all() and (np.abs(values) <= largest).all() and values.ndim == 1 and len(values)):
-        shown = np.array2string(values, threshold=6)
-        raise InputError(f"{what} must be from -{largest:g} to {largest:g} [{unit}], not {shown}")
-    return values
-
-
-def _parts(vehicle: ComponentLike, device: Devices, settings: dict[str, float]) -> tuple[Component, list[Component]]:
-    """Vehicle and devices with parameters and supplementary numbers set."""
-    given = vehicle_of(vehicle)
-    supplement = {name: float(settings.pop(name)) for name in list(settings) if name in given.supplement}
-    found = parts(given, device, settings)
-    held_parts = [each for each in (found[0], *found[1]) if isinstance(each, Component)]
-    if len(held_parts) <= len(found[1]):
-        raise InputError("steady turning takes components, not FMUs: give the name or the value file of the device")
-    whole, *devices = held_parts
-    whole.supplement.update(supplement)
-    return whole, devices
 
 
 def _quantities(turning: SteadyTurning, at: Equilibrium) -> dict[str, float]:

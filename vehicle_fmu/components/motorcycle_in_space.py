@@ -253,9 +253,3 @@ def _tyre(v: Any, m: Any, end: str) -> Tyre:
     names = (*magic_formula_tyres.COEFFICIENTS, *magic_formula.COEFFICIENTS)
     return Tyre({name: v[f"{end}_{name}"] for name in names}, m)
 
-
-def in_large_motion(motorcycle: TouringMotorcycle) -> TouringMotorcycleInSpace:
-    """XX"""
-    s=motorcycle.supplement
-    values = {n: x for n, x in {**motorcycle.values, **s}.items() if n in TouringMotorcycleInSpace.declared}
-    return TouringMotorcycleInSpace(f"{motorcycle.name}_in_space", motorcycle.source, **values)

@@ -17,7 +17,7 @@ from motofmi.workflows.ridden_fmus import with_archives
 
 SUMMARY = "co-simulation of the FMUs of a vehicle and its devices"
 PLACE = 70
-UNITS = {"duration": "s", "step": "s", "shortest_step": "s", "longest_step": "s", "largest_stable_step": "s",
+UNITS = {"lean": "deg", "duration": "s", "step": "s", "shortest_step": "s", "longest_step": "s", "largest_stable_step": "s",
          "steps_per_second": "1/s", "frequency": "Hz", "damping_ratio": "1", "frequency_error": "1",
          "damping_error": "1", "real_error": "1/s", "power_residual": "W", "power": "W", "energy": "J",
          "exchanged": "J", "energy_error": "1"}  # fmt: skip
@@ -28,6 +28,7 @@ coupling causes in the frequency and damping ratio of every mode.
   motofmi cosimulate --device damper:7.5 --speed 50 --step 0.01 --coupling jacobi --initial roll_angle=0.05
   motofmi cosimulate --input run.csv --step auto --duration 20    # columns: time [s], speed [m/s], steer_torque [N.m]
   motofmi cosimulate --fmu rider_of_another_tool.fmu --speed 30 --unit handlebar_torque=N.m
+  motofmi cosimulate --vehicle tum_2020 --lean 30 --speed 30 --initial steer_rate=0.5     # starts in steady turning
   motofmi cosimulate --ssp ridden.ssp --speed 30     # a system of FMUs, also one of another tool
 
 Couplings, the least costly first; without --coupling the first one with mode errors within the tolerance is used:
@@ -44,6 +45,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_ssp(parser)
     add_units(parser)
     parser.add_argument("--speed", type=float, help="forward speed [m/s] (default: 30)")
+    parser.add_argument(
+        "--lean",
+        type=float,
+        help="lean angle of the steady turning in which the run starts [deg], to the right positive; the vehicle is then in "
+             "large motion (tum_2020), with the drive torque and the steer torque of motofmi trim",
+    )
     parser.add_argument(
         "--step",
         default="0.001",
@@ -104,7 +111,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
             vehicle, devices, speed=arguments.speed, duration=arguments.duration, step=_step(arguments.step),
             coupling=arguments.coupling, tolerance=arguments.tolerance, initial=assignments(arguments.initial),
             set=assignments(arguments.settings), inputs=arguments.input, ssp=arguments.ssp,
-            units=units_of(arguments.units), out=arguments.out,
+            units=units_of(arguments.units), out=arguments.out, lean=arguments.lean,
         )  # fmt: skip
     outputs.save(found, arguments)
     return found.to_dict()
