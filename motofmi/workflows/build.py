@@ -10,6 +10,7 @@ from fmus.support.errors import InputError, unknown
 from fmus.support.notebook import html
 from fmus.support.progress import track
 from motofmi.workflows.components import ComponentLike, component, every_name
+from motofmi.workflows.corner import in_corner
 from motofmi.workflows.ssp_archive import SPEED, build_ssp
 
 VERSIONS = ("2", "3")
@@ -68,13 +69,14 @@ class BuiltFmus:
 def build(given: ComponentLike | Sequence[ComponentLike] | None = None, out: str | Path = ".", *, fmi: int | str = 2,
           backend: str = "compiled", platforms: str = "host",
           set: Mapping[str, float] | None = None, ssp: str | Path | None = None, ssp_version: int | str = 1,
-          initial: Mapping[str, float] | None = None, speed: float = SPEED) -> BuiltFmus:  # fmt: skip
+          initial: Mapping[str, float] | None = None, speed: float = SPEED, lean: float | None = None) -> BuiltFmus:  # fmt: skip
     """Write FMUs of components, of names, or of value files into a folder; without `given`, of every shipped
     component.
 
     given is a component or several; out is the folder. fmi is 2 or 3, backend `compiled` or `python` (FMI 2 only), platforms `host`, `all` or a comma list. set changes
     parameters of a single component. With `ssp` the path of an archive of SSP 1.0 or 2.0 (`ssp_version`) is written in place of the
-    folder: of one vehicle and the devices at its ports, with `initial` states and a speed [m/s] to start from. Raises
+    folder: of one vehicle and the devices at its ports, with `initial` states and a speed [m/s] to start from. With a `lean` angle [deg] the FMU is that of a vehicle in large
+    motion (tum_2020), which starts in steady turning at that lean angle and the speed, as `trim` finds it. Raises
     InputError for an unknown name or choice and a folder that cannot be written, MissingToolError if there is no C
     compiler.
 
@@ -93,11 +95,16 @@ def build(given: ComponentLike | Sequence[ComponentLike] | None = None, out: str
     chosen: Sequence[ComponentLike] = every_name() if given is None else [given] if isinstance(given,
                                                                                                ComponentLike) else given
     if ssp is not None:
+        if lean is not None:
+            raise InputError("a lean angle is that of one FMU: leave out ssp, or the lean angle")
         fmus = build_ssp(chosen if given is not None else [], Path(ssp), ssp_version, fmi=int(fmi), backend=backend,
                          platforms=platforms, set=set, initial=initial, speed=speed)  # fmt: skip
         return BuiltFmus(tuple(fmus), Path(ssp))
     if set and len(chosen) != 1:
         raise InputError(f"parameters can be set of a single component, not of {len(chosen)}; build one at a time")
-    components = [component(each, **(set or {})) for each in chosen]
+    if lean is not None:
+        components = [in_corner(each, None, set, speed).component(lean) for each in chosen]
+    else:
+        components = [component(each, **(set or {})) for each in chosen]
     return BuiltFmus(tuple(built for each in track(components, "building", len(components))
                            for built in build_all(each, out, int(fmi), backend, platforms)))  # fmt: skip

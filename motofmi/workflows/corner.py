@@ -13,10 +13,11 @@ from motofmi.workflows.components import ComponentLike
 from motofmi.workflows.components import vehicle as vehicle_of
 from motofmi.workflows.modes import Devices
 from motofmi.workflows.ridden_fmus import Part, parts
+from motofmi.workflows.ssp_archive import started
 from vehicle_fmu.large_motion.corner_modes import check_devices, held
 from vehicle_fmu.large_motion.equations import LargeMotion
 from vehicle_fmu.large_motion.in_space import in_large_motion, start_of
-from vehicle_fmu.large_motion.steady_turning import SteadyTurning
+from vehicle_fmu.large_motion.steady_turning import Equilibrium, SteadyTurning
 from vehicle_fmu.large_motion.touring_tree import check_large_motion
 from vehicle_fmu.ridden import by_name
 
@@ -37,8 +38,7 @@ class Corner:
         freedoms.
         """
         shipped, changed = in_large_motion(self.given), in_large_motion(self.whole)
-        angle = float(np.radians(checked("lean angles", "deg", lean, LARGEST_LEAN)[0]))
-        motion, equilibrium = self.turning.motion, self.turning.at(angle)
+        motion, equilibrium = self.turning.motion, self._equilibrium(lean)
         values = start_of(motion, equilibrium)
         states = {name: values.pop(name) for name in shipped.states}
         values |= {name: value for name, value in changed.values.items() if value != shipped.values[name]}
@@ -46,6 +46,13 @@ class Corner:
         posture = {f"held_{name}": float(moving[name]) for name in ("steer_angle", "frame_rate")}
         devices = [device.with_effects(HeldPosture()) for device in self.devices]
         return CornerStart(shipped, list(devices), states, {"vehicle": values, **dict.fromkeys(by_name(devices), posture)})
+
+    def component(self, lean: float) -> Component:
+        """The vehicle alone, in large motion, whose start values are those of `start`."""
+        return started(in_large_motion(self.whole), start_of(self.turning.motion, self._equilibrium(lean)))
+
+    def _equilibrium(self, lean: float) -> Equilibrium:
+        return self.turning.at(float(np.radians(checked("lean angles", "deg", lean, LARGEST_LEAN)[0])))
 
 
 @dataclass(frozen=True)

@@ -43,7 +43,7 @@ def build_ssp(given: Sequence[ComponentLike], path: Path, version: int | str = 1
         whole = with_posture_inertia(whole, {name for fmu in list(subsystems.values())[1:] for name in fmu.outputs})
     every: dict[str, Part] = {"vehicle": whole, **by_name(held)}
     with tempfile.TemporaryDirectory() as folder:
-        built = {name: build(_started(part, values[name]), Path(folder, name), fmi, backend, platforms)
+        built = {name: build(started(part, values[name]), Path(folder, name), fmi, backend, platforms)
                  for name, part in every.items() if isinstance(part, Component)}  # fmt: skip
         files = {n: built[n].path if isinstance(part, Component) else part for n, part in every.items()}
         write_ssp(path, files, wiring, values, version)
@@ -72,11 +72,11 @@ def _parameters(part: Part) -> dict[str, float]:
     return dict(part.values) if isinstance(part, Component) else {}
 
 
-def _started(part: Component, values: Mapping[str, float | int | bool | str]) -> Component:
+def started(part: Component, values: Mapping[str, float | int | bool | str]) -> Component:
     """The component with other parameters, and other starts of states and inputs."""
-    started = part.with_values(**{n: float(x) for n, x in values.items() if n in part.values})
+    twin = part.with_values(**{n: float(x) for n, x in values.items() if n in part.values})
     for name, value in values.items():
-        row = started.table[name]
+        row = twin.table[name]
         if row.role != "parameter":
-            started.table[name] = replace(row, start=in_bounds(value, row, part.name))
-    return started
+            twin.table[name] = replace(row, start=in_bounds(value, row, part.name))
+    return twin

@@ -20,6 +20,7 @@ built.
   motofmi build rider:mean_2011 --set arm_damping=20 --fmi 3
   motofmi build mine.toml --backend python                   # FMI 2.0; the slave is a Python source file
   motofmi build sharp_1971 rider:mean_2011 --ssp ridden.ssp --speed 40    # both, coupled, for any SSP tool
+  motofmi build tum_2020 --lean 30 --speed 30                # in large motion, starts in steady turning
   motofmi build rider:mean_2011 --platforms all              # needs: pip install 'motofmi[platforms]'
   motofmi build rider:mean_2011 --fmi 3 --platforms wasm     # WebAssembly, for browsers and sandboxes
 """
@@ -56,7 +57,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help="write one system instead: a vehicle and the devices at its ports, coupled")  # fmt: skip
     parser.add_argument("--ssp-version", default="1", help="of the SSP standard, 1 or 2 (default: %(default)s)")
     parser.add_argument(
-        "--speed", type=float, default=SPEED, help="forward speed in the .ssp [m/s] (default: %(default)g)"
+        "--speed", type=float, default=SPEED, help="forward speed in the .ssp or with --lean [m/s] (default: %(default)g)"
+    )
+    parser.add_argument(
+        "--lean", type=float, help="build a vehicle in large motion (tum_2020) that starts in steady turning at this lean "
+                                   "angle [deg], to the right positive, 0 for straight running"
     )
     parser.add_argument("--initial", action="append", default=[], metavar="NAME=VALUE",
                         help="start value of a state in the .ssp, in SI units; repeatable")  # fmt: skip
@@ -66,7 +71,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     return build(arguments.names or None, arguments.out, fmi=arguments.fmi, backend=arguments.backend,
                  platforms=arguments.platforms, set=assignments(arguments.settings), ssp=arguments.ssp,
                  ssp_version=arguments.ssp_version, initial=assignments(arguments.initial),
-                 speed=arguments.speed).to_dict()  # fmt: skip
+                 speed=arguments.speed, lean=arguments.lean).to_dict()  # fmt: skip
 
 
 def show(result: dict[str, Any], screen: Screen) -> None:
