@@ -206,7 +206,7 @@ void jacobian_at(Instance *s, const double *z, const double *rates, double *jaco
     const unsigned n = model.n_states, columns = n + model.n_inputs + 1;
     memset(jacobian, 0, (n + model.n_outputs) * columns * sizeof *jacobian);
     model.jacobian(z, rates, jacobian);
-    for (unsigned j = 0; model.has_mass && j < columns; j++) lu_solve(s->lu, s->pivot, n, jacobian + j, columns);
+    if (model.has_mass) lu_solve(s->lu, s->pivot, n, jacobian, columns);
 }
 
 int update_rates(Instance *s)

@@ -20,26 +20,36 @@ int lu_factor(double *a, unsigned *pivot, unsigned n)
                 a[p * n + j] = kept;
             }
         for (unsigned i = k + 1; i < n; i++) {
+            if (a[i * n + k] == 0) continue;
             const double factor = a[i * n + k] /= a[k * n + k];
-            if (factor != 0)
-                for (unsigned j = k + 1; j < n; j++) a[i * n + j] -= factor * a[k * n + j];
+            for (unsigned j = k + 1; j < n; j++) a[i * n + j] -= factor * a[k * n + j];
         }
     }
     return 1;
 }
 
-void lu_solve(const double *lu, const unsigned *pivot, unsigned n, double *b, unsigned stride)
+/* Row i of b less a factor times row j; most factors of a mass matrix with many rows of the identity are 0. */
+static void subtract(double *restrict row, const double *restrict other, double factor, unsigned columns)
+{
+    if (factor == 0) return;
+    for (unsigned c = 0; c < columns; c++) row[c] -= factor * other[c];
+}
+
+void lu_solve(const double *lu, const unsigned *pivot, unsigned n, double *b, unsigned columns)
 {
     for (unsigned k = 0; k < n; k++) {
-        const double kept = b[pivot[k] * stride];
-        b[pivot[k] * stride] = b[k * stride];
-        b[k * stride] = kept;
+        if (pivot[k] == k) continue;
+        for (unsigned c = 0; c < columns; c++) {
+            const double kept = b[pivot[k] * columns + c];
+            b[pivot[k] * columns + c] = b[k * columns + c];
+            b[k * columns + c] = kept;
+        }
     }
     for (unsigned i = 1; i < n; i++)
-        for (unsigned j = 0; j < i; j++) b[i * stride] -= lu[i * n + j] * b[j * stride];
+        for (unsigned j = 0; j < i; j++) subtract(b + i * columns, b + j * columns, lu[i * n + j], columns);
     for (unsigned i = n; i-- > 0;) {
-        for (unsigned j = i + 1; j < n; j++) b[i * stride] -= lu[i * n + j] * b[j * stride];
-        b[i * stride] /= lu[i * n + i];
+        for (unsigned j = i + 1; j < n; j++) subtract(b + i * columns, b + j * columns, lu[i * n + j], columns);
+        for (unsigned c = 0; c < columns; c++) b[i * columns + c] /= lu[i * n + i];
     }
 }
 

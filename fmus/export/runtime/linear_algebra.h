@@ -6,8 +6,8 @@
 /* LU factors of a (n, n) in place with partial pivoting; 0 when a is singular. */
 int lu_factor(double *a, unsigned *pivot, unsigned n);
 
-/* Solves for one right-hand side whose elements are `stride` apart, in place. */
-void lu_solve(const double *lu, const unsigned *pivot, unsigned n, double *b, unsigned stride);
+/* Solves for the columns of b (n, columns) in place. */
+void lu_solve(const double *lu, const unsigned *pivot, unsigned n, double *b, unsigned columns);
 
 /* phi_0 to phi_{count-1} of a (n, n), one after the other in phi; a is overwritten.
        phi_0(a) = exp(a),   phi_{k+1}(a) = (phi_k(a) - I/k!) / a

@@ -41,7 +41,7 @@ typedef struct {
     double *z, *rates, *time_slope, *k, *jacobian, *lu;
 } Scratch;
 
-/* J, f_t and x' at the present z of the work memory; u' after tau joins f_t. */
+/* J, f_t and x' at the present z of the work memory; u' after tau joins f_t. These hold until the step is accepted. */
 static int linearise(Instance *s, double tau, Scratch *w)
 {
     const unsigned n = model.n_states, nu = model.n_inputs, columns = n + nu + 1;
@@ -67,14 +67,16 @@ static double attempt(Instance *s, double tau, double h, double tolerance, const
     if (!lu_factor(w->lu, pivot, n)) return HUGE_VAL;
     for (unsigned stage = 0; stage < STAGES; stage++) {
         double *k = w->k + stage * n;
-        for (unsigned i = 0; i < n; i++) {
-            states[i] = x[i];
-            for (unsigned j = 0; j < stage; j++) states[i] += A[stage][j] * w->k[j * n + i];
-        }
+        memcpy(states, x, n * sizeof *x);
+        for (unsigned j = 0; j < stage; j++)
+            for (unsigned i = 0; i < n; i++) states[i] += A[stage][j] * w->k[j * n + i];
         memcpy(w->z + model.first_state, states, n * sizeof *states);
         w->z[0] = s->z[0] + tau + ALPHA[stage] * h;
         inputs_after(s, tau + ALPHA[stage] * h, w->z);
-        if (!rates_at(s, w->z, k)) return HUGE_VAL;
+        if (stage == 0)
+            memcpy(k, w->rates, n * sizeof *k); /* the first stage is at x */
+        else if (!rates_at(s, w->z, k))
+            return HUGE_VAL;
         for (unsigned i = 0; i < n; i++) {
             k[i] += DELTA[stage] * h * w->time_slope[i];
             for (unsigned j = 0; j < stage; j++) k[i] += C[stage][j] / h * w->k[j * n + i];
