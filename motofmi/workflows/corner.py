@@ -22,6 +22,7 @@ from vehicle_fmu.large_motion.touring_tree import check_large_motion
 from vehicle_fmu.ridden import by_name
 
 LARGEST_LEAN = 80.0  # deg
+TOLERANCE = 1e-7  # of the FMU's inner steps: of 1 ms they are exact to 1e-12 rad, and no shorter ones are needed
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,7 @@ class Corner:
         values = start_of(motion, equilibrium)
         states = {name: values.pop(name) for name in shipped.states}
         values |= {name: value for name, value in changed.values.items() if value != shipped.values[name]}
+        values["relative_tolerance"] = TOLERANCE
         moving = motion.outputs(motion.at(equilibrium.x, equilibrium.u))
         posture = {f"held_{name}": float(moving[name]) for name in ("steer_angle", "frame_rate")}
         devices = [device.with_effects(HeldPosture()) for device in self.devices]

@@ -20,6 +20,7 @@ from fmus.cosimulation.profiles import Profile, read_profile, split_units
 from fmus.cosimulation.simulate import simulate as run_alone
 from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem
 from fmus.cosimulation.subsystems.stated_units import warn_of_missing_units
+from fmus.cosimulation.subsystems.subsystem import Subsystem
 from fmus.cosimulation.subsystems.typed_values import Value
 from fmus.declaration.component import Component, in_bounds
 from fmus.declaration.units import convert
@@ -163,7 +164,7 @@ def cosimulate(vehicle: ComponentLike | None = None,
             start = corner.start(lean)
             states = {f"vehicle.{name}": value for name, value in start.states.items()} | dict(initial or {})
             built = ridden_fmus(start.vehicle, start.devices, states, units=units, parameters=start.values)
-            fmus = {n: opened.enter_context(f) for n, f in built.items()}
+            fmus: dict[str, Subsystem] = {n: opened.enter_context(f) for n, f in built.items()}
             wiring = join(fmus)
             names = _names(corner.whole, corner.devices)
         elif whole_system(ssp, vehicle, device):

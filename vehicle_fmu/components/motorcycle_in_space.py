@@ -32,7 +32,7 @@ from fmus.interfaces.handlebar import port_input, port_output, port_state
 from vehicle_fmu import magic_formula_tyres
 from vehicle_fmu.components.touring_motorcycle import FLEXIBLE, TouringMotorcycle
 from vehicle_fmu.large_motion import magic_formula
-from vehicle_fmu.large_motion.chains import CARRIER, CHAINS, ENDS, FRAME, RIGHT, Posed, posed
+from vehicle_fmu.large_motion.chains import CARRIER, CHAINS, ENDS, FRAME, Posed, posed
 from vehicle_fmu.large_motion.contact_in_frame import TyreForce, WheelOnRoad, tyre_force, wheel_on_road
 from vehicle_fmu.large_motion.frame_axes import ZERO, Twist, cross, dot, plus, times
 from vehicle_fmu.large_motion.magic_formula import Tyre

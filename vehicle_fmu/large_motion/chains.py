@@ -143,7 +143,7 @@ def posed(v: Mapping[str, Any], m: Any) -> Posed:
         "swingarm": (solids["swingarm"][0].joined(solids["rear_wheel"][0], m), links["swingarm_torsion"]),
     }
     centre, momentum = {}, {}
-    for end, name in CARRIER.items():
+    for end in ENDS:
         solid, link = solids[f"{end}_wheel"]
         centre[end] = once(m, link.place((solid.offset[0], 0, solid.offset[1])))
         momentum[end] = once(m, times(-v[f"{end}_spin_inertia"] * v[f"{end}_spin_rate"], link.axes[1]))

@@ -37,7 +37,7 @@ def in_large_motion(motorcycle: Component) -> TouringMotorcycleInSpace:
             f"free; leave {locked[0]} = 1, and raise its stiffness if it has one"
         )
     values = {name: value for name, value in given.items() if name in TouringMotorcycleInSpace.declared}
-    found = TouringMotorcycleInSpace(f"{motorcycle.name}_in_space", motorcycle.source, **values)
+    found = TouringMotorcycleInSpace(f"{motorcycle.name}_in_space", motorcycle.source, (), **values)
     found.assumed = {name: reason for name, reason in motorcycle.assumed.items() if name in found.values}
     return found
 
