@@ -196,6 +196,14 @@ Its equations hold in large motion: eight rigid bodies in space, wheels as tori 
 in side slip, longitudinal slip and camber. The steer torque is what the rider has to apply beside his passive springs, which are
 free of load in the corner. Turn slip is left out.
 
+The same motorcycle is an FMU in large motion, whose states are height, pitch and spins of the wheels in place of deflections and
+slips, and which needs no Python. `motofmi build tum_2020 --lean 30 --speed 30` writes it with the steady turn as its start.
+`motofmi cosimulate --vehicle tum_2020 --lean 30 --speed 30 --device rider:mean_2011 --initial steer_rate=0.5` couples it with the
+rider from the same start, with the trim's drive torque and steer torque as constant inputs. The rider's steer angle and frame rate
+are there relative to those of the trim, so that his springs are free of load in the steady turn, as in `motofmi trim`. Nothing
+keeps the roll: the run shows the motion after a small change, for as long as capsize is slow. A wheel that leaves the road is
+outside of the model. Generated code and compilation take about a minute, once.
+
 ## What do suspensions and acceleration do to weave in a corner?
 
 {" ".join(suspensions.paragraphs)}

@@ -147,9 +147,9 @@ def cosimulate(vehicle: ComponentLike | None = None,
         >>> run = mf.cosimulate("sharp_1971", "rider:mean_2011", speed=30, duration=0.2, initial={"steer_rate": 0.5})
         >>> run["vehicle.steer_angle"].shape
         (201,)
-        >>> run = mf.cosimulate("tum_2020", "rider:mean_2011", speed=30, lean=30, duration=0.1, initial={"steer_rate": 0.5})
-        >>> run["vehicle.roll_angle"][0].round(4)
-        0.5236
+        >>> mf.cosimulate("tum_2020", "rider:mean_2011", speed=20, lean=65)
+        Traceback (most recent call last):
+        fmus.support.errors.InputError: no steady turning at 20 m/s and a lean angle of 65 deg: ...
     """
     if not (np.isfinite(tolerance) and tolerance > 0):
         raise InputError(f"tolerance = {tolerance:g}: a tolerance must be positive and finite, as in {TOLERANCE:g}")

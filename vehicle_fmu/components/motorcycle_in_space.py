@@ -119,12 +119,12 @@ class TouringMotorcycleInSpace(Component):
     roll_rate = TouringMotorcycle.declared["roll_rate"]
     pitch_rate = state("rad/s", "Pitch rate, nose up positive", symbol="q", exposed=True)
     steer_rate = port_state("steer_rate")
-    vertical_position = state("m", "Position of A down from the road", symbol="z_A", nominal=1e-2)
+    vertical_position = state("m", "Position of A down from the road", symbol="h_A", nominal=1e-2)
     roll_angle = replace(TouringMotorcycle.declared["roll_angle"], min=-1.5, max=1.5)
     pitch_angle = state("rad", "Pitch angle, nose up positive", symbol=r"\theta_p", nominal=1e-2, exposed=True)
     steer_angle = port_state("steer_angle")
-    path_x = state("m", "Position of A along the first heading", symbol="x", nominal=10.0, exposed=True)
-    path_y = state("m", "Position of A to the right of the first heading", symbol="y", nominal=10.0, exposed=True)
+    path_x = state("m", "Position of A along the first heading", symbol="x_P", nominal=10.0, exposed=True)
+    path_y = state("m", "Position of A to the right of the first heading", symbol="y_P", nominal=10.0, exposed=True)
     heading = state("rad", "Heading, to the right positive", symbol=r"\psi", nominal=1.0, exposed=True)
     vars().update(freedoms())
 
