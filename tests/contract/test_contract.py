@@ -140,7 +140,7 @@ def test_the_jacobian_is_the_slope_of_the_derivatives(component, seed):
     space = linearise(component, **point)
     wanted = np.block([[space.A, space.B], [space.C, space.D]])
     found = slopes(component, np.array([point[n] for n in component.states + component.inputs]))
-    # Central differences of fourth order with steps of 1e-3: truncation and rounding are below 1e-8 of the largest
+    # Central differences of fourth order with steps of 1e-3, or of 1e-3 of what is nominal where less: truncation and rounding are below 1e-8 of the largest
     # slope in a row.
     scale = np.maximum(np.abs(wanted).max(axis=1, keepdims=True, initial=0), 1.0)
     assert (np.abs(found - wanted) <= 1e-6 * scale).all()
@@ -154,9 +154,9 @@ def slopes(component, point):
         return np.concatenate(component.derivatives(values[:nx], values[nx:]))
 
     columns = []
-    for i, value in enumerate(point):
+    for i, (name, value) in enumerate(zip(component.states + component.inputs, point, strict=True)):
         step = np.zeros(len(point))
-        step[i] = 1e-3 * max(abs(value), 1.0)
+        step[i] = 1e-3 * max(abs(value), min(component.table[name].nominal, 1.0))
         columns.append(
             (8 * (at(point + step) - at(point - step)) - at(point + 2 * step) + at(point - 2 * step)) / (12 * step[i])
         )
