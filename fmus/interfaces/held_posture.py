@@ -1,11 +1,11 @@
-"""A device at the handlebar whose rest is a held posture: in a corner the rider holds the bar at its steady steer angle.
+"""A device at the handlebar whose rest is a held posture: in a corner, the bar at its steady steer angle.
 
 With the steer angle delta_0 and the frame rate w_0 of the held posture, the device has
 
     steer_angle - delta_0,    frame_rate - w_0
 
-in place of the motion at its port. Its springs are then free of load in the held posture, and its torques are those that
-are added to the constant ones with which the posture is held.
+in place of the motion at its port. Its springs are then free of load in the held posture, and its torques are those
+that are added to the constant ones with which the posture is held.
 """
 
 from typing import Any

@@ -69,16 +69,18 @@ class BuiltFmus:
 def build(given: ComponentLike | Sequence[ComponentLike] | None = None, out: str | Path = ".", *, fmi: int | str = 2,
           backend: str = "compiled", platforms: str = "host",
           set: Mapping[str, float] | None = None, ssp: str | Path | None = None, ssp_version: int | str = 1,
-          initial: Mapping[str, float] | None = None, speed: float = SPEED, lean: float | None = None) -> BuiltFmus:  # fmt: skip
+          initial: Mapping[str, float] | None = None, speed: float = SPEED,
+          lean: float | None = None) -> BuiltFmus:  # fmt: skip
     """Write FMUs of components, of names, or of value files into a folder; without `given`, of every shipped
     component.
 
-    given is a component or several; out is the folder. fmi is 2 or 3, backend `compiled` or `python` (FMI 2 only), platforms `host`, `all` or a comma list. set changes
-    parameters of a single component. With `ssp` the path of an archive of SSP 1.0 or 2.0 (`ssp_version`) is written in place of the
-    folder: of one vehicle and the devices at its ports, with `initial` states and a speed [m/s] to start from. With a `lean` angle [deg] the FMU is that of a vehicle in large
-    motion (tum_2020), which starts in steady turning at that lean angle and the speed, as `trim` finds it. Raises
-    InputError for an unknown name or choice and a folder that cannot be written, MissingToolError if there is no C
-    compiler.
+    given is a component or several; out is the folder. fmi is 2 or 3, backend `compiled` or `python` (FMI 2 only),
+    platforms `host`, `all` or a comma list. set changes parameters of a single component. With `ssp` the path of an
+    archive of SSP 1.0 or 2.0 (`ssp_version`) is written in place of the folder: of one vehicle and the devices at its
+    ports, with `initial` states and a speed [m/s] to start from. With a `lean` angle [deg] the FMU is that of a vehicle
+    in large motion (tum_2020), which starts in steady turning at that lean angle and the speed, as `trim` finds it.
+    Raises InputError for an unknown name or choice and a folder that cannot be written, MissingToolError if there is no
+    C compiler.
 
         >>> built = mf.build(["damper:7.5", "damper:high_2011"], "out")
         >>> len(built), built[0].path.name, sorted(built.to_dict())

@@ -47,7 +47,8 @@ class Corner:
         moving = motion.outputs(motion.at(equilibrium.x, equilibrium.u))
         posture = {f"held_{name}": float(moving[name]) for name in ("steer_angle", "frame_rate")}
         devices = [device.with_effects(HeldPosture()) for device in self.devices]
-        return CornerStart(shipped, list(devices), states, {"vehicle": values, **dict.fromkeys(by_name(devices), posture)})
+        each = {"vehicle": values, **dict.fromkeys(by_name(devices), posture)}
+        return CornerStart(shipped, list(devices), states, each)
 
     def component(self, lean: float) -> Component:
         """The vehicle alone, in large motion, whose start values are those of `start`."""

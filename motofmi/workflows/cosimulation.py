@@ -108,7 +108,8 @@ class VehicleRun(FmuRun):
         }
         return {
             "vehicle": self.vehicle, "device": self.device, "assumed": dict(self.assumed or {}),
-            "lean": self.lean, "file": None if self.path is None else str(self.path), "duration": self.duration, "step": self.step,
+            "lean": self.lean, "file": None if self.path is None else str(self.path), "duration": self.duration,
+            "step": self.step,
             "steps": self.steps, "shortest_step": self.shortest, "longest_step": self.longest,
             "coupling": self.coupling, "steps_per_second": self.steps_per_second, "predicted": dict(self.errors or {}),
             "stable": self.predicted.stable if self.predicted else None,
@@ -135,14 +136,14 @@ def cosimulate(vehicle: ComponentLike | None = None,
     in their FMU. With `out` the rows go to that CSV file, else they stay in the run.
 
     A rider's inertia at the handlebar is bound to the vehicle, and the mass of a rider who leans is taken out of its
-    rear frame, as in `modes`. `ssp` is the path of a whole system in place of vehicle and device: speed and duration are
-    then those in the archive where none are given.
+    rear frame, as in `modes`. `ssp` is the path of a whole system in place of vehicle and device: speed and duration
+    are then those in the archive where none are given.
 
-    With a `lean` angle [deg], to the right positive, the vehicle (tum_2020) is in large motion and starts in steady turning
-    as `trim` finds it, with its constant drive torque and steer torque as inputs; set may name numbers of the supplement of
-    its value file. Devices are components at the handlebar, whose motion is relative to that of steady turning: their
-    springs are free of load there. Nothing keeps the roll: the run shows the motion after a small change by initial. Raises InputError for arguments that cannot be used,
-    SimulationError if the coupling diverges.
+    With a `lean` angle [deg], to the right positive, the vehicle (tum_2020) is in large motion and starts in steady
+    turning as `trim` finds it, with its constant drive torque and steer torque as inputs; set may name numbers of the
+    supplement of its value file. Devices are components at the handlebar, whose motion is relative to that of steady
+    turning: their springs are free of load there. Nothing keeps the roll: the run shows the motion after a small change
+    by initial. Raises InputError for arguments that cannot be used, SimulationError if the coupling diverges.
 
         >>> run = mf.cosimulate("sharp_1971", "rider:mean_2011", speed=30, duration=0.2, initial={"steer_rate": 0.5})
         >>> run["vehicle.steer_angle"].shape
@@ -159,7 +160,7 @@ def cosimulate(vehicle: ComponentLike | None = None,
     with ExitStack() as opened:
         if lean is not None:
             if ssp is not None or "speed" in columns:
-                raise InputError("a lean angle is given with one speed of a vehicle: leave out ssp and the column speed")
+                raise InputError("a lean angle takes one speed of one vehicle: leave out ssp and the column speed")
             corner = in_corner(vehicle, device, set, SPEED if speed is None else speed)
             start = corner.start(lean)
             states = {f"vehicle.{name}": value for name, value in start.states.items()} | dict(initial or {})
@@ -185,7 +186,8 @@ def cosimulate(vehicle: ComponentLike | None = None,
         linear, named = linear_network(fmus, wiring), mode_names(fmus, wiring)
         run = run_together(fmus, step, duration, coupling, wiring=wiring, profile=profile, out=out, tolerance=tolerance)
     return VehicleRun(
-        **vars(run), **names, duration=duration, lean=lean, errors=errors_by_mode(named, run.predicted) if run.predicted else {},
+        **vars(run), **names, duration=duration, lean=lean,
+        errors=errors_by_mode(named, run.predicted) if run.predicted else {},
         largest_stable_step=largest_stable_step(coupling_of(run.coupling), linear),
     )  # fmt: skip
 

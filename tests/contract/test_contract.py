@@ -140,8 +140,8 @@ def test_the_jacobian_is_the_slope_of_the_derivatives(component, seed):
     space = linearise(component, **point)
     wanted = np.block([[space.A, space.B], [space.C, space.D]])
     found = slopes(component, np.array([point[n] for n in component.states + component.inputs]))
-    # Central differences of fourth order with steps of 1e-3, or of 1e-3 of what is nominal where less: truncation and rounding are below 1e-8 of the largest
-    # slope in a row.
+    # Central differences of fourth order with steps of 1e-3, or of 1e-3 of what is nominal where that is less:
+    # truncation and rounding are below 1e-8 of the largest slope in a row.
     scale = np.maximum(np.abs(wanted).max(axis=1, keepdims=True, initial=0), 1.0)
     assert (np.abs(found - wanted) <= 1e-6 * scale).all()
 

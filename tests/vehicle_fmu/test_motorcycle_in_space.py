@@ -62,7 +62,7 @@ def test_values_are_those_of_the_value_file():
     assert {n: row.unit for n, row in BIKE.rows("parameter").items() if n in units} == {
         n: unit for n, unit in units.items() if n in BIKE.values
     }
-    with pytest.raises(InputError, match="front_suspension = 0, but the component in large motion has all freedoms free"):
+    with pytest.raises(InputError, match="front_suspension = 0, but the component in large motion has all"):
         in_large_motion(LOCKED)
     with pytest.raises(InputError, match="has no equations for corners"):
         in_large_motion(motorcycles.load("sharp_1971"))
@@ -84,7 +84,7 @@ def test_accelerations_are_those_of_the_formulation_with_conditions():
         # Rounding of a solution with a mass matrix of condition 1e6 and of forces of 1e5 N that cancel.
         assert [rates[n] for n in wanted] == pytest.approx(list(wanted.values()), rel=1e-9, abs=1e-11 * largest)
         shown = motion.outputs(found) | {f"{end}_longitudinal_force": found.longitudinal_force[end] for end in ENDS}
-        assert [outputs[n] for n in shown] == pytest.approx([*map(float, shown.values())], rel=1e-9, abs=1e-8)  # N: of 1e3 N
+        assert [outputs[n] for n in shown] == pytest.approx([*map(float, shown.values())], rel=1e-9, abs=1e-8)
 
 
 def kinetic_energy(values):
@@ -115,8 +115,7 @@ def test_steady_turning_is_an_equilibrium_with_the_modes_of_trim(turning, lean):
     wanted = np.linalg.eigvals(turning.linearised(equilibrium)[0])
     assert len(found) == len(wanted)
     nearest = np.abs(found - wanted[:, None]).min(axis=1)
-    # Differences of fourth order with rounding, of matrices with entries of up to 1e6: 1e-6 of a mode's size, and the slow
-    # mode of speed.
+    # Differences of fourth order with rounding, of matrices with entries of up to 1e6.
     assert (nearest <= 1e-5 * np.maximum(np.abs(wanted), 1.0)).all()
 
 
@@ -136,7 +135,9 @@ def slopes(at, names):
 
 @pytest.mark.study
 def test_energy_balance_of_a_simulated_swing(turning):
-    """A push on the bar at 30 deg of lean: the energy gained is the integral of the power, both by the other formulation."""
+    """A push on the bar at 30 deg of lean: the energy gained is the integral of the power, both by the other
+    formulation.
+    """
     from scipy.integrate import solve_ivp  # noqa: PLC0415
 
     motion, equilibrium = turning.motion, turning.at(np.radians(30.0))
@@ -164,7 +165,8 @@ def with_conditions(motion, state):
         if name not in NOWHERE:
             q[k] = values.get(POSITIONS.get(name, f"{name}_position"), 0.0)
     for end, wheel in motion._contacts(motion.tree.motion(q, w), np.zeros(2)).items():
-        values[f"{end}_tyre_deflection_position"], values[f"{end}_tyre_deflection_rate"] = wheel.deflection, -wheel.rises @ w
+        values[f"{end}_tyre_deflection_position"] = wheel.deflection
+        values[f"{end}_tyre_deflection_rate"] = -wheel.rises @ w
         values[f"{end}_longitudinal_slip"] = -(wheel.slides @ w) / wheel.along
     return np.array([values[name] for name in motion.states])
 

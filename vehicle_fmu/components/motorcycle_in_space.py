@@ -1,14 +1,14 @@
-r"""The touring motorcycle of `vehicle_fmu.components.touring_motorcycle` in large motion on a flat road, all freedoms free.
+r"""The touring motorcycle of `vehicle_fmu.components.touring_motorcycle` in large motion on a flat road.
 
-With the velocities u, v, w of the point A along the heading, to the right of it and down, yaw rate r, rates p of roll phi
-and q of pitch theta, rates of the freedoms, and the spins of the wheels, all 18 in s:
+All freedoms are free. With the velocities u, v, w of the point A along the heading, to the right of it and down, yaw
+rate r, rates p of roll phi and q of pitch theta, rates of the freedoms, and the spins of the wheels, all 18 in s:
 
     M(q) s' = Q(q, s, inputs)
 
-Height, pitch and spins are states, from which the tyres' deflections and longitudinal slips follow, so that there are no
-conditions. Kinematics and inertia: `vehicle_fmu.large_motion.frame_axes` and `chains`, in axes of the frame; tyres and
-contact: `magic_formula` and `contact_in_frame`; suspensions: `suspension`, all in `vehicle_fmu.large_motion`. Wheels obey
-i_p (Omega' - e.omega') = T - X_l rho, with the torque T between wheel and carrier, and slip angles relax as
+Height, pitch and spins are states, from which the tyres' deflections and longitudinal slips follow, so that there are
+no conditions. Kinematics and inertia: `vehicle_fmu.large_motion.frame_axes` and `chains`, in axes of the frame; tyres
+and contact: `magic_formula` and `contact_in_frame`; suspensions: `suspension`, all in `vehicle_fmu.large_motion`.
+Wheels obey i_p (Omega' - e.omega') = T - X_l rho, with the torque T between wheel and carrier, and slip angles relax as
 
     alpha'' = (alpha - alpha') t.X' / sigma(Z, u)
 
@@ -61,7 +61,9 @@ RATES = (*FRAME, *(f"{name}_rate" for chain in CHAINS for name in chain), *(f"{e
 
 
 def parameters() -> Iterator[tuple[str, Variable]]:
-    """The parameters of the motorcycle in straight running but the locks of its freedoms, and those of its supplement."""
+    """The parameters of the motorcycle in straight running but the locks of its freedoms, and those of its
+    supplement.
+    """
     for name, row in TouringMotorcycle.declared.items():
         if row.role == "parameter" and name not in FLEXIBLE:
             yield name, row
@@ -81,7 +83,8 @@ def parameters() -> Iterator[tuple[str, Variable]]:
     for end in ENDS:
         for name in magic_formula.COEFFICIENTS:
             meaning = f"Coefficient {name} of the Magic Formula, {end} tyre"
-            yield f"{end}_{name}", parameter(UNITS.get(name, "1"), meaning, min=-1e6, max=1e6, start=SIZES.get(name, 0.0))
+            unit, start = UNITS.get(name, "1"), SIZES.get(name, 0.0)
+            yield f"{end}_{name}", parameter(unit, meaning, min=-1e6, max=1e6, start=start)
 
 
 def freedoms() -> Iterator[tuple[str, Variable]]:
@@ -102,7 +105,7 @@ def freedoms() -> Iterator[tuple[str, Variable]]:
 
 
 class TouringMotorcycleInSpace(Component):
-    """Touring motorcycle in large motion: bodies in space, suspensions, tyres that deflect, slip and relax on a flat road."""
+    """Touring motorcycle in large motion: bodies in space, suspensions, tyres that deflect and slip on a flat road."""
 
     vars().update(parameters())
     drive_torque = input("N.m", "Torque between swingarm and rear wheel, drives where positive", symbol="T_r")
@@ -111,8 +114,8 @@ class TouringMotorcycleInSpace(Component):
     handlebar_torque = port_input("handlebar_torque")
     frame_torque = port_input("frame_torque")
 
-    forward_speed = state("m/s", "Forward speed along the heading", symbol="u", start=30.0, min=0.1, max=200, nominal=10.0,
-                          exposed=True)  # fmt: skip
+    forward_speed = state("m/s", "Forward speed along the heading", symbol="u", start=30.0, min=0.1, max=200,
+                          nominal=10.0, exposed=True)  # fmt: skip
     lateral_velocity = TouringMotorcycle.declared["lateral_velocity"]
     vertical_velocity = state("m/s", "Velocity of A down", symbol="w_z")
     yaw_rate = TouringMotorcycle.declared["yaw_rate"]
@@ -129,7 +132,8 @@ class TouringMotorcycleInSpace(Component):
     vars().update(freedoms())
 
     frame_rate = port_output("frame_rate")
-    front_suspension_force = output("N", "Force of the front suspension against compression", symbol="F_{sf}", nominal=1e3)
+    front_suspension_force = output("N", "Force of the front suspension against compression", symbol="F_{sf}",
+                                    nominal=1e3)  # fmt: skip
     rear_suspension_force = output("N", "Force of the rear spring and damper against compression", symbol="F_{sr}",
                                    nominal=1e3)  # fmt: skip
     head_torque = local("N.m", "Torque of the steering head against the steer rate, such as of a damper", symbol="T_s")
@@ -207,8 +211,9 @@ class TouringMotorcycleInSpace(Component):
 
     @staticmethod
     def _tyre(v: Any, m: Any, at: Posed, end: str) -> tuple[WheelOnRoad, TyreForce]:
-        wheel = wheel_on_road(at.links[CARRIER[end]], at.centre[end], at.down, v.vertical_position, v[f"{end}_spin_rate"],
-                              at.height[end], v[f"{end}_section_radius"], v[f"{end}_wheel_radius"], m)  # fmt: skip
+        wheel = wheel_on_road(at.links[CARRIER[end]], at.centre[end], at.down, v.vertical_position,
+                              v[f"{end}_spin_rate"], at.height[end], v[f"{end}_section_radius"],
+                              v[f"{end}_wheel_radius"], m)  # fmt: skip
         name = f"{end}_tyre_deflection"
         elastic = v[f"{name}_preload"] + v[f"{name}_stiffness"] * wheel.deflection
         load = m.term(elastic + v[f"{name}_damping"] * wheel.sinking)

@@ -1,9 +1,9 @@
-"""The touring motorcycle's links and bodies in axes of its frame, at coordinates and rates, without accelerations of these.
+"""The touring motorcycle's links and bodies in axes of its frame, at coordinates and rates.
 
-Freedoms, joints and axes are those of `vehicle_fmu.large_motion.touring_tree`, all free: the fork twists with the frame,
-steers, bends to the side and lengthwise, twists, and its lower part slides; the swingarm turns about its pivot and twists;
-the rider slides and leans. Lower fork and front wheel, swingarm and rear wheel are one body each, to which the wheel's spin
-adds a momentum.
+Freedoms, joints and axes are those of `vehicle_fmu.large_motion.touring_tree`, all free: the fork twists with the
+frame, steers, bends to the side and lengthwise, twists, and its lower part slides; the swingarm turns about its pivot
+and twists; the rider slides and leans. Lower fork and front wheel, swingarm and rear wheel are one body each, to which
+the wheel's spin adds a momentum.
 
 Down D, heading X and right of the heading H have, in axes of the frame, at roll phi and pitch theta, the components
 
@@ -56,8 +56,8 @@ CARRIED = {  # bodies that a link carries beside those of the links that it carr
 
 @dataclass(frozen=True)
 class Posed:
-    """The motorcycle at a moment: directions X, H, D and twists of the frame's rates; links by the name of their freedom,
-    `frame` among them; bodies by name; wheels' centres, heights upright and spin momenta by end.
+    """The motorcycle at a moment: directions X, H, D and twists of the frame's rates; links by the name of their
+    freedom, `frame` among them; bodies by name; wheels' centres, heights upright and spin momenta by end.
     """
 
     ahead: Vector
@@ -191,6 +191,8 @@ def _solid(b: Any, pitch: Any, base: tuple[Any, Any], axes: tuple[Any, Any], m: 
 
 
 def _joint(v: Mapping[str, Any], points: Mapping[str, Any], name: str) -> tuple[Any, Any]:
-    """Steering head and swingarm's pivot from the reference point; the fork's joint from the upper fork's mass centre."""
+    """Steering head and swingarm's pivot from the reference point; the fork's joint from the upper fork's mass
+    centre.
+    """
     x, z = points["upper_fork"] if name == "fork_joint" else (0, -v["reference_height"])
     return x + v[f"{name}_x"], z - v[f"{name}_z"]

@@ -1,14 +1,14 @@
 r"""A torus on a flat road, and its tyre's wrench, in axes of the motorcycle's frame.
 
-The formulas of `vehicle_fmu.large_motion.contact`, with the height z of A (down positive) and the road's direction down D
-as given, and the slip as a result. With the wheel's centre W, the axle e, s = e.D = sin gamma, c = cos gamma:
+The formulas of `vehicle_fmu.large_motion.contact`, with the height z of A (down positive) and the road's direction down
+D as given, and the slip as a result. With the wheel's centre W, the axle e, s = e.D = sin gamma, c = cos gamma:
 
     d = (D - s e) / c,    delta = z + W.D + (R - r_c) c + r_c,    X = W + (R - r_c) d + (r_c - delta) D
     t = e x D / c,    n = D x t,    delta' = X'.D
     kappa = Omega rho / (t.X') - 1,    rho = R_w - r_c + (r_c - delta) c,    alpha = -atan(n.X' / t.X')
 
-The tyre's load F_0 + k delta + c delta' acts against D, its longitudinal force X_l along t and with -X_l rho on the spin,
-its side force along n, its moment about D, at X on the wheel's carrier.
+The tyre's load F_0 + k delta + c delta' acts against D, its longitudinal force X_l along t and with -X_l rho on the
+spin, its side force along n, its moment about D, at X on the wheel's carrier.
 
 Source: as in `vehicle_fmu.large_motion.contact` and `vehicle_fmu.large_motion.tyre_forces`.
 """

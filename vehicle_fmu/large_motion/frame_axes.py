@@ -17,8 +17,8 @@ of all that the link k carries, the mass matrix is, for a link j on its path,
 
     M_jk = S_j.(I a + m c x s, m s - m c x a),    S_k = (a, s)
 
-The equations are written for numbers, arrays and symbols (`m`). `vehicle_fmu.large_motion.tree` is a second formulation,
-in fixed axes and by Jacobians.
+The equations are written for numbers, arrays and symbols (`m`). `vehicle_fmu.large_motion.tree` is a second
+formulation, in fixed axes and by Jacobians.
 
 Source: Featherstone, Rigid Body Dynamics Algorithms (2008), recursive Newton-Euler and composite rigid bodies.
 """
@@ -155,8 +155,8 @@ def applied(tensor: tuple[Any, ...], a: Vector) -> Vector:
 
 @dataclass(frozen=True)
 class Solid:
-    """A body in axes of its link, with a plane of symmetry y = 0: mass, offset (x, z) of its mass centre from the link's
-    reference point, inertias about it, and the integral of x z dm.
+    """A body in axes of its link, with a plane of symmetry y = 0: mass, offset (x, z) of its mass centre from the
+    link's reference point, inertias about it, and the integral of x z dm.
     """
 
     mass: Any
@@ -190,7 +190,9 @@ class Body:
     tensor: tuple[Any, ...]
 
     def wrench(self, link: Link, gravity: Vector, spin: Vector, m: Any) -> Twist:
-        """The wrench that its motion without the acceleration of rates and its weight need; spin is its spin momentum."""
+        """The wrench that its motion without the acceleration of rates and its weight need; spin is its spin
+        momentum.
+        """
         omega, alpha, c = link.twist.angular, link.acceleration.angular, self.centre
         velocity = once(m, link.twist.velocity(c))
         pull = times(-1, gravity)
@@ -211,8 +213,9 @@ def body(solid: Solid, link: Link, m: Any) -> Body:
 
     tensor = tuple(m.term(entry(i, k)) for i, k in TENSOR)
     squared = dot(centre, centre)
-    about = [t + solid.mass * (int(i == k) * squared - centre[i] * centre[k]) for t, (i, k) in zip(tensor, TENSOR, strict=True)]
-    return Body(Inertia(solid.mass, times(solid.mass, centre), tuple(about)).once(m), centre, tensor)
+    steiner = (solid.mass * (int(i == k) * squared - centre[i] * centre[k]) for i, k in TENSOR)
+    about = tuple(t + d for t, d in zip(tensor, steiner, strict=True))
+    return Body(Inertia(solid.mass, times(solid.mass, centre), about).once(m), centre, tensor)
 
 
 TENSOR = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))

@@ -33,8 +33,8 @@ def in_large_motion(motorcycle: Component) -> TouringMotorcycleInSpace:
     given = {**motorcycle.values, **motorcycle.supplement}
     if locked := [name for name in (*FLEXIBLE, *PLANE) if given[name] != 1.0]:
         raise InputError(
-            f"{motorcycle.name}: {locked[0]} = {given[locked[0]]:g}, but the component in large motion has all freedoms "
-            f"free; leave {locked[0]} = 1, and raise its stiffness if it has one"
+            f"{motorcycle.name}: {locked[0]} = {given[locked[0]]:g}, but the component in large motion has all "
+            f"freedoms free; leave {locked[0]} = 1, and raise its stiffness if it has one"
         )
     values = {name: value for name, value in given.items() if name in TouringMotorcycleInSpace.declared}
     found = TouringMotorcycleInSpace(f"{motorcycle.name}_in_space", motorcycle.source, (), **values)

@@ -57,11 +57,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help="write one system instead: a vehicle and the devices at its ports, coupled")  # fmt: skip
     parser.add_argument("--ssp-version", default="1", help="of the SSP standard, 1 or 2 (default: %(default)s)")
     parser.add_argument(
-        "--speed", type=float, default=SPEED, help="forward speed in the .ssp or with --lean [m/s] (default: %(default)g)"
+        "--speed", type=float, default=SPEED,
+        help="forward speed in the .ssp or with --lean [m/s] (default: %(default)g)"
     )
     parser.add_argument(
-        "--lean", type=float, help="build a vehicle in large motion (tum_2020) that starts in steady turning at this lean "
-                                   "angle [deg], to the right positive, 0 for straight running"
+        "--lean", type=float,
+        help="build a vehicle in large motion (tum_2020) that starts in steady turning at this lean angle [deg], to "
+             "the right positive, 0 for straight running"
     )
     parser.add_argument("--initial", action="append", default=[], metavar="NAME=VALUE",
                         help="start value of a state in the .ssp, in SI units; repeatable")  # fmt: skip

@@ -17,7 +17,8 @@ from motofmi.workflows.ridden_fmus import with_archives
 
 SUMMARY = "co-simulation of the FMUs of a vehicle and its devices"
 PLACE = 70
-UNITS = {"lean": "deg", "duration": "s", "step": "s", "shortest_step": "s", "longest_step": "s", "largest_stable_step": "s",
+UNITS = {"lean": "deg", "duration": "s", "step": "s", "shortest_step": "s", "longest_step": "s",
+         "largest_stable_step": "s",
          "steps_per_second": "1/s", "frequency": "Hz", "damping_ratio": "1", "frequency_error": "1",
          "damping_error": "1", "real_error": "1/s", "power_residual": "W", "power": "W", "energy": "J",
          "exchanged": "J", "energy_error": "1"}  # fmt: skip
@@ -48,8 +49,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--lean",
         type=float,
-        help="lean angle of the steady turning in which the run starts [deg], to the right positive; the vehicle is then in "
-             "large motion (tum_2020), with the drive torque and the steer torque of motofmi trim",
+        help="lean angle of the steady turning in which the run starts [deg], to the right positive; the vehicle is "
+             "then in large motion (tum_2020), with the drive torque and the steer torque of motofmi trim",
     )
     parser.add_argument(
         "--step",
