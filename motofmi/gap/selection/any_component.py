@@ -309,13 +309,18 @@ def _unless_doubtful(
 
 
 def _missed(found: Fit) -> float:
-    """The rms of the misfit of an output, without white noise, over the rms of the output [1]; the largest of all."""
-    model: Any = found.model
+    """The rms of the misfit of an output in the band that is compared, without white noise, over the rms of the output
+    [1]; the largest of all."""
     shares = []
-    for index, run in enumerate(found.runs):
-        misfit = np.std(model.residuals_and_motion(run, found.of_run(index))[0], axis=0)
-        noise = WHITE_NOISE_FACTOR * np.array([white_noise(y) for y in run.measured.T])
-        shares += list(np.sqrt(np.maximum(misfit**2 - noise**2, 0.0)) / np.std(run.measured, axis=0))
+    ends = np.cumsum([len(run.data) for run in found.runs])
+    for run, residuals in zip(found.runs, np.split(found.residuals[: ends[-1]], ends[:-1]), strict=True):
+        owners = np.array([column.degree for column in run.reduction.columns])
+        samples = sum(last - first for first, last, _ in run.reduction.spans)
+        for output, y in enumerate(run.measured.T):
+            own = owners == output
+            noise = np.sum(own) * (WHITE_NOISE_FACTOR * white_noise(y)) ** 2
+            power = np.sum((residuals[own] * run.deviation[own]) ** 2) - noise
+            shares.append(np.sqrt(max(power, 0.0) / samples) / np.std(y))
     return float(max(shares))
 
 
