@@ -59,12 +59,13 @@ def too_large(model: FreeInitialStateModel, runs: Sequence[SampledRun], x: np.nd
     return float(np.log(np.clip(ratio, 1e-6, 1e6))) if ratio > 0 else 0.0
 
 
-def poles(model: FreeInitialStateModel, x: np.ndarray) -> np.ndarray:
-    """The poles (nx,) of the component's free motion about rest; none where a motion is imposed."""
+def poles(model: FreeInitialStateModel, x: np.ndarray, **at: np.ndarray) -> np.ndarray:
+    """The poles (..., nx) of the component's free motion about rest, or about points at which some of its variables have
+    given values (...); none where a motion is imposed."""
     component, values = model.component, model.values(x[: len(model.names)])
     if isinstance(component, ImposedMotion) or not component.states:
         return np.zeros(0)
-    return np.linalg.eigvals(linearise(component.with_values(**within_bounds(component, values))).A)
+    return np.linalg.eigvals(linearise(component.with_values(**within_bounds(component, values)), **at).A)
 
 
 def within_bounds(component: Component, values: Mapping[str, float]) -> dict[str, float]:

@@ -22,6 +22,7 @@ from motofmi.gap.estimation.base_fit import fitted_base, fitted_values
 from motofmi.gap.estimation.candidate import Candidate, adequate, noise_is_known, ranked
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.estimation.fitting import fit, fit_or_none
+from motofmi.gap.estimation.initial_fit import stable_segments
 from motofmi.gap.estimation.stages import Stage, running
 from motofmi.gap.estimation.unit_plausibility import common_factor
 from motofmi.gap.experiments.input_output import InputOutputExperiment
@@ -89,7 +90,9 @@ def investigate(
     def search(report: OnProgress) -> Verdict:
         with running(Stage.BASE):
             base, candidates = fitted_base(experiment, runs, given or {}, library, criteria)
-            validation_runs = [prepare_sampled_run(recording, base.model.experiment) for recording in validation]
+            prepared = [prepare_sampled_run(recording, base.model.experiment) for recording in validation]
+            model: Any = base.model
+            validation_runs = [stable_segments(model, run, base.x) for run in prepared]
             report(_undecided(base, validation_runs, criteria))
         return _selected(base, [*candidates, *more_effects], validation_runs, report, criteria)
 
