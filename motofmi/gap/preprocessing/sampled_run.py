@@ -313,14 +313,18 @@ def _compared(
 
 
 def _decimated(recording: Recording, experiment: InputOutputExperiment) -> tuple[Recording, tuple[str, ...]]:
-    """The recording at a lower rate, where its rate is far above the highest frequency in it."""
-    wanted = [*experiment.outputs, *experiment.inputs]
+    """The recording at a lower rate, where its rate is far above the highest frequency of what is compared.
+
+    An input may have higher frequencies: a low-pass filter commutes with the linear part of the component, and what an
+    input beyond ten times the band of the outputs does to them is below their noise.
+    """
+    wanted = [*experiment.outputs, *filter(None, [experiment.imposed])]
     highest = max(highest_frequency(recording[n], recording.rate) for n in wanted if np.ptp(recording[n]) > 0)
     factor = int(recording.rate / (OVERSAMPLING * highest))
     if factor < 2 or len(recording.time) < MOST_SAMPLES:
         return recording, ()
     factor = min(factor, len(recording.time) // (MOST_SAMPLES // 2))
-    note = f"{recording.name}: decimated to {recording.rate / factor:.4g} Hz; its highest frequency is {highest:.3g} Hz"
+    note = f"{recording.name}: decimated to {recording.rate / factor:.4g} Hz; the highest frequency that is compared is {highest:.3g} Hz"
     return slower(recording, factor), (note,)
 
 
