@@ -98,7 +98,7 @@ def _excerpt(run: SampledRun, length: int) -> SampledRun:
 def stable_segments(model: FreeInitialStateModel, run: SampledRun, x: np.ndarray) -> SampledRun:
     """The run, cut where the component's unstable free motion would grow too far over a segment.
 
-    The component is linearised along the recorded motion: a pendulum is stable where it hangs, and not where it stands.
+    The component is linearised along the recorded motion: a pendulum is unstable about its upper equilibrium only.
     """
     samples = len(run.measured)
     points = np.unique(np.linspace(0, samples - 1, min(samples, POINTS)).astype(int))
