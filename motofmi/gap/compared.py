@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 
 from motofmi.gap.comparison.closable import closed_share
-from motofmi.gap.comparison.compared_model import ComparedModel
 from motofmi.gap.selection.result import Verdict
 
 
@@ -27,8 +26,8 @@ def compared(verdict: Verdict) -> list[dict[str, Any]]:
         closed = closed_share(base.out_of_sample, model.out_of_sample, found.flexible_mean_square)
         rows.append({
             "effects": [{"name": e.family, "form": e.form} for e in model.effects],
-            "loss_fitted": _mean_loss(model, model.fitted),
-            "loss_validation": _mean_loss(model, model.validation) if len(model.validation) else None,
+            "loss_fitted": float(np.mean(np.log(model.fitted + model.floor))),
+            "loss_validation": model.validation_loss if len(model.validation) else None,
             "closed": None if model is base else asdict(closed),
             "standing": "base" if model is base else standing[id(model)],
         })  # fmt: skip
@@ -50,7 +49,3 @@ def closed_alone(verdict: Verdict) -> dict[tuple[str, str], float]:
         for model in found.models
         if len(model.effects) == 1
     }
-
-
-def _mean_loss(model: ComparedModel, mean_squares: np.ndarray) -> float:
-    return float(np.mean(np.log(mean_squares + model.floor)))

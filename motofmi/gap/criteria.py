@@ -201,5 +201,6 @@ class Criteria:
     coarse."""
 
     fewest_validation_blocks: int = 6
-    """The same for validation runs, where there are any [1]; the parameters are fixed there, so that fewer blocks
-    are sufficient."""
+    """Independent blocks of validation runs below which they are not judged alone, but together with the left-out blocks
+    of the fitted runs [1]: with fewer, resampled means are too coarse for an interval of 95 %. A name must then reduce
+    their mean loss."""

@@ -31,14 +31,16 @@ def headline(result: dict[str, Any]) -> str:
 
 
 def _closed(result: dict[str, Any]) -> str:
-    """The share of the closable misfit on validation runs that is closed, with its 95 % interval."""
+    """The share of the closable misfit that is closed on validation runs or, without them, on left-out blocks of the
+    fitted runs, with its 95 % interval."""
     share = result["explained"]
     if share is None:
         return ""
+    where = "validation runs" if result["gap"]["rms"]["holdout_after"] is not None else "left-out blocks of the fitted runs"
     if share["share"] <= 0:
-        return "; on validation runs it closes nothing of the closable misfit"
-    return (f"; closes {share['share']:.1%} [{share['low']:.1%}, {share['high']:.1%}] of the closable misfit on "
-            "validation runs")  # fmt: skip
+        return f"; on {where} it closes nothing of the closable misfit"
+    interval = f"[{share['low']:.1%}, {share['high']:.1%}]"
+    return f"; closes {share['share']:.1%} {interval} of the closable misfit on {where}"
 
 
 def _left(result: dict[str, Any]) -> str:

@@ -34,7 +34,7 @@ class ComparedModel:
     fitted (blocks,) are the mean squares on blocks of the fitted runs, each in the fit without that block; validation
     (blocks,) are those on validation runs, empty where there are none. Every output is divided by the scale of the
     comparison, so that mean squares have no unit. floor [1] is the mean square that no model of a real component is
-    expected to go below.
+    expected to go below. judged_alone is whether the validation blocks are enough to be judged without the fitted runs.
     """
 
     effects: tuple[type[Effect], ...]
@@ -42,6 +42,7 @@ class ComparedModel:
     fitted: np.ndarray
     validation: np.ndarray
     floor: float
+    judged_alone: bool = True
 
     @property
     def families(self) -> frozenset[str]:
@@ -59,12 +60,19 @@ class ComparedModel:
         return np.log(np.concatenate([self.fitted, self.validation]) + self.floor)
 
     @property
+    def validation_loss(self) -> float:
+        """The mean logarithmic loss [1] on validation runs, of which there must be some."""
+        return float(np.mean(np.log(self.validation + self.floor)))
+
+    @property
     def out_of_sample(self) -> np.ndarray:
         """The mean squares (blocks,) [1] on data that were not used for the fit.
 
-        These are the validation runs or, where there are none, blocks that are left out of the fit.
+        These are the validation runs; where there are none or too few blocks of them, blocks that are left out of the fit
+        as well.
         """
-        return self.validation if len(self.validation) else self.fitted
+        alone = len(self.validation) and self.judged_alone
+        return self.validation if alone else np.concatenate([self.fitted, self.validation])
 
     def __repr__(self) -> str:
         named = " and ".join(f"{e.family} ({e.form})" for e in self.effects) or "base alone"
@@ -105,7 +113,11 @@ class CommonBlocks:
             return None
         if not (np.all(np.isfinite(fitted)) and np.all(np.isfinite(validation))):
             return None
-        return ComparedModel(found.model.effects, found, fitted, validation, self.floor)
+        return self._compared(found, fitted, validation)
+
+    def _compared(self, found: Fit, fitted: np.ndarray, validation: np.ndarray) -> ComparedModel:
+        alone = len(validation) >= self.criteria.fewest_validation_blocks
+        return ComparedModel(found.model.effects, found, fitted, validation, self.floor, alone)
 
     def refined_and_evaluated(self, fits: Sequence[Fit], description: str) -> list[ComparedModel]:
         """The compared models of refined fits, without those that cannot be simulated.
@@ -123,7 +135,7 @@ class CommonBlocks:
             if result is not None:
                 portable, fitted, validation = result
                 refined = portable.on(found.model, found.runs)
-                models.append(ComparedModel(found.model.effects, refined, fitted, validation, self.floor))
+                models.append(self._compared(refined, fitted, validation))
         return models
 
     def fitted_losses(self, found: Fit) -> np.ndarray | None:

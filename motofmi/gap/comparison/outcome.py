@@ -92,10 +92,9 @@ def outcome(
         if not (better or without):
             sentences.append("No effect of the library reduces the loss on blocks.")
         return unknown
-    if too_few(counts, criteria):
+    if counts[0] < criteria.fewest_fitted_blocks:
         sentences.append(
-            f"{_effects_of(accepted[0])} is not named: a name needs {criteria.fewest_fitted_blocks} blocks of fitted and "
-            f"{criteria.fewest_validation_blocks} of validation runs."
+            f"{_effects_of(accepted[0])} is not named: a name needs {criteria.fewest_fitted_blocks} blocks of fitted runs."
         )
         return unknown
     inside, p = confidence_set(np.array([base.losses, *(m.losses for m in accepted)]), criteria.confidence_set_level)
@@ -132,21 +131,17 @@ def few_blocks(counts: tuple[int, int], criteria: Criteria) -> list[str]:
     fitted, validation = counts
     if fitted >= criteria.enough_blocks and (validation >= criteria.enough_blocks or not validation):
         return []
+    together = " The validation runs are judged together with the left-out blocks of the fitted runs."
     return [
         f"The residuals give {fitted} independent blocks of fitted and {validation} of validation runs; from "
         f"{criteria.enough_blocks} of each on a comparison is reliable. Record longer runs."
+        + (together if 0 < validation < criteria.fewest_validation_blocks else "")
     ]
-
-
-def too_few(counts: tuple[int, int], criteria: Criteria) -> bool:
-    """Whether there are too few blocks for any verdict."""
-    fitted, validation = counts
-    return fitted < criteria.fewest_fitted_blocks or 0 < validation < criteria.fewest_validation_blocks
 
 
 def _may_be_chance(base: ComparedModel, models: Sequence[ComparedModel], criteria: Criteria) -> str:
     """The sentence where the largest gain of all models, on fitted or on validation runs, may be chance; empty otherwise."""
-    for runs in ("fitted", "validation"):
+    for runs in ("fitted", "validation") if base.judged_alone else ("fitted",):
         losses = np.log(np.array([getattr(model, runs) for model in (base, *models)]) + base.floor)
         if losses.size and (p := superior_ability(losses[0], losses[1:])) >= criteria.confidence_set_level:
             return (
@@ -188,6 +183,8 @@ def _objection(
     A pair is compared with the better of its two effects alone.
     """
     name, before, closed = _effects_of(model), base, "the closable misfit"
+    if not model.judged_alone and len(model.validation) and model.validation_loss >= base.validation_loss:
+        return NOT_CLEAR, f"{name} is not named: it does not reduce the loss on the validation runs."
     if len(model.effects) > 1:
         alone = [m for m in models if len(m.effects) == 1 and m.families < model.families]
         before = min([base, *alone], key=lambda m: float(m.out_of_sample.mean()))

@@ -14,6 +14,7 @@ from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.initial_fit import equal_noise, initial_fit
 from motofmi.gap.estimation.sign_change import with_fitted_signs
 from motofmi.gap.estimation.single_frequency import inseparable_inertias
+from motofmi.gap.estimation.starting_values import within_bounds
 from motofmi.gap.experiments.input_output import InputOutputExperiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.input_interpolation import INTERPOLATIONS, SMOOTHER
@@ -69,8 +70,8 @@ def _with_interpolation_error(model: FreeInitialStateModel, run: SampledRun) -> 
 def fitted_values(found: Fit) -> dict[str, float]:
     """The fitted parameters of the base by name, within their bounds."""
     model: Any = found.model
-    values, rows = model.values(found.shared), model.component.table
-    return {n: float(np.clip(values[n], rows[n].min, rows[n].max)) for n in model.base}
+    values = within_bounds(model.component, model.values(found.shared))
+    return {n: values[n] for n in model.base}
 
 
 def largest_motion(found: Fit) -> tuple[float, float]:

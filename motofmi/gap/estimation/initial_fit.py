@@ -18,11 +18,12 @@ from motofmi.gap.estimation.starting_values import MAX_ITERATIONS, first_values,
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.flexible_noise_model import Density
 from motofmi.gap.preprocessing.input_interpolation import INTERPOLATIONS, is_rough
-from motofmi.gap.preprocessing.sampled_run import SampledRun
+from motofmi.gap.preprocessing.sampled_run import LEAST_LENGTH, SampledRun
 
 STRETCHES = (1.0, 3.0)  # interval lengths in periods of the motion's mean frequency
 MOST = 24  # intervals of a run in the first stages
 GROWTH = 20.0  # factor of an unstable motion over a segment
+POINTS = 500  # samples of a run at which its component is linearised
 GOOD = 2.0  # reduced chi-square below which no other start is tried
 SAME = 0.02  # relative difference of reduced chi-square within which two starts have reached the same minimum
 OUT_OF_REACH = 2.0  # ratio of chi-square to that of the best start above which a start that gains little is given up
@@ -95,10 +96,21 @@ def _excerpt(run: SampledRun, length: int) -> SampledRun:
 
 
 def stable_segments(model: FreeInitialStateModel, run: SampledRun, x: np.ndarray) -> SampledRun:
-    """The run, cut where the component's unstable free motion would grow too far over a segment."""
-    growth = float(np.max(poles(model, x).real, initial=0.0))
-    length = int(np.log(GROWTH) / max(growth, 1e-9) * run.recording.rate)
-    return run.cut(length) if length < run.segments[0][1] - run.segments[0][0] else run
+    """The run, cut where the component's unstable free motion would grow too far over a segment.
+
+    The component is linearised along the recorded motion: a pendulum is unstable about its upper equilibrium only.
+    """
+    samples = len(run.measured)
+    points = np.unique(np.linspace(0, samples - 1, min(samples, POINTS)).astype(int))
+    component, recorded = model.component, run.recording.columns
+    at = {n: run.recording[n][points] for n in (*component.states, *component.inputs) if n in recorded}
+    growth = np.max(poles(model, x, **at).real, axis=-1, initial=0.0)
+    allowed = np.clip(np.log(GROWTH) / np.maximum(growth, 1e-9) * run.recording.rate, LEAST_LENGTH, samples)
+    longest = max(last - first for first, last in run.segments)
+    if np.all(allowed >= longest):
+        return run
+    lengths = np.interp(np.arange(samples), points, np.broadcast_to(allowed.astype(int), points.shape))
+    return replace(run, stable_length=lengths).cut(longest)
 
 
 def _with_best_interpolation(model: FreeInitialStateModel, found: Fit) -> Fit:

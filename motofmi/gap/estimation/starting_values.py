@@ -10,7 +10,7 @@ They are tried in this order:
 5. the stiffnesses multiplied and divided by exp(STIFFER).
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from itertools import product
@@ -18,6 +18,7 @@ from itertools import product
 import numpy as np
 
 from fmus.composition.imposed_motion import ImposedMotion
+from fmus.declaration.component import Component
 from fmus.linear_analysis.linearisation import linearise
 from fmus.support.errors import InputError
 from motofmi.gap.estimation.fitting import fit
@@ -58,12 +59,19 @@ def too_large(model: FreeInitialStateModel, runs: Sequence[SampledRun], x: np.nd
     return float(np.log(np.clip(ratio, 1e-6, 1e6))) if ratio > 0 else 0.0
 
 
-def poles(model: FreeInitialStateModel, x: np.ndarray) -> np.ndarray:
-    """The poles (nx,) of the component's free motion about rest; none where a motion is imposed."""
+def poles(model: FreeInitialStateModel, x: np.ndarray, **at: np.ndarray) -> np.ndarray:
+    """The poles (..., nx) of the component's free motion about rest, or about points at which some of its variables have
+    given values (...); none where a motion is imposed."""
     component, values = model.component, model.values(x[: len(model.names)])
     if isinstance(component, ImposedMotion) or not component.states:
         return np.zeros(0)
-    return np.linalg.eigvals(linearise(component.with_values(**{n: values[n] for n in component.values})).A)
+    return np.linalg.eigvals(linearise(component.with_values(**within_bounds(component, values)), **at).A)
+
+
+def within_bounds(component: Component, values: Mapping[str, float]) -> dict[str, float]:
+    """The values of a component's parameters, each moved to its nearest bound where it is outside: fits find logarithms."""
+    table = component.table
+    return {n: float(np.clip(values[n], table[n].min, table[n].max)) for n in component.values}
 
 
 def _imposed(model: FreeInitialStateModel, runs: Sequence[SampledRun]) -> Iterator[np.ndarray]:

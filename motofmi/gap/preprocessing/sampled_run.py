@@ -43,6 +43,8 @@ MOST_STEPS = 40_000  # simulation steps of one run
 SEGMENT_PERIODS = 6.0  # periods of the motion's mean frequency in a segment
 IMPOSED_SEGMENT_PERIODS = 60.0  # the same where a state is imposed: the effect of other initial states decays
 SHORTEST_SEGMENT = 100  # samples
+LEAST_LENGTH = 8  # samples of a segment, whatever is asked for
+ROUNDING = 1e-6  # samples: accumulated rounding of sums
 ACCURACY = 3e-4  # least noise over a signal's rms [1]: no model of a real component is more accurate
 OVERSAMPLING = 20  # sampling rate over the highest frequency above which a recording is decimated
 MOST_SAMPLES = 6000  # samples above which a recording is decimated
@@ -80,6 +82,8 @@ class SampledRun:
     noise_from_model: bool = False
     kind: str = INTERPOLATIONS[0]  # interpolation of the inputs
     input_variance: np.ndarray | None = None  # (m,) variance due to the inputs between their samples
+    # (n,) the longest segment [samples] at each sample over which an unstable free motion grows moderately
+    stable_length: np.ndarray | None = None
     # initial guesses of simulations, by segment, and by model and segment
     guess: dict[Any, dict[str, Any]] = field(default_factory=dict)
 
@@ -148,11 +152,11 @@ class SampledRun:
         )
 
     def cut(self, length: int) -> "SampledRun":
-        """The run in segments of `length` samples, each with its own initial states."""
-        segments: list[tuple[int, int]] = []
-        for first, last in self.intervals:
-            edges = np.linspace(first, last, max((last - first) // max(length, 8), 1) + 1).astype(int)
-            segments += [(int(a), int(b)) for a, b in pairwise(edges)]
+        """The run in segments of `length` samples, shorter where `stable_length` is, each with its own initial states."""
+        lengths = np.full(len(self.measured), max(length, LEAST_LENGTH))
+        if self.stable_length is not None:
+            lengths = np.minimum(lengths, self.stable_length)
+        segments = [s for interval in self.intervals for s in _segments(*interval, lengths)]
         reduction = blocks_of(
             segments, len(self.experiment.outputs), self.recording.rate, self.reduction_band, self.reduction.compared
         )
@@ -291,6 +295,14 @@ def sampled_run(
     return whole.cut(max(int(periods * rate / whole.middle_frequency), SHORTEST_SEGMENT))
 
 
+def _segments(first: int, last: int, lengths: np.ndarray) -> list[tuple[int, int]]:
+    """The interval [first, last) in segments of nearly the length [samples] that lengths (n,) has at their samples."""
+    counted = np.concatenate([[0.0], np.cumsum(1 / lengths[first:last])])
+    shares = np.linspace(0, counted[-1], max(int(counted[-1] + ROUNDING), 1) + 1)
+    edges = first + np.floor(np.interp(shares, counted, np.arange(len(counted))) + ROUNDING).astype(int)
+    return [(int(a), int(b)) for a, b in pairwise(edges)]
+
+
 def _compared(
     recording: Recording, experiment: InputOutputExperiment, at_limits: Mapping[str, Sequence[tuple[float, float]]]
 ) -> np.ndarray | None:
@@ -301,14 +313,18 @@ def _compared(
 
 
 def _decimated(recording: Recording, experiment: InputOutputExperiment) -> tuple[Recording, tuple[str, ...]]:
-    """The recording at a lower rate, where its rate is far above the highest frequency in it."""
-    wanted = [*experiment.outputs, *experiment.inputs]
+    """The recording at a lower rate, where its rate is far above the highest frequency of what is compared.
+
+    An input may have higher frequencies: a low-pass filter commutes with the linear part of the component, and what an
+    input beyond ten times the band of the outputs does to them is below their noise.
+    """
+    wanted = [*experiment.outputs, *filter(None, [experiment.imposed])]
     highest = max(highest_frequency(recording[n], recording.rate) for n in wanted if np.ptp(recording[n]) > 0)
     factor = int(recording.rate / (OVERSAMPLING * highest))
     if factor < 2 or len(recording.time) < MOST_SAMPLES:
         return recording, ()
     factor = min(factor, len(recording.time) // (MOST_SAMPLES // 2))
-    note = f"{recording.name}: decimated to {recording.rate / factor:.4g} Hz; its highest frequency is {highest:.3g} Hz"
+    note = f"{recording.name}: decimated to {recording.rate / factor:.4g} Hz; the highest frequency that is compared is {highest:.3g} Hz"
     return slower(recording, factor), (note,)
 
 

@@ -22,6 +22,7 @@ from motofmi.gap.estimation.base_fit import fitted_base, fitted_values
 from motofmi.gap.estimation.candidate import Candidate, adequate, noise_is_known, ranked
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.estimation.fitting import fit, fit_or_none
+from motofmi.gap.estimation.initial_fit import stable_segments
 from motofmi.gap.estimation.stages import Stage, running
 from motofmi.gap.estimation.unit_plausibility import common_factor
 from motofmi.gap.experiments.input_output import InputOutputExperiment
@@ -89,7 +90,9 @@ def investigate(
     def search(report: OnProgress) -> Verdict:
         with running(Stage.BASE):
             base, candidates = fitted_base(experiment, runs, given or {}, library, criteria)
-            validation_runs = [prepare_sampled_run(recording, base.model.experiment) for recording in validation]
+            prepared = [prepare_sampled_run(recording, base.model.experiment) for recording in validation]
+            model: Any = base.model
+            validation_runs = [stable_segments(model, run, base.x) for run in prepared]
             report(_undecided(base, validation_runs, criteria))
         return _selected(base, [*candidates, *more_effects], validation_runs, report, criteria)
 
@@ -309,13 +312,18 @@ def _unless_doubtful(
 
 
 def _missed(found: Fit) -> float:
-    """The rms of the misfit of an output, without white noise, over the rms of the output [1]; the largest of all."""
-    model: Any = found.model
+    """The rms of the misfit of an output in the band that is compared, without white noise, over the rms of the output
+    [1]; the largest of all."""
     shares = []
-    for index, run in enumerate(found.runs):
-        misfit = np.std(model.residuals_and_motion(run, found.of_run(index))[0], axis=0)
-        noise = WHITE_NOISE_FACTOR * np.array([white_noise(y) for y in run.measured.T])
-        shares += list(np.sqrt(np.maximum(misfit**2 - noise**2, 0.0)) / np.std(run.measured, axis=0))
+    ends = np.cumsum([len(run.data) for run in found.runs])
+    for run, residuals in zip(found.runs, np.split(found.residuals[: ends[-1]], ends[:-1]), strict=True):
+        owners = np.array([column.degree for column in run.reduction.columns])
+        samples = sum(last - first for first, last, _ in run.reduction.spans)
+        for output, y in enumerate(run.measured.T):
+            own = owners == output
+            noise = np.sum(own) * (WHITE_NOISE_FACTOR * white_noise(y)) ** 2
+            power = np.sum((residuals[own] * run.deviation[own]) ** 2) - noise
+            shares.append(np.sqrt(max(power, 0.0) / samples) / np.std(y))
     return float(max(shares))
 
 

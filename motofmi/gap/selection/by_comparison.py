@@ -23,7 +23,7 @@ from motofmi.gap.validation.before_after import before_and_after
 def verdict_by_comparison(
     compared: Comparison, singles: Sequence[Candidate], validation: Sequence[SampledRun], criteria: Criteria
 ) -> Verdict:
-    """The verdict of a comparison; of two named effects the one that gains more alone comes first.
+    """The verdict of a comparison; of two named effects the one with the lesser loss alone comes first.
 
     singles are the fitted single effects, validation are the prepared validation runs.
     """
@@ -33,8 +33,8 @@ def verdict_by_comparison(
     fitted = {c.effects[0]: c.fit for c in compared.models if len(c.effects) == 1}
     candidates = ranked(_candidate(base, c.effect, fitted.get(c.effect, c.fit), scale) for c in singles)
     candidates.sort(key=lambda c: c.effect not in nearest.effects)
-    alone = {c.family: c.fit.chi2 for c in sorted(singles, key=lambda c: -c.fit.chi2)}  # the best form of each family
-    effects = sorted(result.best.effects, key=lambda effect: alone.get(effect.family, base.chi2))
+    alone = {m.effects[0].family: m.losses.mean() for m in compared.models if len(m.effects) == 1}
+    effects = sorted(result.best.effects, key=lambda effect: alone.get(effect.family, compared.base.losses.mean()))
     named = [_candidate(base, effect, result.best.fit, scale) for effect in effects]
     families = frozenset.intersection(*(c.families for c in result.members)) if result.members else frozenset()
     others = {e.family: (e, c) for c in reversed(result.members) for e in c.effects if e.family not in families}

@@ -69,7 +69,7 @@ class OpenLoop:
     def prepared(self, run: SampledRun) -> SampledRun:
         """The run in one segment, with the interpolation and the steps of this simulation."""
         run = replace(run.with_interpolation(self.interpolation), steps_per_sample=STEPS)
-        return replace(run, intervals=[(0, len(run.measured))]).cut(len(run.measured))
+        return replace(run, intervals=[(0, len(run.measured))], stable_length=None).cut(len(run.measured))
 
     def initial_states(self, run: SampledRun) -> np.ndarray:
         """The initial states (nx,) that fit the first samples of a run best."""

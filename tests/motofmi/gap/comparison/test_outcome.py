@@ -141,7 +141,20 @@ def test_few_blocks_are_a_limitation_and_very_few_give_no_verdict(blocks, verdic
     found = decided(made, counts=(blocks, blocks), blocks=blocks)
     assert found.verdict == verdict
     assert any("independent blocks" in s for s in found.sentences) == (blocks < 12)
-    assert any("a name needs 8 blocks of fitted and 6" in s for s in found.sentences) == (blocks < 8)
+    assert any("a name needs 8 blocks of fitted runs" in s for s in found.sentences) == (blocks < 8)
+
+
+@pytest.mark.parametrize(("level", "verdict"), [(1.0, "named"), (12.0, "unknown")])
+def test_a_short_validation_run_is_judged_with_left_out_blocks_and_can_reject(level, verdict):
+    # Without a validation run the effect is named; three blocks of one do not take that away, unless the effect is worse there.
+    made, base = (
+        replace(model_with(*effects, level=fitted, seed=1), validation=np.full(3, validated), judged_alone=False)
+        for effects, fitted, validated in (((CoulombFriction,), 1.0, level), ((), 10.0, 10.0))
+    )
+    found = outcome(base, [made], FLEXIBLE, MOTION, (BLOCKS, 3), {id(made): np.full(1, 0.1)}, Criteria())
+    assert found.verdict == verdict
+    assert "judged together with the left-out blocks" in found.sentences[0]
+    assert any("does not reduce the loss on the validation runs" in s for s in found.sentences) == (verdict == "unknown")
 
 
 def test_the_simplest_form_within_one_standard_error_is_taken():
