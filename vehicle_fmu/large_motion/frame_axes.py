@@ -101,7 +101,7 @@ class Link:
         return plus(self.joint, *(times(x, axis) for x, axis in zip(offset, self.axes, strict=True)))
 
     def turned(self, m: Any, about: int, angle: Any, rate: Any, offset: Vector = ZERO, sign: int = 1) -> "Link":
-        """A link that it carries: turned about its axis 0, 1 or 2, of that sign, through an offset."""
+        """The next link: turned about its axis 0, 1 or 2, of that sign, through an offset."""
         axis, joint = times(sign, self.axes[about]), once(m, self.place(offset))
         c, s = m.term(m.cos(angle)), m.term(sign * m.sin(angle))
         second, third = self.axes[(about + 1) % 3], self.axes[(about + 2) % 3]
@@ -109,15 +109,15 @@ class Link:
         turned[(about + 1) % 3] = once(m, plus(times(c, second), times(s, third)))
         turned[(about + 2) % 3] = once(m, plus(times(-s, second), times(c, third)))
         freedom = Twist(axis, once(m, cross(joint, axis)))
-        return self._carries(m, (turned[0], turned[1], turned[2]), joint, freedom, rate)
+        return self._next_link(m, (turned[0], turned[1], turned[2]), joint, freedom, rate)
 
     def slid(self, m: Any, along: int, distance: Any, rate: Any, sign: int = 1) -> "Link":
-        """A link that it carries: slid along its axis 0, 1 or 2, of that sign."""
+        """The next link: slid along its axis 0, 1 or 2, of that sign."""
         axis = times(sign, self.axes[along])
         joint = once(m, plus(self.joint, times(distance, axis)))
-        return self._carries(m, self.axes, joint, Twist(ZERO, axis), rate)
+        return self._next_link(m, self.axes, joint, Twist(ZERO, axis), rate)
 
-    def _carries(self, m: Any, axes: tuple[Vector, Vector, Vector], joint: Vector, S: Twist, rate: Any) -> "Link":
+    def _next_link(self, m: Any, axes: tuple[Vector, Vector, Vector], joint: Vector, S: Twist, rate: Any) -> "Link":
         omega, v = self.twist.angular, self.twist.linear
         turning = Twist(cross(omega, S.angular), plus(cross(v, S.angular), cross(omega, S.linear)))
         acceleration = (self.acceleration + turning.times(rate)).once(m)

@@ -319,7 +319,8 @@ def _decimated(recording: Recording, experiment: InputOutputExperiment) -> tuple
     input beyond ten times the band of the outputs does to them is below their noise.
     """
     wanted = [*experiment.outputs, *filter(None, [experiment.imposed])]
-    highest = max(highest_frequency(recording[n], recording.rate) for n in wanted if np.ptp(recording[n]) > 0)
+    moving = [recording[n] for n in wanted if np.ptp(recording[n]) > 0]
+    highest = max((highest_frequency(y, recording.rate) for y in moving), default=recording.rate)
     factor = int(recording.rate / (OVERSAMPLING * highest))
     if factor < 2 or len(recording.time) < MOST_SAMPLES:
         return recording, ()
