@@ -18,7 +18,8 @@ from motofmi.gap.estimation.starting_values import MAX_ITERATIONS, first_values,
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.flexible_noise_model import Density
 from motofmi.gap.preprocessing.input_interpolation import INTERPOLATIONS, is_rough
-from motofmi.gap.preprocessing.sampled_run import LEAST_LENGTH, SampledRun
+from motofmi.gap.preprocessing.sampled_run import SampledRun
+from motofmi.gap.preprocessing.segments import LEAST_LENGTH
 
 STRETCHES = (1.0, 3.0)  # interval lengths in periods of the motion's mean frequency
 MOST = 24  # intervals of a run in the first stages

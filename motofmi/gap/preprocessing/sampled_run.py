@@ -8,7 +8,6 @@ cannot be simulated over it at all.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import pairwise
 from types import MappingProxyType
 from typing import Any
 
@@ -18,6 +17,7 @@ from scipy.ndimage import uniform_filter1d
 from fmus.support.errors import InputError
 from motofmi.gap.experiments.input_output import InputOutputExperiment
 from motofmi.gap.preprocessing.blocks import Blocks, blocks_of
+from motofmi.gap.preprocessing.compared_samples import at_limits, compared_samples
 from motofmi.gap.preprocessing.flexible_noise_model import Density
 from motofmi.gap.preprocessing.input_interpolation import (
     ABOVE_NOISE,
@@ -32,8 +32,8 @@ from motofmi.gap.preprocessing.input_interpolation import (
     resolved_frequency,
 )
 from motofmi.gap.preprocessing.mains_interference import without_mains_interference
+from motofmi.gap.preprocessing.segments import LEAST_LENGTH, segments_of
 from motofmi.gap.preprocessing.undisturbed_intervals import uninterrupted
-from motofmi.recordings.quality import clipped
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.resampling import is_white, slower, uniform, white_noise
 
@@ -43,8 +43,6 @@ MOST_STEPS = 40_000  # simulation steps of one run
 SEGMENT_PERIODS = 6.0  # periods of the motion's mean frequency in a segment
 IMPOSED_SEGMENT_PERIODS = 60.0  # the same where a state is imposed: the effect of other initial states decays
 SHORTEST_SEGMENT = 100  # samples
-LEAST_LENGTH = 8  # samples of a segment, whatever is asked for
-ROUNDING = 1e-6  # samples: accumulated rounding of sums
 ACCURACY = 3e-4  # least noise over a signal's rms [1]: no model of a real component is more accurate
 OVERSAMPLING = 20  # sampling rate over the highest frequency above which a recording is decimated
 MOST_SAMPLES = 6000  # samples above which a recording is decimated
@@ -156,7 +154,7 @@ class SampledRun:
         lengths = np.full(len(self.measured), max(length, LEAST_LENGTH))
         if self.stable_length is not None:
             lengths = np.minimum(lengths, self.stable_length)
-        segments = [s for interval in self.intervals for s in _segments(*interval, lengths)]
+        segments = [s for interval in self.intervals for s in segments_of(*interval, lengths)]
         reduction = blocks_of(
             segments, len(self.experiment.outputs), self.recording.rate, self.reduction_band, self.reduction.compared
         )
@@ -198,7 +196,7 @@ def prepare_sampled_run(recording: Recording, experiment: InputOutputExperiment)
     """
     recorded = len(recording.time)
     recording, bridged = uniform(recording, bridged=1.0)
-    at_limits, clipping = _at_limits(recording.from_zero(), experiment)
+    limits, clipping = at_limits(recording.from_zero(), experiment)
     recording, interference = without_mains_interference(recording.from_zero(), experiment.inputs, experiment.outputs)
     recording, decimated = _decimated(recording, experiment)
     notes = (*bridged, *clipping, *interference, *decimated)
@@ -216,40 +214,18 @@ def prepare_sampled_run(recording: Recording, experiment: InputOutputExperiment)
                 f"{recording.name}: no excitation: {name} is white noise of {np.std(y):.2g} {unit} (rms), unrelated to "
                 "the inputs; record a run in which it moves"
             )
-    return sampled_run(recording, experiment, notes, at_limits)
-
-
-def _at_limits(
-    recording: Recording, experiment: InputOutputExperiment
-) -> tuple[dict[str, list[tuple[float, float]]], tuple[str, ...]]:
-    """The times [s] between which each output, or the imposed motion, stays at a limit, and notes on them."""
-    found: dict[str, list[tuple[float, float]]] = {}
-    notes = []
-    for name in dict.fromkeys([*experiment.outputs, *filter(None, [experiment.imposed])]):
-        y, time = recording[name], recording.time
-        for sign in (1.0, -1.0):
-            at = clipped(sign * y)
-            if not len(at):
-                continue
-            beside = np.concatenate([[-np.inf], time, [np.inf]])
-            ends = np.split(at, np.flatnonzero(np.diff(at) > 1) + 1)
-            found.setdefault(name, []).extend((float(beside[e[0]]), float(beside[e[-1] + 2])) for e in ends)
-            notes.append(
-                f"{recording.name}: {len(at)} samples of {name} at its limit of {y[at[0]]:.4g} {recording.units[name]} "
-                "are left out of the comparison: the sensor or a stop may clip them"
-            )
-    return found, tuple(notes)
+    return sampled_run(recording, experiment, notes, limits)
 
 
 def sampled_run(
     recording: Recording,
     experiment: InputOutputExperiment,
     notes: tuple[str, ...] = (),
-    at_limits: Mapping[str, Sequence[tuple[float, float]]] = MappingProxyType({}),
+    limits: Mapping[str, Sequence[tuple[float, float]]] = MappingProxyType({}),
 ) -> SampledRun:
     """The run of a recording with equidistant samples, without the checks of `prepare_sampled_run`.
 
-    at_limits are the times [s] between which outputs, or the imposed motion, are not compared. Raises InputError where
+    limits are the times [s] between which outputs, or the imposed motion, are not compared. Raises InputError where
     the intervals between gaps are too short.
     """
     time, rate = recording.time, recording.rate
@@ -270,7 +246,7 @@ def sampled_run(
             f"{recording.name}: fewer than {SHORTEST_SEGMENT // 2} consecutive samples between its gaps; record "
             "without gaps, or cut the recording into parts without gaps"
         )
-    reduction = blocks_of(intervals, len(experiment.outputs), rate, band, _compared(recording, experiment, at_limits))
+    reduction = blocks_of(intervals, len(experiment.outputs), rate, band, compared_samples(recording, experiment, limits))
     steps_per_sample = int(np.clip(np.ceil(STEPS_PER_CYCLE * highest / rate), 1, max(MOST_STEPS // len(time), 1)))
     densities = [
         Density(np.array([0.0, rate / 2]), np.full(2, max(s, ACCURACY * np.std(y)) ** 2))
@@ -293,23 +269,6 @@ def sampled_run(
     )
     periods = IMPOSED_SEGMENT_PERIODS if experiment.imposed else SEGMENT_PERIODS
     return whole.cut(max(int(periods * rate / whole.middle_frequency), SHORTEST_SEGMENT))
-
-
-def _segments(first: int, last: int, lengths: np.ndarray) -> list[tuple[int, int]]:
-    """The interval [first, last) in segments of nearly the length [samples] that lengths (n,) has at their samples."""
-    counted = np.concatenate([[0.0], np.cumsum(1 / lengths[first:last])])
-    shares = np.linspace(0, counted[-1], max(int(counted[-1] + ROUNDING), 1) + 1)
-    edges = first + np.floor(np.interp(shares, counted, np.arange(len(counted))) + ROUNDING).astype(int)
-    return [(int(a), int(b)) for a, b in pairwise(edges)]
-
-
-def _compared(
-    recording: Recording, experiment: InputOutputExperiment, at_limits: Mapping[str, Sequence[tuple[float, float]]]
-) -> np.ndarray | None:
-    """Which samples (n, outputs) are neither bridged nor at a limit; None where all are compared."""
-    everywhere = [*recording.bridged, *at_limits.get(experiment.imposed, ())]
-    left_out = [recording.within([*everywhere, *at_limits.get(name, ())]) for name in experiment.outputs]
-    return ~np.column_stack(left_out) if np.any(left_out) else None
 
 
 def _decimated(recording: Recording, experiment: InputOutputExperiment) -> tuple[Recording, tuple[str, ...]]:
