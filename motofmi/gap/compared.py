@@ -23,7 +23,7 @@ def compared(verdict: Verdict) -> list[dict[str, Any]]:
     base, standing = found.base, found.outcome.standing
     rows = []
     for model in sorted((*found.models, base), key=lambda m: m.losses.mean()):
-        closed = closed_share(base.out_of_sample, model.out_of_sample, found.flexible_mean_square)
+        closed = closed_share(base.reported, model.reported, found.flexible_mean_square)
         rows.append({
             "effects": [{"name": e.family, "form": e.form} for e in model.effects],
             "loss_fitted": float(np.mean(np.log(model.fitted + model.floor))),

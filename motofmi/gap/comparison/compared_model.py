@@ -74,6 +74,12 @@ class ComparedModel:
         alone = len(self.validation) and self.judged_alone
         return self.validation if alone else np.concatenate([self.fitted, self.validation])
 
+    @property
+    def reported(self) -> np.ndarray:
+        """The mean squares (blocks,) [1] to which reported shares refer: those of validation runs, however few; without
+        them those of left-out blocks."""
+        return self.validation if len(self.validation) else self.fitted
+
     def __repr__(self) -> str:
         named = " and ".join(f"{e.family} ({e.form})" for e in self.effects) or "base alone"
         return f"ComparedModel({named}, mean loss {self.losses.mean():.3f})"

@@ -78,7 +78,7 @@ def outcome(
     nearest = next(iter([*accepted, *better, *without]), None)
     least = accepted[0].losses.mean() if accepted else np.inf
     sentences += [undetermined[id(m)] for m in without if m.losses.mean() < least]
-    share = closed_share(base.out_of_sample, nearest.out_of_sample, flexible) if nearest else None
+    share = closed_share(base.reported, nearest.reported, flexible) if nearest else None
     unknown = Outcome("unknown", base, [], nearest, share, sentences, standing)
     closable = np.sqrt(max(float(base.out_of_sample.mean()) - flexible, 0.0) / motion)
     if closable <= criteria.tolerance:
@@ -121,7 +121,7 @@ def outcome(
     members = equal
     best = min(members, key=lambda m: m.losses.mean())
     verdict = "named" if frozenset.intersection(*(m.families for m in members)) else "tied"
-    share = closed_share(base.out_of_sample, best.out_of_sample, flexible)
+    share = closed_share(base.reported, best.reported, flexible)
     standing |= dict.fromkeys(map(id, members), MEMBER)
     return Outcome(verdict, best, members, accepted[0], share, sentences, standing)
 

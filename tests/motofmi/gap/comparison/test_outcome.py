@@ -153,6 +153,8 @@ def test_a_short_validation_run_is_judged_with_left_out_blocks_and_can_reject(le
     )
     found = outcome(base, [made], FLEXIBLE, MOTION, (BLOCKS, 3), {id(made): np.full(1, 0.1)}, Criteria())
     assert found.verdict == verdict
+    if verdict == "named":  # the share is that of the validation run: (10 - 1) / (10 - 0.01) on each of its blocks
+        assert found.share.share == pytest.approx(0.9009, abs=1e-4) and found.share.low == pytest.approx(found.share.high)
     assert "judged together with the left-out blocks" in found.sentences[0]
     assert any("does not reduce the loss on the validation runs" in s for s in found.sentences) == (verdict == "unknown")
 
