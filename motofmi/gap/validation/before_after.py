@@ -42,21 +42,26 @@ def misfit_of(found: Fit) -> Misfit:
 def on_validation_runs(found: Fit, runs: Sequence[AnyRun], criteria: Criteria = Criteria()) -> Misfit:
     """The misfit on validation runs: effects and common parameters fixed, the deviations of these runs estimated."""
     shared = len(found.model.names)
-    begun = np.concatenate([found.x[:shared], *(_deviations(found, run, criteria) for run in runs)])
+    begun = [_begun(found, run, criteria) for run in runs]
     for run in runs:
         found.model.start_afresh(run)
-    again = fit(found.model, runs, begun, frozen=range(shared))
+    start = np.concatenate([found.x[:shared], *(deviations for deviations, _ in begun)])
+    again = fit(found.model, [run for _, run in begun], start, frozen=range(shared))
     # Each deviation is one fitted number and one prior, which cancel in the degrees of freedom.
     left = again.residuals[: again.count + len(run_to_run_deviations(found.model.experiment)) * len(runs)]
     return Misfit(float(left @ left) / again.count, _rms(again), again)
 
 
-def _deviations(found: Fit, run: AnyRun, criteria: Criteria) -> np.ndarray:
-    """Starting values of a run's deviations: with a hardening spring, a large sensor offset gives several minima."""
+def _begun(found: Fit, run: AnyRun, criteria: Criteria) -> tuple[np.ndarray, AnyRun]:
+    """Starting values of a run's deviations, and the run with the initial guesses that were found with them.
+
+    With a hardening spring, a large sensor offset gives several minima. Parameters are fixed, so that the best fit of a run
+    alone is that of all runs together: it is continued, since its search for initial states takes most of the time.
+    """
     places = run_to_run_deviations(found.model.experiment)
     offsets = np.array([deviation if place >= len(found.model.base) else 0.0 for place, deviation in places.items()])
     if not offsets.any() or not found.model.effects:
-        return np.zeros(len(places))
+        return np.zeros(len(places)), run
     shared, best = len(found.model.names), None
     for share in OFFSET_STARTS:
         with suppress(InputError):
@@ -65,7 +70,7 @@ def _deviations(found: Fit, run: AnyRun, criteria: Criteria) -> np.ndarray:
             best = made if best is None or made.chi2 < best.chi2 else best
             if best.reduced < criteria.predicted_reduced_chi2 or again or time_is_up():
                 break
-    return np.zeros(len(places)) if best is None else best.x[shared:]
+    return (np.zeros(len(places)), run) if best is None else (best.x[shared:], best.runs[0])
 
 
 def reduced_chi2_after_refit(found: Fit, validation: Misfit) -> float:
