@@ -20,12 +20,6 @@ settings.register_profile("reproducible", derandomize=True, deadline=None)
 settings.load_profile("reproducible")
 
 
-@pytest.hookimpl(optionalhook=True)
-def pytest_xdist_auto_num_workers(config):
-    """One worker more than processors: about a quarter of the time, tests wait for browsers, compilers and time limits."""
-    return len(os.sched_getaffinity(0)) + 1 if hasattr(os, "sched_getaffinity") else None
-
-
 def pytest_collection_modifyitems(items):
     """A study is slow: `-m "not slow"` replaces the expression of pyproject.toml, which leaves studies out."""
     for item in items:
