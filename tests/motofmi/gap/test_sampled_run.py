@@ -11,7 +11,7 @@ from fmus.effects.placement import laws_at
 from fmus.mechanisms import DrivenJoint, MassSpringDamper
 from fmus.support.errors import InputError
 from motofmi.gap.estimation.fitting import fit
-from motofmi.gap.estimation.initial_fit import initial_fit, stable_segments
+from motofmi.gap.estimation.initial_fit import initial_fit
 from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.blocks import blocks_of
@@ -59,31 +59,6 @@ def test_an_imposed_motion_is_differentiated_twice():
     inside = slice(200, -200)
     # Differences of the samples themselves would be off by 1e-5 * sqrt(6) / 0.005^2 = 1 rad/s2
     assert np.std(found[inside] - exact[inside]) < 0.01 * np.std(exact)
-
-
-def test_segments_are_short_where_the_recorded_motion_is_unstable():
-    class NonlinearPendulum(DrivenJoint):
-        """Pendulum with the sine of its angle, not damped."""
-
-        def equations(self, v, m):
-            v.joint_torque = v.stiffness * m.sin(v.angle)
-            return {"der(angle)": v.rate, "der(rate)": (v.torque - v.joint_torque) / v.inertia}
-
-    time = np.arange(0, 20, 0.01)  # about the stable equilibrium for 10 s, then about the unstable one
-    angle = np.where(time < 10, 0.0, np.pi) + 0.1 * np.sin(2 * np.pi * 0.2 * time)
-    recording = Recording("both", time, {"torque": 0.1 * np.cos(time), "angle": angle}, {"torque": "N.m", "angle": "rad"})
-    experiment = input_output_experiment(NonlinearPendulum(inertia=1.0, damping=1e-9, stiffness=9.0), recording.columns)
-    model = FreeInitialStateModel(experiment)
-    whole = prepare_sampled_run(recording, experiment).cut(2000)
-    cut = stable_segments(model, whole, model.start())
-    assert [a for a, _ in cut.segments[1:]] == [b for _, b in cut.segments[:-1]]  # no gap, no overlap
-    assert (cut.segments[0][0], cut.segments[-1][1]) == (whole.segments[0][0], whole.segments[-1][1])
-    lengths = {a: b - a for a, b in cut.segments}
-    # About the unstable equilibrium it grows by exp(3 t): by a factor of 20 in 1 s, 100 samples. Whole segments fill the run: they are up to a
-    # tenth longer.
-    assert 100 <= max(length for a, length in lengths.items() if a >= 1000) <= 110
-    assert lengths[0] > 900
-    assert [b - a for a, b in whole.cut(500).segments] == [500] * 4
 
 
 @pytest.mark.slow

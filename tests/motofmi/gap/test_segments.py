@@ -1,0 +1,62 @@
+"""Runs of a component before they are fitted: their rate, and segments where the base is unstable."""
+
+import numpy as np
+import pytest
+
+from fmus.mechanisms import DrivenJoint, MassSpringDamper
+from motofmi.gap.estimation.initial_fit import stable_segments
+from motofmi.gap.estimation.starting_values import poles
+from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.gap.models.free_initial_state import FreeInitialStateModel
+from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.recordings.recording import Recording
+
+
+def test_a_recording_is_decimated_by_the_band_of_its_output_not_of_its_noisy_input():
+    rng = np.random.default_rng(11)
+    time = np.arange(0, 12, 0.001)
+    force = np.sin(2 * np.pi * 0.5 * time) + rng.standard_normal(len(time))
+    displacement = 0.1 * np.sin(2 * np.pi * 0.5 * time) + 0.02 * np.sin(2 * np.pi * 4.0 * time)
+    units = {"force": "N", "displacement": "m"}
+    recording = Recording("fast", time, {"force": force, "displacement": displacement + 1e-5 * rng.standard_normal(len(time))}, units)
+    run = prepare_sampled_run(recording, input_output_experiment(MassSpringDamper(), recording.columns))
+    # Twenty times 4 Hz is 80 Hz; at least 3,000 samples stay.
+    assert 80 <= run.recording.rate <= 260 and any("decimated" in note for note in run.notes)
+    # What lies below the new band is kept: 0.02 m at 4 Hz.
+    kept = np.abs(np.fft.rfft(run.measured[:, 0] * np.hanning(len(run.measured)))) * 4 / len(run.measured)
+    frequency = np.fft.rfftfreq(len(run.measured), 1 / run.recording.rate)
+    assert kept[np.argmin(np.abs(frequency - 4.0))] == pytest.approx(0.02, rel=0.02)  # half a bin of a Hann window
+
+
+def test_poles_of_a_base_whose_fit_has_left_its_bounds_are_those_at_the_bounds():
+    recording = Recording("any", np.arange(300) / 100, {"force": np.ones(300), "displacement": np.arange(300.0)}, {"force": "N", "displacement": "m"})
+    model = FreeInitialStateModel(input_output_experiment(MassSpringDamper(), recording.columns))
+    x = model.start()
+    x[model.names.index("mass")] = np.log(1e9)  # the bound is 1e6 kg
+    at_bound = np.roots([1e6, *(MassSpringDamper().values[n] for n in ("spring_damping", "spring_stiffness"))])
+    assert sorted(poles(model, x), key=lambda p: p.imag) == pytest.approx(sorted(at_bound, key=lambda p: p.imag))
+
+
+def test_segments_are_short_where_the_recorded_motion_is_unstable():
+    class NonlinearPendulum(DrivenJoint):
+        """Pendulum with the sine of its angle, not damped."""
+
+        def equations(self, v, m):
+            v.joint_torque = v.stiffness * m.sin(v.angle)
+            return {"der(angle)": v.rate, "der(rate)": (v.torque - v.joint_torque) / v.inertia}
+
+    time = np.arange(0, 20, 0.01)  # about the stable equilibrium for 10 s, then about the unstable one
+    angle = np.where(time < 10, 0.0, np.pi) + 0.1 * np.sin(2 * np.pi * 0.2 * time)
+    recording = Recording("both", time, {"torque": 0.1 * np.cos(time), "angle": angle}, {"torque": "N.m", "angle": "rad"})
+    experiment = input_output_experiment(NonlinearPendulum(inertia=1.0, damping=1e-9, stiffness=9.0), recording.columns)
+    model = FreeInitialStateModel(experiment)
+    whole = prepare_sampled_run(recording, experiment).cut(2000)
+    cut = stable_segments(model, whole, model.start())
+    assert [a for a, _ in cut.segments[1:]] == [b for _, b in cut.segments[:-1]]  # no gap, no overlap
+    assert (cut.segments[0][0], cut.segments[-1][1]) == (whole.segments[0][0], whole.segments[-1][1])
+    lengths = {a: b - a for a, b in cut.segments}
+    # About the unstable equilibrium it grows by exp(3 t): by a factor of 20 in 1 s, 100 samples. Whole segments fill the run: they are up to a
+    # tenth longer.
+    assert 100 <= max(length for a, length in lengths.items() if a >= 1000) <= 110
+    assert lengths[0] > 900
+    assert [b - a for a, b in whole.cut(500).segments] == [500] * 4
