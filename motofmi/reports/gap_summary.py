@@ -36,7 +36,8 @@ def _closed(result: dict[str, Any]) -> str:
     share = result["explained"]
     if share is None:
         return ""
-    where = "validation runs" if result["gap"]["rms"]["holdout_after"] is not None else "left-out blocks of the fitted runs"
+    validated = result["gap"]["rms"]["holdout_after"] is not None
+    where = "validation runs" if validated else "left-out blocks of the fitted runs"
     if share["share"] <= 0:
         return f"; on {where} it closes nothing of the closable misfit"
     interval = f"[{share['low']:.1%}, {share['high']:.1%}]"

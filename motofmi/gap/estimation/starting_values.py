@@ -69,7 +69,7 @@ def poles(model: FreeInitialStateModel, x: np.ndarray, **at: np.ndarray) -> np.n
 
 
 def within_bounds(component: Component, values: Mapping[str, float]) -> dict[str, float]:
-    """The values of a component's parameters, each moved to its nearest bound where it is outside: fits find logarithms."""
+    """The values of a component's parameters, each moved to its nearest bound where a fit has left its bounds."""
     table = component.table
     return {n: float(np.clip(values[n], table[n].min, table[n].max)) for n in component.values}
 

@@ -80,7 +80,7 @@ class SampledRun:
     noise_from_model: bool = False
     kind: str = INTERPOLATIONS[0]  # interpolation of the inputs
     input_variance: np.ndarray | None = None  # (m,) variance due to the inputs between their samples
-    # (n,) the longest segment [samples] at each sample over which an unstable free motion grows moderately
+    # (n,) the longest segment [samples] at each sample over which an unstable free motion does not grow too far
     stable_length: np.ndarray | None = None
     # initial guesses of simulations, by segment, and by model and segment
     guess: dict[Any, dict[str, Any]] = field(default_factory=dict)
@@ -246,7 +246,8 @@ def sampled_run(
             f"{recording.name}: fewer than {SHORTEST_SEGMENT // 2} consecutive samples between its gaps; record "
             "without gaps, or cut the recording into parts without gaps"
         )
-    reduction = blocks_of(intervals, len(experiment.outputs), rate, band, compared_samples(recording, experiment, limits))
+    compared = compared_samples(recording, experiment, limits)
+    reduction = blocks_of(intervals, len(experiment.outputs), rate, band, compared)
     steps_per_sample = int(np.clip(np.ceil(STEPS_PER_CYCLE * highest / rate), 1, max(MOST_STEPS // len(time), 1)))
     densities = [
         Density(np.array([0.0, rate / 2]), np.full(2, max(s, ACCURACY * np.std(y)) ** 2))
@@ -284,7 +285,10 @@ def _decimated(recording: Recording, experiment: InputOutputExperiment) -> tuple
     if factor < 2 or len(recording.time) < MOST_SAMPLES:
         return recording, ()
     factor = min(factor, len(recording.time) // (MOST_SAMPLES // 2))
-    note = f"{recording.name}: decimated to {recording.rate / factor:.4g} Hz; the highest frequency that is compared is {highest:.3g} Hz"
+    note = (
+        f"{recording.name}: decimated to {recording.rate / factor:.4g} Hz; the highest frequency that is compared is "
+        f"{highest:.3g} Hz"
+    )
     return slower(recording, factor), (note,)
 
 
