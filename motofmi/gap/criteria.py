@@ -185,7 +185,7 @@ class Criteria:
     tied with the other, whatever the confidence set says."""
 
     value_errors: float = 2.0
-    """Standard errors (sandwich, over blocks) below which a value is consistent with zero [1]: an effect of such a
+    """Standard errors (sandwich over blocks, and band) below which a value is consistent with zero [1]: an effect of such a
     magnitude is not named, and such a parameter of its form is not reported as a value."""
 
     tolerance: float = 0.01

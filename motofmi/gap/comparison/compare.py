@@ -11,10 +11,12 @@ import numpy as np
 
 from fmus.effects import Effect
 from fmus.support.errors import InputError
+from motofmi.gap.comparison.band_dependence import LOWEST_PART, band_dependence
 from motofmi.gap.comparison.closable import flexible_mean_square
 from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
 from motofmi.gap.comparison.outcome import Outcome, outcome
 from motofmi.gap.comparison.pair_search import pairs
+from motofmi.gap.comparison.residuals import time_residuals
 from motofmi.gap.comparison.sandwich import sandwich_covariance
 from motofmi.gap.comparison.search import leading_models
 from motofmi.gap.comparison.simplest_form import one_per_families
@@ -59,7 +61,7 @@ def compare(
 
     singles are fits of one effect each on the runs of the base; validation are prepared runs with the noise of the
     fitted ones. on_progress is called after the single effects, with a function that compares them alone. The fits
-    of the compared models get their sandwich covariance.
+    of the compared models get the covariance that includes errors of the model.
     """
     with running(Stage.COMPARISON):
         blocks = _blocks(base, singles, validation, criteria)
@@ -90,7 +92,7 @@ def _blocks(
 
 def _compared(blocks: CommonBlocks, compared_base: ComparedModel, models: Sequence[ComparedModel]) -> Comparison:
     """The comparison of the base with models that are evaluated on the same blocks."""
-    covariances = {id(m): sandwich_covariance(blocks.residuals(m.fit), blocks.blocks) for m in models}
+    covariances = {id(m): _covariance(m.fit, blocks) for m in models}
     errors = {key: np.sqrt(np.maximum(np.diag(v), 0.0)) for key, v in covariances.items()}
     flexible = _flexible_mean_square(compared_base, models, blocks)
     counts = (len(blocks.blocks), len(blocks.validation_blocks))
@@ -101,6 +103,14 @@ def _compared(blocks: CommonBlocks, compared_base: ComparedModel, models: Sequen
     of_families = {m.families: m for m in (*one_per_families(models), *result.members)}
     listed = sorted(of_families.values(), key=lambda m: m.losses.mean())
     return Comparison(result, compared_base, listed, flexible, motion, counts)
+
+
+def _covariance(found: Fit, blocks: CommonBlocks) -> np.ndarray:
+    """The covariance (parameters, parameters) of fitted values: the sandwich over blocks, and the squared differences of
+    values that depend on the compared band."""
+    whole, low = blocks.residuals(found), time_residuals(found, blocks.scale, LOWEST_PART)
+    of_band = band_dependence(whole, low, blocks.blocks, blocks.criteria.value_errors)
+    return sandwich_covariance(whole, blocks.blocks) + np.diag(of_band**2)
 
 
 def _flexible_mean_square(base: ComparedModel, models: Sequence[ComparedModel], blocks: CommonBlocks) -> float:

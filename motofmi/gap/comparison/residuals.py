@@ -34,10 +34,10 @@ class TimeResiduals:
         return [len(run) for run in self.runs]
 
 
-def time_residuals(found: Fit, scale: np.ndarray | None = None) -> TimeResiduals:
+def time_residuals(found: Fit, scale: np.ndarray | None = None, part: float = 1.0) -> TimeResiduals:
     """The residuals of a fit over time, over scale (outputs,); by default that of the fit (see `output_scale`).
 
-    Raises ValueError where residuals or derivatives are not finite.
+    part [1] is the lowest part of the compared band that they contain. Raises ValueError where residuals or derivatives are not finite.
     """
     if not (np.all(np.isfinite(found.residuals)) and np.all(np.isfinite(found.jacobian))):
         raise ValueError(f"{found!r}: residuals or derivatives are not finite; expected a fit that can be simulated")
@@ -45,7 +45,9 @@ def time_residuals(found: Fit, scale: np.ndarray | None = None) -> TimeResiduals
     residuals, slopes, first = [], [], 0
     for run in found.runs:
         last = first + len(run.data)
-        columns = np.column_stack([found.residuals[first:last], found.jacobian[first:last]]) * run.deviation[:, None]
+        frequency = np.array([column.frequency for column in run.reduction.columns])
+        weight = np.where(frequency <= part * frequency.max(), run.deviation, 0.0)
+        columns = np.column_stack([found.residuals[first:last], found.jacobian[first:last]]) * weight[:, None]
         over_time = _over_time(run, columns) / scale[:, None]
         residuals.append(over_time[:, :, 0])
         slopes.append(over_time[:, :, 1:])

@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy.fft import dct, idct
 from scipy.signal import lfilter
 
+from motofmi.gap.comparison.band_dependence import band_dependence
 from motofmi.gap.comparison.block_losses import correlation_length, left_out_mean_squares, mean_squares, partition
 from motofmi.gap.comparison.residuals import TimeResiduals
 from motofmi.gap.comparison.sandwich import sandwich_covariance
@@ -78,3 +80,48 @@ def test_sandwich_errors_are_those_of_repeated_experiments():
         naive.append(float(found.runs[0].var() / (slow @ slow)))
     assert np.sqrt(np.mean(claimed)) == pytest.approx(np.std(values), rel=0.15)
     assert np.sqrt(np.mean(naive)) < 0.5 * np.std(values)
+
+
+def in_low_part(columns: np.ndarray, y: np.ndarray) -> tuple[TimeResiduals, TimeResiduals]:
+    """A least-squares fit over all frequencies, and its residuals and derivatives in the lowest quarter of them."""
+    whole, keep = regression(columns, y), len(y) // 4
+
+    def low(values: np.ndarray) -> np.ndarray:
+        coefficients = dct(values, axis=0, norm="ortho")
+        coefficients[keep:] = 0.0
+        return idct(coefficients, axis=0, norm="ortho")
+
+    return whole, TimeResiduals([low(whole.runs[0])], [low(whole.slopes[0])], whole.scale, whole.priors)
+
+
+def test_values_that_depend_on_the_band_are_those_of_fits_in_each_band():
+    # The gain is 2 at low and 1.5 at high frequencies, which a constant gain does not represent.
+    random = np.random.default_rng(7)
+    x = random.normal(size=2000)
+    coefficients = dct(x, norm="ortho") * np.where(np.arange(2000) < 500, 2.0, 1.5)
+    y = idct(coefficients, norm="ortho") + 0.1 * random.normal(size=2000)
+    whole, low = in_low_part(x[:, None], y)
+    slow, target = low.slopes[0][:, 0, 0], dct(y, norm="ortho")
+    target[500:] = 0.0
+    of_low = float(slow @ idct(target, norm="ortho") / (slow @ slow))
+    found = band_dependence(whole, low, [(0, a, a + 100) for a in range(0, 2000, 100)], 2.0)
+    # A linear fit: the first-order difference is exact, and only rounding remains.
+    assert found[0] == pytest.approx(of_low - float(x @ y / (x @ x)), rel=1e-9)
+    assert found[0] > 0.3
+
+
+def test_values_of_a_right_model_rarely_depend_on_the_band():
+    random, found = np.random.default_rng(8), []
+    for _ in range(300):
+        columns = random.normal(size=(600, 2))
+        whole, low = in_low_part(columns, columns @ [1.0, -2.0] + lfilter([1.0], [1.0, -0.5], random.normal(size=600)))
+        found.append(band_dependence(whole, low, [(0, a, a + 30) for a in range(0, 600, 30)], 2.0) != 0)
+    # Two standard errors are exceeded by chance in 4.6 % of draws; 20 blocks and 600 draws allow up to 9 %.
+    assert np.mean(found) < 0.09
+
+
+def test_a_parameter_without_influence_does_not_depend_on_the_band():
+    random = np.random.default_rng(9)
+    columns, y = np.c_[random.normal(size=400), np.zeros(400)], random.normal(size=400)
+    found = band_dependence(*in_low_part(columns, y), [(0, a, a + 40) for a in range(0, 400, 40)], 0.0)
+    assert found[1] == 0.0 and np.all(np.isfinite(found))
