@@ -12,7 +12,7 @@ anew from y* by simulation. Base and effects are refitted by linearisation at th
 
 J and S_e are simulated once for a recording, S_e for every set of starting values of an effect's nonlinear parameters,
 of which the one that gains most is kept. On validation runs dtheta and e are those of the fitted runs. What follows is
-that of the workflow: blocks, losses without a block, sandwich errors, forms, and the decision.
+that of the workflow: blocks, losses without a block, standard errors, forms, and the decision.
 
 Source: permutation of blocks: Carlstein, Ann. Statist. 14 (1986) 1171-1179; signs: Liu, Ann. Statist. 16 (1988)
 1696-1708.
@@ -42,7 +42,6 @@ from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
 from motofmi.gap.comparison.outcome import Outcome, outcome
 from motofmi.gap.comparison.pair_search import JOINT_PAIRS, SECOND_EFFECTS
 from motofmi.gap.comparison.residuals import output_scale, time_residuals
-from motofmi.gap.comparison.sandwich import sandwich_covariance
 from motofmi.gap.comparison.search import LEADING_FAMILIES, clearly_behind
 from motofmi.gap.comparison.simplest_form import one_per_families
 from motofmi.gap.criteria import Criteria
@@ -179,10 +178,7 @@ def decided(null: Null, rng: np.random.Generator, criteria: Criteria) -> list[Ou
     flexible = flexible_mean_square(replace(drawn[1], runs=quiet), blocks.scale)
     flexible = min([flexible, *(float(m.out_of_sample.mean()) for m in models)])
     motion = float(np.mean([np.mean((run.measured.std(axis=0) / blocks.scale) ** 2) for run in drawn[1].runs]))
-    errors = {
-        id(m): np.sqrt(np.maximum(np.diag(sandwich_covariance(blocks.residuals(m.fit), blocks.blocks)), 0.0))
-        for m in models
-    }
+    errors = {id(m): np.sqrt(np.maximum(np.diag(blocks.covariance(m.fit)), 0.0)) for m in models}
     counts = (len(blocks.blocks), len(blocks.validation_blocks))
     return [
         outcome(base, models, flexible, motion, counts, errors, replace(criteria, tolerance=tolerance))

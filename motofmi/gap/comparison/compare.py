@@ -11,13 +11,10 @@ import numpy as np
 
 from fmus.effects import Effect
 from fmus.support.errors import InputError
-from motofmi.gap.comparison.band_dependence import LOWEST_PART, band_dependence
 from motofmi.gap.comparison.closable import flexible_mean_square
 from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
 from motofmi.gap.comparison.outcome import Outcome, outcome
 from motofmi.gap.comparison.pair_search import pairs
-from motofmi.gap.comparison.residuals import time_residuals
-from motofmi.gap.comparison.sandwich import sandwich_covariance
 from motofmi.gap.comparison.search import leading_models
 from motofmi.gap.comparison.simplest_form import one_per_families
 from motofmi.gap.criteria import Criteria
@@ -92,7 +89,7 @@ def _blocks(
 
 def _compared(blocks: CommonBlocks, compared_base: ComparedModel, models: Sequence[ComparedModel]) -> Comparison:
     """The comparison of the base with models that are evaluated on the same blocks."""
-    covariances = {id(m): _covariance(m.fit, blocks) for m in models}
+    covariances = {id(m): blocks.covariance(m.fit) for m in models}
     errors = {key: np.sqrt(np.maximum(np.diag(v), 0.0)) for key, v in covariances.items()}
     flexible = _flexible_mean_square(compared_base, models, blocks)
     counts = (len(blocks.blocks), len(blocks.validation_blocks))
@@ -103,14 +100,6 @@ def _compared(blocks: CommonBlocks, compared_base: ComparedModel, models: Sequen
     of_families = {m.families: m for m in (*one_per_families(models), *result.members)}
     listed = sorted(of_families.values(), key=lambda m: m.losses.mean())
     return Comparison(result, compared_base, listed, flexible, motion, counts)
-
-
-def _covariance(found: Fit, blocks: CommonBlocks) -> np.ndarray:
-    """The covariance (parameters, parameters) of fitted values: the sandwich over blocks, and the squared differences of
-    values that depend on the compared band."""
-    whole, low = blocks.residuals(found), time_residuals(found, blocks.scale, LOWEST_PART)
-    of_band = band_dependence(whole, low, blocks.blocks, blocks.criteria.value_errors)
-    return sandwich_covariance(whole, blocks.blocks) + np.diag(of_band**2)
 
 
 def _flexible_mean_square(base: ComparedModel, models: Sequence[ComparedModel], blocks: CommonBlocks) -> float:

@@ -13,6 +13,7 @@ from fmus.effects import Effect
 from fmus.support.deadline import time_is_up
 from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
+from motofmi.gap.comparison.band_dependence import LOWEST_PART, band_dependence
 from motofmi.gap.comparison.block_losses import left_out_mean_squares, mean_squares, partition
 from motofmi.gap.comparison.residuals import Block, TimeResiduals, time_residuals
 from motofmi.gap.comparison.sandwich import sandwich_covariance
@@ -157,10 +158,16 @@ class CommonBlocks:
         return losses if np.all(np.isfinite(losses)) else None
 
     def is_undetermined(self, found: Fit) -> bool:
-        """Whether the magnitude of an effect is not distinguishable from zero, by the standard errors of the sandwich."""
-        covariance = sandwich_covariance(self.residuals(found), self.blocks)
-        errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+        """Whether the magnitude of an effect is not distinguishable from zero, by its standard errors."""
+        errors = np.sqrt(np.maximum(np.diag(self.covariance(found)), 0.0))
         return undetermined_magnitude(found, errors, self.criteria) is not None
+
+    def covariance(self, found: Fit) -> np.ndarray:
+        """The covariance (parameters, parameters) of fitted values, with errors of the model: the sandwich over blocks, and
+        the squared differences of values that depend on the compared band."""
+        whole, low = self.residuals(found), time_residuals(found, self.scale, LOWEST_PART)
+        of_band = band_dependence(whole, low, self.blocks, self.criteria.value_errors)
+        return sandwich_covariance(whole, self.blocks) + np.diag(of_band**2)
 
     def is_disturbance(self, found: Fit) -> bool:
         """Whether a fit reduces the misfit by the free initial states of an effect without a magnitude.
