@@ -1,12 +1,15 @@
 """The figure of a planned experiment: the magnitude from which each effect would be named."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from __future__ import annotations
 
-from matplotlib.figure import Figure
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from motofmi.reports.charts import Axis, Chart, Curve, Panel
 from motofmi.reports.figures import COLOURS, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def plan_figure(effects: Sequence[Mapping[str, Any]]) -> Figure:
