@@ -10,6 +10,7 @@ from fmus.declaration.component import Component
 from fmus.effects import Effect
 from fmus.linear_analysis.describing_function import linearise_by_describing_function
 from fmus.support.errors import InputError
+from fmus.support.parallel import parallel_map
 from motofmi.gap.estimation.fit_result import Fit, parameters_of
 from motofmi.gap.models.equations import Equations
 from motofmi.gap.models.simulation import Motion, simulate
@@ -79,14 +80,20 @@ def effect_on_modes(
     linearised by describing functions over a motion (see `motion_of`), if one is given.
     """
     without, with_it = (ridden(motorcycles.load(vehicle), rider) for rider in (base, augmented))
-    found = {"before": modes(over_speed(without), SPEEDS), "after": modes(over_speed(with_it), SPEEDS)}
+    linearised = {"before": over_speed(without), "after": over_speed(with_it)}
     if motion:
-        found["in_motion"] = modes(
-            lambda speeds: linearise_by_describing_function(with_it, motion, **{"vehicle.speed": speeds}), SPEEDS
+        linearised["in_motion"] = lambda speeds: linearise_by_describing_function(
+            with_it, motion, **{"vehicle.speed": speeds}
         )
-    return {"speed": SPEEDS.tolist(),
-            **{label: {name: _mode(each[name]) for name in ("weave", "wobble", "rider_wobble")}
-               for label, each in found.items()}}  # fmt: skip
+
+    def found(labels: Sequence[str]) -> dict[str, Any]:
+        each = {label: modes(linearised[label], SPEEDS) for label in labels}
+        return {label: {name: _mode(m[name]) for name in ("weave", "wobble", "rider_wobble")}
+                for label, m in each.items()}  # fmt: skip
+
+    # The equations of a rider are differentiated once in each process.
+    without_effects, with_effects = parallel_map(found, [("before",), tuple(linearised)[1:]], "modes")
+    return {"speed": SPEEDS.tolist(), **without_effects, **with_effects}
 
 
 def _mode(mode: Any) -> Mapping[str, Any]:

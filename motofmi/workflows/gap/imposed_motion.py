@@ -8,6 +8,7 @@ from typing import Any
 
 from fmus.declaration.component import Component
 from fmus.support.errors import InputError
+from fmus.support.parallel import parallel_map
 from motofmi.gap.experiment_design.next_experiment import next_experiment
 from motofmi.gap.experiments.experiment import ImposedMotionExperiment
 from motofmi.gap.models.harmonic_model import HarmonicModel
@@ -71,9 +72,9 @@ class SteerTest(OnRig):
 
     def __init__(self, given: Given) -> None:
         super().__init__(given)
-        self.runs, self.validation = (
-            prepared(given.runs(use), self.experiment) for use in ("recordings", "validation")
-        )
+        recordings, validation = (given.runs(use) for use in ("recordings", "validation"))
+        runs = prepared([*recordings, *validation], self.experiment)
+        self.runs, self.validation = runs[: len(recordings)], runs[len(recordings) :]
 
     def verdict(self, on_progress: Callable[[Verdict], None]) -> Verdict:
         return select_model(
@@ -112,9 +113,10 @@ def prepared(recordings: Sequence[Recording], experiment: ImposedMotionExperimen
     """
     require_unclipped(recordings)
     columns = experiment.columns
-    return [
-        prepare_steer_test_run(
+    return parallel_map(
+        lambda r: prepare_steer_test_run(
             r, columns["imposed"], columns["measured"], columns["command"], tuple(experiment.further)
-        )
-        for r in recordings
-    ]
+        ),
+        recordings,
+        "preparing runs",
+    )

@@ -106,12 +106,18 @@ class Gap:
         """Compute the modes before and after, and the next experiment. `find_gap` calls this."""
         if self._complete:
             return
-        with in_background(lambda: self._experiment.modes(self.selection, self.model)) as modes:
-            if self.verdict != "none" and not self._contents["complete"]:
+        if self.verdict == "none" or self._contents["complete"]:
+            modes = self._modes()  # on all processors
+        else:
+            with in_background(self._modes) as found:
                 self._contents["next_experiment"] = self._experiment.next_experiment(self.selection)
-            if (found := modes()) is not None:
-                self._contents["modes"] = found
+                modes = found()
+        if modes is not None:
+            self._contents["modes"] = modes
         self._complete = True
+
+    def _modes(self) -> dict[str, Any] | None:
+        return self._experiment.modes(self.selection, self.model)
 
     def save(self, folder: str | Path) -> list[Path]:
         """Write `verdict.json`, the fitted model as value file and FMU, and `report.html` into the folder.
