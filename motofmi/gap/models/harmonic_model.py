@@ -118,8 +118,7 @@ class HarmonicModel(BaseAndEffects):
         exact = {delay for _, delay in self.component.delays.values()}
         wanted = self.names if slopes_of_base else [self.own[i] for i in self.sizes]
         self.sensitive = [n for n in wanted if n in exact or n not in self.lags]
-        self.equations = Equations(self.component, experiment.outputs, self.sensitive)
-        self.by_outputs: dict[tuple[str, ...], Equations] = {self.equations.outputs: self.equations}
+        self.by_outputs: dict[tuple[str, ...], Equations] = {}  # not every model is simulated
         self.found: dict[
             int, tuple[Recording, dict[str, np.ndarray]]
         ] = {}  # states of the last simulation, the guess of the next one
@@ -127,6 +126,16 @@ class HarmonicModel(BaseAndEffects):
         self.fresh: dict[
             int, tuple[SteerTestRun, dict[str, float], Trajectory]
         ] = {}  # simulations without derivatives yet
+
+    @property
+    def equations(self) -> Equations:
+        """The equations with the outputs of the experiment."""
+        return self._equations_of(tuple(self.experiment.outputs))
+
+    def _equations_of(self, outputs: tuple[str, ...]) -> Equations:
+        if outputs not in self.by_outputs:
+            self.by_outputs[outputs] = Equations(self.component, outputs, self.sensitive)
+        return self.by_outputs[outputs]
 
     def with_added_effects(self, *effects: type[Effect], slopes_of_base: bool = True) -> "HarmonicModel":
         """The model with further effects."""
@@ -146,7 +155,7 @@ class HarmonicModel(BaseAndEffects):
             self.begun.add(id(run.recording))
             self.found[id(run.recording)] = (
                 run.recording,
-                dict(zip(self.equations.states, made.states.T, strict=True)),
+                dict(zip(self.component.states, made.states.T, strict=True)),
             )
         if not slopes:
             self.fresh[id(run)] = run, values, made
@@ -202,15 +211,13 @@ class HarmonicModel(BaseAndEffects):
             *self.experiment.outputs,
             *(self.experiment.further[output.column].output for output in run.outputs[1:]),
         )
-        if names not in self.by_outputs:
-            self.by_outputs[names] = Equations(self.component, names, self.sensitive)
-        return self.by_outputs[names]
+        return self._equations_of(names)
 
     def _guess(self, run: SteerTestRun) -> np.ndarray | None:
-        if id(run.recording) not in self.found or not self.equations.states:
+        if id(run.recording) not in self.found or not self.component.states:
             return None
         known = self.found[id(run.recording)][1]
-        return np.array([known.get(s, np.zeros(len(run.nodes))) for s in self.equations.states]).T
+        return np.array([known.get(s, np.zeros(len(run.nodes))) for s in self.component.states]).T
 
     def lag(self, values: Mapping[str, float], time: np.ndarray) -> np.ndarray | float:
         """The delay of all inputs at times (n,) [s]."""
