@@ -16,6 +16,7 @@ import numpy as np
 
 from fmus.effects import Effect
 from fmus.support.errors import InputError
+from fmus.support.parallel import parallel_map
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import (
     Candidate,
@@ -27,8 +28,8 @@ from motofmi.gap.estimation.candidate import (
     undetermined_magnitude,
 )
 from motofmi.gap.estimation.effect_fit import as_found, fit_each
-from motofmi.gap.estimation.fit_result import Fit, penalty
-from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.estimation.fit_result import Fit, PortableFit, penalty
+from motofmi.gap.estimation.fitting import fit, fit_or_none
 from motofmi.gap.estimation.screening import screen
 from motofmi.gap.selection.candidate_search import NEAR_SHARE, search_candidates
 
@@ -144,7 +145,7 @@ def in_simplest_forms(base: Fit, pair: Pair, library: Sequence[type[Effect]], cr
     for place in (0, 1):
         here = pair.members[place]
         forms = [e for e in library if e.family == here.family and not e.flexible and e is not here.effect]
-        pairs = [pair, *filter(None, (_with_form(base, pair, place, form) for form in forms))]
+        pairs = [pair, *_with_forms(base, pair, place, forms)]
         best = min(pairs, key=lambda p: p.second.fit.bic)
         near = [p for p in pairs if p.second.fit.bic - best.second.fit.bic < criteria.tie_delta_bic]
         pair = min(near, key=lambda p: (len(p.members[place].effect.free_parameters()), p.second.fit.bic))
@@ -172,11 +173,22 @@ def single_effects_instead(
     return [c for c in found if adequate(c.fit, criteria) and pair.delta_bic - c.delta_bic < _second_gain(c, criteria)]
 
 
-def _with_form(base: Fit, pair: Pair, place: int, form: type[Effect]) -> Pair | None:
-    """The pair with another form of the effect at a place, 0 or 1; None where that cannot be fitted."""
-    together = pair.second.fit
-    effects = [c.effect for c in pair.members]
-    effects[place] = form
+def _with_forms(base: Fit, pair: Pair, place: int, forms: Sequence[type[Effect]]) -> list[Pair]:
+    """The pairs with other forms of the effect at a place, 0 or 1, without those that cannot be fitted."""
+    together, effects = pair.second.fit, [c.effect for c in pair.members]
+    members = [[*effects[:place], form, *effects[place + 1 :]] for form in forms]
+    portable_fits = parallel_map(
+        lambda each: PortableFit.of(_fit_in_forms(base, together, each, each[place])), members, "fitting other forms"
+    )
+    return [
+        _pair_of(base, pair, each, portable.on(base.model.with_added_effects(*each), together.runs))
+        for each, portable in zip(members, portable_fits, strict=True)
+        if portable is not None
+    ]
+
+
+def _fit_in_forms(base: Fit, together: Fit, effects: Sequence[type[Effect]], form: type[Effect]) -> Fit | None:
+    """The fit of two effects, one of them in another form than in a fit together; None where that cannot be fitted."""
     signatures = screen(base, [form], keep=1)
     if not signatures:
         return None
@@ -187,14 +199,15 @@ def _with_form(base: Fit, pair: Pair, place: int, form: type[Effect]) -> Pair | 
         own = [model.experiment.parameter(effect, n) for n in effect.free_parameters()]
         values = signatures[0].start if effect is form else [together.x[together.model.names.index(n)] for n in own]
         start[[model.names.index(n) for n in own]] = values
-    try:
-        found = fit(model, together.runs, start)
-    except InputError:
-        return None
+    return fit_or_none(model, together.runs, start)
+
+
+def _pair_of(base: Fit, pair: Pair, effects: Sequence[type[Effect]], found: Fit) -> Pair:
+    """The pair of effects that were fitted together, with the gains of another pair where its effect is the same."""
     penalties = [
         penalty(base.model.with_added_effects(e), base.runs) - base.penalty - found.spared(e) for e in effects
     ]
-    gain = together.chi2 - found.chi2
-    changed = [c.delta_chi2 + gain * (i == place) for i, c in enumerate(pair.members)]
+    gain = pair.second.fit.chi2 - found.chi2
+    changed = [c.delta_chi2 + gain * (e is not c.effect) for e, c in zip(effects, pair.members, strict=True)]
     made = [Candidate(e, found, g, g - cost) for e, g, cost in zip(effects, changed, penalties, strict=True)]
     return Pair(*made)
