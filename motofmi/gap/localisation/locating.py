@@ -13,7 +13,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.stats import chi2, f, false_discovery_control
+from scipy.special import chdtrc, fdtrc
+from scipy.stats import false_discovery_control
 
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.fit_result import Fit
@@ -67,5 +68,6 @@ def place(
 ) -> Place:
     """The cell with residuals z (n,) over a noise with `freedom` degrees of freedom."""
     power, n = float(z @ z), len(z)
-    chance = chi2.sf(power, n) if np.isinf(freedom) else f.sf(power / n, n, freedom)
+    # Upper tails. The distributions of scipy.stats take 0.1 ms for a number
+    chance = chdtrc(n, power) if np.isinf(freedom) else fdtrc(n, freedom, power / n)
     return Place(run.name, axis, low, high, unit, power / n - 1, float(chance), order)
