@@ -17,7 +17,7 @@ from fmus.support.parallel import parallel_map
 from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
 from motofmi.gap.comparison.search import LEADING_FAMILIES, leading
 from motofmi.gap.criteria import Criteria
-from motofmi.gap.estimation.effect_fit import as_found, fit_each
+from motofmi.gap.estimation.effect_fit import as_found, best_portable_fit, candidate_of
 from motofmi.gap.estimation.fit_result import Fit, PortableFit
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.joint_screening import PairSignature, screen_pairs
@@ -48,8 +48,7 @@ def pairs(
     joint = screen_pairs(base, plain)
     of_families = {s.families: s for s in reversed(joint)}
     chosen = sorted(of_families.values(), key=lambda s: -s.gain)[:JOINT_PAIRS]
-    fits = _fitted(chosen, [base], base, beat)
-    fits |= _with_leading_effects(firsts, plain, {s.families for s in chosen}, criteria)
+    fits = _fitted(chosen, [base], base, beat, _beside(firsts, plain, {s.families for s in chosen}), criteria)
     _, near = leading(blocks, fits)
     models = blocks.refined_and_evaluated([fits[effects] for effects in near[:LEADING_FAMILIES]], "comparing pairs")
     if not models:
@@ -57,46 +56,64 @@ def pairs(
     best = min(models, key=lambda m: m.losses.mean())
     others = [s for s in joint if s.families == best.families and frozenset(s.effects) not in fits]
     others.sort(key=lambda s: (sum(len(effect.free_parameters()) for effect in s.effects), -s.gain))
-    in_other_forms = _fitted(others[:OTHER_FORMS], [best.fit, base], base, beat)
+    in_other_forms = _fitted(others[:OTHER_FORMS], [best.fit, base], base, beat, [], criteria)
     return models + blocks.refined_and_evaluated(list(in_other_forms.values()), "comparing forms of a pair")
 
 
-def _fitted(signatures: Sequence[PairSignature], starts: Sequence[Fit], base: Fit, beat: float) -> dict[Effects, Fit]:
-    """The fits of pairs with less chi-square than the base, each from the first of some fits from which it is below `beat`.
+def _fitted(
+    joint: Sequence[PairSignature],
+    starts: Sequence[Fit],
+    base: Fit,
+    beat: float,
+    beside: Sequence[tuple[Fit, Signature]],
+    criteria: Criteria,
+) -> dict[Effects, Fit]:
+    """The fits of pairs: of joint signatures with less chi-square than the base, and of effects beside others with less than
+    without them. All are fitted in one parallel step."""
+
+    def fit_one(task: PairSignature | tuple[Fit, Signature]) -> PortableFit | None:
+        if isinstance(task, PairSignature):
+            return _fit_pair(task, starts, base, beat)
+        first, second = task
+        return best_portable_fit(first, second, first.chi2 + criteria.clear_lead_delta_bic, [], criteria)
+
+    portable_fits = parallel_map(fit_one, [*joint, *beside], "fitting pairs")
+    fits = {
+        frozenset(signature.effects): portable.on(base.model.with_added_effects(*signature.effects), base.runs)
+        for signature, portable in zip(joint, portable_fits, strict=False)
+        if portable is not None and portable.chi2 < base.chi2
+    }
+    made = [candidate_of(*task, portable) for task, portable in zip(beside, portable_fits[len(joint) :], strict=True)]
+    return fits | {frozenset(c.fit.model.effects): c.fit for c in made if c.fitted}
+
+
+def _fit_pair(signature: PairSignature, starts: Sequence[Fit], base: Fit, beat: float) -> PortableFit | None:
+    """The best fit of a pair from some fits, up to the first from which it is below `beat`.
 
     A start has the values of its fit, and those of the signature for what the fit does not contain.
     """
-
-    def fit_pair(signature: PairSignature) -> PortableFit | None:
-        found: list[Fit] = []
-        for start in starts:
-            if time_is_up() or (found and found[-1].chi2 < beat):
-                break
-            with suppress(InputError):  # it cannot be simulated from this start
-                model = base.model.with_added_effects(*signature.effects)
-                vector = np.concatenate([base.shared, *signature.starts, base.x[len(base.shared) :]])
-                found.append(fit(model, start.runs, as_found(model, start, vector), beat=beat))
-        return PortableFit.of(min(found, key=lambda f: f.chi2, default=None))
-
-    portable_fits = parallel_map(fit_pair, signatures, "fitting pairs")
-    return {
-        frozenset(signature.effects): portable.on(base.model.with_added_effects(*signature.effects), base.runs)
-        for signature, portable in zip(signatures, portable_fits, strict=True)
-        if portable is not None and portable.chi2 < base.chi2
-    }
+    found: list[Fit] = []
+    for start in starts:
+        if time_is_up() or (found and found[-1].chi2 < beat):
+            break
+        with suppress(InputError):  # it cannot be simulated from this start
+            model = base.model.with_added_effects(*signature.effects)
+            vector = np.concatenate([base.shared, *signature.starts, base.x[len(base.shared) :]])
+            found.append(fit(model, start.runs, as_found(model, start, vector), beat=beat))
+    return PortableFit.of(min(found, key=lambda f: f.chi2, default=None))
 
 
-def _with_leading_effects(
-    firsts: Sequence[ComparedModel], plain: Sequence[type[Effect]], done: set[frozenset[str]], criteria: Criteria
-) -> dict[Effects, Fit]:
-    """The fits of leading effects with those of the largest gain beside them; done are pairs of families to leave out."""
-    fits: dict[Effects, Fit] = {}
+def _beside(
+    firsts: Sequence[ComparedModel], plain: Sequence[type[Effect]], done: set[frozenset[str]]
+) -> list[tuple[Fit, Signature]]:
+    """The fits of leading effects, each with the effects of the largest gain beside it; done are pairs of families to leave
+    out."""
+    tasks: list[tuple[Fit, Signature]] = []
     for first in firsts:
         seconds = [s for s in _seconds(first, plain) if first.families | {s.effect.family} not in done]
         done = done | {first.families | {s.effect.family} for s in seconds}
-        made = fit_each(first.fit, seconds, [], first.fit.chi2, [], criteria)
-        fits |= {frozenset(c.fit.model.effects): c.fit for c in made if c.fitted}
-    return fits
+        tasks += [(first.fit, second) for second in seconds]
+    return tasks
 
 
 def _seconds(first: ComparedModel, plain: Sequence[type[Effect]]) -> list[Signature]:

@@ -32,16 +32,23 @@ def fit_each(found: Fit, signatures: Sequence[Signature], so_far: Sequence[Candi
     )
     known = [*known, *sorted((c.fit for c in so_far if c.fitted), key=lambda other: -other.chi2)]
     portable_fits = parallel_map(
-        lambda signature: None
-        if time_is_up()
-        else PortableFit.of(_best_fit(found, signature, beat, known, criteria)),
-        signatures,
-        "fitting effects",
+        lambda signature: best_portable_fit(found, signature, beat, known, criteria), signatures, "fitting effects"
     )
     return [
-        _unpacked(found, signature.effect, portable) or Candidate.promised(found, signature)
-        for signature, portable in zip(signatures, portable_fits, strict=True)
+        candidate_of(found, signature, portable) for signature, portable in zip(signatures, portable_fits, strict=True)
     ]
+
+
+def best_portable_fit(
+    found: Fit, signature: Signature, beat: float, known: Sequence[Fit], criteria: Criteria
+) -> PortableFit | None:
+    """The best fit of an effect from several starts; None where none can be simulated, or after a deadline."""
+    return None if time_is_up() else PortableFit.of(_best_fit(found, signature, beat, known, criteria))
+
+
+def candidate_of(found: Fit, signature: Signature, portable: PortableFit | None) -> Candidate:
+    """The candidate of a signature from its fit in another process; not fitted where there is none."""
+    return _unpacked(found, signature.effect, portable) or Candidate.promised(found, signature)
 
 
 def fitted_to_the_end(found: Fit, candidates: Sequence[Candidate], criteria: Criteria) -> list[Candidate]:
