@@ -48,10 +48,28 @@ def single_effects(base: Fit, library: Sequence[type[Effect]], criteria: Criteri
     found = fit_each(base, order[:FITTED_FIRST], [], base.chi2, [], criteria)
     best = min((c.fit.chi2 for c in found if c.fitted and not has_states(c.effect)), default=np.inf)
     beat = min(base.chi2, FAR_BEHIND * best)
-    found += fit_each(base, order[FITTED_FIRST:], [], beat, [], criteria)
+    first, others = _on_which_others_depend(order[FITTED_FIRST:], further)
+    found += fit_each(base, first, [], beat, [], criteria)
     near = {c.family for c in found if c.fit.chi2 < OUT_OF_REACH * best}
-    found += fit_each(base, [s for s in further if s.effect.family in near], [], beat, [], criteria)
-    return [c for c in found if c.fitted]
+    further = [s for s in further if s.effect.family in near]
+    found += fit_each(base, [*further, *others], [], beat, [], criteria)
+    place = {s.effect: i for i, s in enumerate([*order, *further])}
+    return sorted((c for c in found if c.fitted), key=lambda c: place[c.effect])
+
+
+def _on_which_others_depend(
+    signatures: Sequence[Signature], further: Sequence[Signature]
+) -> tuple[list[Signature], list[Signature]]:
+    """Signatures to be fitted before further forms of their families, and those to be fitted together with these.
+
+    The first half of those without further forms is fitted before, last of all: short fits keep the processors busy while
+    the longest ones end.
+    """
+    families = {s.effect.family for s in further}
+    needed = [s for s in signatures if s.effect.family in families]
+    free = [s for s in signatures if s.effect.family not in families]
+    half = len(free) // 2 if further else len(free)
+    return [*needed, *free[:half]], free[half:]
 
 
 def _further_forms(signatures: Sequence[Signature]) -> list[Signature]:
@@ -72,7 +90,7 @@ def leading_models(blocks: CommonBlocks, base: Fit, singles: Sequence[Candidate]
     order, near = leading(blocks, {id(c): c.fit for c in singles})
     fitted = {id(c): c for c in singles}
     families = list(dict.fromkeys(fitted[key].family for key in near))[:LEADING_FAMILIES]
-    fits = [found for family in families for found in _forms_of(family, [fitted[key] for key in order], base)]
+    fits = _in_all_forms([[fitted[key] for key in order if fitted[key].family == family] for family in families], base)
     withheld = [fitted[key].fit for key in order[:1] if key not in near]
     return blocks.refined_and_evaluated([*fits, *withheld], "comparing effects")
 
@@ -100,14 +118,19 @@ def clearly_behind(losses: np.ndarray, best: np.ndarray) -> bool:
     return bool(difference.mean() > CLEARLY_BEHIND * difference.std(ddof=1) / np.sqrt(len(difference)))
 
 
-def _forms_of(family: str, order: Sequence[Candidate], base: Fit) -> list[Fit]:
-    """The fits of a family's forms, each also from the values of the other form with the least chi-square."""
-    forms = sorted((c for c in order if c.family == family), key=lambda c: c.fit.chi2)
-    # The best form starts from the second, all others from the best.
-    starts = list(forms[1:2]) + forms[:1] * (len(forms) - 1)
+def _in_all_forms(families: Sequence[Sequence[Candidate]], base: Fit) -> list[Fit]:
+    """The fits of the forms of each family, each also from the values of the other form with the least chi-square."""
+    forms: list[Candidate] = []
+    pairs: list[tuple[int, Candidate]] = []  # the place of a form, and the one from whose values it starts
+    for family in families:
+        alike = sorted(family, key=lambda c: c.fit.chi2)
+        # The best form starts from the second, all others from the best.
+        starts = alike[1:2] + alike[:1] * (len(alike) - 1)
+        pairs += list(enumerate(starts, len(forms)))
+        forms += alike
 
-    def fit_again(pair: tuple[Candidate, Candidate]) -> PortableFit | None:
-        form, start = pair
+    def fit_again(pair: tuple[int, Candidate]) -> PortableFit | None:
+        form, start = forms[pair[0]], pair[1]
         model, runs = form.fit.model, with_initial_guesses(base.runs, initial_guesses(start.fit.runs))
         try:
             values = as_found(model, start.fit, form.fit.x[: len(model.names)])
@@ -115,9 +138,8 @@ def _forms_of(family: str, order: Sequence[Candidate], base: Fit) -> list[Fit]:
         except InputError:
             return None
 
-    refitted = parallel_map(fit_again, list(zip(forms, starts, strict=False)), "fitting forms")
     fits = [c.fit for c in forms]
-    for i, portable in enumerate(refitted):
+    for (i, _), portable in zip(pairs, parallel_map(fit_again, pairs, "fitting forms"), strict=True):
         if portable is not None and portable.chi2 < fits[i].chi2:
             fits[i] = portable.on(forms[i].fit.model, base.runs)
     return fits
