@@ -13,7 +13,7 @@ Source: Miller, Subset Selection in Regression (2002), ch. 3.
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import combinations, pairwise
+from itertools import pairwise
 
 import numpy as np
 from scipy.optimize import lsq_linear
@@ -65,25 +65,40 @@ def screen_pairs(found: Fit, effects: Sequence[type[Effect]]) -> list[PairSignat
     directions = [replace(d, effect=effect) for effect, of_one in zip(plain, of_each, strict=True) for d in of_one]
     if not directions:
         return []
+    return sorted(_best_pairs(directions, left), key=lambda pair: -pair.gain)
+
+
+def _best_pairs(directions: Sequence[Direction], left: np.ndarray) -> list[PairSignature]:
+    """The pair with the largest gain of every two effects; left (m,) are the residuals that their directions reduce."""
     slopes = np.hstack([d.slopes for d in directions])
     scale = np.linalg.norm(slopes, axis=0) + 1e-12
     normal, gradient = (slopes.T @ slopes) / np.outer(scale, scale), slopes.T @ left / scale
     ends = np.cumsum([0] + [len(d.sizes) for d in directions])
     places = [np.arange(a, b) for a, b in pairwise(ends)]
+
+    def gains_with(i: int) -> list[tuple[int, float, np.ndarray]]:
+        """The later directions of other families, with the gain and the changes of both."""
+        found = []
+        for j in range(i + 1, len(directions)):
+            one, two = directions[i], directions[j]
+            if one.effect.family != two.effect.family:
+                both = np.concatenate([places[i], places[j]])
+                low, high = (
+                    np.concatenate([getattr(one, end), getattr(two, end)]) * scale[both] for end in ("low", "high")
+                )
+                gain, change = _bounded_gain(normal[np.ix_(both, both)], gradient[both], low, high)
+                found.append((j, gain, change / scale[both]))
+        return found
+
     best: dict[tuple[type[Effect], type[Effect]], PairSignature] = {}
-    for i, j in combinations(range(len(directions)), 2):
-        one, two = directions[i], directions[j]
-        if one.effect.family == two.effect.family:
-            continue
-        both, effects_of_pair = np.concatenate([places[i], places[j]]), (one.effect, two.effect)
-        low, high = (np.concatenate([getattr(one, end), getattr(two, end)]) * scale[both] for end in ("low", "high"))
-        gain, change = _bounded_gain(normal[np.ix_(both, both)], gradient[both], low, high)
-        if effects_of_pair not in best or gain > best[effects_of_pair].gain:
-            first, second = np.split(change / scale[both], [len(one.sizes)])
-            best[effects_of_pair] = PairSignature(
-                effects_of_pair, gain, (one.start_after(first), two.start_after(second))
-            )
-    return sorted(best.values(), key=lambda pair: -pair.gain)
+    for one, gains in zip(directions, parallel_map(gains_with, range(len(directions)), "screening pairs"), strict=True):
+        for j, gain, change in gains:
+            effects = one.effect, directions[j].effect
+            if effects not in best or gain > best[effects].gain:
+                first, second = np.split(change, [len(one.sizes)])
+                starts = one.start_after(first), directions[j].start_after(second)
+                best[effects] = PairSignature(effects, gain, starts)
+    return list(best.values())
 
 
 def _bounded_gain(normal: np.ndarray, gradient: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[float, np.ndarray]:
