@@ -36,7 +36,9 @@ OURS = {"fmus", "rider_fmu", "vehicle_fmu", "motofmi", "tests", "benchmarks"}
 # Core dependencies that take long to import: functions import them, so that `import motofmi` stays fast.
 ON_USE = {"control", "pandas", "xarray"}
 # Modules that take 0.3 to 0.7 s to import: those that only some functions of a module need are imported by these.
-SLOW_MODULES = {"scipy.optimize", "scipy.integrate", "fmus.equations.sympy_form"}
+SLOW_MODULES = {
+    "scipy.optimize", "scipy.integrate", "fmus.equations.sympy_form", "matplotlib.figure", "motofmi.workflows.batch.batch",
+}  # fmt: skip
 # CoFMPy asks for older releases than this project needs: it is installed without its dependencies, and no extra can name it.
 WITHOUT_EXTRA = {"cofmupy"}
 
