@@ -37,7 +37,8 @@ class TimeResiduals:
 def time_residuals(found: Fit, scale: np.ndarray | None = None, part: float = 1.0) -> TimeResiduals:
     """The residuals of a fit over time, over scale (outputs,); by default that of the fit (see `output_scale`).
 
-    part [1] is the lowest part of the compared band that they contain. Raises ValueError where residuals or derivatives are not finite.
+    part [1] is the share of the compared band, from its lower end, that the residuals contain. Raises ValueError where
+    residuals or derivatives are not finite.
     """
     if not (np.all(np.isfinite(found.residuals)) and np.all(np.isfinite(found.jacobian))):
         raise ValueError(f"{found!r}: residuals or derivatives are not finite; expected a fit that can be simulated")
