@@ -45,6 +45,16 @@ class RecordedEquations:
                     right[i] = right[i] - factor * right[k]
         return [r if matrix[i][i] == 1.0 else r / matrix[i][i] for i, r in enumerate(right)]
 
+    @cached_property
+    def jacobian(self) -> "Jacobian":
+        """d(f - M x', g)/d(x, u); x' occurs only where M depends on x or u."""
+        states, unknowns = self.component.states, self.component.states + self.component.inputs
+        changing = {place: m for place, m in self.mass.items() if not depends_on(m).isdisjoint(unknowns)}
+        rates = dict(zip(states, self.rates, strict=True))
+        for (row, column), m in changing.items():
+            rates[row] = rates[row] - m * self.recorder.leaf(f"der({column})")
+        return Jacobian([*rates.values(), *self.outputs], unknowns, bool(changing))
+
 
 _CACHE: dict[Any, RecordedEquations] = {}
 
@@ -114,6 +124,32 @@ class Program:
         once = [s for s in self.steps if s[0].depends.isdisjoint(changing)]
         often = [s for s in self.steps if not s[0].depends.isdisjoint(changing)]
         return once, often, [not depends_on(r).isdisjoint(changing) for r in self.results]
+
+
+class Jacobian:
+    """The derivatives of rows of equations by unknowns, as a function of values by name.
+
+    needs_rates says whether the values must contain x', by the names `der(state)`.
+    """
+
+    def __init__(self, rows: Sequence[Any], unknowns: Sequence[str], needs_rates: bool):
+        self.shape, self.needs_rates = (len(rows), len(unknowns)), needs_rates
+        slopes = {
+            (i, j): row.slope(x) for i, row in enumerate(rows) if isinstance(row, Node) for j, x in enumerate(unknowns)
+        }
+        self.slopes = {place: s for place, s in slopes.items() if isinstance(s, Node) or s != 0.0}
+        self.program = Program(list(self.slopes.values()))
+
+    def __call__(self, values: Mapping[str, Any]) -> np.ndarray:
+        """The matrix (..., rows, unknowns) at values by name, numbers or arrays of any shapes that broadcast."""
+        used = {leaf.word: values[leaf.word] for leaf in self.program.leaves}
+        points = np.broadcast_shapes(*map(np.shape, used.values()))
+        count = int(np.prod(points))
+        flat = {n: np.broadcast_to(x, points).ravel() if np.ndim(x) else x for n, x in used.items()}
+        matrix = np.zeros((*points, *self.shape))
+        for (i, j), slope in zip(self.slopes, self.program(flat, count), strict=True):
+            matrix[..., i, j] = slope.reshape(points) if np.ndim(slope) else slope
+        return matrix
 
 
 def depends_on(x: Any) -> frozenset[str]:

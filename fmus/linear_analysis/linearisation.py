@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fmus.declaration.component import Component
+from fmus.equations.numpy_program import recorded_equations
 from fmus.expressions.functions import NUMERIC
 from fmus.support.errors import InputError, unknown
 from fmus.support.files import write_atomically
@@ -107,23 +108,21 @@ def linearise(component: Component, **at: Any) -> StateSpace:
         >>> mf.linearise(mf.vehicle("sharp_1971"), speed=np.arange(5.0, 60.0)).A.shape
         (55, 8, 8)
     """
-    from fmus.equations.sympy_form import symbolic  # noqa: PLC0415 - imported on use: SymPy takes 0.4 s
-
     values = component.start_values()
     for name in at:
         if name not in values:
             raise unknown(f"variable of {component.name}", name, values)
     values.update(at)
-    form = symbolic(component)
-    nx = len(component.states)
-    if form.needs_derivatives:
+    form, nx = recorded_equations(component), len(component.states)
+    if form.jacobian.needs_rates:
         values.update(rates_at(component, values))
-    jacobian = form.jacobian_entries(values)
+    jacobian = form.jacobian(values)
     rates, outputs = jacobian[..., :nx, :], jacobian[..., nx:, :]
-    if form.coupled:
-        rates[..., form.coupled, :] = _solve(
-            form.mass_entries(values)[..., form.coupled, :][..., form.coupled], rates[..., form.coupled, :]
-        )
+    # Only these rows are solved for: the others are exact.
+    coupled = [i for i, state in enumerate(component.states) if any(state in place for place in form.mass)]
+    if coupled:
+        mass = _mass_matrix(component, values)[..., coupled, :][..., coupled]
+        rates[..., coupled, :] = _solve(mass, rates[..., coupled, :])
     return StateSpace(rates[..., :nx], rates[..., nx:], outputs[..., :nx], outputs[..., nx:],
                       component.states, component.inputs, component.outputs)  # fmt: skip
 
@@ -134,15 +133,20 @@ def rates_at(component: Component, values: dict[str, Any]) -> dict[str, Any]:
         state, inputs = (np.array([values[n] for n in names]) for names in (component.states, component.inputs))
         rates, _ = component.derivatives(state, inputs, values["time"])
     else:
-        results, entries = component.run(values, NUMERIC), component.mass_entries(values, NUMERIC)
+        results = component.run(values, NUMERIC)
         rates = np.stack(np.broadcast_arrays(*(results[f"der({n})"] for n in component.states)), axis=-1)
-        mass = np.zeros(
-            (*np.broadcast_shapes(*map(np.shape, entries.values())), *2 * (len(component.states),))
-        ) + np.eye(len(component.states))
-        for (row, column), entry in entries.items():
-            mass[..., component.states.index(row), component.states.index(column)] = entry
-        rates = _solve(mass, rates[..., None])[..., 0]
+        rates = _solve(_mass_matrix(component, values), rates[..., None])[..., 0]
     return {f"der({n})": rates[..., i] for i, n in enumerate(component.states)}
+
+
+def _mass_matrix(component: Component, values: Mapping[str, Any]) -> np.ndarray:
+    """The mass matrix (..., nx, nx) at values by name, numbers or arrays."""
+    entries = component.mass_entries(values, NUMERIC)
+    points = np.broadcast_shapes(*map(np.shape, entries.values()))
+    mass = np.zeros((*points, *2 * (len(component.states),))) + np.eye(len(component.states))
+    for (row, column), entry in entries.items():
+        mass[..., component.states.index(row), component.states.index(column)] = entry
+    return mass
 
 
 def _solve(mass: np.ndarray, right: np.ndarray) -> np.ndarray:
