@@ -95,6 +95,7 @@ class CommonBlocks:
 
     def __init__(self, leading: Fit, validation: Sequence[SampledRun], criteria: Criteria):
         self.validation, self.criteria = list(validation), criteria
+        self._refined: dict[int, Fit] = {}  # the fits that `refined` returned, by identity
         residuals = time_residuals(leading)
         self.scale, self.blocks = residuals.scale, partition(residuals)
         outputs = np.concatenate([run.measured for run in leading.runs])
@@ -133,7 +134,7 @@ class CommonBlocks:
         """
 
         def mean_squares_of(found: Fit) -> tuple[PortableFit, np.ndarray, np.ndarray] | None:
-            refined = refined_fit(found)
+            refined = found if id(found) in self._refined else refined_fit(found)
             model, portable = self.evaluated(refined), PortableFit.of(refined)
             return None if model is None or portable is None else (portable, model.fitted, model.validation)
 
@@ -144,6 +145,12 @@ class CommonBlocks:
                 refined = portable.on(found.model, found.runs)
                 models.append(self._compared(refined, fitted, validation))
         return models
+
+    def refined(self, found: Fit) -> Fit:
+        """The refined fit, which later evaluations on these blocks do not refine again."""
+        again = refined_fit(found)
+        self._refined[id(again)] = again
+        return again
 
     def fitted_losses(self, found: Fit) -> np.ndarray | None:
         """The logarithmic losses (blocks,) [1] on the fitted runs; None where they cannot be computed, or after a

@@ -5,6 +5,7 @@ dominates chi-square and hides the gain of an effect in all other runs.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy as np
 from fmus.effects import Effect
 from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
-from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel, has_states, refined_fit
+from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel, has_states
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import Candidate
 from motofmi.gap.estimation.effect_fit import as_found, fit_each
@@ -87,8 +88,9 @@ def leading_models(blocks: CommonBlocks, base: Fit, singles: Sequence[Candidate]
     confidence set. A disturbance (`CommonBlocks.is_disturbance`) leads nothing; where it has the least loss it is the
     last of the models. A form is also fitted from the best form of its family, which it may contain or be contained in.
     """
-    order, near = leading(blocks, {id(c): c.fit for c in singles})
-    fitted = {id(c): c for c in singles}
+    fits_of = {id(c): c.fit for c in singles}
+    order, near = leading(blocks, fits_of)
+    fitted = {id(c): replace(c, fit=fits_of[id(c)]) for c in singles}
     families = list(dict.fromkeys(fitted[key].family for key in near))[:LEADING_FAMILIES]
     fits = _in_all_forms([[fitted[key] for key in order if fitted[key].family == family] for family in families], base)
     withheld = [fitted[key].fit for key in order[:1] if key not in near]
@@ -106,7 +108,7 @@ def leading(blocks: CommonBlocks, fits: dict[Key, Fit]) -> tuple[list[Key], list
     real: list[Key] = []
     for key in order:
         if not real:
-            fits[key] = refined_fit(fits[key])
+            fits[key] = blocks.refined(fits[key])
         if not blocks.is_disturbance(fits[key]):
             real.append(key)
     return order, [key for key in real if not clearly_behind(losses[key], losses[real[0]])]
