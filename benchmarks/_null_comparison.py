@@ -2,8 +2,8 @@ r"""The comparison on blocks for data in which there is nothing to name, at the 
 
     y* = y(theta) + e*,   e* = the base's real residuals, cut into blocks, permuted, each with a random sign
 
-y(theta) is the simulated base with its fitted parameters, so the base is the truth of the motion. The blocks are as long
-as the residuals are correlated; their order starts at a random sample. e* therefore has the amplitudes and the
+y(theta) is the simulated base with its fitted parameters, so the base is the truth of the motion. The blocks are as
+long as the residuals are correlated; their order starts at a random sample. e* therefore has the amplitudes and the
 correlation of the real residuals, and its mean, whatever the motion is, is zero: no effect explains it. Fitted and
 validation runs are made in the same way, each from its own residuals. Initial states and sensor offsets are estimated
 anew from y* by simulation. Base and effects are refitted by linearisation at the truth, where an effect is zero:
@@ -115,7 +115,8 @@ def _with_added(run: SampledRun, added: np.ndarray) -> SampledRun:
 
 
 def _slopes(truths: Sequence[Fit], effect: type[Effect], shape: dict[str, float]) -> Slopes:
-    """The derivatives at zero magnitude, for given nonlinear parameters. Raises InputError where they are not defined."""
+    """The derivatives at zero magnitude, for given nonlinear parameters. Raises InputError where they are not
+    defined."""
     model: Any = truths[0].model.with_added_effects(effect, slopes_of_base=False)
     own, nonlinear = effect.free_parameters(), effect.nonlinear_parameters()
     rows = [model.component.table[model.experiment.parameter(effect, n)] for n in own]

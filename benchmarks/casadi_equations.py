@@ -2,7 +2,8 @@
 
     python -m benchmarks.casadi_equations
 
-Both get the same `equations`: CasADi's SX symbols take the place of numbers. Seconds are processor time, the best of some rounds.
+Both get the same `equations`: CasADi's SX symbols take the place of numbers. Seconds are processor time, the best of
+some rounds.
 """
 
 import subprocess
@@ -137,7 +138,8 @@ def functions(component: Component, names: list[str]) -> tuple[Any, Any]:
 
 
 def generated(component: Component) -> dict[str, Any]:
-    """The generated C: its size, whether it is twice the same, and nanoseconds of f and M together, and of the Jacobian of f - M x'."""
+    """The generated C: its size, whether it is twice the same, and nanoseconds of f and M together, and of the Jacobian
+    of f - M x'."""
     ca = import_module("casadi")
     symbols, right, mass, outputs = balances(component, ca)
     rates = ca.SX.sym("rates", len(component.states))

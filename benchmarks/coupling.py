@@ -1,8 +1,8 @@
 """Couplings and masters on the same FMUs with the same steps: steps per second, errors of modes and of the trajectory.
 
-The case is the mean rider on a bar of 0.6 kg.m2, struck. Ours are all couplings of `fmus.cosimulation.coupling`; the others are
-the loops of other people's tools, as far as they are installed, and the plainest loop in C. Set-up is excluded: a rate, in
-steps per second of processor time, so that it is the same on a busy machine,
+The case is the mean rider on a bar of 0.6 kg.m2, struck. Ours are all couplings of `fmus.cosimulation.coupling`; the
+others are the loops of other people's tools, as far as they are installed, and the plainest loop in C. Set-up is
+excluded: a rate, in steps per second of processor time, so that it is the same on a busy machine,
 is the difference of two runs of different length. Also: what 2 to 200 riders on one bar cost.
 """
 
@@ -67,7 +67,8 @@ def our_seconds(fmus: Mapping[str, Path], name: str, step: float, count: int) ->
 
 
 def rates(fmus: Mapping[str, Path], step: float, count: int, rounds: int) -> dict[str, float]:
-    """Steps per second of processor time of the loops in C and of all couplings, taking turns: from the shortest times of `count` and of three times as many."""
+    """Steps per second of processor time of the loops in C and of all couplings, taking turns: from the shortest times
+    of `count` and of three times as many."""
     best = {"bare_c_loop": 0.0, "fmucontainer_in_c": container_rate(fmus, step, count, rounds)}
     shortest = {name: [np.inf, np.inf] for name in COUPLINGS}
     for _ in range(rounds):
@@ -127,7 +128,8 @@ def in_c(source: str) -> ctypes.CDLL:
 
 
 def container_rate(fmus: Mapping[str, Path], step: float, count: int, rounds: int) -> float:
-    """Steps per second of fmucontainer's archive in a loop in C, the best of rounds; 0 where the tool is not installed."""
+    """Steps per second of fmucontainer's archive in a loop in C, the best of rounds; 0 where the tool is not
+    installed."""
     try:
         fmu, references = container_bar.opened(fmus, step)
     except ModuleNotFoundError:

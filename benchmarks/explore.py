@@ -19,8 +19,8 @@ from tests.explore_page import (
     random_settings,
 )
 
-# Milliseconds from the event of a slider to the end of the drawing, layout included, without the fine grid, which follows
-# the last move.
+# Milliseconds from the event of a slider to the end of the drawing, layout included, without the fine grid, which
+# follows the last move.
 SLIDER = """async ({moves}) => {
   page.settle = () => {};
   const slider = document.getElementById("p-vehicle-trail"), low = Number(slider.min), high = Number(slider.max), spent = [];
@@ -98,7 +98,8 @@ def slider_times(window, moves: int = 60) -> tuple[list[float], float]:
 
 
 def live_run(window, rider: str) -> dict:
-    """Communication step [s], rate over real time, and the errors of the modes of the FMUs that step in the page, as shares.
+    """Communication step [s], rate over real time, and the errors of the modes of the FMUs that step in the page, as
+    shares.
 
     The rate is the largest of ten: other work on the machine only lowers it.
     """

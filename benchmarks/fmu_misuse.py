@@ -78,7 +78,8 @@ def calls_under(command: Sequence[str], program: Program, calls: int, seed: int)
 
 
 def one_of_each() -> dict[str, Component]:
-    """A component of every class, with values that ship where there are some, and the rider and a motorcycle with effects."""
+    """A component of every class, with values that ship where there are some, and the rider and a motorcycle with
+    effects."""
     shipped = {type(c).__name__: c for c in map(components.component, components.every_name())}
     found = {title: shipped.get(title) or kind() for title, kind in components.COMPONENTS.items()}
     for component in (riders.load("mean_2011"), motorcycles.load("sharp_1971")):

@@ -68,7 +68,8 @@ def kinematics() -> dict:
 
 
 def riders_differ() -> dict:
-    """Standard deviations of the ten riders' stiffnesses, dampings and torso inertias over their means, as percentages."""
+    """Standard deviations of the ten riders' stiffnesses, dampings and torso inertias over their means, as
+    percentages."""
     ten = [riders.load(f"{number}_2011").values for number in range(1, 11)]
     names = ("torso_inertia", "arm_stiffness", "waist_stiffness", "arm_damping", "waist_damping")
     of = {name: np.array([each[name] for each in ten]) for name in names}

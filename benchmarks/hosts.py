@@ -81,8 +81,8 @@ def motorcycle() -> dict[str, float]:
 
 
 def corner() -> dict[str, float]:
-    """The largest rate at an equilibrium, and the largest error of an eigenvalue as a share, hands off and with the mean
-    rider, at constant speed and accelerated.
+    """The largest rate at an equilibrium, and the largest error of an eigenvalue as a share, hands off and with the
+    mean rider, at constant speed and accelerated.
     """
     touring, left, errors = motorcycles.load("tum_2020"), [], []
     for points in (CORNERS, ACCELERATED):

@@ -1,7 +1,7 @@
 """One fit against scipy's curve_fit as one would write it in MATLAB; a thousand bootstrap fits; reading a recording.
 
-The rival is the 2011 paper's eq. 6 with the paper's method: the Nyquist plane, bounds, scipy's trust-region fit (MATLAB's
-lsqcurvefit) with derivatives by differences. The same without bounds stands beside it.
+The rival is the 2011 paper's eq. 6 with the paper's method: the Nyquist plane, bounds, scipy's trust-region fit
+(MATLAB's lsqcurvefit) with derivatives by differences. The same without bounds stands beside it.
 """
 
 import tempfile

@@ -57,7 +57,8 @@ def changing_rider(seeds: Iterable[int], runs: int, run_to_run: float | None = N
 
 
 def estimators(seeds: Iterable[int]) -> dict:
-    """|estimate / truth| of the inertance from 1 to 1.5 Hz, by reference of the cross-spectra; the mean over the seeds."""
+    """|estimate / truth| of the inertance from 1 to 1.5 Hz, by reference of the cross-spectra; the mean over the
+    seeds."""
     ratios: dict[str, list] = {"steer_torque": [], "steer_angle": [], "steer_angle_command": []}
     for seed in seeds:
         run = recording(TRUTH, seed)

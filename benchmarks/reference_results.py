@@ -1,8 +1,8 @@
 """Forty inputs whose results are kept: modes, FRFs, fits, co-simulations and verdicts, to see what a change of the code changes.
 
-Each input is a command line. Its result is reduced to numbers and words by name, without times, paths and sentences, and
-compared with `reference_results.json`. The kept results are not a truth: they say whether results are the same as before.
-`python -m benchmarks.reference_results --keep` replaces them.
+Each input is a command line. Its result is reduced to numbers and words by name, without times, paths and sentences,
+and compared with `reference_results.json`. The kept results are not a truth: they say whether results are the same as
+before. `python -m benchmarks.reference_results --keep` replaces them.
 """
 
 import argparse
@@ -177,7 +177,8 @@ def rows_of(path: Path) -> dict[str, list[float]]:
 
 
 def difference(one: Any, other: Any, key: str = "") -> float:
-    """The largest difference of two leaves relative to the largest number in them; infinite where anything else differs.
+    """The largest difference of two leaves relative to the largest number in them; infinite where anything else
+    differs.
 
     Eigenvalues are compared as sets, and errors that are relative already by their absolute difference.
     """

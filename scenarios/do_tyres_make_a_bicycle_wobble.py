@@ -1,7 +1,7 @@
 """Do tyres make a bicycle wobble?
 
-The benchmark bicycle on knife edges and on tyres, at bicycle speeds: with relaxation lengths of published bicycle tyres (about
-0.1 m in earlier measurements, 0.2 to 0.3 m in VTI Rapport 952), and with a steering damper.
+The benchmark bicycle on knife edges and on tyres, at bicycle speeds: with relaxation lengths of published bicycle tyres
+(about 0.1 m in earlier measurements, 0.2 to 0.3 m in VTI Rapport 952), and with a steering damper.
 """
 
 import numpy as np

@@ -1,7 +1,7 @@
 """Does fork bending turn the trend of wobble damping over speed round, and what do frame torsion and rider do to weave?
 
-The findings of the 2020 paper on the touring motorcycle (Section 4.1 and abstract), with its freedoms freed one by one from a
-rigid motorcycle with a rigid rider, and all of them, with the hands off and with the passive rider.
+The findings of the 2020 paper on the touring motorcycle (Section 4.1 and abstract), with its freedoms freed one by one
+from a rigid motorcycle with a rigid rider, and all of them, with the hands off and with the passive rider.
 """
 
 from itertools import cycle

@@ -3,8 +3,8 @@
     python -m motofmi.scenarios.does_the_passive_rider_calm_wobble_on_every_vehicle
 
 Each vehicle with the hands off, with the mean rider of 2011 and with an added steering damper of 7.5 N.m.s/rad; Sharp's
-motorcycle of 1994 also with its own hands. For each the unstable intervals of speed and the least damping ratio of weave
-and wobble are given.
+motorcycle of 1994 also with its own hands. For each the unstable intervals of speed and the least damping ratio of
+weave and wobble are given.
 """
 
 import argparse

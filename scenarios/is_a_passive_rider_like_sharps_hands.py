@@ -1,8 +1,8 @@
 """Is a passive rider like the hands of Sharp (1994), a spring and a damper between handlebar and frame?
 
-The motorcycle of 1994 with its hands off, with its own hands (stiffness, damping and inertia of the steer), with the passive
-rider of 2011, and with the same rider whose torso has hardly any inertia. The last one is arms and waist in series, springs
-and dampers between bar and frame: what is different with the rider is the inertia of his torso.
+The motorcycle of 1994 with its hands off, with its own hands (stiffness, damping and inertia of the steer), with the
+passive rider of 2011, and with the same rider whose torso has hardly any inertia. The last one is arms and waist in
+series, springs and dampers between bar and frame: what is different with the rider is the inertia of his torso.
 """
 
 import numpy as np

@@ -1,8 +1,8 @@
 """Which steering damper serves which vehicle, with the hands off and with the passive rider?
 
-The steering damper of each vehicle is varied (`sweep`), with nothing at the handlebar and with the mean rider of 2011. A
-damper serves a vehicle best if the least damping ratio of weave and wobble over all speeds is largest; overdamped modes do
-not count. Below LOWEST the rider steers, and a passive rider says little.
+The steering damper of each vehicle is varied (`sweep`), with nothing at the handlebar and with the mean rider of 2011.
+A damper serves a vehicle best if the least damping ratio of weave and wobble over all speeds is largest; overdamped
+modes do not count. Below LOWEST the rider steers, and a passive rider says little.
 """
 
 import tempfile

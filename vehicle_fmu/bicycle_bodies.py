@@ -1,7 +1,8 @@
 """The four rigid bodies of a bicycle as parameters: wheels, rear frame with the rigid rider, front frame.
 
-Positions are of the rear contact's frame, x forward, y right, z down. Products of inertia are elements of the tensor, minus
-the integral of x z dm. Symbols: Meijaard, Papadopoulos, Ruina, Schwab, Proc. R. Soc. A 463 (2007) 1955-1982, Table 1.
+Positions are of the rear contact's frame, x forward, y right, z down. Products of inertia are elements of the tensor,
+minus the integral of x z dm. Symbols: Meijaard, Papadopoulos, Ruina, Schwab, Proc. R. Soc. A 463 (2007) 1955-1982,
+Table 1.
 """
 
 from fmus import parameter

@@ -3,16 +3,16 @@
 Modes of these freedoms lie between weave and wobble and veer with both, and weave veers with rear wobble. Therefore
   naming speed   of 60, 55, ... 30 m/s the one at which every pair is most clearly one of further states or none of them
   weave          the pair, not mostly of further states, with the largest part of roll, less what the part of the steer exceeds
-                 it. It is the branch of the naming speed with more roll than steer, or roll takes a larger part in it than
-                 in the third of the real roots (another pair: than in the second) and than half its mean over all modes;
-                 otherwise weave is the two least stable of the three real roots with the largest parts of roll
+                 it. It is the branch of the naming speed with more roll than steer, or roll takes a larger part in it
+                 than in the third of the real roots (another pair: than in the second) and than half its mean over all
+                 modes; otherwise weave is the two least stable of the three real roots with the largest parts of roll
   capsize        the real root in which roll takes the largest part; of those three the most stable one
   rear wobble    the branch that weave has at the naming speed where weave is another pair; its own branch elsewhere
   wobble         its branch from the naming speed, or the branch of another pair there in which steer takes a larger part
                  than roll and further states a smaller one
   rider-wobble   its branch from the naming speed
-A front mode in which further states participate most has no name. Names are called mixed where roll exceeds the steer in
-two pairs, and in the second by more than half of that in weave.
+A front mode in which further states participate most has no name. Names are called mixed where roll exceeds the steer
+in two pairs, and in the second by more than half of that in weave.
 """
 
 import numpy as np

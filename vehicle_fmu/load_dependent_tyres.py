@@ -4,9 +4,9 @@ r"""Tyres whose coefficients are polynomials of the load Z (positive), with rela
     moment about z  M = lambda M_l + (1 - lambda) N,   (sigma / V) M_l' + M_l = N = -C_3 alpha + C_4 gamma
     moment about x  M_x = C_5 gamma
 
-alpha is the slip angle, gamma the camber angle, C_1 to C_5 and sigma are polynomials of Z. The aligning moment turns the
-wheel against its slip and into its camber. lambda is 1 where the moment relaxes with the side force, 0 where it follows
-slip and camber at once. C_5 is negative: a round tyre touches the ground on the side to which it leans.
+alpha is the slip angle, gamma the camber angle, C_1 to C_5 and sigma are polynomials of Z. The aligning moment turns
+the wheel against its slip and into its camber. lambda is 1 where the moment relaxes with the side force, 0 where it
+follows slip and camber at once. C_5 is negative: a round tyre touches the ground on the side to which it leans.
 
 Source: Sharp, Vehicle System Dynamics 23 (1994) 425-443; one transient slip for force and moment: Pacejka, Tire and
 Vehicle Dynamics (2012), Chapter 7.
@@ -65,7 +65,8 @@ class LoadDependentTyres(Component):
 
 
 def set_tyre(v: Any, end: str, load: Any, slip: Any, camber: Any) -> dict[str, Any]:
-    """Set the locals of the tyre at that end from its load [N], slip and camber angle [rad]; the rates of its states."""
+    """Set the locals of the tyre at that end from its load [N], slip and camber angle [rad]; the rates of its
+    states."""
     setattr(v, f"{end}_load", load)
     load = v[f"{end}_load"]
     for name, (_, _, units) in POLYNOMIALS.items():

@@ -10,12 +10,12 @@ with the load increment d = (Z - Z_0) / Z_0, the radius r_c of the tyre's cross-
     C_3 = (Z / Z_0) r_c (q_Dz1 + q_Dz2 d) C_1              C_4 = Z r_c (q_Dz8 + q_Dz9 d)
     sigma = C_1 (s_0 + s_1 V + s_2 V^2)
 
-alpha is the slip angle, gamma the camber angle. The slip angle relaxes, camber acts at once. The wheel touches the ground on
-the side to which it leans, by r_c gamma beside the lowest point of a disc, which is the moment about x. These are the
-derivatives at alpha = gamma = 0 of the full formulas, which the tests hold.
+alpha is the slip angle, gamma the camber angle. The slip angle relaxes, camber acts at once. The wheel touches the
+ground on the side to which it leans, by r_c gamma beside the lowest point of a disc, which is the moment about x. These
+are the derivatives at alpha = gamma = 0 of the full formulas, which the tests hold.
 
-Source: Pacejka, Tire and Vehicle Dynamics (2012), Section 4.3, motorcycle version; relaxation length, lambda and r_c as in
-the open model of Passigato et al., Applied Sciences 10 (2020) 6826.
+Source: Pacejka, Tire and Vehicle Dynamics (2012), Section 4.3, motorcycle version; relaxation length, lambda and r_c as
+in the open model of Passigato et al., Applied Sciences 10 (2020) 6826.
 """
 
 from collections.abc import Iterator
@@ -78,7 +78,8 @@ class MagicFormulaTyres(Component):
 
 
 def set_tyre(v: Any, m: Any, end: str, load: Any, slip: Any, camber: Any) -> dict[str, Any]:
-    """Set the locals of the tyre at that end from its load [N], slip and camber angle [rad]; its rate and its side force."""
+    """Set the locals of the tyre at that end from its load [N], slip and camber angle [rad]; its rate and its side
+    force."""
 
     def local_value(name: str, value: Any) -> Any:
         setattr(v, f"{end}_{name}", value)

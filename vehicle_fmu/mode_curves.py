@@ -1,10 +1,11 @@
 """The eigenvalue of each mode from its branches, at most one mode at each eigenvalue.
 
-A mode has the eigenvalue of its pair; of real roots the least stable one. Where a root of a mode forms a pair with a root of
-another mode, its other root counts. Where all roots of two modes form pairs with each other, the pairs are assigned to the
-modes so that the sum of their agreement is largest (linear sum assignment). The agreement is the cosine between the
-participation factors of all states in the mode shape and those in the shape of the mode at the naming speed; unlike the
-modal assurance criterion (Allemang, Sound and Vibration 37(8) (2003) 14-23) it does not depend on the units of the states.
+A mode has the eigenvalue of its pair; of real roots the least stable one. Where a root of a mode forms a pair with a
+root of another mode, its other root counts. Where all roots of two modes form pairs with each other, the pairs are
+assigned to the modes so that the sum of their agreement is largest (linear sum assignment). The agreement is the cosine
+between the participation factors of all states in the mode shape and those in the shape of the mode at the naming
+speed; unlike the modal assurance criterion (Allemang, Sound and Vibration 37(8) (2003) 14-23) it does not depend on the
+units of the states.
 """
 
 from collections.abc import Callable

@@ -20,8 +20,9 @@ A pair in which further states of a device have more than a quarter of the parti
 weave veers with such a mode, weave is the one in which those states have the smaller part.
 Names are called mixed where the second largest |Y_r / Y_f| is more than half of the largest.
 
-Further states are those of a device or an effect besides a torso, and those of freedoms of a vehicle besides lateral motion,
-yaw, roll and steer (twist of a frame, lean). `flexible_mode_names` names the modes of vehicles with such freedoms.
+Further states are those of a device or an effect besides a torso, and those of freedoms of a vehicle besides lateral
+motion, yaw, roll and steer (twist of a frame, lean). `flexible_mode_names` names the modes of vehicles with such
+freedoms.
 
 Modes and their usual bands: Sharp 1971; Cossalter et al., Meccanica 46 (2011), Sect. 5.
 """

@@ -2,8 +2,8 @@ r"""The out-of-plane motion of a tree of rigid bodies about straight running at 
 
 Axes: x forward, y right, z down, moving with a point on the ground at V forward and v to the right, yawing at r. A body
 moves by the freedoms of its path, from the ground to the body. A freedom j is a hinge about an axis u_j = (u_x, u_z)
-through the point P_j, or a slide to the right. Lateral velocity v (a slide) and yaw rate r (a hinge about z) are the first
-two; they have rates but no angles. With the rates w_k and the angles q_k, the point (x, z) of a body has
+through the point P_j, or a slide to the right. Lateral velocity v (a slide) and yaw rate r (a hinge about z) are the
+first two; they have rates but no angles. With the rates w_k and the angles q_k, the point (x, z) of a body has
 
     to the right     y = sum Y_k q_k,    Y_k = u_kz (x - P_kx) - u_kx (z - P_kz),    Y_k = 1 of a slide
     tilt, heading    sum u_kx q_k,  sum u_kz q_k
@@ -22,11 +22,11 @@ I = [[I_x, -C], [-C, I_z]] with C the integral of x z dm, h = i_y V / R the spin
     force F_x            Q_j = -F_x (u_jz sum_{k >= j} Y_k q_k + Y_j sum_{k < j} u_kz q_k)
     F_x along a wheel    Q_j = -F_x (u_jz sum_{k >= j} Y_k q_k - Y_j sum_{k >= j} u_kz q_k)
 
-A wheel's contact is the point of the wheel above its ground contact: the lowest point of a disc moves to the right and up
-as this point does, to second order. Slip is the heading less (lateral velocity of the contact) / V, camber the tilt.
+A wheel's contact is the point of the wheel above its ground contact: the lowest point of a disc moves to the right and
+up as this point does, to second order. Slip is the heading less (lateral velocity of the contact) / V, camber the tilt.
 
-Source: linearisation of the rigid-body equations as in Sharp, J. Mech. Eng. Sci. 13(5) (1971), and Meijaard et al., Proc.
-R. Soc. A 463 (2007), Appendix; the tests derive the vehicles a second time with Kane's equations in full motion.
+Source: linearisation of the rigid-body equations as in Sharp, J. Mech. Eng. Sci. 13(5) (1971), and Meijaard et al.,
+Proc. R. Soc. A 463 (2007), Appendix; the tests derive the vehicles a second time with Kane's equations in full motion.
 """
 
 from collections.abc import Iterable, Sequence
@@ -102,8 +102,8 @@ def mass_matrix(bodies: Sequence[Body], freedoms: Sequence[Freedom]) -> dict[tup
 
 
 def held(j: Freedom, torque: Any, v: Any, place: int) -> Any:
-    """The generalised force of the torque that holds a freedom; a locked freedom decays by itself at a and 2 a, with a that
-    differs by its place among the freedoms, so that no eigenvalue is multiple.
+    """The generalised force of the torque that holds a freedom; a locked freedom decays by itself at a and 2 a, with a
+    that differs by its place among the freedoms, so that no eigenvalue is multiple.
     """
     a = LOCKED * (1 + place / 10)
     return -j.free * torque - (1 - j.free) * (2 * a**2 * v[j.angle] + 3 * a * v[j.rate])

@@ -56,7 +56,8 @@ class SteeredOnTyres(SidewaysMotion, SteeredVehicle):
 
 
 def port_torques(v: Any, m: Any) -> dict[str, Any]:
-    """The generalised forces of the inputs on yaw, roll, lateral motion and steer, with the torque of the steering head."""
+    """The generalised forces of the inputs on yaw, roll, lateral motion and steer, with the torque of the steering
+    head."""
     torque = v.handlebar_torque + v.frame_torque
     return {
         "lateral_velocity": v.lateral_force,

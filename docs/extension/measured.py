@@ -1,7 +1,7 @@
 """Numbers of pages from `benchmarks/results.json`: the role {measured}`path | format | factor`.
 
-The path is of keys, joined by dots, or by slashes where a key has a dot; format and factor are optional: {measured}`sweep.overhead | .1f | 100`. In tables, whose cells a
-bar would split, they are separated by semicolons.
+The path is of keys, joined by dots, or by slashes where a key has a dot; format and factor are optional:
+{measured}`sweep.overhead | .1f | 100`. In tables, whose cells a bar would split, they are separated by semicolons.
 """
 
 import json

@@ -32,8 +32,8 @@ class System(Component):
     """Components connected by `wiring`, a mapping of `part.input` to sources `part.output`; by equal names by default.
 
     `bindings` sets a parameter of one part to a calculated parameter of another:
-    {"vehicle.added_steer_inertia": "device.port_inertia"}. All quantities are in SI units. Raises InputError for unknown
-    names, units that differ, and an algebraic loop, which the message spells out.
+    {"vehicle.added_steer_inertia": "device.port_inertia"}. All quantities are in SI units. Raises InputError for
+    unknown names, units that differ, and an algebraic loop, which the message spells out.
 
         >>> held = mf.System("held", {"vehicle": mf.vehicle("sharp_1971"), "device": mf.damper(7.5)})
         >>> held.wiring["vehicle.handlebar_torque"]

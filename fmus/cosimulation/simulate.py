@@ -28,8 +28,8 @@ def simulate(fmu: FmuSubsystem, step: float | None = None, duration: float | Non
              units: Mapping[str, str] | None = None, out: str | Path | None = None) -> CosimulationRun:  # fmt: skip
     """Run an FMU from where it is to `duration` [s], with inputs by name as columns (n,) at ascending times (n,) [s].
 
-    units are those of columns, where they are not those of the inputs. The rows hold inputs and outputs, to the CSV file
-    `out` or in the run. Raises InputError for a column that is no input and for a step or a duration that is not
+    units are those of columns, where they are not those of the inputs. The rows hold inputs and outputs, to the CSV
+    file `out` or in the run. Raises InputError for a column that is no input and for a step or a duration that is not
     positive, SimulationError when the FMU fails.
     """
     experiment = fmu.description.defaultExperiment

@@ -114,8 +114,8 @@ def output(si_unit: str, description: str, **options) -> Variable:
 def state(si_unit: str, description: str, **options) -> Variable:
     """A continuous state, in an SI unit; the equations return its `der(name)`.
 
-    options as of `parameter`; `exposed=True` makes it an output as well. Raises InputError for a unit that is unknown or
-    not in SI.
+    options as of `parameter`; `exposed=True` makes it an output as well. Raises InputError for a unit that is unknown
+    or not in SI.
 
         >>> mf.state("rad", "Angle of the torso", exposed=True).exposed
         True

@@ -36,10 +36,11 @@ from fmus.support.errors import InputError, unknown
 
 
 def adds_to(*targets: str) -> Callable[[Callable], Callable]:
-    """Mark a method `(self, v, m)` of an effect as the term, in the target's SI unit, that is added to each of the targets.
+    """Mark a method `(self, v, m)` of an effect as the term, in the target's SI unit, that is added to each of the
+    targets.
 
-    targets are names of the component, or `force` of the effect's element. Where the effect is applied to a component that
-    has no such name, it Raises InputError with the valid ones.
+    targets are names of the component, or `force` of the effect's element. Where the effect is applied to a component
+    that has no such name, it Raises InputError with the valid ones.
 
         >>> class Preload(mf.Effect):
         ...     '''A constant torque of the arms.'''
@@ -64,9 +65,9 @@ class Effect:
     """Base class of effects. Its variables are added to the table of the component that it is applied to, in SI units.
 
     `delayed` declares delayed values: {"late_angle": ("deflection", "delay")}. They are states of a Pade approximation
-    or, with exact_delays=True, inputs to be supplied by the caller, which has the past motion. `join` adds the effect to a
-    component, whose `with_effects` calls it; it raises InputError where the component lacks the element or a target.
-    `structure` is what the equations depend on besides values.
+    or, with exact_delays=True, inputs to be supplied by the caller, which has the past motion. `join` adds the effect
+    to a component, whose `with_effects` calls it; it raises InputError where the component lacks the element or a
+    target. `structure` is what the equations depend on besides values.
 
         >>> class CubicSpring(mf.Effect):
         ...     '''The spring stiffens with the square of its deflection.'''

@@ -161,8 +161,8 @@ def unstable_intervals(
 ) -> list[list[float]]:
     """The intervals [from, to] of the parameter in which a mode is unstable, with refined ends.
 
-    points (n,), growth (n,): the largest real part of the mode's eigenvalues there; NaN where the mode is absent, at which
-    an interval ends.
+    points (n,), growth (n,): the largest real part of the mode's eigenvalues there; NaN where the mode is absent, at
+    which an interval ends.
     """
     unstable = growth > 0
     edges = np.flatnonzero(unstable[1:] != unstable[:-1])

@@ -48,7 +48,8 @@ class StateSpace:
     def frequency_response(self, omega: np.ndarray, output: str, input: str) -> np.ndarray:
         """G(i omega) from one input to one output, complex; omega [rad/s] of any shape, the result of the same shape.
 
-        For stacked matrices the shape of omega must broadcast with that of the points, as (100, 1) with (30,). Raises InputError for a name that is no output or no input.
+        For stacked matrices the shape of omega must broadcast with that of the points, as (100, 1) with (30,). Raises
+        InputError for a name that is no output or no input.
         """
         i, j = _place("output", output, self.outputs), _place("input", input, self.inputs)
         omega = np.asarray(omega, float)

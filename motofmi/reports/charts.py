@@ -57,7 +57,8 @@ class Curve:
     style is `line`, `dashed`, `dotted`, `points`, `circles`, `both` (points on a line), `bars` (horizontal, from the
     axis's lower end), `needles` (from the origin), or `errors` (points with
     the band as bars). band is the lower and upper limit (n,) of y. text (n,) is shown
-    where the pointer is. `shown` is whether the curve is visible at first. Raises ValueError for x and y of different shape.
+    where the pointer is. `shown` is whether the curve is visible at first. Raises ValueError for x and y of different
+    shape.
     """
 
     name: str

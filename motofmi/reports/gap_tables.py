@@ -131,7 +131,8 @@ def candidates(result: dict[str, Any], most: int | None = None) -> Table:
 
 
 def compared(result: dict[str, Any]) -> Table:
-    """The models that were compared on blocks, the least loss first, and what became of them; no rows where none were."""
+    """The models that were compared on blocks, the least loss first, and what became of them; no rows where none
+    were."""
     rows = [(" and ".join(f"{e['name']} ({e['form']})" for e in m["effects"]) or "base", f"{m['loss_fitted']:.2f}",
              "" if m["loss_validation"] is None else f"{m['loss_validation']:.2f}",
              _percent(m["closed"] and m["closed"]["share"]), m["standing"])

@@ -16,8 +16,8 @@ def root_locus(found: Mapping[str, Modes], low: float = -50.0, high: float = 6.0
                choices: Sequence[Choice] = ()) -> Chart:  # fmt: skip
     """The eigenvalues with a real part from low to high [1/s] and an imaginary part up to top [rad/s].
 
-    Points grow with the speed; the pointer shows mode, speed and frequency. Of a single vehicle every mode has a colour,
-    of several every vehicle; each mode is named once. shown are those that are visible at first.
+    Points grow with the speed; the pointer shows mode, speed and frequency. Of a single vehicle every mode has a
+    colour, of several every vehicle; each mode is named once. shown are those that are visible at first.
     """
     parts = {name: _inside(each, low, top) for name, each in found.items()}
     if len(found) == 1:

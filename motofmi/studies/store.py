@@ -5,8 +5,8 @@
     parts/*.parquet  the table rows of each chunk that is complete; the file is written after the chunk's results
     runs.parquet     the table of all runs, at the end, when the parts are removed
 
-Every file is written beside its place, synchronised to the disk and renamed. A chunk without its part is computed again.
-Chunks hold a checksum (CRC-32C), so that a damaged one cannot be read.
+Every file is written beside its place, synchronised to the disk and renamed. A chunk without its part is computed
+again. Chunks hold a checksum (CRC-32C), so that a damaged one cannot be read.
 """
 
 import json

@@ -69,7 +69,8 @@ def check(
     the running FMU, each in a process of its own.
 
     fmus is a path or several. time_limit [s] and memory [MiB] hold for each trial; calls that the standard forbids to
-    importers get 15 % of the time. Raises InputError for a file that does not exist and for limits that are not positive.
+    importers get 15 % of the time. Raises InputError for a file that does not exist and for limits that are not
+    positive.
 
         >>> path = mf.build("damper:7.5", "out").path
         >>> found = mf.check(path)

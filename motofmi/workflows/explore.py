@@ -68,9 +68,9 @@ def explore(
     vehicle and the first two entries of device are the configurations A and B that it opens with; a single device is B,
     beside A without a device. An entry is a device, several that act together (a tuple or a comma list), or the path of
     a device's FMU, which is linearised at its start values. Every shipped vehicle and device can be chosen in the page.
-    out is its path. set changes parameters of vehicle and devices by name, in SI units. Raises InputError for an unknown
-    name, an FMU of a vehicle, and devices that do not go together, MissingToolError where the WebAssembly of a component
-    is not installed and cannot be compiled.
+    out is its path. set changes parameters of vehicle and devices by name, in SI units. Raises InputError for an
+    unknown name, an FMU of a vehicle, and devices that do not go together, MissingToolError where the WebAssembly of a
+    component is not installed and cannot be compiled.
 
         >>> page = mf.explore("sharp_1971", ["rider:mean_2011", "damper:7.5"], "page.html")
         >>> page.size < 2e6, page.to_dict()["page"]

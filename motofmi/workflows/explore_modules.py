@@ -149,7 +149,8 @@ def token_now(component: Component) -> str:
 
 
 def write(titles: Sequence[str]) -> list[Path]:
-    """Compile the modules of these classes and write them to where they ship. Raises MissingToolError without ziglang."""
+    """Compile the modules of these classes and write them to where they ship. Raises MissingToolError without
+    ziglang."""
     written = []
     for title in track(titles, "WebAssembly", len(titles)):
         component = first(title)

@@ -183,8 +183,8 @@ def compare_modes(vehicle: ComponentLike, devices: Mapping[str, Devices] | Seque
                   units: Mapping[str, str] | None = None) -> ModesComparison:  # fmt: skip
     """The modes of a vehicle with one device after the other, as by `modes` at `speed` (n,) [m/s].
 
-    devices are given by labels, or as a list; set and units as in `modes`. Raises InputError as `modes` does, and for two
-    devices of the same name.
+    devices are given by labels, or as a list; set and units as in `modes`. Raises InputError as `modes` does, and for
+    two devices of the same name.
 
         >>> found = mf.compare_modes("sharp_1971", [None, "damper:7.5"], speed=[30])
         >>> bool(found["damper_7.5"]["wobble"].damping_ratio > found["none"]["wobble"].damping_ratio)

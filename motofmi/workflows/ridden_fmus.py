@@ -121,10 +121,10 @@ def ridden_fmus(vehicle: Part, device: Part | Sequence[Part] | None, initial: Ma
                 parameters: Mapping[str, Mapping[str, float]] | None = None) -> dict[str, FmuSubsystem]:  # fmt: skip
     """Vehicle and devices as subsystems `vehicle`, `device`, `device_2` and so on, initialised.
 
-    initial sets states by name, or by `part.name` where several have it, parameters those of each part. A rider's inertia that moves with the
-    handlebar becomes the vehicle's `added_steer_inertia`; a rider who leans is taken out of the vehicle's rear frame.
-    units states the unit of variables that have none, by name. Raises InputError for a name that none has, and when
-    the vehicle cannot spare the rider; warns of units that are missing.
+    initial sets states by name, or by `part.name` where several have it, parameters those of each part. A rider's
+    inertia that moves with the handlebar becomes the vehicle's `added_steer_inertia`; a rider who leans is taken out of
+    the vehicle's rear frame. units states the unit of variables that have none, by name. Raises InputError for a name
+    that none has, and when the vehicle cannot spare the rider; warns of units that are missing.
     """
     devices = by_name([] if device is None else [device] if isinstance(device, Part) else device)
     if isinstance(vehicle, Component):

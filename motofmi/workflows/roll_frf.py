@@ -104,8 +104,9 @@ def estimate_roll_frf(recording: Recorded, *, mapping: Mapping[str, str] | None 
     """The response of waist, shoulders and head to the roll of the mock-up, from one recording (path or
     Recording) of the roll test.
 
-    mapping and rate as in `estimate_frf`. rig gives the heights [m] of the points above the roll axis (`mockup_height` and
-    others; default: rig.json beside the recording); band is in Hz. Raises InputError for a missing height or channel.
+    mapping and rate as in `estimate_frf`. rig gives the heights [m] of the points above the roll axis (`mockup_height`
+    and others; default: rig.json beside the recording); band is in Hz. Raises InputError for a missing height or
+    channel.
 
         >>> from motofmi.virtual_rig.simulated_rig import roll_test
         >>> from rider_fmu.components.rider_in_roll import point_heights

@@ -53,7 +53,8 @@ def scenario(name: str) -> ModuleType:
 
 
 def host(name: str) -> ModuleType:
-    """The module of the host `name`, a simulator of others with FMUs of this package inside: `run()` returns its results.
+    """The module of the host `name`, a simulator of others with FMUs of this package inside: `run()` returns its
+    results.
 
     `python -m motofmi.scenarios.hosts` lists them. Raises InputError with the valid names for any other name;
     `run` raises ModuleNotFoundError where the simulator is not installed.

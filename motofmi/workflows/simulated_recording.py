@@ -25,12 +25,13 @@ def simulate_steer_test(
 ) -> str:  # fmt: skip
     r"""Simulate the steer test on a rider and write its recording; the path as text.
 
-    A servo turns the handlebar of steer_inertia [kg.m2] by at most amplitude [deg] for duration [s], and 2 s without motion.
-    excitation is a sweep from 0.5 to 12 Hz, a stepped_sine over 0.5 to 8.5 Hz (the tests of the papers of 2011 and 2008),
-    or a multisine. The recording has the commanded and the measured steer angle [rad] and the torque [N.m] at 128 Hz,
-    with the noise and the converters of a rig and the rider's own torque; seed selects the noise.
+    A servo turns the handlebar of steer_inertia [kg.m2] by at most amplitude [deg] for duration [s], and 2 s without
+    motion. excitation is a sweep from 0.5 to 12 Hz, a stepped_sine over 0.5 to 8.5 Hz (the tests of the papers of 2011
+    and 2008), or a multisine. The recording has the commanded and the measured steer angle [rad] and the torque [N.m]
+    at 128 Hz, with the noise and the converters of a rig and the rider's own torque; seed selects the noise.
 
-    Raises InputError for an unknown excitation, for times or amplitudes that are not positive, and for what is no rider.
+    Raises InputError for an unknown excitation, for times or amplitudes that are not positive, and for what is no
+    rider.
 
         >>> from pathlib import Path
         >>> path = mf.simulate_steer_test("rider:5_2011", "sweep.csv", duration=20.0, seed=1)

@@ -40,7 +40,8 @@ class CornerForces:
         self.still = self._spring_length(0.0)
 
     def _with_suspensions(self, found: list[Body]) -> list[Body]:
-        """The bodies with the free suspensions in the paths of lower fork, swingarm and wheels, without what is locked."""
+        """The bodies with the free suspensions in the paths of lower fork, swingarm and wheels, without what is
+        locked."""
         free, torsion = vars(self.p), found[ORDER.index("lower_fork")].path[-1]
         swing, (forward, down) = found[ORDER.index("swingarm")].path[-1], torsion.axis or (0.0, 0.0)
         bending = SpaceFreedom("fork_lengthwise_bending_rate", torsion.point, RIGHT, False)

@@ -1,11 +1,11 @@
 """Exudyn: the touring motorcycle of 2020 as rigid bodies in space, alone and with the FMU of a rider at its handlebar.
 
-The bodies are links of a kinematic tree (ObjectKinematicTree): along, to the side, yaw, roll, then each flexible freedom and
-the steer, and the spinning wheels. Exudyn forms inertia and gyroscopic forces in full motion. The forces are given here in
-full motion too: springs, loads at the lowest points of the wheels, drag and drive, and the tyres, whose relaxed slip angles
-are states of a first-order object (ObjectGenericODE1). Nothing is linearised: states are so small that their squares do not
-show. From the motion out of every state alone over INTERVAL follows the transition matrix, and from it every eigenvalue;
-they are compared with those of `vehicle_fmu`.
+The bodies are links of a kinematic tree (ObjectKinematicTree): along, to the side, yaw, roll, then each flexible
+freedom and the steer, and the spinning wheels. Exudyn forms inertia and gyroscopic forces in full motion. The forces
+are given here in full motion too: springs, loads at the lowest points of the wheels, drag and drive, and the tyres,
+whose relaxed slip angles are states of a first-order object (ObjectGenericODE1). Nothing is linearised: states are so
+small that their squares do not show. From the motion out of every state alone over INTERVAL follows the transition
+matrix, and from it every eigenvalue; they are compared with those of `vehicle_fmu`.
 
 Axes are x forward, y right, z down. The FMU steps in the pre-step function and is asked in the force function (see
 `motofmi.scenarios.hosts.device`).
@@ -36,7 +36,8 @@ TYRES = ("front_relaxed_slip", "rear_relaxed_slip")
 
 
 def run(speed: float = 30.0, step: float = 5e-4, duration: float = 1.0, rider: str = "mean_2011") -> dict[str, float]:
-    """The largest error of an eigenvalue of the motorcycle, and of its motion with the rider's FMU after a push, as shares.
+    """The largest error of an eigenvalue of the motorcycle, and of its motion with the rider's FMU after a push, as
+    shares.
 
     speed [m/s], step and duration [s]. Raises ModuleNotFoundError without Exudyn.
     """

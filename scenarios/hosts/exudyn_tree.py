@@ -1,7 +1,7 @@
 """A vehicle's bodies (`vehicle_fmu.out_of_plane`) as an open kinematic tree in space, for Exudyn's ObjectKinematicTree.
 
-Links: along, to the side, yaw, roll, then every further freedom after the one before it in a path, and the spinning wheels.
-Axes are x forward, y right, z down.
+Links: along, to the side, yaw, roll, then every further freedom after the one before it in a path, and the spinning
+wheels. Axes are x forward, y right, z down.
 """
 
 from collections.abc import Sequence
@@ -42,8 +42,8 @@ class SpaceFreedom:
 class Tree:
     """The links of bodies, the front and the rear wheel last, whose polar inertias [kg.m2] are given.
 
-    With pitch inertias of the other bodies [kg.m2] the tree moves in its plane too: vertically before yaw, in pitch after
-    roll.
+    With pitch inertias of the other bodies [kg.m2] the tree moves in its plane too: vertically before yaw, in pitch
+    after roll.
     """
 
     def __init__(self, body: Sequence[Body], front_spin_inertia: float, rear_spin_inertia: float,

@@ -44,8 +44,8 @@ def test_on_the_rig_it_is_equation_4_of_the_papers(name):
     )
     impedance = -(OMEGA[:, None, None] ** 2) * M + 1j * OMEGA[:, None, None] * C + K
     inertance = -(OMEGA**2) * np.linalg.inv(impedance)[:, 0, 0]
-    # The bar's inertia includes what the cross inertia takes from it: port_inertia is -I_cc^2 / I_t for a rider without a share
-    # of its own.
+    # The bar's inertia includes what the cross inertia takes from it: port_inertia is -I_cc^2 / I_t for a rider without
+    # a share of its own.
     alone = rider.with_values(added_steer_inertia=0)
     share = alone.run(alone.start_values(), NUMERIC)["port_inertia"]
     rig = System("rig", {"bar": Handlebar(steer_inertia=I_s + share), "rider": rider})

@@ -22,7 +22,8 @@ DEVICES = {"hands off": (), "mean rider": (riders.load("mean_2011"),)}
 @pytest.mark.slow
 @pytest.mark.parametrize("case", sampled(STORED["cases"], 4), ids=lambda c: f"{c['speed']:g}-{c['lean']:g}-{c['acceleration']:g}-{c['hands']}")
 def test_eigenvalues_are_those_stored_from_exudyn(case):
-    """`python -m tests.scenarios.eigenvalues_by_exudyn` stores them, by central differences of Exudyn's accelerations."""
+    """`python -m tests.scenarios.eigenvalues_by_exudyn` stores them, by central differences of Exudyn's
+    accelerations."""
     devices = DEVICES[case["hands"]]
     turning = SteadyTurning(LargeMotion(held(TUM, devices)), case["speed"])
     point = np.radians([case["lean"]]), np.array([case["acceleration"]])

@@ -29,8 +29,8 @@ def test_the_exact_motion_is_that_of_the_printed_equations():
     ("scheme", "sign"), [("stale jacobi", -1), ("refreshed jacobi", 1), ("gauss-seidel", -1), ("iterated", -1)]
 )
 def test_the_modes_of_samples_are_the_eigenvalues_of_what_made_them(scheme, sign):
-    # The theory: -k_a H / (2 c_t) of the slow mode's damping for a torque that is H / 2 late beyond what the rider's own
-    # half step makes good, the opposite where it is refreshed; the next order is (H k_a / c_a)^2 and the like.
+    # The theory: -k_a H / (2 c_t) of the slow mode's damping for a torque that is H / 2 late beyond what the rider's
+    # own half step makes good, the opposite where it is refreshed; the next order is (H k_a / c_a)^2 and the like.
     p = riders.load("mean_2011").values
     first_order = p["arm_stiffness"] * STEP / (2 * p["waist_damping"])
     assert expected(scheme)["slow"].damping_error == pytest.approx(sign * first_order, rel=0.15)
@@ -85,7 +85,8 @@ class TestPlainC:
 
     @pytest.mark.slow
     def test_it_runs_outside_of_a_checkout(self, tmp_path):
-        """From an installation, where the scenarios are the package `motofmi.scenarios` and there is no other folder."""
+        """From an installation, where the scenarios are the package `motofmi.scenarios` and there is no other
+        folder."""
         for name in ("fmus", "rider_fmu", "vehicle_fmu", "motofmi"):
             shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__", "scenarios.py"))
         shutil.copytree(

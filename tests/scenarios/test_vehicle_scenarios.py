@@ -72,7 +72,8 @@ def test_only_on_tyres_a_bicycle_has_a_wobble():
 def test_the_inertia_of_the_torso_is_what_the_passive_rider_has_besides_sharps_hands():
     found = of_hands.run(np.arange(40.0, 60.1, 5.0))
     weave, wobble = (of_hands.changes(found, mode) for mode in ("weave", "wobble"))
-    # Both riders and Sharp's hands make wobble more stable and weave less; most with the inertia of the torso (2011, Sect. 5).
+    # Both riders and Sharp's hands make wobble more stable and weave less; most with the inertia of the torso (2011,
+    # Sect. 5).
     assert max(wobble.values()) < 0 < min(weave.values())
     assert weave[of_hands.RIDER] > 2 * max(weave[of_hands.LIGHT], weave[of_hands.HANDS])
     assert is_complete(of_hands.section(found))

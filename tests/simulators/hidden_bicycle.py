@@ -1,7 +1,7 @@
 """Runs of an unstable bicycle under closed-loop control with something hidden, made apart from the package.
 
-The benchmark bicycle's printed matrices (Meijaard et al. 2007), integrated by Runge and Kutta's rule at 1 ms with torque
-disturbances held over 10 ms; a controller steers into the fall, and somebody shakes the handlebar.
+The benchmark bicycle's printed matrices (Meijaard et al. 2007), integrated by Runge and Kutta's rule at 1 ms with
+torque disturbances held over 10 ms; a controller steers into the fall, and somebody shakes the handlebar.
 """
 
 import numpy as np

@@ -2,7 +2,8 @@
 
     J q'' = T(t, q, q') - R(q, q', z, t)
 
-One mass or two, with what is hidden in R, in the actuator or in the sensor; recorded with white noise of a share of the signal.
+One mass or two, with what is hidden in R, in the actuator or in the sensor; recorded with white noise of a share of the
+signal.
 """
 
 import numpy as np
@@ -109,7 +110,8 @@ def simulate(p, hidden, drive, time, start=(0.0, 0.0), feedback=None):
 
 
 def simulate_two(p, hidden, drive, time):
-    """Angles of drive and load (n, 2) and the torque (n,): what is hidden acts in the shaft between them, friction at the load."""
+    """Angles of drive and load (n, 2) and the torque (n,): what is hidden acts in the shaft between them, friction at
+    the load."""
     shaft = {name: value for name, value in hidden.items() if name != "friction"}
 
     def rates(t, x):

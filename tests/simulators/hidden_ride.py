@@ -53,8 +53,9 @@ def ride(rng: np.random.Generator, p: dict, speed: float | tuple[float, float], 
          shaken: float = 1.0, gain: tuple[float, float] = (0.0, 0.0), kicked: float = 0.0) -> dict[str, np.ndarray]:  # fmt: skip
     """Time, speed, torque and every state by the name of Kane's equations, without noise, at 100 Hz.
 
-    speed [m/s] is one, or those between which it swings. hidden may hold friction [N.m], the delay of the motor in samples and its
-    gain; pushed and shaken scale the disturbances and the shaking, kicked [N.m] is the size of pulses of the torque.
+    speed [m/s] is one, or those between which it swings. hidden may hold friction [N.m], the delay of the motor in
+    samples and its gain; pushed and shaken scale the disturbances and the shaking, kicked [N.m] is the size of pulses
+    of the torque.
     """
     hidden = dict(hidden or {})
     friction, late, torque_gain = hidden.pop("friction", 0.0), hidden.pop("motor", 0), hidden.pop("motor_gain", 1.0)

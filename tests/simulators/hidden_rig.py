@@ -5,8 +5,8 @@ Angles: d = steer minus torso. Torques are the rig's: T is what the servo must g
     T     = (I_s + J) delta'' + T_arm + friction + k_s delta + c_s s + k_r delta(t - tau) + I_cc theta'' + cogging
     T_arm = k play(d) + c d' + k3 d^3 + k5 d^5 + c2 |d'| d' + r k |d| + F hysteron(d) + ...
 
-With a compliant shaft the bar is a body of its own behind a spring. All is integrated by RK4 at 1500 Hz or more, sliders
-by their own recursion (stop operator, not a differential equation).
+With a compliant shaft the bar is a body of its own behind a spring. All is integrated by RK4 at 1500 Hz or more,
+sliders by their own recursion (stop operator, not a differential equation).
 """
 
 from collections import namedtuple

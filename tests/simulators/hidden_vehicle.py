@@ -54,7 +54,8 @@ def matrix(p: dict, speed: float, hidden: dict) -> np.ndarray:
 
 
 def equations(p: dict, speed: float, hidden: dict) -> tuple[np.ndarray, np.ndarray, list[str]]:
-    """M and df/dx (n, n) of the motorcycle p at a speed with what is hidden, and the names of the n states that are not held."""
+    """M and df/dx (n, n) of the motorcycle p at a speed with what is hidden, and the names of the n states that are not
+    held."""
     q = dict(p, V=speed)
     if "air_load" in hidden:
         # Load in proportion to the square of the speed goes from the front to the rear, tyre forces with it.
@@ -140,7 +141,8 @@ def inerter(
 
 
 def spectrum(p: dict, speeds: np.ndarray, hidden: dict) -> dict[str, np.ndarray]:
-    """The eigenvalues over ascending speeds of weave, wobble and capsize, named at the highest and followed downwards."""
+    """The eigenvalues over ascending speeds of weave, wobble and capsize, named at the highest and followed
+    downwards."""
     fine = np.unique(np.concatenate([speeds, np.arange(speeds[0], speeds[-1], FINE)]))[::-1]
     values = np.linalg.eigvals(matrix(p, fine[0], hidden))
     upper = [i for i in range(len(values)) if values[i].imag > 1.0 and values[i].real > (-40 if "hands" in hidden else -20)]

@@ -61,7 +61,8 @@ def silverbox(seed, samples=5000, size=0.05, noise=2e-4):
 
 
 def bouc_wen(seed, periods=2, size=50.0, noise=8e-6):
-    """Time, force and deflection (n,) of the hysteretic oscillator in steady state, under a multisine from 5 to 150 Hz."""
+    """Time, force and deflection (n,) of the hysteretic oscillator in steady state, under a multisine from 5 to 150
+    Hz."""
     p, rng, rate, samples, finer = BOUC_WEN, np.random.default_rng(seed), 750, 8192, 20
     frequency = np.arange(samples // 2 + 1) * rate / samples
     lines = np.where((frequency > 5) & (frequency < 150), np.exp(2j * np.pi * rng.random(len(frequency))), 0)

@@ -1,7 +1,7 @@
 """Blind cases on mechanisms: what is hidden in which, how it is driven, and how noisy its recording is, all drawn by number.
 
-Sensors are off by a constant, those of inputs by a tenth of the rms (deviation). A third of the cases hide nothing. Of the
-rest some hide forms that the library lacks, and some what is in no library.
+Sensors are off by a constant, those of inputs by a tenth of the rms (deviation). A third of the cases hide nothing. Of
+the rest some hide forms that the library lacks, and some what is in no library.
 """
 
 from dataclasses import dataclass

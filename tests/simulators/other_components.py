@@ -178,8 +178,8 @@ class Operator(Component):
 
 
 def operator_run(name: str, seed: int, delay: float = 0.15, threshold: float = 0.0, noise: float = 0.02) -> Recording:
-    """60 s at 50 Hz of an operator of gain 0.8, lag 0.25 s, 9 rad/s and damping ratio 0.35, with an exact delay [s] and a
-    threshold of perception [rad]; noise over the stick's rms."""
+    """60 s at 50 Hz of an operator of gain 0.8, lag 0.25 s, 9 rad/s and damping ratio 0.35, with an exact delay [s] and
+    a threshold of perception [rad]; noise over the stick's rms."""
     rng, time = np.random.default_rng(seed), np.arange(0.0, 60.0, 0.02)
     error = multisine(rng, 0.05, 1.5, 0.1)
 

@@ -1,8 +1,8 @@
 """Blind cases on whole vehicles of which only some channels are recorded, all drawn by number; half of them hide nothing.
 
-A motorcycle whose values are known to 1 and 5 %, or a bicycle whose matrices are known to 3 %, at one speed or several, held by a rider who
-steers into the fall, shaken at the handlebar, kicked, or left to wind and road; different channels are logged, with
-different noise.
+A motorcycle whose values are known to 1 and 5 %, or a bicycle whose matrices are known to 3 %, at one speed or several,
+held by a rider who steers into the fall, shaken at the handlebar, kicked, or left to wind and road; different channels
+are logged, with different noise.
 """
 
 from dataclasses import dataclass, field

@@ -2,8 +2,8 @@
 
     J q'' = -k q - c q' - T_c sign(q') - c_2 |q'| q'
 
-Between two turning points the sign of the rate is constant and the equation is smooth. The pendulum stays where gravity does not
-overcome dry friction.
+Between two turning points the sign of the rate is constant and the equation is smooth. The pendulum stays where gravity
+does not overcome dry friction.
 """
 
 import numpy as np
@@ -24,8 +24,8 @@ def swing(
 ) -> Recording:
     """The angle [rad] of a release at `released` rad, over so many seconds at so many samples per second.
 
-    values are J, k, c, T_c and c_2 in SI units. The sensor has white noise (standard deviation, rad) and an error that repeats with
-    every turn, eccentricity times sin(9 q) [rad].
+    values are J, k, c, T_c and c_2 in SI units. The sensor has white noise (standard deviation, rad) and an error that
+    repeats with every turn, eccentricity times sin(9 q) [rad].
     """
     time = np.arange(0, duration, 1 / rate)
     angle = np.full(len(time), np.nan)

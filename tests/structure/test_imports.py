@@ -39,7 +39,8 @@ ON_USE = {"control", "pandas", "xarray"}
 SLOW_MODULES = {
     "scipy.optimize", "scipy.integrate", "fmus.equations.sympy_form", "matplotlib.figure", "motofmi.workflows.batch.batch",
 }  # fmt: skip
-# CoFMPy asks for older releases than this project needs: it is installed without its dependencies, and no extra can name it.
+# CoFMPy asks for older releases than this project needs: it is installed without its dependencies, and no extra can
+# name it.
 WITHOUT_EXTRA = {"cofmupy"}
 
 

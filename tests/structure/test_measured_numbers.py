@@ -40,7 +40,8 @@ def test_no_measured_number_is_typed(page):
     assert MEASURED.findall(ROLE.sub("", _prose(page))) == []
 
 
-# What a measurement may give: percentages, errors, powers of ten, decimals, times, ratios. Others are counts and settings.
+# What a measurement may give: percentages, errors, powers of ten, decimals, times, ratios. Others are counts and
+# settings.
 MAYBE = re.compile(
     r"\+- ?\d[\d.e-]*|(?<![\w.])[+-]?\d[\d,]*(?:\.\d+)?(?: to \d[\d.]*)? ?%|(?<![\w.,])[+-]?\d+(?:\.\d+)?e[+-]?\d+"
     r"|(?<![\w.])[+-]?\d+\.\d+(?!\.?\d|\w)|\b\d[\d.,]* (?:times|ms|MB|kB|s|minutes?|seconds?)\b"

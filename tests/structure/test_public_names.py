@@ -14,7 +14,8 @@ import pytest
 import motofmi
 from tests import ROOT
 
-# Measured 0.01 s of processor time beyond the interpreter's own start; an import of numpy costs 0.1 s, one of sympy 0.6 s.
+# Measured 0.01 s of processor time beyond the interpreter's own start; an import of numpy costs 0.1 s, one of sympy 0.6
+# s.
 LONGEST_IMPORT = 0.5  # s
 MEASURE = """
 import json, os, sys, time

@@ -106,7 +106,8 @@ def test_the_wheel_contains_code_values_and_prebuilt_archives(checkout, wheel):
 
 @pytest.fixture(scope="module", params=["wheel", "editable", "checkout"])
 def installed(request, checkout, tmp_path_factory):
-    """A Python in which the project is installed as a wheel, installed from the folder, or not installed but on the path; and how it runs."""
+    """A Python in which the project is installed as a wheel, installed from the folder, or not installed but on the
+    path; and how it runs."""
     if request.param == "checkout":
         return [sys.executable], {"PYTHONPATH": str(checkout)}, checkout
     if find_spec("build") is None or int(version("setuptools").split(".")[0]) < 77:

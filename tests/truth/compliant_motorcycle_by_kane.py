@@ -127,7 +127,8 @@ def derive():
 
 
 def linearised(derived, arguments):
-    """d x' / d (states, inputs) (18, 23) at straight running, from what `derive` returns; derivatives by complex steps."""
+    """d x' / d (states, inputs) (18, 23) at straight running, from what `derive` returns; derivatives by complex
+    steps."""
     mass, force = derived
     count, step = len(STATES) + len(INPUTS), 1e-30
     slopes = [force(step * 1j * np.eye(count)[i], *arguments).imag[:, 0] / step for i in range(count)]
@@ -149,7 +150,8 @@ def fixed(base, name, lean):
 
 
 def disc(centre, wheel, radius, ground):
-    """The lowest point of a disc across `wheel.y`; its slip and camber angle; the directions of heading and side force."""
+    """The lowest point of a disc across `wheel.y`; its slip and camber angle; the directions of heading and side
+    force."""
     forward = wheel.y.cross(ground.z).normalize()
     side = ground.z.cross(forward)
     down = forward.cross(wheel.y)

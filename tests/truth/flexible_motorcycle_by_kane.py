@@ -21,7 +21,8 @@ STATES = ("v", "r", "p", "s", "b", "q", "phi", "delta", "beta", "theta", "Y_f", 
 
 
 def derive():
-    """Functions of the parameters: M (12, 12) and d f / d states (12, 12), for M x' = f; k_u holds the body against its weight too."""
+    """Functions of the parameters: M (12, 12) and d f / d states (12, 12), for M x' = f; k_u holds the body against its
+    weight too."""
     (M_f, M_r, Z_f, I_rx, I_rz, C_rxz, I_fx, I_fz, I_fxz, i_fy, i_ry, R_f, R_r, a, b_r, e, f, h, t, eps, C_f1, C_f2, C_r1, C_r2,
      sigma_f, sigma_r, K, g, V, C, d, z_t, m_u, rho, h_s, c_r, x_r, k_u, d_u) = PARAMETERS  # fmt: skip
     psi, y, phi, delta, beta, theta = dynamicsymbols("psi y phi delta beta theta")

@@ -73,7 +73,8 @@ def mass_matrix(p, q):
 
 
 def deflections(p, q):
-    """(joint, vector) of every joint: the elbow's angle, and limb directions against where their carrier would hold them."""
+    """(joint, vector) of every joint: the elbow's angle, and limb directions against where their carrier would hold
+    them."""
     rest, *_ = places(p, np.zeros(2))
     arms, bar, torso, _ = places(p, q)
     found = []

@@ -39,7 +39,8 @@ INPUTS = ("T_h", "T_f", "T_d", "T_phi", "F")
 
 
 def derive():
-    """Functions of the parameters, in the order of PARAMETERS: M (8, 8), and d f / d(states, inputs) (8, 13), for M x' = f."""
+    """Functions of the parameters, in the order of PARAMETERS: M (8, 8), and d f / d(states, inputs) (8, 13), for M x'
+    = f."""
     (M_f, M_r, Z_f, I_rx, I_rz, C_rxz, I_fx, I_fz, I_fxz, i_fy, i_ry, R_f, R_r,
      a, b, e, f, h, t, eps, C_f1, C_f2, C_r1, C_r2, sigma_f, sigma_r, K, g, V) = PARAMETERS  # fmt: skip
     psi, y, phi, delta = dynamicsymbols("psi y phi delta")

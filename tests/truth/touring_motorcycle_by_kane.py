@@ -1,9 +1,9 @@
 """The touring motorcycle of TU Munich derived a second time: rigid bodies in full nonlinear motion, Kane's equations.
 
-Nothing of the package is used. The tree of bodies and the points are those of the published model, with x forward and z up
-there; here z is down. Each wheel is a torus: a rim circle with a round cross-section, as large as its centre is high. It
-touches the ground at the lowest point of the cross-section around the lowest point of the rim circle, so that a moment
-about the heading is not needed. The tyre forces are given by their slopes at the load, the slip angle relaxes.
+Nothing of the package is used. The tree of bodies and the points are those of the published model, with x forward and z
+up there; here z is down. Each wheel is a torus: a rim circle with a round cross-section, as large as its centre is
+high. It touches the ground at the lowest point of the cross-section around the lowest point of the rim circle, so that
+a moment about the heading is not needed. The tyre forces are given by their slopes at the load, the slip angle relaxes.
 """
 
 import numpy as np

@@ -32,7 +32,8 @@ def test_the_modes_of_many_riders_are_those_of_each(vehicle, damping):
         for k, mode in enumerate(MODES):
             ours, theirs = found.eigenvalue[member, k], one[mode].eigenvalue
             same = np.isclose(ours, theirs, rtol=1e-9) | (np.isnan(ours) & np.isnan(theirs))
-            # `modes` rounds the speed at which two modes exchange their names up to 0.1 m/s: one of 60 speeds may be there.
+            # `modes` rounds the speed at which two modes exchange their names up to 0.1 m/s: one of 60 speeds may be
+            # there.
             assert (~same).sum() <= 1
             bands = found.unstable[(found.unstable[:, 0] == member) & (found.unstable[:, 1] == k), 2:]
             # Both locate ends by false position to 0.01 m/s.

@@ -1,17 +1,17 @@
 r"""The benchmark bicycle on relaxing tyres instead of knife edges without slip.
 
-The bodies are those of `vehicle_fmu.components.bicycle`; their motion to the side is that of `vehicle_fmu.out_of_plane`, with
-the freedoms v, r, phi and the steer delta about the axis (sin eps, cos eps) through (w_b + c, 0). The wheels are discs, and
-both tyres have the side force
+The bodies are those of `vehicle_fmu.components.bicycle`; their motion to the side is that of
+`vehicle_fmu.out_of_plane`, with the freedoms v, r, phi and the steer delta about the axis (sin eps, cos eps) through
+(w_b + c, 0). The wheels are discs, and both tyres have the side force
 
     (sigma / V) Y' + Y = Z (C_1 alpha + C_2 gamma)
 
-at the load Z, with the slip angle alpha and the camber angle gamma, and relax as those of Sharp's motorcycle of 1971. For
-C_1 -> infinity and sigma -> 0 the wheels roll without slip: then this is the bicycle of the benchmark, and the error falls as
-1 / C_1.
+at the load Z, with the slip angle alpha and the camber angle gamma, and relax as those of Sharp's motorcycle of 1971.
+For C_1 -> infinity and sigma -> 0 the wheels roll without slip: then this is the bicycle of the benchmark, and the
+error falls as 1 / C_1.
 
-Source: bodies: Meijaard, Papadopoulos, Ruina, Schwab, Proc. R. Soc. A 463 (2007) 1955-1982; tyres: Sharp, J. Mech. Eng. Sci.
-13(5) (1971) 316-329.
+Source: bodies: Meijaard, Papadopoulos, Ruina, Schwab, Proc. R. Soc. A 463 (2007) 1955-1982; tyres: Sharp, J. Mech. Eng.
+Sci. 13(5) (1971) 316-329.
 """
 
 from typing import Any

@@ -12,17 +12,17 @@ frame with the front wheel. Freedoms, in the order of `vehicle_fmu.out_of_plane`
                                 distance a_r from the rear contact, at the angle eps_1   k_lambda lambda + c_lambda lambda'
     zeta    (upper body)        roll about an axis along x at the height h_s                    k_zeta zeta + c_zeta zeta'
 
-The tyres are those of `vehicle_fmu.load_dependent_tyres`. With the wheelbase w and the drag D V^2 at the height h_p the loads
-are in equilibrium with weight, drag and lift L V^2 at half the wheelbase:
+The tyres are those of `vehicle_fmu.load_dependent_tyres`. With the wheelbase w and the drag D V^2 at the height h_p the
+loads are in equilibrium with weight, drag and lift L V^2 at half the wheelbase:
 
     w Z_f = g sum m_i (b + x_i) - V^2 (D h_p + L w / 2),       Z_r = g sum m_i - L V^2 - Z_f
 
 Where the longitudinal forces act (chi = 1), the drag is on the rear frame, the front tyre has the rolling resistance
 R_f = Z_f (C_0 + C_2 V^2) against its heading, and the rear tyre the drive D V^2 + R_f along its heading.
 
-Hands on the bar add stiffness, damping and inertia of the steer (kappa = 1): K_s, K, I_fz change from their values with the
-hands off to those with the hands on. A rider at the handlebar port replaces them, so that kappa = 0 with such a rider.
-The torques of the port act as in Sharp's motorcycle of 1971: T_h on roll, yaw and steer, T_f on roll and yaw.
+Hands on the bar add stiffness, damping and inertia of the steer (kappa = 1): K_s, K, I_fz change from their values with
+the hands off to those with the hands on. A rider at the handlebar port replaces them, so that kappa = 0 with such a
+rider. The torques of the port act as in Sharp's motorcycle of 1971: T_h on roll, yaw and steer, T_f on roll and yaw.
 
 Source: Sharp, Vehicle System Dynamics 23 (1994) 425-443. The equations are derived here; the tests derive them a second
 time with Kane's equations.
@@ -219,7 +219,8 @@ def bodies(v: Any, m: Any) -> dict[str, Body]:
 
 
 def front_inertia(v: Any, m: Any) -> tuple[Any, Any, Any]:
-    """Roll and yaw inertia of the front frame and the integral of x z dm about its mass centre, a rider's share included.
+    """Roll and yaw inertia of the front frame and the integral of x z dm about its mass centre, a rider's share
+    included.
     """
     upright = v.front_steer_inertia + v.hands_on * (v.hands_steer_inertia - v.front_steer_inertia)
     C, D = m.cos(v.front_inertia_inclination), m.sin(v.front_inertia_inclination)

@@ -1,7 +1,8 @@
 r"""A touring motorcycle with flexible frame, fork and swingarm, and a rider who leans and slides, in straight running.
 
-Bodies: frame; swingarm; rear wheel; rider's lower and upper body; upper fork with the handlebar; lower fork; front wheel.
-Freedoms, in the order of `vehicle_fmu.out_of_plane`, whose equations apply; each can be locked by its switch s (0):
+Bodies: frame; swingarm; rear wheel; rider's lower and upper body; upper fork with the handlebar; lower fork; front
+wheel. Freedoms, in the order of `vehicle_fmu.out_of_plane`, whose equations apply; each can be locked by its switch s
+(0):
 
     v, r, phi                              lateral velocity, yaw rate, roll about the line through the contacts
     beta    (all of the fork)              frame torsion about the axis (cos eps, -sin eps) through the steering head
@@ -13,12 +14,14 @@ Freedoms, in the order of `vehicle_fmu.out_of_plane`, whose equations apply; eac
     zeta    (upper body)                   lean about the axis (cos theta, sin theta) through the lower body's mass centre
 
 Each has a stiffness and a damping. The tyres are those of `vehicle_fmu.magic_formula_tyres`. With the wheelbase w, drag
-D V^2 and lift L V^2 at the reference point (height h_0 above the origin), and a pitching moment M V^2 that lifts the front:
+D V^2 and lift L V^2 at the reference point (height h_0 above the origin), and a pitching moment M V^2 that lifts the
+front:
 
     w Z_f = g sum m_i (b + x_i) - V^2 (D h_0 + L b + M),       Z_r = g sum m_i - L V^2 - Z_f
 
-The rear tyre drives with D V^2 along its heading, r_c gamma beside the lowest point of a disc. Suspensions keep their position. Points are given as (x, z), x forward
-and z up, each from the reference point or the mass centre that its description names.
+The rear tyre drives with D V^2 along its heading, r_c gamma beside the lowest point of a disc. Suspensions keep their
+position. Points are given as (x, z), x forward and z up, each from the reference point or the mass centre that its
+description names.
 
 A rider at the handlebar port replaces the yaw freedom of the paper's rider, which is the passive rider of 2011. The
 torques of the port act as in Sharp's motorcycle of 1971.

@@ -32,8 +32,8 @@ from vehicle_fmu.mode_curves import ABSENT
 from vehicle_fmu.named_modes import Mode, modes
 from vehicle_fmu.ridden import over_speed, ridden
 
-# Largest distances of lean angles [deg] and accelerations [m/s2] with matrices of their own; between them branches follow
-# a spline.
+# Largest distances of lean angles [deg] and accelerations [m/s2] with matrices of their own; between them branches
+# follow a spline.
 STEP, ACCELERATION_STEP = 2.5, 0.5
 
 

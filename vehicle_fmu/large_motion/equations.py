@@ -6,15 +6,15 @@ pitch about the axle direction through A, then the freedoms of `vehicle_fmu.comp
 yaw, which are 0 here; u, v are the velocities of A along and across the heading.
 
 Each tyre has a deflection delta and a longitudinal slip kappa (`vehicle_fmu.large_motion.contact`): four conditions
-C(kappa) w = (-delta', 0), which give the vertical, pitch and spin motion. The loads Z act along the rows of -delta', the
-longitudinal forces X_l along rows P, and side forces Y(Z, alpha', gamma, kappa) and moments beside them:
+C(kappa) w = (-delta', 0), which give the vertical, pitch and spin motion. The loads Z act along the rows of -delta',
+the longitudinal forces X_l along rows P, and side forces Y(Z, alpha', gamma, kappa) and moments beside them:
 
     M (w' + e) + h = Q + P^T (Z, X_l),    C (w' + e) + g = (-delta'', -t.X' kappa'),    e = (-v r, u r, 0, ...)
     slip angle     alpha = -atan(n.X' / t.X')
     relaxation     alpha'' = (alpha - alpha') t.X' / sigma(Z, u)        (alpha'' : rate of alpha')
 
-A deflection or slip that is free is a state, and its force is that of the tyre (`vehicle_fmu.large_motion.tyre_forces`);
-one that is locked is 0, and its force is the multiplier of its condition.
+A deflection or slip that is free is a state, and its force is that of the tyre
+(`vehicle_fmu.large_motion.tyre_forces`); one that is locked is 0, and its force is the multiplier of its condition.
 
 Source: as in `vehicle_fmu.components.touring_motorcycle`; torus on a plane as in Lot, Meccanica 39 (2004) 481-496;
 Lagrange's equations with multipliers in quasi-velocities as in Kane, Levinson (1985).

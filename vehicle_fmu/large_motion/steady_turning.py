@@ -8,8 +8,8 @@ drive or brakes. At an equilibrium the rates of all states but the angles, whose
     f(x, u) = (a, 0, ..., 0)
 
 with the longitudinal acceleration a of the point A along the heading (quasi-equilibrium: the speed changes so slowly
-that all other rates are 0). T >= 0 drives the rear wheel; T < 0 brakes the front wheel with the share `front_brake_share`
-and the rear wheel with the rest.
+that all other rates are 0). T >= 0 drives the rear wheel; T < 0 brakes the front wheel with the share
+`front_brake_share` and the rear wheel with the rest.
 
 Newton's method with the derivatives of `LargeMotion` (complex steps). Each lean angle, and then at that lean angle each
 acceleration, is predicted by the straight line through the two before it (secant predictor; Allgower, Georg,
@@ -221,7 +221,8 @@ class SteadyTurning:
         return all(abs(use) < np.pi / 2 for use in self._uses(equilibrium).values())
 
     def _uses(self, equilibrium: Equilibrium) -> dict[tuple[str, str], float]:
-        """The arguments of the sines in side and longitudinal force of each tyre [rad]: pi / 2 at its greatest force."""
+        """The arguments of the sines in side and longitudinal force of each tyre [rad]: pi / 2 at its greatest
+        force."""
         found, load, uses = equilibrium.found, equilibrium.load, {}
         for end, tyre in self.motion.tyres.items():
             uses[end, "side"] = float(tyre.use(load[end], found.relaxed[end], found.wheels[end].camber)[1])

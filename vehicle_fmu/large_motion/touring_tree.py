@@ -1,10 +1,10 @@
 """The bodies of the touring motorcycle as a tree in space, and its tyres, from the values of the component.
 
-Bodies, joints and axes are those of `vehicle_fmu.components.touring_motorcycle`; vertical motion, pitch and the freedoms
-of `vehicle_fmu.large_motion.suspension` are added: after lateral bending the fork bends lengthwise at the same joint,
-after torsion the lower fork slides along the fork; before torsion the swingarm turns about its pivot. Their values, the
-pitch inertias, and what the tyres need beside the component's values are in the section `supplement` of the value file.
-A locked freedom has no link.
+Bodies, joints and axes are those of `vehicle_fmu.components.touring_motorcycle`; vertical motion, pitch and the
+freedoms of `vehicle_fmu.large_motion.suspension` are added: after lateral bending the fork bends lengthwise at the same
+joint, after torsion the lower fork slides along the fork; before torsion the swingarm turns about its pivot. Their
+values, the pitch inertias, and what the tyres need beside the component's values are in the section `supplement` of the
+value file. A locked freedom has no link.
 """
 
 from collections.abc import Iterator, Mapping

@@ -110,7 +110,8 @@ def _initial(fmu: CheckedFmu) -> Iterable[Problem]:
     expected += [v for v in {id(v): v for v in solved}.values() if id(v) not in known]
     optional = [v for v in model.variables if v.clocks]  # clocked variables may be initialised
     listed = [u.variable for u in model.initial_unknowns if u.variable is not None]
-    # "This list consists of all variables" (FMI 2.0.4, 2.2.8; FMI 3.0, 2.4.8): an absent list violates the standard too.
+    # "This list consists of all variables" (FMI 2.0.4, 2.2.8; FMI 3.0, 2.4.8): an absent list violates the standard
+    # too.
     yield from _compare(fmu, "InitialUnknowns" if fmu.version == "2" else "InitialUnknown", expected, listed, optional)
     if fmu.version == "2":
         numbers = [whole(u.number) or 0 for u in model.initial_unknowns]

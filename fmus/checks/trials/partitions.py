@@ -1,8 +1,8 @@
 """FMI 3, scheduled execution: model partitions one after another, in the order of time and priority.
 
-Preemption is not tried: it needs tasks of a real-time system. Each partition is activated by the ticks of its clock; the
-output clocks that tick and the intervals of countdown clocks are asked for in the callback of clock updates, the variables
-of a clock are read after the partition.
+Preemption is not tried: it needs tasks of a real-time system. Each partition is activated by the ticks of its clock;
+the output clocks that tick and the intervals of countdown clocks are asked for in the callback of clock updates, the
+variables of a clock are read after the partition.
 """
 
 import heapq

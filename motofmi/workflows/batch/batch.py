@@ -72,7 +72,8 @@ class BatchResult:
 
     @property
     def table(self) -> Any:
-        """One row for each test: name, recordings, status, reason, and the values of the workflow (pandas.DataFrame)."""
+        """One row for each test: name, recordings, status, reason, and the values of the workflow
+        (pandas.DataFrame)."""
         import pandas as pd  # noqa: PLC0415 - imported on use
 
         return pd.read_parquet(self.folder / "runs.parquet")
@@ -106,11 +107,11 @@ def batch(workflow: str, tests: str | Path, *, out: str | Path = OUT, scheduler:
           workers: int | None = None, **arguments: Any) -> BatchResult:  # fmt: skip
     """Run `gap` or `identify` on every test of a folder or manifest; the table with one row for each test.
 
-    workflow is one of the two. tests is a folder (every recording a test, every inner folder a test with several runs), or
-    a CSV manifest (`motofmi.workflows.batch.manifest`). arguments are those of the workflow. out is the folder of the
-    results, scheduler the address of a Dask cluster; else so many workers of this machine are used. A test that fails is
-    recorded with its reason. An interrupted batch goes on where it ended; other tests or arguments in the same folder are
-    refused. Raises InputError before anything runs for what cannot be run.
+    workflow is one of the two. tests is a folder (every recording a test, every inner folder a test with several runs),
+    or a CSV manifest (`motofmi.workflows.batch.manifest`). arguments are those of the workflow. out is the folder of
+    the results, scheduler the address of a Dask cluster; else so many workers of this machine are used. A test that
+    fails is recorded with its reason. An interrupted batch goes on where it ended; other tests or arguments in the same
+    folder are refused. Raises InputError before anything runs for what cannot be run.
 
         >>> from motofmi.frequency_response.excitation import sweep
         >>> from motofmi.recordings.reading import write_recording

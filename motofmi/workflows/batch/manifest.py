@@ -43,8 +43,8 @@ class Test:
 
 
 def tests_of(given: str | Path, workflow: Callable) -> list[Test]:
-    """The tests of a folder or of a manifest. Raises InputError for one without tests, for two of the same name, and for
-    a column that is no argument of the workflow."""
+    """The tests of a folder or of a manifest. Raises InputError for one without tests, for two of the same name, and
+    for a column that is no argument of the workflow."""
     path = Path(given)
     if path.is_dir():
         found = _of_folder(path)

@@ -106,9 +106,10 @@ def plan_experiment(rig: str | Path | Mapping[str, Any] | None = None,
     """The effects that a planned steer test would detect and name, with this rig and noise.
 
     rig is a rig.json or its contents; excitations are the planned runs: an Excitation, or (from, to) [Hz] for a sweep
-    of `duration` [s] and `amplitude` [rad]. rider names the published rider that is expected. sampling is in Hz; gyro adds
-    a rate gyro on the torso. noise replaces the standard deviation of angle [deg], torque [N.m], remnant [N.m, below 2 Hz]
-    or gyro [rad/s]. effects is a folder of own effects, or their classes; criteria are the thresholds of all decisions.
+    of `duration` [s] and `amplitude` [rad]. rider names the published rider that is expected. sampling is in Hz; gyro
+    adds a rate gyro on the torso. noise replaces the standard deviation of angle [deg], torque [N.m], remnant [N.m,
+    below 2 Hz] or gyro [rad/s]. effects is a folder of own effects, or their classes; criteria are the thresholds of
+    all decisions.
 
     Raises InputError for a rig file that does not exist, and for an unknown or negative noise.
 

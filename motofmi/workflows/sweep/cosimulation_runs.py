@@ -31,9 +31,10 @@ class CosimulationRuns(SystemRuns):
     """The chosen outputs over `time`. The table has for each output the largest magnitude of the run and of its last
     quarter, and the coupling.
 
-    Several steps and several couplings are dimensions of their own. initial sets states, inputs is a CSV file of inputs over time, noise the standard deviation of normal random values
-    that are added to an input at every output step (linear in between; different in every run, the same at each
-    repetition). The FMUs are built once; the parameters of a run are set before its start.
+    Several steps and several couplings are dimensions of their own. initial sets states, inputs is a CSV file of inputs
+    over time, noise the standard deviation of normal random values that are added to an input at every output step
+    (linear in between; different in every run, the same at each repetition). The FMUs are built once; the parameters of
+    a run are set before its start.
     """
 
     OPTIONS = tuple(DEFAULTS)
@@ -121,8 +122,8 @@ class CosimulationRuns(SystemRuns):
 
 
 def opened_run(runs: SystemRuns, place: np.ndarray) -> "_Opened":
-    """The FMUs of the run at a place (dims,) of the grid, with its parameters. Raises InputError for a value outside its
-    bounds."""
+    """The FMUs of the run at a place (dims,) of the grid, with its parameters. Raises InputError for a value outside
+    its bounds."""
     vehicle, device = int(place[0]), int(place[1])
     parts = runs.systems.parts(vehicle, device)
     names = dict(zip(parts, ("vehicle", *by_name(list(parts.values())[1:])), strict=True))

@@ -102,7 +102,8 @@ def only(kind: str, xml: str = BENCH2) -> str:
 
 
 def written(path: Path, xml: str | bytes, library: bytes | None = None, identifier: str = "bench", files: dict | None = None, fault: str = "") -> Path:
-    """An archive of a description, its library for this machine, more files, and the word that makes the library faulty."""
+    """An archive of a description, its library for this machine, more files, and the word that makes the library
+    faulty."""
     text = xml.encode() if isinstance(xml, str) else xml
     members = {"modelDescription.xml": text, **(files or {})}
     if library is None:

@@ -1,7 +1,7 @@
 """Faulty archives: what is wrong with each, and the sentence that the check has to say.
 
-A row of XML or FAULTS: name -> (change, check, severity, part of the message). The change of an XML row replaces text of
-the description; that of a FAULTS row is a word for `c/faults.h`.
+A row of XML or FAULTS: name -> (change, check, severity, part of the message). The change of an XML row replaces text
+of the description; that of a FAULTS row is a word for `c/faults.h`.
 """
 
 ME, CS = "ModelExchange", "CoSimulation"

@@ -75,7 +75,8 @@ INTERVALS = {"constant": True, "fixed": None, "tunable": None, "changing": False
 
 @st.composite
 def clocks(draw):
-    """Clocks, clocked variables with states among them, intermediate updates and binary data of FMI 3, and the outputs."""
+    """Clocks, clocked variables with states among them, intermediate updates and binary data of FMI 3, and the
+    outputs."""
     text, outputs, inputs = [], [], []
     for k in range(draw(st.integers(0, 3))):
         variability, reference = draw(st.sampled_from(sorted(INTERVALS))), 5000 + k

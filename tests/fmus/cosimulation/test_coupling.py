@@ -228,7 +228,8 @@ def test_a_linear_unit_steps_polynomial_inputs_exactly():
 
 
 def test_output_derivatives_are_those_of_the_motion():
-    # Derivatives of the coupled motion y = C exp(A t) x by the coupled matrix against those the subsystems give one by one.
+    # Derivatives of the coupled motion y = C exp(A t) x by the coupled matrix against those the subsystems give one by
+    # one.
     coupled = network(30.0)
     space = coupled.linearised()
     state = np.linspace(-1, 1, len(space.states))

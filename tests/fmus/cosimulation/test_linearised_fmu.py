@@ -94,7 +94,8 @@ def test_over_speed_gives_stacked_matrices_with_named_signals():
 
 
 def closed(component, tmp_path):
-    """The FMU of a component as somebody would ship it who shows nothing: no states, no derivatives, no saved states."""
+    """The FMU of a component as somebody would ship it who shows nothing: no states, no derivatives, no saved
+    states."""
     whole, bare = build(component, tmp_path).path, tmp_path / "closed.fmu"
     with zipfile.ZipFile(whole) as source, zipfile.ZipFile(bare, "w") as made:
         for name in source.namelist():

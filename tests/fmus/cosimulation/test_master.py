@@ -118,7 +118,8 @@ def test_without_a_compiler_the_loop_is_in_python(subsystems, request):
 
 @pytest.fixture
 def seconds(tmp_path):
-    """seconds(devices, steps): processor time of a run of as many riders on one bar, set-up included, the least of two."""
+    """seconds(devices, steps): processor time of a run of as many riders on one bar, set-up included, the least of
+    two."""
     rider, bar = build(RIDER, tmp_path).path, build(coupled.BAR, tmp_path).path
 
     def taken(devices, steps):

@@ -32,7 +32,8 @@ VALUES = {"vehicle": {"speed": 30.0, "steer_rate": 0.5, "added_steer_inertia": 0
 
 
 def valid(part):
-    """Whether an element is valid against a schema of SSP 2.0: those in `vendor`, with their licence. fmpy has those of 1.0."""
+    """Whether an element is valid against a schema of SSP 2.0: those in `vendor`, with their licence. fmpy has those of
+    1.0."""
     schema = etree.XMLSchema(file=str(SCHEMAS / f"SystemStructure{part}.xsd"))
     return lambda element: schema.validate(etree.fromstring(etree.tostring(element)))
 

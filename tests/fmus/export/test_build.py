@@ -35,7 +35,8 @@ def test_steps_are_the_exact_solution_with_held_inputs(name, backend, opened):
         ]
     )
     scale = np.abs(exact).max(axis=0) + 1e-12
-    # Exact steps differ by roundings, which a fast mode amplifies; the nonlinear ones by their tolerance 1e-10 per step.
+    # Exact steps differ by roundings, which a fast mode amplifies; the nonlinear ones by their tolerance 1e-10 per
+    # step.
     assert np.abs(found - exact).max(axis=0) / scale == pytest.approx(0, abs=1e-9)
 
 

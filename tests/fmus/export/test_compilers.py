@@ -27,7 +27,8 @@ needs_zig = pytest.mark.skipif(
 
 @pytest.fixture(scope="module")
 def archives(tmp_path_factory):
-    """The rider for all platforms that compile in seconds; Windows takes a minute the first time and is built where it can run."""
+    """The rider for all platforms that compile in seconds; Windows takes a minute the first time and is built where it
+    can run."""
     folder, cache = tmp_path_factory.mktemp("out"), tmp_path_factory.mktemp("cache")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("MOTOFMI_CACHE", str(cache))

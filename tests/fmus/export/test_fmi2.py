@@ -334,7 +334,8 @@ def test_instances_share_nothing_not_even_between_threads(tmp_path):
 
 @pytest.mark.study
 def test_beyond_the_reach_of_the_arms_the_step_says_where(opened):
-    """A state that leaves its bounds and equations that have no value name what is to blame, and nothing has changed."""
+    """A state that leaves its bounds and equations that have no value name what is to blame, and nothing has
+    changed."""
     rider = riders.load("full_mean_2011")
     fmu = opened(rider).start()
     before = fmu.fmu.serializeFMUstate(fmu.fmu.getFMUstate())

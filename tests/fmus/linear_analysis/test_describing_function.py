@@ -27,7 +27,8 @@ def ridden_by(effect, **values):
 
 
 def damping_added(system, motion):
-    """The steer damping [N.m.s/rad] that slows the steer as the system's effect does in the given motion, at each speed."""
+    """The steer damping [N.m.s/rad] that slows the steer as the system's effect does in the given motion, at each
+    speed."""
     row = system.states.index("vehicle.steer_rate")
     in_motion, plain = (
         linearise_by_describing_function(system, motion, **SPEEDS),

@@ -36,7 +36,8 @@ def started(*arguments, program=PROGRAM, **options):
 
 
 def interrupted(process, when):
-    """Status, standard output and standard error after Ctrl-C in a terminal, which reaches the whole group of processes."""
+    """Status, standard output and standard error after Ctrl-C in a terminal, which reaches the whole group of
+    processes."""
     began = time.monotonic()
     while not when() and process.poll() is None:
         assert time.monotonic() - began < PATIENCE

@@ -58,7 +58,8 @@ def test_frf(runs, capsys, tmp_path):
     modulus = np.hypot(*np.transpose(result["inertance"]))
     frequency = np.array(result["frequency"])
     peak, trough = frequency[np.argmax(modulus[:20])], frequency[10 + np.argmin(modulus[10:])]
-    # 2011, Sect. 3.1: a peak at about 1.5 to 2.5 Hz, a minimum (for this rider's k_a and I_t at 7 Hz), then increasing values
+    # 2011, Sect. 3.1: a peak at about 1.5 to 2.5 Hz, a minimum (for this rider's k_a and I_t at 7 Hz), then increasing
+    # values
     assert 1.5 <= peak <= 2.5 and 5 <= trough <= 8 and modulus[-1] > modulus.min()
     assert (
         "svg" in (tmp_path / "frf.svg").read_text()[:500]
@@ -226,5 +227,6 @@ def test_which_test_tells_most():
     for identification in found.values():
         assert np.all(np.abs(identification.values - truth) < 4 * identification.standard_error)
     section = which_test.section(found)
-    # twice the amplitude of the sweep, and no time spent above 8.5 Hz: the stepped sine knows the low-frequency parameters best
+    # twice the amplitude of the sweep, and no time spent above 8.5 Hz: the stepped sine knows the low-frequency
+    # parameters best
     assert "stepped sine, 4 deg (2008) leaves the smallest" in section.paragraphs[0] and section.figures

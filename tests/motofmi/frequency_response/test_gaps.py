@@ -1,7 +1,7 @@
 """Records with gaps: what is estimated from the stretches between them agrees with the whole record, and with the rider.
 
-An error is measured against the model as the estimator's own weights see it, in standard errors. Of 47 bands, one in 170 such runs
-errs by more than three by chance.
+An error is measured against the model as the estimator's own weights see it, in standard errors. Of 47 bands, one in
+170 such runs errs by more than three by chance.
 """
 
 from dataclasses import replace
@@ -60,7 +60,8 @@ def test_a_gap_does_not_move_the_estimate(direction, at, length):
 @pytest.mark.slow
 @pytest.mark.parametrize("at", [23.0, 60.0, 120.0])
 def test_without_noise_cuts_leak_nothing_that_a_bridge_would(at):
-    """The model is met to 1e-3, where straight lines over the gap are off by more than 5 % near the frequency of the gap."""
+    """The model is met to 1e-3, where straight lines over the gap are off by more than 5 % near the frequency of the
+    gap."""
     cut = without(run("up", QUIET), (at, 100 / 128))
     assert np.max(np.abs(error(estimate(cut)) / estimate(cut).apparent_inertia)) < 1e-3
     bridged = estimate(replace(uniform(cut)[0], gaps=()))

@@ -146,7 +146,8 @@ def test_combination_of_runs():
 
 @pytest.mark.skipif(not CASE.exists(), reason="the solved case of ../shared is not here")
 def test_solved_case_with_nothing_hidden():
-    """Three runs of another simulator, whose rider differs from run to run: the stated rider is within the error bars."""
+    """Three runs of another simulator, whose rider differs from run to run: the stated rider is within the error
+    bars."""
     truth = json.loads((CASE.parent / "truth.json").read_text())[CASE.name]["rider"]
     found = identify([estimate(read_recording(path)) for path in sorted(CASE.glob("*.csv"))], MODEL)
     deviations = (found.values - [truth[k] for k in ("Is", "It", "ka", "kt", "ca", "ct")]) / found.standard_error

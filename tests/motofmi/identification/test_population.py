@@ -20,7 +20,8 @@ def ten():
 
 def test_spread_is_the_printed_one():
     found = ten()
-    # printed to four digits, from parameters printed to three to five: half of the last digit, and 0.1 % for the rounding of the parameters
+    # printed to four digits, from parameters printed to three to five: half of the last digit, and 0.1 % for the
+    # rounding of the parameters
     np.testing.assert_allclose(found.standard_deviation / found.mean, PRINTED, atol=5e-5, rtol=1e-3)
     assert found.units == ("kg.m2", "kg.m2", "N.m/rad", "N.m/rad", "N.m.s/rad", "N.m.s/rad")
 

@@ -82,7 +82,8 @@ def test_several_samples_to_a_stamp():
 
 @pytest.mark.parametrize("noise", [0.0, 1e-3])
 def test_samples_that_were_taken_late_are_resampled(noise):
-    """The stamps are correct: samples left on the uniform grid would be up to 0.4 ms off, an error of 0.02 of the amplitude."""
+    """The stamps are correct: samples left on the uniform grid would be up to 0.4 ms off, an error of 0.02 of the
+    amplitude."""
     rng = np.random.default_rng(1)
     times = (np.arange(N) + 0.1 * rng.uniform(-1, 1, N)) / 256
     made, notes = uniform(recording(times, sine(times) + noise * rng.standard_normal(N)))

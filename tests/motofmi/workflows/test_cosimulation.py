@@ -38,8 +38,8 @@ def test_the_run_is_the_motion_of_the_coupled_linear_system(names):
     times = run["time"][::100]
     states, motion = exact(bike, devices, {"vehicle.steer_rate": 0.5}, times)
     angle = motion[:, states.index("vehicle.steer_angle")]
-    # The coupling's error is within its tolerance of 1e-5 of a mode's frequency and 1e-4 of its damping. Measured: leaving
-    # the rider's inertia out changes the angle by 0.7 %, counting the leaning rider's mass twice by 69 %.
+    # The coupling's error is within its tolerance of 1e-5 of a mode's frequency and 1e-4 of its damping. Measured:
+    # leaving the rider's inertia out changes the angle by 0.7 %, counting the leaning rider's mass twice by 69 %.
     np.testing.assert_allclose(run["vehicle.steer_angle"][::100], angle, rtol=0, atol=2e-4 * np.abs(angle).max())
 
 
