@@ -149,3 +149,17 @@ def test_the_error_of_the_same_values_does_not_depend_on_the_trial_before():
         replace(made, q=q).error(run)
         # The steps of Newton's method end at 1e-6 of the level (4 V), and change it by no more.
         assert made.error(run) == pytest.approx(made.error(afresh), abs=1e-5)
+
+
+def test_a_refit_finds_the_threshold_of_a_fast_overflow_and_that_the_input_is_held():
+    made, run = tank(gain=0.22, outflow=0.25, **{"overflow.threshold": 4.4})
+    refitted = refitted_in_open_loop(made, [run])
+    assert refitted.interpolation == "held" != made.interpolation
+    # Eight steps per sample of 1 s: a faster overflow is not distinguishable.
+    assert refitted.q[made.model.names.index("overflow.rate")] == pytest.approx(8.0, rel=1e-3)
+    # The overflow is faster than a sample by 40: the level stays at the threshold within 0.7 / 8 V (the most that the
+    # pump brings in the time to which its rate is bounded, a step of an eighth of a sample).
+    threshold = refitted.q[made.model.names.index("overflow.threshold")] + refitted.offset[0]
+    assert threshold == pytest.approx(FULL["overflow.threshold"], abs=0.7 / 8)
+    # The jumps of a held input are at a sample in the solver of the run, and in the step before it in the simulation.
+    assert rms(refitted, tank_run(2), "level") < 3 * LEVEL_NOISE < 0.2 * rms(made, tank_run(2), "level")
