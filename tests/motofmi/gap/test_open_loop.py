@@ -123,10 +123,13 @@ def tank_run(seed: int) -> Recording:
     rng, time = np.random.default_rng(seed), 1.0 * np.arange(400)
     pump = np.repeat(1.0 + 3.5 * rng.random(len(time) // HOLD), HOLD)
     gain, outflow, rate, threshold = FULL.values()
+
+    def change(_, x, voltage):
+        return gain * voltage - outflow * np.sqrt(x) - rate * np.maximum(x - threshold, 0.0)
+
     level = [3.0]
     for voltage in pump[:-1]:
-        made = solve_ivp(lambda t, x, u=voltage: gain * u - outflow * np.sqrt(x) - rate * np.maximum(x - threshold, 0.0),
-                         (0, 1), level[-1:], "LSODA", rtol=1e-8, atol=1e-8)  # fmt: skip
+        made = solve_ivp(change, (0, 1), level[-1:], "LSODA", args=(voltage,), rtol=1e-8, atol=1e-8)
         level.append(made.y[0, -1])
     seen = np.array(level) + LEVEL_NOISE * rng.standard_normal(len(time))
     return Recording("run", time, {"pump": pump, "level": seen}, {"pump": "V", "level": "V"})
