@@ -57,9 +57,12 @@ class SegmentedModel(HarmonicModel):
     """Base and effects on sampled runs. The states of a segment's last simulation are the guess of the next one."""
 
     def simulated(
-        self, run: SampledRun, indices: Sequence[int], values: Mapping[str, float], initial: Initial, length: int = 0
-    ) -> tuple[Trajectory, Nodes]:
+        self, run: SampledRun, indices: Sequence[int], values: Mapping[str, float], initial: Initial, length: int = 0,
+        accuracy: float | None = None,
+    ) -> tuple[Trajectory, Nodes]:  # fmt: skip
         """Segments, or their first `length` samples, simulated from initial states; at every node.
+
+        accuracy is that of `simulate`.
 
         Raises InputError where one of several cannot be simulated with the others, or a single one neither from its
         last simulation nor, without one, piece by piece. A fit then takes a shorter step.
@@ -70,13 +73,12 @@ class SegmentedModel(HarmonicModel):
         begin = np.array([initial[i] for i in indices]).reshape(len(indices), len(states))
         guess = None if length or not states else self._guessed(run, indices, nodes)
         try:
-            made = simulate(self.equations, values, motion, guess, begin, with_initial=True)
+            made = simulate(self.equations, values, motion, guess, begin, with_initial=True, accuracy=accuracy)
         except InputError:
             if len(indices) > 1 or (not length and "states" in run.guess.get(indices[0], {})):
                 raise
-            made = simulate(
-                self.equations, values, motion, self._piecewise(values, motion, begin[0]), begin, with_initial=True
-            )
+            guess = self._piecewise(values, motion, begin[0], accuracy)
+            made = simulate(self.equations, values, motion, guess, begin, with_initial=True, accuracy=accuracy)
         if not length:
             for i, (a, b) in zip(indices, nodes.pieces, strict=True):
                 run.guess.setdefault(i, {})["states"] = dict(zip(states, made.states[a:b].T.copy(), strict=True))
@@ -104,7 +106,9 @@ class SegmentedModel(HarmonicModel):
                     row[a:b] = known[name]
         return guess.T
 
-    def _piecewise(self, values: Mapping[str, float], motion: Motion, begin: np.ndarray) -> np.ndarray:
+    def _piecewise(
+        self, values: Mapping[str, float], motion: Motion, begin: np.ndarray, accuracy: float | None
+    ) -> np.ndarray:
         """The states (n, nx) simulated piece by piece, for segments that do not converge as a whole."""
         n, first, length = len(motion.time), 0, PIECE
         states = np.empty((n, len(begin)))
@@ -116,8 +120,9 @@ class SegmentedModel(HarmonicModel):
             piece = Motion(motion.time[first : last + 1], at, between)
             try:
                 states[first : last + 1] = simulate(
-                    self.equations, values, piece, np.tile(states[first], (last - first + 1, 1)), states[first]
-                ).states
+                    self.equations, values, piece, np.tile(states[first], (last - first + 1, 1)), states[first],
+                    accuracy=accuracy,
+                ).states  # fmt: skip
                 first, length = last, min(2 * length, PIECE)
             except InputError:
                 if length <= SMALLEST_PIECE:

@@ -79,11 +79,13 @@ class Trajectory:
 
 @np.errstate(all="ignore")  # divergence raises an InputError
 def simulate(equations: Equations, values: Mapping[str, float], motion: Motion, start: np.ndarray | None = None,
-             initial: np.ndarray | None = None, with_initial: bool = False) -> Trajectory:  # fmt: skip
+             initial: np.ndarray | None = None, with_initial: bool = False,
+             accuracy: float | None = None) -> Trajectory:  # fmt: skip
     """The trajectory for parameter values by name, from a guess of the states (n, nx), starting at `initial`
     (nx,) or (pieces, nx).
 
-    Raises InputError where it does not converge, or is not finite.
+    accuracy is the largest last step of Newton's method over a state's rms; without it CONVERGED, or NOT_CONVERGED
+    where the steps become no smaller. Raises InputError where it does not converge, or is not finite.
     """
     n, nx = len(motion.time), len(equations.states)
     x = np.zeros((nx, n)) if start is None else np.array(start.T, order="C")
@@ -101,18 +103,18 @@ def simulate(equations: Equations, values: Mapping[str, float], motion: Motion, 
         before, update = update, float(np.max(_size(change) / (_size(x) + _size(change) + 1e-12)))
         if not np.isfinite(update):
             raise steps.divergence
-        settled = update < CONVERGED
+        settled = update < (accuracy or CONVERGED)
         x[:, 1:] += change if settled or update < 0.5 * before or update < 0.1 else 0.5 * change
         if settled:
             steps.update_outputs(change)
             break
         # With a kink between samples Newton's method converges no further.
-        kink = update < 1e-3 and before < 1e-2 and update > 0.2 * before
+        kink = not accuracy and update < 1e-3 and before < 1e-2 and update > 0.2 * before
         if kink or equations.linear:
             steps.evaluate(x, again=not equations.linear)
             break
     else:
-        if update > NOT_CONVERGED:
+        if accuracy or update > NOT_CONVERGED:
             raise steps.divergence
         steps.evaluate(x)
     return Trajectory(x.T, steps, with_initial)

@@ -1,14 +1,17 @@
-"""Simulation of a fit over whole recordings, and the refit to its error, on an oscillator with a hardening spring.
+"""Simulation of a fit over whole recordings, and the refit to its error: a hardening spring, and an overflowing tank.
 
 The recordings are simulated by scipy's `solve_ivp`.
 """
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from fmus import Component, input, parameter, state
+from fmus.effects.state_rate import Overflow
 from fmus.effects.stiffness import CubicHardening
 from fmus.mechanisms import MassSpringDamper
 from motofmi.gap.estimation.fit_result import Fit
@@ -58,8 +61,8 @@ def values(made) -> dict[str, float]:
     return {name: value for name, value in made.model.values(made.q).items() if name in TRUE}
 
 
-def rms(made, recording: Recording) -> float:
-    left = made.simulated(recording)[:, 0] - recording["displacement"]
+def rms(made, recording: Recording, output: str = "displacement") -> float:
+    left = made.simulated(recording)[:, 0] - recording[output]
     return float(np.sqrt(np.mean(left[WINDOW:] ** 2)))
 
 
@@ -87,3 +90,79 @@ def test_a_refit_to_the_simulation_error_comes_from_wrong_values_to_the_true_one
     for name, value in values(made).items():
         assert value == pytest.approx(TRUE[name], rel=5e-3), name
     assert made.limits[1, 0] == limit and made.limits[0, 0] == -np.inf
+
+
+class Tank(Component):
+    """A tank that a pump fills and that empties itself."""
+
+    gain = parameter("1/s", "Rise of the level per voltage", min=0, start=0.2)
+    outflow = parameter("V/s", "Fall of the level at 1 V", min=0, start=0.24)
+    pump = input("V", "Voltage of the pump")
+    level = state("V", "Level", start=3.0, exposed=True)
+
+    def equations(self, v, m):
+        root = m.sqrt(m.where(v.level > 1e-6, v.level, 1e-6 + 0 * v.level))
+        return {"der(level)": v.gain * v.pump - v.outflow * root}
+
+
+class TankOverflow(Overflow):
+    """The overflow of the tank."""
+
+    element = "level"
+
+
+TANK = input_output_experiment(Tank(), ["pump", "level"])
+FULL = {"gain": 0.2, "outflow": 0.24, "overflow.rate": 40.0, "overflow.threshold": 5.0}
+HOLD = 4  # samples for which the pump's voltage is held
+LEVEL_NOISE = 0.01
+
+
+@cache
+def tank_run(seed: int) -> Recording:
+    """400 samples of a tank that overflows at FULL's threshold, under a pump whose voltage is held."""
+    rng, time = np.random.default_rng(seed), 1.0 * np.arange(400)
+    pump = np.repeat(1.0 + 3.5 * rng.random(len(time) // HOLD), HOLD)
+    gain, outflow, rate, threshold = FULL.values()
+
+    def change(_, x, voltage):
+        return gain * voltage - outflow * np.sqrt(x) - rate * np.maximum(x - threshold, 0.0)
+
+    level = [3.0]
+    for voltage in pump[:-1]:
+        made = solve_ivp(change, (0, 1), level[-1:], "LSODA", args=(voltage,), rtol=1e-8, atol=1e-8)
+        level.append(made.y[0, -1])
+    seen = np.array(level) + LEVEL_NOISE * rng.standard_normal(len(time))
+    return Recording("run", time, {"pump": pump, "level": seen}, {"pump": "V", "level": "V"})
+
+
+def tank(**values: float):
+    """The open-loop simulation of the tank with some values of FULL replaced, and the prepared run."""
+    model, run = FreeInitialStateModel(TANK).with_added_effects(TankOverflow), prepare_sampled_run(tank_run(1), TANK)
+    made = open_loop(fit(model, [run], model.start(FULL | values), iterations=0), [run], WINDOW)
+    return made, run
+
+
+def test_the_error_of_the_same_values_does_not_depend_on_the_trial_before():
+    made, run = tank(**{"overflow.rate": 160.0})
+    run, afresh = made.prepared(run), made.prepared(run)
+    threshold = made.model.names.index("overflow.threshold")
+    for before in (3.0, 8.0):
+        q = made.q.copy()
+        q[threshold] = before
+        replace(made, q=q).error(run)
+        # The steps of Newton's method end at 1e-6 of the level (4 V), and change it by no more.
+        assert made.error(run) == pytest.approx(made.error(afresh), abs=1e-5)
+
+
+def test_a_refit_finds_the_threshold_of_a_fast_overflow_and_that_the_input_is_held():
+    made, run = tank(gain=0.22, outflow=0.25, **{"overflow.threshold": 4.4})
+    refitted = refitted_in_open_loop(made, [run])
+    assert refitted.interpolation == "held" != made.interpolation
+    # Eight steps per sample of 1 s: a faster overflow is not distinguishable.
+    assert refitted.q[made.model.names.index("overflow.rate")] == pytest.approx(8.0, rel=1e-3)
+    # The overflow is faster than a sample by 40: the level stays at the threshold within 0.7 / 8 V (the most that the
+    # pump brings in the time to which its rate is bounded, a step of an eighth of a sample).
+    threshold = refitted.q[made.model.names.index("overflow.threshold")] + refitted.offset[0]
+    assert threshold == pytest.approx(FULL["overflow.threshold"], abs=0.7 / 8)
+    # The jumps of a held input are at a sample in the solver of the run, and in the step before it in the simulation.
+    assert rms(refitted, tank_run(2), "level") < 3 * LEVEL_NOISE < 0.2 * rms(made, tank_run(2), "level")
