@@ -56,6 +56,8 @@ def sampling_warnings(time: np.ndarray) -> list[str]:
         ]
     if len(same):
         found.append(f"{len(same)} duplicate time stamps, first at {time[same[0]]:g} s")
+    if usual == 0:  # most stamps are the same
+        return found
     gaps = np.flatnonzero(steps > 1.5 * usual)
     if len(gaps):
         dropped = int(np.sum(np.round(steps[gaps] / usual) - 1))

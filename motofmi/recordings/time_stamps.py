@@ -63,15 +63,21 @@ def coarse(time: np.ndarray) -> bool:
     """Whether stamps (n,) are those of a regular grid, rounded to more than half of its interval.
 
     There are steps of two lengths then, which differ by the rounding, and no stamp is further from the grid than that.
-    Missing samples add up.
+    Missing samples add up. With a fixed number of significant digits the rounding grows with the time, and there are
+    steps of several lengths: where stamps repeat the one before, none may be further from the grid than from the next
+    other ones.
     """
     steps = np.diff(time)
     if np.all(_near(steps)):
         return False
     rounding = float(np.ptp(steps))
     long, short = (np.count_nonzero(np.abs(steps - end) < EQUAL * rounding) for end in (steps.max(), steps.min()))
-    off = np.abs(time - np.linspace(time[0], time[-1], len(time))).max()
-    return bool(min(long, short) >= ENOUGH and long + short == len(steps) and off < (1 + EQUAL) * rounding)
+    off = np.abs(time - np.linspace(time[0], time[-1], len(time)))
+    if rounding > 0 and np.count_nonzero(steps == 0) >= ENOUGH:
+        different, stamp = np.unique(time, return_inverse=True)
+        apart = np.diff(different)
+        return bool(np.all(off < (1 + EQUAL) * np.maximum(np.append(apart, 0), np.append(0, apart))[stamp]))
+    return bool(min(long, short) >= ENOUGH and long + short == len(steps) and off.max() < (1 + EQUAL) * rounding)
 
 
 def _near(steps: np.ndarray) -> np.ndarray:

@@ -195,6 +195,11 @@ def _objection(
             f"logarithmic loss from {low:.2g})."
         )
     share = closed_share(before.out_of_sample, model.out_of_sample, flexible)
+    if share.share < 0:
+        return SMALL, (
+            f"{name} is not named: on data that were not used it leaves a larger mean square than "
+            f"{_effects_of(before) or 'the base'}."
+        )
     if share.share < criteria.least_share:
         closes = f"{name} is not named: it closes {share.share:.0%} of {closed}, less than {criteria.least_share:.0%}."
         return SMALL, closes

@@ -48,7 +48,7 @@ def pairs(
     joint = screen_pairs(base, plain)
     of_families = {s.families: s for s in reversed(joint)}
     chosen = sorted(of_families.values(), key=lambda s: -s.gain)[:JOINT_PAIRS]
-    fits = _fitted(chosen, [base], base, beat, _beside(firsts, plain, {s.families for s in chosen}), criteria)
+    fits = _fitted(chosen, [base], base, beat, _beside(firsts, plain), criteria)
     _, near = leading(blocks, fits)
     models = blocks.refined_and_evaluated([fits[effects] for effects in near[:LEADING_FAMILIES]], "comparing pairs")
     if not models:
@@ -69,7 +69,7 @@ def _fitted(
     criteria: Criteria,
 ) -> dict[Effects, Fit]:
     """The fits of pairs: of joint signatures with less chi-square than the base, and of effects beside others with less than
-    without them. All are fitted in one parallel step."""
+    without them. All are fitted in one parallel step; of two fits of a pair the one with less chi-square is kept."""
 
     def fit_one(task: PairSignature | tuple[Fit, Signature]) -> PortableFit | None:
         if isinstance(task, PairSignature):
@@ -83,8 +83,12 @@ def _fitted(
         for signature, portable in zip(joint, portable_fits, strict=False)
         if portable is not None and portable.chi2 < base.chi2
     }
-    made = [candidate_of(*task, portable) for task, portable in zip(beside, portable_fits[len(joint) :], strict=True)]
-    return fits | {frozenset(c.fit.model.effects): c.fit for c in made if c.fitted}
+    for task, portable in zip(beside, portable_fits[len(joint) :], strict=True):
+        made = candidate_of(*task, portable)
+        effects = frozenset(made.fit.model.effects)
+        if made.fitted and (effects not in fits or made.fit.chi2 < fits[effects].chi2):
+            fits[effects] = made.fit
+    return fits
 
 
 def _fit_pair(signature: PairSignature, starts: Sequence[Fit], base: Fit, beat: float) -> PortableFit | None:
@@ -103,12 +107,14 @@ def _fit_pair(signature: PairSignature, starts: Sequence[Fit], base: Fit, beat: 
     return PortableFit.of(min(found, key=lambda f: f.chi2, default=None))
 
 
-def _beside(
-    firsts: Sequence[ComparedModel], plain: Sequence[type[Effect]], done: set[frozenset[str]]
-) -> list[tuple[Fit, Signature]]:
-    """The fits of leading effects, each with the effects of the largest gain beside it; done are pairs of families to leave
-    out."""
+def _beside(firsts: Sequence[ComparedModel], plain: Sequence[type[Effect]]) -> list[tuple[Fit, Signature]]:
+    """The fits of leading effects, each with the effects of the largest gain beside it; every pair of families once.
+
+    Pairs that are selected jointly are among them: where one effect is large, their linear estimate from the base is a
+    poor start.
+    """
     tasks: list[tuple[Fit, Signature]] = []
+    done: set[frozenset[str]] = set()
     for first in firsts:
         seconds = [s for s in _seconds(first, plain) if first.families | {s.effect.family} not in done]
         done = done | {first.families | {s.effect.family} for s in seconds}

@@ -2,7 +2,7 @@
 belong to single runs."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -63,6 +63,19 @@ class Fit:
         scale = np.linalg.norm(self.jacobian, axis=0) + 1e-12
         u = np.linalg.pinv(self.jacobian / scale, rcond=1e-9)
         return (u @ u.T) / np.outer(scale, scale)
+
+    def with_scaled_noise(self, factor: float) -> "Fit":
+        """The fit, with the same parameters, on its runs with the variance of their noise multiplied by a factor."""
+        size = np.ones(len(self.residuals))
+        size[: self.count] = factor**-0.5  # priors do not depend on the noise
+        residuals = size * self.residuals
+        return replace(
+            self,
+            runs=[run.with_scaled_noise(factor) for run in self.runs],
+            chi2=float(residuals @ residuals),
+            residuals=residuals,
+            jacobian=size[:, None] * self.jacobian,
+        )
 
     def effective_parameters(self, effect: type[Effect]) -> float:
         """The number of an effect's parameters that the data determine: k without a prior, and with one

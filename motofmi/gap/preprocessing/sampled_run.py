@@ -119,6 +119,12 @@ class SampledRun:
             deviation = np.sqrt(deviation**2 + self.input_variance)
         return replace(self, densities=densities, noise_source=source, deviation=deviation)
 
+    def with_scaled_noise(self, factor: float) -> "SampledRun":
+        """The run with the variance of its noise multiplied by a factor."""
+        densities = [replace(d, density=factor * d.density) for d in self.densities]
+        variance = None if self.input_variance is None else factor * self.input_variance
+        return replace(self, densities=densities, deviation=np.sqrt(factor) * self.deviation, input_variance=variance)
+
     def with_input_variance(self, difference: np.ndarray) -> "SampledRun":
         """The run with an additional variance due to the interpolation of its inputs.
 

@@ -27,7 +27,7 @@ from motofmi.gap.estimation.stages import Stage, running
 from motofmi.gap.estimation.unit_plausibility import common_factor
 from motofmi.gap.experiments.input_output import InputOutputExperiment
 from motofmi.gap.preprocessing.sampled_run import SHORTEST_SEGMENT, SampledRun, excited, prepare_sampled_run
-from motofmi.gap.selection.by_comparison import verdict_by_comparison, with_remaining_noise
+from motofmi.gap.selection.by_comparison import in_units_of_residuals, verdict_by_comparison, with_remaining_noise
 from motofmi.gap.selection.candidate_search import search_candidates
 from motofmi.gap.selection.model_selection import select_model
 from motofmi.gap.selection.result import Verdict
@@ -151,6 +151,7 @@ def _selected(
         verdict = _by_chi_square(base, library, validation_runs, report_unknown, criteria)
         if _decisive(verdict, criteria):
             return _unless_doubtful(verdict, library, validation_runs, criteria)
+    shorter, singles, compared_runs = in_units_of_residuals(best, shorter, singles, compared_runs)
 
     def decided(compared: Comparison) -> Verdict:
         return verdict_by_comparison(compared, singles, compared_runs, criteria)

@@ -20,6 +20,20 @@ from motofmi.gap.selection.result import Verdict
 from motofmi.gap.validation.before_after import before_and_after
 
 
+def in_units_of_residuals(
+    best: Fit, base: Fit, singles: Sequence[Candidate], validation_runs: Sequence[SampledRun]
+) -> tuple[Fit, list[Candidate], list[SampledRun]]:
+    """Base, single effects and validation runs with the noise scaled to the residuals of the best fit.
+
+    The noise before is that of the base. Where an effect leaves a thousandth of it, the chi-square of two effects
+    differs by less than the least change for which a fit is continued, or initial states are improved.
+    """
+    factor = best.chi2 / best.count
+    base = base.with_scaled_noise(factor)
+    singles = [Candidate.gained(base, c.effect, c.fit.with_scaled_noise(factor)) for c in singles]
+    return base, singles, [run.with_scaled_noise(factor) for run in validation_runs]
+
+
 def verdict_by_comparison(
     compared: Comparison, singles: Sequence[Candidate], validation: Sequence[SampledRun], criteria: Criteria
 ) -> Verdict:

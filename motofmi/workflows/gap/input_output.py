@@ -159,8 +159,8 @@ def limitations_of(found: Investigation, result: dict[str, Any], component: Comp
     criteria = found.verdict.criteria
     if found.missed > criteria.slow_noise_share:
         sentences.append(
-            f"{100 * found.missed:.0f} % of the measured motion is not explained by the best model: too much to be "
-            "called noise."
+            f"{100 * found.missed:.0f} % (rms) of the recorded {' or '.join(found.experiment.outputs)} in the fitted "
+            "runs is not explained by the best model: too much to be called noise."
         )
     best = found.verdict.best
     rows, far = best.model.component.table, criteria.implausible_factor
@@ -173,7 +173,8 @@ def limitations_of(found: Investigation, result: dict[str, Any], component: Comp
             and value >= row.max
         ):
             sentences.append(
-                f"{name} was fitted to its bound {row.max:g} {row.unit}: the effect does not fit well"
+                f"{name} was fitted to its bound {row.max:g}{'' if row.unit == '1' else ' ' + row.unit}: the "
+                "effect does not fit well"
                 + (", or a column's unit is wrong." if found.experiment.own_values else ".")
             )
         if found.experiment.own_values and name in best.model.base and start and not 1 / far < abs(value) / start < far:

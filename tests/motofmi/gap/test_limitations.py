@@ -33,7 +33,9 @@ def fit_with(*effects, reduced):
     model = SimpleNamespace(
         effects=effects, names=names, own=names, base=[], sizes=[], values=lambda q: dict.fromkeys(names, 0.1),
         component=SimpleNamespace(name="joint", table={n: SimpleNamespace(unit="N.m", min=0.0, max=np.inf) for n in names}),
-        experiment=SimpleNamespace(parameter=lambda effect, n: f"{effect.family}.{n}", own_values=False, sensor_offsets={}, free=[]),
+        experiment=SimpleNamespace(
+            parameter=lambda effect, n: f"{effect.family}.{n}", own_values=False, sensor_offsets={}, free=[], outputs=["angle"]
+        ),
     )  # fmt: skip
     run = SimpleNamespace(name="run", noise_source="given")
     return SimpleNamespace(
@@ -108,7 +110,7 @@ def test_a_doubtful_name_is_withheld(unspecified, reduced, said):
 
 @pytest.mark.parametrize(("factor", "missed", "said"), [
     (1000.0, 0.0, "fitted to 1e+03 times their start values: is a column's unit wrong"),
-    (1.0, 0.3, "30 % of the measured motion is not explained by the best model"),
+    (1.0, 0.3, "30 % (rms) of the recorded angle"),
 ])  # fmt: skip
 def test_what_an_investigation_doubts_is_said(monkeypatch, factor, missed, said):
     monkeypatch.setattr("motofmi.workflows.gap.input_output.sensor_offsets_of", lambda found: [{} for _ in found.runs])

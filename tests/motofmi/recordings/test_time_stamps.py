@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from fmus.support.errors import InputError
 from motofmi.frequency_response.estimators import estimate
+from motofmi.recordings.quality import sampling_warnings
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.resampling import uniform
 from motofmi.recordings.time_stamps import ENOUGH, complete, interval
@@ -78,6 +79,21 @@ def test_several_samples_to_a_stamp():
     made, notes = uniform(recording(np.floor(100 * times) / 100, sine(times)))
     assert np.array_equal(made["steer_angle"], sine(times)) and notes
     assert made.rate == pytest.approx(256, rel=1e-3)
+
+
+def test_stamps_with_three_significant_digits():
+    times = np.arange(1200) / 30
+    stamps = np.array([float(f"{t:.3g}") for t in times])  # from 10 s on they step by 0.1 s
+    made, _ = uniform(recording(stamps, sine(times)))
+    assert np.array_equal(made["steer_angle"], sine(times)) and made.rate == pytest.approx(30, rel=2e-3)
+    assert len(sampling_warnings(stamps)) == 1 and "coarse" in sampling_warnings(stamps)[0]
+
+
+def test_stamps_that_mostly_repeat_and_are_of_no_grid_are_refused():
+    stamps = np.repeat(np.cumsum([0.0, 0.1, 0.1, 5.0, *[0.1] * 96]), 3)
+    assert sampling_warnings(stamps) == ["200 duplicate time stamps, first at 0 s"]
+    with pytest.raises(InputError, match="most time stamps are duplicates"):
+        uniform(recording(stamps, sine(stamps)))
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-3])

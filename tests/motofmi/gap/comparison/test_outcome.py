@@ -71,6 +71,13 @@ def test_a_second_effect_that_closes_little_of_the_rest_is_not_named():
     assert any("closes 5% of what coulomb_friction leaves" in s for s in found.sentences)
 
 
+def test_a_second_effect_that_leaves_more_than_the_first_alone_is_said_to_do_so():
+    rare = model_with(CoulombFriction, CubicDamping, level=0.1, seed=1, scatter=0.01)
+    rare.validation[0] = 50.0  # the mean logarithm falls, the mean square does not
+    found = decided([model_with(CoulombFriction, level=1.0, seed=1, scatter=0.01), rare])
+    assert any("leaves a larger mean square than coulomb_friction" in s for s in found.sentences)
+
+
 def test_no_gain_is_unknown_with_the_probability_of_the_base():
     found = decided([model_with(CoulombFriction, level=9.0, seed=4, scatter=1.0)], scatter=1.0)
     assert found.verdict == "unknown"

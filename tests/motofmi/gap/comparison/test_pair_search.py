@@ -3,12 +3,17 @@
 A linear damper compensates for either: friction damps small swings more, drag large ones.
 """
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import motofmi as mf
+from fmus.effects.damping import CoulombFriction
+from fmus.effects.stiffness import GeometricNonlinearity
 from fmus.mechanisms import Pendulum
 from fmus.support import parallel
+from motofmi.gap.comparison import pair_search
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.base_fit import fitted_base
 from motofmi.gap.estimation.joint_screening import screen_pairs
@@ -56,3 +61,19 @@ def test_friction_and_drag_are_named_together_and_neither_where_there_is_none():
                     value = effect["parameters"][name]
                     assert abs(value["value"] - true) < max(3 * value["standard_error"], 0.05 * true), (name, value)
                     assert np.isfinite(value["standard_error"])
+
+
+@pytest.mark.parametrize(("jointly", "beside"), [(5.0, 3.0), (3.0, 5.0), (20.0, 3.0)])
+def test_of_two_fits_of_a_pair_the_better_one_is_kept(monkeypatch, jointly, beside):
+    """The linear estimate of a pair from the base can be a poor start: a chi-square of 20 is more than the base leaves."""
+
+    def leaves(chi2):
+        return SimpleNamespace(chi2=chi2, model=SimpleNamespace(effects=(GeometricNonlinearity, CoulombFriction)))
+
+    base = SimpleNamespace(chi2=10.0, runs=[], model=SimpleNamespace(with_added_effects=lambda *effects: None))
+    joint = SimpleNamespace(effects=(GeometricNonlinearity, CoulombFriction))
+    portable = SimpleNamespace(chi2=jointly, on=lambda model, runs: leaves(jointly))
+    monkeypatch.setattr(pair_search, "parallel_map", lambda *arguments: [portable, None])
+    monkeypatch.setattr(pair_search, "candidate_of", lambda *arguments: SimpleNamespace(fitted=True, fit=leaves(beside)))
+    (found,) = pair_search._fitted([joint], [base], base, np.inf, [(base, None)], Criteria()).values()
+    assert found.chi2 == min(jointly, beside)
