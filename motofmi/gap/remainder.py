@@ -2,7 +2,7 @@
 
 `explained` is the share of the closable misfit on validation runs that the verdict's model closes, with its 95 %
 interval; where the noise is known, the closable misfit is the part that exceeds the noise. `remainder` is the rms of
-the model's residuals, in the unit of the output and as a share of the motion's rms.
+the model's residuals, in the unit of the output and as a share of the measured rms.
 """
 
 from dataclasses import asdict
@@ -41,7 +41,7 @@ def explained(verdict: Verdict) -> dict[str, float] | None:
 
 
 def remainder(verdict: Verdict, unit: str) -> dict[str, Any]:
-    """The rms of the residuals in the unit of the output, its share of the motion's rms [1], and the nearest effect.
+    """The rms of the residuals in the unit of the output, its share of the measured rms [1], and the nearest effect.
 
     The residuals are those of validation runs where there are any, else of the fitted ones. nearest is the family of
     the best effect that is not named, None where the verdict is complete.

@@ -52,6 +52,7 @@ def as_result(verdict: Verdict, unit: str, noise_source: str = "orders", cells: 
         "complete": complete(verdict),
         "explained": explained(verdict),
         "remainder": remainder(verdict, unit),
+        "disagreement": (verdict.comparison.outcome.disagreement or None) if verdict.comparison else None,
         "noise_source": noise_source,
         "next_experiment": None,
         "ended": verdict.ended or None,

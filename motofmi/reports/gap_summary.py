@@ -27,6 +27,8 @@ def headline(result: dict[str, Any]) -> str:
         return f"none: the model is {why}{_left(result)}"
     if result["ended"]:
         return "unknown: the search was ended before its verdict" + _left(result)
+    if result["disagreement"]:
+        return "unknown: the fitted and the validation runs disagree on the base" + _left(result)
     return "unknown: an effect is missing, and none of the library is named" + _left(result)
 
 
@@ -45,9 +47,9 @@ def _closed(result: dict[str, Any]) -> str:
 
 
 def _left(result: dict[str, Any]) -> str:
-    """The rms of the residuals, and its share of the motion."""
+    """The rms of the residuals, and its share of the measured rms."""
     left = result["remainder"]
-    share = "" if left["share"] is None else f", {left['share']:.2%} of the motion"
+    share = "" if left["share"] is None else f", {left['share']:.2%} of the measured rms"
     return f"; {left['rms']:.3g} {left['unit']} (rms) is left{share}"
 
 

@@ -13,7 +13,8 @@ from fmus.effects import Effect
 from fmus.support.errors import InputError
 from motofmi.gap.comparison.closable import flexible_mean_square
 from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
-from motofmi.gap.comparison.outcome import Outcome, outcome
+from motofmi.gap.comparison.outcome import NOT_CLEAR, Outcome, outcome
+from motofmi.gap.comparison.own_values import disagreement
 from motofmi.gap.comparison.pair_search import pairs
 from motofmi.gap.comparison.search import leading_models
 from motofmi.gap.comparison.simplest_form import one_per_families
@@ -37,7 +38,7 @@ class Comparison:
     base: ComparedModel
     models: list[ComparedModel]
     flexible_mean_square: float  # of the residuals of a flexible regression
-    motion_mean_square: float  # of the outputs about their means
+    motion_mean_square: float  # of the outputs about their means in each segment
     block_counts: tuple[int, int]  # blocks of fitted and of validation runs
 
     def __repr__(self) -> str:
@@ -69,7 +70,8 @@ def compare(
     on_progress(lambda: _compared(blocks, compared_base, models))
     with running(Stage.PAIRS):
         both = pairs(blocks, base, one_per_families(models), library, criteria)
-    return _compared(blocks, compared_base, [*models, *both])
+    compared = _compared(blocks, compared_base, [*models, *both])
+    return _unless_runs_disagree(compared, blocks)
 
 
 def _blocks(
@@ -102,6 +104,28 @@ def _compared(blocks: CommonBlocks, compared_base: ComparedModel, models: Sequen
     return Comparison(result, compared_base, listed, flexible, motion, counts)
 
 
+def _unless_runs_disagree(compared: Comparison, blocks: CommonBlocks) -> Comparison:
+    """The comparison; `unknown` where its effects stand for a base that differs between fitted and validation runs."""
+    found = compared.outcome
+    best = found.best if found.members else found.nearest or compared.base
+    if found.verdict == "none":
+        return compared
+    sentence = disagreement(compared.base, best, compared.flexible_mean_square, blocks)
+    if not sentence:
+        return compared
+    standing = found.standing | dict.fromkeys(map(id, found.members), NOT_CLEAR)
+    unknown = replace(
+        found,
+        verdict="unknown",
+        best=compared.base,
+        members=[],
+        sentences=[*found.sentences, sentence],
+        standing=standing,
+        disagreement=sentence,
+    )
+    return replace(compared, outcome=unknown)
+
+
 def _flexible_mean_square(base: ComparedModel, models: Sequence[ComparedModel], blocks: CommonBlocks) -> float:
     """The mean square [1] after a flexible regression on the residuals of the base or of the best model, the lesser."""
     best = min((base, *models), key=lambda m: float(m.out_of_sample.mean()))
@@ -117,5 +141,5 @@ def _flexible_mean_square(base: ComparedModel, models: Sequence[ComparedModel], 
 
 
 def _motion_mean_square(runs: Sequence[SampledRun], scale: np.ndarray) -> float:
-    """The mean square [1] of the runs' outputs about their means, each over its scale (outputs,)."""
-    return float(np.mean([np.mean((run.measured.std(axis=0) / scale) ** 2) for run in runs]))
+    """The mean square [1] of the runs' outputs about their means in each segment, each over its scale (outputs,)."""
+    return float(np.mean([np.mean(run.motion_variance / scale**2) for run in runs]))

@@ -36,7 +36,7 @@ class Outcome:
     best is the model that the verdict selects (the base for `none` and `unknown`), members are the models that are
     named or tied, nearest is the model with the least loss, share is the share of the closable misfit that best (for
     `unknown`: nearest) closes, and sentences are limitations. standing holds what became of each model, by its id: one of
-    `STANDINGS`.
+    `STANDINGS`. disagreement is the limitation that nothing is named because the runs disagree on the base.
     """
 
     verdict: str
@@ -46,6 +46,7 @@ class Outcome:
     share: Share | None
     sentences: list[str] = field(default_factory=list)
     standing: dict[int, str] = field(default_factory=dict)
+    disagreement: str = ""
 
 
 def outcome(

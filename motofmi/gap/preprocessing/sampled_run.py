@@ -189,6 +189,16 @@ class SampledRun:
         return max(mean * self.recording.rate, 2 / self.duration)
 
     @property
+    def motion_variance(self) -> np.ndarray:
+        """The variance (outputs,) of the outputs about their means in each segment.
+
+        The angle of a joint that turns on and on grows with the recording, and its misfit from segment to segment does
+        not: it is compared with the motion in a segment.
+        """
+        squares = sum((last - first) * self.measured[first:last].var(axis=0) for first, last in self.segments)
+        return squares / sum(last - first for first, last in self.segments)
+
+    @property
     def reduction_band(self) -> float:
         """The frequency up to which the run is compared [Hz]."""
         return max(c.frequency for c in self.reduction.columns)

@@ -107,10 +107,10 @@ def floor(runs: Sequence[AnyRun]) -> float:
 
 
 def motion_rms(runs: Sequence[AnyRun]) -> float:
-    """The rms of the first output in the runs, about its mean where the runs hold samples."""
-    samples = [y for run in runs if isinstance(y := getattr(run, "measured", None), np.ndarray) and y.ndim == 2]
-    if samples:
-        return float(np.sqrt(np.mean([np.var(y[:, 0]) for y in samples])))
+    """The rms of the first output in the runs, about its mean in each segment where the runs hold samples."""
+    variances = [run.motion_variance[0] for run in runs if hasattr(run, "motion_variance")]
+    if variances:
+        return float(np.sqrt(np.mean(variances)))
     power = sum(float(np.sum(run.data[: _first_output(run)] ** 2)) for run in runs)
     return float(np.sqrt(power / sum(_samples(run) for run in runs)))
 

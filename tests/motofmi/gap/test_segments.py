@@ -8,7 +8,7 @@ from motofmi.gap.estimation.initial_fit import stable_segments
 from motofmi.gap.estimation.starting_values import poles
 from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
-from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run, sampled_run
 from motofmi.recordings.recording import Recording
 
 
@@ -60,3 +60,12 @@ def test_segments_are_short_where_the_recorded_motion_is_unstable():
     assert 100 <= max(length for a, length in lengths.items() if a >= 1000) <= 110
     assert lengths[0] > 900
     assert [b - a for a, b in whole.cut(500).segments] == [500] * 4
+
+
+def test_the_motion_of_a_joint_that_turns_on_and_on_is_that_in_a_segment():
+    """The variance of n samples of a ramp is the square of its step times (n^2 - 1) / 12."""
+    time, length = np.arange(1024) / 100, 128
+    recording = Recording("turning", time, {"torque": 0 * time, "angle": 50 * time}, {"torque": "N.m", "angle": "rad"})
+    run = sampled_run(recording, input_output_experiment(DrivenJoint(), ["torque", "angle"])).cut(length)
+    assert {last - first for first, last in run.segments} == {length}
+    assert run.motion_variance == pytest.approx([0.5**2 * (length**2 - 1) / 12], rel=1e-9)  # rounding

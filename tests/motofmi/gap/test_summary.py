@@ -38,6 +38,7 @@ def drawn(rng):
         "ended": "The time budget of 60 s ended." if rng.random() < 0.3 else None,
         "explained": {"share": share, "low": share - 0.1, "high": share + 0.1} if held and kind != "none" else None,
         "remainder": {"rms": float(held_after if held else after), "share": float(rng.uniform(0, 1)), "unit": "rad", "nearest": None},
+        "disagreement": None,
         "gap": {"rms": {"before": before, "after": after, "holdout_before": held_before if held else None,
                         "holdout_after": held_after if held else None, "unit": "rad"}},
     }  # fmt: skip

@@ -1,0 +1,72 @@
+r"""Whether the runs disagree on the base: its values fitted to the validation runs alone, instead of an effect.
+
+    base, values a in fitted and b in validation runs   against   base and effects, the same values in all runs
+
+Runs of another machine, load or temperature have other values of the base, and an effect may stand for the difference.
+The runs disagree where the base with values of its own in the validation runs leaves there clearly less than the effects
+with their fitted values, and less than `Criteria.least_share` of the closable misfit. Its losses are those of left-out
+blocks.
+
+Source: Chow, Econometrica 28 (1960) 591-605, who compares sums of squares in the same way.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from fmus.support.deadline import time_is_up
+from fmus.support.errors import InputError
+from motofmi.gap.comparison.block_losses import left_out_mean_squares
+from motofmi.gap.comparison.closable import closed_share, log_gain_low
+from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
+from motofmi.gap.comparison.residuals import time_residuals
+from motofmi.gap.comparison.sandwich import sandwich_covariance
+from motofmi.gap.estimation.fitting import fit
+
+
+def disagreement(base: ComparedModel, best: ComparedModel, flexible: float, blocks: CommonBlocks) -> str:
+    """The sentence on the value of the base on which fitted and validation runs disagree; empty where they do not, or
+    where it is no better explanation than the effects of `best`.
+
+    flexible [1] is the mean square after a flexible regression, over the squared scale of the comparison.
+    """
+    own = with_own_values(base, blocks)
+    if own is None or log_gain_low(best, own) <= 0:
+        return ""
+    share = closed_share(base.validation, own.validation, flexible).share
+    if share <= 1 - blocks.criteria.least_share:
+        return ""
+    effects = " and ".join(effect.family for effect in best.effects) or "the base"
+    return (
+        f"No effect is named: the fitted and the validation runs disagree on the base. With values of its own in the "
+        f"validation runs it closes {share:.1%} of the closable misfit, clearly more than {effects} with the fitted "
+        f"values. {_difference(base, own, blocks)} Give runs of one machine in one condition."
+    )
+
+
+def with_own_values(base: ComparedModel, blocks: CommonBlocks) -> ComparedModel | None:
+    """The base fitted to the validation runs alone; None without them, where they cannot be simulated, and after a
+    deadline."""
+    if not blocks.validation_blocks or time_is_up():
+        return None
+    try:
+        found = fit(base.fit.model, blocks.validation, base.fit.shared)
+        validation = left_out_mean_squares(time_residuals(found, blocks.scale), blocks.validation_blocks)
+    except (InputError, ValueError, np.linalg.LinAlgError):
+        return None
+    return replace(base, fit=found, validation=validation)
+
+
+def _difference(base: ComparedModel, own: ComparedModel, blocks: CommonBlocks) -> str:
+    """The sentence on the value of the base that differs by most standard errors."""
+    model, count = base.fit.model, len(base.fit.model.base)
+    of_validation = sandwich_covariance(time_residuals(own.fit, blocks.scale), blocks.validation_blocks)
+    variances = [np.diag(v)[:count] for v in (blocks.covariance(base.fit), of_validation)]
+    change = np.abs(own.fit.x[:count] - base.fit.x[:count])
+    k = int(np.argmax(change / np.sqrt(np.maximum(sum(variances), 1e-300))))
+    name, unit = model.base[k], model.component.table[model.base[k]].unit
+    fitted, validation = (
+        f"{value:.4g} +- {abs(value) * np.sqrt(max(variance[k], 0.0)):.2g} {unit}"
+        for value, variance in zip((model.values(each.fit.shared)[name] for each in (base, own)), variances, strict=True)
+    )
+    return f"{name} is {fitted} in the fitted runs and {validation} in the validation runs."

@@ -1,0 +1,22 @@
+"""Fitted and validation runs of two pendulums: nothing is named, and the value that differs is stated."""
+
+import re
+
+import pytest
+
+import motofmi as mf
+from tests.simulators.swings import swing
+
+VALUES = {"J": 0.1, "k": 4.0, "c": 0.003, "T_c": 0.0, "c_2": 0.0}
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.01])
+def test_nothing_is_named_where_the_validation_run_is_of_another_pendulum(friction):
+    values = VALUES | {"T_c": friction}
+    runs = [swing(f"from {q} rad", q, 12.0, 40.0, values, noise=1e-3, seed=k) for k, q in enumerate((0.5, 0.3))]
+    held = swing("held", 0.4, 12.0, 40.0, values | {"k": 2.8}, noise=1e-3, seed=7)
+    result = mf.find_gap(runs, validation=held, component="pendulum").to_dict()
+    assert result["verdict"] == "unknown" and not result["effects"]
+    values = re.search(r"gravity_stiffness is ([\d.]+) .* and ([\d.]+) ", result["disagreement"])
+    assert [float(value) for value in values.groups()] == pytest.approx([4.0, 2.8], rel=2e-3)  # friction adds 1e-3
+    assert result["disagreement"] in result["limitations"]
