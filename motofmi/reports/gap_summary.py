@@ -54,7 +54,10 @@ def _left(result: dict[str, Any]) -> str:
 
 
 def nearest(result: dict[str, Any]) -> list[str]:
-    """The nearest effect of the library, and the misfit with it, where the verdict is unknown."""
+    """The nearest effect of the library, and the misfit with it, where the verdict is unknown; where the runs disagree on
+    the base, the value that differs."""
+    if result["disagreement"]:
+        return [result["disagreement"]]
     if not result["closest"]:
         return []
     rms, name = result["gap"]["rms"], result["closest"]["name"]

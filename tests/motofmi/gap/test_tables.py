@@ -6,7 +6,7 @@ TIED = {
     "verdict": "tied", "effects": [], "tied": ["drift", "reflex"], "closest": None, "candidates": [
         {"name": "drift", "form": "both", "delta_chi2": 60.0, "delta_bic": 52.7, "probability": 0.6},
         {"name": "backlash", "form": "gap", "delta_chi2": 0.0, "delta_bic": -7.3, "probability": 0.0}],
-    "complete": False, "explained": None, "ended": None,
+    "complete": False, "explained": None, "ended": None, "disagreement": None,
     "remainder": {"rms": 0.1, "share": 0.02, "unit": "N.m", "nearest": None},
     "next_experiment": {"sentence": "Sweep down.", "expected_delta_chi2": 81.4}, "limitations": ["No held-out run."],
     "where": [{"run": "up", "axis": "order", "order": 3, "from": 3, "to": 3, "unit": "1", "excess": 12.0, "p_value": 1e-9}] * 50,
