@@ -21,6 +21,8 @@ EXACT = 1e-3  # deviation from a regular grid up to which stamps are not correct
 SMOOTHER = (
     0.95  # of the white noise: resampling at the stamps must reduce it to this for the stamps to be taken as true
 )
+AT_LEVELS = 0.9  # share of the samples of a quantised signal that are at recurring levels
+FEWEST_LEVELS = 10  # of a quantised signal; one with fewer, such as that of a valve, is no measurement of a motion
 LAGS, LEVEL = 20, 0.001  # samples and significance level of the test for white noise
 LEAST_SIGNAL = 5.0  # smallest standard deviation of a signal with motion, in standard deviations of its noise
 
@@ -131,6 +133,29 @@ def slower(recording: Recording, factor: int) -> Recording:
 def white_noise(y: np.ndarray) -> float:
     """The deviation of white noise in a smooth signal (n,), from its fourth differences; kinks hardly move a median."""
     return float(1.4826 * np.median(np.abs(np.diff(y, 4))) / np.sqrt(70))
+
+
+def quantisation_step(y: np.ndarray) -> float:
+    """The step between the levels of a signal (n,) whose quantisation exceeds its noise, such as an encoder's; else 0.
+
+    Nearly all its samples are at levels that recur; values that were interpolated or are continuous do not recur.
+    """
+    values, counts = np.unique(y, return_counts=True)
+    recurring = counts > 1
+    if np.sum(recurring) < FEWEST_LEVELS or np.sum(counts[recurring]) < AT_LEVELS * len(y):
+        return 0.0
+    return float(np.median(np.diff(values[recurring])))
+
+
+def sensor_noise(y: np.ndarray) -> float:
+    """The deviation of white noise in a smooth signal (n,), at least that of its quantisation.
+
+    A level that lasts for several samples has no fourth difference, but an error uniform over a step q, of deviation
+    q / sqrt(12).
+
+    Source: Widrow, Kollar, Quantization Noise (2008), ch. 5.
+    """
+    return max(white_noise(y), quantisation_step(y) / np.sqrt(12))
 
 
 def is_white(y: np.ndarray, others: Sequence[np.ndarray] = ()) -> bool:

@@ -17,6 +17,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline, make_interp_spline, make_lsq_spline
 from scipy.signal import periodogram
 
+from motofmi.recordings.resampling import quantisation_step
+
 CACHED = 32  # sets of times whose values are cached
 INTERPOLATIONS = ("smooth", "lines", "held")
 SMOOTHER = "smoother"
@@ -177,10 +179,12 @@ def _noise_level(power: np.ndarray) -> float:
 def highest_frequency(values: np.ndarray, rate: float, share: float = 4.0) -> float:
     """The highest frequency [Hz] at which a signal (n,) exceeds its level near half the sampling rate by a factor.
 
-    A share of `LEAST_POWER` of its power or less lies above it.
+    A share of `LEAST_POWER` of its power or less lies above it. The level is at least that of white noise with the
+    variance of the quantisation: that of a slow quantised signal falls towards half the sampling rate.
     """
     frequency, power = _smooth_spectrum(values, rate)
-    floor = float(np.median(power[int(0.7 * len(power)) :]))
+    quantised = 2 / rate * quantisation_step(values) ** 2 / 12 * float(np.mean(np.hanning(len(values)) ** 2))
+    floor = max(float(np.median(power[int(0.7 * len(power)) :])), quantised)
     beyond = np.cumsum(power[::-1])[::-1] / power.sum()
     above = np.flatnonzero((power > share * floor) & (beyond > LEAST_POWER))
     return float(frequency[above[-1]]) if len(above) else float(frequency[-1] / 2)

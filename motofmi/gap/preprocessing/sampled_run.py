@@ -35,7 +35,7 @@ from motofmi.gap.preprocessing.mains_interference import without_mains_interfere
 from motofmi.gap.preprocessing.segments import LEAST_LENGTH, segments_of
 from motofmi.gap.preprocessing.undisturbed_intervals import uninterrupted
 from motofmi.recordings.recording import Recording
-from motofmi.recordings.resampling import is_white, slower, uniform, white_noise
+from motofmi.recordings.resampling import is_white, sensor_noise, slower, uniform
 
 FEWEST_SAMPLES = 200
 STEPS_PER_CYCLE = 8  # simulation steps per cycle of the highest frequency
@@ -184,7 +184,7 @@ class SampledRun:
         y = self.measured[:, 0] - self.measured[:, 0].mean()
         window = np.hanning(len(y))
         power, cycles = np.abs(np.fft.rfft(y * window)) ** 2, np.fft.rfftfreq(len(y))
-        clear = power > ABOVE_NOISE * white_noise(y) ** 2 * np.sum(window**2)
+        clear = power > ABOVE_NOISE * sensor_noise(y) ** 2 * np.sum(window**2)
         mean = float(np.sum(power[clear] * cycles[clear]) / max(np.sum(power[clear]), 1e-300))
         return max(mean * self.recording.rate, 2 / self.duration)
 
@@ -246,7 +246,7 @@ def sampled_run(
     """
     time, rate = recording.time, recording.rate
     measured = np.column_stack([recording[name] for name in experiment.outputs])
-    deviations = [white_noise(y) for y in measured.T]
+    deviations = [sensor_noise(y) for y in measured.T]
     highest = max(highest_frequency(y, rate) for y in measured.T)
     band = min(1.3 * highest + 4 * rate / len(time), rate / 2)
     if experiment.imposed:

@@ -34,7 +34,7 @@ from motofmi.gap.selection.result import Verdict
 from motofmi.gap.selection.within_time import within_time
 from motofmi.gap.validation.before_after import before_and_after, on_validation_runs
 from motofmi.recordings.recording import Recording
-from motofmi.recordings.resampling import white_noise
+from motofmi.recordings.resampling import sensor_noise
 
 MOST_ROUNDS = 3  # rounds of model selection, each with the noise of the previous result
 # Factor on the estimate of white noise [1]: that estimate uses differences of adjacent samples and is too small for
@@ -322,7 +322,7 @@ def _missed(found: Fit) -> float:
         samples = sum(last - first for first, last, _ in run.reduction.spans)
         for output, y in enumerate(run.measured.T):
             own = owners == output
-            noise = np.sum(own) * (WHITE_NOISE_FACTOR * white_noise(y)) ** 2
+            noise = np.sum(own) * (WHITE_NOISE_FACTOR * sensor_noise(y)) ** 2
             power = np.sum((residuals[own] * run.deviation[own]) ** 2) - noise
             shares.append(np.sqrt(max(power, 0.0) / samples) / np.std(y))
     return float(max(shares))
