@@ -2,14 +2,15 @@
 
     python -m benchmarks gap_batch
 
-Every recording is 4 s of a driven joint whose angle is imposed, q(t) = sum of four sines; the torque that is measured is
+Every recording is 4 s of a driven joint whose angle is imposed, q(t) = sum of four sines; the torque that is measured
+is
 
     J q'' + c q' + k q + F tanh(q' / v_s) + noise,
 
-with dry friction F in every fifth recording, in which it is hidden from the model. The broken files are broken in ten ways. The process and its workers are killed with
-kill -9 when a quarter of the tests is complete, and the batch is started again. verdicts counts the answers by what was
-hidden, reasons has the reason of every file that could not be used, computed_again the number of tests that were complete
-and were run a second time.
+with dry friction F in every fifth recording, in which it is hidden from the model. The broken files are broken in ten
+ways. The process and its workers are killed with kill -9 when a quarter of the tests is complete, and the batch is
+started again. verdicts counts the answers by what was hidden, reasons has the reason of every file that could not be
+used, computed_again the number of tests that were complete and were run a second time.
 """
 
 import gzip
@@ -85,7 +86,8 @@ def run_batch(recordings: Path, out: Path) -> Any:
 
 
 def killed(recordings: Path, out: Path, complete: int) -> dict[str, int]:
-    """Start the batch in a session of its own, and kill that when so many tests are complete: the times of their files."""
+    """Start the batch in a session of its own, and kill that when so many tests are complete: the times of their
+    files."""
 
     def alone() -> None:
         os.setsid()

@@ -3,10 +3,10 @@
     python -m benchmarks.gap_blind --cases 500 --seed 1 --out blind
 
 Three cases in five hide nothing (bursts, doubled noise and riders who change by 6 % among them); the others hide single
-effects, forms that the library lacks, effects that are outside of it, members of a tie, and pairs. Recordings and truth are
-written by a simulator that shares no code with the finder, which sees a folder with recordings and rig.json, nothing else.
-A row per case goes to the study in the --out folder, so that a run can be taken up again. `unknown` and `tied` never
-count as a right name. Rates come with Wilson's 95 % interval.
+effects, forms that the library lacks, effects that are outside of it, members of a tie, and pairs. Recordings and truth
+are written by a simulator that shares no code with the finder, which sees a folder with recordings and rig.json,
+nothing else. A row per case goes to the study in the --out folder, so that a run can be taken up again. `unknown` and
+`tied` never count as a right name. Rates come with Wilson's 95 % interval.
 """
 
 import argparse
@@ -142,7 +142,8 @@ SIZES = {"Tc": ("coulomb", "friction_torque"), "k3": ("cubic", "cubic_stiffness"
 
 
 def _sizes(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Of effects named right in the form that was hidden: sizes within 5 % or two standard errors, and 95 % intervals that cover."""
+    """Of effects named right in the form that was hidden: sizes within 5 % or two standard errors, and 95 % intervals
+    that cover."""
     near, covered = [], []
     for row in rows:
         if _named(row) != row["truth"]["families"]:
@@ -179,7 +180,8 @@ def _gains(row: dict[str, Any]) -> list[float]:
 
 
 def _gain(row: dict[str, Any]) -> float:
-    """The delta chi-square of the truth: the most that any effect gains, since a truth whose fit did not converge gains as much all the same."""
+    """The delta chi-square of the truth: the most that any effect gains, since a truth whose fit did not converge gains
+    as much all the same."""
     return max((c["delta_chi2"] for c in row["candidates"]), default=0.0)
 
 

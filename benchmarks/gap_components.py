@@ -22,7 +22,8 @@ from tests.simulators.other_components import (
 
 FITTED, VALIDATION = 1, 2  # seeds
 Case = tuple[str, str, type, Callable, dict[str, float], dict[str, tuple[str, float]]]
-# The component, what is hidden in words and as arguments of the simulator, and the found parameters in words with their true values.
+# The component, what is hidden in words and as arguments of the simulator, and the found parameters in words with their
+# true values.
 CASES: tuple[Case, ...] = (
     ("tanks", "nothing", Tanks, tanks_run, {}, {}),
     ("tanks", "overflow at 0.12 m, half of it into the lower tank", Tanks, tanks_run, {"overflow": 0.12, "share": 0.5},
@@ -41,7 +42,8 @@ HANDS = {"weave and wobble": ("weave", "wobble"), "weave": ("weave",)}
 
 
 def run(progress: Callable, cases: tuple[Case, ...] = CASES, hands: dict[str, tuple[str, ...]] = HANDS) -> dict[str, Any]:
-    """The verdict of every case with values, standard errors and processor time [s]; of hands the effective parameters."""
+    """The verdict of every case with values, standard errors and processor time [s]; of hands the effective
+    parameters."""
     rows = [_case(*case) for case in progress(cases, "components")]
     return {"components": rows, "hands": {name: _hands(modes) for name, modes in hands.items()}}
 

@@ -2,11 +2,11 @@
 
     python -m benchmarks.gap_generic --cases 150 --out generic
 
-The simulator is that of the tests, which shares no code with the library. Every case draws a mechanism, how it is driven
-(by a torque, with its angle imposed, in a closed loop, as two masses with two outputs, as a heavy mass on a stiff spring),
-an excitation, a sampling rate, a noise of 0.2 to 3 % and the size of what is hidden; a third hide nothing, others forms that
-the library lacks, or what is in no library. A row per case goes to the study in the --out folder, so that a run can be
-taken up again. confusion counts truth -> answer.
+The simulator is that of the tests, which shares no code with the library. Every case draws a mechanism, how it is
+driven (by a torque, with its angle imposed, in a closed loop, as two masses with two outputs, as a heavy mass on a
+stiff spring), an excitation, a sampling rate, a noise of 0.2 to 3 % and the size of what is hidden; a third hide
+nothing, others forms that the library lacks, or what is in no library. A row per case goes to the study in the --out
+folder, so that a run can be taken up again. confusion counts truth -> answer.
 """
 
 import argparse
@@ -74,7 +74,8 @@ def find(case: Case) -> dict[str, Any]:
 def run(
     progress: Callable[..., Iterable], cases: int = CASES, out: str | Path | None = None, first: int = 0
 ) -> dict[str, Any]:
-    """Rates and the confusion matrix of cases from the first on; those that the folder `out` holds already are not run again."""
+    """Rates and the confusion matrix of cases from the first on; those that the folder `out` holds already are not run
+    again."""
 
     def one(number: int) -> dict[str, Any]:
         case, begun = draw(first + number), time.perf_counter()

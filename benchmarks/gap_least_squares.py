@@ -2,9 +2,9 @@
 
     python -m benchmarks.gap_least_squares [--rig 01 02 ...] [--mechanisms 1 2 ...] [--out FILE.json]
 
-Whole searches on one processor, with the same problems, bounds and exact Jacobians. SciPy's methods trf and dogbox scale by
-the Jacobian and end with the same criterion (a step that gains less than is asked for); the bound on a step and the chi-square
-to be reached, which SciPy does not know, are left out. Seconds are processor time.
+Whole searches on one processor, with the same problems, bounds and exact Jacobians. SciPy's methods trf and dogbox
+scale by the Jacobian and end with the same criterion (a step that gains less than is asked for); the bound on a step
+and the chi-square to be reached, which SciPy does not know, are left out. Seconds are processor time.
 """
 
 import argparse
@@ -161,7 +161,8 @@ def mechanism(number: str) -> dict[str, Any]:
 
 def run(progress: Callable[..., Iterable], rigs: Sequence[str] = RIGS, mechanisms: Sequence[str] = MECHANISMS, recordings: Sequence[str] = tuple(RECORDED),
         out: str | None = None) -> dict[str, Any]:  # fmt: skip
-    """By case and method: verdict, reduced chi-square, counts and seconds; cases whose recordings are not here are left out."""
+    """By case and method: verdict, reduced chi-square, counts and seconds; cases whose recordings are not here are left
+    out."""
     os.environ["OMP_NUM_THREADS"] = "1"  # counts of other processes would be lost
     cases = [*((mechanism, n) for n in mechanisms), *((recorded, n) for n in recordings if (SHARED_DATA / "measured" / n).exists()),
              *((rig, n) for n in rigs if (SHARED_DATA / "gap_open" / f"case_{n}").exists())]  # fmt: skip
@@ -179,7 +180,8 @@ def run(progress: Callable[..., Iterable], rigs: Sequence[str] = RIGS, mechanism
 
 
 def summary(rows: dict[str, Any]) -> dict[str, Any]:
-    """Of SciPy's methods beside the own one: seconds and counts over all cases, verdicts that differ, worse and better minima."""
+    """Of SciPy's methods beside the own one: seconds and counts over all cases, verdicts that differ, worse and better
+    minima."""
     total = lambda method, key: sum(row[method][key] for row in rows.values())  # noqa: E731
     found = {}
     for method in METHODS:

@@ -1,7 +1,8 @@
 """Machines of public benchmarks, from a mass-spring-damper whose values say nothing of them: what is named, and how near the values come.
 
-An electro-mechanical positioning system with dry friction, the Silverbox with its hardening spring, and the Bouc-Wen oscillator, each
-simulated from its published equations (see `tests/simulators/machines.py`), with a held-out run of another excitation.
+An electro-mechanical positioning system with dry friction, the Silverbox with its hardening spring, and the Bouc-Wen
+oscillator, each simulated from its published equations (see `tests/simulators/machines.py`), with a held-out run of
+another excitation.
 """
 
 import time

@@ -2,10 +2,10 @@
 
     python -m benchmarks.gap_permutation --data measured --trials 210 --out permutation
 
-Null hypothesis: the data are the simulated base, plus the base's real residuals in permuted blocks with random signs, on
-fitted and on validation runs (`benchmarks/_null_comparison.py`). A name, or a tie, is then false. The comparison on blocks
-must name nothing in at least 99 of 100 draws. The rates are those of the comparison alone, with a base and effects that
-are refitted by linearisation; the search by chi-square, which precedes it, is not part of this study.
+Null hypothesis: the data are the simulated base, plus the base's real residuals in permuted blocks with random signs,
+on fitted and on validation runs (`benchmarks/_null_comparison.py`). A name, or a tie, is then false. The comparison on
+blocks must name nothing in at least 99 of 100 draws. The rates are those of the comparison alone, with a base and
+effects that are refitted by linearisation; the search by chi-square, which precedes it, is not part of this study.
 
 The recordings, and where they are from, are those of `benchmarks/_recordings.py`.
 """

@@ -2,11 +2,11 @@
 
     python -m benchmarks.gap_real_like --cases 100 --seed 1 --out real_like
 
-The simulator is that of the tests (`tests/simulators/real_like_cases.py`), which shares no code with the library. A quarter
-of the cases hide nothing. The others hide a dominant effect, in a form of the library or in another one of the same family,
-and a second effect of 3 to 20 % of its size that is in no library. Each case is a fitted and a validation run; files, not
-arrays, are given to `find_gap`. The first name is judged: which effect is dominant. A tie that contains it is counted
-apart. A row per case goes to the study in the --out folder, so that a run can be taken up again.
+The simulator is that of the tests (`tests/simulators/real_like_cases.py`), which shares no code with the library. A
+quarter of the cases hide nothing. The others hide a dominant effect, in a form of the library or in another one of the
+same family, and a second effect of 3 to 20 % of its size that is in no library. Each case is a fitted and a validation
+run; files, not arrays, are given to `find_gap`. The first name is judged: which effect is dominant. A tie that contains
+it is counted apart. A row per case goes to the study in the --out folder, so that a run can be taken up again.
 """
 
 import argparse

@@ -4,8 +4,8 @@
     python -m benchmarks --render                             # the tables of docs/ from what is kept
 
 Every recording of `benchmarks/_recordings.py` is given to the command `motofmi gap`, in both ways where there are two
-(force in, displacement imposed). The seconds are those of the whole command, with model, FMU and report; the processor seconds are
-summed over its processes. The table of docs/gap.md is `table` of what is kept in results.json.
+(force in, displacement imposed). The seconds are those of the whole command, with model, FMU and report; the processor
+seconds are summed over its processes. The table of docs/gap.md is `table` of what is kept in results.json.
 """
 
 import argparse

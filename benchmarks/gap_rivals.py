@@ -1,8 +1,8 @@
 """What other ways of naming say of the same blind cases: sparse regression, matching pursuit, AIC on a frequency response.
 
 Sparse regression and matching pursuit are given more than they usually get: the base is fitted, its residual torque is
-taken at every sample, and the terms are the library's own laws on the motion as the base has it. pysindy takes part where
-it is installed (`pip install pysindy`). AIC chooses among the library's effects fitted to first harmonics alone.
+taken at every sample, and the terms are the library's own laws on the motion as the base has it. pysindy takes part
+where it is installed (`pip install pysindy`). AIC chooses among the library's effects fitted to first harmonics alone.
 """
 
 import tempfile
@@ -33,7 +33,8 @@ try:
 except ImportError:  # an optional rival
     STLSQ = None
 
-# What a term of the regressions is called in the library, as a function of steer angle, rate, deflection, its rate, share of time.
+# What a term of the regressions is called in the library, as a function of steer angle, rate, deflection, its rate,
+# share of time.
 TERMS: dict[str, Callable[..., np.ndarray]] = {
     "coulomb_friction": lambda x, s, d, v, t: np.tanh(s / 0.02),
     "hardening_stiffness": lambda x, s, d, v, t: d**3,

@@ -2,9 +2,10 @@
 
     python -m benchmarks.gap_vehicle_runs --cases 120 --out runs
 
-The simulators are those of the tests, which share no code with the library: every case draws a motorcycle or a bicycle, its speed, the channels
-that are logged, what drives it, disturbances, noises, and the size of what is hidden; half of them hide nothing. A row per case
-goes to the study in the --out folder, so that a run can be taken up again. confusion counts truth -> answer.
+The simulators are those of the tests, which share no code with the library: every case draws a motorcycle or a bicycle,
+its speed, the channels that are logged, what drives it, disturbances, noises, and the size of what is hidden; half of
+them hide nothing. A row per case goes to the study in the --out folder, so that a run can be taken up again. confusion
+counts truth -> answer.
 """
 
 import argparse

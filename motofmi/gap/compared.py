@@ -12,10 +12,10 @@ from motofmi.gap.selection.result import Verdict
 def compared(verdict: Verdict) -> list[dict[str, Any]]:
     """The models that were compared on blocks, the least mean loss first; empty where chi-square decided.
 
-    effects are the families and forms of a model, none for the base. loss_fitted and loss_validation are mean logarithmic
-    losses on blocks [1], the latter None without validation runs. closed is the share of the closable misfit on validation
-    runs [1] (without them: on blocks that are left out of the fit) with the ends of its 95 % interval, and standing is what
-    became of the model.
+    effects are the families and forms of a model, none for the base. loss_fitted and loss_validation are mean
+    logarithmic losses on blocks [1], the latter None without validation runs. closed is the share of the closable
+    misfit on validation runs [1] (without them: on blocks that are left out of the fit) with the ends of its 95 %
+    interval, and standing is what became of the model.
     """
     found = verdict.comparison
     if found is None:

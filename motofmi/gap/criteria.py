@@ -172,9 +172,9 @@ class Criteria:
 
     confidence_set_level: float = 0.05
     """Level of the model confidence set [1] (Hansen, Lunde, Nason 2011): the probability with which the best model is
-    eliminated from the set. It is also the level of the test for superior predictive ability (Hansen 2005), of the whole
-    library against the base, on fitted runs and on validation runs: without it, 8 of 210 draws of real residuals with
-    nothing to name were given a name (docs/gap.md)."""
+    eliminated from the set. It is also the level of the test for superior predictive ability (Hansen 2005), of the
+    whole library against the base, on fitted runs and on validation runs: without it, 8 of 210 draws of real residuals
+    with nothing to name were given a name (docs/gap.md)."""
 
     least_share: float = 0.1
     """Least share of the closable misfit on validation runs that a named effect closes [1]: what closes less is
@@ -185,8 +185,8 @@ class Criteria:
     tied with the other, whatever the confidence set says."""
 
     value_errors: float = 2.0
-    """Standard errors (sandwich over blocks, and band) below which a value is consistent with zero [1]: an effect of such a
-    magnitude is not named, and such a parameter of its form is not reported as a value."""
+    """Standard errors (sandwich over blocks, and band) below which a value is consistent with zero [1]: an effect of
+    such a magnitude is not named, and such a parameter of its form is not reported as a value."""
 
     tolerance: float = 0.01
     """Share of the motion (rms) that a model may miss beyond what a flexible model leaves, and still be called
@@ -201,6 +201,6 @@ class Criteria:
     coarse."""
 
     fewest_validation_blocks: int = 6
-    """Independent blocks of validation runs below which they are not judged alone, but together with the left-out blocks
-    of the fitted runs [1]: with fewer, resampled means are too coarse for an interval of 95 %. A name must then reduce
-    their mean loss."""
+    """Independent blocks of validation runs below which they are not judged alone, but together with the left-out
+    blocks of the fitted runs [1]: with fewer, resampled means are too coarse for an interval of 95 %. A name must then
+    reduce their mean loss."""

@@ -54,8 +54,8 @@ def _left(result: dict[str, Any]) -> str:
 
 
 def nearest(result: dict[str, Any]) -> list[str]:
-    """The nearest effect of the library, and the misfit with it, where the verdict is unknown; where the runs disagree on
-    the base, the value that differs."""
+    """The nearest effect of the library, and the misfit with it, where the verdict is unknown; where the runs disagree
+    on the base, the value that differs."""
     if result["disagreement"]:
         return [result["disagreement"]]
     if not result["closest"]:

@@ -3,9 +3,10 @@ r"""By how much fitted values depend on the band of frequencies that is compared
     q_l - q = N_l^-1 sum_b (g_b - g_lb),   g_b = J_b' r_b
     var(q_l - q) = sum_b d_b^2 B / (B - 1),   d_b = N^-1 g_b - N_l^-1 g_lb
 
-q are the values of a fit over the whole band and q_l those over its lowest part, to first order. N is the normal matrix,
-J_b and r_b are the derivatives and residuals of one of B blocks; the index l denotes the lowest part. A right model has the same values in both, within the standard error of the difference; a larger difference is an
-error of the model, which no resampling over blocks includes.
+q are the values of a fit over the whole band and q_l those over its lowest part, to first order. N is the normal
+matrix, J_b and r_b are the derivatives and residuals of one of B blocks; the index l denotes the lowest part. A right
+model has the same values in both, within the standard error of the difference; a larger difference is an error of the
+model, which no resampling over blocks includes.
 
 Source: Hausman, Econometrica 46 (1978) 1251-1271 (contrast of two estimators of the same values).
 """

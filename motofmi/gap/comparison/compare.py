@@ -30,8 +30,8 @@ from motofmi.gap.validation.before_after import on_validation_runs
 class Comparison:
     """The outcome, and what it rests on.
 
-    models are the compared models other than the base, one of each family or pair of families, the least loss first. All
-    mean squares are over the squared scale of the outputs [1].
+    models are the compared models other than the base, one of each family or pair of families, the least loss first.
+    All mean squares are over the squared scale of the outputs [1].
     """
 
     outcome: Outcome

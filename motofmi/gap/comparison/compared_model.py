@@ -69,8 +69,8 @@ class ComparedModel:
     def out_of_sample(self) -> np.ndarray:
         """The mean squares (blocks,) [1] on data that were not used for the fit.
 
-        These are the validation runs; where there are none or too few blocks of them, blocks that are left out of the fit
-        as well.
+        These are the validation runs; where there are none or too few blocks of them, blocks that are left out of the
+        fit as well.
         """
         alone = len(self.validation) and self.judged_alone
         return self.validation if alone else np.concatenate([self.fitted, self.validation])
@@ -170,8 +170,8 @@ class CommonBlocks:
         return undetermined_magnitude(found, errors, self.criteria) is not None
 
     def covariance(self, found: Fit) -> np.ndarray:
-        """The covariance (parameters, parameters) of fitted values, with errors of the model: the sandwich over blocks, and
-        the squared differences of values that depend on the compared band."""
+        """The covariance (parameters, parameters) of fitted values, with errors of the model: the sandwich over blocks,
+        and the squared differences of values that depend on the compared band."""
         whole, low = self.residuals(found), time_residuals(found, self.scale, LOWEST_PART)
         of_band = band_dependence(whole, low, self.blocks, self.criteria.value_errors)
         return sandwich_covariance(whole, self.blocks) + np.diag(of_band**2)

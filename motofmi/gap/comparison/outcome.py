@@ -5,10 +5,10 @@
     only pairs in the set                     the families that all pairs share are named
 
 Models with a magnitude that is not distinguishable from zero leave first, so that the others are compared without them.
-The library as a whole must be better than the base, on the fitted runs and on the validation runs alone: of many effects,
-one gains by chance. A named effect must also have a gain on data that were not used whose 95 % interval is above zero,
-and close at least `Criteria.least_share` of the closable misfit. Each reason not to name an effect is a sentence with its
-number in `limitations`.
+The library as a whole must be better than the base, on the fitted runs and on the validation runs alone: of many
+effects, one gains by chance. A named effect must also have a gain on data that were not used whose 95 % interval is
+above zero, and close at least `Criteria.least_share` of the closable misfit. Each reason not to name an effect is a
+sentence with its number in `limitations`.
 """
 
 from collections.abc import Sequence
@@ -35,8 +35,8 @@ class Outcome:
 
     best is the model that the verdict selects (the base for `none` and `unknown`), members are the models that are
     named or tied, nearest is the model with the least loss, share is the share of the closable misfit that best (for
-    `unknown`: nearest) closes, and sentences are limitations. standing holds what became of each model, by its id: one of
-    `STANDINGS`. disagreement is the limitation that nothing is named because the runs disagree on the base.
+    `unknown`: nearest) closes, and sentences are limitations. standing holds what became of each model, by its id: one
+    of `STANDINGS`. disagreement is the limitation that nothing is named because the runs disagree on the base.
     """
 
     verdict: str
@@ -141,7 +141,8 @@ def few_blocks(counts: tuple[int, int], criteria: Criteria) -> list[str]:
 
 
 def _may_be_chance(base: ComparedModel, models: Sequence[ComparedModel], criteria: Criteria) -> str:
-    """The sentence where the largest gain of all models, on fitted or on validation runs, may be chance; empty otherwise."""
+    """The sentence where the largest gain of all models, on fitted or on validation runs, may be chance; empty
+    otherwise."""
     for runs in ("fitted", "validation") if base.judged_alone else ("fitted",):
         losses = np.log(np.array([getattr(model, runs) for model in (base, *models)]) + base.floor)
         if losses.size and (p := superior_ability(losses[0], losses[1:])) >= criteria.confidence_set_level:

@@ -3,9 +3,9 @@ r"""Whether the runs disagree on the base: its values fitted to the validation r
     base, values a in fitted and b in validation runs   against   base and effects, the same values in all runs
 
 Runs of another machine, load or temperature have other values of the base, and an effect may stand for the difference.
-The runs disagree where the base with values of its own in the validation runs leaves there clearly less than the effects
-with their fitted values, and less than `Criteria.least_share` of the closable misfit. Its losses are those of left-out
-blocks.
+The runs disagree where the base with values of its own in the validation runs leaves there clearly less than the
+effects with their fitted values, and less than `Criteria.least_share` of the closable misfit. Its losses are those of
+left-out blocks.
 
 Source: Chow, Econometrica 28 (1960) 591-605, who compares sums of squares in the same way.
 """

@@ -1,8 +1,9 @@
 """The pairs of effects that a comparison considers.
 
-Some are the best of all pairs of a library, selected jointly (`estimation.joint_screening`): neither effect of a pair needs
-to reduce the misfit alone. Others are a leading single effect with those of the largest gain beside it, since a linear
-estimate from the base is inaccurate where one effect is large. The forms of the best pair are selected jointly as well.
+Some are the best of all pairs of a library, selected jointly (`estimation.joint_screening`): neither effect of a pair
+needs to reduce the misfit alone. Others are a leading single effect with those of the largest gain beside it, since a
+linear estimate from the base is inaccurate where one effect is large. The forms of the best pair are selected jointly
+as well.
 """
 
 from collections.abc import Sequence
@@ -68,8 +69,9 @@ def _fitted(
     beside: Sequence[tuple[Fit, Signature]],
     criteria: Criteria,
 ) -> dict[Effects, Fit]:
-    """The fits of pairs: of joint signatures with less chi-square than the base, and of effects beside others with less than
-    without them. All are fitted in one parallel step; of two fits of a pair the one with less chi-square is kept."""
+    """The fits of pairs: of joint signatures with less chi-square than the base, and of effects beside others with less
+    than without them. All are fitted in one parallel step; of two fits of a pair the one with less chi-square is
+    kept."""
 
     def fit_one(task: PairSignature | tuple[Fit, Signature]) -> PortableFit | None:
         if isinstance(task, PairSignature):

@@ -36,10 +36,10 @@ CLEARLY_BEHIND = 5.0  # standard errors of the mean loss above the best one from
 def single_effects(base: Fit, library: Sequence[type[Effect]], criteria: Criteria) -> list[Candidate]:
     """The forms of the library that are not flexible and reduce chi-square, each fitted with the base.
 
-    Those with the largest screened gain come first; fits of the others end where they cannot come near them. Effects with
-    states of their own do not end others, since their free initial states can reduce the misfit without a magnitude, and
-    their simulations are the slowest: they are fitted last. Of a family of such effects further forms are fitted where the
-    simplest one is not far behind.
+    Those with the largest screened gain come first; fits of the others end where they cannot come near them. Effects
+    with states of their own do not end others, since their free initial states can reduce the misfit without a
+    magnitude, and their simulations are the slowest: they are fitted last. Of a family of such effects further forms
+    are fitted where the simplest one is not far behind.
     """
     plain = [effect for effect in library if not effect.flexible]
     signatures = [s for s in screen(base, plain, keep=1) if s.gain > 0]
@@ -63,8 +63,8 @@ def _on_which_others_depend(
 ) -> tuple[list[Signature], list[Signature]]:
     """Signatures to be fitted before further forms of their families, and those to be fitted together with these.
 
-    The first half of those without further forms is fitted before, last of all: short fits keep the processors busy while
-    the longest ones end.
+    The first half of those without further forms is fitted before, last of all: short fits keep the processors busy
+    while the longest ones end.
     """
     families = {s.effect.family for s in further}
     needed = [s for s in signatures if s.effect.family in families]

@@ -4,8 +4,8 @@ r"""The test for superior predictive ability: whether any of many models is bett
 
 The one that seems best of many models gains by chance, the more so the more there are. The distribution of T under the
 null hypothesis that no model is better than the benchmark comes from resampled blocks, with the gains of all models at
-once. Models that are clearly worse than the benchmark, d_k / s(d_k) < -sqrt(2 log log n) for n blocks, keep their mean and
-therefore do not count (Hansen's consistent p-value).
+once. Models that are clearly worse than the benchmark, d_k / s(d_k) < -sqrt(2 log log n) for n blocks, keep their mean
+and therefore do not count (Hansen's consistent p-value).
 
     p = superior_ability(losses[0], losses[1:])
 

@@ -24,8 +24,8 @@ OUT_OF_REACH = 4.0  # ratio of chi-square to the one to be reached above which n
 
 def fit_each(found: Fit, signatures: Sequence[Signature], so_far: Sequence[Candidate], beat: float, known: Sequence[Fit],
              criteria: Criteria) -> list[Candidate]:  # fmt: skip
-    """The candidates of these signatures, fitted as far as they may compete with the candidates so far; after a deadline
-    not fitted."""
+    """The candidates of these signatures, fitted as far as they may compete with the candidates so far; after a
+    deadline not fitted."""
     beat = (
         min((beat, *(c.fit.chi2 for c in so_far if c.fitted and adequate(c.fit, criteria))))
         + criteria.clear_lead_delta_bic

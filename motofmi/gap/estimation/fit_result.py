@@ -136,7 +136,8 @@ class PortableFit:
 
 
 def penalty(model: AnyModel, runs: Sequence[AnyRun]) -> float:
-    """The penalty of a model of these runs in chi-square, for all its parameters and for the unknowns of single runs."""
+    """The penalty of a model of these runs in chi-square, for all its parameters and for the unknowns of single
+    runs."""
     count = sum(len(run.data) for run in runs)
     return len(model.names) * float(np.log(count)) + OF_UNKNOWN * sum(model.unknowns(run) for run in runs)
 

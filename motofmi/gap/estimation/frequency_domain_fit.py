@@ -5,9 +5,9 @@ Two criteria, both of the component linearised at its start values, in the logar
     1. sum |log G(i w; theta) - log G^(i w)|^2 / var,   G^ from the local polynomial method
     2. sum |Y - G(i w; theta) U - C (I - exp(A h) / z)^-1 tau|^2,   z = exp(i w h), h the sampling interval
 
-A wrong gain or frequency changes the first one by a constant, so that it has few minima (Sidman et al. 1991). The second
-one needs no input: the transform of a sampled free motion over a finite time is that of its first and last state, tau
-(Pintelon et al. 1997), which are eliminated. Both start from the component's values with time
+A wrong gain or frequency changes the first one by a constant, so that it has few minima (Sidman et al. 1991). The
+second one needs no input: the transform of a sampled free motion over a finite time is that of its first and last
+state, tau (Pintelon et al. 1997), which are eliminated. Both start from the component's values with time
 rescaled by factors over some decades, p t^-s with the exponent s of seconds in the unit of p.
 
 Source: Sidman, DeAngelis, Verghese, IEEE Trans. Automatic Control 36 (1991) 1065-1070; Pintelon, Schoukens,

@@ -2,8 +2,8 @@
 
     gain = max over s, t of |P r|^2 - |P (r + S_a s + S_b t)|^2,   P = 1 - J J^+
 
-r are the residuals of a fit, J its derivatives, S_a and S_b those by the magnitudes of two effects within their bounds. This
-is the best subset of size two. Forward selection, which adds the second effect to the best first one, fails where
+r are the residuals of a fit, J its derivatives, S_a and S_b those by the magnitudes of two effects within their bounds.
+This is the best subset of size two. Forward selection, which adds the second effect to the best first one, fails where
 neither effect gains alone: dry friction raises the damping at small rates, drag at large ones, and a linear damper
 compensates for either.
 

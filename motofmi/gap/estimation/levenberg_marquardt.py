@@ -24,8 +24,8 @@ COARSE = 1e-3  # share of chi2: the least significant change while a fit is far 
 REMAINING_STEPS = 20.0  # steps with the gain of the next one within which a fit must be able to reach `beat`
 FAR_START = 1e8  # ratio of chi2 to `beat` above which a fit is not begun: it rarely converges
 TRIES = 8  # attempts at a step, with growing mu
-# A simulation that diverges does not say how far the linear model holds: the step becomes much shorter at once, with mu at
-# least the first and growing by the second, and after so many divergences the search ends.
+# A simulation that diverges does not say how far the linear model holds: the step becomes much shorter at once, with mu
+# at least the first and growing by the second, and after so many divergences the search ends.
 DIVERGED, SHORTER, MOST_DIVERGED = 0.03, 36.0, 3
 
 
@@ -54,8 +54,8 @@ def levenberg_marquardt(problem: Problem, x: np.ndarray, bounds: tuple[np.ndarra
     """The minimum of the sum of squares from x (n,) over the parameters `free` (indices).
 
     reach(x) (n,) bounds one step from x. The search ends when a step reduces chi2 by less than the share `gain`, or
-    when chi2 is so far above `beat` that the next steps cannot reach it, or at a deadline. Raises InputError where the model cannot be
-    simulated at the start.
+    when chi2 is so far above `beat` that the next steps cannot reach it, or at a deadline. Raises InputError where the
+    model cannot be simulated at the start.
     """
     low, high = bounds
     residuals, jacobian = problem.residuals(x), problem.slopes(x)

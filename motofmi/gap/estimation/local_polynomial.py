@@ -26,7 +26,8 @@ class Response:
 
 
 def local_polynomial_response(omega: np.ndarray, inputs: np.ndarray, outputs: np.ndarray) -> Response | None:
-    """The response from spectra (lines, nu) and (lines, ny) at angular frequencies (lines,); None with too few lines."""
+    """The response from spectra (lines, nu) and (lines, ny) at angular frequencies (lines,); None with too few
+    lines."""
     lines, nu = inputs.shape
     terms = (DEGREE + 1) * (nu + 1)
     half = terms  # 2 n + 1 lines for n unknowns

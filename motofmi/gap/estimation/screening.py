@@ -109,8 +109,8 @@ def shapes_of(found: Fit, effect: type[Effect]) -> list[dict[str, float]]:
 
 
 def _from_prior(found: Fit, effect: type[Effect], prior: LogNormalPrior) -> list[tuple[float, np.ndarray]]:
-    """Gains and starting values of an effect that is not absent at zero: one step of Gauss and Newton from the median of
-    its prior; where the base is far from the data also from the published values, with the base at its own values.
+    """Gains and starting values of an effect that is not absent at zero: one step of Gauss and Newton from the median
+    of its prior; where the base is far from the data also from the published values, with the base at its own values.
     """
     model, far = found.model.with_added_effects(effect), far_from_data(found)
     bases = [found.x, with_own_base(found)] if far else [found.x]

@@ -19,8 +19,8 @@ from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 def with_fitted_signs(found: Fit, criteria: Criteria) -> Fit:
     """The fit with the sign of every base parameter that fits better.
 
-    The fit's runs must have noise of the size of its residuals. Parameters that are distinguishable from zero keep their
-    sign, and so do all without a clear gain (delta chi-square of `Criteria.first_effect_delta_bic`).
+    The fit's runs must have noise of the size of its residuals. Parameters that are distinguishable from zero keep
+    their sign, and so do all without a clear gain (delta chi-square of `Criteria.first_effect_delta_bic`).
     """
     for name in undetermined_signs(found, criteria):
         experiment: InputOutputExperiment = found.model.experiment

@@ -1,8 +1,8 @@
 """The stages of a search, in each of which the time budget may end.
 
 Once the time is up, no further fit begins and those that run end where they are, so that a stage ends soon by itself.
-What it found is not complete then, and decides nothing: at its end the stage raises TimeUpError, and the verdict is that of
-what was known before (`motofmi.gap.selection.within_time`).
+What it found is not complete then, and decides nothing: at its end the stage raises TimeUpError, and the verdict is
+that of what was known before (`motofmi.gap.selection.within_time`).
 """
 
 from collections.abc import Iterator

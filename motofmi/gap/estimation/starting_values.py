@@ -60,8 +60,8 @@ def too_large(model: FreeInitialStateModel, runs: Sequence[SampledRun], x: np.nd
 
 
 def poles(model: FreeInitialStateModel, x: np.ndarray, **at: np.ndarray) -> np.ndarray:
-    """The poles (..., nx) of the component's free motion about rest, or about points at which some of its variables have
-    given values (...); none where a motion is imposed."""
+    """The poles (..., nx) of the component's free motion about rest, or about points at which some of its variables
+    have given values (...); none where a motion is imposed."""
     component, values = model.component, model.values(x[: len(model.names)])
     if isinstance(component, ImposedMotion) or not component.states:
         return np.zeros(0)

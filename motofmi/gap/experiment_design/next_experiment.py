@@ -190,7 +190,8 @@ def _others(fitted: Sequence[Candidate], family: str) -> list[tuple[str, Fit]]:
 
 
 def _separations(proposal: Proposal, rivals: Sequence[Fit]) -> np.ndarray:
-    """Expected delta chi-square (k, k) of the rival of a column where that of a row is the truth; after a deadline 0."""
+    """Expected delta chi-square (k, k) of the rival of a column where that of a row is the truth; after a deadline
+    0."""
     if time_is_up():
         return np.zeros((len(rivals), len(rivals)))
     try:

@@ -156,7 +156,8 @@ class SampledRun:
         )
 
     def cut(self, length: int) -> "SampledRun":
-        """The run in segments of `length` samples, shorter where `stable_length` is, each with its own initial states."""
+        """The run in segments of `length` samples, shorter where `stable_length` is, each with its own initial
+        states."""
         lengths = np.full(len(self.measured), max(length, LEAST_LENGTH))
         if self.stable_length is not None:
             lengths = np.minimum(lengths, self.stable_length)

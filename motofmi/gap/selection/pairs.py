@@ -111,7 +111,8 @@ def pairs_of(
 
 
 def _determined(found: Fit, criteria: Criteria) -> bool:
-    """Whether the data determine the magnitude of every effect: beside a right effect the other of a pair may vanish."""
+    """Whether the data determine the magnitude of every effect: beside a right effect the other of a pair may
+    vanish."""
     errors = np.sqrt(np.maximum(np.diag(found.covariance()), 0.0))
     return undetermined_magnitude(found, errors, criteria) is None
 

@@ -55,8 +55,8 @@ def on_validation_runs(found: Fit, runs: Sequence[AnyRun], criteria: Criteria = 
 def _begun(found: Fit, run: AnyRun, criteria: Criteria) -> tuple[np.ndarray, AnyRun]:
     """Starting values of a run's deviations, and the run with the initial guesses that were found with them.
 
-    With a hardening spring, a large sensor offset gives several minima. Parameters are fixed, so that the best fit of a run
-    alone is that of all runs together: it is continued, since its search for initial states takes most of the time.
+    With a hardening spring, a large sensor offset gives several minima. Parameters are fixed, so that the best fit of a
+    run alone is that of all runs together: it is continued, since its search for initial states takes most of the time.
     """
     places = run_to_run_deviations(found.model.experiment)
     offsets = np.array([deviation if place >= len(found.model.base) else 0.0 for place, deviation in places.items()])

@@ -66,7 +66,8 @@ def test_a_form_does_no_worse_than_one_that_it_contains():
 
 
 def test_the_simplest_form_of_a_family_says_when_its_turn_is(monkeypatch):
-    """A delay that may grow promises most here, the reflex keeps what it promises: what the first family keeps spares others the fit."""
+    """A delay that may grow promises most here, the reflex keeps what it promises: what the first family keeps spares
+    others the fit."""
     def form(family, gain, unknowns):
         return SimpleNamespace(family=family, flexible=False, declared={}, free_parameters=lambda: unknowns, gain=gain)
 
@@ -86,7 +87,8 @@ def test_the_simplest_form_of_a_family_says_when_its_turn_is(monkeypatch):
 @pytest.mark.parametrize("effects, reduced, unknowns, hopeful", [
     ((), 1.0, 3, True), (("reflex",), 2.0, 3, True), (("reflex",), 1.0, 3, False), (("reflex",), 1.0, 1, True)])  # fmt: skip
 def test_beside_an_adequate_effect_a_second_one_must_promise_a_part_of_its_penalty(effects, reduced, unknowns, hopeful):
-    """Of 15 and ln 1500 for each parameter a quarter: 9.2 for three, 6 at least for one; elsewhere a small promise may grow."""
+    """Of 15 and ln 1500 for each parameter a quarter: 9.2 for three, 6 at least for one; elsewhere a small promise may
+    grow."""
     found = SimpleNamespace(model=SimpleNamespace(effects=effects), reduced=reduced, freedom=1500, count=1500)
     assert _may_gain_enough(found, SimpleNamespace(gain=7.0, start=[0.0] * unknowns), 15.0, Criteria()) is hopeful
 
@@ -153,7 +155,8 @@ def test_a_form_that_ended_where_one_does_that_it_contains_is_not_fitted_again(b
 def test_no_pair_is_tried_where_its_second_effect_would_have_to_gain_from_the_noise(
     chi2, source, possible, monkeypatch
 ):
-    """Of 1500 numbers with chi-square 1400, no law can gain 150: 1250 is 4.6 standard deviations below what noise leaves."""
+    """Of 1500 numbers with chi-square 1400, no law can gain 150: 1250 is 4.6 standard deviations below what noise
+    leaves."""
     effect, tried = SimpleNamespace(family="extra_mode"), []
     monkeypatch.setattr("motofmi.gap.selection.pairs.search_candidates", lambda *_, **__: tried.append(1) or [])
     best = SimpleNamespace(
@@ -168,7 +171,8 @@ def test_no_pair_is_tried_where_its_second_effect_would_have_to_gain_from_the_no
 
 @pytest.mark.parametrize("start, beat, reached", [(0.02, 100.0, True), (0.02, 1.0, True), (1e-5, 100.0, False)])
 def test_a_fit_that_may_only_step_is_not_given_up_for_a_short_one(start, beat, reached):
-    """From a fiftieth of its value a parameter has six steps by a factor of two to go, of which the first gains next to nothing; from where it is not felt, none."""
+    """From a fiftieth of its value a parameter has six steps by a factor of two to go, of which the first gains next to
+    nothing; from where it is not felt, none."""
     shape = np.linspace(1.0, 2.0, 50)
     run = SimpleNamespace(data=shape, deviation=np.full(50, 0.01))
     model = SimpleNamespace(

@@ -245,7 +245,8 @@ def test_nothing_is_named_where_a_columns_unit_is_wrong(column, factor):
 @pytest.mark.slow
 @pytest.mark.study
 def test_a_sensor_offset_is_not_fitted_as_asymmetry(tmp_path):
-    """The offset differs between runs. If it were left out, a hardening spring would be asymmetric as well, or have backlash."""
+    """The offset differs between runs. If it were left out, a hardening spring would be asymmetric as well, or have
+    backlash."""
     files = []
     for seed, off in ((3, 0.1), (4, -0.2)):  # of the rms
         run = joint_run({"hardening": 40.0}, "random", seed=seed, duration=6.0)

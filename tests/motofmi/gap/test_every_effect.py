@@ -13,7 +13,8 @@ import numpy as np
 from tests.simulators.hidden_rig import RIDER, Rig, record, sweep
 from tests.simulators.rig_runs import RIG, library, prepared, runs_of
 
-# Hidden values by the simulator's names; family and parameter by the library's. Strengths of delta chi-square 300 and more.
+# Hidden values by the simulator's names; family and parameter by the library's. Strengths of delta chi-square 300 and
+# more.
 HIDDEN = [
     ({"Tc": 0.5}, "coulomb_friction", "friction_torque", 0.5),
     ({"k3": 8e3}, "hardening_stiffness", "cubic_stiffness", 8e3),
@@ -44,7 +45,8 @@ HIDDEN = [
 ]
 
 
-# Each is looked for among its like, which is what takes it for another; the whole library competes in benchmarks.gap_blind.
+# Each is looked for among its like, which is what takes it for another; the whole library competes in
+# benchmarks.gap_blind.
 NOT_LINEAR = {
     "coulomb_friction",
     "hardening_stiffness",

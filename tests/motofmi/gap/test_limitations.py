@@ -1,7 +1,7 @@
 """Every rule by chi-square that changes a verdict says so in a limitation, each on a fit constructed for it.
 
-The rules of the comparison on blocks are in `comparison/test_outcome.py`, those of validation runs in `test_validation_run.py`, and
-the time budget in `test_time_budget.py`.
+The rules of the comparison on blocks are in `comparison/test_outcome.py`, those of validation runs in
+`test_validation_run.py`, and the time budget in `test_time_budget.py`.
 """
 
 from dataclasses import replace

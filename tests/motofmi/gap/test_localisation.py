@@ -78,7 +78,8 @@ def test_orders_of_what_is_hidden(hidden, lit, dark):
 
 @pytest.mark.slow
 def test_a_drift_is_where_the_rider_changed_most():
-    """The base takes the mean of a linear drift, whose ends then are ten times as far from it as the parts beside the middle."""
+    """The base takes the mean of a linear drift, whose ends then are ten times as far from it as the parts beside the
+    middle."""
 
     def wandering(t):  # to and fro, so that a base that errs at a frequency errs at all times
         cycles = 4.5 * t - 20 / (2 * np.pi) * np.cos(2 * np.pi * t / 20)

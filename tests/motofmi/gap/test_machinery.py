@@ -131,7 +131,8 @@ def test_matrices_over_time_are_those_of_numpy():
 @pytest.mark.slow
 @pytest.mark.parametrize("hardening, push", [(300.0, 3.0), (1000.0, 1.0), (3000.0, 1.0)])
 def test_a_stiff_spring_is_reached_by_continuation_where_its_motion_is_unknown(hardening, push):
-    """At 64 Hz the whole trajectory cannot be found at once; with the hardening growing to its size it is that of solve_ivp."""
+    """At 64 Hz the whole trajectory cannot be found at once; with the hardening growing to its size it is that of
+    solve_ivp."""
     duffing, time = Duffing(), np.arange(2561) / 64
     force = lambda t: {"force": push * (4 * np.sin(2.5 * t + 0.05 * t**2) + 2 * np.cos(4 * t))}  # noqa: E731
     motion = Motion(time, force(time), force((time[1:] + time[:-1]) / 2))
@@ -141,7 +142,8 @@ def test_a_stiff_spring_is_reached_by_continuation_where_its_motion_is_unknown(h
     made = simulate_by_continuation(equations, values, motion, ["hardening"])
     exact = solve_ivp(lambda t, x: [x[1], force(t)["force"] - 40 * x[0] - hardening * x[0] ** 3 - 0.6 * x[1]], (0, time[-1]), [0, 0],
                       t_eval=time, rtol=1e-9, atol=1e-10).y.T  # fmt: skip
-    # Fourth order: at its largest motion the stiffest of these springs swings with some 35 rad/s, (w h)^4 / 180 is 5e-4 per radian, most of it a phase
+    # Fourth order: at its largest motion the stiffest of these springs swings with some 35 rad/s, (w h)^4 / 180 is 5e-4
+    # per radian, most of it a phase
     np.testing.assert_allclose(made.states, exact, atol=5e-4 * np.abs(exact).max())
     with pytest.raises(InputError, match="diverges"):
         simulate_by_continuation(equations, {**values, "hardening": 1e5}, motion, ["hardening"])

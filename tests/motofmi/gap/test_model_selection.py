@@ -47,7 +47,8 @@ def test_a_sensor_offset_of_the_angle_is_not_play():
 
 @pytest.mark.study
 def test_arms_that_stiffen_have_no_play_that_is_wider_than_the_motion(monkeypatch):
-    """Of three times the motion's width, a play with a soft transition is nothing but a spring that stiffens: d/w - tanh(d/w) = d^3/(3 w^3)."""
+    """Of three times the motion's width, a play with a soft transition is nothing but a spring that stiffens: d/w -
+    tanh(d/w) = d^3/(3 w^3)."""
     runs = runs_of({"kd": 1200.0}, sweep(0.5, 12, 2, 100.0), sweep(12, 0.5, 2.6, 80.0))
     some = library("hardening_stiffness", "backlash")
     verdict = select_model(HarmonicModel(rig_experiment(RIG)), runs[:1], some, runs[1:])
@@ -69,7 +70,8 @@ def test_a_loop_that_closes_at_once_is_no_hysteresis():
 
 @pytest.mark.slow
 def test_an_effect_that_leaves_most_of_a_clear_misfit_is_not_named():
-    """A bar that cogs, with a little friction: friction closes two fifths of the gap, and what it leaves is still as noise might leave it."""
+    """A bar that cogs, with a little friction: friction closes two fifths of the gap, and what it leaves is still as
+    noise might leave it."""
     runs = runs_of({"Ar": 0.034, "Tc": 0.06}, sweep(0.5, 12, 2, 100.0))
     verdict = select_model(HarmonicModel(rig_experiment(RIG)), runs, library("coulomb_friction", "progressive_damping"))
     assert verdict.candidates[0].family == "coulomb_friction" and adequate(verdict.candidates[0].fit, Criteria())
@@ -78,7 +80,8 @@ def test_an_effect_that_leaves_most_of_a_clear_misfit_is_not_named():
 
 @pytest.mark.slow
 def test_a_slow_recording_is_simulated_between_its_samples():
-    """Six samples to a cycle at the end of the sweep, in which a loop opens and closes: on these alone its force comes out 12 % small."""
+    """Six samples to a cycle at the end of the sweep, in which a loop opens and closes: on these alone its force comes
+    out 12 % small."""
     runs = runs_of({"Fh": 1.2, "wh": 0.008}, sweep(0.5, 10.6, 1.5, 100.0), rate=64)
     verdict = select_model(HarmonicModel(rig_experiment(RIG)), runs, library("hysteresis"))
     force, error, _ = parameters_of(verdict.best)["device.hysteresis.force"]
@@ -101,7 +104,8 @@ def test_a_mode_is_found_from_starts_with_a_small_screened_gain():
 
 @pytest.mark.study
 def test_an_effect_that_no_small_step_reaches_is_tried_from_elsewhere():
-    """A soft shaft between servo and a light bar of unknown inertia: the base has none of it left, and the screening sees next to nothing."""
+    """A soft shaft between servo and a light bar of unknown inertia: the base has none of it left, and the screening
+    sees next to nothing."""
     runs = runs_of(
         {"C": 3e-4},
         sweep(1, 12.8, 0.9, 200.0),
@@ -122,7 +126,8 @@ def test_an_effect_that_no_small_step_reaches_is_tried_from_elsewhere():
 @pytest.mark.slow
 @pytest.mark.study
 def test_an_effect_is_tried_where_the_base_has_lost_what_it_needs(monkeypatch):
-    """The same with a bar that is less light and more noise: the base loses the bar's inertia, and a small step towards a soft shaft has the wrong sign."""
+    """The same with a bar that is less light and more noise: the base loses the bar's inertia, and a small step towards
+    a soft shaft has the wrong sign."""
     rider = dict(zip(RIDER, (0.0461, 0.5787, 1200.5, 67.8, 15.04, 4.567), strict=True))
     runs = runs_of(
         {"C": 3e-4}, sweep(1, 15, 3.0, 200.0), rider=rider, rate=100, lag=0.041, angle_noise=0.00104, torque_noise=0.4

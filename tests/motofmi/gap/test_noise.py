@@ -47,7 +47,8 @@ def test_the_error_of_a_rebuilt_motion_is_that_of_many_rebuilt_ones():
 
 @pytest.mark.slow
 def test_the_error_of_a_motion_that_has_no_command_counts_what_its_own_phase_brings():
-    """A phase finer than the splines of the motion left three times the error that was said, in the slopes over a window."""
+    """A phase finer than the splines of the motion left three times the error that was said, in the slopes over a
+    window."""
     angle, duration = sweep(1.0, 10.0, 2.0, 200.0)
     time, said, seen, rng = np.arange(0.125, duration, 1 / 64), [], [], np.random.default_rng(4)
     for _ in range(8):
@@ -87,7 +88,8 @@ def test_the_truth_leaves_a_chi_square_of_one_in_every_kind_of_column(angle_nois
 @pytest.mark.parametrize("dwell", [8.0, 10.0])
 @pytest.mark.parametrize("lag", [0.016, 0.1])
 def test_a_servo_that_lags_behind_a_stepped_command_leaves_a_chi_square_of_one(lag, dwell):
-    """Its phase against the command's jumps where the frequency steps; a spline that cannot follow rings on into the windows."""
+    """Its phase against the command's jumps where the frequency steps; a spline that cannot follow rings on into the
+    windows."""
     rig = Rig(rate=200, bits=16, lag=lag, angle_noise=2e-4, torque_noise=0.1, remnant=0.1)
     time, *columns, _ = record(stepped(0.5, 8.5, 0.5, 4, dwell), {}, RIDER, np.random.default_rng(1), rig)
     run = prepare_steer_test_run(
@@ -103,13 +105,15 @@ def test_a_servo_that_lags_behind_a_stepped_command_leaves_a_chi_square_of_one(l
 
 @pytest.mark.parametrize("first, last, duration", [(10.0, 0.3, 80.0), (0.3, 15.0, 100.0)])
 def test_the_motion_of_a_fast_logarithmic_sweep_is_rebuilt_behind_a_servo_that_lags(first, last, duration):
-    """Its phase bends more at 10 Hz than splines of a slow phase follow: without any noise a thousandth of the angle was amiss."""
+    """Its phase bends more at 10 Hz than splines of a slow phase follow: without any noise a thousandth of the angle
+    was amiss."""
     angle, _ = sweep(first, last, 3.0, duration, logarithmic=True)
     time = np.arange(0, duration, 1 / 250)
     phase, measured = phase_of(angle(time), 250.0), angle(time - 0.047)
     rebuilt = motion_reconstruction(time, phase).motion(measured)(time)[0]
     inner = [(a, b) for a, b in phase.windows[1:-1] if phase.frequency[a] > 2.0]
-    # 2e-5 of this motion, which is 37 mrad (rms), is a tenth of what splines leave of 0.01 deg of noise; next to the ends the analytic signal swings.
+    # 2e-5 of this motion, which is 37 mrad (rms), is a tenth of what splines leave of 0.01 deg of noise; next to the
+    # ends the analytic signal swings.
     assert max(np.std((rebuilt - measured)[a:b]) for a, b in inner[3:-3]) < 2e-5 * np.std(measured)
 
 
@@ -128,7 +132,8 @@ def test_a_sensor_s_offset_and_drift_are_not_compared(column):
         )
         x, v, a = run.motion(time)
         responses.append((run.data - run.reduction.reduce(INERTIA * a + DAMPING * v + STIFFNESS * x)) / run.deviation)
-    # A line is among what every window leaves out; the spline of the motion takes it up to the ridge that keeps it tame.
+    # A line is among what every window leaves out; the spline of the motion takes it up to the ridge that keeps it
+    # tame.
     assert responses[1] == pytest.approx(responses[0], abs=1e-2)
 
 
@@ -180,14 +185,15 @@ def test_a_burst_at_a_window_s_end_raises_its_noise_as_much_as_one_within(burst)
         noise = rng.standard_normal((20, len(time)))
         noise[:, at : at + n] *= np.sqrt(1 + burst**2)
         raised.append(np.mean([noise_of(reduction, each).of_window(5, np.array([40.0])) for each in noise]))
-    # A burst of 64 numbers in 20 records scatters by 0.04; five tapers are blind at the last tenth of 0.5 s still. One of them alone
-    # would see four tenths. What is not clear counts as 1.
+    # A burst of 64 numbers in 20 records scatters by 0.04; five tapers are blind at the last tenth of 0.5 s still. One
+    # of them alone would see four tenths. What is not clear counts as 1.
     assert raised == pytest.approx([1 + burst**2 * n / (last - first)] * 3, rel=0.35)
 
 
 @pytest.mark.slow
 def test_the_variance_of_a_white_burst_over_decaying_remnant_is_right_at_every_order():
-    """The remnant is larger than the burst at 4 Hz; at 40 Hz the burst is 25 times the noise. One factor for both left a chi-square of 3 in its window."""
+    """The remnant is larger than the burst at 4 Hz; at 40 Hz the burst is 25 times the noise. One factor for both left
+    a chi-square of 3 in its window."""
     time = np.arange(0, DURATION, 1 / RATE)
     phase = phase_of(np.sin(2 * np.pi * (0.5 * time + 4.75 * time**2 / DURATION)), RATE)
     reduction, f, rng, chi2 = (

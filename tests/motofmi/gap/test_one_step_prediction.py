@@ -138,7 +138,8 @@ def test_the_best_prediction_errs_by_the_innovations():
 
 @pytest.mark.slow
 def test_a_held_input_has_no_information_on_the_disturbance_of_its_own_sample():
-    """Fed back without delay or noise, u_k = -g x_k would determine x_k, and the floor would lie below the error of any prediction."""
+    """Fed back without delay or noise, u_k = -g x_k would determine x_k, and the floor would lie below the error of any
+    prediction."""
     rng = np.random.default_rng(4)
     n, noise = 9000, 1.0
     x, disturbance = np.zeros(n), 0.5 * rng.standard_normal(n)
@@ -152,7 +153,8 @@ def test_a_held_input_has_no_information_on_the_disturbance_of_its_own_sample():
     for held in (True, False):
         run = PredictedRun(recording, ("y",), ("u",), "speed", 1, ((0, n),), held=held)
         floors.append(1 / with_best_prediction(run, u[:, None], []).mixing[0, 0])
-    # Known before: the sensor's noise and the disturbance; with u_k, the noise alone. 9000 samples: 0.8 % each, here four of it.
+    # Known before: the sensor's noise and the disturbance; with u_k, the noise alone. 9000 samples: 0.8 % each, here
+    # four of it.
     assert floors == pytest.approx([np.hypot(noise, 0.5), noise], rel=0.03)
 
 

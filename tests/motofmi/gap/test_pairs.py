@@ -22,7 +22,8 @@ from tests.simulators.rig_runs import RIG, library, runs_of
 
 @pytest.fixture(scope="module")
 def coupled():
-    """Torso and bar coupled by an inertia; one sweep up to fit, one down. A drift makes up for it in one sweep, not in the other."""
+    """Torso and bar coupled by an inertia; one sweep up to fit, one down. A drift makes up for it in one sweep, not in
+    the other."""
     return runs_of({"Icc": 0.07}, sweep(0.5, 12, 2.5, 100.0), sweep(12, 0.5, 3.2, 100.0))
 
 
@@ -83,7 +84,8 @@ def test_a_family_with_a_curve_of_its_own_is_rather_one_effect_than_two():
 
 @pytest.mark.study
 def test_a_loop_between_round_and_sharp_is_found_with_its_exponent():
-    """Bouc-Wen's loop with n = 3.5: those with 2 and 8 leave a third more than noise, which a bent sensor made up for."""
+    """Bouc-Wen's loop with n = 3.5: those with 2 and 8 leave a third more than noise, which a bent sensor made up
+    for."""
     runs = runs_of(
         {"Fd": 1.2, "wd": 0.027, "nd": 3.5},
         sweep(1, 10.5, 3, 150.0),
@@ -134,7 +136,8 @@ def test_a_small_effect_beside_a_large_one_is_named_where_nothing_else_explains_
     [("orders", Criteria().second_effect_delta_bic), ("flexible_model", Criteria().second_effect_share * 1e5)],
 )
 def test_a_small_second_effect_is_looked_for_where_the_noise_is_known_only(source, asked, monkeypatch):
-    """What a flexible model leaves of a run no form of one law reaches: every second effect would be fitted to its end."""
+    """What a flexible model leaves of a run no form of one law reaches: every second effect would be fitted to its
+    end."""
     effect, least = library("channel_delay")[0], []
     run = SimpleNamespace(noise_source=source)
     one = SimpleNamespace(model=SimpleNamespace(effects=(effect,)), runs=[run], reduced=1.5, freedom=1000, chi2=1500.0)
@@ -145,7 +148,8 @@ def test_a_small_second_effect_is_looked_for_where_the_noise_is_known_only(sourc
 
 @pytest.mark.study
 def test_one_effect_of_a_rejected_pair_may_be_selected_alone(coupled, monkeypatch):
-    """A wrong pair is selected first (here it is the only one); after its rejection single effects are candidates again."""
+    """A wrong pair is selected first (here it is the only one); after its rejection single effects are candidates
+    again."""
     monkeypatch.setattr("motofmi.gap.selection.model_selection.pairs_of", drift_and_friction)
     monkeypatch.setattr(
         "motofmi.gap.selection.model_selection.single_effects_instead", lambda *_: []

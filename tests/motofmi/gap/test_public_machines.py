@@ -54,7 +54,8 @@ def test_a_real_magnetorheological_damper_rubs():
 
 
 def test_shaped_hysteresis_is_the_published_law():
-    """z' = alpha y' - beta (gamma |y'| z + delta y' |z|) with width 1 / (beta gamma), force alpha width, shape -delta / gamma."""
+    """z' = alpha y' - beta (gamma |y'| z + delta y' |z|) with width 1 / (beta gamma), force alpha width, shape -delta /
+    gamma."""
     p, width = BOUC_WEN, 1 / (BOUC_WEN["beta"] * BOUC_WEN["gamma"])
     law = next(e for e in laws_at(MassSpringDamper()) if e.form == "shaped")
     own = {
@@ -74,7 +75,8 @@ def test_shaped_hysteresis_is_the_published_law():
 
 @pytest.mark.study
 def test_a_base_is_found_from_values_that_say_nothing_of_the_machine():
-    """The mass of 1 kg, 400 N/m and 2 N.s/m against an axis of 95 kg without a spring, and a circuit that moves micrograms."""
+    """The mass of 1 kg, 400 N/m and 2 N.s/m against an axis of 95 kg without a spring, and a circuit that moves
+    micrograms."""
     axis = as_recording("axis", positioning(1, duration=12))
     test = input_output_experiment(MassSpringDamper(), list(axis.columns))
     found = dict(
@@ -132,8 +134,8 @@ def test_two_masses_much_slower_than_their_own_values(seen):
         found.reduced < 1.3
     )  # of 1,800 numbers or fewer, with a noise that a flexible model leaves; 5,000 and more where it is not found
     values = dict(zip(free_names(test), np.exp(found.shared), strict=True))
-    # Drive and load may be exchanged where only the load is measured: the response from torque to load angle is the same
-    # for a family of values, with one frequency of the free oscillation.
+    # Drive and load may be exchanged where only the load is measured: the response from torque to load angle is the
+    # same for a family of values, with one frequency of the free oscillation.
     squared = values["stiffness"] * (1 / values["drive_inertia"] + 1 / values["load_inertia"])
     assert squared == pytest.approx(joint["k"] * (1 / joint["J"] + 1 / joint["J2"]), rel=0.05)
     if "angle" in seen:

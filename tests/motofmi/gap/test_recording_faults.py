@@ -49,7 +49,8 @@ def reduced(run):
 @pytest.mark.slow
 @pytest.mark.parametrize("commanded", [True, False])
 def test_a_sweep_that_turns_around_is_followed_through_the_corner(commanded):
-    """Its frequency has a kink at 10 Hz, where splines 2.5 s apart left a thousandth of the angle, and a reduced chi-square of 43 or 2."""
+    """Its frequency has a kink at 10 Hz, where splines 2.5 s apart left a thousandth of the angle, and a reduced
+    chi-square of 43 or 2."""
     half, slope = 60.0, 2 * 9.5 / 120.0
 
     def cycles(t):
@@ -64,7 +65,8 @@ def test_a_sweep_that_turns_around_is_followed_through_the_corner(commanded):
 @pytest.mark.slow
 @pytest.mark.parametrize("drift", [0.0, 0.03])
 def test_mains_interference_in_the_torque_is_left_out(drift):
-    """Order 5 and on cross 50 Hz: as noise of a broad band it left a reduced chi-square of 1.3. The mains frequency drifts by 0.03 Hz within a minute."""
+    """Order 5 and on cross 50 Hz: as noise of a broad band it left a reduced chi-square of 1.3. The mains frequency
+    drifts by 0.03 Hz within a minute."""
     time, columns = recorded(rate=500)
     phase = 2 * np.pi * (50.02 * time - drift * 20 * np.cos(time / 20))
     columns["steer_torque"] = columns["steer_torque"] + 1.5 * np.cos(phase) + 0.7 * np.sin(2 * phase)
@@ -77,7 +79,8 @@ def test_mains_interference_in_the_torque_is_left_out(drift):
 @pytest.mark.parametrize("hidden", [{}, {"g": 3e-3}, {"Tc": 1.0}])
 @pytest.mark.parametrize("quiet", [{}, {"bits": 30, "angle_noise": 1e-9, "torque_noise": 1e-7, "remnant": 1e-9}])
 def test_the_response_of_an_effect_is_not_mains_interference(hidden, quiet):
-    """Play responds at orders beyond all columns, without any noise as well; its response sweeps with the excitation, mains interference does not."""
+    """Play responds at orders beyond all columns, without any noise as well; its response sweeps with the excitation,
+    mains interference does not."""
     run = run_of(*recorded(hidden=hidden, **quiet))
     assert not any("mains interference" in note for note in run.notes)
 

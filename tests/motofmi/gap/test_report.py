@@ -89,7 +89,8 @@ def test_the_autocorrelation_is_over_time_of_each_cosine_and_sine(case):
 
 @pytest.mark.slow
 def test_the_describing_function_of_friction_is_a_damper_and_not_a_lock(case):
-    """Under a sweep of amplitude a it is between 4 F / (pi a w) at the lowest and at the highest frequency; at rest it locks the bar."""
+    """Under a sweep of amplitude a it is between 4 F / (pi a w) at the lowest and at the highest frequency; at rest it
+    locks the bar."""
     plain = riders.load("mean_2011")
     rubbing = plain.with_effects(SteeringFriction()).with_values(**{"coulomb_friction.friction_torque": FRICTION})
     motion = motion_of(case.best, rubbing)

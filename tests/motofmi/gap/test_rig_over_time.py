@@ -80,7 +80,8 @@ def test_nothing_is_found_in_a_multisine_where_nothing_is_hidden(tmp_path, monke
 
 @pytest.mark.slow
 def test_a_sweep_that_is_sampled_coarsely_is_no_noise():
-    """Fourth differences take a sine near the sampling rate for noise; what lies beside the harmonics is what counts."""
+    """Fourth differences take a sine near the sampling rate for noise; what lies beside the harmonics is what
+    counts."""
     arrays = record(sweep(8, 12, 2, 60.0), {}, RIDER, np.random.default_rng(0), Rig(rate=40))
     run = as_recording("run", arrays)
     assert np.std(run["steer_angle"]) < LEAST_SIGNAL * white_noise(run["steer_angle"])
@@ -122,7 +123,8 @@ def test_a_noiseless_motion_is_that_without_its_noise():
         kind: np.std(motion_functions(time, noisy, "rate", kind)["der(rate)"](time)[inside] - acceleration[inside])
         for kind in ("smooth", NOISELESS)
     }
-    # Noise of 5e-4 up to 10 Hz alone is 5e-4 sqrt(10 / 64) (2 pi 10)^2 / sqrt(5) = 0.35 rad/s2; the ends of the record add to it
+    # Noise of 5e-4 up to 10 Hz alone is 5e-4 sqrt(10 / 64) (2 pi 10)^2 / sqrt(5) = 0.35 rad/s2; the ends of the record
+    # add to it
     assert error[NOISELESS] < 0.8 < 2 < error["smooth"]
 
 

@@ -102,7 +102,8 @@ def one_segment(run, index):
 
 @pytest.mark.slow
 def test_segments_together_are_what_each_is_alone():
-    """One trajectory with breaks: outputs and slopes, of a hysteresis and of a linear joint whose matrices do not change over time."""
+    """One trajectory with breaks: outputs and slopes, of a hysteresis and of a linear joint whose matrices do not
+    change over time."""
     sampled = prepare_sampled_run(
         joint_run({}, "random", seed=5, duration=18.0), input_output_experiment(DrivenJoint(), ["torque", "angle"])
     )
@@ -142,7 +143,8 @@ def test_one_segment_that_diverges_is_left_out():
 
 @pytest.mark.study
 def test_a_spring_that_stiffens_much_is_simulated_as_a_variable_step_solver_does():
-    """All segments at once do not converge from nowhere, and what they come to then was taken for the answer, a million times too large."""
+    """All segments at once do not converge from nowhere, and what they come to then was taken for the answer, a million
+    times too large."""
     rng, (mass, damping, stiffness, cubic) = np.random.default_rng(2), (1.1, 1.2, 300.0, 1e5)
     a, w, p = rng.normal(0, 0.8, 60), 2 * np.pi * rng.uniform(0.2, 12, 60), rng.uniform(0, 6, 60)
 
@@ -227,7 +229,8 @@ def test_noise_is_taken_beside_the_next_fit_where_the_best_can_be_simulated_from
 
 @pytest.mark.slow
 def test_what_samples_miss_of_a_pulses_area():
-    """Pulses that begin and end anywhere between samples: as much as the spline through them errs by is said to be unforeseen."""
+    """Pulses that begin and end anywhere between samples: as much as the spline through them errs by is said to be
+    unforeseen."""
     rng, time = np.random.default_rng(11), np.arange(0, 60.0)
     errors, said = [], []
     for begin, width in zip(rng.uniform(20, 21, 400), rng.uniform(6, 12, 400), strict=True):

@@ -55,8 +55,8 @@ def test_segments_are_short_where_the_recorded_motion_is_unstable():
     assert [a for a, _ in cut.segments[1:]] == [b for _, b in cut.segments[:-1]]  # no gap, no overlap
     assert (cut.segments[0][0], cut.segments[-1][1]) == (whole.segments[0][0], whole.segments[-1][1])
     lengths = {a: b - a for a, b in cut.segments}
-    # About the unstable equilibrium it grows by exp(3 t): by a factor of 20 in 1 s, 100 samples. Whole segments fill the run: they are up to a
-    # tenth longer.
+    # About the unstable equilibrium it grows by exp(3 t): by a factor of 20 in 1 s, 100 samples. Whole segments fill
+    # the run: they are up to a tenth longer.
     assert 100 <= max(length for a, length in lengths.items() if a >= 1000) <= 110
     assert lengths[0] > 900
     assert [b - a for a, b in whole.cut(500).segments] == [500] * 4

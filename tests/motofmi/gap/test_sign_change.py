@@ -1,7 +1,7 @@
 """A base whose fit moves a stiffness to zero is tried with the other sign: a joint that turns away from zero.
 
-Short runs from rest of a joint that is driven by a torque, simulated by scipy's LSODA, as a steering motor is recorded: the
-stiffness is negative, and the joint drifts away from zero.
+Short runs from rest of a joint that is driven by a torque, simulated by scipy's LSODA, as a steering motor is recorded:
+the stiffness is negative, and the joint drifts away from zero.
 """
 
 from dataclasses import replace

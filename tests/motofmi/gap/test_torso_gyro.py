@@ -48,7 +48,8 @@ def made(*arguments, **options):
 
 @pytest.mark.slow
 def test_the_model_meets_the_other_simulator():
-    """Noise-free: the torso's rate by collocation at 128 Hz against RK4 at 1536 Hz, with coupled inertia and without."""
+    """Noise-free: the torso's rate by collocation at 128 Hz against RK4 at 1536 Hz, with coupled inertia and
+    without."""
     for hidden, value in (({}, 0.0), ({"Icc": 0.05}, 0.05)):
         run = made(hidden, UP, 0, rig=Rig(angle_noise=1e-9, torque_noise=1e-9, remnant=1e-9, gyro_noise=1e-9, bits=20))
         effects = [e for e in LINEAR if e.family == "cross_inertia"] if value else []

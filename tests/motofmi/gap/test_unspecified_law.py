@@ -28,7 +28,8 @@ from tests.simulators.rig_runs import RIG, library, runs_of
 
 @pytest.mark.study
 def test_a_law_outside_the_library_replaces_a_named_effect(monkeypatch):
-    """A damping that is larger to one side: a sensor with unequal gains fits to within the noise, but is not the cause."""
+    """A damping that is larger to one side: a sensor with unequal gains fits to within the noise, but is not the
+    cause."""
     runs = runs_of({"bx": 0.7}, sweep(0.5, 12, 2, 100.0), sweep(12, 0.5, 3.0, 80.0))
     some = library("hardening_stiffness", "sensor_nonlinearity", "asymmetry")
     verdict = select_model(HarmonicModel(rig_experiment(RIG)), runs[:1], some, runs[1:])
@@ -54,7 +55,8 @@ def test_an_unknown_effect_has_an_unspecified_form():
 
 @pytest.mark.slow
 def test_a_bar_whose_inertia_grows_with_its_angle_is_unknown_and_said_to():
-    """Under a sine of amplitude a, j (q^2 q'' + q q'^2) has a third harmonic twice that of j q q'^2, and first harmonics are the base's inertia."""
+    """Under a sine of amplitude a, j (q^2 q'' + q q'^2) has a third harmonic twice that of j q q'^2, and first
+    harmonics are the base's inertia."""
     runs = runs_of({"ji": 1.5}, sweep(0.5, 10, 3.0, 60.0), sweep(10, 0.5, 4.0, 60.0))
     verdict = select_model(
         HarmonicModel(rig_experiment(RIG)),
@@ -73,7 +75,8 @@ def test_a_bar_whose_inertia_grows_with_its_angle_is_unknown_and_said_to():
 @pytest.mark.slow
 @pytest.mark.parametrize("lag", [0.3, -0.3])
 def test_hysteresis_of_a_sensor_is_explained_by_its_own_law(lag):
-    """A slider of 5 N.m between load and reading, which the simulator adds: with either sign the law gains most of the gap."""
+    """A slider of 5 N.m between load and reading, which the simulator adds: with either sign the law gains most of the
+    gap."""
     runs = runs_of({"hs": lag}, sweep(0.5, 12, 2, 100.0))
     base = fit_base(HarmonicModel(rig_experiment(RIG)), runs)
     law = next(law for law in laws_outside_library(rig_effects()) if law.form == "sensor_memory")

@@ -47,7 +47,8 @@ def test_a_form_rejected_at_larger_amplitude_leaves_its_family_or_another_form()
 
 @pytest.mark.study
 def test_validation_runs_with_evidence_for_an_effect_outweigh_errors_of_its_values():
-    """A grip with drift: the rate is hardly identifiable from a sweep up, the sweep down is predicted badly, and both together fit."""
+    """A grip with drift: the rate is hardly identifiable from a sweep up, the sweep down is predicted badly, and both
+    together fit."""
     runs = runs_of({"rl": 0.5}, sweep(0.5, 12, 3, 100.0, logarithmic=True), sweep(12, 0.5, 3.9, 80.0, logarithmic=True))
     verdict = select_model(
         HarmonicModel(rig_experiment(RIG)), runs[:1], library("drift", "channel_delay", "shaft_compliance"), runs[1:]
@@ -64,7 +65,8 @@ def test_validation_runs_with_evidence_for_an_effect_outweigh_errors_of_its_valu
 
 @pytest.mark.slow
 def test_misfit_that_errors_of_the_values_explain_rejects_no_effect():
-    """A drift that one sweep determines to a tenth: with its fitted values the sweep down is predicted badly, within their errors it is not."""
+    """A drift that one sweep determines to a tenth: with its fitted values the sweep down is predicted badly, within
+    their errors it is not."""
     runs = runs_of({"rk": 0.5}, sweep(0.5, 12, 1.5, 100.0), sweep(12, 0.5, 2.0, 80.0), seed=1)
     verdict = select_model(HarmonicModel(rig_experiment({})), runs[:1], library("drift", "channel_delay"), runs[1:])
     assert (verdict.verdict, [c.family for c in verdict.effects]) == ("named", ["drift"])
@@ -79,7 +81,8 @@ def test_misfit_that_errors_of_the_values_explain_rejects_no_effect():
 
 @pytest.mark.slow
 def test_the_verdict_none_needs_a_validation_run_that_is_predicted():
-    """Arms that stiffen while a slow sweep is below the frequencies at which they act; at the start of the validation run they are soft."""
+    """Arms that stiffen while a slow sweep is below the frequencies at which they act; at the start of the validation
+    run they are soft."""
     runs = runs_of(
         {"re": 0.5}, sweep(0.2, 8, 2.3, 120.0, logarithmic=True), sweep(8, 0.2, 3.0, 100.0, logarithmic=True)
     )
@@ -92,13 +95,15 @@ def test_the_verdict_none_needs_a_validation_run_that_is_predicted():
 
 @pytest.fixture(scope="module")
 def coupled():
-    """Torso and bar coupled by an inertia; one sweep up to fit, one down. A drift makes up for it in one sweep, not in the other."""
+    """Torso and bar coupled by an inertia; one sweep up to fit, one down. A drift makes up for it in one sweep, not in
+    the other."""
     return runs_of({"Icc": 0.07}, sweep(0.5, 12, 2.5, 100.0), sweep(12, 0.5, 3.2, 100.0))
 
 
 @pytest.mark.study
 def test_a_family_that_validation_runs_reject_is_replaced_by_another(coupled, monkeypatch):
-    """Where the wrong family is selected first (here it is the only candidate), it is excluded, and another may be selected."""
+    """Where the wrong family is selected first (here it is the only candidate), it is excluded, and another may be
+    selected."""
     drift_only = lambda library: [e for e in library if e.family == "drift"] or library  # noqa: E731
     monkeypatch.setattr(
         "motofmi.gap.selection.model_selection.search_candidates",
@@ -157,7 +162,8 @@ def test_what_was_simulated_of_one_run_is_not_taken_for_another(coupled):
 
 @pytest.mark.slow
 def test_a_validation_run_that_cannot_be_simulated_at_once_is_reached_by_continuation():
-    """Arms that stiffen twentyfold: on a new run the motion is far from any guess. Without continuation the right effect was rejected."""
+    """Arms that stiffen twentyfold: on a new run the motion is far from any guess. Without continuation the right
+    effect was rejected."""
     rider = dict(zip(RIDER, (0.337, 0.531, 667.0, 82.0, 5.3, 2.47), strict=True))
     fitted, held = (
         runs_of({"kx": 42.0}, sweep(*ends, 40.0), rider=rider, rate=64) for ends in ((1, 8, 2.6), (8, 1, 3.4))

@@ -54,7 +54,8 @@ def test_frame_compliance_is_named_estimated_and_confirmed_at_validation_speeds(
     compliance = verdict["effects"][0]["parameters"]["compliance"]
     # Three standard errors: one case in 400 lies beyond.
     assert abs(compliance["value"] - 3e-5) < 3 * compliance["standard_error"]
-    # 70 numbers: their reduced chi-square has a deviation of 0.17; those of the validation speeds include the errors of the fit.
+    # 70 numbers: their reduced chi-square has a deviation of 0.17; those of the validation speeds include the errors of
+    # the fit.
     assert (
         verdict["gap"]["after"] < 1.6 and verdict["gap"]["holdout_after"] < 2.0 < 5.0 < verdict["gap"]["holdout_before"]
     )

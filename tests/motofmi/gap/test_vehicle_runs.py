@@ -36,7 +36,8 @@ def investigated(folder, seed, **hidden):
 def test_where_nothing_is_hidden_nothing_is_named(tmp_path, seed):
     verdict = investigated(tmp_path, seed)
     assert verdict.verdict == "none"
-    # 2000 numbers: their reduced chi-square has a deviation of 0.03, and the disturbance is estimated from the same run.
+    # 2000 numbers: their reduced chi-square has a deviation of 0.03, and the disturbance is estimated from the same
+    # run.
     assert verdict.base.reduced == pytest.approx(1.0, abs=0.1)
 
 
@@ -53,7 +54,8 @@ def test_what_is_hidden_is_named_and_sized(tmp_path, hidden, name, parameter, tr
     verdict = investigated(tmp_path, 10, **hidden)
     assert verdict.verdict == "named" and verdict.effects[0].family == name
     value, error, _ = parameters_of(verdict.best)[f"{name}.{parameter}"]
-    # Ten per cent: the feedback's correlation with the disturbance moves a damping by five of them, beyond its standard error.
+    # Ten per cent: the feedback's correlation with the disturbance moves a damping by five of them, beyond its standard
+    # error.
     assert abs(value - truth) < max(0.1 * truth, 3 * error)
     # The coefficients of the torque are free: a gain of the motor is part of the base, and replaces no friction.
     assert "motor_gain" not in equivalent(verdict.best, verdict.effects[0], verdict.candidates)

@@ -69,7 +69,8 @@ def test_blocks_cover_every_sample_once():
 @pytest.mark.slow
 def test_sandwich_errors_are_those_of_repeated_experiments():
     # Errors correlated over 20 samples and a regressor that is as slow: the usual error is too small by a factor of
-    # about 3. 400 repetitions give the scatter to 3.5 %; 30 blocks of 100 samples bias the sandwich low by some per cent.
+    # about 3. 400 repetitions give the scatter to 3.5 %; 30 blocks of 100 samples bias the sandwich low by some per
+    # cent.
     random, values, claimed, naive = np.random.default_rng(5), [], [], []
     slow = lfilter([1.0], [1.0, -0.95], random.normal(size=3000))
     for _ in range(400):

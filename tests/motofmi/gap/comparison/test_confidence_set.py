@@ -9,7 +9,8 @@ from motofmi.gap.comparison.confidence_set import confidence_set
 
 @pytest.mark.slow
 def test_equal_models_stay_in_the_set():
-    # The set holds the best model with probability 0.95 or more; with 200 draws a share below 0.9 has probability 0.003.
+    # The set holds the best model with probability 0.95 or more; with 200 draws a share below 0.9 has probability
+    # 0.003.
     kept = 0
     for seed in range(200):
         losses = np.random.default_rng(seed).normal(size=(4, 40))

@@ -20,7 +20,8 @@ FLEXIBLE = 0.01
 
 
 def model_with(*effects, level, seed=0, scatter=0.1, blocks=BLOCKS, value=1.0):
-    """A compared model whose mean square is `level` on all blocks but for a scatter, and whose parameters all have one value."""
+    """A compared model whose mean square is `level` on all blocks but for a scatter, and whose parameters all have one
+    value."""
     names = [f"{e.family}.{n}" for e in effects for n in e.free_parameters()]
     experiment = SimpleNamespace(parameter=lambda effect, n: f"{effect.family}.{n}")
     model = SimpleNamespace(names=names, own=names, experiment=experiment, effects=effects)
@@ -153,7 +154,8 @@ def test_few_blocks_are_a_limitation_and_very_few_give_no_verdict(blocks, verdic
 
 @pytest.mark.parametrize(("level", "verdict"), [(1.0, "named"), (12.0, "unknown")])
 def test_a_short_validation_run_is_judged_with_left_out_blocks_and_can_reject(level, verdict):
-    # Without a validation run the effect is named; three blocks of one do not take that away, unless the effect is worse there.
+    # Without a validation run the effect is named; three blocks of one do not take that away, unless the effect is
+    # worse there.
     made, base = (
         replace(model_with(*effects, level=fitted, seed=1), validation=np.full(3, validated), judged_alone=False)
         for effects, fitted, validated in (((CoulombFriction,), 1.0, level), ((), 10.0, 10.0))

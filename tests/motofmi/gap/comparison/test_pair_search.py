@@ -46,7 +46,8 @@ def test_two_effects_that_gain_together_lead_all_pairs(workers, monkeypatch):
 
 @pytest.mark.study
 def test_friction_and_drag_are_named_together_and_neither_where_there_is_none():
-    """The sensor's eccentricity leaves no model that is consistent with noise, so that models are compared on blocks."""
+    """The sensor's eccentricity leaves no model that is consistent with noise, so that models are compared on
+    blocks."""
     undamped = VALUES | {"T_c": 0.0, "c_2": 0.0, "c": 0.01}
     for values, named in ((VALUES, MISSING), (undamped, set())):
         runs = [
@@ -65,7 +66,8 @@ def test_friction_and_drag_are_named_together_and_neither_where_there_is_none():
 
 @pytest.mark.parametrize(("jointly", "beside"), [(5.0, 3.0), (3.0, 5.0), (20.0, 3.0)])
 def test_of_two_fits_of_a_pair_the_better_one_is_kept(monkeypatch, jointly, beside):
-    """The linear estimate of a pair from the base can be a poor start: a chi-square of 20 is more than the base leaves."""
+    """The linear estimate of a pair from the base can be a poor start: a chi-square of 20 is more than the base
+    leaves."""
 
     def leaves(chi2):
         return SimpleNamespace(chi2=chi2, model=SimpleNamespace(effects=(GeometricNonlinearity, CoulombFriction)))
