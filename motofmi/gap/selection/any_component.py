@@ -1,13 +1,10 @@
 """Model selection on any component: initial fit of the base, noise estimate, and the effects at its own elements.
 
-Without other information the noise is estimated as the residual of a flexible model, which is fitted to the residuals
-of the best fit (see `flexible_noise_model`). A better fit leaves less noise, so model selection is repeated with the
-noise of its result until the noise changes little. On real machines usually no model has residuals that are consistent
-with noise; the models are then compared on blocks of their residuals (see the package `comparison`).
+Where some model leaves noise alone, models are selected by chi-square (`noise_rounds`). On real machines usually none
+does; the models are then compared on blocks of their residuals (see the package `comparison`).
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -28,24 +25,19 @@ from motofmi.gap.estimation.unit_plausibility import common_factor
 from motofmi.gap.experiments.input_output import InputOutputExperiment
 from motofmi.gap.preprocessing.sampled_run import SHORTEST_SEGMENT, SampledRun, excited, prepare_sampled_run
 from motofmi.gap.selection.by_comparison import in_units_of_residuals, verdict_by_comparison, with_remaining_noise
-from motofmi.gap.selection.candidate_search import search_candidates
-from motofmi.gap.selection.model_selection import select_model
+from motofmi.gap.selection.noise_rounds import OnProgress, select_in_rounds, with_noise_left_by, with_noise_of
 from motofmi.gap.selection.result import Verdict
 from motofmi.gap.selection.within_time import within_time
 from motofmi.gap.validation.before_after import before_and_after, on_validation_runs
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.resampling import sensor_noise
 
-MOST_ROUNDS = 3  # rounds of model selection, each with the noise of the previous result
 # Factor on the estimate of white noise [1]: that estimate uses differences of adjacent samples and is too small for
 # sensors with a low-pass filter.
 WHITE_NOISE_FACTOR = 1.5
 # Prior standard deviation of a sensor offset over the standard deviation of the input [1]. Offsets of 0.03 and 0.1 that
 # were not modelled gave wrong effects.
 OFFSET_PRIOR = 0.3
-NOISE_CHANGE = 0.1  # mean relative change of the noise's standard deviation below which there is no further round
-
-OnProgress = Callable[[Verdict], None]
 
 
 @dataclass(frozen=True)
@@ -134,7 +126,7 @@ def _selected(
 ) -> Verdict:
     """The verdict by chi-square where the noise is known or some model leaves noise alone; else by comparison."""
     if noise_is_known(base):
-        verdict = _by_chi_square(base, library, validation_runs, on_progress, criteria)
+        verdict = select_in_rounds(base, library, validation_runs, on_progress, criteria)
         return _unless_doubtful(verdict, library, validation_runs, criteria)
 
     def report_unknown(verdict: Verdict) -> None:
@@ -148,7 +140,7 @@ def _selected(
     with running(Stage.NOISE):
         chi_square_tried = _leaves_noise(_on_runs_of(base, best), validation_runs, criteria)
     if chi_square_tried:
-        verdict = _by_chi_square(base, library, validation_runs, report_unknown, criteria)
+        verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria)
         if _decisive(verdict, criteria):
             return _unless_doubtful(verdict, library, validation_runs, criteria)
     shorter, singles, compared_runs = in_units_of_residuals(best, shorter, singles, compared_runs)
@@ -163,14 +155,14 @@ def _selected(
     compared = compare(shorter, singles, library, compared_runs, criteria, report)
     pairs = [c.fit for c in compared.models if len(c.effects) > 1] if compared else []
     if not chi_square_tried and any(_leaves_noise(found, validation_runs, criteria) for found in pairs):
-        verdict = _by_chi_square(base, library, validation_runs, report_unknown, criteria)
+        verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria)
         chi_square_tried = True
         if _decisive(verdict, criteria):
             return _unless_doubtful(verdict, library, validation_runs, criteria)
     if compared is not None:
         return decided(compared)
     if not chi_square_tried:
-        verdict = _by_chi_square(base, library, validation_runs, report_unknown, criteria)
+        verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria)
     return _unless_doubtful(verdict, library, validation_runs, criteria)
 
 
@@ -215,70 +207,13 @@ def _leaves_noise(found: Fit, validation_runs: Sequence[SampledRun], criteria: C
     On validation runs the reduced chi-square must also be below `Criteria.far_from_noise`.
     """
     try:
-        runs = _with_remaining_noise(found)
+        runs = with_noise_left_by(found)
         if not adequate(fit(found.model, runs, found.x, iterations=0), criteria):
             return False
         checked = with_noise_of(runs[0], validation_runs)
         return not checked or on_validation_runs(found, checked, criteria).chi2 < criteria.far_from_noise
     except InputError:
         return False
-
-
-def _by_chi_square(
-    base: Fit,
-    library: Sequence[type[Effect]],
-    validation_runs: Sequence[SampledRun],
-    on_progress: OnProgress,
-    criteria: Criteria,
-) -> Verdict:
-    """The verdict of model selection, repeated with the noise of its result until the noise changes little."""
-    verdict, known = Verdict("unknown", base, base, criteria=criteria), list[Fit]()
-    with running(Stage.NOISE):
-        prepared = _with_noise_of_best_effect(base, library, known, criteria)
-    for round_ in range(MOST_ROUNDS):
-        checked = with_noise_of(prepared[0], validation_runs)
-        # Intermediate verdicts of a later round contain less than the final verdict of the round before.
-        report = on_progress if round_ == 0 else _report_nothing
-        try:
-            verdict = select_model(base.model, prepared, library, checked, report, known, criteria)
-        except InputError:  # no simulation of the last best fit with less noise: the verdict of the last round remains
-            break
-        on_progress(verdict)
-        known.append(verdict.best)
-        before, prepared = prepared, list(verdict.best.runs)
-        if _change(before, prepared) < NOISE_CHANGE:
-            break
-    return verdict
-
-
-def _report_nothing(verdict: Verdict) -> None:
-    """For callers that need no intermediate verdicts."""
-
-
-def with_noise_of(fitted: SampledRun, validation_runs: Sequence[SampledRun]) -> list[SampledRun]:
-    """Validation runs with the noise and the input interpolation of a fitted run."""
-    return [
-        run.with_interpolation(fitted.kind).with_densities(fitted.densities, fitted.noise_source)
-        for run in validation_runs
-    ]
-
-
-def _with_noise_of_best_effect(
-    base: Fit, library: Sequence[type[Effect]], known: list[Fit], criteria: Criteria = Criteria()
-) -> list[SampledRun]:
-    """The runs with the noise estimated from the best single effect; the residuals of a poor base are not noise.
-
-    If that fit cannot be simulated again the next best one is used, at last the base. All fits are added to `known`.
-    """
-    for candidate in search_candidates(base, library, known=known, criteria=criteria):
-        with suppress(InputError):
-            return _with_remaining_noise(candidate.fit)
-    return _with_remaining_noise(base)
-
-
-def _with_remaining_noise(found: Fit) -> list[SampledRun]:
-    """The runs of a fit with the noise estimated from its residuals."""
-    return [found.model.with_remaining_noise(run, found.of_run(i)) for i, run in enumerate(found.runs)]
 
 
 def offset_priors(runs: Sequence[SampledRun]) -> dict[str, float]:
@@ -328,6 +263,3 @@ def _missed(found: Fit) -> float:
     return float(max(shares))
 
 
-def _change(before: Sequence[SampledRun], after: Sequence[SampledRun]) -> float:
-    """The mean relative change of the noise's standard deviation over all coefficients, the largest of all runs."""
-    return max(float(np.mean(np.abs(np.log(b.deviation / a.deviation)))) for a, b in zip(before, after, strict=True))

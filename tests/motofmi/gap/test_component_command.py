@@ -11,7 +11,7 @@ from fmus.support.errors import InputError
 from motofmi.cli.main import main
 from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
-from motofmi.gap.selection import any_component
+from motofmi.gap.selection import noise_rounds
 from motofmi.recordings.reading import write_recording
 from motofmi.recordings.recording import Recording
 from motofmi.workflows import components
@@ -77,7 +77,7 @@ def test_an_interrupted_run_leaves_what_it_had(tmp_path, monkeypatch, capsys):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(any_component, "select_model", interrupted)
+    monkeypatch.setattr(noise_rounds, "select_model", interrupted)
     assert main(["gap", fit, "--component", "driven_joint", "--out", str(tmp_path / "out")]) == 130
     left = json.loads((tmp_path / "out" / "verdict.json").read_text("utf-8"))
     check_against_schema("verdict", left)

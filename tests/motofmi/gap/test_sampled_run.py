@@ -19,8 +19,8 @@ from motofmi.gap.preprocessing.flexible_noise_model import noise_density
 from motofmi.gap.preprocessing.input_interpolation import input_function, motion_functions, unresolved_input
 from motofmi.gap.preprocessing.noise_sources import known_noise
 from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
-from motofmi.gap.selection import any_component
 from motofmi.gap.selection.candidate_search import search_candidates
+from motofmi.gap.selection.noise_rounds import with_noise_of_best_effect
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.resampling import is_white, white_noise
 from tests.simulators.hidden_joint import joint_run
@@ -221,7 +221,7 @@ def test_noise_is_taken_beside_the_next_fit_where_the_best_can_be_simulated_from
 
     monkeypatch.setattr(FreeInitialStateModel, "with_remaining_noise", only_the_base)
     known = []
-    with_noise = any_component._with_noise_of_best_effect(
+    with_noise = with_noise_of_best_effect(
         base, laws_at(test.component, 0.35, {"torque": 1.0}, {"angle": 0.05}), known
     )
     assert [r.name for r in with_noise] == ["run"] and all(k.model.effects for k in known)

@@ -1,0 +1,87 @@
+"""Model selection by chi-square where the noise is not known: in rounds, each with the noise of the result before.
+
+Without other information the noise is what a flexible model leaves of the residuals of the best fit (see
+`flexible_noise_model`). A better fit leaves less noise, so the selection is repeated until the noise changes little.
+"""
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+
+import numpy as np
+
+from fmus.effects import Effect
+from fmus.support.errors import InputError
+from motofmi.gap.criteria import Criteria
+from motofmi.gap.estimation.fit_result import Fit
+from motofmi.gap.estimation.stages import Stage, running
+from motofmi.gap.preprocessing.sampled_run import SampledRun
+from motofmi.gap.selection.candidate_search import search_candidates
+from motofmi.gap.selection.model_selection import select_model
+from motofmi.gap.selection.result import Verdict
+
+MOST_ROUNDS = 3
+NOISE_CHANGE = 0.1  # mean relative change of the noise's standard deviation below which there is no further round
+
+OnProgress = Callable[[Verdict], None]
+
+
+def select_in_rounds(
+    base: Fit,
+    library: Sequence[type[Effect]],
+    validation_runs: Sequence[SampledRun],
+    on_progress: OnProgress,
+    criteria: Criteria,
+) -> Verdict:
+    """The verdict of model selection, repeated with the noise of its result until the noise changes little."""
+    verdict, known = Verdict("unknown", base, base, criteria=criteria), list[Fit]()
+    with running(Stage.NOISE):
+        prepared = with_noise_of_best_effect(base, library, known, criteria)
+    for round_ in range(MOST_ROUNDS):
+        checked = with_noise_of(prepared[0], validation_runs)
+        # Intermediate verdicts of a later round contain less than the final verdict of the round before.
+        report = on_progress if round_ == 0 else _report_nothing
+        try:
+            verdict = select_model(base.model, prepared, library, checked, report, known, criteria)
+        except InputError:  # no simulation of the last best fit with less noise: the verdict of the last round remains
+            break
+        on_progress(verdict)
+        known.append(verdict.best)
+        before, prepared = prepared, list(verdict.best.runs)
+        if _change(before, prepared) < NOISE_CHANGE:
+            break
+    return verdict
+
+
+def _report_nothing(verdict: Verdict) -> None:
+    """For callers that need no intermediate verdicts."""
+
+
+def with_noise_of(fitted: SampledRun, validation_runs: Sequence[SampledRun]) -> list[SampledRun]:
+    """Validation runs with the noise and the input interpolation of a fitted run."""
+    return [
+        run.with_interpolation(fitted.kind).with_densities(fitted.densities, fitted.noise_source)
+        for run in validation_runs
+    ]
+
+
+def with_noise_of_best_effect(
+    base: Fit, library: Sequence[type[Effect]], known: list[Fit], criteria: Criteria = Criteria()
+) -> list[SampledRun]:
+    """The runs with the noise estimated from the best single effect; the residuals of a poor base are not noise.
+
+    If that fit cannot be simulated again the next best one is used, at last the base. All fits are added to `known`.
+    """
+    for candidate in search_candidates(base, library, known=known, criteria=criteria):
+        with suppress(InputError):
+            return with_noise_left_by(candidate.fit)
+    return with_noise_left_by(base)
+
+
+def with_noise_left_by(found: Fit) -> list[SampledRun]:
+    """The runs of a fit with the noise estimated from its residuals."""
+    return [found.model.with_remaining_noise(run, found.of_run(i)) for i, run in enumerate(found.runs)]
+
+
+def _change(before: Sequence[SampledRun], after: Sequence[SampledRun]) -> float:
+    """The mean relative change of the noise's standard deviation over all coefficients, the largest of all runs."""
+    return max(float(np.mean(np.abs(np.log(b.deviation / a.deviation)))) for a, b in zip(before, after, strict=True))
