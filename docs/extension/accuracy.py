@@ -22,6 +22,11 @@ STUDIES = {
         "Generic mechanisms",
         "Driven by a torque, angle imposed, closed loop, two masses, a heavy spring and mass.",
     ),
+    "gap_real_like": (
+        "Machines that no model explains completely",
+        "A dominant effect, in a form of the library or in another one, beside one that is in no library; recordings with "
+        "jitter, low-pass filters and closed loops, each with a validation run.",
+    ),
     "gap_vehicle": ("Vehicles, eigenvalues over speed", "Sets of eigenvalues of motorcycles with standard errors."),
     "gap_vehicle_runs": (
         "Vehicles, recorded runs",

@@ -30,7 +30,7 @@ def disagreement(base: ComparedModel, best: ComparedModel, flexible: float, bloc
 
     flexible [1] is the mean square after a flexible regression, over the squared scale of the comparison.
     """
-    own = with_own_values(base, blocks)
+    own = with_own_values(base, flexible, blocks)
     if own is None or log_gain_low(best, own) <= 0:
         return ""
     share = closed_share(base.validation, own.validation, flexible).share
@@ -44,13 +44,16 @@ def disagreement(base: ComparedModel, best: ComparedModel, flexible: float, bloc
     )
 
 
-def with_own_values(base: ComparedModel, blocks: CommonBlocks) -> ComparedModel | None:
-    """The base fitted to the validation runs alone; None without them, where they cannot be simulated, and after a
-    deadline."""
+def with_own_values(base: ComparedModel, flexible: float, blocks: CommonBlocks) -> ComparedModel | None:
+    """The base fitted to the validation runs alone, unless the fit ends early because it comes nowhere near the closable
+    misfit; None without validation runs, where these cannot be simulated, and after a deadline."""
     if not blocks.validation_blocks or time_is_up():
         return None
+    missed = float(base.validation.mean())
+    least = min((flexible + blocks.criteria.least_share * max(missed - flexible, 0.0)) / missed, 1.0)
     try:
-        found = fit(base.fit.model, blocks.validation, base.fit.shared)
+        before = fit(base.fit.model, blocks.validation, base.fit.shared, iterations=0)
+        found = fit(base.fit.model, before.runs, before.x, beat=least * before.chi2)
         validation = left_out_mean_squares(time_residuals(found, blocks.scale), blocks.validation_blocks)
     except (InputError, ValueError, np.linalg.LinAlgError):
         return None
