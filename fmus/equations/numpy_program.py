@@ -134,10 +134,7 @@ class Jacobian:
 
     def __init__(self, rows: Sequence[Any], unknowns: Sequence[str], needs_rates: bool):
         self.shape, self.needs_rates = (len(rows), len(unknowns)), needs_rates
-        slopes = {
-            (i, j): row.slope(x) for i, row in enumerate(rows) if isinstance(row, Node) for j, x in enumerate(unknowns)
-        }
-        self.slopes = {place: s for place, s in slopes.items() if isinstance(s, Node) or s != 0.0}
+        self.slopes = slopes_of(rows, unknowns)
         self.program = Program(list(self.slopes.values()))
 
     def __call__(self, values: Mapping[str, Any]) -> np.ndarray:
@@ -150,6 +147,16 @@ class Jacobian:
         for (i, j), slope in zip(self.slopes, self.program(flat, count), strict=True):
             matrix[..., i, j] = slope.reshape(points) if np.ndim(slope) else slope
         return matrix
+
+
+def slopes_of(
+    rows: Sequence[Any], unknowns: Sequence[str], slope: Callable[[Node, str], Any] = Node.slope
+) -> dict[tuple[int, int], Any]:
+    """The derivatives of rows by unknowns that are not zero, by place (row, unknown): nodes or numbers."""
+    slopes = {
+        (i, j): slope(row, x) for i, row in enumerate(rows) for j, x in enumerate(unknowns) if isinstance(row, Node)
+    }
+    return {place: s for place, s in slopes.items() if s != 0.0}
 
 
 def depends_on(x: Any) -> frozenset[str]:

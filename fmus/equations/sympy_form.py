@@ -8,35 +8,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-import numpy as np
 import sympy
 from sympy.core.relational import Relational
 
 from fmus.declaration.component import Component
-from fmus.expressions.expression_graph import common_subexpressions
 from fmus.expressions.symbolic_functions import SYMBOLIC, Quantised
-
-
-class Entries:
-    """A symbolic matrix as a function of values by name, of which only the nonzero entries are evaluated."""
-
-    def __init__(self, matrix: sympy.Matrix, symbols: dict[str, sympy.Symbol]):
-        self.shape = matrix.shape
-        self.where = [(i, j) for i in range(matrix.rows) for j in range(matrix.cols) if matrix[i, j] != 0]
-        entries = [matrix[i, j] for i, j in self.where]
-        used = set().union(*(e.free_symbols for e in entries)) if entries else set()
-        self.arguments = [n for n, s in symbols.items() if s in used]
-        self.function = sympy.lambdify(
-            [symbols[n] for n in self.arguments], entries, "numpy", cse=common_subexpressions
-        )
-
-    def __call__(self, values: dict[str, Any]) -> np.ndarray:
-        arguments = [values[n] for n in self.arguments]
-        shape = np.broadcast_shapes(*(a.shape for a in arguments if isinstance(a, np.ndarray)))
-        matrix = np.zeros(shape + self.shape)
-        for (i, j), entry in zip(self.where, self.function(*arguments), strict=True):
-            matrix[..., i, j] = entry
-        return matrix
 
 
 @dataclass
@@ -89,21 +65,6 @@ class Symbolic:
             return sympy.zeros(len(rows), len(unknowns))
         # The derivative of a step is taken as zero everywhere.
         return sympy.Matrix(rows).jacobian(unknowns).replace(sympy.DiracDelta, lambda *_: sympy.S.Zero)
-
-    @cached_property
-    def needs_derivatives(self) -> bool:
-        """Whether x' occurs in the Jacobian."""
-        return bool(self.jacobian.free_symbols & set(self.derivative_symbols))
-
-    @cached_property
-    def jacobian_entries(self) -> Entries:
-        """The Jacobian as a function of values by name."""
-        return Entries(self.jacobian, {**self.symbols, **{s.name: s for s in self.derivative_symbols}})
-
-    @cached_property
-    def mass_entries(self) -> Entries:
-        """The mass matrix as a function of values by name."""
-        return Entries(self.mass, self.symbols)
 
     @cached_property
     def scheduling(self) -> tuple[str, ...] | None:

@@ -105,11 +105,11 @@ def _compared(blocks: CommonBlocks, compared_base: ComparedModel, models: Sequen
 
 
 def _unless_runs_disagree(compared: Comparison, blocks: CommonBlocks) -> Comparison:
-    """The comparison; `unknown` where its effects stand for a base that differs between fitted and validation runs."""
+    """The comparison; `unknown`, with the value that differs, where fitted and validation runs disagree on the base."""
     found = compared.outcome
-    best = found.best if found.members else found.nearest or compared.base
     if found.verdict == "none":
         return compared
+    best = found.best if found.members else found.nearest or compared.base
     sentence = disagreement(compared.base, best, compared.flexible_mean_square, blocks)
     if not sentence:
         return compared

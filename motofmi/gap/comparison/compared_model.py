@@ -95,7 +95,7 @@ class CommonBlocks:
 
     def __init__(self, leading: Fit, validation: Sequence[SampledRun], criteria: Criteria):
         self.validation, self.criteria = list(validation), criteria
-        self._refined: dict[int, Fit] = {}  # the fits that `refined` returned, by identity
+        self._refined: dict[int, Fit] = {}  # the results of `refined` by id; kept, so that no id recurs
         residuals = time_residuals(leading)
         self.scale, self.blocks = residuals.scale, partition(residuals)
         outputs = np.concatenate([run.measured for run in leading.runs])

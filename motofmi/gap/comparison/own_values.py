@@ -38,15 +38,15 @@ def disagreement(base: ComparedModel, best: ComparedModel, flexible: float, bloc
         return ""
     effects = " and ".join(effect.family for effect in best.effects) or "the base"
     return (
-        f"No effect is named: the fitted and the validation runs disagree on the base. With values of its own in the "
+        "No effect is named: the fitted and the validation runs disagree on the base. With values of its own in the "
         f"validation runs it closes {share:.1%} of the closable misfit, clearly more than {effects} with the fitted "
         f"values. {_difference(base, own, blocks)} Give runs of one machine in one condition."
     )
 
 
 def with_own_values(base: ComparedModel, flexible: float, blocks: CommonBlocks) -> ComparedModel | None:
-    """The base fitted to the validation runs alone, unless the fit ends early because it comes nowhere near the closable
-    misfit; None without validation runs, where these cannot be simulated, and after a deadline."""
+    """The base fitted to the validation runs alone; None without these, where they cannot be simulated, and after a
+    deadline. A fit that cannot close as much as runs that disagree need is ended early."""
     if not blocks.validation_blocks or time_is_up():
         return None
     missed = float(base.validation.mean())

@@ -7,10 +7,11 @@ Derivatives by states, which every Newton step needs, and those by parameters ar
 """
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from fmus.declaration.component import Component
-from fmus.equations.numpy_program import Program, recorded_equations
+from fmus.equations.numpy_program import Program, recorded_equations, slopes_of
 from fmus.expressions.derivative_rules import JUMPS
 from fmus.expressions.forward_ad import Node
 from motofmi.gap.models.time_varying_matrices import Matrix
@@ -32,7 +33,7 @@ class Equations:
         ]
         late = {delay: name for name, (_, delay) in component.delays.items()}
         self.by_state, self.by_parameter = (
-            _slopes(self.rows, unknowns, late) for unknowns in (self.states, self.parameters)
+            slopes_of(self.rows, unknowns, partial(_slope, late=late)) for unknowns in (self.states, self.parameters)
         )
         self.program = Program([*self.rows, *self.by_state.values()])
         self.of_parameters = Program(list(self.by_parameter.values()))
@@ -56,17 +57,6 @@ class Equations:
 def rate_of(name: str) -> str:
     """The name under which the rate of a delayed input is given."""
     return f"der({name})"
-
-
-def _slopes(rows: Sequence[Any], unknowns: Sequence[str], late: Mapping[str, str]) -> dict[tuple[int, int], Any]:
-    """The slopes of rows by unknowns that are not zero, by place."""
-    slopes = {
-        (i, j): _slope(row, x, late)
-        for i, row in enumerate(rows)
-        for j, x in enumerate(unknowns)
-        if isinstance(row, Node)
-    }
-    return {place: s for place, s in slopes.items() if s != 0.0}
 
 
 def _slope(row: Node, x: str, late: Mapping[str, str]) -> Any:

@@ -261,5 +261,3 @@ def _missed(found: Fit) -> float:
             power = np.sum((residuals[own] * run.deviation[own]) ** 2) - noise
             shares.append(np.sqrt(max(power, 0.0) / samples) / np.std(y))
     return float(max(shares))
-
-

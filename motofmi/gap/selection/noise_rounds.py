@@ -19,7 +19,7 @@ from motofmi.gap.selection.candidate_search import search_candidates
 from motofmi.gap.selection.model_selection import select_model
 from motofmi.gap.selection.result import Verdict
 
-MOST_ROUNDS = 3
+MOST_ROUNDS = 3  # rounds of model selection, each with the noise of the previous result
 NOISE_CHANGE = 0.1  # mean relative change of the noise's standard deviation below which there is no further round
 
 OnProgress = Callable[[Verdict], None]

@@ -30,4 +30,5 @@ def test_the_leading_effect_may_diverge_on_validation_runs(monkeypatch):
     fitted, held = (joint_run(hidden, seed=seed, noise=1e-5, duration=8.0) for seed in (1, 2))
     verdict = investigate(experiment, [prepare_sampled_run(fitted, experiment)], validation=[held], library=library).verdict
     assert verdict.comparison is not None
+    assert verdict.comparison.outcome.disagreement == ""  # both runs are of one joint
     assert all(c.family != "coulomb_friction" for c in (*verdict.effects, *verdict.tied))
