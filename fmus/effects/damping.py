@@ -106,6 +106,7 @@ class SoftFriction(CoulombFriction):
     given = ()
     starts: ClassVar = {"sliding_rate": (0.02, 0.1, 0.4)}
     relative_to_rate: ClassVar = ("sliding_rate",)
+    at_least_sliding: ClassVar = {"sliding_rate": 1.0}  # a narrower transition is that of the form `coulomb`
 
 
 class LaggingFriction(SoftFriction):
@@ -140,6 +141,8 @@ class StribeckFriction(CoulombFriction):
     given = ("sliding_rate",)
     starts: ClassVar = {"stribeck_rate": (0.1, 0.4)}
     relative_to_rate: ClassVar = ("stribeck_rate",)
+    # At twice the sliding rate friction is developed to 96 %; an excess at lower rates is not visible.
+    at_least_sliding: ClassVar = {"stribeck_rate": 2.0}
 
     @adds_to("force")
     def friction(self, v, m):

@@ -92,6 +92,8 @@ class Effect:
     relative: ClassVar[tuple[str, ...]] = ()  # parameters whose starting values are shares of the largest deflection
     at_least: ClassVar[Mapping[str, float]] = {}  # lower bounds of parameters, as shares of the largest deflection
     at_most: ClassVar[Mapping[str, float]] = {}  # upper bounds, likewise
+    # lower bounds of rates over the sliding rate of dry friction that the experiment sets
+    at_least_sliding: ClassVar[Mapping[str, float]] = {}
     relative_to_rate: ClassVar[
         tuple[str, ...]
     ] = ()  # starting values as shares of the largest rate, at elements of generic components

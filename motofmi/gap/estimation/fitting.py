@@ -104,7 +104,9 @@ def _bounds(model: AnyModel, runs: Sequence[AnyRun], total: int) -> tuple[np.nda
     shares_of_values = {n: LEAST_SHARE * abs(model.component.values[n]) for n in model.base}
     least_values = {n: min(LEAST_VALUE, share) if share > 0 else LEAST_VALUE for n, share in shares_of_values.items()}
     low = [np.log(max(table[n].min, x)) for n, x in least_values.items()]
-    low += [max(r.min, least * largest) for r, least, _ in own]
+    sliding = getattr(model.experiment, "sliding_rate", 0.0)
+    rates = {model.experiment.parameter(e, n): k * sliding for e in model.effects for n, k in e.at_least_sliding.items()}
+    low += [max(r.min, least * largest, rates.get(n, -np.inf)) for n, (r, least, _) in zip(model.own, own, strict=True)]
     high = [np.log(table[n].max) for n in model.base] + [min(r.max, most * largest) for r, _, most in own]
     places, sizes = deviations_of_runs(model, total)
     rest = np.where(places < len(model.base), 1.0, LARGEST_OFFSET * sizes)

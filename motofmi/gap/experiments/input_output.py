@@ -15,7 +15,11 @@ from motofmi.gap.experiments.experiment import FreeParameter, parameter_of, with
 from motofmi.gap.experiments.sensor_offset import sensor_offset_effect, sensor_offset_parameter
 
 COMMON = 1e-3  # prior of the common sensor offset over that of each run: offsets belong to single runs
-SLIDING = 0.01  # sliding rate of Coulomb friction over the largest rate: small against all that moves
+SLIDING_RATE = "coulomb_friction.sliding_rate"
+LEAST_SLIDING_RATE = 1e-6  # rad/s or m/s
+# Sliding rate of Coulomb friction over the largest rate. A simulation has to resolve the transition through zero rate;
+# an imposed motion is not simulated.
+SLIDING, SLIDING_IMPOSED = 0.01, 0.001
 
 
 @dataclass(frozen=True, repr=False)
@@ -69,6 +73,11 @@ class InputOutputExperiment:
         seen.values |= {n: v for n, v in self.given.items() if n in seen.values}
         return seen
 
+    @property
+    def sliding_rate(self) -> float:
+        """The rate from which on dry friction is nearly fully developed; 0 where no motion is known yet."""
+        return self.given.get(SLIDING_RATE, 0.0)
+
     def parameter(self, effect: type[Effect], name: str) -> str:
         """The name of an effect's parameter in the component."""
         return parameter_of(self.component, effect, name)
@@ -76,8 +85,9 @@ class InputOutputExperiment:
     def scaled(self, deflection: float, rate: float) -> "InputOutputExperiment":
         """The experiment with its largest deflection and rate; Coulomb friction slides from a small
         share of that rate on."""
+        share = SLIDING_IMPOSED if self.imposed else SLIDING
         return replace(
-            self, largest=deflection, given={**self.given, "coulomb_friction.sliding_rate": max(SLIDING * rate, 1e-6)}
+            self, largest=deflection, given={**self.given, SLIDING_RATE: max(share * rate, LEAST_SLIDING_RATE)}
         )
 
 

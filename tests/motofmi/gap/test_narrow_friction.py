@@ -1,0 +1,57 @@
+"""Dry friction with a transition through zero rate that no sample resolves: forms of it with a width of their own."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from fmus.mechanisms import MassSpringDamper
+from motofmi.gap.criteria import Criteria
+from motofmi.gap.estimation.base_fit import fitted_base
+from motofmi.gap.estimation.effect_fit import best_portable_fit, candidate_of
+from motofmi.gap.estimation.screening import screen
+from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.recordings.recording import Recording
+
+FRICTION, MASS, DAMPING, STIFFNESS = 2.0, 1.0, 2.0, 400.0  # N, kg, N.s/m, N/m: near the values that ship
+NARROW = 1e-5  # m/s, of rates up to 0.4 m/s
+
+
+def driven(imposed: bool) -> Recording:
+    """4 s at 250 Hz: a displacement of two sines with the exact force, or a force with the simulated displacement."""
+    time = np.arange(1000) / 250
+    noise = np.random.default_rng(5).standard_normal(len(time))
+    units = {"force": "N", "displacement": "m"}
+    if imposed:
+        angles = [(0.02, 2 * np.pi * 1.1), (0.01, 2 * np.pi * 3.7)]
+        x, v, a = (sum(f(s, w) for s, w in angles) for f in (
+            lambda s, w: s * np.sin(w * time), lambda s, w: s * w * np.cos(w * time), lambda s, w: -s * w**2 * np.sin(w * time)))  # fmt: skip
+        force = MASS * a + DAMPING * v + STIFFNESS * x + FRICTION * np.tanh(v / NARROW)
+        return Recording("imposed", time, {"force": force + 1e-2 * noise, "displacement": x}, units)
+    force = 8 * np.sin(2 * np.pi * 2.3 * time) + 5 * np.sin(2 * np.pi * 4.1 * time)
+
+    def rates(t, s):
+        drive = np.interp(t, time, force)
+        return [s[1], (drive - DAMPING * s[1] - STIFFNESS * s[0] - FRICTION * np.tanh(s[1] / NARROW)) / MASS]
+
+    found = solve_ivp(rates, (0, time[-1]), [0.0, 0.0], "LSODA", time, rtol=1e-8, atol=1e-10, max_step=0.004)
+    return Recording("driven", time, {"force": force, "displacement": found.y[0] + 1e-6 * noise}, units)
+
+
+@pytest.mark.parametrize("imposed", [True, False], ids=["imposed", "driven"])
+def test_a_transition_that_no_sample_resolves_is_the_coulomb_form(imposed):
+    """Forms with a width of their own contain the Coulomb form, so that they leave no more than it does."""
+    experiment = input_output_experiment(MassSpringDamper(), ["force", "displacement"], "displacement" if imposed else "")
+    base, library = fitted_base(experiment, [prepare_sampled_run(driven(imposed), experiment)], {}, (), Criteria())
+    forms = [e for e in library if e.family == "coulomb_friction" and e.form in ("coulomb", "soft", "stribeck")]
+    found = {}
+    for signature in screen(base, forms, keep=1):
+        fitted = best_portable_fit(base, signature, np.inf, [], Criteria())
+        found[signature.effect.form] = candidate_of(base, signature, fitted).fit
+    values = {form: each.model.values(each.shared) for form, each in found.items()}
+    sliding = base.model.experiment.sliding_rate
+    assert values["coulomb"]["coulomb_friction.friction_torque"] == pytest.approx(FRICTION, rel=0.02)
+    assert values["soft"]["coulomb_friction.sliding_rate"] >= sliding * (1 - 1e-9)
+    assert values["stribeck"]["coulomb_friction.stribeck_rate"] >= 2 * sliding * (1 - 1e-9)
+    # one per cent: the fits end where a step gains less
+    assert found["soft"].chi2 < 1.01 * found["coulomb"].chi2
