@@ -5,18 +5,21 @@ dominates chi-square and hides the gain of an effect in all other runs.
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
 
 from fmus.effects import Effect
+from fmus.support.deadline import time_is_up
 from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
 from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel, has_states
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import Candidate
 from motofmi.gap.estimation.effect_fit import as_found, fit_each
+from motofmi.gap.estimation.equation_error import EquationErrorFit
 from motofmi.gap.estimation.fit_result import Fit, PortableFit, initial_guesses, with_initial_guesses
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.screening import Signature, screen
@@ -33,29 +36,56 @@ OUT_OF_REACH = 30.0
 CLEARLY_BEHIND = 5.0  # standard errors of the mean loss above the best one from which a model is not compared further
 
 
-def single_effects(base: Fit, library: Sequence[type[Effect]], criteria: Criteria) -> list[Candidate]:
+def single_effects(
+    base: Fit, library: Sequence[type[Effect]], criteria: Criteria, starts: Sequence[EquationErrorFit] = ()
+) -> list[Candidate]:
     """The forms of the library that are not flexible and reduce chi-square, each fitted with the base.
 
-    Those with the largest screened gain come first; fits of the others end where they cannot come near them. Effects
-    with states of their own do not end others, since their free initial states can reduce the misfit without a
-    magnitude, and their simulations are the slowest: they are fitted last. Of a family of such effects further forms
-    are fitted where the simplest one is not far behind.
+    The effects with the least equation error are fitted from its values, `starts`, and all effects from the screened
+    ones; of two fits the one with less chi-square is kept. Those with the largest screened gain come first; fits of the
+    others end where they cannot come near them. Effects with states of their own do not end others, since their free
+    initial states can reduce the misfit without a magnitude, and their simulations are the slowest: they are fitted
+    last. Of a family of such effects further forms are fitted where the simplest one is not far behind.
     """
     plain = [effect for effect in library if not effect.flexible]
+    known = _from_equation_error(base, starts)
     signatures = [s for s in screen(base, plain, keep=1) if s.gain > 0]
     signatures.sort(key=lambda s: (has_states(s.effect), -s.gain))
     further = _further_forms(signatures)
     order = [s for s in signatures if s not in further]
     found = fit_each(base, order[:FITTED_FIRST], [], base.chi2, [], criteria)
-    best = min((c.fit.chi2 for c in found if c.fitted and not has_states(c.effect)), default=np.inf)
+    best = min((c.fit.chi2 for c in (*known, *found) if c.fitted and not has_states(c.effect)), default=np.inf)
     beat = min(base.chi2, FAR_BEHIND * best)
     first, others = _on_which_others_depend(order[FITTED_FIRST:], further)
     found += fit_each(base, first, [], beat, [], criteria)
     near = {c.family for c in found if c.fit.chi2 < OUT_OF_REACH * best}
     further = [s for s in further if s.effect.family in near]
     found += fit_each(base, [*further, *others], [], beat, [], criteria)
-    place = {s.effect: i for i, s in enumerate([*order, *further])}
-    return sorted((c for c in found if c.fitted), key=lambda c: place[c.effect])
+    every = list(dict.fromkeys([*(s.effect for s in (*order, *further)), *plain]))
+    place = {effect: i for i, effect in enumerate(every)}
+    of_effects: dict[type[Effect], Candidate] = {}
+    for c in sorted((c for c in (*known, *found) if c.fitted), key=lambda c: c.fit.chi2):
+        of_effects.setdefault(c.effect, c)
+    return sorted(of_effects.values(), key=lambda c: place[c.effect])
+
+
+def _from_equation_error(base: Fit, starts: Sequence[EquationErrorFit]) -> list[Candidate]:
+    """The effects that are not far behind in equation error, fitted from its values."""
+    least = min((start.chi2 for start in starts), default=0.0)
+    near = [start for start in starts if start.effect and start.chi2 < FAR_BEHIND * least]
+
+    def fit_one(start: EquationErrorFit) -> PortableFit | None:
+        with suppress(InputError):  # it cannot be simulated with these values
+            model, x = start.on(base)
+            return None if time_is_up() else PortableFit.of(fit(model, base.runs, x, beat=base.chi2))
+        return None
+
+    fits = parallel_map(fit_one, near, "fitting from equation error")
+    return [
+        Candidate.gained(base, start.effect, portable.on(start.on(base)[0], base.runs))
+        for start, portable in zip(near, fits, strict=True)
+        if start.effect and portable is not None and portable.chi2 < base.chi2
+    ]
 
 
 def _on_which_others_depend(

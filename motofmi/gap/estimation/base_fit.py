@@ -1,6 +1,7 @@
 """The base of a component fitted to sampled runs, with the laws that are candidates at its places."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -8,10 +9,12 @@ import numpy as np
 
 from fmus.effects import Effect
 from fmus.effects.placement import laws_at
+from fmus.support.errors import InputError
 from motofmi.gap.criteria import Criteria
+from motofmi.gap.estimation.equation_error import EquationErrorFit, equation_error_fits
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.estimation.fitting import fit
-from motofmi.gap.estimation.initial_fit import equal_noise, initial_fit
+from motofmi.gap.estimation.initial_fit import equal_noise, initial_fit, stable_segments, with_best_interpolation
 from motofmi.gap.estimation.sign_change import with_fitted_signs
 from motofmi.gap.estimation.single_frequency import inseparable_inertias
 from motofmi.gap.estimation.starting_values import within_bounds
@@ -28,11 +31,13 @@ def fitted_base(
     noise: Mapping[str, float],
     library: Sequence[type[Effect]],
     criteria: Criteria,
-) -> tuple[Fit, list[type[Effect]]]:
-    """The base fitted from its initial fit, in the scaled experiment, and the candidate effects.
+) -> tuple[Fit, list[type[Effect]], list[EquationErrorFit]]:
+    """The base fitted from its initial fit, in the scaled experiment, the candidate effects, and the fits by equation
+    error of base and effects.
 
     The candidates are those of `library` or, where it is empty, the laws at the places of the component. noise holds
-    the known standard deviation by output. Raises InputError where the base cannot be fitted.
+    the known standard deviation by output. Segments are short enough for the model with the least equation error to be
+    stable over them. Raises InputError where the base cannot be fitted.
     """
     model = FreeInitialStateModel(experiment)
     initial = initial_fit(model, runs)
@@ -42,7 +47,45 @@ def fitted_base(
         model = FreeInitialStateModel(experiment)
         initial = initial_fit(model, [replace(run, experiment=experiment, guess={}) for run in runs])
     initial = with_fitted_signs(fit(model, equal_noise(initial.runs, initial), initial.x), criteria)
-    experiment = initial.model.experiment
+    base, candidates = _scaled(initial, noise, library)
+    starts = equation_error_fits(base, candidates)
+    if starts and (stable := _on_stable_segments(base, starts[0])) is not None:
+        base, _ = _scaled(stable, noise, candidates)
+    return base, candidates, starts
+
+
+def _on_stable_segments(base: Fit, start: EquationErrorFit) -> Fit | None:
+    """The base on segments over which a model is stable, with the interpolation of the inputs that fits best with that
+    model; None where its segments are short enough, or the model cannot be simulated over them."""
+    model, x = start.on(base)
+    runs = [_on_segments_of(model, x, run) for run in base.runs]
+    if all(run is before for run, before in zip(runs, base.runs, strict=True)):
+        return None
+    with suppress(InputError):
+        found = fit(model, runs, x)
+        found = with_best_interpolation(model, fit(model, equal_noise(runs, found), found.x))
+        again = fit(base.model, found.runs, base.x)
+        return fit(base.model, equal_noise(found.runs, again), again.x)
+    return None
+
+
+def on_segments_like(base: Fit, starts: Sequence[EquationErrorFit], runs: Sequence[SampledRun]) -> list[SampledRun]:
+    """Runs on segments over which the model with the least equation error is stable, without one the base."""
+    model, x = starts[0].on(base) if starts else (base.model, base.x)
+    return [_on_segments_of(model, x, run) for run in runs]
+
+
+def _on_segments_of(model: Any, x: np.ndarray, run: SampledRun) -> SampledRun:
+    """The run itself where its segments are short enough for the model; else on shorter ones, in their band."""
+    stable = stable_segments(model, x, run)
+    return run if stable is run else stable.with_band_of_segments()
+
+
+def _scaled(
+    initial: Fit, noise: Mapping[str, float], library: Sequence[type[Effect]]
+) -> tuple[Fit, list[type[Effect]]]:
+    """The base fitted again in the experiment that is scaled to the motion of a fit, and the candidate effects."""
+    experiment, runs = initial.model.experiment, initial.runs
     deflection, rate = largest_motion(initial)
     fitted_component = experiment.component.with_values(**fitted_values(initial))
     experiment = replace(experiment, component=fitted_component).scaled(deflection, rate)

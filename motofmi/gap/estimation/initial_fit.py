@@ -47,7 +47,7 @@ def initial_fit(model: FreeInitialStateModel, runs: Sequence[SampledRun]) -> Fit
             again, same = (other is not None and _alike(found, other) for other in (before, of_start))
             best = found if best is None or found.reduced < best.reduced else best
             if best.reduced < GOOD or again or time_is_up():
-                return _with_best_interpolation(model, best)
+                return with_best_interpolation(model, best)
             of_start = found
             if same:  # intervals of other lengths lead to the same minimum
                 break
@@ -55,7 +55,7 @@ def initial_fit(model: FreeInitialStateModel, runs: Sequence[SampledRun]) -> Fit
         raise InputError(f"{model.component.name} cannot be simulated near its parameter values; expected values of "
                          "the order of those of the "
                          "recorded component: give them in a value file, --component FILE.toml")  # fmt: skip
-    return _with_best_interpolation(model, best)
+    return with_best_interpolation(model, best)
 
 
 def _alike(one: Fit, other: Fit) -> bool:
@@ -70,7 +70,7 @@ def _staged(
     for each in periods:
         short = [_excerpt(run, int(each * run.recording.rate / run.middle_frequency)) for run in runs]
         x = fit(model, short, x, iterations=MAX_ITERATIONS).x
-    return fit(model, [stable_segments(model, run, x) for run in runs], x, iterations=MAX_ITERATIONS, beat=beat)
+    return fit(model, [stable_segments(model, x, run) for run in runs], x, iterations=MAX_ITERATIONS, beat=beat)
 
 
 def _excerpt(run: SampledRun, length: int) -> SampledRun:
@@ -96,7 +96,7 @@ def _excerpt(run: SampledRun, length: int) -> SampledRun:
     )
 
 
-def stable_segments(model: FreeInitialStateModel, run: SampledRun, x: np.ndarray) -> SampledRun:
+def stable_segments(model: FreeInitialStateModel, x: np.ndarray, run: SampledRun) -> SampledRun:
     """The run, cut where the component's unstable free motion would grow too far over a segment.
 
     The component is linearised along the recorded motion: a pendulum is unstable about its upper equilibrium only.
@@ -114,7 +114,7 @@ def stable_segments(model: FreeInitialStateModel, run: SampledRun, x: np.ndarray
     return replace(run, stable_length=lengths).cut(longest)
 
 
-def _with_best_interpolation(model: FreeInitialStateModel, found: Fit) -> Fit:
+def with_best_interpolation(model: FreeInitialStateModel, found: Fit) -> Fit:
     """The fit with that interpolation of the inputs that fits best, where an input is rough between its samples."""
     runs = found.runs
     if not any(

@@ -12,8 +12,6 @@ They are tried in this order:
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
-from itertools import product
 
 import numpy as np
 
@@ -21,10 +19,11 @@ from fmus.composition.imposed_motion import ImposedMotion
 from fmus.declaration.component import Component
 from fmus.linear_analysis.linearisation import linearise
 from fmus.support.errors import InputError
+from motofmi.gap.estimation.equation_error import effort_model
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.frequency_domain_fit import frequency_domain_start
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
-from motofmi.gap.preprocessing.sampled_run import SampledRun, sampled_run
+from motofmi.gap.preprocessing.sampled_run import SampledRun
 
 STIFFER = 2.3  # logarithm of the factor
 MAX_ITERATIONS = 40  # of a fit from one start
@@ -76,27 +75,7 @@ def within_bounds(component: Component, values: Mapping[str, float]) -> dict[str
 
 def _imposed(model: FreeInitialStateModel, runs: Sequence[SampledRun]) -> Iterator[np.ndarray]:
     """The values that fit the recorded input with an output imposed as motion; the noise of that output biases them."""
-    experiment = runs[0].experiment
-    seen = [n for n in experiment.outputs if n in experiment.component.states]
-    driving = [n for n in experiment.driven if all(np.ptp(run.recording[n]) > 0 for run in runs)]
-    for state, effort in product(seen, driving):
-        with suppress(InputError):
-            others = tuple(n for n in experiment.inputs if n != effort)
-            turned = FreeInitialStateModel(
-                replace(
-                    experiment,
-                    inputs=(state, *others),
-                    outputs=(effort,),
-                    imposed=state,
-                    sensor_offsets={},
-                    measured_effects={},
-                )
-            )
-            found = fit(
-                turned,
-                [sampled_run(run.recording, turned.experiment) for run in runs],
-                turned.start(),
-                iterations=MAX_ITERATIONS,
-            )
+    with suppress(InputError):
+        if (turned := effort_model(model, runs)) is not None:
+            found = fit(*turned, turned[0].start(), iterations=MAX_ITERATIONS)
             yield np.concatenate([found.x[: len(model.base)], model.start()[len(model.base) :]])
-            return

@@ -112,7 +112,7 @@ class SampledRun:
 
     def with_densities(self, densities: list[Density], source: str) -> "SampledRun":
         """The run with a noise density for each output, and the name of their source."""
-        least = [(ACCURACY * np.std(y)) ** 2 for y in self.measured.T]
+        least = ACCURACY**2 * self.motion_variance
         densities = [d.at_least(x) for d, x in zip(densities, least, strict=True)]
         deviation = self.reduction.deviations(densities)
         if self.input_variance is not None:
@@ -174,6 +174,28 @@ class SampledRun:
             guess={},
             input_variance=None,
         )
+
+    def with_band_of_segments(self) -> "SampledRun":
+        """The run compared up to the highest frequency of the motion within its segments, and simulated in as many
+        steps as that needs.
+
+        An angle that goes round grows with the recording. Its power at the lowest frequencies is then so large that
+        the motion within a segment is a negligible share of it.
+        """
+        length = int(np.median([last - first for first, last in self.segments]))
+        moving = self.measured - uniform_filter1d(self.measured, length, axis=0, mode="nearest")
+        rate = self.recording.rate
+        highest = max(highest_frequency(y, rate) for y in moving.T)
+        band = max(_band(highest, rate, len(moving)), self.reduction_band)
+        reduction = blocks_of(self.segments, self.reduction.outputs, rate, band, self.reduction.compared)
+        return replace(
+            self,
+            reduction=reduction,
+            data=reduction.reduce(self.measured),
+            steps_per_sample=_steps_per_sample(highest, rate, len(moving)),
+            guess={},
+            input_variance=None,
+        ).with_densities(self.densities, self.noise_source)
 
     @cached_property
     def middle_frequency(self) -> float:
@@ -249,7 +271,7 @@ def sampled_run(
     measured = np.column_stack([recording[name] for name in experiment.outputs])
     deviations = [sensor_noise(y) for y in measured.T]
     highest = max(highest_frequency(y, rate) for y in measured.T)
-    band = min(1.3 * highest + 4 * rate / len(time), rate / 2)
+    band = _band(highest, rate, len(time))
     if experiment.imposed:
         resolved = resolved_frequency(recording[experiment.imposed], rate, RESOLVED_RATIO)
         resolved = min(resolved, rate / (LEAST_KNOTS_PER_PERIOD * LEAST_KNOT_DISTANCE))
@@ -265,7 +287,7 @@ def sampled_run(
         )
     compared = compared_samples(recording, experiment, limits)
     reduction = blocks_of(intervals, len(experiment.outputs), rate, band, compared)
-    steps_per_sample = int(np.clip(np.ceil(STEPS_PER_CYCLE * highest / rate), 1, max(MOST_STEPS // len(time), 1)))
+    steps_per_sample = _steps_per_sample(highest, rate, len(time))
     densities = [
         Density(np.array([0.0, rate / 2]), np.full(2, max(s, ACCURACY * np.std(y)) ** 2))
         for s, y in zip(deviations, measured.T, strict=True)
@@ -287,6 +309,16 @@ def sampled_run(
     )
     periods = IMPOSED_SEGMENT_PERIODS if experiment.imposed else SEGMENT_PERIODS
     return whole.cut(max(int(periods * rate / whole.middle_frequency), SHORTEST_SEGMENT))
+
+
+def _band(highest: float, rate: float, samples: int) -> float:
+    """The frequency up to which a signal with a highest frequency is compared; all in Hz."""
+    return min(1.3 * highest + 4 * rate / samples, rate / 2)
+
+
+def _steps_per_sample(highest: float, rate: float, samples: int) -> int:
+    """The simulation steps for a highest frequency and a sampling rate [Hz]."""
+    return int(np.clip(np.ceil(STEPS_PER_CYCLE * highest / rate), 1, max(MOST_STEPS // samples, 1)))
 
 
 def _decimated(recording: Recording, experiment: InputOutputExperiment) -> tuple[Recording, tuple[str, ...]]:

@@ -5,6 +5,7 @@ does; the models are then compared on blocks of their residuals (see the package
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,11 +16,11 @@ from fmus.support.errors import InputError
 from motofmi.gap.comparison.compare import Comparison, compare
 from motofmi.gap.comparison.search import single_effects
 from motofmi.gap.criteria import Criteria
-from motofmi.gap.estimation.base_fit import fitted_base, fitted_values
+from motofmi.gap.estimation.base_fit import fitted_base, fitted_values, on_segments_like
 from motofmi.gap.estimation.candidate import Candidate, adequate, noise_is_known, ranked
+from motofmi.gap.estimation.equation_error import EquationErrorFit
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.estimation.fitting import fit, fit_or_none
-from motofmi.gap.estimation.initial_fit import stable_segments
 from motofmi.gap.estimation.stages import Stage, running
 from motofmi.gap.estimation.unit_plausibility import common_factor
 from motofmi.gap.experiments.input_output import InputOutputExperiment
@@ -81,12 +82,11 @@ def investigate(
 
     def search(report: OnProgress) -> Verdict:
         with running(Stage.BASE):
-            base, candidates = fitted_base(experiment, runs, given or {}, library, criteria)
+            base, candidates, starts = fitted_base(experiment, runs, given or {}, library, criteria)
             prepared = [prepare_sampled_run(recording, base.model.experiment) for recording in validation]
-            model: Any = base.model
-            validation_runs = [stable_segments(model, run, base.x) for run in prepared]
+            validation_runs = on_segments_like(base, starts, prepared)
             report(_undecided(base, validation_runs, criteria))
-        return _selected(base, [*candidates, *more_effects], validation_runs, report, criteria)
+        return _selected(base, [*candidates, *more_effects], starts, validation_runs, report, criteria)
 
     verdict = within_time(search, on_progress)
     fitted: Any = verdict.best.model.experiment
@@ -120,13 +120,15 @@ def _undecided(
 def _selected(
     base: Fit,
     library: Sequence[type[Effect]],
+    starts: Sequence[EquationErrorFit],
     validation_runs: Sequence[SampledRun],
     on_progress: OnProgress,
     criteria: Criteria,
 ) -> Verdict:
     """The verdict by chi-square where the noise is known or some model leaves noise alone; else by comparison."""
     if noise_is_known(base):
-        verdict = select_in_rounds(base, library, validation_runs, on_progress, criteria)
+        known = _with_least_equation_error(base, starts)
+        verdict = select_in_rounds(base, library, validation_runs, on_progress, criteria, known)
         return _unless_doubtful(verdict, library, validation_runs, criteria)
 
     def report_unknown(verdict: Verdict) -> None:
@@ -136,11 +138,12 @@ def _selected(
 
     shorter = fit(base.model, [in_shorter_segments(run) for run in base.runs], base.x)
     compared_runs = [in_shorter_segments(run) for run in with_noise_of(shorter.runs[0], validation_runs)]
-    best, singles = _single_effects(shorter, library, compared_runs, on_progress, criteria)
+    best, singles = _single_effects(shorter, library, starts, compared_runs, on_progress, criteria)
     with running(Stage.NOISE):
-        chi_square_tried = _leaves_noise(_on_runs_of(base, best), validation_runs, criteria)
+        single = _on_runs_of(base, best)
+        chi_square_tried = _leaves_noise(single, validation_runs, criteria)
     if chi_square_tried:
-        verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria)
+        verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria, [single])
         if _decisive(verdict, criteria):
             return _unless_doubtful(verdict, library, validation_runs, criteria)
     shorter, singles, compared_runs = in_units_of_residuals(best, shorter, singles, compared_runs)
@@ -155,30 +158,41 @@ def _selected(
     compared = compare(shorter, singles, library, compared_runs, criteria, report)
     pairs = [c.fit for c in compared.models if len(c.effects) > 1] if compared else []
     if not chi_square_tried and any(_leaves_noise(found, validation_runs, criteria) for found in pairs):
-        verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria)
+        verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria, [single])
         chi_square_tried = True
         if _decisive(verdict, criteria):
             return _unless_doubtful(verdict, library, validation_runs, criteria)
     if compared is not None:
         return decided(compared)
     if not chi_square_tried:
-        verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria)
+        verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria, [single])
     return _unless_doubtful(verdict, library, validation_runs, criteria)
 
 
 def _single_effects(
     base: Fit,
     library: Sequence[type[Effect]],
+    starts: Sequence[EquationErrorFit],
     validation_runs: Sequence[SampledRun],
     on_progress: OnProgress,
     criteria: Criteria,
 ) -> tuple[Fit, list[Candidate]]:
     """The fit with the least chi-square, and all single effects that were fitted."""
     with running(Stage.SINGLE_EFFECTS):
-        singles = single_effects(base, library, criteria)
+        singles = single_effects(base, library, criteria, starts)
         best = min((c.fit for c in singles), key=lambda found: found.chi2, default=base)
         on_progress(_undecided(base, validation_runs, criteria, singles))
     return best, singles
+
+
+def _with_least_equation_error(base: Fit, starts: Sequence[EquationErrorFit]) -> list[Fit]:
+    """The effect with the least equation error, simulated with its values; none where it cannot be simulated, or the
+    base alone has the least."""
+    with suppress(InputError):
+        if starts and starts[0].effect:
+            model, x = starts[0].on(base)
+            return [fit(model, base.runs, x, iterations=0)]
+    return []
 
 
 def _on_runs_of(base: Fit, found: Fit) -> Fit:

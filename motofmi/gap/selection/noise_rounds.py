@@ -31,9 +31,13 @@ def select_in_rounds(
     validation_runs: Sequence[SampledRun],
     on_progress: OnProgress,
     criteria: Criteria,
+    known: Sequence[Fit] = (),
 ) -> Verdict:
-    """The verdict of model selection, repeated with the noise of its result until the noise changes little."""
-    verdict, known = Verdict("unknown", base, base, criteria=criteria), list[Fit]()
+    """The verdict of model selection, repeated with the noise of its result until the noise changes little.
+
+    known are fits of effects that are starts of the search, the most promising last.
+    """
+    verdict, known = Verdict("unknown", base, base, criteria=criteria), list(known)
     with running(Stage.NOISE):
         prepared = with_noise_of_best_effect(base, library, known, criteria)
     for round_ in range(MOST_ROUNDS):

@@ -42,7 +42,7 @@ def driven(imposed: bool) -> Recording:
 def test_a_transition_that_no_sample_resolves_is_the_coulomb_form(imposed):
     """Forms with a width of their own contain the Coulomb form, so that they leave no more than it does."""
     experiment = input_output_experiment(MassSpringDamper(), ["force", "displacement"], "displacement" if imposed else "")
-    base, library = fitted_base(experiment, [prepare_sampled_run(driven(imposed), experiment)], {}, (), Criteria())
+    base, library, _ = fitted_base(experiment, [prepare_sampled_run(driven(imposed), experiment)], {}, (), Criteria())
     forms = [e for e in library if e.family == "coulomb_friction" and e.form in ("coulomb", "soft", "stribeck")]
     found = {}
     for signature in screen(base, forms, keep=1):

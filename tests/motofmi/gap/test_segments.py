@@ -51,7 +51,7 @@ def test_segments_are_short_where_the_recorded_motion_is_unstable():
     experiment = input_output_experiment(NonlinearPendulum(inertia=1.0, damping=1e-9, stiffness=9.0), recording.columns)
     model = FreeInitialStateModel(experiment)
     whole = prepare_sampled_run(recording, experiment).cut(2000)
-    cut = stable_segments(model, whole, model.start())
+    cut = stable_segments(model, model.start(), whole)
     assert [a for a, _ in cut.segments[1:]] == [b for _, b in cut.segments[:-1]]  # no gap, no overlap
     assert (cut.segments[0][0], cut.segments[-1][1]) == (whole.segments[0][0], whole.segments[-1][1])
     lengths = {a: b - a for a, b in cut.segments}

@@ -34,7 +34,7 @@ def swings():
     """The base, the library, and the fitted effect of the sine."""
     experiment, _ = anchored(input_output_experiment(Pendulum(), ["angle"]))
     runs = [prepare_sampled_run(swing(2.0, 1.0), experiment)]
-    base, library = fitted_base(experiment, runs, {}, (), Criteria())
+    base, library, _ = fitted_base(experiment, runs, {}, (), Criteria())
     sine = next(s for s in screen(base, library, keep=1) if s.effect.family == "geometric_nonlinearity")
     return base, library, candidate_of(base, sine, best_portable_fit(base, sine, np.inf, [], Criteria()))
 
