@@ -196,7 +196,10 @@ def _objection(
             f"{name} is not named: its gain on data that were not used is not clear (95 % interval of the gain in "
             f"logarithmic loss from {low:.2g})."
         )
-    share = closed_share(before.out_of_sample, model.out_of_sample, flexible)
+    share = min(
+        (closed_share(getattr(before, data), getattr(model, data), flexible) for data in ("out_of_sample", "reported")),
+        key=lambda each: each.share,
+    )
     if share.share < 0:
         return SMALL, (
             f"{name} is not named: on data that were not used it leaves a larger mean square than "

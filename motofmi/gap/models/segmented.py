@@ -12,7 +12,8 @@ from fmus.expressions.functions import NUMERIC
 from fmus.support.errors import InputError
 from motofmi.gap.models.equations import rate_of
 from motofmi.gap.models.harmonic_model import HarmonicModel
-from motofmi.gap.models.simulation import Motion, Trajectory, simulate
+from motofmi.gap.models.implicit_formulas import HERMITE_SIMPSON, ImplicitFormula, formula_for
+from motofmi.gap.models.simulation import Motion, Trajectory, inner_times, simulate
 from motofmi.gap.preprocessing.sampled_run import SampledRun
 
 PIECE, SMALLEST_PIECE = 128, 1  # steps of a piece, where a trajectory is simulated piece by piece
@@ -35,9 +36,9 @@ class Nodes:
         return pairwise([*self.begins.tolist(), len(self.time)])
 
     @property
-    def middle(self) -> np.ndarray:
-        """Between the nodes (n-1,)."""
-        return (self.time[1:] + self.time[:-1]) / 2
+    def step(self) -> float:
+        """The simulation step [s]."""
+        return float(self.time[1] - self.time[0])
 
 
 def nodes_of(run: SampledRun, indices: Sequence[int], length: int = 0) -> Nodes:
@@ -68,8 +69,10 @@ class SegmentedModel(HarmonicModel):
         last simulation nor, without one, piece by piece. A fit then takes a shorter step.
         """
         nodes, states = nodes_of(run, indices, length), self.equations.states
-        at, between = (self._inputs(run, t - self.lag(values, t), values) for t in (nodes.time, nodes.middle))
-        motion = Motion(nodes.time, at, between, nodes.begins)
+        formula = self._formula(values, nodes.step)
+        times = nodes.time, inner_times(nodes.time, formula)
+        at, between = (self._inputs(run, t - self.lag(values, t), values) for t in times)
+        motion = Motion(nodes.time, at, between, nodes.begins, formula)
         begin = np.array([initial[i] for i in indices]).reshape(len(indices), len(states))
         guess = None if length or not states else self._guessed(run, indices, nodes)
         try:
@@ -117,7 +120,7 @@ class SegmentedModel(HarmonicModel):
             last = min(first + length, n - 1)
             at, between = ({name: x if np.ndim(x) == 0 else x[first : last + more] for name, x in columns.items()}
                            for columns, more in ((motion.at, 1), (motion.between, 0)))  # fmt: skip
-            piece = Motion(motion.time[first : last + 1], at, between)
+            piece = Motion(motion.time[first : last + 1], at, between, formula=motion.formula)
             try:
                 states[first : last + 1] = simulate(
                     self.equations, values, piece, np.tile(states[first], (last - first + 1, 1)), states[first],
@@ -129,6 +132,16 @@ class SegmentedModel(HarmonicModel):
                     raise
                 length //= 2
         return states
+
+    def _formula(self, values: Mapping[str, float], step: float) -> ImplicitFormula:
+        """The implicit formula for these values and a simulation step [s], by the component's slopes at rest."""
+        states = self.equations.states
+        rates = {states.index(n) for names in self._rates_of_states.values() for n in names}
+        if not rates:
+            return HERMITE_SIMPSON
+        inputs = dict.fromkeys((*self.component.inputs, *map(rate_of, self.component.inputs)), 0.0)
+        rest = {**inputs, **values, "time": 0.0, **dict(zip(states, self._start_values, strict=True))}
+        return formula_for(self.equations(rest, 1)[1], sorted(rates), step)
 
     def _inputs(self, run: Any, time: np.ndarray, values: Mapping[str, float]) -> dict[str, Any]:
         inputs = dict.fromkeys(self.component.inputs, 0.0) | run.inputs(time)
