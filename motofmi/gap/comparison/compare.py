@@ -71,7 +71,7 @@ def compare(
     with running(Stage.PAIRS):
         both = pairs(blocks, base, one_per_families(models), library, criteria)
     compared = _compared(blocks, compared_base, [*models, *both])
-    return _unless_runs_disagree(compared, blocks)
+    return _unless_runs_disagree(_unless_leader_diverges(compared, blocks), blocks)
 
 
 def _blocks(
@@ -104,6 +104,26 @@ def _compared(blocks: CommonBlocks, compared_base: ComparedModel, models: Sequen
     return Comparison(result, compared_base, listed, flexible, motion, counts)
 
 
+def _unless_leader_diverges(compared: Comparison, blocks: CommonBlocks) -> Comparison:
+    """The comparison; `unknown` where a model that leaves less on the fitted runs than the named one could not be
+    simulated on the validation runs, so that the comparison is incomplete."""
+    members = compared.outcome.members
+    if not members:
+        return compared
+    least = min(float(np.mean(np.log(m.fitted + m.floor))) for m in members)
+    named = {frozenset(effect.family for effect in m.effects) for m in members}
+    for found in blocks.not_simulated:
+        families = frozenset(effect.family for effect in found.model.effects)
+        losses = blocks.fitted_losses(found)
+        if losses is None or losses.mean() >= least or families in named or blocks.is_undetermined(found):
+            continue
+        return _withheld(compared, (
+            f"No effect is named: {' and '.join(sorted(families))} leaves less on the fitted runs (mean logarithmic loss "
+            f"{losses.mean():.3g}, of the best other model {least:.3g}), but cannot be simulated on the validation runs."
+        ))  # fmt: skip
+    return compared
+
+
 def _unless_runs_disagree(compared: Comparison, blocks: CommonBlocks) -> Comparison:
     """The comparison; `unknown`, with the value that differs, where fitted and validation runs disagree on the base."""
     found = compared.outcome
@@ -111,17 +131,20 @@ def _unless_runs_disagree(compared: Comparison, blocks: CommonBlocks) -> Compari
         return compared
     best = found.best if found.members else found.nearest or compared.base
     sentence = disagreement(compared.base, best, compared.flexible_mean_square, blocks)
-    if not sentence:
-        return compared
-    standing = found.standing | dict.fromkeys(map(id, found.members), NOT_CLEAR)
+    return _withheld(compared, sentence, sentence) if sentence else compared
+
+
+def _withheld(compared: Comparison, sentence: str, disagreement: str = "") -> Comparison:
+    """The comparison with the verdict `unknown`, for the reason in a sentence."""
+    found = compared.outcome
     unknown = replace(
         found,
         verdict="unknown",
         best=compared.base,
         members=[],
         sentences=[*found.sentences, sentence],
-        standing=standing,
-        disagreement=sentence,
+        standing=found.standing | dict.fromkeys(map(id, found.members), NOT_CLEAR),
+        disagreement=disagreement,
     )
     return replace(compared, outcome=unknown)
 

@@ -90,11 +90,13 @@ class CommonBlocks:
     """The blocks of the fitted runs and of the validation runs on which all models are compared.
 
     The length of the blocks is the correlation length of the residuals of the leading fit. scale (outputs,) are the
-    standard deviations by which the outputs are divided.
+    standard deviations by which the outputs are divided. not_simulated are the fits that were to be compared and could
+    not be simulated on the validation runs.
     """
 
     def __init__(self, leading: Fit, validation: Sequence[SampledRun], criteria: Criteria):
         self.validation, self.criteria = list(validation), criteria
+        self.not_simulated: list[Fit] = []
         self._refined: dict[int, Fit] = {}  # the results of `refined` by id; kept, so that no id recurs
         residuals = time_residuals(leading)
         self.scale, self.blocks = residuals.scale, partition(residuals)
@@ -140,7 +142,9 @@ class CommonBlocks:
 
         models = []
         for found, result in zip(fits, parallel_map(mean_squares_of, fits, description), strict=True):
-            if result is not None:
+            if result is None:
+                self.not_simulated += [] if time_is_up() else [found]
+            else:
                 portable, fitted, validation = result
                 refined = portable.on(found.model, found.runs)
                 models.append(self._compared(refined, fitted, validation))

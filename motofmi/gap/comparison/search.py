@@ -70,9 +70,11 @@ def single_effects(
 
 
 def _from_equation_error(base: Fit, starts: Sequence[EquationErrorFit]) -> list[Candidate]:
-    """The effects that are not far behind in equation error, fitted from its values."""
+    """The effects that are not far behind in equation error, fitted from its values; none where the base is not
+    either."""
     least = min((start.chi2 for start in starts), default=0.0)
-    near = [start for start in starts if start.effect and start.chi2 < FAR_BEHIND * least]
+    near = [start for start in starts if start.chi2 < FAR_BEHIND * least]
+    near = near if all(start.effect for start in near) else []
 
     def fit_one(start: EquationErrorFit) -> PortableFit | None:
         with suppress(InputError):  # it cannot be simulated with these values

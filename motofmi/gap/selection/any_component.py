@@ -144,7 +144,7 @@ def _selected(
         chi_square_tried = _leaves_noise(single, validation_runs, criteria)
     if chi_square_tried:
         verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria, [single])
-        if _decisive(verdict, criteria):
+        if _decisive(verdict, single, criteria):
             return _unless_doubtful(verdict, library, validation_runs, criteria)
     shorter, singles, compared_runs = in_units_of_residuals(best, shorter, singles, compared_runs)
 
@@ -160,7 +160,7 @@ def _selected(
     if not chi_square_tried and any(_leaves_noise(found, validation_runs, criteria) for found in pairs):
         verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria, [single])
         chi_square_tried = True
-        if _decisive(verdict, criteria):
+        if _decisive(verdict, single, criteria):
             return _unless_doubtful(verdict, library, validation_runs, criteria)
     if compared is not None:
         return decided(compared)
@@ -206,13 +206,21 @@ def in_shorter_segments(run: SampledRun) -> SampledRun:
     return run.cut(max(longest // 2, SHORTEST_SEGMENT))
 
 
-def _decisive(verdict: Verdict, criteria: Criteria) -> bool:
-    """Whether the verdict by chi-square is final: its form is specified, and no validation run is far from the noise.
+def _decisive(verdict: Verdict, single: Fit, criteria: Criteria) -> bool:
+    """Whether the verdict by chi-square is final: its form is specified, no validation run is far from the noise, and
+    where nothing is named the best single effect was not lost on the way.
 
     Otherwise the models are compared on blocks.
     """
     gap = verdict.validation_gap
+    if verdict.verdict == "unknown" and not _families(single) <= _families(verdict.best):
+        return False
     return not verdict.unspecified_form and (gap is None or gap[1].chi2 < criteria.far_from_noise)
+
+
+def _families(found: Fit) -> set[str]:
+    """The families of a fit's effects."""
+    return {effect.family for effect in found.model.effects}
 
 
 def _leaves_noise(found: Fit, validation_runs: Sequence[SampledRun], criteria: Criteria) -> bool:
