@@ -24,6 +24,10 @@ from motofmi.gap.preprocessing.input_interpolation import INTERPOLATIONS, SMOOTH
 from motofmi.gap.preprocessing.noise_sources import known_noise
 from motofmi.gap.preprocessing.sampled_run import SampledRun
 
+# Ratio of equation errors above which signs of stiffnesses are those before a change: without the sine of a pendulum
+# that goes round, its stiffness may fit with the other sign.
+CLEARLY_LESS = 3.0
+
 
 def fitted_base(
     experiment: InputOutputExperiment,
@@ -46,9 +50,15 @@ def fitted_base(
         experiment = replace(experiment, free=tuple(f for f in experiment.free if f.name not in fixed))
         model = FreeInitialStateModel(experiment)
         initial = initial_fit(model, [replace(run, experiment=experiment, guess={}) for run in runs])
-    initial = with_fitted_signs(fit(model, equal_noise(initial.runs, initial), initial.x), criteria)
-    base, candidates = _scaled(initial, noise, library)
+    initial = fit(model, equal_noise(initial.runs, initial), initial.x)
+    signed = with_fitted_signs(initial, criteria)
+    base, candidates = _scaled(signed, noise, library)
     starts = equation_error_fits(base, candidates)
+    if signed is not initial:
+        before, of_before = _scaled(initial, noise, library)
+        with_signs_before = equation_error_fits(before, of_before)
+        if starts and with_signs_before and CLEARLY_LESS * with_signs_before[0].chi2 < starts[0].chi2:
+            base, candidates, starts = before, of_before, with_signs_before
     if starts and (stable := _on_stable_segments(base, starts[0])) is not None:
         base, _ = _scaled(stable, noise, candidates)
     return base, candidates, starts

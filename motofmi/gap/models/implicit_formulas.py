@@ -5,7 +5,7 @@
 
 Both are collocation formulas in which the inner stage is eliminated, and A-stable. That of Hermite and Simpson (Lobatto
 IIIA) has order 4, but |R(z)| -> 1 for large |z|: a fast motion that has ended in the component goes on in the simulation.
-That of Radau IIA has order 3 and R(z) -> 0: a mass that sticks stays where it is.
+That of Radau IIA has order 3 and R(z) -> 0: an overdamped mass follows its force at once.
 
 Source: Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd ed. (1996), ch. IV.5; Betts, Practical Methods for
 Optimal Control, 2nd ed. (2010), ch. 4.6.

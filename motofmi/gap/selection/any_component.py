@@ -140,10 +140,11 @@ def _selected(
     compared_runs = [in_shorter_segments(run) for run in with_noise_of(shorter.runs[0], validation_runs)]
     best, singles = _single_effects(shorter, library, starts, compared_runs, on_progress, criteria)
     with running(Stage.NOISE):
-        single = _on_runs_of(base, best)
+        continued = fit_or_none(best.model, base.runs, best.x)
+        single, known = continued or best, [continued] if continued else []
         chi_square_tried = _leaves_noise(single, validation_runs, criteria)
     if chi_square_tried:
-        verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria, [single])
+        verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria, known)
         if _decisive(verdict, single, criteria):
             return _unless_doubtful(verdict, library, validation_runs, criteria)
     shorter, singles, compared_runs = in_units_of_residuals(best, shorter, singles, compared_runs)
@@ -158,14 +159,14 @@ def _selected(
     compared = compare(shorter, singles, library, compared_runs, criteria, report)
     pairs = [c.fit for c in compared.models if len(c.effects) > 1] if compared else []
     if not chi_square_tried and any(_leaves_noise(found, validation_runs, criteria) for found in pairs):
-        verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria, [single])
+        verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria, known)
         chi_square_tried = True
         if _decisive(verdict, single, criteria):
             return _unless_doubtful(verdict, library, validation_runs, criteria)
     if compared is not None:
         return decided(compared)
     if not chi_square_tried:
-        verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria, [single])
+        verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria, known)
     return _unless_doubtful(verdict, library, validation_runs, criteria)
 
 
@@ -193,11 +194,6 @@ def _with_least_equation_error(base: Fit, starts: Sequence[EquationErrorFit]) ->
             model, x = starts[0].on(base)
             return [fit(model, base.runs, x, iterations=0)]
     return []
-
-
-def _on_runs_of(base: Fit, found: Fit) -> Fit:
-    """A fit continued on the runs of the base; itself where it cannot be simulated on them."""
-    return fit_or_none(found.model, base.runs, found.x) or found
 
 
 def in_shorter_segments(run: SampledRun) -> SampledRun:

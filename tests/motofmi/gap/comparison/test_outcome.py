@@ -193,3 +193,16 @@ def test_the_best_of_many_equal_effects_is_chance():
     ]
     found = decided(equal, scatter=1.0)
     assert found.verdict == "unknown" and found.sentences
+
+
+def test_a_second_effect_must_close_a_tenth_on_few_validation_blocks_too():
+    """Left-out blocks of the fitted runs judge together with them, and do not replace them."""
+    first = model_with(CoulombFriction, level=1.0, seed=1, scatter=0.01)
+    pair = model_with(CoulombFriction, CubicDamping, level=0.3, seed=1, scatter=0.01)
+    base = model_with(level=10.0)
+    few = [replace(m, validation=m.validation[:3], judged_alone=False) for m in (base, first, pair)]
+    few[2].validation[:] = 0.97 * few[1].validation
+    errors = {id(m): np.full(len(m.fit.model.names), 0.1) for m in few}
+    found = outcome(few[0], few[1:], FLEXIBLE, MOTION, (BLOCKS, 3), errors, Criteria())
+    assert found.verdict == "named" and found.best.effects == (CoulombFriction,)
+    assert any("closes 3% of what coulomb_friction leaves" in s for s in found.sentences)

@@ -1,0 +1,87 @@
+"""A pendulum that a motor drives over the top many times, by SciPy; its base is linear.
+
+    J q'' = u - k sin q - c q',   u held between the samples
+
+The angle goes through more than a hundred radians, so that the stiffness of a linear base vanishes.
+"""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import motofmi as mf
+from fmus.mechanisms import Pendulum
+from motofmi.gap.criteria import Criteria
+from motofmi.gap.estimation.base_fit import fitted_base
+from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.recordings.recording import Recording
+
+INERTIA, STIFFNESS, DAMPING = 0.2, 5.0, 0.1
+RATE, NOISE = 100, 1e-3
+UNITS = {"torque": "N.m", "angle": "rad"}
+
+
+def driven(seed: int, seconds: float = 20.0) -> Recording:
+    """A run under steps of torque between 0.3 and 1.5 s long, with angles about zero up to a hundred radians."""
+    generator, time = np.random.default_rng(seed), np.arange(int(RATE * seconds)) / RATE
+    torque = np.zeros(len(time))
+    begin = 0
+    while begin < len(time):
+        length = int(generator.integers(30, 150))
+        torque[begin : begin + length] = 1.3 * STIFFNESS * generator.uniform(-1, 1)
+        begin += length
+
+    def rates(t, x):
+        u = torque[min(int(t * RATE + 1e-9), len(torque) - 1)]
+        return [x[1], (u - STIFFNESS * np.sin(x[0]) - DAMPING * x[1]) / INERTIA]
+
+    found = solve_ivp(rates, (0, time[-1]), [0.1, 0.0], t_eval=time, max_step=0.5 / RATE, rtol=1e-8, atol=1e-10)
+    angle = found.y[0] + NOISE * generator.standard_normal(len(time))
+    return Recording(f"driven {seed}", time, {"torque": torque, "angle": angle}, UNITS)
+
+
+@pytest.fixture(scope="module")
+def based():
+    experiment = input_output_experiment(Pendulum(), ["torque", "angle"])
+    return fitted_base(experiment, [prepare_sampled_run(driven(21), experiment)], {}, (), Criteria())
+
+
+def test_the_equation_error_of_the_sine_is_the_least_and_has_its_values(based):
+    base, _, starts = based
+    assert np.ptp(driven(21)["angle"]) > 50.0
+    first, second = starts[:2]
+    assert (first.effect.form, second.chi2 > 10 * first.chi2) == ("sine", True)
+    model, x = first.on(base)
+    values = model.values(x[: len(model.names)])
+    # 3 %: the torque is held, and an interpolation of its samples is late by half a sample at each step
+    assert values["inertia"] == pytest.approx(INERTIA, rel=0.03)
+    assert values["gravity_stiffness"] == pytest.approx(STIFFNESS, rel=0.03)
+    assert values["geometric_nonlinearity.share"] == pytest.approx(1.0, abs=0.01)
+
+
+def test_segments_and_band_are_those_of_the_motion_over_which_the_pendulum_is_stable(based):
+    base, (run,) = based[0], based[0].runs
+    fall = np.sqrt(STIFFNESS / INERTIA)  # 1/s, the growth about the upper equilibrium
+    # ln(20) / fall is the time in which a motion grows by a factor of 20
+    assert min(last - first for first, last in run.segments) < 2 * np.log(20) / fall * RATE
+    # Without the angle's growth, the band holds the frequency of small swings.
+    assert run.reduction_band > fall / (2 * np.pi)
+    assert base.count > 5 * len(run.segments) * len(base.model.component.states)
+
+
+def test_a_free_swing_has_no_equation_error(based):
+    experiment = input_output_experiment(Pendulum(), ["angle"])
+    time = np.arange(600) / RATE
+    angle = np.exp(-0.1 * time) * np.cos(5 * time)
+    free = Recording("free", time, {"angle": angle + NOISE * np.random.default_rng(1).standard_normal(600)}, UNITS)
+    assert fitted_base(experiment, [prepare_sampled_run(free, experiment)], {}, (), Criteria())[2] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [21, 31])
+def test_the_sine_is_named(seed):
+    found = mf.find_gap([driven(seed)], validation=[driven(seed + 1)], component="pendulum")
+    assert found.verdict == "named" and found.effects[0]["name"] == "geometric_nonlinearity"
+    share = found.effects[0]["parameters"]["share"]
+    assert share["value"] == pytest.approx(1.0, abs=0.01)
