@@ -107,9 +107,7 @@ def _compared(blocks: CommonBlocks, compared_base: ComparedModel, models: Sequen
 def _unless_leader_diverges(compared: Comparison, blocks: CommonBlocks) -> Comparison:
     """The comparison; `unknown` where a model that leaves less on the fitted runs than the named one could not be
     simulated on the validation runs, so that the comparison is incomplete."""
-    members = compared.outcome.members
-    if not members:
-        return compared
+    members = compared.outcome.members or [compared.base]
     least = min(float(np.mean(np.log(m.fitted + m.floor))) for m in members)
     named = {frozenset(effect.family for effect in m.effects) for m in members}
     for found in blocks.not_simulated:

@@ -1,25 +1,41 @@
 """Nothing is named in place of an effect that cannot be simulated on the validation runs."""
 
+import numpy as np
+import pytest
+
 import motofmi as mf
 from motofmi.gap.comparison.compared_model import CommonBlocks
-from tests.simulators.swings import swing
+from motofmi.recordings.recording import Recording
 
-VALUES = {"J": 0.1, "k": 4.0, "c": 0.003, "T_c": 0.02, "c_2": 0.0}
+FRICTION = 2.0  # N
 
 
-def test_nothing_is_named_in_place_of_an_effect_that_cannot_be_simulated(monkeypatch):
-    runs = [swing(f"from {q} rad", q, 12.0, 40.0, VALUES, noise=1e-3, seed=k) for k, q in enumerate((0.5, 0.3))]
-    held = swing("held", 0.4, 12.0, 40.0, VALUES, noise=1e-3, seed=7)
+def rubbing(name: str, seed: int) -> Recording:
+    """20 s at 100 Hz of a mass of 1 kg that is moved along three sines: its force with dry friction and noise."""
+    generator, time = np.random.default_rng(seed), np.arange(2000) / 100
+    x, v, a = np.zeros((3, len(time)))
+    for size, frequency in ((0.05, 0.31), (0.02, 0.83), (0.01, 1.7)):
+        w, phase = 2 * np.pi * frequency, generator.uniform(0, 2 * np.pi)
+        x += size * np.sin(w * time + phase)
+        v += size * w * np.cos(w * time + phase)
+        a -= size * w**2 * np.sin(w * time + phase)
+    force = a + 2 * v + 40 * x + FRICTION * np.sign(v) + 0.05 * generator.standard_normal(len(time))
+    return Recording(name, time, {"force": force, "displacement": x}, {"force": "N", "displacement": "m"})
+
+
+@pytest.mark.parametrize("simulated", [True, False])
+def test_nothing_is_named_in_place_of_an_effect_that_cannot_be_simulated(monkeypatch, simulated):
     evaluated = CommonBlocks.evaluated
 
-    def without_friction(blocks, found):
-        families = {effect.family for effect in found.model.effects}
-        return None if "coulomb_friction" in families else evaluated(blocks, found)
+    def unless_friction(blocks, found):
+        rubs = "coulomb_friction" in {effect.family for effect in found.model.effects}
+        return evaluated(blocks, found) if simulated or not rubs else None
 
-    monkeypatch.setattr(CommonBlocks, "evaluated", without_friction)
-    monkeypatch.setattr("motofmi.gap.selection.any_component._leaves_noise", lambda *_: False)
-    found = mf.find_gap(runs, validation=held, component="pendulum").to_dict()
-    assert found["verdict"] == "unknown" and not found["effects"]
-    assert any(
-        s.startswith("No effect is named: coulomb_friction leaves less on the fitted runs") for s in found["limitations"]
-    )
+    monkeypatch.setattr(CommonBlocks, "evaluated", unless_friction)
+    monkeypatch.setattr("motofmi.gap.selection.any_component._leaves_noise", lambda *_: False)  # compared on blocks
+    found = mf.find_gap(
+        [rubbing("fitted", 1)], validation=[rubbing("held", 2)], component="mass_spring_damper", impose="displacement"
+    ).to_dict()
+    said = [s for s in found["limitations"] if s.startswith("No effect is named: coulomb_friction leaves less on the")]
+    assert bool(said) is not simulated
+    assert [e["name"] for e in found["effects"]] == (["coulomb_friction"] if simulated else [])
