@@ -60,7 +60,7 @@ GIVEN = {
     "explore.md": {"2 MB", "150 ms", "1 ms", "0.8", "1e-6", "1e-9", "99.9 %", "50 ms", "100 times", "0.01 %"},  # settings, targets
     "full_rider.md": {"1e-9", "1e-8"},  # tolerances of tests
     "gap.md": {
-        *("1 %", "4 %", "5 %", "85 %", "95 %", "2 %", "0.5 %", "3 %"),  # criteria, levels, prior errors
+        *("0.1 %", "1 %", "4 %", "5 %", "85 %", "95 %", "2 %", "0.5 %", "3 %"),  # criteria, levels, prior errors, widths
         *("0.125", "0.05", "15 s", "10 s", "0.01"),  # inertia of a bar, errors of data, parts of runs, factors of a search
     },
     "glossary.md": {"0.5", "63 %", "95 %"},  # definitions
