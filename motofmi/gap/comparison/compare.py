@@ -105,8 +105,10 @@ def _compared(blocks: CommonBlocks, compared_base: ComparedModel, models: Sequen
 
 
 def _unless_leader_diverges(compared: Comparison, blocks: CommonBlocks) -> Comparison:
-    """The comparison; `unknown` where a model that leaves less on the fitted runs than the named one could not be
-    simulated on the validation runs, so that the comparison is incomplete."""
+    """The comparison; `unknown` where a model with less loss on the fitted runs than the named one could not be
+    simulated on all runs, so that the comparison is incomplete."""
+    if compared.outcome.verdict == "none":
+        return compared
     members = compared.outcome.members or [compared.base]
     least = min(float(np.mean(np.log(m.fitted + m.floor))) for m in members)
     named = {frozenset(effect.family for effect in m.effects) for m in members}
@@ -116,8 +118,9 @@ def _unless_leader_diverges(compared: Comparison, blocks: CommonBlocks) -> Compa
         if losses is None or losses.mean() >= least or families in named or blocks.is_undetermined(found):
             continue
         return _withheld(compared, (
-            f"No effect is named: {' and '.join(sorted(families))} leaves less on the fitted runs (mean logarithmic loss "
-            f"{losses.mean():.3g}, of the best other model {least:.3g}), but cannot be simulated on the validation runs."
+            f"No effect is named: {' and '.join(sorted(families))} has less loss on the fitted runs (mean logarithmic loss "
+            f"{losses.mean():.3g}, of the best other model {least:.3g}), but its simulation diverges on the "
+            f"{'validation' if blocks.validation else 'fitted'} runs."
         ))  # fmt: skip
     return compared
 

@@ -91,7 +91,7 @@ class CommonBlocks:
 
     The length of the blocks is the correlation length of the residuals of the leading fit. scale (outputs,) are the
     standard deviations by which the outputs are divided. not_simulated are the fits that were to be compared and could
-    not be simulated on the validation runs.
+    not be simulated on all runs.
     """
 
     def __init__(self, leading: Fit, validation: Sequence[SampledRun], criteria: Criteria):

@@ -3,9 +3,9 @@ compared with the recorded input.
 
     u = f(y, y', y''; theta, e)
 
-The effort is linear in mass, damping, stiffness and the magnitudes of effects, and nothing is simulated over time: the
-result hardly depends on the start, and a motion that is unstable or goes round many times is no difficulty. The noise
-of the recorded motion biases the values, so that they are starts of fits by output error and no result.
+The effort is linear in mass, damping, stiffness and the magnitudes of effects, and the motion is not simulated: the
+result hardly depends on the starting values, and errors do not grow over time where the motion is unstable. The noise
+of the recorded motion biases the values. They are therefore starting values of fits by output error only.
 
 Source: Klein, Morelli, Aircraft System Identification (2006), ch. 5 (equation error), ch. 6 (its values as starts).
 """

@@ -18,6 +18,7 @@ from fmus.support.errors import InputError
 from motofmi.gap.experiments.input_output import InputOutputExperiment
 from motofmi.gap.preprocessing.blocks import Blocks, blocks_of
 from motofmi.gap.preprocessing.compared_samples import at_limits, compared_samples
+from motofmi.gap.preprocessing.decimation import decimated
 from motofmi.gap.preprocessing.flexible_noise_model import Density
 from motofmi.gap.preprocessing.input_interpolation import (
     ABOVE_NOISE,
@@ -35,7 +36,7 @@ from motofmi.gap.preprocessing.mains_interference import without_mains_interfere
 from motofmi.gap.preprocessing.segments import LEAST_LENGTH, segments_of
 from motofmi.gap.preprocessing.undisturbed_intervals import uninterrupted
 from motofmi.recordings.recording import Recording
-from motofmi.recordings.resampling import is_white, sensor_noise, slower, uniform
+from motofmi.recordings.resampling import is_white, sensor_noise, uniform
 
 FEWEST_SAMPLES = 200
 STEPS_PER_CYCLE = 8  # simulation steps per cycle of the highest frequency
@@ -44,8 +45,6 @@ SEGMENT_PERIODS = 6.0  # periods of the motion's mean frequency in a segment
 IMPOSED_SEGMENT_PERIODS = 60.0  # the same where a state is imposed: the effect of other initial states decays
 SHORTEST_SEGMENT = 100  # samples
 ACCURACY = 3e-4  # least noise over a signal's rms [1]: no model of a real component is more accurate
-OVERSAMPLING = 20  # sampling rate over the highest frequency above which a recording is decimated
-MOST_SAMPLES = 6000  # samples above which a recording is decimated
 NEIGHBOURS = 9  # coefficients over which a variance is averaged
 # Ratio of an imposed motion's power to its noise down to which the run is compared: there 1 % of the acceleration's
 # power is noise.
@@ -237,8 +236,8 @@ def prepare_sampled_run(recording: Recording, experiment: InputOutputExperiment)
     recording, bridged = uniform(recording, bridged=1.0)
     limits, clipping = at_limits(recording.from_zero(), experiment)
     recording, interference = without_mains_interference(recording.from_zero(), experiment.inputs, experiment.outputs)
-    recording, decimated = _decimated(recording, experiment)
-    notes = (*bridged, *clipping, *interference, *decimated)
+    recording, notes_of_rate = decimated(recording, experiment)
+    notes = (*bridged, *clipping, *interference, *notes_of_rate)
     if min(recorded, len(recording.time)) < FEWEST_SAMPLES:
         raise InputError(
             f"{recording.name}: {len(recording.time)} samples are too few to separate noise from a gap; expected at "
@@ -319,26 +318,6 @@ def _band(highest: float, rate: float, samples: int) -> float:
 def _steps_per_sample(highest: float, rate: float, samples: int) -> int:
     """The simulation steps for a highest frequency and a sampling rate [Hz]."""
     return int(np.clip(np.ceil(STEPS_PER_CYCLE * highest / rate), 1, max(MOST_STEPS // samples, 1)))
-
-
-def _decimated(recording: Recording, experiment: InputOutputExperiment) -> tuple[Recording, tuple[str, ...]]:
-    """The recording at a lower rate, where its rate is far above the highest frequency of what is compared.
-
-    An input may have higher frequencies: a low-pass filter commutes with the linear part of the component, and what an
-    input beyond ten times the band of the outputs does to them is below their noise.
-    """
-    wanted = [*experiment.outputs, *filter(None, [experiment.imposed])]
-    moving = [recording[n] for n in wanted if np.ptp(recording[n]) > 0]
-    highest = max((highest_frequency(y, recording.rate) for y in moving), default=recording.rate)
-    factor = int(recording.rate / (OVERSAMPLING * highest))
-    if factor < 2 or len(recording.time) < MOST_SAMPLES:
-        return recording, ()
-    factor = min(factor, len(recording.time) // (MOST_SAMPLES // 2))
-    note = (
-        f"{recording.name}: decimated to {recording.rate / factor:.4g} Hz; the highest frequency that is compared is "
-        f"{highest:.3g} Hz"
-    )
-    return slower(recording, factor), (note,)
 
 
 def _interpolated_inputs(recording: Recording, experiment: InputOutputExperiment, kind: str) -> InterpolatedInputs:

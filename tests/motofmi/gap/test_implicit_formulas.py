@@ -33,7 +33,7 @@ def test_errors_fall_with_the_order_of_the_formula(formula, order):
 
 
 def test_a_fast_decay_ends_only_with_the_formula_of_radau():
-    """x' = v, v' = -c v with h c = 1000: after a step the exact rate is e^-1000; |R| is 0.99 and 0.004."""
+    """x' = v, v' = -c v with h c = 1000: after a step the exact rate is e^-1000; |R| is 0.99 and 0.002."""
     damped = {"spring_stiffness": 0.0, "spring_damping": 1e5}
     after = {f: states(f, 10, 0.1, [0.0, 1.0], **damped)[1, 1] for f in (HERMITE_SIMPSON, RADAU)}
     assert abs(after[HERMITE_SIMPSON]) > 0.9 and abs(after[RADAU]) < 0.01

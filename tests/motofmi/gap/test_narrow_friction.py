@@ -4,12 +4,15 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from fmus.effects.damping import CoulombFriction
 from fmus.mechanisms import MassSpringDamper
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.base_fit import fitted_base
 from motofmi.gap.estimation.effect_fit import best_portable_fit, candidate_of
 from motofmi.gap.estimation.screening import screen
 from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.gap.models.equations import Equations
+from motofmi.gap.models.simulation import Motion, inner_times, simulate
 from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
 from motofmi.recordings.recording import Recording
 
@@ -55,3 +58,26 @@ def test_a_transition_that_no_sample_resolves_is_the_coulomb_form(imposed):
     assert values["stribeck"]["coulomb_friction.stribeck_rate"] >= 2 * sliding * (1 - 1e-9)
     # one per cent: the fits end where a step gains less
     assert found["soft"].chi2 < 1.01 * found["coulomb"].chi2
+
+
+def test_a_mass_that_sticks_within_a_step_is_simulated():
+    """h F / (m s_0) = 40: at every turn the corrections of a step alternate between the two signs of the rate.
+
+    Without damping of these corrections the simulation diverges. 3 % are the phase errors of 14 turns that lie within a
+    step of 4 ms.
+    """
+    friction = {"coulomb_friction.friction_torque": 3.0, "coulomb_friction.sliding_rate": 3e-4}
+    mass = MassSpringDamper().with_effects(CoulombFriction())
+    mass = mass.with_values(mass=1.0, spring_stiffness=0.0, spring_damping=2.0, **friction)
+    time = np.arange(2500) * 4e-3
+
+    def push(t):
+        return 8.0 * np.sin(2 * np.pi * 0.7 * t) + 4.8 * np.sin(2 * np.pi * 1.9 * t)
+
+    def rates(t, x):
+        return [x[1], push(t) - 2.0 * x[1] - 3.0 * np.tanh(x[1] / 3e-4)]
+
+    exact = solve_ivp(rates, (0, time[-1]), [0.0, 0.0], "LSODA", time, rtol=1e-9, atol=1e-12, max_step=2e-3).y.T
+    motion = Motion(time, {"force": push(time)}, {"force": push(inner_times(time))})
+    found = simulate(Equations(mass, ["displacement"], []), mass.start_values(), motion, 0.98 * exact, np.zeros(2))
+    assert np.all((found.states - exact).std(axis=0) < 0.03 * exact.std(axis=0))

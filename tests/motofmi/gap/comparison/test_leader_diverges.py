@@ -36,6 +36,6 @@ def test_nothing_is_named_in_place_of_an_effect_that_cannot_be_simulated(monkeyp
     found = mf.find_gap(
         [rubbing("fitted", 1)], validation=[rubbing("held", 2)], component="mass_spring_damper", impose="displacement"
     ).to_dict()
-    said = [s for s in found["limitations"] if s.startswith("No effect is named: coulomb_friction leaves less on the")]
+    said = [s for s in found["limitations"] if s.startswith("No effect is named: coulomb_friction has less loss on")]
     assert bool(said) is not simulated
     assert [e["name"] for e in found["effects"]] == (["coulomb_friction"] if simulated else [])

@@ -1,0 +1,31 @@
+"""The decimation of recordings whose sampling rate is far above the frequencies of what is compared."""
+
+import numpy as np
+
+from motofmi.gap.experiments.input_output import InputOutputExperiment
+from motofmi.gap.preprocessing.input_interpolation import highest_frequency
+from motofmi.recordings.recording import Recording
+from motofmi.recordings.resampling import slower
+
+OVERSAMPLING = 20  # sampling rate over the highest frequency above which a recording is decimated
+MOST_SAMPLES = 6000  # samples above which a recording is decimated
+
+
+def decimated(recording: Recording, experiment: InputOutputExperiment) -> tuple[Recording, tuple[str, ...]]:
+    """The recording at a lower rate, where its rate is far above the highest frequency of what is compared.
+
+    An input may have higher frequencies: a low-pass filter commutes with the linear part of the component, and what an
+    input beyond ten times the band of the outputs does to them is below their noise.
+    """
+    wanted = [*experiment.outputs, *filter(None, [experiment.imposed])]
+    moving = [recording[n] for n in wanted if np.ptp(recording[n]) > 0]
+    highest = max((highest_frequency(y, recording.rate) for y in moving), default=recording.rate)
+    factor = int(recording.rate / (OVERSAMPLING * highest))
+    if factor < 2 or len(recording.time) < MOST_SAMPLES:
+        return recording, ()
+    factor = min(factor, len(recording.time) // (MOST_SAMPLES // 2))
+    note = (
+        f"{recording.name}: decimated to {recording.rate / factor:.4g} Hz; the highest frequency that is compared is "
+        f"{highest:.3g} Hz"
+    )
+    return slower(recording, factor), (note,)
