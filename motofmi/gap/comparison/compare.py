@@ -11,8 +11,9 @@ import numpy as np
 
 from fmus.effects import Effect
 from fmus.support.errors import InputError
+from motofmi.gap.comparison.adjusted_likelihood_ratio import adjusted_errors
 from motofmi.gap.comparison.closable import flexible_mean_square
-from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
+from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel, standard_errors
 from motofmi.gap.comparison.outcome import NOT_CLEAR, Outcome, outcome
 from motofmi.gap.comparison.own_values import disagreement
 from motofmi.gap.comparison.pair_search import pairs
@@ -92,7 +93,8 @@ def _blocks(
 def _compared(blocks: CommonBlocks, compared_base: ComparedModel, models: Sequence[ComparedModel]) -> Comparison:
     """The comparison of the base with models that are evaluated on the same blocks."""
     covariances = {id(m): blocks.covariance(m.fit) for m in models}
-    errors = {key: np.sqrt(np.maximum(np.diag(v), 0.0)) for key, v in covariances.items()}
+    simpler = [m.fit for m in (compared_base, *models)]
+    errors = {id(m): adjusted_errors(m.fit, standard_errors(covariances[id(m)]), simpler) for m in models}
     flexible = _flexible_mean_square(compared_base, models, blocks)
     counts = (len(blocks.blocks), len(blocks.validation_blocks))
     motion = _motion_mean_square(blocks.validation or compared_base.fit.runs, blocks.scale)
@@ -115,7 +117,12 @@ def _unless_leader_diverges(compared: Comparison, blocks: CommonBlocks) -> Compa
     for found in blocks.not_simulated:
         families = frozenset(effect.family for effect in found.model.effects)
         losses = blocks.fitted_losses(found)
-        if losses is None or losses.mean() >= least or families in named or blocks.is_undetermined(found):
+        if (
+            losses is None
+            or losses.mean() >= least
+            or families in named
+            or blocks.is_undetermined(found, [compared.base.fit])
+        ):
             continue
         return _withheld(compared, (
             f"No effect is named: {' and '.join(sorted(families))} has less loss on the fitted runs (mean logarithmic loss "

@@ -13,12 +13,13 @@ from fmus.effects import Effect
 from fmus.support.deadline import time_is_up
 from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
+from motofmi.gap.comparison.adjusted_likelihood_ratio import adjusted_errors
 from motofmi.gap.comparison.band_dependence import LOWEST_PART, band_dependence
 from motofmi.gap.comparison.block_losses import left_out_mean_squares, mean_squares, partition
 from motofmi.gap.comparison.residuals import Block, TimeResiduals, time_residuals
 from motofmi.gap.comparison.sandwich import sandwich_covariance
 from motofmi.gap.criteria import Criteria
-from motofmi.gap.estimation.candidate import undetermined_magnitude
+from motofmi.gap.estimation.candidate import has_states, undetermined_magnitude
 from motofmi.gap.estimation.fit_result import Fit, PortableFit
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.preprocessing.sampled_run import ACCURACY, SampledRun
@@ -168,9 +169,12 @@ class CommonBlocks:
         losses = np.log(squares + self.floor)
         return losses if np.all(np.isfinite(losses)) else None
 
-    def is_undetermined(self, found: Fit) -> bool:
-        """Whether the magnitude of an effect is not distinguishable from zero, by its standard errors."""
-        errors = np.sqrt(np.maximum(np.diag(self.covariance(found)), 0.0))
+    def is_undetermined(self, found: Fit, simpler: Sequence[Fit] = ()) -> bool:
+        """Whether the magnitude of an effect is not distinguishable from zero, by its standard errors.
+
+        simpler are fits without one effect of the fit, by whose chi-square the errors are adjusted.
+        """
+        errors = adjusted_errors(found, standard_errors(self.covariance(found)), simpler)
         return undetermined_magnitude(found, errors, self.criteria) is not None
 
     def covariance(self, found: Fit) -> np.ndarray:
@@ -192,9 +196,9 @@ class CommonBlocks:
         return time_residuals(found, self.scale)
 
 
-def has_states(effect: type[Effect]) -> bool:
-    """Whether an effect has states of its own."""
-    return any(row.role == "state" for row in effect.declared.values())
+def standard_errors(covariance: np.ndarray) -> np.ndarray:
+    """The standard errors (n,) of a covariance (n, n)."""
+    return np.sqrt(np.maximum(np.diag(covariance), 0.0))
 
 
 def refined_fit(found: Fit) -> Fit:

@@ -62,7 +62,7 @@ def outcome(
 
     flexible [1] is the mean square after a flexible regression and motion [1] that of the outputs, over the squared
     scale of the comparison; counts are the blocks of fitted and of validation runs; errors holds the standard errors
-    (parameters,) of the fitted parameters by the id of a model.
+    (parameters,) by which magnitudes are compared with zero, by the id of a model.
     """
     sentences = few_blocks(counts, criteria)
     undetermined = {id(m): s for m in models if (s := _undetermined(m, errors[id(m)], criteria))}

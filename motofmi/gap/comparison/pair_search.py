@@ -43,7 +43,7 @@ def pairs(
     firsts are the single effects, the leading one first. An effect whose magnitude is not determined alone leads no
     pair; it may be in one that is selected jointly.
     """
-    firsts = [m for m in firsts if not blocks.is_undetermined(m.fit)][:LEADING_FAMILIES]
+    firsts = [m for m in firsts if not blocks.is_undetermined(m.fit, [base])][:LEADING_FAMILIES]
     beat = min((m.fit.chi2 for m in firsts), default=base.chi2)
     plain = [effect for effect in library if not effect.flexible]
     joint = screen_pairs(base, plain)

@@ -15,9 +15,9 @@ from fmus.effects import Effect
 from fmus.support.deadline import time_is_up
 from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
-from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel, has_states
+from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
 from motofmi.gap.criteria import Criteria
-from motofmi.gap.estimation.candidate import Candidate
+from motofmi.gap.estimation.candidate import Candidate, has_states
 from motofmi.gap.estimation.effect_fit import as_found, fit_each
 from motofmi.gap.estimation.equation_error import EquationErrorFit
 from motofmi.gap.estimation.fit_result import Fit, PortableFit, initial_guesses, with_initial_guesses

@@ -1,6 +1,6 @@
 """Candidates: effects on top of a fit, with their gain, and their order.
 
-    dchi2 = chi2(fit) - chi2(fit + effect)        dBIC = dchi2 - k ln n - 2 u     (u unknowns of single runs: initial states)
+dchi2 = chi2(fit) - chi2(fit + effect)        dBIC = dchi2 - k ln n - 2 u     (u unknowns of single runs: initial states)
 """
 
 from collections.abc import Iterable, Sequence
@@ -70,16 +70,22 @@ def undetermined_magnitude(found: Fit, errors: np.ndarray, criteria: Criteria) -
 
     errors (parameters,) are the standard errors of x. An effect with several magnitudes needs only one that is.
     """
-    names = found.model.names
     for effect in found.model.effects:
-        magnitudes = [
-            names.index(found.model.experiment.parameter(effect, n))
-            for n in effect.free_parameters()
-            if n not in effect.nonlinear_parameters()
-        ]
+        magnitudes = magnitudes_of(found, effect)
         if magnitudes and all(abs(found.x[i]) < criteria.value_errors * errors[i] for i in magnitudes):
             return magnitudes[0]
     return None
+
+
+def magnitudes_of(found: Fit, effect: type[Effect]) -> list[int]:
+    """The indices in x of the parameters in which the term that an effect adds is linear."""
+    free = [n for n in effect.free_parameters() if n not in effect.nonlinear_parameters()]
+    return [found.model.names.index(found.model.experiment.parameter(effect, n)) for n in free]
+
+
+def has_states(effect: type[Effect]) -> bool:
+    """Whether an effect has states of its own."""
+    return any(row.role == "state" for row in effect.declared.values())
 
 
 def by_chance(freedom: float, criteria: Criteria) -> float:
