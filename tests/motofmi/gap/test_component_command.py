@@ -64,10 +64,16 @@ def test_a_fast_recording_reduced_while_it_is_read_has_the_verdict_of_a_slow_one
     assert fast["verdict"] == slow["verdict"] == "named"
     fast_effect, slow_effect = (verdict["effects"][0] for verdict in found)
     assert fast_effect["name"] == slow_effect["name"] == "coulomb_friction"
-    for name, reduced in fast_effect["parameters"].items():
-        sampled = slow_effect["parameters"][name]
-        scatter = np.hypot(reduced["standard_error"], sampled["standard_error"])
-        assert abs(reduced["value"] - sampled["value"]) < 4 * scatter
+    reduced, sampled = (e["parameters"]["friction_torque"] for e in (fast_effect, slow_effect))
+    scatter = np.hypot(reduced["standard_error"], sampled["standard_error"])
+    assert abs(reduced["value"] - sampled["value"]) < 4 * scatter
+    # Neither recording resolves the width of the friction: the filter widens its step to about a sample, in which the
+    # rate changes by up to this.
+    angle = joint_run({"friction": 0.3}, seed=5, duration=6.0, noise=0.0)["angle"]
+    resolved = np.abs(np.diff(angle, 2)).max() * 100.0
+    for effect in (fast_effect, slow_effect):
+        assert effect["parameters"].get("sliding_rate", {"value": 0.0})["value"] < resolved
+    assert any("look wider" in sentence for sentence in fast["limitations"])
 
 
 @pytest.mark.slow

@@ -325,7 +325,7 @@ def test_a_front_frame_that_twists_is_named_and_sized_and_the_vehicle_written(tm
     assert gap["holdout_after"] - 1 < 0.1 * (gap["holdout_before"] - 1), (
         "nine tenths of the gap close on the run that was not used"
     )
-    assert any("predicted from sample to sample" in sentence for sentence in result["limitations"])
+    assert any("predicted one sample ahead" in sentence for sentence in result["limitations"])
     assert (out / result["report"]).exists() and (out / result["fmu"]).exists()
 
 
