@@ -9,6 +9,8 @@ from fmus.support.errors import InputError
 from motofmi.recordings.channels import CHANNELS
 from motofmi.recordings.time_stamps import coarse, interval
 
+MORE = 2.5  # by what factor a limit is held more often and for longer than other values
+
 
 def complete_rows(time: np.ndarray, columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray, list[str]]:
     """Which rows (n,) have the time and a value in every column, and warnings about the other rows, which count as
@@ -111,16 +113,23 @@ def rig_warnings(time: np.ndarray, rig: Mapping[str, Any]) -> list[str]:
 def clipped(values: np.ndarray) -> np.ndarray:
     """Indices of samples held at the maximum by a limit.
 
-    A saturated converter gives one value several times in a row, and much more often than the values just below it. At
-    the peaks of a coarsely quantised sine the next levels occur as often.
+    A saturated converter gives one value several times in a row, much more often than the values just below it and for
+    longer than other values. At the peaks of a coarsely quantised sine the next levels occur as often, and a staircase
+    stays at its other levels as long. The beginning and the end of a recording do not count, where a machine at rest
+    may stay at the maximum.
     """
     top, bottom = float(values.max()), float(values.min())
-    span = top - bottom
-    levels = np.unique(values[values > top - 0.05 * span])
-    step = float(levels[-1] - levels[-2]) if len(levels) > 1 else 0.0
-    below = int(np.count_nonzero((values < top) & (values >= top - max(0.01 * span, 2.5 * step))))
-    held = values == top
-    in_a_row = np.any(held[2:] & held[1:-1] & held[:-2])
-    if not in_a_row or np.count_nonzero(held) < 2.5 * max(below, 2):
+    lower = np.flatnonzero(values != top)
+    if not len(lower):
         return np.array([], int)
-    return np.flatnonzero(held)
+    inside = values[lower[0] : lower[-1] + 1]
+    span, held = top - bottom, inside == top
+    levels = np.unique(inside[inside > top - 0.05 * span])
+    step = float(levels[-1] - levels[-2]) if len(levels) > 1 else 0.0
+    below = int(np.count_nonzero((inside < top) & (inside >= top - max(0.01 * span, 2.5 * step))))
+    changed = np.flatnonzero(np.diff(inside)) + 1
+    lengths, at_top = np.diff([0, *changed, len(inside)]), held[[0, *changed]]
+    longest = lengths[at_top].max(initial=0)
+    if longest < MORE * lengths[~at_top].mean() or np.count_nonzero(held) < MORE * max(below, 2):
+        return np.array([], int)
+    return np.flatnonzero(held) + lower[0]

@@ -99,3 +99,22 @@ def test_time_in_the_wrong_unit(write):
     slow = Recording("", 1000 * recording.time, recording.columns, recording.units)
     with pytest.raises(InputError, match=r"sampled at 0.128 Hz, nothing from 0.5 to 12 Hz"):
         estimate(read_recording(write(text(slow))))
+
+
+@pytest.mark.parametrize("ends", [(True, True), (True, False), (False, True)])
+def test_a_machine_at_rest_at_the_ends_is_not_called_clipped(write, ends):
+    """A staircase of torques, and an angle whose largest value is that at rest."""
+    recording = good()
+    count = len(recording.time)
+    moving = np.ones(count)
+    moving[: count // 5 * ends[0]] = moving[count - count // 5 * ends[1] :] = 0
+    recording.columns["steer_angle"][:] = -moving * (1.001 + np.sin(7 * recording.time)) * 0.05
+    recording.columns["steer_torque"][:] = 2.0 * np.round(np.sin(0.7 * recording.time))
+    assert not any("clipped" in warning for warning in read_recording(write(text(recording))).warnings)
+
+
+def test_a_quantised_signal_that_is_clipped_is_called_so(write):
+    recording = good()
+    angle = 0.05 * np.sin(2 * np.pi * 0.5 * recording.time)
+    recording.columns["steer_angle"][:] = 0.0005 * np.round(np.minimum(angle, 0.04) / 0.0005)
+    warned(write(text(recording)), "steer_angle seems clipped at its upper limit 0.04 rad")
