@@ -8,6 +8,7 @@ import numpy as np
 
 from fmus.effects import Effect
 from fmus.effects.added_terms import added_terms
+from motofmi.gap.alternatives import alternatives, reason
 from motofmi.gap.compared import closed_alone, compared
 from motofmi.gap.estimation.candidate import Candidate, adequate, reduced_by_noise
 from motofmi.gap.estimation.fit_result import parameters_of
@@ -32,6 +33,8 @@ def as_result(verdict: Verdict, unit: str, noise_source: str = "orders", cells: 
         "effects": [_effect(verdict, c, chances) for c in verdict.effects] if verdict.verdict == "named" else [],
         "tied": [c.family for c in verdict.tied] if verdict.verdict == "tied" else [],
         "closest": _closest(verdict) if verdict.verdict == "unknown" else None,
+        "alternatives": alternatives(verdict),
+        "reason": reason(verdict),
         "candidates": [_candidate(c, chances, alone) for c in _distinct(verdict.candidates)],
         "compared": compared(verdict),
         "where": [

@@ -64,7 +64,7 @@ def gap_report(
         title,
         answer(contents),
         sections,
-        laws(contents) or nearest(contents),
+        [*laws(contents), *nearest(contents)],
         first,
         asked="Does the model explain the recordings, and if not, which physical effect is missing?",
         inputs=inputs,

@@ -3,6 +3,7 @@ found with its values, and the misfit before and after."""
 
 from typing import Any
 
+SHOWN = 5  # models of a tie that are shown
 BAR = 40  # characters of the longer bar
 # What a reader who does not know the verdicts' names reads instead of them.
 BEGINNINGS = {"named": "An effect is missing: ", "tied": "An effect is missing, but ", "none": "No effect is missing: ",
@@ -54,17 +55,35 @@ def _left(result: dict[str, Any]) -> str:
 
 
 def nearest(result: dict[str, Any]) -> list[str]:
-    """The nearest effect of the library, and the misfit with it, where the verdict is unknown; where the runs disagree
-    on the base, the value that differs."""
+    """Where the verdict is unknown, the reason, the nearest model of the library, and the misfit with it; where the runs
+    disagree on the base, the value that differs. Where it is tied, the models of the tie with their values."""
     if result["disagreement"]:
         return [result["disagreement"]]
+    if result["verdict"] != "unknown":
+        shown, rest = result["alternatives"][:SHOWN], len(result["alternatives"][SHOWN:])
+        more = [f"possible: {rest} more, in `alternatives` of verdict.json"] if rest else []
+        return [*(f"possible: {_alternative(each)}" for each in shown), *more]
+    lines = [result["reason"]] if result["reason"] else []
     if not result["closest"]:
-        return []
-    rms, name = result["gap"]["rms"], result["closest"]["name"]
+        return lines
+    rms, [near] = result["gap"]["rms"], result["alternatives"] or [None]
+    name = " and ".join(e["name"] for e in near["effects"]) if near else result["closest"]["name"]
     if rms["after"] >= rms["before"]:
-        return [f"Nearest in the library: {name}. It does not reduce the rms of the misfit, {rms['before']:.3g} {rms['unit']}."]
-    return [f"Nearest in the library: {name}{_closed(result)}. The best candidate reduces the misfit of the fitted runs from "
-            f"{rms['before']:.3g} to {rms['after']:.3g} {rms['unit']} (rms)."]  # fmt: skip
+        said = f"Nearest in the library: {name}. It does not reduce the rms of the misfit, {rms['before']:.3g} {rms['unit']}."
+    else:
+        said = (
+            f"Nearest in the library: {name}{_closed(result)}. The best candidate reduces the misfit of the fitted runs from "
+            f"{rms['before']:.3g} to {rms['after']:.3g} {rms['unit']} (rms)."
+        )
+    return [*lines, said, *([f"nearest: {_alternative(near)}"] if near else [])]
+
+
+def _alternative(model: dict[str, Any]) -> str:
+    """A model that is not named, in one line: its effects with their values, and the share that it closes."""
+    closed = model["closed"]
+    share = "" if closed is None else f"; closes {max(closed, 0.0):.1%} of the closable misfit"
+    effects = [f"{e['name']} ({e['form']})" + (f": {_values(e)}" if e["parameters"] else "") for e in model["effects"]]
+    return "; and ".join(effects) + share
 
 
 def laws(result: dict[str, Any]) -> list[str]:
@@ -72,15 +91,37 @@ def laws(result: dict[str, Any]) -> list[str]:
     lines = []
     for effect in result["effects"]:
         law = "; ".join(effect["equations"]) or effect["sentence"].rstrip(".")
-        values = ", ".join(_value(n, p) for n, p in effect["parameters"].items())
         nearest_form = "nearest form: " if effect["form"] == "open" else ""
-        lines.append(f"{effect['name']}: {nearest_form}{law}" + (f", {values}" if values else ""))
+        lines.append(f"{effect['name']}: {nearest_form}{law}" + (f", {_values(effect)}" if effect["parameters"] else ""))
     return lines
+
+
+def _values(effect: dict[str, Any]) -> str:
+    return ", ".join(_value(n, p) for n, p in effect["parameters"].items())
 
 
 def _value(name: str, parameter: dict[str, Any]) -> str:
     unit = "" if parameter["unit"] == "1" else f" {parameter['unit']}"
     return f"{name} = {parameter['value']:.4g} +- {parameter['standard_error']:.2g}{unit}"
+
+
+def next_run(result: dict[str, Any]) -> str:
+    """The next experiment with what it is expected to distinguish; empty where there is none."""
+    proposed = result["next_experiment"]
+    if not proposed:
+        return ""
+    said, worth = proposed["sentence"], result["criteria"]["further_run_delta_chi2"]
+    apart = {(r["truth"], r["rival"]): r["delta_chi2"] for r in proposed.get("rivals", [])}
+    least = {pair: min(value, apart[pair[::-1]]) for pair, value in apart.items()}
+    clear = [value for value in least.values() if value >= worth]
+    groups: list[set[str]] = []
+    for pair in (pair for pair, value in least.items() if value < worth):
+        joined = [group for group in groups if group & set(pair)]
+        groups = [*(group for group in groups if group not in joined), set(pair).union(*joined)]
+    if not clear or not groups:
+        return f"{said} Expected delta chi-square: {proposed['expected_delta_chi2']:.3g}."
+    alike = "; ".join(", ".join(sorted(group)) for group in groups)
+    return f"{said} Expected delta chi-square: {min(clear):.3g}, except between {alike}: these it does not distinguish."
 
 
 def bars(result: dict[str, Any]) -> list[str]:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from motofmi.reports.charts import SEQUENCE, Axis, Chart, Curve, Panel
-from motofmi.reports.gap_summary import nearest
+from motofmi.reports.gap_summary import nearest, next_run
 from motofmi.reports.report import Section, Table
 
 # The keys of `gap` in words.
@@ -36,11 +36,8 @@ def verdict_section(result: dict[str, Any], *more: Table) -> Section:
     said = [*(e["sentence"] for e in result["effects"]), *nearest(result)]
     if result["tied"]:
         said.append(f"The data do not decide between {', '.join(result['tied'])}.")
-    if result["next_experiment"]:
-        proposed = result["next_experiment"]
-        said.append(
-            f"Next experiment: {proposed['sentence']} Expected delta chi-square: {proposed['expected_delta_chi2']:.3g}."
-        )
+    if proposed := next_run(result):
+        said.append(f"Next experiment: {proposed}")
     said += result["limitations"]
     return Section("Verdict", said or ["Nothing is missing."], [], [_effects(result), *more])
 

@@ -11,7 +11,7 @@ from motofmi.cli import plan_arguments as planning
 from motofmi.cli.arguments import mapping_of
 from motofmi.cli.outputs import output_folder
 from motofmi.cli.screen import Screen
-from motofmi.reports.gap_summary import bars, headline, laws, nearest
+from motofmi.reports.gap_summary import bars, headline, laws, nearest, next_run
 from motofmi.reports.gap_tables import RUNS, candidates, compared, places
 from motofmi.workflows.gap.find_gap import find_gap
 
@@ -159,7 +159,7 @@ def show(result: dict[str, Any], screen: Screen) -> None:
         planning.show(result, screen)
         return
     screen.print(headline(result), style="bold")
-    for line in (*nearest(result), *laws(result), *bars(result)):
+    for line in (*laws(result), *nearest(result), *bars(result)):
         screen.print(line)
     for effect in result["effects"]:
         screen.print(f"{effect['name']} ({effect['form']}): {effect['sentence']}")
@@ -176,9 +176,6 @@ def show(result: dict[str, Any], screen: Screen) -> None:
     if result["where"]:
         clearest = places(result, most=6)
         screen.table(clearest.headings, clearest.rows, "where the base deviates from the data")
-    if result["next_experiment"]:
-        proposed = result["next_experiment"]
-        screen.print(
-            f"next experiment: {proposed['sentence']} Expected delta chi-square: {proposed['expected_delta_chi2']:.3g}."
-        )
+    if proposed := next_run(result):
+        screen.print(f"next experiment: {proposed}")
     screen.warnings(result["limitations"], "limitation")

@@ -38,7 +38,7 @@ def fitted_vehicle(vehicle: Component, found: Fit, source: str, effects_folder: 
         n: (value, None, vehicle.table[n].unit) for n, value in vehicle.values.items() if n not in fitted
     }
     text = value_file(vehicle.title, given | dict(fitted), f"{vehicle.name} as fitted to measurements, with the "
-                                                           "effects found", source,
+                                                           "effects of the best model", source,
                       found.model.effects, effects_folder=effects_folder)  # fmt: skip
     return of_value_file(FILE, text, own_effects)
 

@@ -148,7 +148,8 @@ def limitations_of(found: Investigation, result: dict[str, Any], component: Comp
     sentences = []
     if result["noise_source"] == "flexible_model":
         sentences.append(FLEXIBLE)
-        if result["verdict"] == "none":
+        compared = found.verdict.comparison
+        if result["verdict"] == "none" and not (compared and compared.outcome.verdict == "none"):  # by the tolerance
             sentences.append(NONE_IS_WEAK)
     if found.factor != 1.0:
         sentences.append(OTHER_UNIT.format(found.factor))

@@ -63,6 +63,16 @@ class Gap:
         return self._contents["tied"]
 
     @property
+    def alternatives(self) -> list[dict[str, Any]]:
+        """The models of a tie, or the nearest one where nothing is named: effects with their parameters, and closed."""
+        return self._contents["alternatives"]
+
+    @property
+    def reason(self) -> str | None:
+        """Why nothing is named, in one sentence; None where something is, or nothing is missing."""
+        return self._contents["reason"]
+
+    @property
     def candidates(self) -> list[dict[str, Any]]:
         """Every effect that was tried: name, form, delta_chi2, delta_bic, probability."""
         return self._contents["candidates"]

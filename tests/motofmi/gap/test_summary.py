@@ -15,7 +15,7 @@ from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
 from motofmi.gap.selection.any_component import Investigation
 from motofmi.gap.selection.result import Verdict
-from motofmi.reports.gap_summary import bars, headline, laws, nearest
+from motofmi.reports.gap_summary import bars, headline, laws, nearest, next_run
 from motofmi.workflows.components import component, ships
 from motofmi.workflows.gap.input_output import limitations_of
 from tests.simulators.hidden_joint import joint_run
@@ -34,6 +34,9 @@ def drawn(rng):
     return {
         "verdict": kind, "effects": [effect] if kind == "named" else [], "tied": list(NAMES[:2]) if kind == "tied" else [],
         "closest": {"name": NAMES[0], "delta_bic": 5.0} if kind == "unknown" and rng.random() < 0.8 else None,
+        "reason": "No effect is named: few blocks." if kind == "unknown" and rng.random() < 0.5 else None,
+        "alternatives": [{"effects": [effect], "closed": share if rng.random() < 0.5 else None}] * int(rng.integers(8))
+        if kind == "tied" else [{"effects": [effect], "closed": share}] * (kind == "unknown" and rng.random() < 0.5),
         "complete": bool(rng.random() < 0.5) and kind in ("named", "none"),
         "ended": "The time budget of 60 s ended." if rng.random() < 0.3 else None,
         "explained": {"share": share, "low": share - 0.1, "high": share + 0.1} if held and kind != "none" else None,
@@ -47,7 +50,7 @@ def drawn(rng):
 @pytest.mark.parametrize("seed", range(300))
 def test_no_line_contradicts_the_numbers(seed):
     result = drawn(np.random.default_rng(seed))
-    lines = [headline(result), *nearest(result), *laws(result), *bars(result)]
+    lines = [headline(result), *laws(result), *nearest(result), *bars(result)]
     text = "\n".join(lines)
     assert lines[0].startswith(result["verdict"])
     for a, b in re.findall(r"from (\S+) to (\S+) rad", text):
@@ -120,3 +123,45 @@ def test_a_wrong_unit_is_suspected_only_where_the_values_are_the_users(own_value
     searched = Investigation(Verdict("none", found, found), replace(experiment, own_values=own_values))
     said = " ".join(limitations_of(searched, result, far, False))
     assert ("unit" in said) == own_values
+
+
+def test_a_tie_shows_each_model_with_its_values_and_share():
+    effect = {"name": "coulomb_friction", "form": "coulomb", "sentence": "Dry friction.", "equations": ["force += F"],
+              "parameters": {"friction_torque": {"value": 0.5, "standard_error": 0.01, "unit": "N.m"}}}  # fmt: skip
+    tie = drawn(np.random.default_rng(0)) | {"verdict": "tied", "effects": [], "alternatives": [
+        {"effects": [effect, {**effect, "name": "drift", "parameters": {}}], "closed": 0.53},
+        *[{"effects": [effect], "closed": None}] * 6,
+    ]}  # fmt: skip
+    first, *others, rest = nearest(tie)
+    assert first == (
+        "possible: coulomb_friction (coulomb): friction_torque = 0.5 +- 0.01 N.m; and drift (coulomb); "
+        "closes 53.0% of the closable misfit"
+    )
+    assert len(others) == 4 and "closes" not in others[0]
+    assert rest == "possible: 2 more, in `alternatives` of verdict.json"
+
+
+def test_an_unknown_verdict_has_its_reason_before_the_nearest_model():
+    unknown = drawn(np.random.default_rng(0)) | {
+        "verdict": "unknown", "closest": {"name": "drift", "delta_bic": 5.0}, "reason": "Its simulation diverges.", "alternatives": [],
+    }  # fmt: skip
+    lines = nearest(unknown)
+    assert lines[0] == "Its simulation diverges." and lines[1].startswith("Nearest in the library: drift")
+
+
+def proposed(apart):
+    rivals = [{"truth": a, "rival": b, "delta_chi2": x} for (a, b), x in apart.items()]
+    rivals += [{"truth": b, "rival": a, "delta_chi2": 2 * x} for (a, b), x in apart.items()]
+    return {
+        "next_experiment": {"sentence": "Sweep down.", "rivals": rivals, "expected_delta_chi2": min(apart.values())},
+        "criteria": {"further_run_delta_chi2": 10.0},
+    }
+
+
+def test_a_next_experiment_says_what_it_does_not_distinguish():
+    every = {("a", "b"): 50.0, ("a", "c"): 0.1, ("c", "d"): 0.2, ("a", "d"): 20.0, ("b", "c"): 60.0, ("b", "d"): 70.0}
+    assert next_run(proposed(every)) == (
+        "Sweep down. Expected delta chi-square: 20, except between a, c, d: these it does not distinguish."
+    )
+    assert next_run(proposed({("a", "b"): 50.0})) == "Sweep down. Expected delta chi-square: 50."
+    assert next_run({"next_experiment": None}) == ""

@@ -3,7 +3,8 @@
 from motofmi.reports.gap_tables import before_and_after, modes_over_speed, places, statistics_section, verdict_section
 
 TIED = {
-    "verdict": "tied", "effects": [], "tied": ["drift", "reflex"], "closest": None, "candidates": [
+    "verdict": "tied", "effects": [], "tied": ["drift", "reflex"], "closest": None, "alternatives": [], "reason": None,
+    "criteria": {"further_run_delta_chi2": 10.0}, "candidates": [
         {"name": "drift", "form": "both", "delta_chi2": 60.0, "delta_bic": 52.7, "probability": 0.6},
         {"name": "backlash", "form": "gap", "delta_chi2": 0.0, "delta_bic": -7.3, "probability": 0.0}],
     "complete": False, "explained": None, "ended": None, "disagreement": None,

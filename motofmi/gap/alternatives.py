@@ -1,0 +1,56 @@
+"""The models between which a verdict does not decide: `alternatives` and `reason` of verdict.json."""
+
+from typing import Any
+
+from fmus.effects.added_terms import added_terms
+from motofmi.gap.comparison.closable import closed_share
+from motofmi.gap.estimation.fit_result import Fit, parameters_of
+from motofmi.gap.selection.result import Verdict
+
+
+def alternatives(verdict: Verdict) -> list[dict[str, Any]]:
+    """The members of a tie, or the nearest model where nothing is named; empty where all is named or nothing missing.
+
+    Each has its effects with form, equations and parameters, and closed, the share of the closable misfit [1] that it
+    closes on validation runs (without them: on blocks that are left out of the fit); None where chi-square decided.
+    """
+    found = verdict.comparison
+    if found is None:
+        fits = [c.fit for c in verdict.tied]
+        if verdict.verdict == "unknown" and verdict.best.model.effects:
+            fits = [verdict.best]
+        return [_alternative(fit, None, verdict.criteria.value_errors) for fit in fits]
+    models = found.outcome.members if verdict.tied else []
+    if verdict.verdict == "unknown" and found.outcome.nearest:
+        models = [found.outcome.nearest]
+    return [
+        _alternative(
+            model.fit,
+            closed_share(found.base.reported, model.reported, found.flexible_mean_square).share,
+            verdict.criteria.value_errors,
+        )
+        for model in models
+    ]
+
+
+def reason(verdict: Verdict) -> str | None:
+    """The sentence on the rule by which nothing is named; None where something is, or nothing is missing."""
+    if verdict.verdict != "unknown" or verdict.ended:
+        return None
+    said = verdict.comparison.outcome.sentences[-1:] if verdict.comparison else []
+    return verdict.withheld or next(iter(said), None)
+
+
+def _alternative(found: Fit, closed: float | None, errors: float) -> dict[str, Any]:
+    known, experiment = parameters_of(found), found.model.experiment
+    effects = []
+    for effect in found.model.effects:
+        own = {n: known[experiment.parameter(effect, n)] for n in effect.free_parameters()}
+        parameters = {
+            n: {"value": value, "standard_error": error, "unit": unit}
+            for n, (value, error, unit) in own.items()
+            if abs(value) >= errors * error
+        }
+        effects.append({"name": effect.family, "form": effect.form, "equations": added_terms(effect),
+                        "sentence": effect.sentence(), "parameters": parameters})  # fmt: skip
+    return {"effects": effects, "closed": closed}
