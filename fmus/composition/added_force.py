@@ -3,6 +3,8 @@
     x' = f(x, u - F),   F = 0 unless an effect adds a term
 """
 
+from collections.abc import Mapping, Sequence
+from itertools import product
 from typing import Any
 
 from fmus.composition.wrapped import WrappedComponent
@@ -10,6 +12,7 @@ from fmus.declaration.component import Component, Scope
 from fmus.declaration.elements import Element
 from fmus.declaration.units import unit
 from fmus.declaration.variables import Variable
+from fmus.expressions.functions import NUMERIC
 
 FORCE = "resisting_force"
 EFFORTS = (unit("N").exponents, unit("N.m").exponents)
@@ -70,14 +73,36 @@ def with_force_element(component: Component) -> Component:
     efforts = [n for n in component.inputs if unit(component.table[n].unit).exponents in EFFORTS]
     if not efforts:
         return component
-    form, points = symbolic(component), dict[str, tuple[str, str, str]]()
+    form = symbolic(component)
     rates = dict(zip(component.states, form.rates, strict=True))
     deflection_of = {str(rate): n for n, rate in rates.items() if str(rate) in component.states}
+    start = component.start_values()
+    rest = component.run(start, NUMERIC)
+    slopes: dict[tuple[str, str], float] = {}
     for effort in efforts:
-        driven = [n for n, rate in rates.items() if n in deflection_of and rate.has(form.symbols[effort])]
-        if driven:
-            points.setdefault(driven[0], (effort, deflection_of[driven[0]], driven[0]))
-    if not points:
-        return component
-    first, *further = points.values()
-    return WithAddedForce(component, *first, further=tuple(further))
+        moved = component.run(start | {effort: start[effort] + 1.0}, NUMERIC)
+        driven = [n for n in deflection_of if rates[n].has(form.symbols[effort])]
+        slopes |= {(effort, n): float(moved[f"der({n})"] - rest[f"der({n})"]) for n in driven}
+    points = [(effort, deflection_of[rate], rate) for effort, rate in _driven(efforts, slopes)]
+    return WithAddedForce(component, *points[0], further=tuple(points[1:])) if points else component
+
+
+def _driven(efforts: Sequence[str], slopes: Mapping[tuple[str, str], float]) -> list[tuple[str, str]]:
+    """The efforts that drive a rate of their own, with that rate.
+
+    slopes are the changes of the accelerations by each effort, by effort and rate. Where every effort accelerates
+    several rates, those belong together with which the slopes are symmetric (reciprocity of Maxwell and Betti) and
+    positive on the diagonal, as those of the inverse of a mass matrix.
+    """
+    choices = [[*(pair for pair in slopes if pair[0] == effort), None] for effort in efforts]
+    every = ([pair for pair in made if pair] for made in product(*choices))
+    return min(every, key=lambda made: _misfit(made, slopes))
+
+
+def _misfit(made: Sequence[tuple[str, str]], slopes: Mapping[tuple[str, str], float]) -> tuple[int, int, float]:
+    """The number of efforts without a rate of their own, of negative slopes, and the asymmetry [1] of the slopes."""
+    given = [[slopes.get((effort, rate), 0.0) for _, rate in made] for effort, _ in made]
+    asymmetry = sum(abs(x - given[j][i]) for i, row in enumerate(given) for j, x in enumerate(row))
+    size = sum(abs(x) for row in given for x in row) or 1.0
+    own = len({rate for _, rate in made})
+    return -own, sum(row[i] < 0 for i, row in enumerate(given)) + len(made) - own, asymmetry / size

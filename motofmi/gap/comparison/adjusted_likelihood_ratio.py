@@ -3,7 +3,8 @@ r"""The standard errors by which the magnitude of an effect is compared with zer
     s' = s min(1, z / sqrt(L)),   z^2 = m' V^-1 m,   L = chi2 without the effect - chi2 with it
 
 m are the magnitudes of an effect and s their standard errors with errors of the model, V is their covariance without
-these. m / s' is the square root of the likelihood ratio L, multiplied by the ratio of both standard errors.
+these. m / s' is the square root of the likelihood ratio L, multiplied by the ratio of both standard errors. The fit
+without the effect starts from the values of the fit with it, since L counts a better minimum of the base otherwise.
 
 The output of an overflow or a stop that is practically rigid hardly depends on its magnitude, so that m / s tends to
 zero as the effect grows (Hauck, Donner 1977). The likelihood ratio does not: z^2 = L for an effect in whose magnitude
@@ -14,35 +15,60 @@ Statist. Assoc. 72 (1977) 851-853.
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 
 from fmus.effects import Effect
+from fmus.support.errors import InputError
 from motofmi.gap.estimation.candidate import has_states, magnitudes_of
+from motofmi.gap.estimation.effect_fit import as_found
 from motofmi.gap.estimation.fit_result import Fit
+from motofmi.gap.estimation.fitting import fit
 
 
-def adjusted_errors(found: Fit, errors: np.ndarray, simpler: Sequence[Fit]) -> np.ndarray:
+def adjusted_errors(found: Fit, errors: np.ndarray, simpler: Sequence[Fit], least: float) -> np.ndarray:
     """The standard errors (parameters,) by which magnitudes of effects are compared with zero.
 
     errors (parameters,) include errors of the model; simpler are fits of which some lack one effect of the fit. The
-    errors of an effect that none of them lacks are returned as they are, and those of an effect with states of its
-    own, since its free initial states can reduce chi-square without any magnitude.
+    errors of an effect are adjusted where its magnitudes are less than `least` standard errors and another of its
+    parameters is more, as the threshold of an overflow: the data determine the effect then. They are returned as they
+    are where no fit lacks the effect, and for an effect with states of its own, since its free initial states can
+    reduce chi-square without any magnitude.
     """
     adjusted, covariance = errors.copy(), replace(found, sandwich=None).covariance()
+    determined = np.abs(found.x[: len(errors)]) >= least * errors
     for effect in found.model.effects:
-        places, without = magnitudes_of(found, effect), _without(found, effect, simpler)
-        if not places or without is None or has_states(effect):
+        places, others = magnitudes_of(found, effect), _parameters_of(found, effect)
+        sizes, own = found.x[places], errors[places]
+        without = _without(found, effect, simpler)
+        if has_states(effect) or without is None or determined[places].any() or not determined[others].any():
             continue
-        sizes = found.x[places]
         by_wald = float(sizes @ np.linalg.pinv(covariance[np.ix_(places, places)]) @ sizes)
-        ratio = max(without.chi2 - found.chi2, 1e-300)
-        adjusted[places] *= min(1.0, np.sqrt(by_wald / ratio))
+
+        def scaled(chi2: float, own: np.ndarray = own, by_wald: float = by_wald) -> np.ndarray:
+            return own * min(1.0, np.sqrt(by_wald / max(chi2 - found.chi2, 1e-300)))
+
+        if np.any(np.abs(sizes) >= least * scaled(without.chi2)):
+            adjusted[places] = scaled(_refitted(found, without))
     return adjusted
+
+
+def _parameters_of(found: Fit, effect: type[Effect]) -> list[int]:
+    """The indices in x of the parameters of an effect."""
+    return [found.model.names.index(found.model.experiment.parameter(effect, n)) for n in effect.free_parameters()]
 
 
 def _without(found: Fit, effect: type[Effect], simpler: Sequence[Fit]) -> Fit | None:
     """The fit with all other effects of a fit, the one with the least chi-square; None where there is none."""
     others = set(found.model.effects) - {effect}
     return min((f for f in simpler if set(f.model.effects) == others), key=lambda f: f.chi2, default=None)
+
+
+def _refitted(found: Fit, without: Fit) -> float:
+    """The chi-square of a fit without an effect, or of one that starts from the values of the fit with it if less."""
+    with suppress(InputError):  # it cannot be simulated from there
+        start = as_found(without.model, found, without.x)
+        return min(without.chi2, fit(without.model, found.runs, start).chi2)
+    return without.chi2

@@ -94,7 +94,8 @@ def _compared(blocks: CommonBlocks, compared_base: ComparedModel, models: Sequen
     """The comparison of the base with models that are evaluated on the same blocks."""
     covariances = {id(m): blocks.covariance(m.fit) for m in models}
     simpler = [m.fit for m in (compared_base, *models)]
-    errors = {id(m): adjusted_errors(m.fit, standard_errors(covariances[id(m)]), simpler) for m in models}
+    least = blocks.criteria.value_errors
+    errors = {id(m): adjusted_errors(m.fit, standard_errors(covariances[id(m)]), simpler, least) for m in models}
     flexible = _flexible_mean_square(compared_base, models, blocks)
     counts = (len(blocks.blocks), len(blocks.validation_blocks))
     motion = _motion_mean_square(blocks.validation or compared_base.fit.runs, blocks.scale)

@@ -174,7 +174,9 @@ class CommonBlocks:
 
         simpler are fits without one effect of the fit, by whose chi-square the errors are adjusted.
         """
-        errors = adjusted_errors(found, standard_errors(self.covariance(found)), simpler)
+        errors = adjusted_errors(
+            found, standard_errors(self.covariance(found)), simpler, self.criteria.value_errors
+        )
         return undetermined_magnitude(found, errors, self.criteria) is not None
 
     def covariance(self, found: Fit) -> np.ndarray:

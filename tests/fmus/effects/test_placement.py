@@ -130,6 +130,38 @@ def test_every_point_that_a_force_drives_has_the_laws_of_mechanics():
     )
 
 
+class Arms(Component):
+    """Two arms without gravity, a torque at each joint and explicit accelerations: both depend on both torques."""
+
+    torque_1 = input("N.m", "Torque at the first joint", symbol="T1")
+    torque_2 = input("N.m", "Torque at the second joint", symbol="T2")
+    angle_1 = state("rad", "Angle of the first arm", symbol="q1")
+    rate_1 = state("rad/s", "Rate of the first arm", symbol="s1")
+    angle_2 = state("rad", "Angle of the second arm from the first", symbol="q2")
+    rate_2 = state("rad/s", "Rate of the second arm from the first", symbol="s2")
+
+    def equations(self, v, m):
+        # M = [[4, 1.5], [1.5, 1]]: the second torque accelerates the first arm backwards.
+        return {"der(angle_1)": v.rate_1, "der(rate_1)": (v.torque_1 - 1.5 * v.torque_2) / 1.75,
+                "der(angle_2)": v.rate_2, "der(rate_2)": (4 * v.torque_2 - 1.5 * v.torque_1) / 1.75}  # fmt: skip
+
+
+def test_a_torque_at_a_joint_belongs_to_the_rate_of_that_joint():
+    """Power of friction 2 N.m at the second joint: x' M x'' = -2 |s2|, with M from the equations."""
+    arms = with_force_element(Arms())
+    assert {e.rate: e.force for e in arms.elements.values()} == {
+        "rate_1": "resisting_force", "rate_2": "resisting_force_at_angle_2",
+    }  # fmt: skip
+    rubbing = next(e for e in laws_at(arms) if e.form == "coulomb_at_angle_2")
+    joined = arms.with_effects(rubbing()).with_values(**{"coulomb_friction.friction_torque": 2.0})
+    speeds = {"rate_1": -0.7, "rate_2": 3.0}
+    x = np.array([speeds.get(n, 0.0) for n in joined.states])
+    accelerations = dict(zip(joined.states, joined.derivatives(x, np.zeros(2))[0], strict=True))
+    inertias = np.array([[4, 1.5], [1.5, 1]])
+    power = np.array([*speeds.values()]) @ inertias @ [accelerations[n] for n in speeds]
+    assert power == pytest.approx(-2.0 * 3.0)
+
+
 @pytest.mark.parametrize("rate", [0.5, -0.5])
 @pytest.mark.parametrize(
     ("form", "values", "force"), [("bilinear", {"ratio": 0.2}, 0.2 * 3.0 * 0.5), ("quadratic", {"even_coefficient": 4.0}, 4.0 * 0.5**2)]
