@@ -109,19 +109,21 @@ def _compared(blocks: CommonBlocks, compared_base: ComparedModel, models: Sequen
 
 def _unless_leader_diverges(compared: Comparison, blocks: CommonBlocks) -> Comparison:
     """The comparison; `unknown` where a model with less loss on the fitted runs than the named one could not be
-    simulated on all runs, so that the comparison is incomplete."""
+    simulated on all runs, so that the comparison is incomplete. A model that contains what is named is no rival."""
     if compared.outcome.verdict == "none":
         return compared
     members = compared.outcome.members or [compared.base]
     least = min(float(np.mean(np.log(m.fitted + m.floor))) for m in members)
-    named = {frozenset(effect.family for effect in m.effects) for m in members}
+    of_members = [m.families for m in members]
+    named = frozenset.intersection(*of_members)
     for found in blocks.not_simulated:
         families = frozenset(effect.family for effect in found.model.effects)
         losses = blocks.fitted_losses(found)
         if (
             losses is None
             or losses.mean() >= least
-            or families in named
+            or families in of_members
+            or (named and named <= families)
             or blocks.is_undetermined(found, [compared.base.fit])
         ):
             continue

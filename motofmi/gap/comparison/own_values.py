@@ -40,7 +40,7 @@ def disagreement(base: ComparedModel, best: ComparedModel, flexible: float, bloc
     return (
         "No effect is named: the fitted and the validation runs disagree on the base. With values of its own in the "
         f"validation runs it closes {share:.1%} of the closable misfit, clearly more than {effects} with the fitted "
-        f"values. {_difference(base, own, blocks)} Give runs of one machine in one condition."
+        f"values. {_difference(base, own, blocks)} {_amplitudes(base, blocks)}"
     )
 
 
@@ -58,6 +58,19 @@ def with_own_values(base: ComparedModel, flexible: float, blocks: CommonBlocks) 
     except (InputError, ValueError, np.linalg.LinAlgError):
         return None
     return replace(base, fit=found, validation=validation)
+
+
+def _amplitudes(base: ComparedModel, blocks: CommonBlocks) -> str:
+    """The advice on the runs, with the rms of the first output in fitted and in validation runs."""
+    fitted, validation = (
+        np.sqrt(np.mean([run.motion_variance[0] for run in runs])) for runs in (base.fit.runs, blocks.validation)
+    )
+    run = base.fit.runs[0]
+    name = run.experiment.outputs[0]
+    return (
+        f"The {name} has {fitted:.3g} and {validation:.3g} {run.recording.units[name]} (rms) there. Give runs of one "
+        "machine in one condition; where only their amplitude differs, fit runs of both amplitudes."
+    )
 
 
 def _difference(base: ComparedModel, own: ComparedModel, blocks: CommonBlocks) -> str:

@@ -23,6 +23,34 @@ def rubbing(name: str, seed: int) -> Recording:
     return Recording(name, time, {"force": force, "displacement": x}, {"force": "N", "displacement": "m"})
 
 
+def gap_of_friction():
+    return mf.find_gap(
+        [rubbing("fitted", 1)], validation=[rubbing("held", 2)], component="mass_spring_damper", impose="displacement"
+    ).to_dict()
+
+
+@pytest.fixture(autouse=True)
+def compared_on_blocks(monkeypatch):
+    monkeypatch.setattr("motofmi.gap.selection.any_component._leaves_noise", lambda *_: False)
+
+
+def test_an_effect_is_named_although_a_pair_that_contains_it_cannot_be_simulated(monkeypatch):
+    refined = CommonBlocks.refined_and_evaluated
+
+    def without_pairs(blocks, fits, description):
+        pairs = [found for found in fits if len(found.model.effects) > 1]
+        blocks.not_simulated += pairs
+        return refined(blocks, [found for found in fits if found not in pairs], description)
+
+    losses = CommonBlocks.fitted_losses
+    monkeypatch.setattr(CommonBlocks, "refined_and_evaluated", without_pairs)
+    monkeypatch.setattr(
+        CommonBlocks, "fitted_losses", lambda self, found: losses(self, found) - 5.0 * (len(found.model.effects) > 1)
+    )  # every pair has less loss on the fitted runs than friction alone
+    found = gap_of_friction()
+    assert [e["name"] for e in found["effects"]] == ["coulomb_friction"]
+
+
 @pytest.mark.parametrize("simulated", [True, False])
 def test_nothing_is_named_in_place_of_an_effect_that_cannot_be_simulated(monkeypatch, simulated):
     evaluated = CommonBlocks.evaluated
@@ -32,10 +60,7 @@ def test_nothing_is_named_in_place_of_an_effect_that_cannot_be_simulated(monkeyp
         return evaluated(blocks, found) if simulated or not rubs else None
 
     monkeypatch.setattr(CommonBlocks, "evaluated", unless_friction)
-    monkeypatch.setattr("motofmi.gap.selection.any_component._leaves_noise", lambda *_: False)  # compared on blocks
-    found = mf.find_gap(
-        [rubbing("fitted", 1)], validation=[rubbing("held", 2)], component="mass_spring_damper", impose="displacement"
-    ).to_dict()
+    found = gap_of_friction()
     said = [s for s in found["limitations"] if s.startswith("No effect is named: coulomb_friction has less loss on")]
     assert bool(said) is not simulated
     assert [e["name"] for e in found["effects"]] == (["coulomb_friction"] if simulated else [])
