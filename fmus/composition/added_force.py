@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import Any
 
+import numpy as np
+
 from fmus.composition.wrapped import WrappedComponent
 from fmus.declaration.component import Component, Scope
 from fmus.declaration.elements import Element
@@ -76,11 +78,13 @@ def with_force_element(component: Component) -> Component:
     form = symbolic(component)
     rates = dict(zip(component.states, form.rates, strict=True))
     deflection_of = {str(rate): n for n, rate in rates.items() if str(rate) in component.states}
-    start = component.start_values()
-    rest = component.run(start, NUMERIC)
+    # NumPy's numbers divide by zero, where equations are not defined at the start values.
+    start = {n: np.float64(x) for n, x in component.start_values().items()}
+    with np.errstate(all="ignore"):
+        rest = component.run(start, NUMERIC)
+        pushed = {effort: component.run(start | {effort: start[effort] + 1.0}, NUMERIC) for effort in efforts}
     slopes: dict[tuple[str, str], float] = {}
-    for effort in efforts:
-        moved = component.run(start | {effort: start[effort] + 1.0}, NUMERIC)
+    for effort, moved in pushed.items():
         driven = [n for n in deflection_of if rates[n].has(form.symbols[effort])]
         slopes |= {(effort, n): float(moved[f"der({n})"] - rest[f"der({n})"]) for n in driven}
     points = [(effort, deflection_of[rate], rate) for effort, rate in _driven(efforts, slopes)]

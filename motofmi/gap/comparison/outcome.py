@@ -24,6 +24,7 @@ from motofmi.gap.comparison.superior_ability import superior_ability
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import undetermined_magnitude
 
+OVER_TIME = "drift"  # the family of changes over the time of a run
 MEMBER, BEHIND, NOT_CLEAR, SMALL, UNDETERMINED = STANDINGS = (
     "in the confidence set", "behind", "gain not clear", "gain too small", "magnitude not determined",
 )  # fmt: skip
@@ -185,6 +186,11 @@ def _objection(
     A pair is compared with the better of its two effects alone.
     """
     name, before, closed = _effects_of(model), base, "the closable misfit"
+    if OVER_TIME in model.families and not len(model.validation) and len(model.fit.runs) < 2:
+        return NOT_CLEAR, (
+            f"{name} is not named: in a single run a change over time is not distinguishable from an effect of another "
+            "kind. Give a second run, fitted or with --holdout."
+        )
     if not model.judged_alone and len(model.validation) and model.validation_loss >= base.validation_loss:
         return NOT_CLEAR, f"{name} is not named: it does not reduce the loss on the validation runs."
     if len(model.effects) > 1:

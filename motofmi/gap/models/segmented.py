@@ -170,9 +170,12 @@ class SegmentedModel(HarmonicModel):
     @cached_property
     def _rates_of_states(self) -> dict[str, list[str]]:
         """The states that are the rate of a state, by its name."""
-        start, states = self.component.start_values(), self.component.states
-        rest = self.component.run(start, NUMERIC)
-        probed = {n: self.component.run(start | {n: start[n] + 1.0}, NUMERIC) for n in states}
+        states = self.component.states
+        # NumPy's numbers divide by zero, where equations are not defined at the start values.
+        start = {n: np.float64(x) for n, x in self.component.start_values().items()}
+        with np.errstate(all="ignore"):
+            rest = self.component.run(start, NUMERIC)
+            probed = {n: self.component.run(start | {n: start[n] + 1.0}, NUMERIC) for n in states}
         return {
             name: [n for n in states if abs(probed[n][f"der({name})"] - rest[f"der({name})"] - 1.0) < 1e-12]
             for name in states

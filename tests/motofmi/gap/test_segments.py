@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from fmus import Component, input, parameter, state
 from fmus.mechanisms import DrivenJoint, MassSpringDamper
 from motofmi.gap.estimation.initial_fit import stable_segments
 from motofmi.gap.estimation.starting_values import poles
@@ -35,6 +36,29 @@ def test_poles_of_a_base_whose_fit_has_left_its_bounds_are_those_at_the_bounds()
     x[model.names.index("mass")] = np.log(1e9)  # the bound is 1e6 kg
     at_bound = np.roots([1e6, *(MassSpringDamper().values[n] for n in ("spring_damping", "spring_stiffness"))])
     assert sorted(poles(model, x), key=lambda p: p.imag) == pytest.approx(sorted(at_bound, key=lambda p: p.imag))
+
+
+class Slider(Component):
+    """A mass with dry friction F v / |v|, which is not defined at rest."""
+
+    mass_of_slider = parameter("kg", "Mass", min=1e-3, start=1.0)
+    friction = parameter("N", "Dry friction", min=0, start=0.5)
+    force = input("N", "Driving force")
+    position = state("m", "Position", exposed=True)
+    velocity = state("m/s", "Velocity")
+
+    def equations(self, v, m):
+        resisting = v.friction * v.velocity / m.absolute(v.velocity)
+        return {"der(position)": v.velocity, "der(velocity)": (v.force - resisting) / v.mass_of_slider}
+
+
+def test_equations_that_are_not_defined_at_rest_are_no_crash():
+    time = np.arange(400) / 100
+    columns = {"force": np.sin(time), "position": np.cos(3 * time)}
+    experiment = input_output_experiment(Slider(), list(columns))
+    run = prepare_sampled_run(Recording("slider", time, columns, {"force": "N", "position": "m"}), experiment)
+    x = FreeInitialStateModel(experiment).first_states(run, 0)
+    assert x[0] == pytest.approx(1.0, abs=0.01) and np.all(np.isfinite(x))
 
 
 def test_segments_are_short_where_the_recorded_motion_is_unstable():

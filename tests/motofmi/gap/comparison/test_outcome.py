@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from fmus.effects.damping import CoulombFriction, CubicDamping, SoftFriction
+from fmus.effects.drift import Drift
 from fmus.effects.resonance import HungBody
 from fmus.effects.stiffness import CubicHardening
 from motofmi.gap.comparison.compared_model import ComparedModel
@@ -26,7 +27,7 @@ def model_with(*effects, level, seed=0, scatter=0.1, blocks=BLOCKS, value=1.0):
     experiment = SimpleNamespace(parameter=lambda effect, n: f"{effect.family}.{n}")
     model = SimpleNamespace(names=names, own=names, experiment=experiment, effects=effects)
     squares = level * np.exp(scatter * np.random.default_rng(seed).normal(size=2 * blocks))
-    fit = SimpleNamespace(model=model, x=np.full(len(names), value))
+    fit = SimpleNamespace(model=model, x=np.full(len(names), value), runs=[None])
     return ComparedModel(effects, fit, squares[:blocks], squares[blocks:], 1e-9)
 
 
@@ -92,6 +93,17 @@ def test_a_base_that_is_not_distinguishable_from_the_best_effect_is_not_replaced
     found = outcome(base, [made], FLEXIBLE, MOTION, (BLOCKS, BLOCKS), {id(made): np.full(1, 0.1)}, Criteria())
     assert found.verdict == "unknown"
     assert "the base is in the model confidence set (p = " in found.sentences[-1]
+
+
+@pytest.mark.parametrize(("runs", "validated", "verdict"), [(1, False, "unknown"), (2, False, "named"), (1, True, "named")])
+def test_a_change_over_time_is_not_named_from_a_single_run(runs, validated, verdict):
+    base, drifting = model_with(level=10.0), model_with(Drift, level=1.0, seed=1)
+    drifting.fit.runs = [None] * runs
+    base, drifting = (m if validated else replace(m, validation=np.zeros(0)) for m in (base, drifting))
+    found = outcome(base, [drifting], FLEXIBLE, MOTION, (BLOCKS, BLOCKS * validated),
+                    {id(drifting): np.full(1, 0.1)}, Criteria())  # fmt: skip
+    assert found.verdict == verdict
+    assert any("in a single run a change over time" in s for s in found.sentences) is (verdict == "unknown")
 
 
 def test_effects_that_only_increase_the_loss_are_said_to_reduce_nothing():
