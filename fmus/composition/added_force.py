@@ -84,9 +84,9 @@ def with_force_element(component: Component) -> Component:
         rest = component.run(start, NUMERIC)
         pushed = {effort: component.run(start | {effort: start[effort] + 1.0}, NUMERIC) for effort in efforts}
     slopes: dict[tuple[str, str], float] = {}
-    for effort, moved in pushed.items():
+    for effort, changed in pushed.items():
         driven = [n for n in deflection_of if rates[n].has(form.symbols[effort])]
-        slopes |= {(effort, n): float(moved[f"der({n})"] - rest[f"der({n})"]) for n in driven}
+        slopes |= {(effort, n): float(changed[f"der({n})"] - rest[f"der({n})"]) for n in driven}
     points = [(effort, deflection_of[rate], rate) for effort, rate in _driven(efforts, slopes)]
     return WithAddedForce(component, *points[0], further=tuple(points[1:])) if points else component
 

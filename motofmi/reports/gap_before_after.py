@@ -18,12 +18,17 @@ ORDERS = (1, 2, 3)
 LAGS = 20
 
 
+def label_of_best(verdict: Verdict) -> str:
+    """The label of the curves of the best model; nothing is found where the verdict is unknown or tied."""
+    found = {"unknown": "with the nearest effects", "tied": "with one of the tied models"}
+    return found.get(verdict.verdict, "with the effects found")
+
+
 def without_and_with(verdict: Verdict) -> list[tuple[Fit, str, str]]:
     """Fit, colour (of a chart) and label of base and best on the validation runs, else on the fitted ones; of the base
-    alone
-    if no effect was found."""
+    alone if no effect was found."""
     found = [each.fit for each in verdict.validation_gap] if verdict.validation_gap else [verdict.base, verdict.best]
-    both = list(zip(found, ("base", "found"), ("base", "with the effects found"), strict=True))
+    both = list(zip(found, ("base", "found"), ("base", label_of_best(verdict)), strict=True))
     return both if verdict.best.model.effects else both[1:]
 
 

@@ -75,15 +75,19 @@ def nearest(result: dict[str, Any]) -> list[str]:
             f"Nearest in the library: {name}{_closed(result)}. The best candidate reduces the misfit of the fitted runs from "
             f"{rms['before']:.3g} to {rms['after']:.3g} {rms['unit']} (rms)."
         )
-    return [*lines, said, *([f"nearest: {_alternative(near)}"] if near else [])]
+    return [*lines, said, *([f"values: {_effects_with_values(near)}"] if near else [])]
 
 
 def _alternative(model: dict[str, Any]) -> str:
     """A model that is not named, in one line: its effects with their values, and the share that it closes."""
     closed = model["closed"]
     share = "" if closed is None else f"; closes {max(closed, 0.0):.1%} of the closable misfit"
+    return _effects_with_values(model) + share
+
+
+def _effects_with_values(model: dict[str, Any]) -> str:
     effects = [f"{e['name']} ({e['form']})" + (f": {_values(e)}" if e["parameters"] else "") for e in model["effects"]]
-    return "; and ".join(effects) + share
+    return "; and ".join(effects)
 
 
 def laws(result: dict[str, Any]) -> list[str]:

@@ -11,8 +11,8 @@ from motofmi.gap.preprocessing.predicted_run import PredictedRun
 from motofmi.gap.preprocessing.weak_form import WeakFormRun
 from motofmi.gap.selection.result import Verdict
 from motofmi.reports.charts import Axis, Chart, Curve, Panel, Shade
+from motofmi.reports.gap_before_after import label_of_best
 
-FOUND = "with the effects found"
 HERTZ = 2 * np.pi
 POINTS = {"dashed": "circles", "line": "points"}  # how differences of a fit are drawn whose curve has that style
 
@@ -26,7 +26,7 @@ def eigenvalues_of(found: Fit, speeds: np.ndarray) -> np.ndarray:
 def eigenvalues_over_speed(verdict: Verdict) -> Chart:
     """Measured eigenvalues with their standard errors, those of the base and of the best fit, and the differences."""
     panels: dict[str, list[Curve]] = {"real": [], "imag": [], "real difference": [], "imag difference": []}
-    fits = [(verdict.base, "base", "dashed", "base"), (verdict.best, "found", "line", FOUND)]
+    fits = [(verdict.base, "base", "dashed", "base"), (verdict.best, "found", "line", label_of_best(verdict))]
     for run in verdict.base.runs:
         over, text = run.labels[0], [f"{mode or 'eigenvalue'}, {run.name}" for mode in run.mode]
         text += [t for t, seen in zip(text, run.oscillates, strict=True) if seen]
@@ -80,7 +80,7 @@ def weak_form_spectra(verdict: Verdict, given: Fit) -> Chart:
     given is the vehicle without a fit.
     """
     run: WeakFormRun = verdict.best.runs[0]
-    fits = [(given, "changed", "as given"), (verdict.base, "base", "base, refitted"), (verdict.best, "found", FOUND)]
+    fits = [(given, "changed", "as given"), (verdict.base, "base", "base, refitted"), (verdict.best, "found", label_of_best(verdict))]
     panels = []
     for i, name in enumerate(run.rates):
         curves = [Curve("measured", run.frequency, np.sqrt(np.mean(run.measured[i] ** 2, axis=0)))]
@@ -106,7 +106,7 @@ def prediction_spectra(verdict: Verdict) -> Chart:
     assert run.mixing is not None
     own = np.linalg.inv(run.mixing)
     measured = np.sqrt(np.mean(np.einsum("ij,jbk->ibk", own, run.cosines(run.measured)) ** 2, axis=1))
-    fits = [(verdict.base, "base", "base, refitted"), (verdict.best, "found", FOUND)]
+    fits = [(verdict.base, "base", "base, refitted"), (verdict.best, "found", label_of_best(verdict))]
     panels = []
     for i, name in enumerate(run.outputs):
         curves = [Curve("measured", run.frequency, measured[i])]

@@ -32,7 +32,7 @@ def drawn():
     weave = np.array([-5.2 + 15j, -1.5 + 18j, -1.0 + 21j])
     run = MeasuredEigenvalues("a", np.array([20.0, 35.0, 50.0]), ("weave",) * 3, weave, np.full(3, 0.1), np.full(3, 0.2))
     base, best = (SimpleNamespace(model=Shifted(bike, e, x), shared=None, runs=[run]) for e, x in ((3.0, ()), (0.5, ("an effect",))))
-    return bike, run, base, eigenvalues_over_speed(SimpleNamespace(base=base, best=best))
+    return bike, run, base, eigenvalues_over_speed(SimpleNamespace(base=base, best=best, verdict="named"))
 
 
 @pytest.mark.slow
