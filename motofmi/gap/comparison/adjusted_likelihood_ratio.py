@@ -32,18 +32,20 @@ def adjusted_errors(found: Fit, errors: np.ndarray, simpler: Sequence[Fit], leas
     """The standard errors (parameters,) by which magnitudes of effects are compared with zero.
 
     errors (parameters,) include errors of the model; simpler are fits of which some lack one effect of the fit. The
-    errors of an effect are adjusted where its magnitudes are less than `least` standard errors and another of its
-    parameters is more, as the threshold of an overflow: the data determine the effect then. They are returned as they
-    are where no fit lacks the effect, and for an effect with states of its own, since its free initial states can
-    reduce chi-square without any magnitude.
+    errors of an effect are adjusted where its magnitudes are less than `least` standard errors even without errors of
+    the model, and another of its parameters is more, as the threshold of an overflow: the data determine the effect
+    then. They are returned as they are where no fit lacks the effect, and for an effect with states of its own, since
+    its free initial states can reduce chi-square without any magnitude.
     """
     adjusted, covariance = errors.copy(), replace(found, sandwich=None).covariance()
-    determined = np.abs(found.x[: len(errors)]) >= least * errors
+    shared = found.x[: len(errors)]
+    determined = np.abs(shared) >= least * errors
+    rigid = np.abs(shared) < least * np.sqrt(np.maximum(np.diag(covariance)[: len(errors)], 0.0))
     for effect in found.model.effects:
         places, others = magnitudes_of(found, effect), _parameters_of(found, effect)
         sizes, own = found.x[places], errors[places]
         without = _without(found, effect, simpler)
-        if has_states(effect) or without is None or determined[places].any() or not determined[others].any():
+        if has_states(effect) or without is None or not rigid[places].all() or not determined[others].any():
             continue
         by_wald = float(sizes @ np.linalg.pinv(covariance[np.ix_(places, places)]) @ sizes)
 

@@ -56,9 +56,9 @@ def step(x):
 
 
 def rigid(effect=SoftFriction):
-    """A step at 0.51 s between samples 0.02 s apart: any magnitude above 1 gives the same, the time is determined."""
-    data = step([50.0, 0.51]) + ERROR * np.random.default_rng(1).standard_normal(len(TIME))
-    return regression(step, data, effect, [5.0, 0.509])
+    """A step at 0.5 s between samples 0.02 s apart: any magnitude above 3 gives the same, the time is determined."""
+    data = step([50.0, 0.5]) + ERROR * np.random.default_rng(1).standard_normal(len(TIME))
+    return regression(step, data, effect, [3.0, 0.5])
 
 
 def test_where_the_output_is_linear_in_the_magnitude_the_errors_stay():
@@ -74,13 +74,20 @@ def test_where_the_output_is_linear_in_the_magnitude_the_errors_stay():
 
 def test_a_magnitude_to_which_the_output_is_rigid_is_distinguished_from_zero_by_its_likelihood_ratio():
     found, without = rigid()
-    errors = np.maximum(error_of(found), [10.0, 1e-3])
+    errors = np.array([3 * error_of(found)[0], 1e-3])
     assert abs(found.x[0]) < LEAST * errors[0]  # not distinguishable by its standard error
     adjusted = adjusted_errors(found, errors, [without], LEAST)
     plain = np.sqrt(replace(found, sandwich=None).covariance()[0, 0])
     ratio = np.sqrt(without.chi2 - found.chi2)  # about 70
-    assert found.x[0] / adjusted[0] == pytest.approx(ratio * plain / errors[0])
+    assert found.x[0] / adjusted[0] == pytest.approx(ratio * plain / errors[0]) and plain > found.x[0] / LEAST
     assert adjusted[1] == errors[1]
+
+
+def test_a_magnitude_that_only_errors_of_the_model_hide_keeps_its_errors():
+    found, without = rigid()
+    found.jacobian = found.jacobian * [1e9, 1.0]  # many standard errors without errors of the model
+    errors = np.array([100.0, 1e-3])
+    assert np.array_equal(adjusted_errors(found, errors, [without], LEAST), errors)
 
 
 def test_an_effect_of_which_the_data_determine_nothing_keeps_its_errors():
@@ -98,7 +105,7 @@ def test_without_a_fit_that_lacks_the_effect_the_errors_stay():
 def test_a_better_minimum_of_the_base_is_no_gain_of_the_effect(monkeypatch):
     found, without = rigid()
     errors = np.array([100.0, 1e-3])
-    again = SimpleNamespace(chi2=found.chi2 + 1e-6)  # the base alone fits as well from these values
+    again = SimpleNamespace(chi2=found.chi2)  # the base alone fits as well from these values
     monkeypatch.setattr(adjusted_likelihood_ratio, "fit", lambda model, runs, start: again)
     assert np.array_equal(adjusted_errors(found, errors, [without], LEAST), errors)
 
