@@ -115,8 +115,8 @@ def clipped(values: np.ndarray) -> np.ndarray:
 
     A saturated converter gives one value several times in a row, much more often than the values just below it and for
     longer than other values. At the peaks of a coarsely quantised sine the next levels occur as often, and a staircase
-    stays at its other levels as long. The beginning and the end of a recording do not count, where a machine at rest
-    may stay at the maximum.
+    stays at its other levels as long. The beginning and the end of a recording are no evidence of a limit, since a
+    machine at rest may stay at the maximum there.
     """
     top, bottom = float(values.max()), float(values.min())
     lower = np.flatnonzero(values != top)
@@ -132,4 +132,4 @@ def clipped(values: np.ndarray) -> np.ndarray:
     longest = lengths[at_top].max(initial=0)
     if longest < MORE * lengths[~at_top].mean() or np.count_nonzero(held) < MORE * max(below, 2):
         return np.array([], int)
-    return np.flatnonzero(held) + lower[0]
+    return np.flatnonzero(values == top)
