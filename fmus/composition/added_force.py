@@ -4,7 +4,6 @@
 """
 
 from collections.abc import Mapping, Sequence
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from fmus.declaration.units import unit
 from fmus.declaration.variables import Variable
 from fmus.expressions.functions import NUMERIC
 
+LEAST_SLOPE = 1e-100  # of an acceleration by an effort, in place of zero
 FORCE = "resisting_force"
 EFFORTS = (unit("N").exponents, unit("N.m").exponents)
 
@@ -86,7 +86,8 @@ def with_force_element(component: Component) -> Component:
     slopes: dict[tuple[str, str], float] = {}
     for effort, changed in pushed.items():
         driven = [n for n in deflection_of if rates[n].has(form.symbols[effort])]
-        slopes |= {(effort, n): float(changed[f"der({n})"] - rest[f"der({n})"]) for n in driven}
+        changes = {(effort, n): float(changed[f"der({n})"] - rest[f"der({n})"]) for n in driven}
+        slopes |= {pair: change if np.isfinite(change) else 1.0 for pair, change in changes.items()}
     points = [(effort, deflection_of[rate], rate) for effort, rate in _driven(efforts, slopes)]
     return WithAddedForce(component, *points[0], further=tuple(points[1:])) if points else component
 
@@ -94,19 +95,15 @@ def with_force_element(component: Component) -> Component:
 def _driven(efforts: Sequence[str], slopes: Mapping[tuple[str, str], float]) -> list[tuple[str, str]]:
     """The efforts that drive a rate of their own, with that rate.
 
-    slopes are the changes of the accelerations by each effort, by effort and rate. Where every effort accelerates
-    several rates, those belong together with which the slopes are symmetric (reciprocity of Maxwell and Betti) and
-    positive on the diagonal, as those of the inverse of a mass matrix.
+    slopes are the changes of the accelerations by each effort, by effort and rate. With the right pairs they are a part
+    of the inverse of a mass matrix B, in which |B_ij|^2 <= B_ii B_jj: of all assignments of rates to efforts, the right
+    one has the largest product of slopes.
     """
-    choices = [[*(pair for pair in slopes if pair[0] == effort), None] for effort in efforts]
-    every = ([pair for pair in made if pair] for made in product(*choices))
-    return min(every, key=lambda made: _misfit(made, slopes))
+    from scipy.optimize import linear_sum_assignment  # noqa: PLC0415 - imported on use: it takes 0.5 s
 
-
-def _misfit(made: Sequence[tuple[str, str]], slopes: Mapping[tuple[str, str], float]) -> tuple[int, int, float]:
-    """The number of efforts without a rate of their own, of negative slopes, and the asymmetry [1] of the slopes."""
-    given = [[slopes.get((effort, rate), 0.0) for _, rate in made] for effort, _ in made]
-    asymmetry = sum(abs(x - given[j][i]) for i, row in enumerate(given) for j, x in enumerate(row))
-    size = sum(abs(x) for row in given for x in row) or 1.0
-    own = len({rate for _, rate in made})
-    return -own, sum(row[i] < 0 for i, row in enumerate(given)) + len(made) - own, asymmetry / size
+    rates = list(dict.fromkeys(rate for _, rate in slopes))
+    # Efforts that drive nothing else, or backwards only, get what is left.
+    given = np.array([[max(slopes.get((effort, rate), 0.0), LEAST_SLOPE) for rate in rates] for effort in efforts])
+    rows, columns = linear_sum_assignment(-np.log(given)) if rates else ((), ())
+    assigned = [(efforts[i], rates[j]) for i, j in zip(rows, columns, strict=True)]
+    return [pair for pair in assigned if slopes.get(pair, 0.0) > 0]

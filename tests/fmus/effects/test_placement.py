@@ -162,6 +162,29 @@ def test_a_torque_at_a_joint_belongs_to_the_rate_of_that_joint():
     assert power == pytest.approx(-2.0 * 3.0)
 
 
+@pytest.mark.parametrize("seed", range(20))
+def test_efforts_belong_to_their_rates_for_any_mass_matrix(seed):
+    generator = np.random.default_rng(seed)
+    roots = generator.normal(size=(3, 3))
+    inverse, order = np.linalg.inv(roots @ roots.T + 0.05 * np.eye(3)), generator.permutation(3)
+
+    class Chain(Component):
+        """Three joints with explicit accelerations; the torques are declared in another order than the rates."""
+
+        locals().update({f"torque_{i}": input("N.m", "Torque") for i in order})
+        locals().update({f"angle_{i}": state("rad", "Angle") for i in range(3)})
+        locals().update({f"rate_{i}": state("rad/s", "Rate") for i in range(3)})
+
+        def equations(self, v, m):
+            efforts = [v[f"torque_{i}"] for i in range(3)]
+            rows = {f"der(rate_{i})": sum(float(b) * e for b, e in zip(inverse[i], efforts, strict=True)) for i in range(3)}
+            return {f"der(angle_{i})": v[f"rate_{i}"] for i in range(3)} | rows
+
+    chain = with_force_element(Chain())
+    of_rates = {element.rate: chain.forces[element.force] for element in chain.elements.values()}
+    assert of_rates == {f"rate_{i}": f"torque_{i}" for i in range(3)}
+
+
 @pytest.mark.parametrize("rate", [0.5, -0.5])
 @pytest.mark.parametrize(
     ("form", "values", "force"), [("bilinear", {"ratio": 0.2}, 0.2 * 3.0 * 0.5), ("quadratic", {"even_coefficient": 4.0}, 4.0 * 0.5**2)]
