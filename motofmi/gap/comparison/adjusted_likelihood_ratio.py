@@ -43,18 +43,19 @@ def adjusted_errors(found: Fit, errors: np.ndarray, simpler: Sequence[Fit], leas
     rigid = np.abs(shared) < least * np.sqrt(np.maximum(np.diag(covariance)[: len(errors)], 0.0))
     for effect in found.model.effects:
         places, others = magnitudes_of(found, effect), _parameters_of(found, effect)
-        sizes, own = found.x[places], errors[places]
-        without = _without(found, effect, simpler)
+        sizes, without = found.x[places], _without(found, effect, simpler)
         if has_states(effect) or without is None or not rigid[places].all() or not determined[others].any():
             continue
         by_wald = float(sizes @ np.linalg.pinv(covariance[np.ix_(places, places)]) @ sizes)
-
-        def scaled(chi2: float, own: np.ndarray = own, by_wald: float = by_wald) -> np.ndarray:
-            return own * min(1.0, np.sqrt(by_wald / max(chi2 - found.chi2, 1e-300)))
-
-        if np.any(np.abs(sizes) >= least * scaled(without.chi2)):
-            adjusted[places] = scaled(_refitted(found, without))
+        least_factor = _factor(by_wald, without.chi2 - found.chi2)  # a refit only decreases the ratio
+        if np.any(np.abs(sizes) >= least * least_factor * errors[places]):
+            adjusted[places] *= _factor(by_wald, _refitted(found, without) - found.chi2)
     return adjusted
+
+
+def _factor(by_wald: float, ratio: float) -> float:
+    """The factor on standard errors, from z^2 and the likelihood ratio."""
+    return min(1.0, float(np.sqrt(by_wald / max(ratio, 1e-300))))
 
 
 def _parameters_of(found: Fit, effect: type[Effect]) -> list[int]:
