@@ -1,5 +1,6 @@
 """The models between which a verdict does not decide: `alternatives` and `reason` of verdict.json."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from fmus.effects.added_terms import added_terms
@@ -33,12 +34,16 @@ def alternatives(verdict: Verdict) -> list[dict[str, Any]]:
     ]
 
 
-def reason(verdict: Verdict) -> str | None:
-    """The sentence on the rule by which nothing is named; None where something is, or nothing is missing."""
+def reason(verdict: Verdict, limitations: Sequence[str]) -> str | None:
+    """The sentence on the rule by which nothing is named; None where something is, nothing is missing, or the search was
+    ended.
+
+    limitations are the sentences of the verdict on its effects, the last of which decides where no other rule does.
+    """
     if verdict.verdict != "unknown" or verdict.ended:
         return None
-    said = verdict.comparison.outcome.sentences[-1:] if verdict.comparison else []
-    return verdict.withheld or next(iter(said), None)
+    decides = verdict.comparison.outcome.sentences if verdict.comparison else limitations
+    return verdict.withheld or next(iter(decides[-1:]), None)
 
 
 def _alternative(found: Fit, closed: float | None, errors: float) -> dict[str, Any]:

@@ -28,13 +28,14 @@ def as_result(verdict: Verdict, unit: str, noise_source: str = "orders", cells: 
     """
     best = verdict.best
     chances, left, alone = _probabilities(verdict), gap(verdict, unit), closed_alone(verdict)
+    said = [*_limitations(verdict), *_validation_limitations(verdict, left)]
     return {
         "verdict": verdict.verdict,
         "effects": [_effect(verdict, c, chances) for c in verdict.effects] if verdict.verdict == "named" else [],
         "tied": [c.family for c in verdict.tied] if verdict.verdict == "tied" else [],
         "closest": _closest(verdict) if verdict.verdict == "unknown" else None,
         "alternatives": alternatives(verdict),
-        "reason": reason(verdict),
+        "reason": reason(verdict, said),
         "candidates": [_candidate(c, chances, alone) for c in _distinct(verdict.candidates)],
         "compared": compared(verdict),
         "where": [
@@ -59,7 +60,7 @@ def as_result(verdict: Verdict, unit: str, noise_source: str = "orders", cells: 
         "noise_source": noise_source,
         "next_experiment": None,
         "ended": verdict.ended or None,
-        "limitations": [*_limitations(verdict), *_validation_limitations(verdict, left)],
+        "limitations": said,
         "criteria": asdict(verdict.criteria),
         "model": None,
         "fmu": None,

@@ -13,6 +13,7 @@ import pytest
 from fmus.effects.damping import CoulombFriction, ProgressiveDamping, SoftFriction
 from fmus.effects.resonance import HungBody
 from motofmi.gap import verdict as contents
+from motofmi.gap.alternatives import reason
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import Candidate
 from motofmi.gap.selection import any_component, model_selection
@@ -59,6 +60,15 @@ def test_a_family_that_closes_too_little_of_the_excess_is_not_named():
     found = of_one(BASE, [candidate(CoulombFriction, reduced=3.0, delta_bic=2000.0)], Criteria())
     assert found.verdict == "unknown"
     assert any("coulomb_friction is not named without one: it closes 50% of the excess, less than 95%" in s for s in said_of(found))
+
+
+def test_the_reason_is_the_rule_by_which_nothing_is_named():
+    unknown = of_one(BASE, [candidate(CoulombFriction, reduced=3.0, delta_bic=2000.0)], Criteria())
+    assert "less than 95%" in reason(unknown, said_of(unknown))
+    beyond = replace(unknown, withheld="", outside_library=candidate(ProgressiveDamping, reduced=1.0, delta_bic=3000.0))
+    assert reason(beyond, said_of(beyond)).startswith("An effect outside the library explains the data better")
+    assert reason(replace(unknown, ended="The time budget ended."), said_of(unknown)) is None
+    assert reason(replace(unknown, verdict="named"), said_of(unknown)) is None
 
 
 def test_a_family_without_an_adequate_form_must_lead_the_others():
