@@ -145,7 +145,7 @@ def _selected(
         chi_square_tried = _leaves_noise(single, validation_runs, criteria)
     if chi_square_tried:
         verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria, known)
-        if _decisive(verdict, single, criteria):
+        if _decisive(verdict, single, continued is not None, criteria):
             return _unless_doubtful(verdict, library, validation_runs, criteria)
     shorter, singles, compared_runs = in_units_of_residuals(best, shorter, singles, compared_runs)
 
@@ -161,7 +161,7 @@ def _selected(
     if not chi_square_tried and any(_leaves_noise(found, validation_runs, criteria) for found in pairs):
         verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria, known)
         chi_square_tried = True
-        if _decisive(verdict, single, criteria):
+        if _decisive(verdict, single, continued is not None, criteria):
             return _unless_doubtful(verdict, library, validation_runs, criteria)
     if compared is not None:
         return decided(compared)
@@ -202,14 +202,16 @@ def in_shorter_segments(run: SampledRun) -> SampledRun:
     return run.cut(max(longest // 2, SHORTEST_SEGMENT))
 
 
-def _decisive(verdict: Verdict, single: Fit, criteria: Criteria) -> bool:
+def _decisive(verdict: Verdict, single: Fit, simulated: bool, criteria: Criteria) -> bool:
     """Whether the verdict by chi-square is final: its form is specified, no validation run is far from the noise, and
-    where nothing is named the best single effect was not lost on the way.
+    the best single effect was not lost on the way.
 
-    Otherwise the models are compared on blocks.
+    It is lost where nothing is named, or where it could not be simulated over the segments of the search by chi-square,
+    which are longer (`simulated` is whether it could). Otherwise the models are compared on blocks.
     """
     gap = verdict.validation_gap
-    if verdict.verdict == "unknown" and not _families(single) <= _families(verdict.best):
+    lost = not _families(single) <= _families(verdict.best)
+    if lost and (verdict.verdict == "unknown" or not simulated):
         return False
     return not verdict.unspecified_form and (gap is None or gap[1].chi2 < criteria.far_from_noise)
 

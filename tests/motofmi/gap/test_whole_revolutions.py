@@ -85,3 +85,12 @@ def test_the_sine_is_named(seed):
     assert found.verdict == "named" and found.effects[0]["name"] == "geometric_nonlinearity"
     share = found.effects[0]["parameters"]["share"]
     assert share["value"] == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.slow
+@pytest.mark.study
+def test_the_sine_is_named_where_it_cannot_be_simulated_over_the_segments_of_the_base():
+    """Friction that lags, over longer segments, explains the run within noise that a flexible model estimates."""
+    found = mf.find_gap([driven(61, 80.0)], validation=[driven(62, 40.0)], component="pendulum")
+    assert found.verdict == "named" and found.effects[0]["name"] == "geometric_nonlinearity"
+    assert found.effects[0]["parameters"]["share"]["value"] == pytest.approx(1.0, abs=0.01)
