@@ -45,7 +45,7 @@ from motofmi.gap.comparison.residuals import output_scale, time_residuals
 from motofmi.gap.comparison.search import LEADING_FAMILIES, clearly_behind
 from motofmi.gap.comparison.simplest_form import one_per_families
 from motofmi.gap.criteria import Criteria
-from motofmi.gap.estimation.fit_result import Fit
+from motofmi.gap.estimation.fit_result import Fit, standard_errors
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.screening import shapes_of
 from motofmi.gap.preprocessing.sampled_run import SampledRun
@@ -179,7 +179,7 @@ def decided(null: Null, rng: np.random.Generator, criteria: Criteria) -> list[Ou
     flexible = flexible_mean_square(replace(drawn[1], runs=quiet), blocks.scale)
     flexible = min([flexible, *(float(m.out_of_sample.mean()) for m in models)])
     motion = float(np.mean([np.mean((run.measured.std(axis=0) / blocks.scale) ** 2) for run in drawn[1].runs]))
-    errors = {id(m): np.sqrt(np.maximum(np.diag(blocks.covariance(m.fit)), 0.0)) for m in models}
+    errors = {id(m): standard_errors(blocks.covariance(m.fit)) for m in models}
     counts = (len(blocks.blocks), len(blocks.validation_blocks))
     return [
         outcome(base, models, flexible, motion, counts, errors, replace(criteria, tolerance=tolerance))

@@ -78,7 +78,7 @@ def with_force_element(component: Component) -> Component:
     form = symbolic(component)
     rates = dict(zip(component.states, form.rates, strict=True))
     deflection_of = {str(rate): n for n, rate in rates.items() if str(rate) in component.states}
-    # NumPy's numbers divide by zero, where equations are not defined at the start values.
+    # NumPy numbers give inf or nan, and no exception, where the equations are not defined at the start values.
     start = {n: np.float64(x) for n, x in component.start_values().items()}
     with np.errstate(all="ignore"):
         rest = component.run(start, NUMERIC)
@@ -102,7 +102,7 @@ def _driven(efforts: Sequence[str], slopes: Mapping[tuple[str, str], float]) -> 
     from scipy.optimize import linear_sum_assignment  # noqa: PLC0415 - imported on use: it takes 0.5 s
 
     rates = list(dict.fromkeys(rate for _, rate in slopes))
-    # Efforts that drive nothing else, or backwards only, get what is left.
+    # A slope that is not positive gets the least weight, and its pair is removed below.
     given = np.array([[max(slopes.get((effort, rate), 0.0), LEAST_SLOPE) for rate in rates] for effort in efforts])
     rows, columns = linear_sum_assignment(-np.log(given)) if rates else ((), ())
     assigned = [(efforts[i], rates[j]) for i, j in zip(rows, columns, strict=True)]

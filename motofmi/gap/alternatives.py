@@ -1,11 +1,11 @@
 """The models between which a verdict does not decide: `alternatives` and `reason` of verdict.json."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from fmus.effects.added_terms import added_terms
 from motofmi.gap.comparison.closable import closed_share
-from motofmi.gap.estimation.fit_result import Fit, parameters_of
+from motofmi.gap.estimation.fit_result import Fit, parameters_of_effect
 from motofmi.gap.selection.result import Verdict
 
 
@@ -47,15 +47,20 @@ def reason(verdict: Verdict, limitations: Sequence[str]) -> str | None:
 
 
 def _alternative(found: Fit, closed: float | None, errors: float) -> dict[str, Any]:
-    known, experiment = parameters_of(found), found.model.experiment
     effects = []
     for effect in found.model.effects:
-        own = {n: known[experiment.parameter(effect, n)] for n in effect.free_parameters()}
-        parameters = {
-            n: {"value": value, "standard_error": error, "unit": unit}
-            for n, (value, error, unit) in own.items()
-            if abs(value) >= errors * error
-        }
+        own = parameters_of_effect(found, effect)
+        parameters = with_errors({n: p for n, p in own.items() if n not in undetermined(own, errors)})
         effects.append({"name": effect.family, "form": effect.form, "equations": added_terms(effect),
                         "sentence": effect.sentence(), "parameters": parameters})  # fmt: skip
     return {"effects": effects, "closed": closed}
+
+
+def undetermined(parameters: Mapping[str, tuple[float, float, str]], errors: float) -> list[str]:
+    """The parameters that are within this many standard errors of zero, from value, standard error and unit."""
+    return [n for n, (value, error, _) in parameters.items() if abs(value) < errors * error]
+
+
+def with_errors(parameters: Mapping[str, tuple[float, float, str]]) -> dict[str, dict[str, Any]]:
+    """Parameters under the keys of the file, from value, standard error and unit."""
+    return {n: {"value": v, "standard_error": e, "unit": u} for n, (v, e, u) in parameters.items()}

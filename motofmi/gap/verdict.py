@@ -8,10 +8,10 @@ import numpy as np
 
 from fmus.effects import Effect
 from fmus.effects.added_terms import added_terms
-from motofmi.gap.alternatives import alternatives, reason
+from motofmi.gap.alternatives import alternatives, reason, undetermined, with_errors
 from motofmi.gap.compared import closed_alone, compared
 from motofmi.gap.estimation.candidate import Candidate, adequate, reduced_by_noise
-from motofmi.gap.estimation.fit_result import parameters_of
+from motofmi.gap.estimation.fit_result import parameters_of, parameters_of_effect
 from motofmi.gap.localisation.harmonic_places import cells as of_harmonics
 from motofmi.gap.localisation.locating import Cells, locate
 from motofmi.gap.remainder import complete, explained, remainder
@@ -52,7 +52,7 @@ def as_result(verdict: Verdict, unit: str, noise_source: str = "orders", cells: 
             for p in locate(verdict.base, cells, verdict.criteria)
         ],
         "gap": left,
-        "base": _with_errors({n: p for n, p in parameters_of(best).items() if n in best.model.base}),
+        "base": with_errors({n: p for n, p in parameters_of(best).items() if n in best.model.base}),
         "complete": complete(verdict),
         "explained": explained(verdict),
         "remainder": remainder(verdict, unit),
@@ -195,16 +195,14 @@ def _distinct(candidates: Sequence[Candidate]) -> list[Candidate]:
 
 def _effect(verdict: Verdict, candidate: Candidate, chances: dict[int, float]) -> dict[str, Any]:
     """The effect with its parameters from the last fit."""
-    known = parameters_of(verdict.best)
-    experiment = verdict.best.model.experiment
     effect = candidate.effect
     open_ = verdict.unspecified_form and candidate is verdict.effects[0]
-    own = {n: known[experiment.parameter(effect, n)] for n in effect.free_parameters()}
-    own = {n: found for n, found in own.items() if n not in unidentified(verdict, effect)}
+    unknown = unidentified(verdict, effect)
+    own = {n: found for n, found in parameters_of_effect(verdict.best, effect).items() if n not in unknown}
     return {"name": effect.family, "form": "open" if open_ else effect.form, "element": effect.element or None,
             "sentence": effect.sentence(), "equations": added_terms(effect), "probability": chances.get(id(candidate), 1.0),
             "delta_chi2": candidate.delta_chi2, "delta_bic": candidate.delta_bic,
-            "parameters": _with_errors(own)}  # fmt: skip
+            "parameters": with_errors(own)}  # fmt: skip
 
 
 def _candidate(
@@ -224,18 +222,11 @@ def _candidate(
     }
 
 
-def _with_errors(parameters: Mapping[str, tuple[float, float, str]]) -> dict[str, dict[str, Any]]:
-    """Parameters under the keys of the file, from value, standard error and unit."""
-    return {n: {"value": v, "standard_error": e, "unit": u} for n, (v, e, u) in parameters.items()}
-
-
 def unidentified(verdict: Verdict, effect: type[Effect]) -> list[str]:
     """The parameters of an effect that a comparison on blocks does not distinguish from zero: no values of them."""
     if verdict.comparison is None:
         return []
-    known, experiment = parameters_of(verdict.best), verdict.best.model.experiment
-    values = {n: known[experiment.parameter(effect, n)] for n in effect.free_parameters()}
-    return [n for n, (v, e, _) in values.items() if abs(v) < verdict.criteria.value_errors * e]
+    return undetermined(parameters_of_effect(verdict.best, effect), verdict.criteria.value_errors)
 
 
 def _closest(verdict: Verdict) -> dict[str, Any] | None:

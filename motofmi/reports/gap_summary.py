@@ -3,6 +3,9 @@ found with its values, and the misfit before and after."""
 
 from typing import Any
 
+import numpy as np
+from scipy.sparse.csgraph import connected_components
+
 SHOWN = 5  # models of a tie that are shown
 BAR = 40  # characters of the longer bar
 # What a reader who does not know the verdicts' names reads instead of them.
@@ -118,13 +121,12 @@ def next_run(result: dict[str, Any]) -> str:
     apart = {(r["truth"], r["rival"]): r["delta_chi2"] for r in proposed.get("rivals", [])}
     least = {pair: min(value, apart[pair[::-1]]) for pair, value in apart.items()}
     clear = [value for value in least.values() if value >= worth]
-    groups: list[set[str]] = []
-    for pair in (pair for pair, value in least.items() if value < worth):
-        joined = [group for group in groups if group & set(pair)]
-        groups = [*(group for group in groups if group not in joined), set(pair).union(*joined)]
-    if not clear or not groups:
+    if not clear or len(clear) == len(least):
         return f"{said} Expected delta chi-square: {proposed['expected_delta_chi2']:.3g}."
-    alike = "; ".join(", ".join(sorted(group)) for group in groups)
+    names = sorted({name for pair in least for name in pair})
+    _, group_of = connected_components(np.array([[least.get((a, b), worth) < worth for b in names] for a in names]))
+    groups = [[n for n, group in zip(names, group_of, strict=True) if group == k] for k in sorted(set(group_of))]
+    alike = "; ".join(", ".join(group) for group in groups if len(group) > 1)
     return f"{said} Expected delta chi-square: {min(clear):.3g}, except between {alike}: these it does not distinguish."
 
 

@@ -24,7 +24,7 @@ from fmus.effects import Effect
 from fmus.support.errors import InputError
 from motofmi.gap.estimation.candidate import has_states, magnitudes_of
 from motofmi.gap.estimation.effect_fit import as_found
-from motofmi.gap.estimation.fit_result import Fit
+from motofmi.gap.estimation.fit_result import Fit, places_of, standard_errors
 from motofmi.gap.estimation.fitting import fit
 
 
@@ -40,9 +40,9 @@ def adjusted_errors(found: Fit, errors: np.ndarray, simpler: Sequence[Fit], leas
     adjusted, covariance = errors.copy(), replace(found, sandwich=None).covariance()
     shared = found.x[: len(errors)]
     determined = np.abs(shared) >= least * errors
-    rigid = np.abs(shared) < least * np.sqrt(np.maximum(np.diag(covariance)[: len(errors)], 0.0))
+    rigid = np.abs(shared) < least * standard_errors(covariance)[: len(errors)]
     for effect in found.model.effects:
-        places, others = magnitudes_of(found, effect), _parameters_of(found, effect)
+        places, others = magnitudes_of(found, effect), places_of(found, effect, effect.free_parameters())
         sizes, without = found.x[places], _without(found, effect, simpler)
         if has_states(effect) or without is None or not rigid[places].all() or not determined[others].any():
             continue
@@ -56,11 +56,6 @@ def adjusted_errors(found: Fit, errors: np.ndarray, simpler: Sequence[Fit], leas
 def _factor(by_wald: float, ratio: float) -> float:
     """The factor on standard errors, from z^2 and the likelihood ratio."""
     return min(1.0, float(np.sqrt(by_wald / max(ratio, 1e-300))))
-
-
-def _parameters_of(found: Fit, effect: type[Effect]) -> list[int]:
-    """The indices in x of the parameters of an effect."""
-    return [found.model.names.index(found.model.experiment.parameter(effect, n)) for n in effect.free_parameters()]
 
 
 def _without(found: Fit, effect: type[Effect], simpler: Sequence[Fit]) -> Fit | None:

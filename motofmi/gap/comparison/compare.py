@@ -13,7 +13,7 @@ from fmus.effects import Effect
 from fmus.support.errors import InputError
 from motofmi.gap.comparison.adjusted_likelihood_ratio import adjusted_errors
 from motofmi.gap.comparison.closable import flexible_mean_square
-from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel, standard_errors
+from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
 from motofmi.gap.comparison.outcome import NOT_CLEAR, Outcome, outcome
 from motofmi.gap.comparison.own_values import disagreement
 from motofmi.gap.comparison.pair_search import pairs
@@ -21,7 +21,7 @@ from motofmi.gap.comparison.search import leading_models
 from motofmi.gap.comparison.simplest_form import one_per_families
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import Candidate
-from motofmi.gap.estimation.fit_result import Fit
+from motofmi.gap.estimation.fit_result import Fit, standard_errors
 from motofmi.gap.estimation.stages import Stage, running
 from motofmi.gap.preprocessing.sampled_run import SampledRun
 from motofmi.gap.validation.before_after import on_validation_runs

@@ -20,7 +20,7 @@ from motofmi.gap.comparison.residuals import Block, TimeResiduals, time_residual
 from motofmi.gap.comparison.sandwich import sandwich_covariance
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import has_states, undetermined_magnitude
-from motofmi.gap.estimation.fit_result import Fit, PortableFit
+from motofmi.gap.estimation.fit_result import Fit, PortableFit, standard_errors
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.preprocessing.sampled_run import ACCURACY, SampledRun
 from motofmi.gap.validation.before_after import on_validation_runs
@@ -196,11 +196,6 @@ class CommonBlocks:
     def residuals(self, found: Fit) -> TimeResiduals:
         """The residuals of a fit over time, each output over the scale of the comparison."""
         return time_residuals(found, self.scale)
-
-
-def standard_errors(covariance: np.ndarray) -> np.ndarray:
-    """The standard errors (n,) of a covariance (n, n)."""
-    return np.sqrt(np.maximum(np.diag(covariance), 0.0))
 
 
 def refined_fit(found: Fit) -> Fit:

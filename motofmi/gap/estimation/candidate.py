@@ -10,7 +10,7 @@ import numpy as np
 
 from fmus.effects import Effect
 from motofmi.gap.criteria import Criteria
-from motofmi.gap.estimation.fit_result import Fit
+from motofmi.gap.estimation.fit_result import Fit, places_of
 from motofmi.gap.estimation.screening import Signature
 
 
@@ -79,8 +79,7 @@ def undetermined_magnitude(found: Fit, errors: np.ndarray, criteria: Criteria) -
 
 def magnitudes_of(found: Fit, effect: type[Effect]) -> list[int]:
     """The indices in x of the parameters in which the term that an effect adds is linear."""
-    free = [n for n in effect.free_parameters() if n not in effect.nonlinear_parameters()]
-    return [found.model.names.index(found.model.experiment.parameter(effect, n)) for n in free]
+    return places_of(found, effect, [n for n in effect.free_parameters() if n not in effect.nonlinear_parameters()])
 
 
 def has_states(effect: type[Effect]) -> bool:

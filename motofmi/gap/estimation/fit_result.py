@@ -91,7 +91,7 @@ class Fit:
         own = effect.free_parameters()
         if effect.prior is None:
             return float(len(own))
-        places = [self.model.names.index(self.model.experiment.parameter(effect, n)) for n in effect.prior.names]
+        places = places_of(self, effect, effect.prior.names)
         slopes = effect.prior.slopes(self.x[places])
         return len(own) - float(np.sum((slopes.T @ slopes) * self.covariance()[np.ix_(places, places)]))
 
@@ -180,7 +180,7 @@ def deviations_of_runs(model: AnyModel, total: int) -> tuple[np.ndarray, np.ndar
 
 def sensor_offsets_of(found: Fit) -> list[dict[str, tuple[float, float]]]:
     """The sensor offsets of every run: value and standard error by the parameter's name."""
-    model, errors = found.model, np.sqrt(np.maximum(np.diag(found.covariance()), 0.0))
+    model, errors = found.model, standard_errors(found.covariance())
     places, count = deviations_of_runs(model, len(found.x))[0], len(run_to_run_deviations(model.experiment))
     offsets: list[dict[str, tuple[float, float]]] = [{} for _ in found.runs]
     for at, place in enumerate(places):
@@ -192,9 +192,25 @@ def sensor_offsets_of(found: Fit) -> list[dict[str, tuple[float, float]]]:
     return offsets
 
 
+def standard_errors(covariance: np.ndarray) -> np.ndarray:
+    """The standard errors (n,) of a covariance (n, n)."""
+    return np.sqrt(np.maximum(np.diag(covariance), 0.0))
+
+
+def places_of(found: Fit, effect: type[Effect], names: Sequence[str]) -> list[int]:
+    """The indices in x of these parameters of an effect."""
+    return [found.model.names.index(found.model.experiment.parameter(effect, n)) for n in names]
+
+
+def parameters_of_effect(found: Fit, effect: type[Effect]) -> dict[str, tuple[float, float, str]]:
+    """Value, standard error and unit of an effect's fitted parameters, by their short names."""
+    known = parameters_of(found)
+    return {n: known[found.model.experiment.parameter(effect, n)] for n in effect.free_parameters()}
+
+
 def parameters_of(found: Fit) -> Mapping[str, tuple[float, float, str]]:
     """Value, standard error and unit by name: the base's common values, then the effects'."""
-    model, errors = found.model, np.sqrt(np.maximum(np.diag(found.covariance()), 0.0))
+    model, errors = found.model, standard_errors(found.covariance())
     values = model.values(found.shared)
     scale = [abs(values[n]) for n in model.base] + [1.0] * len(model.own)  # errors of the base are those of logarithms
     return {

@@ -171,7 +171,7 @@ class SegmentedModel(HarmonicModel):
     def _rates_of_states(self) -> dict[str, list[str]]:
         """The states that are the rate of a state, by its name."""
         states = self.component.states
-        # NumPy's numbers divide by zero, where equations are not defined at the start values.
+        # NumPy numbers give inf or nan, and no exception, where the equations are not defined at the start values.
         start = {n: np.float64(x) for n, x in self.component.start_values().items()}
         with np.errstate(all="ignore"):
             rest = self.component.run(start, NUMERIC)

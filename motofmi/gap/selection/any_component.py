@@ -204,14 +204,15 @@ def in_shorter_segments(run: SampledRun) -> SampledRun:
 
 def _decisive(verdict: Verdict, single: Fit, simulated: bool, criteria: Criteria) -> bool:
     """Whether the verdict by chi-square is final: its form is specified, no validation run is far from the noise, and
-    the best single effect was not lost on the way.
+    the best single effect was a candidate.
 
-    It is lost where nothing is named, or where it could not be simulated over the segments of the search by chi-square,
-    which are longer (`simulated` is whether it could). Otherwise the models are compared on blocks.
+    An effect that the verdict does not contain was none where nothing is named, or where it could not be simulated over
+    the segments of the search by chi-square, which are longer (`simulated` is whether it could). Otherwise the models
+    are compared on blocks.
     """
     gap = verdict.validation_gap
-    lost = not _families(single) <= _families(verdict.best)
-    if lost and (verdict.verdict == "unknown" or not simulated):
+    left_out = not _families(single) <= _families(verdict.best)
+    if left_out and (verdict.verdict == "unknown" or not simulated):
         return False
     return not verdict.unspecified_form and (gap is None or gap[1].chi2 < criteria.far_from_noise)
 

@@ -21,7 +21,7 @@ from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import Candidate, one_each
-from motofmi.gap.estimation.fit_result import Fit
+from motofmi.gap.estimation.fit_result import Fit, places_of
 
 INDEPENDENT = 1e-9  # singular value over the largest one [1] below which derivatives are linearly dependent
 ROUNDING = 1e-9  # share of the squared derivatives outside those of the base [1] that is due to rounding
@@ -37,7 +37,7 @@ def equivalent(
     effect = named.effect
     if effect not in found.model.effects or effect.prior is not None:  # a prior is knowledge besides the data
         return []
-    own = [found.model.names.index(found.model.experiment.parameter(effect, n)) for n in effect.free_parameters()]
+    own = places_of(found, effect, effect.free_parameters())
     slopes = found.jacobian[: found.count]
     whole, without = _basis(slopes), _basis(np.delete(slopes, own, axis=1))
     rivals = [c for c in one_each(candidates) if c.family != named.family and not c.effect.nonlinear_parameters()]

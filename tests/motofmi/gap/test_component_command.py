@@ -73,7 +73,7 @@ def test_a_fast_recording_reduced_while_it_is_read_has_the_verdict_of_a_slow_one
     resolved = np.abs(np.diff(angle, 2)).max() * 100.0
     for effect in (fast_effect, slow_effect):
         assert effect["parameters"].get("sliding_rate", {"value": 0.0})["value"] < resolved
-    assert any("look wider" in sentence for sentence in fast["limitations"])
+    assert any("appear wider" in sentence for sentence in fast["limitations"])
 
 
 @pytest.mark.slow

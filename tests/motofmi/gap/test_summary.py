@@ -15,6 +15,7 @@ from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
 from motofmi.gap.selection.any_component import Investigation
 from motofmi.gap.selection.result import Verdict
+from motofmi.reports.gap_before_after import label_of_best
 from motofmi.reports.gap_summary import bars, headline, laws, nearest, next_run
 from motofmi.workflows.components import component, ships
 from motofmi.workflows.gap.input_output import limitations_of
@@ -123,6 +124,27 @@ def test_a_wrong_unit_is_suspected_only_where_the_values_are_the_users(own_value
     searched = Investigation(Verdict("none", found, found), replace(experiment, own_values=own_values))
     said = " ".join(limitations_of(searched, result, far, False))
     assert ("unit" in said) == own_values
+
+
+@pytest.mark.parametrize("by_tolerance", [True, False])
+def test_a_base_within_the_tolerance_is_not_said_to_have_no_better_effect(by_tolerance):
+    driven_joint = component("driven_joint")
+    experiment = input_output_experiment(driven_joint, ["torque", "angle"])
+    run = prepare_sampled_run(joint_run({}, duration=2.0), experiment)
+    found = fit(FreeInitialStateModel(experiment), [run], FreeInitialStateModel(experiment).start(), iterations=0)
+    compared = SimpleNamespace(outcome=SimpleNamespace(verdict="none")) if by_tolerance else None
+    searched = Investigation(Verdict("none", found, found, comparison=compared), experiment)
+    result = {"noise_source": "flexible_model", "verdict": "none", "gap": {"holdout_before": None, "holdout_after": None}}
+    said = " ".join(limitations_of(searched, result, driven_joint, False))
+    assert ("no effect of the library improves the model" in said) is not by_tolerance
+
+
+@pytest.mark.parametrize(
+    ("kind", "label"),
+    [("named", "with the effects found"), ("unknown", "with the nearest effects"), ("tied", "with one of the tied models")],
+)
+def test_the_best_model_is_labelled_by_what_the_verdict_says_of_it(kind, label):
+    assert label_of_best(SimpleNamespace(verdict=kind)) == label
 
 
 def test_a_tie_shows_each_model_with_its_values_and_share():
