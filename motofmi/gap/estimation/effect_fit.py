@@ -115,8 +115,8 @@ def _best_fit(found: Fit, signature: Signature, beat: float, known: Sequence[Fit
 def _starts(
     found: Fit, model: AnyModel, signature: Signature, known: Sequence[Fit], far: bool
 ) -> Iterator[tuple[np.ndarray, list[Any], bool]]:
-    """Starts with initial guesses of the runs: the same effect in a known fit (final), its signature, another
-    form, the given values."""
+    """Starts with initial guesses of the runs: the same effect in a known fit (final), another form, its
+    signature, the given values."""
     shared, base, own = (
         len(found.model.names),
         with_sensitive_base(found),
@@ -130,12 +130,12 @@ def _starts(
         if set(other.model.effects) == set(model.effects) and other.chi2 < contained(model, known)
     ]
     yield from ((as_found(model, other, first), initial_guesses(other.runs), True) for other in same[-1:])
+    if not same:
+        yield from ((as_found(model, other, first), initial_guesses(other.runs), False) for other in alike[-1:])
     yield first, initial_guesses(found.runs), False
     if signature.effect.prior is None:
         smaller = _smaller(model, signature)
         yield np.concatenate([base[:shared], smaller, base[shared:]]), initial_guesses(found.runs), False
-    if not same:
-        yield from ((as_found(model, other, first), initial_guesses(other.runs), False) for other in alike[-1:])
     if far or signature.effect.prior is not None:  # a base that compensates for a large effect may be a poor start
         yield (
             np.concatenate([model.start()[: len(model.base)], first[len(model.base) : shared], own]),

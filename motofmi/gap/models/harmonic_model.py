@@ -18,8 +18,9 @@ from fmus.support.errors import InputError
 from motofmi.gap.experiments.experiment import FreeParameter, ImposedMotionExperiment
 from motofmi.gap.experiments.input_output import InputOutputExperiment
 from motofmi.gap.models.base_and_effects import BaseAndEffects
+from motofmi.gap.models.collocation import Motion
 from motofmi.gap.models.equations import Equations, rate_of
-from motofmi.gap.models.simulation import Motion, Trajectory, simulate, simulate_by_continuation
+from motofmi.gap.models.simulation import Trajectory, simulate, simulate_by_continuation
 from motofmi.gap.preprocessing.steer_test_run import SteerTestRun
 from motofmi.recordings.recording import Recording
 

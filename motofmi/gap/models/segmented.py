@@ -10,10 +10,11 @@ import numpy as np
 
 from fmus.expressions.functions import NUMERIC
 from fmus.support.errors import InputError
+from motofmi.gap.models.collocation import DivergenceError, Motion, inner_times
 from motofmi.gap.models.equations import rate_of
 from motofmi.gap.models.harmonic_model import HarmonicModel
 from motofmi.gap.models.implicit_formulas import HERMITE_SIMPSON, ImplicitFormula, formula_for
-from motofmi.gap.models.simulation import Motion, Trajectory, inner_times, simulate
+from motofmi.gap.models.simulation import Trajectory, simulate
 from motofmi.gap.preprocessing.sampled_run import SampledRun
 
 PIECE, SMALLEST_PIECE = 128, 1  # steps of a piece, where a trajectory is simulated piece by piece
@@ -89,15 +90,17 @@ class SegmentedModel(HarmonicModel):
 
     def simulated_apart(self, run: SampledRun, indices: Sequence[int], values: Mapping[str, float], initial: Initial,
                         length: int = 0) -> Iterator[tuple[Sequence[int], Trajectory, Nodes]]:  # fmt: skip
-        """Segments simulated together where possible, else in halves; those that cannot be simulated are left out."""
+        """Segments simulated together where possible, else those that diverge without the others, and in halves where
+        all do; those that cannot be simulated alone are left out."""
         if not indices:
             return
         try:
             yield indices, *self.simulated(run, indices, values, initial, length)
-        except InputError:
-            middle = len(indices) // 2
-            for half in (indices[:middle], indices[middle:]) if middle else ():
-                yield from self.simulated_apart(run, half, values, initial, length)
+        except DivergenceError as error:
+            middle, diverging = len(indices) // 2, {indices[k] for k in error.pieces}
+            groups = [i for i in indices if i not in diverging], [i for i in indices if i in diverging]
+            for group in groups if all(groups) else (indices[:middle], indices[middle:]) if middle else ():
+                yield from self.simulated_apart(run, group, values, initial, length)
 
     def _guessed(self, run: SampledRun, indices: Sequence[int], nodes: Nodes) -> np.ndarray:
         """The states (n, nx) of the segments' last simulation, their start values where there is none."""

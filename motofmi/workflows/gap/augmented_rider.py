@@ -12,8 +12,9 @@ from fmus.linear_analysis.describing_function import linearise_by_describing_fun
 from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
 from motofmi.gap.estimation.fit_result import Fit, parameters_of
+from motofmi.gap.models.collocation import Motion
 from motofmi.gap.models.equations import Equations
-from motofmi.gap.models.simulation import Motion, simulate
+from motofmi.gap.models.simulation import simulate
 from motofmi.workflows.gap.fitted_model import FittedModel, of_value_file
 from rider_fmu import riders
 from vehicle_fmu import modes, motorcycles, over_speed, ridden

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from fmus.mechanisms import MassSpringDamper
+from motofmi.gap.models.collocation import Motion, inner_times
 from motofmi.gap.models.equations import Equations
 from motofmi.gap.models.implicit_formulas import HERMITE_SIMPSON, RADAU, formula_for
-from motofmi.gap.models.simulation import Motion, inner_times, simulate
+from motofmi.gap.models.simulation import simulate
 
 FREQUENCY, DECAY = 20.0, 2.0  # rad/s, 1/s
 

@@ -18,10 +18,11 @@ from motofmi.gap.estimation import effect_fit, screening
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.screening import screen, shapes_of
 from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.gap.models.collocation import Motion
 from motofmi.gap.models.equations import Equations
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.models.harmonic_model import HarmonicModel
-from motofmi.gap.models.simulation import Motion, simulate, simulate_by_continuation
+from motofmi.gap.models.simulation import simulate, simulate_by_continuation
 from motofmi.gap.models.time_varying_matrices import inverse, product
 from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
 from motofmi.gap.preprocessing.steer_test_run import prepare_steer_test_run
@@ -110,7 +111,7 @@ def test_slopes_that_run_away_where_the_motion_does_not_yet_are_refused(monkeypa
     made = simulate(
         Equations(duffing, ["position"], ["damping"]), {**duffing.values, "damping": -2.0, "hardening": 0.0}, motion
     )
-    monkeypatch.setattr("motofmi.gap.models.simulation.LARGEST", 1.5 * np.abs(made.outputs).max())
+    monkeypatch.setattr("motofmi.gap.models.collocation.LARGEST", 1.5 * np.abs(made.outputs).max())
     with pytest.raises(InputError, match="diverges"):
         made.slopes  # noqa: B018
 

@@ -11,8 +11,9 @@ from motofmi.gap.estimation.base_fit import fitted_base
 from motofmi.gap.estimation.effect_fit import best_portable_fit, candidate_of
 from motofmi.gap.estimation.screening import screen
 from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.gap.models.collocation import Motion, inner_times
 from motofmi.gap.models.equations import Equations
-from motofmi.gap.models.simulation import Motion, inner_times, simulate
+from motofmi.gap.models.simulation import simulate
 from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
 from motofmi.recordings.recording import Recording
 
