@@ -96,7 +96,7 @@ def outcome(
         return unknown
     if counts[0] < criteria.fewest_fitted_blocks:
         sentences.append(
-            f"{_effects_of(accepted[0])} is not named: a name needs {criteria.fewest_fitted_blocks} blocks of fitted runs."
+            f"{_not_named(accepted[0])}: a name needs {criteria.fewest_fitted_blocks} blocks of fitted runs."
         )
         return unknown
     inside, p = confidence_set(np.array([base.losses, *(m.losses for m in accepted)]), criteria.confidence_set_level)
@@ -117,8 +117,8 @@ def outcome(
     equal = _with_equal_ones(members, accepted, base, flexible, criteria)
     if added := equal[len(members) :]:
         sentences.append(
-            f"{' and '.join(_effects_of(m) for m in added)} is tied: it closes the same share of the closable misfit within "
-            f"{criteria.equal_share:.0%}, with no more parameters."
+            f"{' and '.join(_effects_of(m) for m in added)} {'is' if len(added) == 1 else 'are'} tied: the same share of "
+            f"the closable misfit is closed within {criteria.equal_share:.0%}, with no more parameters."
         )
     members = equal
     best = min(members, key=lambda m: m.losses.mean())
@@ -148,8 +148,8 @@ def _may_be_chance(base: ComparedModel, models: Sequence[ComparedModel], criteri
         losses = np.log(np.array([getattr(model, runs) for model in (base, *models)]) + base.floor)
         if losses.size and (p := superior_ability(losses[0], losses[1:])) >= criteria.confidence_set_level:
             return (
-                f"No effect is named: on {runs} runs the largest gain of {len(models)} models is consistent with chance "
-                f"(p = {p:.3f}, level {criteria.confidence_set_level:g})"
+                f"No effect is named: on {runs} runs the largest gain of {len(models)} models is consistent with "
+                f"chance (p = {p:.3f}, level {criteria.confidence_set_level:g})"
             )
     return ""
 
@@ -185,21 +185,21 @@ def _objection(
 
     A pair is compared with the better of its two effects alone.
     """
-    name, before, closed = _effects_of(model), base, "the closable misfit"
+    withheld, before, closed = _not_named(model), base, "the closable misfit"
     if OVER_TIME in model.families and not len(model.validation) and len(model.fit.runs) < 2:
         return NOT_CLEAR, (
-            f"{name} is not named: in a single run a change over time is not distinguishable from an effect of another "
+            f"{withheld}: in a single run a change over time is not distinguishable from an effect of another "
             "kind. Give a second run, fitted or with --holdout."
         )
     if not model.judged_alone and len(model.validation) and model.validation_loss >= base.validation_loss:
-        return NOT_CLEAR, f"{name} is not named: it does not reduce the loss on the validation runs."
+        return NOT_CLEAR, f"{withheld}: the loss on the validation runs is not reduced."
     if len(model.effects) > 1:
         alone = [m for m in models if len(m.effects) == 1 and m.families < model.families]
         before = min([base, *alone], key=lambda m: float(m.out_of_sample.mean()))
         closed = f"what {_effects_of(before) or 'the base'} leaves"
     if (low := log_gain_low(before, model)) <= 0:
         return NOT_CLEAR, (
-            f"{name} is not named: its gain on data that were not used is not clear (95 % interval of the gain in "
+            f"{withheld}: the gain on data that were not used is not clear (95 % interval of the gain in "
             f"logarithmic loss from {low:.2g})."
         )
     share = min(
@@ -208,12 +208,11 @@ def _objection(
     )
     if share.share < 0:
         return SMALL, (
-            f"{name} is not named: on data that were not used it leaves a larger mean square than "
+            f"{withheld}: on data that were not used the mean square that is left is larger than that of "
             f"{_effects_of(before) or 'the base'}."
         )
     if share.share < criteria.least_share:
-        closes = f"{name} is not named: it closes {share.share:.0%} of {closed}, less than {criteria.least_share:.0%}."
-        return SMALL, closes
+        return SMALL, f"{withheld}: {share.share:.0%} of {closed} is closed, less than {criteria.least_share:.0%}."
     return None
 
 
@@ -222,10 +221,14 @@ def _undetermined(model: ComparedModel, errors: np.ndarray, criteria: Criteria) 
     if (i := undetermined_magnitude(model.fit, errors, criteria)) is None:
         return ""
     return (
-        f"{_effects_of(model)} is not named, and the others are compared without it: {model.fit.model.names[i]} = "
+        f"{_not_named(model)}, and the others are compared without it: {model.fit.model.names[i]} = "
         f"{model.fit.x[i]:.3g} is within {criteria.value_errors:g} standard errors ({errors[i]:.2g}) of zero."
     )
 
 
 def _effects_of(model: ComparedModel) -> str:
     return " and ".join(effect.family for effect in model.effects)
+
+
+def _not_named(model: ComparedModel) -> str:
+    return f"{_effects_of(model)} {'is' if len(model.effects) == 1 else 'are'} not named"

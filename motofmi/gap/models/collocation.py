@@ -73,7 +73,8 @@ class Collocation:
 
     def __init__(self, equations: Equations, nodes: dict, middles: dict, motion: Motion):
         self.equations, self.nodes, self.middles, self.h = equations, nodes, middles, motion.step
-        self.inner, self.step, self.share = motion.formula.inner, motion.formula.step, motion.step / motion.formula.divisor
+        formula = motion.formula
+        self.inner, self.step, self.share = formula.inner, formula.step, motion.step / formula.divisor
         self.n, self.nx = len(nodes["time"]), len(equations.states)
         self.begins, self.transitions = motion.begins, motion.begins[1:] - 1
         self.lengths = np.diff([*self.begins, self.n])  # nodes of each piece
@@ -113,7 +114,8 @@ class Collocation:
         first = [f[:-1] if np.ndim(f) else f for f in self.rows[: self.nx]]
         second = [f[1:] if np.ndim(f) else f for f in self.rows[: self.nx]]
         between = {
-            name: a * x[i, :-1] + b * x[i, 1:] + self.h * (p * first[i] + q * second[i]) for i, name in enumerate(states)
+            name: a * x[i, :-1] + b * x[i, 1:] + self.h * (p * first[i] + q * second[i])
+            for i, name in enumerate(states)
         }
         for i, name in enumerate(states if len(self.transitions) else ()):
             between[name][self.transitions] = x[i, self.transitions]  # any finite value: these defects are set to zero

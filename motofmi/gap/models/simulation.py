@@ -8,8 +8,8 @@ of a recording, each with its own initial states, form one trajectory without tr
 Where a mass sticks, the correction of one simulation step alternates from one side of zero rate to the other and
 does not decrease. The corrections of such steps are damped one by one: each by half as long as it changes its sign.
 
-Source: Betts, Practical Methods for Optimal Control, 2nd ed. (2010), ch. 4.6; Ascher, Mattheij, Russell (1995); Deuflhard,
-Newton Methods for Nonlinear Problems (2004), ch. 3, for damping.
+Source: Betts, Practical Methods for Optimal Control, 2nd ed. (2010), ch. 4.6; Ascher, Mattheij, Russell (1995);
+Deuflhard, Newton Methods for Nonlinear Problems (2004), ch. 3, for damping.
 """
 
 from collections.abc import Mapping, Sequence
@@ -72,7 +72,8 @@ def simulate(equations: Equations, values: Mapping[str, float], motion: Motion, 
         steps.factor()
         corrections = steps.corrections()
         change = carried(steps.band, corrections.copy()).T
-        before, update = update, float(np.max(root_mean_square(change) / (root_mean_square(x) + root_mean_square(change) + 1e-12)))
+        step = root_mean_square(change)
+        before, update = update, float(np.max(step / (root_mean_square(x) + step + 1e-12)))
         if not np.isfinite(update):
             raise steps.divergence(~steps.finite(corrections))
         settled = update < (accuracy or CONVERGED)

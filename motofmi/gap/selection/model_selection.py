@@ -87,7 +87,9 @@ def _concluded(verdict: Verdict, validation: ValidationRuns) -> Verdict:
         base, best = _refitted_with_remaining_noise(verdict)
         return replace(verdict, base=base, best=best, validation_gap=before_and_after(base, best, runs, criteria))
     name = " and ".join(effect.family for effect in verdict.best.model.effects)
-    withheld = f"{name} is not named: the best fit cannot be simulated again with the noise that it leaves." if name else ""
+    withheld = (
+        f"{name} is not named: the best fit cannot be simulated again with the noise that it leaves." if name else ""
+    )
     verdict = replace(verdict.as_unknown(withheld), best=verdict.base)
     with suppress(InputError):
         verdict.validation_gap = before_and_after(verdict.base, verdict.base, runs, criteria)
@@ -180,8 +182,10 @@ def _unless_outside_library(verdict: Verdict, library: Sequence[type[Effect]], v
 def _leaves_much(verdict: Verdict) -> str:
     """The sentence on effects that leave most of a clear misfit."""
     names = " and ".join(c.family for c in verdict.effects) or " or ".join(c.family for c in verdict.tied)
-    least = verdict.criteria.explained_share
-    return f"{names} is not named: less than {least:.0%} of the excess over the noise is closed, on all runs together."
+    least, are = verdict.criteria.explained_share, "are" if len(verdict.effects) > 1 else "is"
+    return (
+        f"{names} {are} not named: less than {least:.0%} of the excess over the noise is closed, on all runs together."
+    )
 
 
 def _explained(verdict: Verdict, validation: ValidationRuns) -> bool:

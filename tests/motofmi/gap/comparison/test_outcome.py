@@ -55,7 +55,7 @@ def test_an_effect_that_closes_the_same_share_is_tied_although_the_confidence_se
     first = model_with(CoulombFriction, level=1.0, seed=1)
     found = decided([first, model_with(CubicHardening, level=1.02, seed=1)])
     assert found.verdict == "tied"
-    assert any("hardening_stiffness is tied: it closes the same share" in s for s in found.sentences)
+    assert any("hardening_stiffness is tied: the same share" in s for s in found.sentences)
     assert decided([first, model_with(CubicHardening, level=1.2, seed=1)]).verdict == "named"
 
 
@@ -70,20 +70,21 @@ def test_a_second_effect_that_closes_little_of_the_rest_is_not_named():
     pair = model_with(CoulombFriction, CubicDamping, level=0.95, seed=1, scatter=0.01)
     found = decided([model_with(CoulombFriction, level=1.0, seed=1, scatter=0.01), pair])
     assert found.verdict == "named" and found.best.effects == (CoulombFriction,)
-    assert any("closes 5% of what coulomb_friction leaves" in s for s in found.sentences)
+    said = "coulomb_friction and progressive_damping are not named: 5% of what coulomb_friction leaves is closed"
+    assert any(s.startswith(said) for s in found.sentences)
 
 
 def test_a_second_effect_that_leaves_more_than_the_first_alone_is_said_to_do_so():
     rare = model_with(CoulombFriction, CubicDamping, level=0.1, seed=1, scatter=0.01)
     rare.validation[0] = 50.0  # the mean logarithm falls, the mean square does not
     found = decided([model_with(CoulombFriction, level=1.0, seed=1, scatter=0.01), rare])
-    assert any("leaves a larger mean square than coulomb_friction" in s for s in found.sentences)
+    assert any("is larger than that of coulomb_friction" in s for s in found.sentences)
 
 
 def test_no_gain_is_unknown_with_the_probability_of_the_base():
     found = decided([model_with(CoulombFriction, level=9.0, seed=4, scatter=1.0)], scatter=1.0)
     assert found.verdict == "unknown"
-    assert "its gain on data that were not used is not clear" in found.sentences[0]
+    assert "the gain on data that were not used is not clear" in found.sentences[0]
 
 
 def test_a_base_that_is_not_distinguishable_from_the_best_effect_is_not_replaced():
@@ -115,7 +116,7 @@ def test_effects_that_only_increase_the_loss_are_said_to_reduce_nothing():
 def test_a_clear_gain_of_a_small_share_is_not_named():
     found = decided([model_with(CoulombFriction, level=9.5, scatter=0.1)])
     assert found.verdict == "unknown"
-    assert "closes 5% of the closable misfit, less than 10%" in found.sentences[0]
+    assert "5% of the closable misfit is closed, less than 10%" in found.sentences[0]
 
 
 def test_a_magnitude_within_its_error_is_not_named():
@@ -177,7 +178,7 @@ def test_a_short_validation_run_is_judged_with_left_out_blocks_and_can_reject(le
     if verdict == "named":  # the share is that of the validation run: (10 - 1) / (10 - 0.01) on each of its blocks
         assert found.share.share == pytest.approx(0.9009, abs=1e-4) and found.share.low == pytest.approx(found.share.high)
     assert "judged together with the left-out blocks" in found.sentences[0]
-    assert any("does not reduce the loss on the validation runs" in s for s in found.sentences) == (verdict == "unknown")
+    assert any("the loss on the validation runs is not reduced" in s for s in found.sentences) == (verdict == "unknown")
 
 
 def test_the_simplest_form_within_one_standard_error_is_taken():
@@ -217,4 +218,4 @@ def test_a_second_effect_must_close_a_tenth_on_few_validation_blocks_too():
     errors = {id(m): np.full(len(m.fit.model.names), 0.1) for m in few}
     found = outcome(few[0], few[1:], FLEXIBLE, MOTION, (BLOCKS, 3), errors, Criteria())
     assert found.verdict == "named" and found.best.effects == (CoulombFriction,)
-    assert any("closes 3% of what coulomb_friction leaves" in s for s in found.sentences)
+    assert any("3% of what coulomb_friction leaves is closed" in s for s in found.sentences)
