@@ -51,9 +51,11 @@ class Unknown:
     kinds: list[str] | None
 
 
-LISTS = {"2": {"Outputs": "Outputs/Unknown", "Derivatives": "Derivatives/Unknown", "InitialUnknowns": "InitialUnknowns/Unknown"},
-         "3": {"Output": "Output", "ContinuousStateDerivative": "ContinuousStateDerivative", "ClockedState": "ClockedState",
-               "InitialUnknown": "InitialUnknown", "EventIndicator": "EventIndicator"}}  # fmt: skip
+LISTS = {"2": {"Outputs": "Outputs/Unknown", "Derivatives": "Derivatives/Unknown",
+               "InitialUnknowns": "InitialUnknowns/Unknown"},
+         "3": {"Output": "Output", "ContinuousStateDerivative": "ContinuousStateDerivative",
+               "ClockedState": "ClockedState", "InitialUnknown": "InitialUnknown",
+               "EventIndicator": "EventIndicator"}}  # fmt: skip
 
 
 class Model:

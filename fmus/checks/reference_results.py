@@ -33,6 +33,10 @@ def check(fmu: CheckedFmu) -> list[Problem]:
     lines = done.output.decode("utf-8", "replace").splitlines()
     found = [Problem(**json.loads(line)) for line in lines if line.startswith('{"check"')]
     if done.status != 0:
-        how = f"did not finish within {fmu.limits.time:g} s" if done.status is None else f"ended early: status {done.status}"
+        how = (
+            f"did not finish within {fmu.limits.time:g} s"
+            if done.status is None
+            else f"ended early: status {done.status}"
+        )
         found.append(Problem(REPLAY, "error", f"the replay {how}", FOLDER))
     return found

@@ -106,7 +106,8 @@ class SoftFriction(CoulombFriction):
     given = ()
     starts: ClassVar = {"sliding_rate": (0.02, 0.1, 0.4)}
     relative_to_rate: ClassVar = ("sliding_rate",)
-    at_least_sliding: ClassVar = {"sliding_rate": 0.1}  # samples and simulation steps do not resolve a narrower transition
+    # samples and simulation steps do not resolve a narrower transition
+    at_least_sliding: ClassVar = {"sliding_rate": 0.1}
 
 
 class LaggingFriction(SoftFriction):

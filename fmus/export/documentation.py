@@ -66,7 +66,8 @@ def _equations(interface: Interface) -> list[str]:
     latex = {n: row.latex for n, row in component.table.items()} | {"time": "t"}
     heavy = {n for entry in reading.mass for n in entry}
     lines = [_equation(mathml.symbol_markup(latex[n]), e, latex) for n, e in reading.definitions.items()]
-    for name in (n for n in component.states if f"der({n})" in reading.results):  # the other states are those of effects
+    # the other states are those of effects
+    for name in (n for n in component.states if f"der({n})" in reading.results):
         left = mathml.symbol_markup(latex[name])
         left = f"<msub><mi>f</mi>{left}</msub>" if name in heavy else f"<mover>{left}<mo>&#x2d9;</mo></mover>"
         lines.append(_equation(left, reading.results[f"der({name})"], latex))

@@ -45,10 +45,10 @@ DURATION, STEP = 0.2, 0.01  # s: one to two periods of the fastest mode of a mot
 STATE, RAMP = 0.3, 0.5  # share of a state's usual size at the start; of an input's, which it gains over the duration
 SOLVER = {"method": "LSODA", "rtol": 1e-9, "atol": 1e-12}
 TOLERANCE = 1e-6
-REASON = ("share of the largest value of the column; the reference was integrated with a relative tolerance of 1e-9 per "
-          "step, and the results have 9 digits")  # fmt: skip
-MODE_REASON = ("share of the undamped frequency, and absolute for the damping ratio; the differences are exact to about "
-               "1e-7")  # fmt: skip
+REASON = ("share of the largest value of the column; the reference was integrated with a relative tolerance of 1e-9 "
+          "per step, and the results have 9 digits")  # fmt: skip
+MODE_REASON = ("share of the undamped frequency, and absolute for the damping ratio; the differences are exact to "
+               "about 1e-7")  # fmt: skip
 DIFFERENCE = 1e-7  # of a state's usual size: small against its nonlinearity, large against rounding
 OSCILLATES = 1e-6  # share of its size that the imaginary part of an oscillatory mode exceeds
 Xml.register_namespace("fmi-ls", SPACE)

@@ -1,4 +1,5 @@
-"""Where reference results are in an archive (layered standard FMI-LS-REF), and the name of the check that replays them."""
+"""Where reference results are in an archive (layered standard FMI-LS-REF), and the name of the check that replays
+them."""
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 MANIFEST = f"{FOLDER}/fmi-ls-manifest.xml"

@@ -1,4 +1,5 @@
-"""The mathematical functions of equations on numbers and arrays; on SymPy symbols, see `fmus.expressions.symbolic_functions`.
+"""The mathematical functions of equations on numbers and arrays; on SymPy symbols, see
+`fmus.expressions.symbolic_functions`.
 
 Equations call them as `m.sin(x)`. C code is generated from the SymPy form.
 

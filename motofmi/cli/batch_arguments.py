@@ -10,9 +10,9 @@ from motofmi.cli.screen import Screen
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add `--batch`, `--scheduler` and `--workers`."""
     parser.add_argument("--batch", metavar="FOLDER|MANIFEST.csv",
-                        help="every test of a folder (a recording is a test, an inner folder a test of several runs), or "
-                             "of a CSV manifest with a row for each test and the columns test, recordings, validation, "
-                             "...; the folder --out then holds one table")  # fmt: skip
+                        help="every test of a folder (a recording is a test, an inner folder a test of several runs), "
+                             "or of a CSV manifest with a row for each test and the columns test, recordings, "
+                             "validation, ...; the folder --out then holds one table")  # fmt: skip
     parser.add_argument("--scheduler", metavar="ADDRESS", help="of a batch: Dask scheduler, as in tcp://host:8786")
     parser.add_argument("--workers", type=int, metavar="N", help="of a batch: processes of this machine")
 

@@ -35,8 +35,8 @@ def alternatives(verdict: Verdict) -> list[dict[str, Any]]:
 
 
 def reason(verdict: Verdict, limitations: Sequence[str]) -> str | None:
-    """The sentence on the rule by which nothing is named; None where something is, nothing is missing, or the search was
-    ended.
+    """The sentence on the rule by which nothing is named; None where something is, nothing is missing, or the search
+    was ended.
 
     limitations are the sentences of the verdict on its effects, the last of which decides where no other rule does.
     """

@@ -132,10 +132,13 @@ def _unspecified_form(verdict: Verdict, left: dict[str, Any]) -> list[str]:
     said = "the form is unspecified, and the parameters are those of the nearest form."
     if left["after"] >= reduced_by_noise(verdict.best, verdict.criteria):
         on_validation = f", {missed:.2g} on the validation run" if missed is not None else ""
-        return [f"No form of {family} in the library is adequate (reduced chi-square {left['after']:.2g}{on_validation}): {said}"]
+        return [
+            f"No form of {family} in the library is adequate (reduced chi-square {left['after']:.2g}{on_validation}): "
+            f"{said}"
+        ]
     if missed is not None and missed > verdict.criteria.predicted_reduced_chi2:
-        return [f"The form of {family} is adequate for the fitted runs (reduced chi-square {left['after']:.2g}), but not for the "
-                f"validation run ({missed:.2g}): {said}"]  # fmt: skip
+        return [f"The form of {family} is adequate for the fitted runs (reduced chi-square {left['after']:.2g}), "
+                f"but not for the validation run ({missed:.2g}): {said}"]  # fmt: skip
     return []
 
 
@@ -200,9 +203,9 @@ def _effect(verdict: Verdict, candidate: Candidate, chances: dict[int, float]) -
     unknown = unidentified(verdict, effect)
     own = {n: found for n, found in parameters_of_effect(verdict.best, effect).items() if n not in unknown}
     return {"name": effect.family, "form": "open" if open_ else effect.form, "element": effect.element or None,
-            "sentence": effect.sentence(), "equations": added_terms(effect), "probability": chances.get(id(candidate), 1.0),
-            "delta_chi2": candidate.delta_chi2, "delta_bic": candidate.delta_bic,
-            "parameters": with_errors(own)}  # fmt: skip
+            "sentence": effect.sentence(), "equations": added_terms(effect),
+            "probability": chances.get(id(candidate), 1.0), "delta_chi2": candidate.delta_chi2,
+            "delta_bic": candidate.delta_bic, "parameters": with_errors(own)}  # fmt: skip
 
 
 def _candidate(

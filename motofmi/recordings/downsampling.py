@@ -47,7 +47,8 @@ def reduced(blocks: Iterator[np.ndarray], rate: float, time: int) -> tuple[np.nd
         rest = rows[len(windows) * factor :]
     note = (
         f"reduced from {given:.6g} Hz to {given / factor:.6g} Hz while reading: low-pass filtered, every {factor}th "
-        f"sample kept; transitions shorter than {factor / given:.2g} s, such as dry friction through zero rate, appear wider"
+        f"sample kept; transitions shorter than {factor / given:.2g} s, such as dry friction through zero rate, "
+        "appear wider"
     )
     return np.concatenate(kept), (note,)
 

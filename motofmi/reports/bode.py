@@ -14,4 +14,6 @@ def bode(frequency: np.ndarray, responses: Mapping[str, np.ndarray], units: Mapp
              for k, (name, z) in enumerate(responses.items())]  # fmt: skip
     magnitude = [Curve(name, frequency, np.abs(z), colour) for name, z, colour in named]
     phase = [Curve(name, frequency, np.degrees(np.angle(z)), colour) for name, z, colour in named]
-    return Chart([Panel(axis, Axis("magnitude", "", log=True), magnitude), Panel(axis, Axis("phase", "deg"), phase)], linked=True)
+    return Chart(
+        [Panel(axis, Axis("magnitude", "", log=True), magnitude), Panel(axis, Axis("phase", "deg"), phase)], linked=True
+    )

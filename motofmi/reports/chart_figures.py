@@ -54,7 +54,13 @@ def draw(panel: Panel, on: Any) -> Any:
 def _curve(curve: Curve, on: Any) -> None:
     colour, x, y = COLOURS[curve.colour][0], np.asarray(curve.x, float), np.asarray(curve.y, float)
     if curve.style == "errors":
-        on.errorbar(x, y, [y - np.asarray(curve.band[0]), np.asarray(curve.band[1]) - y], fmt=".", color=colour)  # type: ignore[index]
+        on.errorbar(
+            x,
+            y,
+            [y - np.asarray(curve.band[0]), np.asarray(curve.band[1]) - y],  # type: ignore[index]
+            fmt=".",
+            color=colour,
+        )
         return
     if curve.band is not None:
         on.fill_between(x, *(np.asarray(side, float) for side in curve.band), color=colour, alpha=0.2, linewidth=0)

@@ -38,7 +38,10 @@ COHERENCE_SAYS = (
     "is noise, a torque of the rider's own (remnant), or a relation that is not linear."
 )
 NYQUIST_SAYS = "Each point is one band of frequency; a resonance is a loop, and where runs differ their loops differ."
-BANDS_SAY = "Cross-spectra with {}. The 95 % interval is that of the estimate; the standard deviation is that over the runs, if there are several."
+BANDS_SAY = (
+    "Cross-spectra with {}. The 95 % interval is that of the estimate; the standard deviation is that over the runs, "
+    "if there are several."
+)
 
 
 def answer(mean: FRF, count: int) -> str:
@@ -97,7 +100,15 @@ def amplitude_and_phase(
     ]  # a band without information must not scale the axis
     name = "mean of the runs" if len(each) > 1 else each[0].name
     style = {"colour": "measured", "style": "points"}
-    first = [Curve(name, mean.frequency, modulus, band=(modulus - half[0], modulus + half[0]), **style)]  # type: ignore[arg-type]
+    first = [
+        Curve(
+            name,
+            mean.frequency,
+            modulus,
+            band=(modulus - half[0], modulus + half[0]),
+            **style,  # type: ignore[arg-type]
+        )
+    ]
     turn = np.degrees(half[1])
     second = [Curve(name, mean.frequency, angle, band=(angle - turn, angle + turn), **style)]  # type: ignore[arg-type]
     for k, run in enumerate(each if len(each) > 1 else ()):

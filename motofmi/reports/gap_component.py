@@ -38,7 +38,9 @@ def modes_at_rest(result: dict[str, Any]) -> Section:
     modes = [(label, f"{m['frequency'][0]:.4g}",
               "no oscillation" if m["damping_ratio"][0] is None else f"{m['damping_ratio'][0]:.4g}")
              for label in ("before", "after") for m in result["modes"][label]]  # fmt: skip
-    return Section("Modes of the component at rest", [], [], [Table(("model", "frequency [Hz]", "damping ratio [1]"), modes)])
+    return Section(
+        "Modes of the component at rest", [], [], [Table(("model", "frequency [Hz]", "damping ratio [1]"), modes)]
+    )
 
 
 def left_over(fit: Fit, output: int = 0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -106,6 +106,11 @@ def draw_before_and_after(axes: Any, contents: dict[str, Any]) -> Any:
     colours = [COLOURS["reference"] if label.endswith("before") else COLOURS["rider"] for label, _ in shown]
     axes.barh([label for label, _ in shown], [value for _, value in shown], color=colours)
     axes.axvline(1, color="#c00000", linewidth=1)
-    axes.set(xscale="log", xlabel="reduced chi-square [1]", ylabel="runs [-]", xlim=_decades([value for _, value in shown]))
+    axes.set(
+        xscale="log",
+        xlabel="reduced chi-square [1]",
+        ylabel="runs [-]",
+        xlim=_decades([value for _, value in shown]),
+    )
     axes.text(1, 1.02, "noise floor", transform=axes.get_xaxis_transform(), color="#c00000", ha="center")
     return axes

@@ -58,8 +58,8 @@ def _left(result: dict[str, Any]) -> str:
 
 
 def nearest(result: dict[str, Any]) -> list[str]:
-    """Where the verdict is unknown, the reason, the nearest model of the library, and the misfit with it; where the runs
-    disagree on the base, the value that differs. Where it is tied, the models of the tie with their values."""
+    """Where the verdict is unknown, the reason, the nearest model of the library, and the misfit with it; where the
+    runs disagree on the base, the value that differs. Where it is tied, the models of the tie with their values."""
     if result["disagreement"]:
         return [result["disagreement"]]
     if result["verdict"] != "unknown":
@@ -72,11 +72,14 @@ def nearest(result: dict[str, Any]) -> list[str]:
     rms, [near] = result["gap"]["rms"], result["alternatives"] or [None]
     name = " and ".join(e["name"] for e in near["effects"]) if near else result["closest"]["name"]
     if rms["after"] >= rms["before"]:
-        said = f"Nearest in the library: {name}. It does not reduce the rms of the misfit, {rms['before']:.3g} {rms['unit']}."
+        said = (
+            f"Nearest in the library: {name}. It does not reduce the rms of the misfit, "
+            f"{rms['before']:.3g} {rms['unit']}."
+        )
     else:
         said = (
-            f"Nearest in the library: {name}{_closed(result)}. The best candidate reduces the misfit of the fitted runs from "
-            f"{rms['before']:.3g} to {rms['after']:.3g} {rms['unit']} (rms)."
+            f"Nearest in the library: {name}{_closed(result)}. The best candidate reduces the misfit of the fitted "
+            f"runs from {rms['before']:.3g} to {rms['after']:.3g} {rms['unit']} (rms)."
         )
     return [*lines, said, *([f"values: {_effects_with_values(near)}"] if near else [])]
 
@@ -99,7 +102,9 @@ def laws(result: dict[str, Any]) -> list[str]:
     for effect in result["effects"]:
         law = "; ".join(effect["equations"]) or effect["sentence"].rstrip(".")
         nearest_form = "nearest form: " if effect["form"] == "open" else ""
-        lines.append(f"{effect['name']}: {nearest_form}{law}" + (f", {_values(effect)}" if effect["parameters"] else ""))
+        lines.append(
+            f"{effect['name']}: {nearest_form}{law}" + (f", {_values(effect)}" if effect["parameters"] else "")
+        )
     return lines
 
 
@@ -134,9 +139,12 @@ def bars(result: dict[str, Any]) -> list[str]:
     """The misfit before and after as bars of text: on the validation runs, else on the fitted ones."""
     rms = result["gap"]["rms"]
     where = "fitted" if rms["holdout_before"] is None else "validation"
-    before, after = (rms[key] for key in (("before", "after") if where == "fitted" else ("holdout_before", "holdout_after")))
+    before, after = (
+        rms[key] for key in (("before", "after") if where == "fitted" else ("holdout_before", "holdout_after"))
+    )
     longest = max(before, after)
     if not longest > 0:
         return []
-    return [f"{label:<7}{'#' * max(round(BAR * value / longest), 1):<{BAR + 1}} {value:.3g} {rms['unit']} (rms, {where} runs)"
+    return [f"{label:<7}{'#' * max(round(BAR * value / longest), 1):<{BAR + 1}} "
+            f"{value:.3g} {rms['unit']} (rms, {where} runs)"
             for label, value in (("before", before), ("after", after))]  # fmt: skip

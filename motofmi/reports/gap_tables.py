@@ -26,8 +26,8 @@ HOW_TO_READ = (
 
 
 ON_BLOCKS = (
-    "These models were compared on blocks of their residuals, and that decides: delta BIC only orders the candidates. The loss is the "
-    "mean logarithm of a block's mean square, smaller by 0.1 where the rms is smaller by 5 %."
+    "These models were compared on blocks of their residuals, and that decides: delta BIC only orders the candidates. "
+    "The loss is the mean logarithm of a block's mean square, smaller by 0.1 where the rms is smaller by 5 %."
 )
 
 
@@ -135,8 +135,8 @@ def compared(result: dict[str, Any]) -> Table:
              _percent(m["closed"] and m["closed"]["share"]), m["standing"])
             for m in result.get("compared", [])]  # fmt: skip
     return Table(
-        ("compared on blocks", "log loss, fitted runs [1]", "log loss, validation runs [1]", "closable misfit closed [%]",
-         "outcome"), rows
+        ("compared on blocks", "log loss, fitted runs [1]", "log loss, validation runs [1]",
+         "closable misfit closed [%]", "outcome"), rows
     )  # fmt: skip
 
 

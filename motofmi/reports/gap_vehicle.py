@@ -80,7 +80,11 @@ def weak_form_spectra(verdict: Verdict, given: Fit) -> Chart:
     given is the vehicle without a fit.
     """
     run: WeakFormRun = verdict.best.runs[0]
-    fits = [(given, "changed", "as given"), (verdict.base, "base", "base, refitted"), (verdict.best, "found", label_of_best(verdict))]
+    fits = [
+        (given, "changed", "as given"),
+        (verdict.base, "base", "base, refitted"),
+        (verdict.best, "found", label_of_best(verdict)),
+    ]
     panels = []
     for i, name in enumerate(run.rates):
         curves = [Curve("measured", run.frequency, np.sqrt(np.mean(run.measured[i] ** 2, axis=0)))]

@@ -105,7 +105,9 @@ def answer(fit: Identification, explained: bool) -> str:
     share = fit.standard_error / fit.values
     order = np.argsort(share)
     best, worst = (f"{_words(fit.names[k])} to {_percent(share[k])}" for k in (order[0], order[-1]))
-    said = f"The six parameters are known to between {_percent(share.min())} and {_percent(share.max())} ({best}, {worst})"
+    said = (
+        f"The six parameters are known to between {_percent(share.min())} and {_percent(share.max())} ({best}, {worst})"
+    )
     if explained:
         return f"{said}; with a reduced chi-square of {fit.reduced_chi_square:.3g} the passive rider explains the data."
     return (

@@ -1,4 +1,5 @@
-"""The motion of a mode, drawn from above and from behind by the phasors of its eigenvector. The page only turns phasors:
+"""The motion of a mode, drawn from above and from behind by the phasors of its eigenvector. The page only turns
+phasors:
 
     q(t) = Re(phasor exp(lambda t))
 
@@ -38,7 +39,8 @@ def mode_animation(name: str, eigenvalue: complex, phasors: Mapping[str, complex
     said = f"{name}: from above and from behind{slowed}. Forward is up."
     json = to_json(data, indent=None).replace("</", "<\\/")
     return Illustration(
-        f'<div class="animation"><p class="animation-bar"><button type="button" class="play">play</button> <span>{escape(said)}</span></p>'
+        '<div class="animation"><p class="animation-bar"><button type="button" class="play">play</button> '
+        f"<span>{escape(said)}</span></p>"
         f'<div class="views">{TOP}{BACK}</div><script type="application/json">{json}</script></div>',
         "animation.js",
     )

@@ -21,7 +21,11 @@ def plan_figure(effects: Sequence[Mapping[str, Any]]) -> Figure:
 
 def plan_chart(effects: Sequence[Mapping[str, Any]]) -> Chart:
     """The same bars as a chart; effects that are never named have none."""
-    ratios = {place: e["named_from"] / e["noticed_from"] for place, e in enumerate(effects) if e["named_from"] and e["noticed_from"]}
+    ratios = {
+        place: e["named_from"] / e["noticed_from"]
+        for place, e in enumerate(effects)
+        if e["named_from"] and e["noticed_from"]
+    }
     bars = Curve("magnitude to be named", list(ratios.values()), list(ratios), "found", "bars")
     axis = Axis("magnitude to be named over magnitude to be detected", "1", log=True, low=1.0)
     return Chart([Panel(axis, Axis("", "", names=_labels(effects)), [bars], height=18 * len(effects) + 60)])

@@ -114,7 +114,8 @@ def chart_page(chart: Chart, title: str) -> str:
     """A page with one chart and nothing else."""
     parts = [
         '<!doctype html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, '
-        f'initial-scale=1"><title>{Markup.escape(title)}</title><link rel="icon" href="data:,"><style>{style()}</style></head><body>'
+        f'initial-scale=1"><title>{Markup.escape(title)}</title><link rel="icon" href="data:,">'
+        f"<style>{style()}</style></head><body>"
         f'<main><h1 class="unseen">{Markup.escape(title)}</h1>',
         drawn(chart, title),
         "</main>",

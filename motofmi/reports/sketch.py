@@ -15,7 +15,8 @@ LABELS = (
     ("frame", "Rear frame with engine and rear wheel, and everything of the rider that does not move relative to it."),
     (
         "front",
-        "Steer axis. The caster angle is its inclination, the trail the distance from its point on the ground back to the front contact.",
+        "Steer axis. The caster angle is its inclination, the trail the distance from its point on the ground back to "
+        "the front contact.",
     ),
     ("rider", "Torso of the passive rider: an inertia that turns about an axis parallel to the steer axis."),
     ("rider", "Arms: a spring and a damper between torso and handlebar. Their torque is the handlebar torque."),
@@ -25,12 +26,13 @@ LABELS = (
     ),
     (
         "port",
-        "Handlebar port, where a rider or a damper is exchanged: steer angle, steer rate and frame rate go to the device; handlebar torque and frame torque come back.",
+        "Handlebar port, where a rider or a damper is exchanged: steer angle, steer rate and frame rate go to the "
+        "device; handlebar torque and frame torque come back.",
     ),
 )
 SIGNS = (
-    "Axes: x forward, y right (towards the reader), z down, with the origin on the ground below the mass centre of the rear frame. "
-    "Yaw, roll and steer to the right are positive; a torque is positive in the sense of its angle."
+    "Axes: x forward, y right (towards the reader), z down, with the origin on the ground below the mass centre of the "
+    "rear frame. Yaw, roll and steer to the right are positive; a torque is positive in the sense of its angle."
 )
 DRAWING = """
 <line class="quiet" x1="20" y1="360" x2="640" y2="360"/>
@@ -53,11 +55,13 @@ PLACES = ((560, 250), (80, 240), (535, 350), (235, 118), (362, 100), (190, 160),
 def motorcycle_sketch() -> Illustration:
     """The sketch with its legend."""
     numbers = "".join(
-        f'<g class="number"><circle cx="{x}" cy="{y}" r="15"/><text x="{x}" y="{y + 7}" text-anchor="middle">{k}</text></g>'
+        f'<g class="number"><circle cx="{x}" cy="{y}" r="15"/>'
+        f'<text x="{x}" y="{y + 7}" text-anchor="middle">{k}</text></g>'
         for k, (x, y) in enumerate(PLACES, 1)
     )
     legend = "".join(f"<li>{escape(text)}</li>" for _, text in LABELS)
     return Illustration(
-        f'<div class="sketch"><svg viewBox="0 0 660 375" role="img" aria-label="Motorcycle with rider from the right side">{DRAWING}{numbers}</svg>'
+        '<div class="sketch"><svg viewBox="0 0 660 375" role="img" '
+        f'aria-label="Motorcycle with rider from the right side">{DRAWING}{numbers}</svg>'
         f"<ol>{legend}</ol><p>{escape(SIGNS)}</p></div>"
     )

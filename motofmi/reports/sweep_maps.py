@@ -39,8 +39,9 @@ def share_chart(dataset: Any, table: Any, modes: list[str]) -> tuple[Chart, str]
     panels = []
     for mode in modes:
         share = share_unstable(dataset, table, mode, ("vehicle", "device", "speed"))
-        curves = [Curve(pair_label(dataset, v, d), dataset["speed"].values, 100 * share.isel(vehicle=v, device=d).values,
-                        SEQUENCE[k % len(SEQUENCE)]) for k, (v, d) in enumerate(pairs(dataset))]  # fmt: skip
+        curves = [Curve(pair_label(dataset, v, d), dataset["speed"].values,
+                        100 * share.isel(vehicle=v, device=d).values, SEQUENCE[k % len(SEQUENCE)])
+                  for k, (v, d) in enumerate(pairs(dataset))]  # fmt: skip
         panels.append(Panel(Axis("speed", "m/s"), Axis("share of runs unstable", "%", low=0.0, high=100.0), curves,
                             mode.replace("_", "-")))  # fmt: skip
     return Chart(panels, columns=min(2, len(panels))), "Share of the runs in which each mode is unstable, over speed."
@@ -49,8 +50,8 @@ def share_chart(dataset: Any, table: Any, modes: list[str]) -> tuple[Chart, str]
 def map_charts(dataset: Any, table: Any, modes: list[str]) -> list[tuple[Chart, str]]:
     """For each mode and parameter maps of speed against the parameter, one for each vehicle and device."""
     found = [(_maps(dataset, table, mode, parameter),
-              f"{mode.replace('_', '-')}: share of the runs that are unstable, over speed and {parameter}; without colour "
-              "where none is, and without a map for a device with which none is.")
+              f"{mode.replace('_', '-')}: share of the runs that are unstable, over speed and {parameter}; without "
+              "colour where none is, and without a map for a device with which none is.")
              for mode in modes for parameter in grid_parameters(dataset)]  # fmt: skip
     return [(chart, caption) for chart, caption in found if chart.panels]
 

@@ -13,8 +13,8 @@ from motofmi.reports.sweep_maps import grid_parameters, pair_label, pairs, share
 WORST = 10  # runs that are listed
 MOST_MAPS = 20  # maps whose worst run is listed
 TEXT = (
-    "The number of a run opens it in the explore page, as configuration B with the values of the run; A has the values of "
-    "the files."
+    "The number of a run opens it in the explore page, as configuration B with the values of the run; A has the values "
+    "of the files."
 )
 WITHOUT = (
     "motofmi modes --device DEVICE --set NAME=VALUE ... repeats a run with the values of its row. No explore page was "
@@ -49,7 +49,12 @@ def worst_section(dataset: Any, table: Any, modes: list[str], links: RunLinks | 
             ratio, speed = row[f"{mode}_damping_ratio"], row[f"{mode}_damping_speed"]
             rows.append([_text(row["run"]), _text(ratio), _text(speed), *(_text(row[name]) for name in labels)])
             found.append("" if links is None else links.of(row, mode, speed))
-        headings = ["run", "damping ratio [1]", "at speed [m/s]", *(_heading(name, units.get(name, "")) for name in labels)]
+        headings = [
+            "run",
+            "damping ratio [1]",
+            "at speed [m/s]",
+            *(_heading(name, units.get(name, "")) for name in labels),
+        ]
         tables.append(Table(headings, rows, f"{_shown(mode)}: the runs with the smallest damping ratio", links=found))
     tables += _of_maps(dataset, table, modes, links)
     text = WITHOUT.format(links.reason) if links is not None and links.reason else TEXT
@@ -75,7 +80,8 @@ def _of_maps(dataset: Any, table: Any, modes: list[str], links: RunLinks | None)
                 row = table.iloc[_least_stable(dataset, mode, at, int(speed))]
                 value, driven = float(dataset[parameter].values[place]), float(dataset["speed"].values[speed])
                 rows.append([_text(row["run"]), _shown(mode), pair_label(dataset, vehicle, device),
-                             f"{parameter} = {value:.5g} {unit}".strip(), _text(driven), f"{100 * part.max():.0f}"])  # fmt: skip
+                             f"{parameter} = {value:.5g} {unit}".strip(), _text(driven),
+                             f"{100 * part.max():.0f}"])  # fmt: skip
                 found.append("" if links is None else links.of(row, mode, driven))
     headings = ["run", "mode", "with", "where", "speed [m/s]", "share of runs unstable [%]"]
     caption = "Of each stability map the place with the largest share, and the least stable run there"

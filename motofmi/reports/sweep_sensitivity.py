@@ -40,16 +40,19 @@ def sensitivity_section(dataset: Any, table: Any) -> Section | None:
     if not found:
         return None
     curves = [Curve(f"{mode.replace('_', '-')} (explained: {100 * share:.0f} %)", coefficients, np.arange(len(names)),
-                    SEQUENCE[k], "points") for k, (mode, (coefficients, share, _)) in enumerate(found.items())]  # fmt: skip
+                    SEQUENCE[k], "points")
+              for k, (mode, (coefficients, share, _)) in enumerate(found.items())]  # fmt: skip
     panel = Panel(Axis("standardised rank regression coefficient", "1"), Axis("parameter", "", names=names), curves,
                   lines=[Line(0.0, across="x")], hover="point", height=120 + 30 * len(names))  # fmt: skip
     rows_of_table = [[mode.replace("_", "-"), name, f"{coefficients[i]:+.2f}",
                       "-" if sobol is None else f"{max(sobol[i], 0.0):.2f}"]
                      for mode, (coefficients, _, sobol) in found.items() for i, name in enumerate(names)]  # fmt: skip
     text = ("A positive coefficient: more of the parameter, more damping of the mode. Devices and vehicles are mixed. "
-            "The parameters of a population are correlated; an index includes what a parameter shares with others.")  # fmt: skip
+            "The parameters of a population are correlated; an index includes what a parameter shares "
+            "with others.")  # fmt: skip
     return Section("Sensitivities", [text], [(Chart([panel]), "Sensitivity of the least damping ratio over speed.")],
-                   [Table(["mode", "parameter", "regression [1]", "first-order Sobol index [1]"], rows_of_table)])  # fmt: skip
+                   [Table(["mode", "parameter", "regression [1]", "first-order Sobol index [1]"],
+                          rows_of_table)])  # fmt: skip
 
 
 def rank_regression(values: np.ndarray, response: np.ndarray) -> tuple[np.ndarray, float]:
@@ -70,6 +73,7 @@ def first_order(names: list[str], values: np.ndarray, response: np.ndarray) -> n
         from SALib.analyze import rbd_fast  # noqa: PLC0415 - of the extra
     except ImportError:
         return None
-    problem = {"num_vars": len(names), "names": names, "bounds": [[low, high] for low, high in
-                                                                  zip(values.min(axis=0), values.max(axis=0), strict=True)]}  # fmt: skip
+    problem = {"num_vars": len(names), "names": names,
+               "bounds": [[low, high] for low, high in
+                          zip(values.min(axis=0), values.max(axis=0), strict=True)]}  # fmt: skip
     return np.asarray(rbd_fast.analyze(problem, values, response, num_resamples=2, seed=0)["S1"])

@@ -27,7 +27,8 @@ class StoredChunk:
 
 
 def run_study(store: Store, description: dict[str, Any], noun: str, scheduler: str | None = None,
-              workers: int | None = None, on_dashboard: Callable[[str], object] = lambda address: None) -> None:  # fmt: skip
+              workers: int | None = None,
+              on_dashboard: Callable[[str], object] = lambda address: None) -> None:  # fmt: skip
     """Compute what the folder of a study lacks, with progress in chunks of that noun, and complete its table.
 
     Nothing is written where there is no scheduler.

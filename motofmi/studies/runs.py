@@ -1,4 +1,5 @@
-"""What a kind of run defines for a study: its grid, its results by name, and the function that computes a part of it."""
+"""What a kind of run defines for a study: its grid, its results by name, and the function that computes a part of
+it."""
 
 import warnings
 from abc import ABC, abstractmethod

@@ -89,7 +89,9 @@ def damper(given: ComponentLike | float, **values: float) -> Component:
         >>> mf.damper(7.5).values
         {'damping': 7.5}
     """
-    return _of_kind("damper", f"{float(given):g}" if isinstance(given, SupportsFloat) else cast(ComponentLike, given), values)
+    return _of_kind(
+        "damper", f"{float(given):g}" if isinstance(given, SupportsFloat) else cast(ComponentLike, given), values
+    )
 
 
 def mechanism(given: ComponentLike, **values: float) -> Component:

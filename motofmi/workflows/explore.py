@@ -36,7 +36,8 @@ HEIGHT = 900  # px, of the page in a notebook
 
 @dataclass(frozen=True)
 class ExplorePage:
-    """The page that was written: its path, its size in bytes, and the names of what it offers; `explore` shows an example.
+    """The page that was written: its path, its size in bytes, and the names of what it offers; `explore` shows
+    an example.
 
     A notebook displays the page itself.
     """
@@ -111,7 +112,9 @@ def explore_page(path: Path, vehicles: Sequence[Component], sets: Sequence[Seque
     size = path.stat().st_size
     if size > LARGEST:
         path.unlink()
-        raise InputError(f"{path} would have {size} bytes, more than {LARGEST}: give fewer devices with effects of their own")
+        raise InputError(
+            f"{path} would have {size} bytes, more than {LARGEST}: give fewer devices with effects of their own"
+        )
     return ExplorePage(path, size, tuple(offered_vehicles), ("none", *devices))
 
 
@@ -198,7 +201,10 @@ def described(part: Device, compiled: Sequence[Compiled]) -> dict[str, Any]:
 
 def published_eigenvalues() -> Iterator[dict[str, Any]]:
     """Printed eigenvalues of vehicles without a device: vehicle, source, and [speed, real, imaginary part] by mode."""
-    sharp, bicycle = {"weave": [], "wobble": [], "capsize": []}, {"weave": [], "capsize": []}  # type: ignore[var-annotated]
+    sharp, bicycle = (
+        {"weave": [], "wobble": [], "capsize": []},  # type: ignore[var-annotated]
+        {"weave": [], "capsize": []},  # type: ignore[var-annotated]
+    )
     for row in table(SHARP_1971_EIGENVALUES):
         speed = float(row["speed_ft_per_s"]) * FOOT
         for mode in ("weave", "wobble"):

@@ -78,7 +78,8 @@ class RollTest:
             figures=[
                 (
                     roll_chart(self.frf),
-                    "Absolute (FRF) and relative (rFRF) responses over frequency, as in Figs 16 to 23 of the 2008 paper.",
+                    "Absolute (FRF) and relative (rFRF) responses over frequency, as in Figs 16 to 23 of the 2008 "
+                    "paper.",
                 )
             ],
         ).write(Path(path))

@@ -20,8 +20,8 @@ SHORTEST = 10.0  # s: the fades at both ends take 4 s
 
 
 def simulate_steer_test(
-    rider: ComponentLike, path: str | Path, *, excitation: str = "sweep", duration: float = 60.0, amplitude: float = 2.0,
-    steer_inertia: float = HANDLEBAR_INERTIA, seed: int = 0,
+    rider: ComponentLike, path: str | Path, *, excitation: str = "sweep", duration: float = 60.0,
+    amplitude: float = 2.0, steer_inertia: float = HANDLEBAR_INERTIA, seed: int = 0,
 ) -> str:  # fmt: skip
     r"""Simulate the steer test on a rider and write its recording; the path as text.
 

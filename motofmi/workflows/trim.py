@@ -1,4 +1,5 @@
-"""Steady turning of a motorcycle at a speed, lean angles and accelerations: equilibrium, and the named modes about it."""
+"""Steady turning of a motorcycle at a speed, lean angles and accelerations: equilibrium, and the named modes about
+it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -39,8 +39,8 @@ def applies(trial: Trial) -> bool:
 
 @dataclass
 class Schedule:
-    """The activations that are due, by time, priority and place; the last one of each place, the output clocks that have
-    ticked since the last reading, and the problems met in callbacks."""
+    """The activations that are due, by time, priority and place; the last one of each place, the output clocks that
+    have ticked since the last reading, and the problems met in callbacks."""
 
     due: list[tuple[float, int, int]] = field(default_factory=list)
     last: dict[int, float] = field(default_factory=dict)

@@ -1,5 +1,5 @@
-"""A simulation of the default experiment from the start values: every call succeeds, every number is finite. The time of
-the FMU itself may differ from the communication points (FMI 3.0, 4.2.1), by less than a step of either."""
+"""A simulation of the default experiment from the start values: every call succeeds, every number is finite. The time
+of the FMU itself may differ from the communication points (FMI 3.0, 4.2.1), by less than a step of either."""
 
 from collections.abc import Iterator
 

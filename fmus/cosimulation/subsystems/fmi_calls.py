@@ -153,7 +153,8 @@ class Calls3(Calls):
     """
 
     version = 3
-    setters: ClassVar = {**{f"{sign}Int{bits}": f"set{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)},
+    setters: ClassVar = {**{f"{sign}Int{bits}": f"set{sign}Int{bits}"
+                            for sign in ("", "U") for bits in (8, 16, 32, 64)},
                "Enumeration": "setInt64", "Boolean": "setBoolean", "String": "setString",
                "Float32": "setFloat32"}  # fmt: skip
     functions = ("fmi3SetFloat64", "fmi3GetFloat64", "fmi3DoStep", "", "",

@@ -105,9 +105,10 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         for name, _, text in (b.partition("=") for b in arguments.bounds)
     }
     given = {"method": arguments.method, "mapping": options.mapping, "rate": arguments.rate, "rig": arguments.rig,
-                 "reference": arguments.reference, "band": options.band, "width": arguments.width, "mean": arguments.mean,
-                 "bounds": bounds, "starts": arguments.starts, "handlebar_inertia": arguments.handlebar_inertia,
-                 "run_to_run": arguments.run_to_run, "bootstrap": arguments.bootstrap, "seed": arguments.seed}  # fmt: skip
+                 "reference": arguments.reference, "band": options.band, "width": arguments.width,
+                 "mean": arguments.mean, "bounds": bounds, "starts": arguments.starts,
+                 "handlebar_inertia": arguments.handlebar_inertia, "run_to_run": arguments.run_to_run,
+                 "bootstrap": arguments.bootstrap, "seed": arguments.seed}  # fmt: skip
     if arguments.batch:
         return batches.run("identify", arguments, given)
     found = identify(arguments.files, **given)

@@ -48,10 +48,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--speed", metavar="A:B:STEP", help="speeds [m/s] (default: 1:60:1)")
     parser.add_argument("--set", dest="settings", action="append", default=[], metavar="NAME=A:B:N|NAME~POPULATION",
                         help="values of a parameter: N values from A to B, a comma list, or NAME~A:B for members of a "
-                             "range; rider~riders_2011 or rider~FILE.toml for a population of riders; repeatable")  # fmt: skip
+                             "range; rider~riders_2011 or rider~FILE.toml for a population of riders; "
+                             "repeatable")  # fmt: skip
     parser.add_argument("--count", type=int, help="number of members of populations (default: 100)")
-    parser.add_argument("--design", choices=DESIGNS, help="how members are drawn: at random, as a Latin hypercube, as a "
-                        "Sobol sequence (default), or the published members themselves")  # fmt: skip
+    parser.add_argument("--design", choices=DESIGNS, help="how members are drawn: at random, as a Latin hypercube, as "
+                        "a Sobol sequence (default), or the published members themselves")  # fmt: skip
     parser.add_argument("--seed", type=int, help="seed of the members (default: 0)")
     parser.add_argument("--scheduler", metavar="ADDRESS", help="Dask scheduler, as in tcp://host:8786 (default: "
                         "processes of this machine)")  # fmt: skip

@@ -59,7 +59,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--longitudinal-acceleration",
         default="0",
-        help="A:B:STEP, one value or a comma list [m/s2], as many as lean angles, or one of them (default: %(default)s)",
+        help="A:B:STEP, one value or a comma list [m/s2], as many as lean angles, or one of them "
+        "(default: %(default)s)",
     )
     add_settings(parser)
     outputs.add_arguments(parser, "root locus over lean angle and acceleration", "equilibrium and modes at every point")

@@ -128,9 +128,9 @@ def _unless_leader_diverges(compared: Comparison, blocks: CommonBlocks) -> Compa
         ):
             continue
         return _withheld(compared, (
-            f"No effect is named: {' and '.join(sorted(families))} has less loss on the fitted runs (mean logarithmic loss "
-            f"{losses.mean():.3g}, of the best other model {least:.3g}), but its simulation diverges on the "
-            f"{'validation' if blocks.validation else 'fitted'} runs."
+            f"No effect is named: {' and '.join(sorted(families))} has less loss on the fitted runs "
+            f"(mean logarithmic loss {losses.mean():.3g}, of the best other model {least:.3g}), "
+            f"but its simulation diverges on the {'validation' if blocks.validation else 'fitted'} runs."
         ))  # fmt: skip
     return compared
 

@@ -83,6 +83,8 @@ def _difference(base: ComparedModel, own: ComparedModel, blocks: CommonBlocks) -
     name, unit = model.base[k], model.component.table[model.base[k]].unit
     fitted, validation = (
         f"{value:.4g} +- {abs(value) * np.sqrt(max(variance[k], 0.0)):.2g} {unit}"
-        for value, variance in zip((model.values(each.fit.shared)[name] for each in (base, own)), variances, strict=True)
+        for value, variance in zip(
+            (model.values(each.fit.shared)[name] for each in (base, own)), variances, strict=True
+        )
     )
     return f"{name} is {fitted} in the fitted runs and {validation} in the validation runs."

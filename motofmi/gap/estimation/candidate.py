@@ -1,6 +1,6 @@
 """Candidates: effects on top of a fit, with their gain, and their order.
 
-dchi2 = chi2(fit) - chi2(fit + effect)        dBIC = dchi2 - k ln n - 2 u     (u unknowns of single runs: initial states)
+dchi2 = chi2(fit) - chi2(fit + effect)      dBIC = dchi2 - k ln n - 2 u     (u unknowns of single runs: initial states)
 """
 
 from collections.abc import Iterable, Sequence
@@ -42,7 +42,10 @@ class Candidate:
 
     def __repr__(self) -> str:
         how = "fitted" if self.fitted else "screened"
-        return f"Candidate({self.family} ({self.effect.form}), {how}, delta chi-square {self.delta_chi2:.4g}, delta BIC {self.delta_bic:.4g})"
+        return (
+            f"Candidate({self.family} ({self.effect.form}), {how}, delta chi-square {self.delta_chi2:.4g}, "
+            f"delta BIC {self.delta_bic:.4g})"
+        )
 
     @property
     def family(self) -> str:

@@ -22,8 +22,8 @@ SMALLER = 0.2  # factor on the magnitude of an effect for a second start
 OUT_OF_REACH = 4.0  # ratio of chi-square to the one to be reached above which no further start is tried
 
 
-def fit_each(found: Fit, signatures: Sequence[Signature], so_far: Sequence[Candidate], beat: float, known: Sequence[Fit],
-             criteria: Criteria) -> list[Candidate]:  # fmt: skip
+def fit_each(found: Fit, signatures: Sequence[Signature], so_far: Sequence[Candidate], beat: float,
+             known: Sequence[Fit], criteria: Criteria) -> list[Candidate]:  # fmt: skip
     """The candidates of these signatures, fitted as far as they may compete with the candidates so far; after a
     deadline not fitted."""
     beat = (
@@ -66,7 +66,9 @@ def fitted_to_the_end(found: Fit, candidates: Sequence[Candidate], criteria: Cri
         stopped_early,
         "fitting rivals to their end",
     )
-    ended = [_unpacked(found, c.effect, portable) or c for c, portable in zip(stopped_early, portable_fits, strict=True)]
+    ended = [
+        _unpacked(found, c.effect, portable) or c for c, portable in zip(stopped_early, portable_fits, strict=True)
+    ]
     return ranked([*ended, *(c for c in candidates if not any(c is other for other in stopped_early))])
 
 

@@ -31,7 +31,8 @@ AT_BOUND = 1e-6  # difference of logarithms within which a parameter is at its b
 # Change of the residuals by a factor e in a parameter: below the first the data do not determine it, the second is that
 # of its new start, and the third bounds the factor.
 INSENSITIVE, SENSITIVE, LEAST_SENSITIVITY = 1.0, 10.0, 1e-3
-LEAST_VALUE, LEAST_SHARE = 1e-6, 1e-3  # lower bound of a parameter of the base in its unit; of its value if that is less
+# lower bound of a parameter of the base in its unit; of its value if that is less
+LEAST_VALUE, LEAST_SHARE = 1e-6, 1e-3
 LARGEST_OFFSET = 10.0  # bound of a sensor offset over its standard deviation
 
 
@@ -53,8 +54,9 @@ def has_vanished_parameter(found: Fit) -> bool:
     return bool(np.any(found.x[: len(found.model.base)] <= low[: len(found.model.base)] + AT_BOUND))
 
 
-def fit(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray, frozen: Sequence[int] = (), anchor: np.ndarray | None = None,
-        iterations: int = ITERATIONS, gain: float = ENOUGH, beat: float = np.inf) -> Fit:  # fmt: skip
+def fit(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray, frozen: Sequence[int] = (),
+        anchor: np.ndarray | None = None, iterations: int = ITERATIONS, gain: float = ENOUGH,
+        beat: float = np.inf) -> Fit:  # fmt: skip
     """The fit from a start: the model's vector, or the whole vector x with the deviations of each run.
 
     Parameters in `frozen` (indices) keep their start values.
@@ -105,7 +107,9 @@ def _bounds(model: AnyModel, runs: Sequence[AnyRun], total: int) -> tuple[np.nda
     least_values = {n: min(LEAST_VALUE, share) if share > 0 else LEAST_VALUE for n, share in shares_of_values.items()}
     low = [np.log(max(table[n].min, x)) for n, x in least_values.items()]
     sliding = getattr(model.experiment, "sliding_rate", 0.0)
-    rates = {model.experiment.parameter(e, n): k * sliding for e in model.effects for n, k in e.at_least_sliding.items()}
+    rates = {
+        model.experiment.parameter(e, n): k * sliding for e in model.effects for n, k in e.at_least_sliding.items()
+    }
     low += [max(r.min, least * largest, rates.get(n, -np.inf)) for n, (r, least, _) in zip(model.own, own, strict=True)]
     high = [np.log(table[n].max) for n in model.base] + [min(r.max, most * largest) for r, _, most in own]
     places, sizes = deviations_of_runs(model, total)

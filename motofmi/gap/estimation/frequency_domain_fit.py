@@ -42,7 +42,8 @@ FAR = 12.0  # largest change of a logarithm
 
 @dataclass(frozen=True)
 class _Spectra:
-    """Transforms of a run: sampling interval [s], angular frequencies (lines,), inputs (lines, nu) and outputs (lines, ny)."""
+    """Transforms of a run: sampling interval [s], angular frequencies (lines,), inputs (lines, nu) and outputs
+    (lines, ny)."""
 
     interval: float
     omega: np.ndarray

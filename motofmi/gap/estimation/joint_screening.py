@@ -101,7 +101,9 @@ def _best_pairs(directions: Sequence[Direction], left: np.ndarray) -> list[PairS
     return list(best.values())
 
 
-def _bounded_gain(normal: np.ndarray, gradient: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[float, np.ndarray]:
+def _bounded_gain(
+    normal: np.ndarray, gradient: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> tuple[float, np.ndarray]:
     """The largest decrease of x'Nx + 2 g'x below zero within bounds, and the x (k,) that reaches it."""
     root = np.linalg.cholesky(normal + RIDGE * np.eye(len(normal)))
     solved = lsq_linear(

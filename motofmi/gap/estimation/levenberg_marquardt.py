@@ -50,7 +50,8 @@ class Solution:
 
 
 def levenberg_marquardt(problem: Problem, x: np.ndarray, bounds: tuple[np.ndarray, np.ndarray], free: np.ndarray,
-                        reach: Callable[[np.ndarray], np.ndarray], gain: float, beat: float, iterations: int) -> Solution:  # fmt: skip
+                        reach: Callable[[np.ndarray], np.ndarray], gain: float, beat: float,
+                        iterations: int) -> Solution:  # fmt: skip
     """The minimum of the sum of squares from x (n,) over the parameters `free` (indices).
 
     reach(x) (n,) bounds one step from x. The search ends when a step reduces chi2 by less than the share `gain`, or
@@ -84,7 +85,11 @@ def levenberg_marquardt(problem: Problem, x: np.ndarray, bounds: tuple[np.ndarra
             unlimited = -float(
                 2 * gradient[open_] @ move + move @ normal @ move
             )  # the gain of a shortened step does not bound that of the next ones
-            if time_is_up() or expected < worth or (not tries and chi2 - REMAINING_STEPS * max(expected, unlimited) > beat):
+            if (
+                time_is_up()
+                or expected < worth
+                or (not tries and chi2 - REMAINING_STEPS * max(expected, unlimited) > beat)
+            ):
                 break
             try:
                 new_residuals = problem.residuals(trial)

@@ -40,8 +40,8 @@ class Signature:
 
 @dataclass(frozen=True)
 class Direction:
-    """The change of a fit's residuals (m, k) by an effect's k magnitudes at starting values (ne,), with the derivatives of
-    the fit projected out; sizes are the indices of the magnitudes, low and high (k,) the bounds of their change."""
+    """The change of a fit's residuals (m, k) by an effect's k magnitudes at starting values (ne,), with the derivatives
+    of the fit projected out; sizes are the indices of the magnitudes, low and high (k,) the bounds of their change."""
 
     effect: type[Effect]
     start: np.ndarray

@@ -27,7 +27,9 @@ def with_fitted_signs(found: Fit, criteria: Criteria) -> Fit:
         turned = experiment.component.with_values(**{name: -experiment.component.values[name]})
         model = FreeInitialStateModel(replace(experiment, component=turned))
         start = with_sensitive_base(found)
-        runs = [stable_segments(model, start, run) for run in with_initial_guesses(found.runs, initial_guesses(found.runs))]
+        runs = [
+            stable_segments(model, start, run) for run in with_initial_guesses(found.runs, initial_guesses(found.runs))
+        ]
         other = fit_or_none(model, runs, start)
         if other is not None and other.chi2 < found.chi2 - criteria.first_effect_delta_bic:
             found = other

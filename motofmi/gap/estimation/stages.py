@@ -25,8 +25,12 @@ class Stage(Enum):
 
     BASE = _Stage("base", "the base is not fitted to the end, and no effect was fitted")
     SINGLE_EFFECTS = _Stage("single effects", "not every effect of the library was fitted, and no pair of effects")
-    NOISE = _Stage("noise of the best effect", "the effects were not compared on validation runs, and no pair was fitted")
-    COMPARISON = _Stage("comparison on blocks", "the effects were not compared on validation runs, and no pair was fitted")
+    NOISE = _Stage(
+        "noise of the best effect", "the effects were not compared on validation runs, and no pair was fitted"
+    )
+    COMPARISON = _Stage(
+        "comparison on blocks", "the effects were not compared on validation runs, and no pair was fitted"
+    )
     PAIRS = _Stage("pairs of effects", "pairs of effects were not compared")
     VALIDATION = _Stage("validation", "what validation runs reject was not replaced by another effect")
     OUTSIDE = _Stage("effects outside the library", "the result was not compared with effects outside the library")

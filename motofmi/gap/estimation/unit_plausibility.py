@@ -1,7 +1,8 @@
 """Detection of a wrong unit: all fitted parameters with force or mass in their unit then share one
 factor to their start.
 
-    f = median_i |p_i / p_i0|,   at least `unit_share` of the p_i within `unit_scatter` of f p_i0,   f within `unit_factor` of a unit's
+    f = median_i |p_i / p_i0|,   at least `unit_share` of the p_i within `unit_scatter` of f p_i0,
+    f within `unit_factor` of a unit's
 
 Degrees labelled as radians cause a factor of 57 or 1/57, kN labelled as N or mm labelled as m a factor of 1000. The
 values of a component that is unrelated to the recorded one differ from its parameters as well, but rarely by such a

@@ -85,7 +85,8 @@ def _signatures(found: Fit, effect: type[Effect], basis: np.ndarray) -> list[_Si
             slopes = np.zeros((len(found.residuals), len(sizes)))
             slopes[: found.count] = np.concatenate(columns)[:, sizes]
             low, high = ([np.sign(bound) * np.inf if bound else 0.0 for bound in bounds] for bounds in
-                         ([rows[i].min - start[i] for i in sizes], [rows[i].max - start[i] for i in sizes]))  # fmt: skip
+                         ([rows[i].min - start[i] for i in sizes],
+                          [rows[i].max - start[i] for i in sizes]))  # fmt: skip
             made.append(
                 _Signature(
                     effect,

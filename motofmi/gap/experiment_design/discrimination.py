@@ -1,6 +1,6 @@
 """The expected delta chi-square by which a planned experiment distinguishes two fitted models.
 
-    dchi2 = min_p  |d + J p|^2 + |K p|^2,   d = (prediction of the assumed truth - prediction of the rival) over the noise
+    dchi2 = min_p  |d + J p|^2 + |K p|^2, d = (prediction of the assumed truth - prediction of the rival) over the noise
 
 The rival may refit all its parameters p: J are its derivatives in the new experiment, K those in the fitted runs and
 priors. At the rival's fit chi-square of the latter is at its minimum, so no linear term remains.
@@ -34,7 +34,8 @@ def predict_run(found: Fit, run: AnyRun) -> Prediction:
     spreads = np.diag([1 / deviation for deviation in deviations.values()])
     priors = np.hstack([np.zeros((len(deviations), len(found.model.names))), spreads])
     return Prediction(
-        np.concatenate([predicted, np.zeros(len(deviations))]), np.vstack([np.hstack([own, own[:, list(deviations)]]), priors])
+        np.concatenate([predicted, np.zeros(len(deviations))]),
+        np.vstack([np.hstack([own, own[:, list(deviations)]]), priors]),
     )
 
 

@@ -118,7 +118,8 @@ def next_experiment(
         "sentence": " ".join(proposals[i].sentence for i in chosen),
         "expected_delta_chi2": _least(total),
         "runs": [_run(proposals[i], tables[i]) for i in chosen],
-        "rivals": [{"truth": a, "rival": b, "delta_chi2": float(total[i, j])} for i, a in enumerate(names) for j, b in enumerate(names) if i != j],
+        "rivals": [{"truth": a, "rival": b, "delta_chi2": float(total[i, j])}
+                   for i, a in enumerate(names) for j, b in enumerate(names) if i != j],
         "alternatives": [_run(p, t) for p, t in zip(proposals, tables, strict=True)],
     }  # fmt: skip
 

@@ -76,7 +76,10 @@ class ImposedMotionExperiment:
 
     def __repr__(self) -> str:
         free = ", ".join(p.name for p in self.free) or "none"
-        return f"ImposedMotionExperiment({self.component.name!r}, imposed {self.imposed}, measured {self.measured}, free {free})"
+        return (
+            f"ImposedMotionExperiment({self.component.name!r}, imposed {self.imposed}, measured {self.measured}, "
+            f"free {free})"
+        )
 
 
     def with_effects(self, effects: Sequence[type[Effect]]) -> Component:

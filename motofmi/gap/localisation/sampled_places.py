@@ -73,7 +73,10 @@ def _directions(run: SampledRun, z: np.ndarray) -> Iterator[Place]:
         )
         row += kept * outputs
     for index, unit in enumerate((run.unit, f"{run.unit}/s")):
-        ends = [min(signals[index].min() for *_, signals in blocks), max(signals[index].max() for *_, signals in blocks)]
+        ends = [
+            min(signals[index].min() for *_, signals in blocks),
+            max(signals[index].max() for *_, signals in blocks),
+        ]
         for end in ends:
             power, mean, square = 0.0, 0.0, 0.0
             for waves, residuals, signals in blocks:

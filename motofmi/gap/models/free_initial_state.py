@@ -1,4 +1,5 @@
-"""Base and effects on sampled runs, whose unknown initial states and sensor offsets are eliminated from the comparison."""
+"""Base and effects on sampled runs, whose unknown initial states and sensor offsets are eliminated from the
+comparison."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -138,7 +139,9 @@ class FreeInitialStateModel(InitialStateModel):
     @property
     def _bearing(self) -> Component:
         """The component that declares the elements."""
-        return self.component.inner if isinstance(self.component, ImposedMotion | ImposedThroughSpring) else self.component
+        return (
+            self.component.inner if isinstance(self.component, ImposedMotion | ImposedThroughSpring) else self.component
+        )
 
     def _elements(self, known: Mapping[str, Any]) -> tuple[list, list]:
         """Deflections and rates of the component's elements, once each."""

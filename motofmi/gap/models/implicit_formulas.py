@@ -4,11 +4,11 @@
     x_k+1 = x_k + h / n (u f_k + v f_m + w f_k+1)
 
 Both are collocation formulas in which the inner stage is eliminated, and A-stable. That of Hermite and Simpson (Lobatto
-IIIA) has order 4, but |R(z)| -> 1 for large |z|: a fast motion that has ended in the component goes on in the simulation.
-That of Radau IIA has order 3 and R(z) -> 0: an overdamped mass follows its force at once.
+IIIA) has order 4, but |R(z)| -> 1 for large |z|: a fast motion that has ended in the component goes on in the
+simulation. That of Radau IIA has order 3 and R(z) -> 0: an overdamped mass follows its force at once.
 
-Source: Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd ed. (1996), ch. IV.5; Betts, Practical Methods for
-Optimal Control, 2nd ed. (2010), ch. 4.6.
+Source: Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd ed. (1996), ch. IV.5; Betts, Practical Methods
+for Optimal Control, 2nd ed. (2010), ch. 4.6.
 """
 
 from collections.abc import Sequence

@@ -92,7 +92,9 @@ class InitialStateModel(SegmentedModel):
     def _predicted(self, run: SampledRun, index: int, q: np.ndarray) -> np.ndarray:
         """The initial states (nx,) for a vector q, linearly from the latest ones of this model."""
         known = run.guess.get((*self.own, index), {})
-        move = known["slopes"] @ (q - known["at"]) if known.get("at") is not None and len(known["at"]) == len(q) else 0.0
+        move = (
+            known["slopes"] @ (q - known["at"]) if known.get("at") is not None and len(known["at"]) == len(q) else 0.0
+        )
         return self._last(run, index) + move
 
     def _solved(self, run: SampledRun, q: np.ndarray) -> list[_SegmentSolution]:
@@ -139,7 +141,8 @@ class InitialStateModel(SegmentedModel):
                 for together, made, nodes in self.simulated_apart(run, longer, values, x, length):
                     for i, where in zip(together, nodes.samples, strict=True):
                         first = run.segments[i][0]
-                        tangent = made.initial_slopes[where].reshape(-1, len(x[i]))  # type: ignore[index]  # asked for by states
+                        # asked for by states
+                        tangent = made.initial_slopes[where].reshape(-1, len(x[i]))  # type: ignore[index]
                         misfit = run.measured[first : first + length] - made.outputs[where]
                         extended[i] = x[i] + np.linalg.lstsq(tangent, misfit.ravel(), rcond=RANK)[0]
                 longer = list(extended)

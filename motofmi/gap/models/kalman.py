@@ -126,12 +126,14 @@ def errors(made: Discrete, K: np.ndarray, place: np.ndarray, share: np.ndarray, 
     return y - _times(C, x), x
 
 
-def errors_and_slopes(made: Discrete, changes: Discrete, K: np.ndarray, dK: np.ndarray, place: np.ndarray, share: np.ndarray, y: np.ndarray, u: np.ndarray,
-                      du: np.ndarray, force: LinearisedForce | None = None) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+def errors_and_slopes(made: Discrete, changes: Discrete, K: np.ndarray, dK: np.ndarray, place: np.ndarray,
+                      share: np.ndarray, y: np.ndarray, u: np.ndarray, du: np.ndarray,
+                      force: LinearisedForce | None = None) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """The errors (n, ny), and their slopes (n, ny, np) for slopes (np, ...) of the matrices and gains, and
     (np, n + 1, nu) of the inputs.
 
-        de_k = -C dx_k + (de_k at dx_k = 0),     dx_k+1 = (F - K C) dx_k + dF x_k + dG_0 u_k + G_0 du_k + ... + dK e_k + K (de_k at dx_k = 0)
+        de_k = -C dx_k + (de_k at dx_k = 0),
+        dx_k+1 = (F - K C) dx_k + dF x_k + dG_0 u_k + G_0 du_k + ... + dK e_k + K (de_k at dx_k = 0)
 
     With a force, linearised about the resulting motion, du includes the derivatives of its value.
     """

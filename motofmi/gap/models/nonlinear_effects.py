@@ -142,4 +142,8 @@ def is_linear(experiment: VehicleOverSpeedExperiment, effect: type[Effect]) -> b
 
 def vehicle_of(experiment: VehicleOverSpeedExperiment) -> Component:
     """The vehicle of an experiment, itself or as a part of a system."""
-    return experiment.component.parts[experiment.part] if experiment.part else experiment.component  # type: ignore[attr-defined]
+    return (
+        experiment.component.parts[experiment.part]  # type: ignore[attr-defined]
+        if experiment.part
+        else experiment.component
+    )

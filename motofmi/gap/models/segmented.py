@@ -51,7 +51,9 @@ def nodes_of(run: SampledRun, indices: Sequence[int], length: int = 0) -> Nodes:
     step = 1 / (run.recording.rate * run.steps_per_sample)
     time = np.repeat(run.recording.time[first] - begins * step, sizes) + np.arange(sizes.sum()) * step
     return Nodes(
-        time, begins, [slice(b, b + n, run.steps_per_sample) for b, n in zip(begins.tolist(), sizes.tolist(), strict=True)]
+        time,
+        begins,
+        [slice(b, b + n, run.steps_per_sample) for b, n in zip(begins.tolist(), sizes.tolist(), strict=True)],
     )
 
 

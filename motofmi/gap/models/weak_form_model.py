@@ -53,7 +53,9 @@ class WeakFormModel(LinearModel):
             raise InputError(f"{self.component.name}: an effect has states, which are not recorded")
         component, time = self.component, run.recording.time
         columns = run.recording.columns
-        inputs = {n: columns[n] for n in component.states} | {n: run.inputs(n) for n in component.inputs if n in columns}
+        inputs = {n: columns[n] for n in component.states} | {
+            n: run.inputs(n) for n in component.inputs if n in columns
+        }
         values = {**component.start_values(), **self.values(q)}
         for name, (source, delay) in component.delays.items():
             inputs[name] = np.interp(time - values[delay], time, inputs[source])

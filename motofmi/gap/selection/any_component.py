@@ -107,7 +107,9 @@ def _undecided(
     """The verdict before any decision, `unknown`; concluded, it has the noise of the best fit and its misfit on
     validation runs."""
     candidates = ranked(singles)
-    verdict = Verdict("unknown", base, candidates[0].fit if candidates else base, candidates=candidates, criteria=criteria)
+    verdict = Verdict(
+        "unknown", base, candidates[0].fit if candidates else base, candidates=candidates, criteria=criteria
+    )
 
     def conclude() -> Verdict:
         own, best = with_remaining_noise(verdict.base, verdict.best)
@@ -257,13 +259,14 @@ def _unless_doubtful(
     name, far = verdict.effects[0].family, criteria.far_from_noise
     if verdict.best.reduced > far and not validation_runs:
         return verdict.as_unknown(
-            f"{name} is not named: what it leaves is far from the noise (reduced chi-square {verdict.best.reduced:.3g}, "
-            f"limit {far:g}), and no validation run confirms it; give one with --holdout."
+            f"{name} is not named: what it leaves is far from the noise "
+            f"(reduced chi-square {verdict.best.reduced:.3g}, limit {far:g}), and no validation run confirms it; "
+            "give one with --holdout."
         )
     if verdict.unspecified_form and sum(effect.family == name for effect in library) == 1:
         return verdict.as_unknown(
-            f"{name} is not named: it is not adequate (reduced chi-square {verdict.best.reduced:.3g}), and as an effect with a "
-            "single form it reduces most kinds of misfit."
+            f"{name} is not named: it is not adequate (reduced chi-square {verdict.best.reduced:.3g}), and as an "
+            "effect with a single form it reduces most kinds of misfit."
         )
     return verdict
 

@@ -99,7 +99,9 @@ def pairs_of(
             least = usual
         for two in seconds:
             pair = Pair(one, two)
-            significant = two.effect in two.fit.model.effects and two.delta_bic > least and _determined(two.fit, criteria)
+            significant = (
+                two.effect in two.fit.model.effects and two.delta_bic > least and _determined(two.fit, criteria)
+            )
             if significant and pair.delta_bic > least_of_pair and adequate(two.fit, criteria):
                 found[pair.families] = max(found.get(pair.families, pair), pair, key=lambda p: p.delta_bic)
         if one_suffices and not found:

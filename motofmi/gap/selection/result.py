@@ -27,7 +27,8 @@ class Verdict:
     candidates: list[Candidate] = field(default_factory=list)
     unspecified_form: bool = False
     rejected: list[str] = field(default_factory=list)  # families that fit well, but that validation runs reject
-    replaced_forms: list[str] = field(default_factory=list)  # "family.form by form", where validation runs reject the form
+    # "family.form by form", where validation runs reject the form
+    replaced_forms: list[str] = field(default_factory=list)
     withheld: str = ""  # the sentence on a rule by which nothing is named
     outside_library: Candidate | None = None  # an effect outside the library that explains more than any inside
     validation_gap: ValidationGap = None  # misfit on validation runs before and after

@@ -1,7 +1,9 @@
 """Validation runs: whether a fit predicts them, and whether they reject the effects that were named.
 
-    excess                chi2 / data - 1                                                     values fixed as fitted
-    excess after refit    (chi2(fitted and validation runs) - chi2(fitted runs)) / data - 1   values free within their errors
+    excess                chi2 / data - 1
+                          values fixed as fitted
+    excess after refit    (chi2(fitted and validation runs) - chi2(fitted runs)) / data - 1
+                          values free within their errors
 
 With fixed values, a parameter with a large standard error causes misfit by that error alone. Therefore the excess does
 not reject an effect that explains all runs together and either closes most of the base's excess or has evidence from

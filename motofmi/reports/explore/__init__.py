@@ -16,8 +16,8 @@ from motofmi.reports.root_locus import MODE_COLOURS
 FOLDER = Path(__file__).parent
 MODULES = FOLDER / "modules"  # compiled classes of components, see motofmi/workflows/explore_modules.py
 SCRIPTS = (
-    "vendor/ml-matrix-6.15.1.umd.js", "fmu.js", "ports.js", "linear.js", "eigen.js", "eigenvalues.js", "tracking.js", "mode_shapes.js", "naming.js",
-    "flexible_naming.js", "mode_curves.js", "settings.js",
+    "vendor/ml-matrix-6.15.1.umd.js", "fmu.js", "ports.js", "linear.js", "eigen.js", "eigenvalues.js", "tracking.js",
+    "mode_shapes.js", "naming.js", "flexible_naming.js", "mode_curves.js", "settings.js",
     "axes.js", "charts.js", "shape.js", "animation.js", "cosimulation.js", "live.js", "controls.js", "main.js",
 )  # fmt: skip
 LARGEST = 2_000_000  # bytes

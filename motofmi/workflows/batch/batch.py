@@ -39,7 +39,8 @@ class BatchRuns(Runs):
         """The name of each test and its recordings."""
         tests = [self.tests[i] for i in indices[:, 0]]
         return {NAME: [test.name for test in tests],
-                "recordings": ["; ".join(path.name for path in test.files["recordings"]) for test in tests]}  # fmt: skip
+                "recordings": ["; ".join(path.name for path in test.files["recordings"])
+                               for test in tests]}  # fmt: skip
 
     def results_of(self, indices: np.ndarray) -> Computed:
         """The workflow's results of each test."""

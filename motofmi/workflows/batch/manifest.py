@@ -97,11 +97,13 @@ def _of_manifest(path: Path, workflow: Callable) -> list[Test]:
 
 
 def _of_row(path: Path, number: int, row: Mapping[str, Any], parameters: Mapping[str, inspect.Parameter]) -> Test:
-    files = {argument: tuple(path.parent / part.strip() for part in (row.get(argument) or "").split(";") if part.strip())
+    files = {argument: tuple(path.parent / part.strip()
+                             for part in (row.get(argument) or "").split(";") if part.strip())
              for argument in FILES}  # fmt: skip
     if not files["recordings"]:
         raise InputError(f"{path}, line {number}: no recordings")
-    given = {name: _value(f"{path}, line {number}: {name}", text.strip(), parameters[name]) for name, text in row.items()
+    given = {name: _value(f"{path}, line {number}: {name}", text.strip(), parameters[name])
+             for name, text in row.items()
              if name not in (NAME, *FILES) and isinstance(text, str) and text.strip()}  # fmt: skip
     return Test((row.get(NAME) or "").strip() or run_name(files["recordings"][0]),
                 {argument: paths for argument, paths in files.items() if paths}, given)  # fmt: skip

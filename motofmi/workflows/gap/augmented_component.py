@@ -37,8 +37,8 @@ def fitted_component(
     errors = {n: error for n, (_, error, _) in parameters_of(found).items()}
     parameters = {n: (value, errors.get(n), fitted.table[n].unit) for n, value in fitted.values.items()}
     class_file, title = own_class or (None, fitted.title)
-    text = value_file(title, parameters, "Component as fitted to recordings, with the effects of the best model", source,
-                      [type(e) for e in fitted.effects], component_file=class_file)  # fmt: skip
+    text = value_file(title, parameters, "Component as fitted to recordings, with the effects of the best model",
+                      source, [type(e) for e in fitted.effects], component_file=class_file)  # fmt: skip
     fitted.name = FILE.removesuffix(".toml")
     return FittedModel(fitted, FILE, text)
 

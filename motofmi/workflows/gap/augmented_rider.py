@@ -36,8 +36,8 @@ def fitted_rider(
 ) -> FittedModel:
     """The rider as fitted, with the effects found. effects_folder is the folder of a user's own effects, or None."""
     fitted = {n.removeprefix(PREFIX): entry for n, entry in parameters_of(found).items() if n.startswith(PREFIX)}
-    text = value_file("PassiveRider", fitted, "Rider as fitted to recordings, with the effects of the best model", source,
-                      device_effects(found), effects_folder=effects_folder)  # fmt: skip
+    text = value_file("PassiveRider", fitted, "Rider as fitted to recordings, with the effects of the best model",
+                      source, device_effects(found), effects_folder=effects_folder)  # fmt: skip
     return of_value_file(FILE, text, own_effects)
 
 

@@ -25,11 +25,13 @@ DEVICE_FILES = {"path": "value file", "fmu": "FMU"}  # what the files of a found
 
 
 class Gap:
-    """The result: where a model deviates from recordings, and which physical effect it lacks; `find_gap` shows an example.
+    """The result: where a model deviates from recordings, and which physical effect it lacks; `find_gap` shows an
+    example.
 
     `verdict` is `named`, `none`, `unknown` or `tied`; `effects`, `tied`, `alternatives`, `reason`, `candidates`,
-    `where`, `gap`, `limitations` and `next_experiment` are those of `verdict.json` (docs/gap.md). `model` is the fitted component with the effects
-    found, `selection` the fits behind the verdict. `complete` and `save_known` are called by `find_gap`.
+    `where`, `gap`, `limitations` and `next_experiment` are those of `verdict.json` (docs/gap.md). `model` is
+    the fitted component with the effects found, `selection` the fits behind the verdict. `complete` and
+    `save_known` are called by `find_gap`.
     """
 
     def __init__(self, experiment: Kind, selection: Verdict) -> None:

@@ -39,9 +39,9 @@ class LinearRuns(SystemRuns):
         }
         self.results = {name: Result(("speed", *own), (len(speeds), *(sizes[d] for d in own)), "float64", "SI",
                                      f"matrix {name}") for name, own in dims.items()}  # fmt: skip
-        self.extra = {"speed": Coordinate("speed", speeds, "m/s", "forward speed"), "state": Coordinate("state", states),
-                      "state_rate": Coordinate("state_rate", states), "input": Coordinate("input", inputs),
-                      "output": Coordinate("output", outputs)}  # fmt: skip
+        self.extra = {"speed": Coordinate("speed", speeds, "m/s", "forward speed"),
+                      "state": Coordinate("state", states), "state_rate": Coordinate("state_rate", states),
+                      "input": Coordinate("input", inputs), "output": Coordinate("output", outputs)}  # fmt: skip
         self.values: dict[str, Column] = {}
 
     def cost(self) -> float:

@@ -1,4 +1,5 @@
-"""Populations by name: published riders, a value file with standard errors and correlations, or a range of one value."""
+"""Populations by name: published riders, a value file with standard errors and correlations, or a range of one
+value."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -55,7 +56,8 @@ def uniform(name: str, text: str, unit: str) -> Distribution:
         low, high = (float(part) for part in text.split(":"))
     except ValueError:
         raise InputError(f"{name}~{text} is neither a range A:B nor a population: write {name}~0.08:0.12, or "
-                         f"{RIDER}~NAME with a population of riders ({', '.join(PUBLISHED)}, FILE.toml)") from None  # fmt: skip
+                         f"{RIDER}~NAME with a population of riders "
+                         f"({', '.join(PUBLISHED)}, FILE.toml)") from None  # fmt: skip
     if not (np.isfinite([low, high]).all() and low < high):
         raise InputError(f"{name}~{text}: expected two finite values, the lower one first")
     return Uniform((name,), (unit,), low, high)
