@@ -160,8 +160,8 @@ class Effect:
         """Add the variables and terms to the component. Raises InputError for a missing element and for equal names."""
         prefix = f"{self.family}." if self.family else ""
         element = self._element_of(component)
-        translational = element is not None and component.table[element.force].unit == "N"
-        rows = {prefix + n: _placed(row, prefix + n, translational) for n, row in self.declared.items()}
+        force = component.table[element.force].unit if element is not None else ""
+        rows = {prefix + n: _placed(row, prefix + n, force) for n, row in self.declared.items()}
         clash = component.table.keys() & rows.keys()
         if clash:
             raise InputError(
@@ -258,6 +258,11 @@ def _signals(component: Component) -> dict[str, Element]:
     }
 
 
-def _placed(row: Variable, name: str, translational: bool) -> Variable:
+def _placed(row: Variable, name: str, force: str) -> Variable:
+    """The row at an element whose force has the unit `force`: N.m or N, or either of them per unit of inertia."""
+    numerator, _, inertia = force.partition("/")
+    translational = numerator == "N"
     unit = row.unit.replace("N.m", "N").replace("kg.m2", "kg").replace("rad", "m") if translational else row.unit
+    if inertia and ("N" in unit or "kg" in unit):
+        unit += f".{inertia}" if "/" in unit else f"/{inertia}"
     return replace(row, name=name, unit=unit)

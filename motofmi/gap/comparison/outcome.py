@@ -117,8 +117,8 @@ def outcome(
     equal = _with_equal_ones(members, accepted, base, flexible, criteria)
     if added := equal[len(members) :]:
         sentences.append(
-            f"{' and '.join(_effects_of(m) for m in added)} {'is' if len(added) == 1 else 'are'} tied: the same share of "
-            f"the closable misfit is closed within {criteria.equal_share:.0%}, with no more parameters."
+            f"{' and '.join(_effects_of(m) for m in added)} {'is' if len(added) == 1 else 'are'} tied: the same share "
+            f"of the closable misfit is closed within {criteria.equal_share:.0%}, with no more parameters."
         )
     members = equal
     best = min(members, key=lambda m: m.losses.mean())

@@ -5,7 +5,7 @@ import pytest
 
 from fmus import Component, Effect, input, parameter, state
 from fmus.composition.added_force import with_force_element
-from fmus.effects.placement import laws_at, states_of_no_element
+from fmus.effects.placement import by_name, laws_at, states_of_no_element
 from fmus.mechanisms import DrivenJoint, MassSpringDamper, TwoMass
 from tests.simulators.other_components import Tanks, TwoCarts
 
@@ -128,6 +128,44 @@ def test_every_point_that_a_force_drives_has_the_laws_of_mechanics():
     assert dict(zip(joined.states, change, strict=True)) == pytest.approx(
         {"position": 0.0, "velocity": 0.0, "other_position": 0.0, "other_velocity": -2.0 / 4.0}
     )
+
+
+class Isolated(Component):
+    """A mass on a spring whose foot is moved: no input is a force."""
+
+    stiffness = parameter("1/s2", "Stiffness over mass", min=0, start=400.0)
+    foot = input("m", "Displacement of the foot")
+    position = state("m", "Displacement of the mass")
+    velocity = state("m/s", "Velocity of the mass")
+
+    def equations(self, v, m):
+        return {"der(position)": v.velocity, "der(velocity)": v.stiffness * (v.foot - v.position)}
+
+
+class TwoIsolated(Isolated):
+    """Two masses on springs with one foot: what a force between them does to each is not known."""
+
+    upper = state("m", "Displacement of the upper mass")
+    upper_velocity = state("m/s", "Velocity of the upper mass")
+
+    def equations(self, v, m):
+        return {**super().equations(v, m), "der(upper)": v.upper_velocity,
+                "der(upper_velocity)": v.stiffness * (v.position - v.upper)}  # fmt: skip
+
+
+def test_a_mass_that_a_motion_drives_has_the_laws_of_mechanics_per_unit_of_mass():
+    """x'' = k (u - x) - F / m, with friction of 2 N/kg and quadratic drag of 3 N.s2/m2 per kg."""
+    laws = by_name(laws_at(with_force_element(Isolated())))
+    both = [laws[name]() for name in ("coulomb_friction.coulomb", "progressive_damping.quadratic")]
+    names = {"coulomb_friction.friction_torque": 2.0, "progressive_damping.coefficient": 3.0}
+    joined = with_force_element(Isolated()).with_effects(*both).with_values(**names)
+    assert [joined.table[n].unit for n in names] == ["N/kg", "N.s2/m2.kg"]
+    change = joined.derivatives(np.array([0.1, -0.5]), np.array([0.02]))[0]
+    assert change == pytest.approx([-0.5, 400.0 * (0.02 - 0.1) + 2.0 + 3.0 * 0.5**2])
+
+
+def test_masses_that_a_motion_drives_through_each_other_have_no_added_force():
+    assert with_force_element(TwoIsolated()).elements == {}
 
 
 class Arms(Component):
