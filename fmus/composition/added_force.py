@@ -1,11 +1,6 @@
 """A component with an added force at its driven point, for effects on a component that declares no force elements.
 
     x' = f(x, u - F),   F = 0 unless an effect adds a term
-
-A component that is driven by a motion has no input at which a force acts. F is then per unit of its inertia, and is
-subtracted from the acceleration:
-
-    v' = g(x, u) - F
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,26 +8,22 @@ from typing import Any
 
 import numpy as np
 
-from fmus.composition.wrapped import WrappedComponent
+from fmus.composition.added_acceleration import PER_INERTIA, WithAddedAcceleration
+from fmus.composition.added_term import FORCE, WithAddedTerm
 from fmus.declaration.component import Component, Scope
 from fmus.declaration.elements import Element
-from fmus.declaration.units import unit
+from fmus.declaration.units import is_force, unit
 from fmus.declaration.variables import Variable
 from fmus.expressions.functions import NUMERIC
 
 LEAST_SLOPE = 1e-100  # of an acceleration by an effort, in place of zero
-FORCE = "resisting_force"
-EFFORTS = (unit("N").exponents, unit("N.m").exponents)
-# the unit of a force per unit of inertia, by that of the rate
-PER_INERTIA = {unit("m/s").exponents: "N/kg", unit("rad/s").exponents: "N.m/kg.m2"}
 
 
-class WithAddedForce(WrappedComponent):
+class WithAddedForce(WithAddedTerm):
     """A component with a force element `spring` between its driven point and the ground.
 
-    effort is the driving input, empty where the force is per unit of inertia; deflection and rate are the states of the
-    driven point. further are efforts, deflections and rates of other driven points, with the element `at_<deflection>`
-    each. Raises InputError for another name.
+    effort is the driving input, deflection and rate the states of the driven point. further are efforts, deflections
+    and rates of other driven points, with the element `at_<deflection>` each. Raises InputError for another name.
     """
 
     effort: str
@@ -45,55 +36,41 @@ class WithAddedForce(WrappedComponent):
         further: tuple[tuple[str, str, str], ...] = (), effects: tuple = (),
     ):  # fmt: skip
         points = ((effort, deflection, rate), *further)
-        names = [pair for point in points for pair in zip(("input", "state", "state"), point, strict=True) if pair[1]]
+        names = [pair for point in points for pair in zip(("input", "state", "state"), point, strict=True)]
         self._begin(inner, inner.name, names, effort=effort, deflection=deflection, rate=rate, further=further)
         self.forces = {FORCE: effort} | {f"{FORCE}_at_{d}": e for e, d, _ in further}
+        self.terms = tuple(self.forces)
         rows = {
-            n: Variable("local", inner.table[e].unit, f"Force against {e}", name=n) for n, e in self.forces.items() if e
+            n: Variable("local", inner.table[e].unit, f"Force against {e}", name=n) for n, e in self.forces.items()
         }
-        if not effort:
-            per_inertia = PER_INERTIA[unit(inner.table[rate].unit).exponents]
-            rows[FORCE] = Variable("local", per_inertia, "Force per unit of inertia", name=FORCE)
         elements = {"spring": Element(FORCE, deflection, rate)}
         elements |= {f"at_{d}": Element(f"{FORCE}_at_{d}", d, r) for _, d, r in further}
         self._complete({**inner.table, **rows}, elements, effects)
 
-    def _own_rates_of_effects(self) -> list[str]:
-        return [f"der({name})" for name in self.states if name not in self.inner.table]
-
-    def equations(self, v: Scope, m: Any) -> dict[str, Any]:
-        for force in self.forces:
-            setattr(v, force, 0.0)
-        known = {n: v[n] for n in ("time", *self.inner.table) if n in v.__dict__}
-        driving = {effort: v[effort] - v[force] for force, effort in self.forces.items() if effort}
-        results = self.inner.run(known | driving, m)
-        if not self.effort:
-            results[f"der({self.rate})"] = results[f"der({self.rate})"] - v[FORCE]
-        kept = {*(f"der({n})" for n in self.inner.states), *self.inner.rows("output", "calculated")}
-        return {n: value for n, value in results.items() if n in kept}
-
-    def mass(self, v: Scope, m: Any) -> dict[tuple[str, str], Any]:
-        return self.inner.mass_entries({n: v[n] for n in ("time", *self.inner.table) if n in v.__dict__}, m)
+    def _with_terms(self, v: Scope, m: Any) -> dict[str, Any]:
+        driving = {effort: v[effort] - v[force] for force, effort in self.forces.items()}
+        return self.inner.run(self._inner_values(v) | driving, m)
 
 
 def with_force_element(component: Component) -> Component:
     """The component, with a force element at every point that one of its inputs drives if it declares no elements
     itself.
 
-    A component without an input that is a force or a torque has the element at its only acceleration; with none, with
-    several or with a mass matrix it is returned unchanged.
+    Where no input is a force or a torque, the element is at the acceleration, if there is one only, and its force is
+    per unit of inertia: of several accelerations and of a mass matrix the reaction to a force is not known. Without a
+    point for an element the component is returned unchanged.
     """
     from fmus.equations.sympy_form import symbolic  # noqa: PLC0415 - imported on use: SymPy takes 0.4 s
 
     if component.elements:
         return component
-    efforts = [n for n in component.inputs if unit(component.table[n].unit).exponents in EFFORTS]
+    efforts = [n for n in component.inputs if is_force(component.table[n].unit)]
     form = symbolic(component)
     rates = dict(zip(component.states, form.rates, strict=True))
     deflection_of = {str(rate): n for n, rate in rates.items() if str(rate) in component.states}
     if not efforts:
         alone = [(d, r) for r, d in deflection_of.items() if unit(component.table[r].unit).exponents in PER_INERTIA]
-        return WithAddedForce(component, "", *alone[0]) if len(alone) == 1 and not form.coupled else component
+        return WithAddedAcceleration(component, *alone[0]) if len(alone) == 1 and not form.coupled else component
     # NumPy numbers give inf or nan, and no exception, where the equations are not defined at the start values.
     start = {n: np.float64(x) for n, x in component.start_values().items()}
     with np.errstate(all="ignore"):

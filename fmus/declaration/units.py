@@ -108,6 +108,11 @@ def unit(name: str) -> Unit:
     return Unit(name, factor, tuple(exponents))
 
 
+def is_force(name: str) -> bool:
+    """Whether a unit is one of force or of torque. Raises InputError for an unknown symbol."""
+    return unit(name).exponents in (unit("N").exponents, unit("N.m").exponents)
+
+
 def convert(value: float, given: str, wanted: str) -> float:
     """A value in the unit `given`, converted to the unit `wanted`. Raises InputError when the dimensions differ."""
     return value * unit(given).to(unit(wanted))

@@ -16,7 +16,8 @@ table of the component, so that different effects may use equal names. `element`
 (see `fmus.declaration.elements`); there it may use `force`, `deflection`, `rate`, `stiffness` and `damping`. Inputs,
 outputs and states are elements as well, with themselves as force and deflection; the deflection of an input is its
 recorded value, without what effects add. `a_to_b` is an element between two states of one unit, with the deflection a
-and the force b. At a translational element N.m and rad become N and m.
+and the force b. At a translational element N.m and rad become N and m; where the force is per unit of inertia, so are
+the parameters.
 
 The first parameter is the magnitude: at zero the effect is absent. `starts` gives starting values for a fit. The
 bounds of the parameters express the physical sign.
@@ -259,10 +260,10 @@ def _signals(component: Component) -> dict[str, Element]:
 
 
 def _placed(row: Variable, name: str, force: str) -> Variable:
-    """The row at an element whose force has the unit `force`: N.m or N, or either of them per unit of inertia."""
-    numerator, _, inertia = force.partition("/")
-    translational = numerator == "N"
+    """The row at an element whose force has the unit `force`: N.m or N, or N.m/kg.m2 or N/kg per unit of inertia."""
+    translational = force in ("N", "N/kg")
     unit = row.unit.replace("N.m", "N").replace("kg.m2", "kg").replace("rad", "m") if translational else row.unit
+    inertia = {"N/kg": "kg", "N.m/kg.m2": "kg.m2"}.get(force, "")
     if inertia and ("N" in unit or "kg" in unit):
         unit += f".{inertia}" if "/" in unit else f"/{inertia}"
     return replace(row, name=name, unit=unit)

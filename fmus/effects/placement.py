@@ -4,8 +4,8 @@ A spring law acts at the element `spring`, a law of large rotation at `rotation`
 actuator law at inputs and a sensor law at outputs. The family names the law and `element` the place; at another element
 than the law's own the form has the place as suffix: `coulomb_drive`, `clip_torque`, `lost_level`.
 
-States that belong to no force element have the laws of `state_rate`. A component without a force is driven by a motion
-or not mechanical: its inputs and outputs have the laws of `input_channel` and `output_channel` as well.
+States that belong to no force element have the laws of `state_rate`. A component without a force may be a mechanism
+that a motion drives, or no mechanism: its inputs and outputs have the laws of `input_channel` and `output_channel` as well.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,6 +13,7 @@ from dataclasses import replace
 from itertools import permutations
 
 from fmus.declaration.component import Component
+from fmus.declaration.units import is_force
 from fmus.declaration.variables import Variable
 from fmus.effects import (
     actuator,
@@ -39,12 +40,6 @@ MOST_DELAY = 0.25  # of a component that is not mechanical, as a share of the mo
 Range = tuple[float, float]
 
 
-def is_force(name: str) -> bool:
-    """Whether a unit is that of a force or a torque, not per unit of inertia."""
-    return "/" not in name
-
-
-
 def laws_at(component: Component, largest_rate: float = 1.0, inputs: Mapping[str, float] | None = None,
             outputs: Mapping[str, float] | None = None, states: Mapping[str, Range] | None = None,
             period: float = 1.0) -> list[type[Effect]]:  # fmt: skip
@@ -57,7 +52,7 @@ def laws_at(component: Component, largest_rate: float = 1.0, inputs: Mapping[str
     """
     levels = dict.fromkeys(component.inputs, 1.0) if inputs is None else dict(inputs)
     readings = dict(outputs or {})
-    # Without a force at an input the component may be a mechanism that a motion drives, or none.
+    # Without a force the component may be a mechanism that a motion drives, or no mechanism.
     other = not any(is_force(component.table[e.force].unit) for e in component.elements.values())
     at_inputs = [*declared_by(actuator), *(declared_by(input_channel) if other else [])]
     at_outputs = [*declared_by(sensor), *(declared_by(output_channel) if other else [])]

@@ -92,7 +92,10 @@ class Collocation:
         return made
 
     def finite(self, corrections: np.ndarray) -> np.ndarray:
-        """Whether the states remain finite (pieces,) with corrections (n-1, nx), each piece without the others."""
+        """Whether the change of the states that these corrections (n-1, nx) give is finite in each piece (pieces,).
+
+        Each piece is computed without the others, since an infinite value times zero is not zero.
+        """
         found = []
         for begin, length in zip(self.begins.tolist(), self.lengths.tolist(), strict=True):
             end = begin + length - 1
@@ -101,8 +104,8 @@ class Collocation:
         return np.array(found)
 
     def relative(self, change: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """The largest root mean square (pieces,) of a row of a change (nx, n-1) within each piece, over that of the
-        states x (nx, n) and of the change in all pieces."""
+        """The root mean square of each state's change (nx, n-1) in a piece, over that of the state x (nx, n) and of its
+        change in all pieces: the largest of all states (pieces,)."""
         power = np.add.reduceat(change**2, self.begins, axis=1) / (self.lengths - 1)
         return np.max(np.sqrt(power) / (root_mean_square(x) + root_mean_square(change) + 1e-12)[:, None], axis=0)
 

@@ -141,7 +141,7 @@ class InitialStateModel(SegmentedModel):
                 for together, made, nodes in self.simulated_apart(run, longer, values, x, length):
                     for i, where in zip(together, nodes.samples, strict=True):
                         first = run.segments[i][0]
-                        # asked for by states
+                        # there are slopes by initial states wherever there are states
                         tangent = made.initial_slopes[where].reshape(-1, len(x[i]))  # type: ignore[index]
                         misfit = run.measured[first : first + length] - made.outputs[where]
                         extended[i] = x[i] + np.linalg.lstsq(tangent, misfit.ravel(), rcond=RANK)[0]

@@ -72,8 +72,8 @@ def simulate(equations: Equations, values: Mapping[str, float], motion: Motion, 
         steps.factor()
         corrections = steps.corrections()
         change = carried(steps.band, corrections.copy()).T
-        step = root_mean_square(change)
-        before, update = update, float(np.max(step / (root_mean_square(x) + step + 1e-12)))
+        size = root_mean_square(change)
+        before, update = update, float(np.max(size / (root_mean_square(x) + size + 1e-12)))
         if not np.isfinite(update):
             raise steps.divergence(~steps.finite(corrections))
         settled = update < (accuracy or CONVERGED)

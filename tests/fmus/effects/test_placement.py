@@ -1,9 +1,11 @@
 """Laws at states, inputs and outputs of components whose states are no deflection and rate, against their formulas."""
 
+from typing import ClassVar
+
 import numpy as np
 import pytest
 
-from fmus import Component, Effect, input, parameter, state
+from fmus import Component, Effect, Element, input, local, parameter, state
 from fmus.composition.added_force import with_force_element
 from fmus.effects.placement import by_name, laws_at, states_of_no_element
 from fmus.mechanisms import DrivenJoint, MassSpringDamper, TwoMass
@@ -164,8 +166,30 @@ def test_a_mass_that_a_motion_drives_has_the_laws_of_mechanics_per_unit_of_mass(
     assert change == pytest.approx([-0.5, 400.0 * (0.02 - 0.1) + 2.0 + 3.0 * 0.5**2])
 
 
+def test_a_component_without_a_force_has_the_laws_of_signals_as_well():
+    families = {e.family for e in laws_at(with_force_element(Isolated()))}
+    assert {"coulomb_friction", "dead_zone", "input_lag"} <= families
+    assert "dead_zone" not in {e.family for e in laws_at(DrivenJoint())}
+
+
 def test_masses_that_a_motion_drives_through_each_other_have_no_added_force():
     assert with_force_element(TwoIsolated()).elements == {}
+
+
+class Normalised(Isolated):
+    """The same mass with a force element of its own, in the unit of an acceleration."""
+
+    pull = local("m/s2", "Force of the spring over mass")
+    elements: ClassVar = {"spring": Element("pull", "position", "velocity")}
+
+    def equations(self, v, m):
+        v.pull = v.stiffness * (v.position - v.foot)
+        return {"der(position)": v.velocity, "der(velocity)": -v.pull}
+
+
+def test_units_of_laws_at_a_force_element_in_another_unit_remain_as_declared():
+    coulomb = by_name(laws_at(Normalised()))["coulomb_friction.coulomb"]
+    assert Normalised().with_effects(coulomb()).table["coulomb_friction.friction_torque"].unit == "N.m"
 
 
 class Arms(Component):

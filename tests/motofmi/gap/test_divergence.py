@@ -4,9 +4,16 @@ import numpy as np
 import pytest
 
 from fmus import Component, input, state
+from fmus.effects.placement import laws_at
+from fmus.mechanisms import DrivenJoint
+from fmus.support.errors import InputError
+from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.collocation import DivergenceError, Motion
 from motofmi.gap.models.equations import Equations
+from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.models.simulation import simulate
+from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from tests.simulators.hidden_joint import joint_run
 
 
 class Escape(Component):
@@ -46,3 +53,21 @@ def test_the_pieces_that_diverge_are_known(infinite):
     with pytest.raises(DivergenceError, match="Escape: the simulation diverges") as raised:
         pieces(initial)
     assert raised.value.pieces.tolist() == infinite
+
+
+@pytest.mark.slow
+def test_one_segment_that_diverges_is_left_out():
+    sampled = prepare_sampled_run(
+        joint_run({}, "random", seed=5, duration=12.0), input_output_experiment(DrivenJoint(), ["torque", "angle"])
+    )
+    law = next(
+        e for e in laws_at(sampled.experiment.component) if e.form == "square" and e.family == "hardening_stiffness"
+    )
+    model = FreeInitialStateModel(sampled.experiment, [law])
+    base = model.start()[: len(model.base)]
+    values = model.values(np.append(base, 10.0))
+    initial = {i: np.zeros(2) for i in range(len(sampled.segments))} | {2: np.array([np.nan, 0.0])}
+    found = [indices for indices, *_ in model.simulated_apart(sampled, list(initial), values, initial)]
+    assert found == [[i for i in initial if i != 2]]  # all others in one simulation
+    with pytest.raises(InputError, match="diverges from"):
+        model.from_rest(sampled, np.append(base, np.nan))

@@ -48,23 +48,21 @@ def found(**hidden):
 
 
 @pytest.mark.slow
-def test_drag_of_a_mass_that_a_motion_drives_is_named_per_unit_of_mass():
-    (effect,) = (result := found(drag=3.0)).effects
-    value = effect["parameters"]["coefficient"]
-    assert (result.verdict, effect["name"], effect["form"]) == ("named", "progressive_damping", "quadratic")
-    # four standard errors, and 1e-3 for the samples between which the foot is interpolated
-    assert value["value"] == pytest.approx(3.0, abs=4 * value["standard_error"] + 3e-3)
-    assert value["unit"] == "N.s2/m2.kg"
+@pytest.mark.parametrize(
+    ("hidden", "family", "name", "unit"),
+    [
+        ({"drag": 3.0}, "progressive_damping", "coefficient", "N.s2/m2.kg"),
+        pytest.param({"friction": 2.0}, "coulomb_friction", "friction_torque", "N/kg", marks=pytest.mark.study),
+    ],
+)
+def test_what_a_mass_that_a_motion_drives_lacks_is_named_per_unit_of_mass(hidden, family, name, unit):
+    (effect,) = (result := found(**hidden)).effects
+    assert (result.verdict, effect["name"], effect["parameters"][name]["unit"]) == ("named", family, unit)
+    (true,), value = hidden.values(), effect["parameters"][name]
+    # four standard errors, and 1e-3 of the value: between its samples the foot is interpolated
+    assert value["value"] == pytest.approx(true, abs=4 * value["standard_error"] + 1e-3 * true)
 
 
 @pytest.mark.slow
 def test_nothing_is_named_where_the_mass_that_a_motion_drives_lacks_nothing():
     assert found().verdict == "none"
-
-
-@pytest.mark.study
-def test_dry_friction_of_a_mass_that_a_motion_drives_is_named_per_unit_of_mass():
-    (effect,) = (result := found(friction=2.0)).effects
-    value = effect["parameters"]["friction_torque"]
-    assert (result.verdict, effect["name"], value["unit"]) == ("named", "coulomb_friction", "N/kg")
-    assert value["value"] == pytest.approx(2.0, abs=4 * value["standard_error"] + 2e-3)

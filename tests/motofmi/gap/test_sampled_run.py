@@ -123,24 +123,6 @@ def test_segments_together_are_what_each_is_alone():
         assert together[1] / scale == pytest.approx(np.concatenate([slopes for _, slopes in alone]) / scale, abs=1e-3)
 
 
-@pytest.mark.slow
-def test_one_segment_that_diverges_is_left_out():
-    sampled = prepare_sampled_run(
-        joint_run({}, "random", seed=5, duration=12.0), input_output_experiment(DrivenJoint(), ["torque", "angle"])
-    )
-    law = next(
-        e for e in laws_at(sampled.experiment.component) if e.form == "square" and e.family == "hardening_stiffness"
-    )
-    model = FreeInitialStateModel(sampled.experiment, [law])
-    base = model.start()[: len(model.base)]
-    values = model.values(np.append(base, 10.0))
-    initial = {i: np.zeros(2) for i in range(len(sampled.segments))} | {2: np.array([np.nan, 0.0])}
-    found = [indices for indices, *_ in model.simulated_apart(sampled, list(initial), values, initial)]
-    assert found == [[i for i in initial if i != 2]]  # all others in one simulation
-    with pytest.raises(InputError, match="diverges from"):
-        model.from_rest(sampled, np.append(base, np.nan))
-
-
 @pytest.mark.study
 def test_a_spring_that_stiffens_much_is_simulated_as_a_variable_step_solver_does():
     """All segments at once do not converge from nowhere, and what they come to then was taken for the answer, a million
