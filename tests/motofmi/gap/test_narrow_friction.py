@@ -9,6 +9,7 @@ from fmus.mechanisms import MassSpringDamper
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.base_fit import fitted_base
 from motofmi.gap.estimation.effect_fit import best_portable_fit, candidate_of
+from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.screening import screen
 from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.collocation import Motion, inner_times
@@ -59,6 +60,24 @@ def test_a_transition_that_no_sample_resolves_is_the_coulomb_form(imposed):
     assert values["stribeck"]["coulomb_friction.stribeck_rate"] >= 2 * sliding * (1 - 1e-9)
     # one per cent: the fits end where a step gains less
     assert found["soft"].chi2 < 1.01 * found["coulomb"].chi2
+
+
+def test_a_form_is_first_fitted_from_the_values_of_another_form_of_its_family(monkeypatch):
+    """The screened start of a friction torque is the linear estimate, that of the second form the fitted value."""
+    experiment = input_output_experiment(MassSpringDamper(), ["force", "displacement"])
+    base, library, _ = fitted_base(experiment, [prepare_sampled_run(driven(False), experiment)], {}, (), Criteria())
+    forms = {e.form: e for e in library if e.family == "coulomb_friction"}
+    (coulomb,), (soft,) = (screen(base, [forms[form]], keep=1) for form in ("coulomb", "soft"))
+    fitted = best_portable_fit(base, coulomb, np.inf, [], Criteria())
+    known, starts = candidate_of(base, coulomb, fitted).fit, []
+
+    def recorded(model, runs, start, **options):
+        starts.append(model.values(start)["coulomb_friction.friction_torque"])
+        return fit(model, runs, start, **options)
+
+    monkeypatch.setattr("motofmi.gap.estimation.effect_fit.fit", recorded)
+    best_portable_fit(base, soft, np.inf, [known], Criteria())
+    assert starts[0] == known.model.values(known.shared)["coulomb_friction.friction_torque"]
 
 
 def test_a_mass_that_sticks_within_a_step_is_simulated():
