@@ -40,8 +40,12 @@ def closed_share(before: np.ndarray, after: np.ndarray, flexible: float) -> Shar
 
 def log_gain_low(base: ComparedModel, model: ComparedModel) -> float:
     """The lower end of the 95 % interval of the mean gain in logarithmic loss on data that were not used."""
-    gain = np.log(base.out_of_sample + base.floor) - np.log(model.out_of_sample + model.floor)
-    return float(np.percentile(gain[resampled_blocks(len(gain))].mean(axis=1), INTERVAL[0]))
+    return low_of_mean(np.log(base.out_of_sample + base.floor) - np.log(model.out_of_sample + model.floor))
+
+
+def low_of_mean(values: np.ndarray) -> float:
+    """The lower end of the 95 % interval of the mean of values (blocks,)."""
+    return float(np.percentile(values[resampled_blocks(len(values))].mean(axis=1), INTERVAL[0]))
 
 
 def _share(before: np.ndarray, after: np.ndarray, flexible: float) -> np.ndarray:

@@ -12,7 +12,7 @@ import numpy as np
 from fmus.effects import Effect
 from fmus.support.errors import InputError
 from motofmi.gap.comparison.adjusted_likelihood_ratio import adjusted_errors
-from motofmi.gap.comparison.closable import flexible_mean_square
+from motofmi.gap.comparison.closable import flexible_mean_square, low_of_mean
 from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
 from motofmi.gap.comparison.outcome import NOT_CLEAR, Outcome, outcome
 from motofmi.gap.comparison.own_values import disagreement
@@ -24,7 +24,6 @@ from motofmi.gap.estimation.candidate import Candidate
 from motofmi.gap.estimation.fit_result import Fit, standard_errors
 from motofmi.gap.estimation.stages import Stage, running
 from motofmi.gap.preprocessing.sampled_run import SampledRun
-from motofmi.gap.validation.before_after import on_validation_runs
 
 
 @dataclass(frozen=True)
@@ -108,12 +107,12 @@ def _compared(blocks: CommonBlocks, compared_base: ComparedModel, models: Sequen
 
 
 def _unless_leader_diverges(compared: Comparison, blocks: CommonBlocks) -> Comparison:
-    """The comparison; `unknown` where a model with less loss on the fitted runs than the named one could not be
+    """The comparison; `unknown` where a model with clearly less loss on the fitted runs than the named one could not be
     simulated on all runs, so that the comparison is incomplete. A model that contains what is named is no rival."""
     if compared.outcome.verdict == "none":
         return compared
     members = compared.outcome.members or [compared.base]
-    least = min(float(np.mean(np.log(m.fitted + m.floor))) for m in members)
+    least = min((np.log(m.fitted + m.floor) for m in members), key=np.mean)
     of_members = [m.families for m in members]
     named = frozenset.intersection(*of_members)
     for found in blocks.not_simulated:
@@ -121,16 +120,16 @@ def _unless_leader_diverges(compared: Comparison, blocks: CommonBlocks) -> Compa
         losses = blocks.fitted_losses(found)
         if (
             losses is None
-            or losses.mean() >= least
+            or low_of_mean(least - losses) <= 0
             or families in of_members
             or (named and named <= families)
             or blocks.is_undetermined(found, [compared.base.fit])
         ):
             continue
         return _withheld(compared, (
-            f"No effect is named: {' and '.join(sorted(families))} has less loss on the fitted runs "
-            f"(mean logarithmic loss {losses.mean():.3g}, of the best other model {least:.3g}), "
-            f"but its simulation diverges on the {'validation' if blocks.validation else 'fitted'} runs."
+            f"No effect is named: with {' and '.join(sorted(families))} the loss on the fitted runs is clearly less "
+            f"(mean logarithmic loss {losses.mean():.3g}, of the best other model {least.mean():.3g}), "
+            f"but the simulation diverges on the {'validation' if blocks.validation else 'fitted'} runs."
         ))  # fmt: skip
     return compared
 
@@ -165,10 +164,8 @@ def _flexible_mean_square(base: ComparedModel, models: Sequence[ComparedModel], 
     best = min((base, *models), key=lambda m: float(m.out_of_sample.mean()))
     mean_squares = [float(best.out_of_sample.mean())]
     for model in (base, best):
-        with suppress(InputError):  # no simulation of this model on the validation runs
-            evaluated = model.fit
-            if blocks.validation:
-                evaluated = on_validation_runs(evaluated, blocks.validation, blocks.criteria).fit
+        with suppress(InputError):  # it cannot be simulated without the noise of an imposed motion
+            evaluated = model.validated or model.fit
             runs = [run.with_densities(run.densities, "flexible_model") for run in evaluated.runs]
             mean_squares.append(flexible_mean_square(replace(evaluated, runs=runs), blocks.scale))
     return min(mean_squares)

@@ -37,6 +37,7 @@ class ComparedModel:
     (blocks,) are those on validation runs, empty where there are none. Every output is divided by the scale of the
     comparison, so that mean squares have no unit. floor [1] is the mean square that no model of a real component is
     expected to go below. judged_alone is whether the validation blocks are enough to be judged without the fitted runs.
+    validated is the fit on the validation runs, with the values of the fitted ones; None without such runs.
     """
 
     effects: tuple[type[Effect], ...]
@@ -45,6 +46,7 @@ class ComparedModel:
     validation: np.ndarray
     floor: float
     judged_alone: bool = True
+    validated: Fit | None = None
 
     @property
     def families(self) -> frozenset[str]:
@@ -116,7 +118,7 @@ class CommonBlocks:
             return None
         try:
             fitted = left_out_mean_squares(time_residuals(found, self.scale), self.blocks)
-            validation = np.zeros(0)
+            validation, validated = np.zeros(0), None
             if self.validation:
                 validated = on_validation_runs(found, self.validation, self.criteria).fit
                 validation = mean_squares(time_residuals(validated, self.scale), self.validation_blocks)
@@ -124,11 +126,13 @@ class CommonBlocks:
             return None
         if not (np.all(np.isfinite(fitted)) and np.all(np.isfinite(validation))):
             return None
-        return self._compared(found, fitted, validation)
+        return self._compared(found, fitted, validation, validated)
 
-    def _compared(self, found: Fit, fitted: np.ndarray, validation: np.ndarray) -> ComparedModel:
+    def _compared(
+        self, found: Fit, fitted: np.ndarray, validation: np.ndarray, validated: Fit | None
+    ) -> ComparedModel:
         alone = len(validation) >= self.criteria.fewest_validation_blocks
-        return ComparedModel(found.model.effects, found, fitted, validation, self.floor, alone)
+        return ComparedModel(found.model.effects, found, fitted, validation, self.floor, alone, validated)
 
     def refined_and_evaluated(self, fits: Sequence[Fit], description: str) -> list[ComparedModel]:
         """The compared models of refined fits, without those that cannot be simulated.
@@ -136,19 +140,22 @@ class CommonBlocks:
         description names the computation in the progress display.
         """
 
-        def mean_squares_of(found: Fit) -> tuple[PortableFit, np.ndarray, np.ndarray] | None:
+        def mean_squares_of(found: Fit) -> tuple[PortableFit, np.ndarray, np.ndarray, PortableFit | None] | None:
             refined = found if id(found) in self._refined else refined_fit(found)
             model, portable = self.evaluated(refined), PortableFit.of(refined)
-            return None if model is None or portable is None else (portable, model.fitted, model.validation)
+            if model is None or portable is None:
+                return None
+            return portable, model.fitted, model.validation, PortableFit.of(model.validated)
 
         models = []
         for found, result in zip(fits, parallel_map(mean_squares_of, fits, description), strict=True):
             if result is None:
                 self.not_simulated += [] if time_is_up() else [found]
             else:
-                portable, fitted, validation = result
+                portable, fitted, validation, validated = result
                 refined = portable.on(found.model, found.runs)
-                models.append(self._compared(refined, fitted, validation))
+                again = None if validated is None else validated.on(found.model, self.validation)
+                models.append(self._compared(refined, fitted, validation, again))
         return models
 
     def refined(self, found: Fit) -> Fit:

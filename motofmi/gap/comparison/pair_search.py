@@ -17,6 +17,7 @@ from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
 from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
 from motofmi.gap.comparison.search import LEADING_FAMILIES, leading
+from motofmi.gap.comparison.simplest_form import simplest_sufficient
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.effect_fit import as_found, best_portable_fit, candidate_of
 from motofmi.gap.estimation.fit_result import Fit, PortableFit
@@ -54,7 +55,9 @@ def pairs(
     models = blocks.refined_and_evaluated([fits[effects] for effects in near[:LEADING_FAMILIES]], "comparing pairs")
     if not models:
         return []
-    best = min(models, key=lambda m: m.losses.mean())
+    best = simplest_sufficient([*firsts, *models])
+    if len(best.effects) < 2:
+        return models
     others = [s for s in joint if s.families == best.families and frozenset(s.effects) not in fits]
     others.sort(key=lambda s: (sum(len(effect.free_parameters()) for effect in s.effects), -s.gain))
     in_other_forms = _fitted(others[:OTHER_FORMS], [best.fit, base], base, beat, [], criteria)

@@ -144,7 +144,8 @@ def _selected(
     with running(Stage.NOISE):
         continued = fit_or_none(best.model, base.runs, best.x)
         single, known = continued or best, [continued] if continued else []
-        chi_square_tried = _leaves_noise(single, validation_runs, criteria)
+        # The search by chi-square is over the longer segments, over which the best effect must be simulated.
+        chi_square_tried = continued is not None and _leaves_noise(continued, validation_runs, criteria)
     if chi_square_tried:
         verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria, known)
         if _decisive(verdict, single, continued is not None, criteria):

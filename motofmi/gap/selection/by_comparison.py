@@ -65,7 +65,8 @@ def verdict_by_comparison(
     )
     with suppress(InputError):
         verdict.base, verdict.best = with_remaining_noise(verdict.base, verdict.best)
-        verdict.validation_gap = before_and_after(verdict.base, verdict.best, validation, criteria)
+        known = compared.base.validated, (nearest if result.verdict != "none" else compared.base).validated
+        verdict.validation_gap = before_and_after(verdict.base, verdict.best, validation, criteria, known)
     return verdict
 
 

@@ -14,7 +14,12 @@ import numpy as np
 from fmus.support.deadline import time_is_up
 from fmus.support.errors import InputError
 from motofmi.gap.criteria import Criteria
-from motofmi.gap.estimation.fit_result import Fit, run_to_run_deviations
+from motofmi.gap.estimation.fit_result import (
+    Fit,
+    initial_guesses,
+    run_to_run_deviations,
+    with_initial_guesses,
+)
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.models.harmonic_model import AnyRun
 
@@ -39,10 +44,23 @@ def misfit_of(found: Fit) -> Misfit:
     return Misfit(found.reduced, _rms(found), found)
 
 
-def on_validation_runs(found: Fit, runs: Sequence[AnyRun], criteria: Criteria = Criteria()) -> Misfit:
-    """The misfit on validation runs: effects and common parameters fixed, the deviations of these runs estimated."""
+def on_validation_runs(
+    found: Fit, runs: Sequence[AnyRun], criteria: Criteria = Criteria(), known: Fit | None = None
+) -> Misfit:
+    """The misfit on validation runs: effects and common parameters fixed, the deviations of these runs estimated.
+
+    known is a fit of the same model on these runs with another noise. It is continued where it can be simulated again,
+    since the search for initial states takes most of the time.
+    """
+    if known is not None:
+        with suppress(InputError):
+            return _from(found, runs, _begins_of(known, runs))
+    return _from(found, runs, [_begun(found, run, criteria) for run in runs])
+
+
+def _from(found: Fit, runs: Sequence[AnyRun], begun: Sequence[tuple[np.ndarray, AnyRun]]) -> Misfit:
+    """The misfit on validation runs from starting values of their deviations and from initial guesses."""
     shared = len(found.model.names)
-    begun = [_begun(found, run, criteria) for run in runs]
     for run in runs:
         found.model.start_afresh(run)
     start = np.concatenate([found.x[:shared], *(deviations for deviations, _ in begun)])
@@ -50,6 +68,12 @@ def on_validation_runs(found: Fit, runs: Sequence[AnyRun], criteria: Criteria = 
     # Each deviation is one fitted number and one prior, which cancel in the degrees of freedom.
     left = again.residuals[: again.count + len(run_to_run_deviations(found.model.experiment)) * len(runs)]
     return Misfit(float(left @ left) / again.count, _rms(again), again)
+
+
+def _begins_of(known: Fit, runs: Sequence[AnyRun]) -> list[tuple[np.ndarray, AnyRun]]:
+    """The deviations of each run in a fit, and the run with the initial guesses of that fit."""
+    deviations = np.split(known.x[len(known.model.names) :], len(runs))
+    return list(zip(deviations, with_initial_guesses(runs, initial_guesses(known.runs)), strict=True))
 
 
 def _begun(found: Fit, run: AnyRun, criteria: Criteria) -> tuple[np.ndarray, AnyRun]:
@@ -86,18 +110,24 @@ def reduced_chi2_after_refit(found: Fit, validation: Misfit) -> float:
     return (together.chi2 - found.chi2) / validation.fit.count
 
 
-def before_and_after(base: Fit, best: Fit, runs: Sequence[AnyRun], criteria: Criteria = Criteria()) -> ValidationGap:
-    """The misfit on validation runs of base and best, with the noise that the best leaves; None without such runs."""
+def before_and_after(
+    base: Fit,
+    best: Fit,
+    runs: Sequence[AnyRun],
+    criteria: Criteria = Criteria(),
+    known: tuple[Fit | None, Fit | None] = (None, None),
+) -> ValidationGap:
+    """The misfit on validation runs of base and best, with the noise that the best leaves, which excludes high orders
+    that an effect excites; None without such runs.
+
+    known are fits of base and best on these runs, where there are some.
+    """
     if not runs:
         return None
-    scaled = with_noise_of_best(best, runs, criteria)
-    return on_validation_runs(base, scaled, criteria), on_validation_runs(best, scaled, criteria)
-
-
-def with_noise_of_best(found: Fit, runs: Sequence[AnyRun], criteria: Criteria = Criteria()) -> list[AnyRun]:
-    """Validation runs with the noise that a model leaves, which excludes high orders that an effect excites."""
-    again = on_validation_runs(found, runs, criteria).fit
-    return [found.model.with_remaining_noise(run, again.of_run(i)) for i, run in enumerate(runs)]
+    of_base, of_best = known
+    of_best = on_validation_runs(best, runs, criteria, of_best).fit
+    scaled = [best.model.with_remaining_noise(run, of_best.of_run(i)) for i, run in enumerate(runs)]
+    return on_validation_runs(base, scaled, criteria, of_base), on_validation_runs(best, scaled, criteria, of_best)
 
 
 def floor(runs: Sequence[AnyRun]) -> float:

@@ -61,6 +61,23 @@ def test_nothing_is_named_in_place_of_an_effect_that_cannot_be_simulated(monkeyp
 
     monkeypatch.setattr(CommonBlocks, "evaluated", unless_friction)
     found = gap_of_friction()
-    said = [s for s in found["limitations"] if s.startswith("No effect is named: coulomb_friction has less loss on")]
+    said = [s for s in found["limitations"] if s.startswith("No effect is named: with coulomb_friction the loss on the fitted runs is clearly")]
     assert bool(said) is not simulated
     assert [e["name"] for e in found["effects"]] == (["coulomb_friction"] if simulated else [])
+
+
+@pytest.mark.parametrize(("lead", "withheld"), [(0.01, False), (5.0, True)])
+def test_an_effect_that_cannot_be_simulated_and_leads_by_chance_is_no_reason(monkeypatch, lead, withheld):
+    evaluated, losses, of_base = CommonBlocks.evaluated, CommonBlocks.fitted_losses, []
+
+    def unless_effects(blocks, found):
+        of_base.append(losses(blocks, found))  # the base is evaluated first
+        return None if found.model.effects else evaluated(blocks, found)
+
+    def scattered(blocks, found):
+        return of_base[0] - lead + 0.5 * (-1.0) ** np.arange(len(of_base[0]))
+
+    monkeypatch.setattr(CommonBlocks, "evaluated", unless_effects)
+    monkeypatch.setattr(CommonBlocks, "fitted_losses", scattered)
+    said = [s for s in gap_of_friction()["limitations"] if "the loss on the fitted runs is clearly less" in s]
+    assert bool(said) is withheld
