@@ -18,7 +18,8 @@ PER_INERTIA = {unit("m/s").exponents: "N/kg", unit("rad/s").exponents: "N.m/kg.m
 class WithAddedAcceleration(WithAddedTerm):
     """A component with a force element `spring` between a point and the ground, whose force is per unit of inertia.
 
-    deflection and rate are the states of the point. Raises InputError for another name.
+    deflection and rate are the states of the point; deflection is empty where only the rate is a state. Raises
+    InputError for another name.
     """
 
     deflection: str
@@ -26,7 +27,7 @@ class WithAddedAcceleration(WithAddedTerm):
     terms = (FORCE,)
 
     def __init__(self, inner: Component, deflection: str, rate: str, effects: tuple = ()):
-        names = [("state", deflection), ("state", rate)]
+        names = [("state", n) for n in (deflection, rate) if n]
         self._begin(inner, inner.name, names, deflection=deflection, rate=rate)
         per_inertia = PER_INERTIA[unit(inner.table[rate].unit).exponents]
         row = Variable("local", per_inertia, "Force against the motion, per unit of inertia", name=FORCE)

@@ -22,8 +22,9 @@ LEAST_SLOPE = 1e-100  # of an acceleration by an effort, in place of zero
 class WithAddedForce(WithAddedTerm):
     """A component with a force element `spring` between its driven point and the ground.
 
-    effort is the driving input, deflection and rate the states of the driven point. further are efforts, deflections
-    and rates of other driven points, with the element `at_<deflection>` each. Raises InputError for another name.
+    effort is the driving input, deflection and rate the states of the driven point; deflection is empty where only the
+    rate is a state, as of a wheel. further are efforts, deflections and rates of other driven points, with the element
+    `at_<deflection>` or `at_<rate>` each. Raises InputError for another name.
     """
 
     effort: str
@@ -36,15 +37,15 @@ class WithAddedForce(WithAddedTerm):
         further: tuple[tuple[str, str, str], ...] = (), effects: tuple = (),
     ):  # fmt: skip
         points = ((effort, deflection, rate), *further)
-        names = [pair for point in points for pair in zip(("input", "state", "state"), point, strict=True)]
+        names = [pair for point in points for pair in zip(("input", "state", "state"), point, strict=True) if pair[1]]
         self._begin(inner, inner.name, names, effort=effort, deflection=deflection, rate=rate, further=further)
-        self.forces = {FORCE: effort} | {f"{FORCE}_at_{d}": e for e, d, _ in further}
+        self.forces = {FORCE: effort} | {f"{FORCE}_at_{d or r}": e for e, d, r in further}
         self.terms = tuple(self.forces)
         rows = {
             n: Variable("local", inner.table[e].unit, f"Force against {e}", name=n) for n, e in self.forces.items()
         }
         elements = {"spring": Element(FORCE, deflection, rate)}
-        elements |= {f"at_{d}": Element(f"{FORCE}_at_{d}", d, r) for _, d, r in further}
+        elements |= {f"at_{d or r}": Element(f"{FORCE}_at_{d or r}", d, r) for _, d, r in further}
         self._complete({**inner.table, **rows}, elements, effects)
 
     def _with_terms(self, v: Scope, m: Any) -> dict[str, Any]:
@@ -57,7 +58,8 @@ def with_force_element(component: Component) -> Component:
     itself.
 
     Where no input is a force or a torque, the element is at the acceleration, if there is one only, and its force is
-    per unit of inertia: of several accelerations and of a mass matrix the reaction to a force is not known. Without a
+    per unit of inertia: of several accelerations and of a mass matrix the reaction to a force is not known. A rate
+    without a deflection among the states, as that of a wheel, is a point as well if no other rate has one. Without a
     point for an element the component is returned unchanged.
     """
     from fmus.equations.sympy_form import symbolic  # noqa: PLC0415 - imported on use: SymPy takes 0.4 s
@@ -67,9 +69,11 @@ def with_force_element(component: Component) -> Component:
     efforts = [n for n in component.inputs if is_force(component.table[n].unit)]
     form = symbolic(component)
     rates = dict(zip(component.states, form.rates, strict=True))
+    moving = [n for n in component.states if unit(component.table[n].unit).exponents in PER_INERTIA]
     deflection_of = {str(rate): n for n, rate in rates.items() if str(rate) in component.states}
+    deflection_of = deflection_of or dict.fromkeys(moving, "")
     if not efforts:
-        alone = [(d, r) for r, d in deflection_of.items() if unit(component.table[r].unit).exponents in PER_INERTIA]
+        alone = [(d, r) for r, d in deflection_of.items() if r in moving]
         return WithAddedAcceleration(component, *alone[0]) if len(alone) == 1 and not form.coupled else component
     # NumPy numbers give inf or nan, and no exception, where the equations are not defined at the start values.
     start = {n: np.float64(x) for n, x in component.start_values().items()}

@@ -100,7 +100,10 @@ def unit(name: str) -> Unit:
         for token in re.split(r"[.*·⋅]|-(?=[^\d])", side):
             match = re.fullmatch(r"(1|%|°|[A-Za-z]+)(?:\^?(-?\d+))?", token)
             if match is None or match[1] not in SYMBOLS:
-                raise InputError(f"unknown unit [{name}] at {token!r} (known symbols: {' '.join(sorted(SYMBOLS))})")
+                advice = "written without parentheses, as 1/V.s: all after the slash is the denominator; " * ("(" in name)
+                raise InputError(
+                    f"unknown unit [{name}] at {token!r} ({advice}known symbols: {' '.join(sorted(SYMBOLS))})"
+                )
             power = int(match[2] or 1) * (-1 if part else 1)
             scale, powers = SYMBOLS[match[1]]
             factor *= scale**power

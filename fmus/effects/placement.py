@@ -74,7 +74,9 @@ def _at_elements(component: Component, largest_rate: float) -> list[type[Effect]
                     forces.add(element.force)
                     known[name] = f"{law.form}_{name}"
         starts = _scaled(law, dict.fromkeys(law.relative_to_rate, largest_rate))
-        found += [_placed(law, name, form, starts) for name, form in known.items()]
+        # A law with a share of the largest deflection, as a width of hysteresis, needs one.
+        places = {n: form for n, form in known.items() if component.elements[n].deflection or not law.relative}
+        found += [_placed(law, name, form, starts) for name, form in places.items()]
     return found
 
 

@@ -144,9 +144,10 @@ class FreeInitialStateModel(InitialStateModel):
         )
 
     def _elements(self, known: Mapping[str, Any]) -> tuple[list, list]:
-        """Deflections and rates of the component's elements, once each."""
+        """Deflections and rates of the component's elements, once each; the rate stands for a deflection that is not
+        known."""
         component = self._bearing
         scope = component.run({**dict.fromkeys(component.inputs, 0.0), **known}, NUMERIC)
-        seen = {(e.deflection, e.rate): None for e in component.elements.values()}
-        both = [({**known, **scope}[d], {**known, **scope}[r]) for d, r in seen if d and r]
+        seen = {(e.deflection or e.rate, e.rate): None for e in component.elements.values()}
+        both = [({**known, **scope}[d], {**known, **scope}[r]) for d, r in seen if r]
         return [d for d, _ in both], [r for _, r in both]

@@ -4,8 +4,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from fmus.declaration.component import Component
 from motofmi.gap.estimation.fit_result import parameters_of, sensor_offsets_of
 from motofmi.gap.estimation.unit_plausibility import parameters_with_force_or_mass
@@ -33,6 +31,10 @@ FLEXIBLE = ("The noise is not known (no repeated runs, no noise in rig.json): it
             "flexible model, so a reduced chi-square of 1 means consistent with that model.")  # fmt: skip
 NONE_IS_WEAK = (
     "none means that no effect of the library improves the model; residuals of the flexible model count as noise."
+)
+NO_UNIT = (
+    "A state has the unit 1, so that the laws of mechanics (friction, drag, a further body) are no candidates; where "
+    "it is an angle, a displacement or their rate, give its unit in the class and in the columns."
 )
 OTHER_UNIT = ("All parameters with force or mass in their unit were fitted to {:.3g} times their start values: is a "
               "column's unit wrong (deg for rad, kN for N, mm for m)? Nothing is named. If all units are right, give "
@@ -157,6 +159,9 @@ def limitations_of(found: Investigation, result: dict[str, Any], component: Comp
         f"{n} keeps its value: at the frequencies of these runs it is not distinguishable from a stiffness."
         for n in found.fixed_inertias
     ]
+    bearing = found.experiment.component
+    if not bearing.elements and any(bearing.table[n].unit == "1" for n in bearing.states):
+        sentences.append(NO_UNIT)
     criteria = found.verdict.criteria
     if found.missed > criteria.slow_noise_share:
         sentences.append(
@@ -170,18 +175,18 @@ def limitations_of(found: Investigation, result: dict[str, Any], component: Comp
         if (
             name in best.model.own
             and name in [best.model.own[i] for i in best.model.sizes]
-            and np.isfinite(row.max)
-            and value >= row.max
+            and (value >= row.max or value <= row.min < 0)
         ):
             sentences.append(
-                f"{name} was fitted to its bound {row.max:g}{'' if row.unit == '1' else ' ' + row.unit}: the "
+                f"{name} was fitted to its bound {value:g}{'' if row.unit == '1' else ' ' + row.unit}: the "
                 "effect does not fit well"
                 + (", or a column's unit is wrong." if found.experiment.own_values else ".")
             )
         if found.experiment.own_values and name in best.model.base and start and not 1 / far < abs(value) / start < far:
+            vanished = row.min <= 0 and abs(value) < start / far
             sentences.append(
-                f"{name} was fitted to {value:.3g} {row.unit}, far from its start value {start:.3g}: is a column's "
-                "unit wrong?"
+                f"{name} was fitted to {value:.3g} {row.unit}, far from its start value {start:.3g}: "
+                + ("the data show nothing of it beside the effects." if vanished else "is a column's unit wrong?")
             )
     for run, zeros in zip(best.runs, sensor_offsets_of(best), strict=True):
         for name in found.experiment.sensor_offsets:

@@ -258,3 +258,27 @@ def test_a_damper_with_another_coefficient_in_each_direction_has_a_force_of_one_
     states, drive = np.array([0.1, rate]), np.zeros(1)
     change = joined.derivatives(states, drive)[0] - base.derivatives(states, drive)[0]
     assert change == pytest.approx([0.0, -force / 2.0], rel=1e-12)
+
+
+class Drum(Component):
+    """A drum that coasts down."""
+
+    decay = parameter("1/s", "Viscous resistance per inertia", min=0, start=0.01)
+    speed = state("m/s", "Speed at the surface", exposed=True, start=20.0)
+
+    def equations(self, v, m):
+        return {"der(speed)": -v.decay * v.speed}
+
+
+def test_a_rate_without_a_deflection_has_laws_of_the_rate_and_no_others():
+    drum = with_force_element(Drum())
+    laws = {(e.family, e.form): e for e in laws_at(drum)}
+    families = {family for family, _ in laws}
+    assert {"coulomb_friction", "progressive_damping"} <= families
+    # laws of a deflection, and those of a level
+    assert not families & {"hysteresis", "backlash", "hardening_stiffness", "leakage", "overflow", "transfer"}
+    slowed = drum.with_effects(laws["progressive_damping", "quadratic"](), laws["coulomb_friction", "coulomb"]())
+    values = {"progressive_damping.coefficient": 0.002, "coulomb_friction.friction_torque": 0.3}
+    ((rate,), _) = slowed.with_values(**values).derivatives(np.array([20.0]), np.zeros(0))
+    assert rate == pytest.approx(-0.01 * 20 - 0.002 * 20**2 - 0.3, rel=1e-12)  # tanh(20 / s_0) is 1
+    assert slowed.table["progressive_damping.coefficient"].unit == "N.s2/m2.kg"

@@ -35,7 +35,8 @@ def fit_with(*effects, reduced):
         effects=effects, names=names, own=names, base=[], sizes=[], values=lambda q: dict.fromkeys(names, 0.1),
         component=SimpleNamespace(name="joint", table={n: SimpleNamespace(unit="N.m", min=0.0, max=np.inf) for n in names}),
         experiment=SimpleNamespace(
-            parameter=lambda effect, n: f"{effect.family}.{n}", own_values=False, sensor_offsets={}, free=[], outputs=["angle"]
+            parameter=lambda effect, n: f"{effect.family}.{n}", own_values=False, sensor_offsets={}, free=[], outputs=["angle"],
+            component=SimpleNamespace(elements={"spring": None}, states=[]),
         ),
     )  # fmt: skip
     run = SimpleNamespace(name="run", noise_source="given")
@@ -118,16 +119,61 @@ def test_a_doubtful_name_is_withheld(unspecified, reduced, said):
     assert found.verdict == "unknown" and said in said_of(found)[0]
 
 
+def doubts(found, factor=1.0, missed=0.0, **values):
+    """The limitations of an investigation of a component with these values that ended with a fit."""
+    searched = Investigation(Verdict("unknown", found, found), found.model.experiment, factor, missed)
+    result = {"noise_source": "given", "verdict": "unknown", "gap": {"holdout_before": None, "holdout_after": None}}
+    return limitations_of(searched, result, SimpleNamespace(values=values), False)
+
+
+@pytest.fixture
+def without_sensor_offsets(monkeypatch):
+    monkeypatch.setattr("motofmi.workflows.gap.input_output.sensor_offsets_of", lambda found: [{} for _ in found.runs])
+
+
+@pytest.mark.usefixtures("without_sensor_offsets")
 @pytest.mark.parametrize(("factor", "missed", "said"), [
     (1000.0, 0.0, "fitted to 1e+03 times their start values: is a column's unit wrong"),
     (1.0, 0.3, "30 % (rms) of the recorded angle"),
 ])  # fmt: skip
-def test_what_an_investigation_doubts_is_said(monkeypatch, factor, missed, said):
-    monkeypatch.setattr("motofmi.workflows.gap.input_output.sensor_offsets_of", lambda found: [{} for _ in found.runs])
+def test_what_an_investigation_doubts_is_said(factor, missed, said):
+    assert any(said in sentence for sentence in doubts(fit_with(reduced=1.0), factor=factor, missed=missed))
+
+
+@pytest.mark.usefixtures("without_sensor_offsets")
+@pytest.mark.parametrize(("low", "high", "said"), [(-1.0, 0.1, True), (0.1, 1.0, False), (-0.5, 0.5, False)])
+def test_a_magnitude_at_its_bound_is_said_unless_the_bound_is_that_of_no_effect(low, high, said):
+    found = fit_with(CoulombFriction, reduced=1.0)
+    found.model.sizes = range(len(found.model.own))
+    for row in found.model.component.table.values():
+        row.min, row.max = low, high
+    assert any("was fitted to its bound 0.1 N.m" in sentence for sentence in doubts(found)) is said
+
+
+@pytest.mark.usefixtures("without_sensor_offsets")
+@pytest.mark.parametrize(("start", "least", "said"), [
+    (1e3, 0.0, "the data show nothing of it beside the effects."),
+    (1e3, 1e-9, "is a column's unit wrong?"),
+    (1e-5, 0.0, "is a column's unit wrong?"),
+])  # fmt: skip
+def test_a_value_far_from_its_start_asks_for_the_unit_unless_it_vanished(start, least, said):
     found = fit_with(reduced=1.0)
-    searched = Investigation(Verdict("unknown", found, found), found.model.experiment, factor, missed)
-    result = {"noise_source": "given", "verdict": "unknown", "gap": {"holdout_before": None, "holdout_after": None}}
-    assert any(said in sentence for sentence in limitations_of(searched, result, SimpleNamespace(values={}), False))
+    row = SimpleNamespace(unit="N.m", min=least, max=np.inf)
+    found.model.component.table, found.model.base, found.model.names = {"damping": row}, ["damping"], ["damping"]
+    found.model.values, found.model.experiment.own_values = lambda q: {"damping": 0.1}, True
+    found.covariance, found.x = lambda: np.eye(1), np.ones(1)
+    (sentence, *_) = doubts(found, damping=start)
+    assert sentence == f"damping was fitted to 0.1 N.m, far from its start value {start:.3g}: {said}"
+
+
+@pytest.mark.usefixtures("without_sensor_offsets")
+@pytest.mark.parametrize(("unit", "elements", "said"), [("1", {}, True), ("m", {}, False), ("1", {"spring": None}, False)])
+def test_a_state_without_a_unit_has_no_laws_of_mechanics_which_is_said(unit, elements, said):
+    found = fit_with(reduced=1.0)
+    found.model.experiment.component = SimpleNamespace(
+        elements=elements, states=["level"], table={"level": SimpleNamespace(unit=unit)}
+    )
+    assert any(sentence.startswith("A state has the unit 1") for sentence in doubts(found)) is said
 
 
 def test_values_within_their_errors_of_zero_are_not_reported():
