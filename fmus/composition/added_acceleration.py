@@ -5,9 +5,8 @@
 
 from typing import Any
 
-from fmus.composition.added_term import FORCE, WithAddedTerm
+from fmus.composition.added_term import FORCE, WithAddedTerm, point_elements
 from fmus.declaration.component import Component, Scope
-from fmus.declaration.elements import Element
 from fmus.declaration.units import unit
 from fmus.declaration.variables import Variable
 
@@ -31,7 +30,7 @@ class WithAddedAcceleration(WithAddedTerm):
         self._begin(inner, inner.name, names, deflection=deflection, rate=rate)
         per_inertia = PER_INERTIA[unit(inner.table[rate].unit).exponents]
         row = Variable("local", per_inertia, "Force against the motion, per unit of inertia", name=FORCE)
-        self._complete({**inner.table, FORCE: row}, {"spring": Element(FORCE, deflection, rate)}, effects)
+        self._complete({**inner.table, FORCE: row}, point_elements(deflection, rate, inner.table), effects)
 
     def _with_terms(self, v: Scope, m: Any) -> dict[str, Any]:
         results, acceleration = self.inner.run(self._inner_values(v), m), f"der({self.rate})"

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from fmus.composition.added_acceleration import PER_INERTIA, WithAddedAcceleration
-from fmus.composition.added_term import FORCE, WithAddedTerm
+from fmus.composition.added_term import FORCE, WithAddedTerm, point_elements
 from fmus.declaration.component import Component, Scope
 from fmus.declaration.elements import Element
 from fmus.declaration.units import is_force, unit
@@ -44,7 +44,7 @@ class WithAddedForce(WithAddedTerm):
         rows = {
             n: Variable("local", inner.table[e].unit, f"Force against {e}", name=n) for n, e in self.forces.items()
         }
-        elements = {"spring": Element(FORCE, deflection, rate)}
+        elements = point_elements(deflection, rate, inner.table)
         elements |= {f"at_{d or r}": Element(f"{FORCE}_at_{d or r}", d, r) for _, d, r in further}
         self._complete({**inner.table, **rows}, elements, effects)
 

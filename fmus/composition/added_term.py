@@ -1,11 +1,22 @@
 """The base of components with terms that are zero unless an effect adds to them."""
 
+from collections.abc import Mapping
 from typing import Any
 
 from fmus.composition.wrapped import WrappedComponent
 from fmus.declaration.component import Scope
+from fmus.declaration.elements import Element
+from fmus.declaration.units import unit
+from fmus.declaration.variables import Variable
 
 FORCE = "resisting_force"
+
+
+def point_elements(deflection: str, rate: str, table: Mapping[str, Variable]) -> dict[str, Element]:
+    """The force element `spring` of a point, and `rotation` where the point turns by an angle."""
+    element = Element(FORCE, deflection, rate)
+    turns = deflection and unit(table[deflection].unit).exponents == unit("rad").exponents
+    return {"spring": element} | ({"rotation": element} if turns else {})
 
 
 class WithAddedTerm(WrappedComponent):

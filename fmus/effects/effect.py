@@ -88,6 +88,8 @@ class Effect:
     form: ClassVar[str] = ""
     element: ClassVar[str] = ""
     part: ClassVar[str] = "device"
+    # at elements of generic components: whether it reads their stiffness, or stands for one that is no parameter
+    of_stiffness: ClassVar[bool | None] = None
     flexible: ClassVar[bool] = False
     starts: ClassVar[Mapping[str, tuple[float, ...]]] = {}
     relative: ClassVar[tuple[str, ...]] = ()  # parameters whose starting values are shares of the largest deflection

@@ -13,6 +13,7 @@ from dataclasses import replace
 from itertools import permutations
 
 from fmus.declaration.component import Component
+from fmus.declaration.elements import Element
 from fmus.declaration.units import is_force
 from fmus.declaration.variables import Variable
 from fmus.effects import (
@@ -74,10 +75,16 @@ def _at_elements(component: Component, largest_rate: float) -> list[type[Effect]
                     forces.add(element.force)
                     known[name] = f"{law.form}_{name}"
         starts = _scaled(law, dict.fromkeys(law.relative_to_rate, largest_rate))
-        # A law with a share of the largest deflection, as a width of hysteresis, needs one.
-        places = {n: form for n, form in known.items() if component.elements[n].deflection or not law.relative}
+        places = {n: form for n, form in known.items() if _suits(law, component.elements[n])}
         found += [_placed(law, name, form, starts) for name, form in places.items()]
     return found
+
+
+def _suits(law: type[Effect], element: Element) -> bool:
+    """Whether a law suits an element: with a share of the largest deflection, as a width of hysteresis, it needs a
+    deflection, and it may need a stiffness or none (`Effect.of_stiffness`)."""
+    known = law.of_stiffness is None or law.of_stiffness == bool(element.stiffness)
+    return known and bool(element.deflection or not law.relative)
 
 
 def _at_signal(law: type[Effect], component: Component, name: str, level: float, period: float) -> type[Effect]:

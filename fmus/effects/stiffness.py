@@ -164,7 +164,7 @@ class Saturation(Effect):
 class GeometricNonlinearity(Effect):
     """Large rotation: the restoring torque follows the sine of the angle, where the base is linear."""
 
-    family, form, element = "geometric_nonlinearity", "sine", "rotation"
+    family, form, element, of_stiffness = "geometric_nonlinearity", "sine", "rotation", True
     share = parameter(
         "1", "Share of the stiffness that follows the sine of the deflection", symbol="s", min=0, max=1.5, start=0.5
     )
@@ -172,3 +172,16 @@ class GeometricNonlinearity(Effect):
     @adds_to("force")
     def sine(self, v, m):
         return v.share * v.stiffness * (m.sin(v.deflection) - v.deflection)
+
+
+class GravityTorque(Effect):
+    """Large rotation: the torque of gravity follows the sine of the angle, where the base is linear."""
+
+    family, form, element, of_stiffness = "geometric_nonlinearity", "gravity", "rotation", False
+    gravity_torque = parameter(
+        "N.m", "Torque of gravity at a right angle: mass, gravity and distance", symbol="m g l", min=0, start=1.0
+    )
+
+    @adds_to("force")
+    def sine(self, v, m):
+        return v.gravity_torque * (m.sin(v.deflection) - v.deflection)

@@ -282,3 +282,26 @@ def test_a_rate_without_a_deflection_has_laws_of_the_rate_and_no_others():
     ((rate,), _) = slowed.with_values(**values).derivatives(np.array([20.0]), np.zeros(0))
     assert rate == pytest.approx(-0.01 * 20 - 0.002 * 20**2 - 0.3, rel=1e-12)  # tanh(20 / s_0) is 1
     assert slowed.table["progressive_damping.coefficient"].unit == "N.s2/m2.kg"
+
+
+class Arm(Component):
+    """An arm that a throttle drives, at small angles; it declares no element."""
+
+    gain = parameter("rad/s2", "Acceleration at full throttle", min=0, start=50.0)
+    gravity = parameter("1/s2", "Gravity per angle", min=0, start=10.0)
+    throttle = input("1", "Throttle")
+    angle = state("rad", "Angle from hanging", exposed=True)
+    rate = state("rad/s", "Rate")
+
+    def equations(self, v, m):
+        return {"der(angle)": v.rate, "der(rate)": v.gain * v.throttle - v.gravity * v.angle}
+
+
+def test_an_angle_of_a_class_without_elements_has_the_sine_of_large_angles():
+    arm = with_force_element(Arm())
+    forms = {e.form: e for e in laws_at(arm) if e.family == "geometric_nonlinearity"}
+    assert set(forms) == {"gravity"}
+    pendulum = arm.with_effects(forms["gravity"]()).with_values(**{"geometric_nonlinearity.gravity_torque": 10.0})
+    rates, _ = pendulum.derivatives(np.array([2.0, 0.0]), np.zeros(1))
+    assert rates == pytest.approx([0.0, -10 * np.sin(2.0)], rel=1e-12)  # the pendulum, q'' = -g/l sin q
+    assert {e.form for e in laws_at(DrivenJoint()) if e.family == "geometric_nonlinearity"} == {"sine"}
