@@ -39,14 +39,15 @@ class WithAddedForce(WithAddedTerm):
         points = ((effort, deflection, rate), *further)
         names = [pair for point in points for pair in zip(("input", "state", "state"), point, strict=True) if pair[1]]
         self._begin(inner, inner.name, names, effort=effort, deflection=deflection, rate=rate, further=further)
-        self.forces = {FORCE: effort} | {f"{FORCE}_at_{d or r}": e for e, d, r in further}
+        others = {f"at_{d or r}": Element(f"{FORCE}_at_{d or r}", d, r) for _, d, r in further}
+        self.forces = {FORCE: effort} | {
+            element.force: point[0] for element, point in zip(others.values(), further, strict=True)
+        }
         self.terms = tuple(self.forces)
         rows = {
             n: Variable("local", inner.table[e].unit, f"Force against {e}", name=n) for n, e in self.forces.items()
         }
-        elements = point_elements(deflection, rate, inner.table)
-        elements |= {f"at_{d or r}": Element(f"{FORCE}_at_{d or r}", d, r) for _, d, r in further}
-        self._complete({**inner.table, **rows}, elements, effects)
+        self._complete({**inner.table, **rows}, point_elements(deflection, rate, inner.table) | others, effects)
 
     def _with_terms(self, v: Scope, m: Any) -> dict[str, Any]:
         driving = {effort: v[effort] - v[force] for force, effort in self.forces.items()}
@@ -58,9 +59,9 @@ def with_force_element(component: Component) -> Component:
     itself.
 
     Where no input is a force or a torque, the element is at the acceleration, if there is one only, and its force is
-    per unit of inertia: of several accelerations and of a mass matrix the reaction to a force is not known. A rate
-    without a deflection among the states, as that of a wheel, is a point as well if no other rate has one. Without a
-    point for an element the component is returned unchanged.
+    per unit of inertia: of several accelerations and of a mass matrix the reaction to a force is not known. Where no
+    state is the derivative of another one, a linear or angular rate is a point without a deflection, as of a wheel.
+    Without a point for an element the component is returned unchanged.
     """
     from fmus.equations.sympy_form import symbolic  # noqa: PLC0415 - imported on use: SymPy takes 0.4 s
 

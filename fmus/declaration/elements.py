@@ -12,10 +12,9 @@ from dataclasses import dataclass, fields
 class Element:
     """The variables of a force element of a component, by name.
 
-    force is a local variable [N or N.m], positive along the deflection [m or rad]. rate is the time derivative of
-    deflection, which is empty where only the rate is known. stiffness and damping are parameters; each is empty where
-    the element has none. `renamed` maps every
-    name, as from those of a part to those of its system.
+    force is a local variable [N or N.m], positive along the deflection [m or rad]. rate is the time derivative of the
+    deflection, whose name is empty where the component has the rate alone. stiffness and damping are parameters; each
+    is empty where the element has none. `renamed` maps every name, as from those of a part to those of its system.
 
         >>> arms = mf.Element("arm_torque", "arm_deflection", "arm_rate", stiffness="arm_stiffness")
         >>> arms.renamed(lambda name: f"device.{name}").force

@@ -15,6 +15,7 @@ from math import pi
 from fmus.support.errors import InputError
 
 POUND, GRAVITY = 0.45359237, 9.80665  # kg and m/s2, both exact by definition
+PARENTHESES = "a unit has no parentheses: all after the slash is the denominator, as in 1/V.s; "
 BASE = ("kg", "m", "s", "A", "K", "rad")
 
 # symbol: (factor to SI, exponents of BASE)
@@ -100,9 +101,9 @@ def unit(name: str) -> Unit:
         for token in re.split(r"[.*·⋅]|-(?=[^\d])", side):
             match = re.fullmatch(r"(1|%|°|[A-Za-z]+)(?:\^?(-?\d+))?", token)
             if match is None or match[1] not in SYMBOLS:
-                advice = "written without parentheses, as 1/V.s: all after the slash is the denominator; " * ("(" in name)
                 raise InputError(
-                    f"unknown unit [{name}] at {token!r} ({advice}known symbols: {' '.join(sorted(SYMBOLS))})"
+                    f"unknown unit [{name}] at {token!r} ({PARENTHESES if '(' in name else ''}"
+                    f"known symbols: {' '.join(sorted(SYMBOLS))})"
                 )
             power = int(match[2] or 1) * (-1 if part else 1)
             scale, powers = SYMBOLS[match[1]]

@@ -88,7 +88,7 @@ class Effect:
     form: ClassVar[str] = ""
     element: ClassVar[str] = ""
     part: ClassVar[str] = "device"
-    # at elements of generic components: whether it reads their stiffness, or stands for one that is no parameter
+    # at elements of generic components: True for those with a stiffness only, False for those without, None for all
     of_stiffness: ClassVar[bool | None] = None
     flexible: ClassVar[bool] = False
     starts: ClassVar[Mapping[str, tuple[float, ...]]] = {}

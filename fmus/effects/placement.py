@@ -81,10 +81,10 @@ def _at_elements(component: Component, largest_rate: float) -> list[type[Effect]
 
 
 def _suits(law: type[Effect], element: Element) -> bool:
-    """Whether a law suits an element: with a share of the largest deflection, as a width of hysteresis, it needs a
-    deflection, and it may need a stiffness or none (`Effect.of_stiffness`)."""
-    known = law.of_stiffness is None or law.of_stiffness == bool(element.stiffness)
-    return known and bool(element.deflection or not law.relative)
+    """Whether a law can act at an element. A law whose starting values are shares of the largest deflection, as the
+    width of a hysteresis, needs a deflection; `Effect.of_stiffness` says which elements it suits."""
+    suits = law.of_stiffness is None or law.of_stiffness == bool(element.stiffness)
+    return suits and bool(element.deflection or not law.relative)
 
 
 def _at_signal(law: type[Effect], component: Component, name: str, level: float, period: float) -> type[Effect]:

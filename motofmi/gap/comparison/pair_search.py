@@ -41,6 +41,7 @@ def pairs(
 ) -> list[ComparedModel]:
     """The leading pairs evaluated on the blocks, and the best of them in other forms.
 
+    Other forms are left out where a single effect is sufficient by the one-standard-error rule (`simplest_form`).
     firsts are the single effects, the leading one first. An effect whose magnitude is not determined alone leads no
     pair; it may be in one that is selected jointly.
     """
@@ -55,8 +56,8 @@ def pairs(
     models = blocks.refined_and_evaluated([fits[effects] for effects in near[:LEADING_FAMILIES]], "comparing pairs")
     if not models:
         return []
-    best = simplest_sufficient([*firsts, *models])
-    if len(best.effects) < 2:
+    best = min(models, key=lambda m: m.losses.mean())
+    if len(simplest_sufficient([*firsts, best]).effects) < 2:
         return models
     others = [s for s in joint if s.families == best.families and frozenset(s.effects) not in fits]
     others.sort(key=lambda s: (sum(len(effect.free_parameters()) for effect in s.effects), -s.gain))

@@ -186,7 +186,7 @@ def limitations_of(found: Investigation, result: dict[str, Any], component: Comp
             vanished = row.min <= 0 and abs(value) < start / far
             sentences.append(
                 f"{name} was fitted to {value:.3g} {row.unit}, far from its start value {start:.3g}: "
-                + ("the data show nothing of it beside the effects." if vanished else "is a column's unit wrong?")
+                + ("the data are fitted as well without it." if vanished else "is a column's unit wrong?")
             )
     for run, zeros in zip(best.runs, sensor_offsets_of(best), strict=True):
         for name in found.experiment.sensor_offsets:

@@ -35,8 +35,8 @@ def fit_with(*effects, reduced):
         effects=effects, names=names, own=names, base=[], sizes=[], values=lambda q: dict.fromkeys(names, 0.1),
         component=SimpleNamespace(name="joint", table={n: SimpleNamespace(unit="N.m", min=0.0, max=np.inf) for n in names}),
         experiment=SimpleNamespace(
-            parameter=lambda effect, n: f"{effect.family}.{n}", own_values=False, sensor_offsets={}, free=[], outputs=["angle"],
-            component=SimpleNamespace(elements={"spring": None}, states=[]),
+            parameter=lambda effect, n: f"{effect.family}.{n}", own_values=False, sensor_offsets={}, free=[],
+            outputs=["angle"], component=SimpleNamespace(elements={"spring": None}, states=[]),
         ),
     )  # fmt: skip
     run = SimpleNamespace(name="run", noise_source="given")
@@ -152,7 +152,7 @@ def test_a_magnitude_at_its_bound_is_said_unless_the_bound_is_that_of_no_effect(
 
 @pytest.mark.usefixtures("without_sensor_offsets")
 @pytest.mark.parametrize(("start", "least", "said"), [
-    (1e3, 0.0, "the data show nothing of it beside the effects."),
+    (1e3, 0.0, "the data are fitted as well without it."),
     (1e3, 1e-9, "is a column's unit wrong?"),
     (1e-5, 0.0, "is a column's unit wrong?"),
 ])  # fmt: skip
@@ -167,7 +167,9 @@ def test_a_value_far_from_its_start_asks_for_the_unit_unless_it_vanished(start, 
 
 
 @pytest.mark.usefixtures("without_sensor_offsets")
-@pytest.mark.parametrize(("unit", "elements", "said"), [("1", {}, True), ("m", {}, False), ("1", {"spring": None}, False)])
+@pytest.mark.parametrize(
+    ("unit", "elements", "said"), [("1", {}, True), ("m", {}, False), ("1", {"spring": None}, False)]
+)
 def test_a_state_without_a_unit_has_no_laws_of_mechanics_which_is_said(unit, elements, said):
     found = fit_with(reduced=1.0)
     found.model.experiment.component = SimpleNamespace(

@@ -1,0 +1,73 @@
+"""Searches that the comparison leaves out: their results are known, or they cannot change the verdict."""
+
+import pytest
+
+from fmus.support.errors import InputError
+from motofmi.gap.comparison.compared_model import CommonBlocks
+from motofmi.gap.selection import any_component, by_comparison
+from motofmi.gap.validation import before_after
+from tests.motofmi.gap.comparison.test_leader_diverges import gap_of_friction
+
+
+@pytest.fixture
+def validated(monkeypatch):
+    """The arguments of the misfit before and after, of a comparison on blocks that names friction."""
+    kept, original = [], by_comparison.before_and_after
+    monkeypatch.setattr(any_component, "_leaves_noise", lambda *_: False)
+    monkeypatch.setattr(by_comparison, "before_and_after", lambda *given: kept.append(given) or original(*given))
+    assert [e["name"] for e in gap_of_friction()["effects"]] == ["coulomb_friction"]
+    return kept[-1]
+
+
+def test_fits_on_validation_runs_are_continued_with_the_same_misfit(monkeypatch, validated):
+    base, best, runs, criteria, known = validated
+    searched = before_after.before_and_after(base, best, runs, criteria)
+    monkeypatch.setattr(before_after, "_begun", lambda *_: pytest.fail("initial states are searched again"))
+    continued = before_after.before_and_after(base, best, runs, criteria, known)
+    for one, other in zip(searched, continued, strict=True):
+        # a search ends where a step gains less than 5e-2 of about 1e3 units of chi-square
+        assert one.chi2 == pytest.approx(other.chi2, rel=1e-3)
+
+
+def test_a_fit_that_cannot_be_simulated_again_is_searched(monkeypatch, validated):
+    _, best, runs, criteria, known = validated
+    searched, original, begun = before_after.on_validation_runs(best, runs, criteria), before_after._from, []
+
+    def diverging_once(*given):
+        begun.append(given)
+        if len(begun) == 1:
+            raise InputError("the simulation diverges")
+        return original(*given)
+
+    monkeypatch.setattr(before_after, "_from", diverging_once)
+    assert before_after.on_validation_runs(best, runs, criteria, known[1]).chi2 == pytest.approx(searched.chi2)
+
+
+def test_other_forms_of_a_pair_are_left_out_where_a_single_effect_is_sufficient(monkeypatch):
+    compared, original = [], CommonBlocks.refined_and_evaluated
+
+    def noted(blocks, fits, description):
+        compared.append(description)
+        return original(blocks, fits, description)
+
+    monkeypatch.setattr(any_component, "_leaves_noise", lambda *_: False)
+    monkeypatch.setattr(CommonBlocks, "refined_and_evaluated", noted)
+    gap_of_friction()
+    assert "comparing pairs" in compared and "comparing forms of a pair" not in compared
+
+
+@pytest.mark.parametrize("simulated", [True, False])
+def test_chi_square_is_searched_first_only_where_the_best_effect_can_be_simulated(monkeypatch, simulated):
+    order, continued = [], any_component.fit_or_none
+    for name in ("select_in_rounds", "compare"):
+        original = getattr(any_component, name)
+
+        def noted(*given, name=name, original=original):
+            order.append(name)
+            return original(*given)
+
+        monkeypatch.setattr(any_component, name, noted)
+    monkeypatch.setattr(any_component, "_leaves_noise", lambda *_: True)
+    monkeypatch.setattr(any_component, "fit_or_none", lambda *given: continued(*given) if simulated else None)
+    assert [e["name"] for e in gap_of_friction()["effects"]] == ["coulomb_friction"]
+    assert order[0] == ("select_in_rounds" if simulated else "compare")
