@@ -5,14 +5,15 @@ minima. Its result starts the fit over longer intervals, and finally over whole 
 component stay cut into intervals over which its free motion grows by at most GROWTH.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from fmus.support.deadline import time_is_up
 from fmus.support.errors import InputError
-from motofmi.gap.estimation.fit_result import Fit
+from fmus.support.parallel import in_background, parallel_map
+from motofmi.gap.estimation.fit_result import Fit, PortableFit
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.starting_values import MAX_ITERATIONS, first_values, poles
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
@@ -39,11 +40,8 @@ def initial_fit(model: FreeInitialStateModel, runs: Sequence[SampledRun]) -> Fit
     best: Fit | None = None
     for start in first_values(model, runs):
         before, of_start = best, None
-        for periods in (STRETCHES, STRETCHES[1:], ()):
-            try:
-                found = _staged(model, runs, start, periods, np.inf if best is None else OUT_OF_REACH * best.chi2)
-            except InputError:
-                continue
+        beat = np.inf if best is None else OUT_OF_REACH * best.chi2
+        for found in _from_start(model, runs, start, beat):
             again, same = (other is not None and _alike(found, other) for other in (before, of_start))
             best = found if best is None or found.reduced < best.reduced else best
             if best.reduced < GOOD or again or time_is_up():
@@ -63,14 +61,30 @@ def _alike(one: Fit, other: Fit) -> bool:
     return max(one.reduced, other.reduced) < (1 + SAME) * min(one.reduced, other.reduced)
 
 
-def _staged(
-    model: FreeInitialStateModel, runs: Sequence[SampledRun], start: np.ndarray, periods: Sequence[float], beat: float
-) -> Fit:
-    x = start
-    for each in periods:
-        short = [_excerpt(run, int(each * run.recording.rate / run.middle_frequency)) for run in runs]
-        x = fit(model, short, x, iterations=MAX_ITERATIONS).x
-    return fit(model, [stable_segments(model, x, run) for run in runs], x, iterations=MAX_ITERATIONS, beat=beat)
+def _from_start(
+    model: FreeInitialStateModel, runs: Sequence[SampledRun], start: np.ndarray, beat: float
+) -> Iterator[Fit]:
+    """The fits from a start that can be simulated: over all intervals, over the longer ones, over whole segments only.
+
+    The second one is computed while the first one is.
+    """
+
+    def staged(periods: Sequence[float]) -> tuple[PortableFit | None, np.ndarray]:
+        x = start
+        try:
+            for each in periods:
+                short = [_excerpt(run, int(each * run.recording.rate / run.middle_frequency)) for run in runs]
+                x = fit(model, short, x, iterations=MAX_ITERATIONS).x
+            stable = [stable_segments(model, x, run) for run in runs]
+            return PortableFit.of(fit(model, stable, x, iterations=MAX_ITERATIONS, beat=beat)), x
+        except InputError:
+            return None, x
+
+    with in_background(lambda: staged(STRETCHES[1:])) as second:
+        for made in (lambda: staged(STRETCHES), second, lambda: staged(())):
+            portable, x = made()
+            if portable is not None:
+                yield portable.on(model, [stable_segments(model, x, run) for run in runs])
 
 
 def _excerpt(run: SampledRun, length: int) -> SampledRun:
@@ -121,10 +135,13 @@ def with_best_interpolation(model: FreeInitialStateModel, found: Fit) -> Fit:
         is_rough(run.recording[n]) for run in runs for n in run.experiment.inputs if n != run.experiment.imposed
     ):
         return found
-    for kind in INTERPOLATIONS[1:]:
-        other = fit(model, [run.with_interpolation(kind) for run in runs], found.x)
-        if other.chi2 < CLOSER * found.chi2:
-            found = other
+    others = [[run.with_interpolation(kind) for run in runs] for kind in INTERPOLATIONS[1:]]
+    fits = parallel_map(
+        lambda other: PortableFit.of(fit(model, other, found.x)), others, "fitting with other interpolations"
+    )
+    for portable, other in zip(fits, others, strict=True):
+        if portable is not None and portable.chi2 < CLOSER * found.chi2:
+            found = portable.on(model, other)
     return found
 
 

@@ -178,7 +178,7 @@ def direction_of(
     columns = []
     for index, run in enumerate(with_initial_guesses(found.runs, initial_guesses(found.runs))):
         q = np.concatenate([found.of_run(index)[:shared], evaluated_at])
-        columns.append(model.reduced(run, q)[1][:, shared:])
+        columns.append(model.slopes(run, q)[:, shared:])
     sizes = [i for i, n in enumerate(own) if n not in effect.nonlinear_parameters()]
     slopes = np.zeros((len(basis), len(sizes)))
     slopes[: found.count] = np.concatenate(columns)[:, sizes]

@@ -79,7 +79,7 @@ def _signatures(found: Fit, effect: type[Effect], basis: np.ndarray) -> list[_Si
                 ]
             )
             columns = [
-                model.reduced(run, np.concatenate([found.of_run(i), start]))[1][:, len(found.model.names) :]
+                model.slopes(run, np.concatenate([found.of_run(i), start]))[:, len(found.model.names) :]
                 for i, run in enumerate(found.runs)
             ]
             slopes = np.zeros((len(found.residuals), len(sizes)))

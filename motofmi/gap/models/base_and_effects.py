@@ -29,6 +29,10 @@ class BaseAndEffects:
         self.rows: list[Variable] = [self.component.table[n] for n in self.own]
         self.signs = np.array([np.sign(self.component.values[n]) for n in self.base])
 
+    def slopes(self, run: Any, q: np.ndarray) -> np.ndarray:
+        """The derivatives (m, np) of the predicted data of a run over its standard deviation."""
+        return self.reduced(run, q)[1]  # type: ignore[attr-defined, no-any-return]  # of every model
+
     def unknowns(self, run: Any) -> int:
         """The number of unknowns of a single run that are eliminated besides the parameters."""
         return 0

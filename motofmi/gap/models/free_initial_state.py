@@ -37,6 +37,10 @@ class FreeInitialStateModel(InitialStateModel):
         parts = self._solved(run, q)
         return np.concatenate([part.output for part in parts]), np.concatenate([part.slopes for part in parts])
 
+    def slopes(self, run: Any, q: np.ndarray) -> np.ndarray:
+        """The derivatives (m, np) of `reduced`, at the initial states of the model that these effects were added to."""
+        return np.concatenate([part.slopes for part in self._at_known_initial(run, q) or self._solved(run, q)])
+
     def from_rest(self, run: SampledRun, q: np.ndarray) -> np.ndarray:
         """The outputs (n, outputs) of segments that start at rest. Raises InputError where one cannot be simulated."""
         rest = {i: np.zeros(len(self.equations.states)) for i in range(len(run.segments))}

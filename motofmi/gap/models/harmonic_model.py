@@ -88,6 +88,9 @@ class AnyModel(Protocol):
         run cannot be simulated.
         """
 
+    def slopes(self, run: Any, q: np.ndarray) -> np.ndarray:
+        """The derivatives (m, np) of `reduced` alone, at the initial states that are known of the run."""
+
     def unknowns(self, run: Any) -> int:
         """The number of unknowns of the run alone that are eliminated."""
 

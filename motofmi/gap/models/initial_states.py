@@ -97,6 +97,19 @@ class InitialStateModel(SegmentedModel):
         )
         return self._last(run, index) + move
 
+    def _at_known_initial(self, run: SampledRun, q: np.ndarray) -> list[_SegmentSolution]:
+        """Every segment from the initial states of this model, or of the one with the most of its effects, without a
+        search for better ones; none where the states of a segment are not known, or it cannot be simulated."""
+        every, known = range(len(run.segments)), {}
+        for i in every:
+            contained = (run.guess.get((*self.own[:count], i)) for count in range(len(self.own), -1, -1))
+            guess: dict[str, Any] = next(filter(None, contained), {})
+            if "initial" not in guess:
+                return []
+            known[i] = np.array([guess["initial"].get(n, 0.0) for n in self.equations.states])
+        found = self._segments(run, self._valued(run, q), known, steps=0)
+        return [found[i] for i in every] if len(found) == len(every) else []
+
     def _solved(self, run: SampledRun, q: np.ndarray) -> list[_SegmentSolution]:
         """Every segment from the last initial states of this model or another one; where the misfit is large,
         from new estimates."""
@@ -150,19 +163,21 @@ class InitialStateModel(SegmentedModel):
             length *= 3
         return x
 
-    def _segments(self, run: SampledRun, values: Mapping[str, float], initial: Initial) -> dict[int, _SegmentSolution]:
-        """Segments from the best initial states, by Gauss-Newton steps from guesses; those that cannot be
-        simulated are left out."""
+    def _segments(
+        self, run: SampledRun, values: Mapping[str, float], initial: Initial, steps: int = STEPS
+    ) -> dict[int, _SegmentSolution]:
+        """Segments from the best initial states, by at most so many Gauss-Newton steps from guesses; those that cannot
+        be simulated are left out."""
         best = self._from(run, values, initial)
-        steps = {i: begun.step for i, begun in best.items()}
-        for _ in range(STEPS):
+        moves = {i: begun.step for i, begun in best.items()}
+        for _ in range(steps):
             unconverged = [i for i, begun in best.items() if begun.gain >= SETTLED + SHARE * begun.rest]
-            others = self._from(run, values, {i: best[i].x + steps[i] for i in unconverged})
+            others = self._from(run, values, {i: best[i].x + moves[i] for i in unconverged})
             for i in unconverged:
                 if i in others and others[i].chi2 < best[i].chi2:
-                    best[i], steps[i] = others[i], others[i].step
+                    best[i], moves[i] = others[i], others[i].step
                 else:  # worse, or it cannot be simulated
-                    steps[i] = SHORTER * steps[i]
+                    moves[i] = SHORTER * moves[i]
         lags = {name: self._later(run, values, name, best) for name in self.lags}
         fitted_to_the_end = {}
         for i in (i for i in best if all(i in later for later in lags.values())):

@@ -99,7 +99,7 @@ def _slopes_with(
     vectors = [np.concatenate([found.of_run(i), zero]) for i in range(len(found.runs))]
     for vector in vectors:
         vector[[] if absent is None else [absent]] = 0.0
-    return np.concatenate([model.reduced(run, x)[1] for run, x in zip(found.runs, vectors, strict=True)])
+    return np.concatenate([model.slopes(run, x) for run, x in zip(found.runs, vectors, strict=True)])
 
 
 def _outside(slopes: np.ndarray, basis: np.ndarray) -> float:
