@@ -6,6 +6,7 @@ interpolated at earlier times.
 """
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 
@@ -30,6 +31,11 @@ def accelerated(experiment: VehicleOverSpeedExperiment) -> tuple[str, ...]:
 
 class WeakFormModel(LinearModel):
     """Accelerations at the measured states, for a fit."""
+
+    @cached_property
+    def accelerated(self) -> tuple[str, ...]:
+        """The states of the component whose derivatives are not states themselves."""
+        return accelerated(self.experiment)
 
     def reduced(self, run: WeakFormRun, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The weak form of the accelerations (m,) and its slopes (m, np), over the deviation."""
@@ -61,7 +67,7 @@ class WeakFormModel(LinearModel):
             inputs[name] = np.interp(time - values[delay], time, inputs[source])
         values |= {n: x[run.places] for n, x in {**inputs, "time": time}.items()}
         results = component.run(values, NUMERIC)
-        coupled = accelerated(self.experiment)
+        coupled = self.accelerated
         entries = component.mass_entries(values, NUMERIC)
         mass = np.array([[entries.get((a, b), float(a == b)) for b in coupled] for a in coupled], float)
         forces = np.array([results[f"der({n})"] for n in coupled])
