@@ -7,12 +7,13 @@ component stay cut into intervals over which its free motion grows by at most GR
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from fmus.support.deadline import time_is_up
 from fmus.support.errors import InputError
-from fmus.support.parallel import in_background, parallel_map
+from fmus.support.parallel import in_turn, parallel_map
 from motofmi.gap.estimation.fit_result import Fit, PortableFit
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.starting_values import MAX_ITERATIONS, first_values, poles
@@ -64,10 +65,7 @@ def _alike(one: Fit, other: Fit) -> bool:
 def _from_start(
     model: FreeInitialStateModel, runs: Sequence[SampledRun], start: np.ndarray, beat: float
 ) -> Iterator[Fit]:
-    """The fits from a start that can be simulated: over all intervals, over the longer ones, over whole segments only.
-
-    The second one is computed while the first one is.
-    """
+    """The fits from a start that can be simulated: over all intervals, over the longer ones, over whole segments only."""
 
     def staged(periods: Sequence[float]) -> tuple[PortableFit | None, np.ndarray]:
         x = start
@@ -80,11 +78,9 @@ def _from_start(
         except InputError:
             return None, x
 
-    with in_background(lambda: staged(STRETCHES[1:])) as second:
-        for made in (lambda: staged(STRETCHES), second, lambda: staged(())):
-            portable, x = made()
-            if portable is not None:
-                yield portable.on(model, [stable_segments(model, x, run) for run in runs])
+    for portable, x in in_turn([partial(staged, STRETCHES[skipped:]) for skipped in range(len(STRETCHES) + 1)]):
+        if portable is not None:
+            yield portable.on(model, [stable_segments(model, x, run) for run in runs])
 
 
 def _excerpt(run: SampledRun, length: int) -> SampledRun:

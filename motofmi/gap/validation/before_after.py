@@ -7,15 +7,18 @@ estimated, under the same prior, since a rider changes from run to run.
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from fmus.support.deadline import time_is_up
 from fmus.support.errors import InputError
+from fmus.support.parallel import in_turn
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.fit_result import (
     Fit,
+    PortableFit,
     initial_guesses,
     run_to_run_deviations,
     with_initial_guesses,
@@ -87,9 +90,16 @@ def _begun(found: Fit, run: AnyRun, criteria: Criteria) -> tuple[np.ndarray, Any
     if not offsets.any() or not found.model.effects:
         return np.zeros(len(places)), run
     shared, best = len(found.model.names), None
-    for share in OFFSET_STARTS:
+
+    def fit_from(share: float) -> PortableFit | None:
         with suppress(InputError):
-            made = fit(found.model, [run], np.concatenate([found.x[:shared], share * offsets]), frozen=range(shared))
+            x = np.concatenate([found.x[:shared], share * offsets])
+            return PortableFit.of(fit(found.model, [run], x, frozen=range(shared)))
+        return None
+
+    for portable in in_turn([partial(fit_from, share) for share in OFFSET_STARTS]):
+        if portable is not None:
+            made = portable.on(found.model, [run])
             again = best is not None and abs(made.chi2 - best.chi2) < SAME * best.chi2
             best = made if best is None or made.chi2 < best.chi2 else best
             if best.reduced < criteria.predicted_reduced_chi2 or again or time_is_up():

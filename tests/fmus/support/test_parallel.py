@@ -61,11 +61,32 @@ def test_a_result_from_the_background_is_there_when_it_is_asked_for(two_workers)
     assert between == [0, -1, -2, -3]
 
 
+def test_tasks_in_turn_are_those_that_are_asked_for(two_workers, tmp_path):
+    def of(number):
+        def task():
+            (tmp_path / str(number)).touch()
+            return number, os.getpid()
+
+        return task
+
+    results = list(parallel.in_turn([of(number) for number in range(3)]))
+    assert [number for number, _ in results] == [0, 1, 2]
+    own = os.getpid()
+    assert [process == own for _, process in results] == [True, False, True]
+    some = parallel.in_turn([of(number) for number in range(3, 7)])
+    assert next(some)[0] == 3
+    some.close()
+    assert not (tmp_path / "5").exists() and not (tmp_path / "6").exists()
+
+
 def test_one_processor_computes_in_this_process(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "1")
     assert parallel.processes() == 1
     with parallel.in_background(os.getpid) as here:
         assert here() == os.getpid() == parallel.parallel_map(lambda _: os.getpid(), [0, 1], "here")[0]
+    done = []
+    assert next(parallel.in_turn([lambda: done.append("first"), lambda: done.append("second")])) is None
+    assert done == ["first"]
 
 
 def test_an_unknown_start_method_is_refused(monkeypatch):

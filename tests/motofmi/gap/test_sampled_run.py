@@ -91,6 +91,29 @@ def test_slopes_of_the_reduced_output_with_the_initial_states_taken_out():
         assert 2 * residual @ slopes[:, i] == pytest.approx((up @ up - down @ down) / 2e-5, rel=1e-3, abs=1.0)
 
 
+def test_slopes_alone_are_those_of_the_reduced_output_without_further_simulations(monkeypatch):
+    run_ = joint_run({}, duration=6.0)
+    test = input_output_experiment(DrivenJoint(inertia=0.09, stiffness=13.0, damping=0.15), list(run_.columns))
+    run, base = prepare_sampled_run(run_, test), FreeInitialStateModel(test)
+    base.reduced(run, base.start())  # its initial states are known from here on
+    coulomb = next(e for e in laws_at(test.component) if e.form == "coulomb")
+    model = base.with_added_effects(coulomb)
+    q = np.append(base.start(), np.zeros(len(model.names) - len(base.names)))
+    searched = model.reduced(run.with_initial_guesses(run.guess), q)[1]
+
+    def no_search(*_):
+        raise AssertionError("initial states were searched for")
+
+    simulations = []
+    simulated = FreeInitialStateModel.simulated
+    monkeypatch.setattr(FreeInitialStateModel, "simulated", lambda *given: simulations.append(1) or simulated(*given))
+    monkeypatch.setattr(FreeInitialStateModel, "_extended", no_search)
+    alone = model.slopes(run.with_initial_guesses(run.guess), q)
+    assert len(simulations) == 1  # of all segments together
+    # The search changes the initial states by less than 1e-3 of their effect on the slopes.
+    assert alone == pytest.approx(searched, abs=1e-3 * np.abs(searched).max())
+
+
 def one_segment(run, index):
     """The run with one of its segments only, and the initial guess of that one."""
     whole, rows = run.reduction, run.reduction.rows[index]
