@@ -11,6 +11,7 @@ that a motion drives, or no mechanism: its inputs and outputs have the laws of `
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import permutations
+from math import inf
 
 from fmus.declaration.component import Component
 from fmus.declaration.elements import Element
@@ -43,13 +44,13 @@ Range = tuple[float, float]
 
 def laws_at(component: Component, largest_rate: float = 1.0, inputs: Mapping[str, float] | None = None,
             outputs: Mapping[str, float] | None = None, states: Mapping[str, Range] | None = None,
-            period: float = 1.0) -> list[type[Effect]]:  # fmt: skip
+            period: float = inf) -> list[type[Effect]]:  # fmt: skip
     """The effects that can act on a component, with starting values scaled to the motion.
 
     largest_rate is the largest rate of the elements; inputs and outputs are those with an actuator or a sensor, with
     their largest values; states are those that may have further rates, with their ranges; period is that of the motion
     [s]. By default every input has an actuator, of the largest value 1, no output has a sensor, and the threshold of
-    a state has no bounds.
+    a state, a delay and the time constant of a lag have no bounds.
     """
     levels = dict.fromkeys(component.inputs, 1.0) if inputs is None else dict(inputs)
     readings = dict(outputs or {})
@@ -88,10 +89,16 @@ def _suits(law: type[Effect], element: Element) -> bool:
 
 
 def _at_signal(law: type[Effect], component: Component, name: str, level: float, period: float) -> type[Effect]:
-    """A law at an input or an output whose largest value is `level`."""
-    scale = dict.fromkeys(law.relative_to_level, level) | dict.fromkeys(law.relative_to_period, period)
+    """A law at an input or an output whose largest value is `level`.
+
+    A time constant is at most a period: a slower lag is an integrator, of which share over time constant is known
+    alone.
+    """
+    scale = dict.fromkeys(law.relative_to_level, level)
+    scale |= dict.fromkeys(law.relative_to_period if period < inf else (), period)
+    times = {n: replace(law.declared[n], max=period) for n in law.relative_to_period}
     return _placed(law, name, f"{law.form}_{name}", _scaled(law, scale),
-                   **_rows(law, component.table[name].unit, level))
+                   **_rows(law, component.table[name].unit, level), **times)
 
 
 def _at_states(component: Component, ranges: Mapping[str, Range] | None) -> list[type[Effect]]:

@@ -3,6 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from fmus.effects.added_terms import added_terms
 from motofmi.gap.comparison.closable import closed_share
 from motofmi.gap.estimation.fit_result import Fit, parameters_of_effect
@@ -62,5 +64,12 @@ def undetermined(parameters: Mapping[str, tuple[float, float, str]], errors: flo
 
 
 def with_errors(parameters: Mapping[str, tuple[float, float, str]]) -> dict[str, dict[str, Any]]:
-    """Parameters under the keys of the file, from value, standard error and unit."""
-    return {n: {"value": v, "standard_error": e, "unit": u} for n, (v, e, u) in parameters.items()}
+    """Parameters under the keys of the file, from value, standard error and unit.
+
+    The error of a parameter without influence on the data is None.
+    """
+    return {
+        n: {"value": v, "standard_error": e if np.isfinite(e) else None, "unit": u}
+        for n, (v, e, u) in parameters.items()
+    }
+

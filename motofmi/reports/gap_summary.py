@@ -114,7 +114,13 @@ def _values(effect: dict[str, Any]) -> str:
 
 def _value(name: str, parameter: dict[str, Any]) -> str:
     unit = "" if parameter["unit"] == "1" else f" {parameter['unit']}"
-    return f"{name} = {parameter['value']:.4g} +- {parameter['standard_error']:.2g}{unit}"
+    return f"{name} = {parameter['value']:.4g} +- {error_text(parameter)}{unit}"
+
+
+def error_text(parameter: dict[str, Any]) -> str:
+    """The standard error of a parameter; infinite for one without influence on the data."""
+    error = parameter["standard_error"]
+    return "inf" if error is None else f"{error:.2g}"
 
 
 def next_run(result: dict[str, Any]) -> str:

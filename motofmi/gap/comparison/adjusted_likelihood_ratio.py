@@ -44,7 +44,10 @@ def adjusted_errors(found: Fit, errors: np.ndarray, simpler: Sequence[Fit], leas
     for effect in found.model.effects:
         places, others = magnitudes_of(found, effect), places_of(found, effect, effect.free_parameters())
         sizes, without = found.x[places], _without(found, effect, simpler)
-        if has_states(effect) or without is None or not rigid[places].all() or not determined[others].any():
+        without_influence = not np.all(np.isfinite(errors[places]))
+        if has_states(effect) or without is None or without_influence:
+            continue
+        if not rigid[places].all() or not determined[others].any():
             continue
         by_wald = float(sizes @ np.linalg.pinv(covariance[np.ix_(places, places)]) @ sizes)
         least_factor = _factor(by_wald, without.chi2 - found.chi2)  # a refit only decreases the ratio

@@ -193,8 +193,10 @@ def sensor_offsets_of(found: Fit) -> list[dict[str, tuple[float, float]]]:
 
 
 def standard_errors(covariance: np.ndarray) -> np.ndarray:
-    """The standard errors (n,) of a covariance (n, n)."""
-    return np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    """The standard errors (n,) of a covariance (n, n); infinite for a parameter without influence on the data, whose
+    variance is zero in a pseudo-inverse."""
+    variance = np.maximum(np.diag(covariance), 0.0)
+    return np.where(variance > 0, np.sqrt(variance), np.inf)
 
 
 def places_of(found: Fit, effect: type[Effect], names: Sequence[str]) -> list[int]:

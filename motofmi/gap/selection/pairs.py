@@ -12,8 +12,6 @@ adequate, and the second effect leads all others clearly.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from fmus.effects import Effect
 from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
@@ -28,7 +26,7 @@ from motofmi.gap.estimation.candidate import (
     undetermined_magnitude,
 )
 from motofmi.gap.estimation.effect_fit import as_found, fit_each
-from motofmi.gap.estimation.fit_result import Fit, PortableFit, penalty
+from motofmi.gap.estimation.fit_result import Fit, PortableFit, penalty, standard_errors
 from motofmi.gap.estimation.fitting import fit, fit_or_none
 from motofmi.gap.estimation.screening import screen
 from motofmi.gap.selection.candidate_search import NEAR_SHARE, search_candidates
@@ -115,7 +113,7 @@ def pairs_of(
 def _determined(found: Fit, criteria: Criteria) -> bool:
     """Whether the data determine the magnitude of every effect: beside a right effect the other of a pair may
     vanish."""
-    errors = np.sqrt(np.maximum(np.diag(found.covariance()), 0.0))
+    errors = standard_errors(found.covariance())
     return undetermined_magnitude(found, errors, criteria) is None
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
+from motofmi.gap.alternatives import with_errors
 from motofmi.gap.estimation.fit_result import parameters_of
 from motofmi.gap.experiments.vehicle_over_speed import VehicleOverSpeedExperiment
 from motofmi.gap.selection.result import Verdict
@@ -65,9 +66,7 @@ def with_matrix_entries(
 ) -> dict[str, Any]:
     """The contents with the fitted entries of given matrices added to `base`."""
     fitted = parameters_of(verdict.best)
-    contents["base"] |= {
-        n: dict(zip(("value", "standard_error", "unit"), fitted[n], strict=True)) for n in experiment.unrestricted
-    }
+    contents["base"] |= with_errors({n: fitted[n] for n in experiment.unrestricted})
     return contents
 
 

@@ -84,6 +84,17 @@ def test_laws_between_an_output_and_its_recording():
     assert found["der(sensor_lag.following)"] == pytest.approx((0.3 - 0.1) / 4.0)
 
 
+def test_times_are_bounded_by_the_period_where_one_is_known():
+    def longest(**period: float) -> dict[str, float]:
+        every = laws_at(Tanks(), 1.0, {"pump": 10.0}, {"level": 0.4}, RANGES, **period)
+        names = {"input_lag": "time_constant", "sensor_lag": "time_constant", "channel_delay": "delay"}
+        return {e.family: e.declared[names[e.family]].max for e in every if e.family in names}
+
+    assert longest(period=100.0) == {"input_lag": 100.0, "sensor_lag": 100.0, "channel_delay": 25.0}
+    # A value file is read without a motion: it may hold the values of any.
+    assert set(longest().values()) == {np.inf}
+
+
 class Motor(Component):
     """A motor whose current is a state beside deflection and rate."""
 

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from motofmi.gap import verdict
+from motofmi.gap.alternatives import with_errors
 from motofmi.gap.criteria import Criteria
+from motofmi.gap.estimation.fit_result import standard_errors
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
@@ -161,6 +163,16 @@ def test_a_tie_shows_each_model_with_its_values_and_share():
     )
     assert len(others) == 4 and "closes" not in others[0]
     assert rest == "possible: 2 more, in `alternatives` of verdict.json"
+
+
+def test_the_error_of_a_parameter_without_influence_is_infinite():
+    assert standard_errors(np.diag([4.0, 0.0])).tolist() == [2.0, np.inf]
+    found = drawn(np.random.default_rng(0))
+    effect = {"name": "backlash", "form": "sharp", "sentence": "Play.", "equations": [],
+              "parameters": with_errors({"gap": (1e9, np.inf, "rad"), "stiffness": (3.0, 0.5, "N.m/rad")})}  # fmt: skip
+    assert effect["parameters"]["gap"]["standard_error"] is None  # JSON knows no infinity
+    (line,) = laws(found | {"verdict": "named", "effects": [effect]})
+    assert line.endswith("gap = 1e+09 +- inf rad, stiffness = 3 +- 0.5 N.m/rad")
 
 
 def test_an_unknown_verdict_has_its_reason_before_the_nearest_model():
