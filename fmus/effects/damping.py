@@ -64,6 +64,7 @@ class DampingAsymmetry(Effect):
     """The damper is stiffer in one direction than in the other."""
 
     family, form, element = "damping_asymmetry", "bilinear", "spring"
+    both_ways: ClassVar = True
     ratio = parameter(
         "1", "Difference of the two damping coefficients over their sum", symbol="r_c", min=-1, max=1, start=0.05
     )
@@ -77,6 +78,7 @@ class QuadraticDampingAsymmetry(Effect):
     """The damper is stiffer in one direction, with a difference in proportion to the rate."""
 
     family, form, element = "damping_asymmetry", "quadratic", "spring"
+    both_ways: ClassVar = True
     even_coefficient = parameter("N.m.s2/rad2", "Even quadratic part of the damper's force", symbol="c_e", start=1.0)
 
     @adds_to("force")

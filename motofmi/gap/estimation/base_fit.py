@@ -104,6 +104,9 @@ def _scaled(
         states = {} if experiment.imposed else _ranges(initial)
         period = float(np.median([1 / run.middle_frequency for run in runs]))
         library = laws_at(experiment.component, rate, inputs, outputs, states, period)
+        one_way = {name for name, element in experiment.component.elements.items()
+                   if all(element.rate in run.one_way_rates for run in runs)}  # fmt: skip
+        library = [effect for effect in library if not (effect.both_ways and effect.element in one_way)]
     model = FreeInitialStateModel(experiment)
     noisy = [_with_interpolation_error(model, run) for run in known_noise(initial.runs, noise)]
     return fit(model, noisy, model.start()), list(library)

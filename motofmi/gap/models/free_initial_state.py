@@ -49,7 +49,7 @@ class FreeInitialStateModel(InitialStateModel):
     def unknowns(self, run: Any) -> int:
         """The number of initial states and sensor offsets of all segments."""
         offsets = sum(last - first >= OFFSET_SAMPLES for first, last in run.segments)
-        return len(run.segments) * len(self.equations.states) + offsets * run.measured.shape[1]
+        return len(run.segments) * len(self.equations.states) + offsets * int(np.sum(run.with_offset))
 
     def with_remaining_noise(self, run: Any, q: np.ndarray) -> Any:
         """The run with the noise that a flexible model leaves of the residuals; never more than
@@ -78,7 +78,7 @@ class FreeInitialStateModel(InitialStateModel):
         for (first, last), (outputs, _) in zip(run.segments, self._traces(run, values, initial), strict=True):
             left = run.measured[first:last] - outputs
             counts = np.ones_like(left, bool) if run.reduction.compared is None else run.reduction.compared[first:last]
-            offset = np.sum(left * counts, axis=0) / np.maximum(counts.sum(axis=0), 1)
+            offset = run.with_offset * np.sum(left * counts, axis=0) / np.maximum(counts.sum(axis=0), 1)
             residuals.append(np.where(counts, left - offset, 0.0))
         deflections, rates, linear = self._signals(run, values, initial)
         return np.concatenate(residuals), deflections, rates, linear

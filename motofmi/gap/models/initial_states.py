@@ -242,12 +242,12 @@ class InitialStateModel(SegmentedModel):
         """One segment of a trajectory: residuals, and the Gauss-Newton step of the initial states."""
         (first, last), rows = run.segments[index], run.reduction.rows[index]
         ny, nx, deviation = run.measured.shape[1], len(x), run.deviation[rows]
-        count = ny if last - first >= OFFSET_SAMPLES else 0
-        stack = np.zeros((last - first, ny, 1 + nx + count))
+        offsets = np.eye(ny)[:, run.with_offset if last - first >= OFFSET_SAMPLES else []]
+        stack = np.zeros((last - first, ny, 1 + nx + offsets.shape[1]))
         stack[:, :, 0] = made.outputs[where]
         if nx:
             stack[:, :, 1 : 1 + nx] = made.initial_slopes[where]  # type: ignore[index]  # asked for by states
-        stack[:, :, 1 + nx :] = np.eye(ny)[:, :count]
+        stack[:, :, 1 + nx :] = offsets
         z = run.reduction.reduce(stack, index, first) / deviation[:, None]
         left, tangent = z[:, 0] - run.data[rows] / deviation, z[:, 1:]
         u, size, vt = np.linalg.svd(tangent, full_matrices=False)
@@ -256,7 +256,7 @@ class InitialStateModel(SegmentedModel):
         states_of_taken = (vt[kept].T / size[kept])[:nx]
         step = -states_of_taken @ pull
         gain = float(np.sum((tangent[:, :nx] @ step) ** 2))
-        offsets = np.linalg.qr(tangent[:, nx:])[0].T @ left
+        of_offsets = np.linalg.qr(tangent[:, nx:])[0].T @ left
         return _SegmentStart(
             x,
             left,
@@ -264,7 +264,7 @@ class InitialStateModel(SegmentedModel):
             states_of_taken,
             step,
             gain,
-            float(left @ left - offsets @ offsets),
+            float(left @ left - of_offsets @ of_offsets),
             float(left @ left - pull @ pull),
             made,
             where,

@@ -33,6 +33,7 @@ from motofmi.gap.preprocessing.input_interpolation import (
     resolved_frequency,
 )
 from motofmi.gap.preprocessing.mains_interference import without_mains_interference
+from motofmi.gap.preprocessing.one_way import ONE_WAY, one_way_rates
 from motofmi.gap.preprocessing.segments import LEAST_LENGTH, segments_of
 from motofmi.gap.preprocessing.undisturbed_intervals import uninterrupted
 from motofmi.recordings.recording import Recording
@@ -78,6 +79,7 @@ class SampledRun:
     notes: tuple[str, ...] = ()
     noise_from_model: bool = False
     kind: str = INTERPOLATIONS[0]  # interpolation of the inputs
+    one_way_rates: frozenset[str] = frozenset()  # recorded rates of elements that have one sign
     input_variance: np.ndarray | None = None  # (m,) variance due to the inputs between their samples
     # (n,) the longest segment [samples] at each sample over which an unstable free motion does not grow too far
     stable_length: np.ndarray | None = None
@@ -211,6 +213,13 @@ class SampledRun:
         return max(mean * self.recording.rate, 2 / self.duration)
 
     @property
+    def with_offset(self) -> np.ndarray:
+        """Whether the offset of each output's sensor is unknown (outputs,); see `one_way` for the others."""
+        elements = self.experiment.component.elements.values()
+        alone = {e.rate for e in elements if e.rate in self.one_way_rates and e.deflection not in self.recording.columns}
+        return np.array([name not in alone for name in self.experiment.outputs])
+
+    @property
     def motion_variance(self) -> np.ndarray:
         """The variance (outputs,) of the outputs about their means in each segment.
 
@@ -252,7 +261,9 @@ def prepare_sampled_run(recording: Recording, experiment: InputOutputExperiment)
                 f"{recording.name}: no excitation: {name} is white noise of {np.std(y):.2g} {unit} (rms), unrelated to "
                 "the inputs; record a run in which it moves"
             )
-    return sampled_run(recording, experiment, notes, limits)
+    run = sampled_run(recording, experiment, notes, limits)
+    known = [n for n, unknown in zip(experiment.outputs, run.with_offset, strict=True) if not unknown]
+    return replace(run, notes=(*run.notes, *(ONE_WAY.format(recording.name, name) for name in known)))
 
 
 def sampled_run(
@@ -300,6 +311,7 @@ def sampled_run(
         segments=intervals,
         steps_per_sample=steps_per_sample,
         reduction=reduction,
+        one_way_rates=one_way_rates(recording, experiment.component.elements.values()),
         densities=densities,
         noise_source="",
         data=reduction.reduce(measured),

@@ -1,0 +1,32 @@
+"""Recorded rates with one sign, as of a coast-down.
+
+    x' = -(d x + f) / J,  y = x + o:    y' = -(d y + f - d o) / J
+
+While a mass moves one way, dry friction f is a constant force, and so is the effect of an offset o of the rate's sensor
+beside a linear damper: they are not distinguishable. The offset is taken as zero there, since tachometers and encoders
+have none. An asymmetry of damping has no meaning there either.
+"""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from fmus.declaration.elements import Element
+from motofmi.recordings.recording import Recording
+
+OTHER_WAY = 0.01  # share of the travel against the direction of the motion, below which a motion is one-way
+ONE_WAY = (
+    "{}: {} has one sign: the offset of its sensor is taken as zero, since it is not distinguishable from dry friction; "
+    "a run in the other direction would distinguish them"
+)
+
+
+def one_way_rates(recording: Recording, elements: Iterable[Element]) -> frozenset[str]:
+    """The recorded rates of elements that have one sign, except for noise about standstill."""
+    rates = {element.rate for element in elements if element.rate in recording.columns}
+    return frozenset(name for name in rates if _is_one_way(recording[name]))
+
+
+def _is_one_way(rate: np.ndarray) -> bool:
+    there, back = np.sum(np.maximum(rate, 0.0)), np.sum(np.maximum(-rate, 0.0))
+    return bool(min(there, back) < OTHER_WAY * (there + back))

@@ -1,0 +1,75 @@
+"""The gap workflow on coast-downs whose speed alone is recorded, from their exact solutions.
+
+    v' = -(f + k v^2):   v = sqrt(f / k) tan(atan(v0 sqrt(k / f)) - sqrt(f k) t)
+"""
+
+import numpy as np
+import pytest
+
+import motofmi as mf
+from fmus import Component, parameter, state
+from motofmi.gap.preprocessing.one_way import one_way_rates
+from motofmi.recordings.recording import Recording
+
+FRICTION, DRAG, DAMPING = 0.2, 0.003, 0.03  # per unit of mass: N/kg, N.s2/(m2.kg), 1/s
+EXACT = {
+    "nothing": lambda t, v0: v0 * np.exp(-DAMPING * t),
+    "friction": lambda t, v0: v0 - FRICTION * t,
+    "drag": lambda t, v0: 1 / (1 / v0 + DRAG * t),
+    "both": lambda t, v0: np.sqrt(FRICTION / DRAG)
+    * np.tan(np.arctan(v0 * np.sqrt(DRAG / FRICTION)) - np.sqrt(FRICTION * DRAG) * t),
+}
+
+
+class Drum(Component):
+    """A drum that coasts down."""
+
+    decay = parameter("1/s", "Damping per unit of mass", min=0, start=0.003)
+    speed = state("m/s", "Speed", exposed=True, start=26.0)
+
+    def equations(self, v, m):
+        return {"der(speed)": -v.decay * v.speed}
+
+
+def coast_down(hidden: str, seed: int, v0: float) -> Recording:
+    """60 s, or down to 0.5 m/s, with noise of 0.01 m/s."""
+    time = np.arange(0, 60, 0.05)
+    speed = EXACT[hidden](time, v0)
+    until = int(np.argmax(speed < 0.5)) or len(time)
+    noise = 0.01 * np.random.default_rng(seed).standard_normal(until)
+    return Recording(f"run_{seed}", time[:until], {"speed": speed[:until] + noise}, {"speed": "m/s"})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("hidden", EXACT)
+def test_the_friction_and_the_drag_of_a_coast_down_are_named(hidden):
+    """Without a limit on the offset of the speed's sensor, friction beside linear damping would be an offset."""
+    fitted = [coast_down(hidden, 1, 20.0), coast_down(hidden, 3, 12.0)]
+    result = mf.find_gap(fitted, validation=[coast_down(hidden, 2, 16.0)], component=Drum())
+    found = {e["name"]: e["parameters"] for e in result.effects}
+    expected = {
+        "nothing": {},
+        "friction": {"coulomb_friction": ("friction_torque", FRICTION)},
+        "drag": {"progressive_damping": ("coefficient", DRAG)},
+    }
+    of_both = expected["friction"] | expected["drag"]
+    assert result.verdict == ("named" if hidden != "nothing" else "none")
+    assert set(found) == set(expected.get(hidden, of_both))
+    for name, (parameter_, value) in expected.get(hidden, of_both).items():
+        known = found[name][parameter_]
+        # four standard errors; 1e-3 for the transition of friction through zero rate, which is not reached
+        assert known["value"] == pytest.approx(value, abs=4 * known["standard_error"] + 1e-3 * value)
+    assert "run_1: speed has one sign" in " ".join(result.limitations)
+
+
+def test_a_rate_has_one_sign_apart_from_noise_about_standstill():
+    run = coast_down("both", 1, 20.0)
+    elements = mf.mechanism("mass_spring_damper").elements.values()
+
+    def one_way(velocity: np.ndarray) -> frozenset[str]:
+        return one_way_rates(Recording("run", run.time, {"velocity": velocity}, {"velocity": "m/s"}), elements)
+
+    speed, wave = run["speed"], np.sin(run.time)
+    assert one_way(speed) == one_way(-speed) == {"velocity"}
+    assert one_way(speed - 0.52) == {"velocity"}  # noise of 0.01 about zero at the end
+    assert one_way(wave) == one_way(speed - 5.0) == frozenset()
