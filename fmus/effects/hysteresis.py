@@ -32,6 +32,7 @@ class DahlHysteresis(Effect):
     """The force lags behind the deflection: hysteresis with a smooth loop."""
 
     family, form, element = "hysteresis", "dahl", "spring"
+    both_ways: ClassVar = True
     force = parameter("N.m", "Largest force of the sticking part", symbol="F_h", min=0, start=1.0)
     width = parameter("rad", "Deflection at which the loop has closed", symbol="w", min=1e-6, start=0.02)
     sticking = state("1", "Force of the sticking part relative to its maximum", symbol="z")
@@ -109,6 +110,7 @@ class IwanHysteresis(Effect):
     """The force lags behind the deflection: sliders of several widths."""
 
     family, form, element, flexible = "hysteresis", "iwan", "spring", True
+    both_ways: ClassVar = True
     force = parameter("N.m", "Largest force of the narrow slider", symbol="F_1", min=0, start=1.0)
     middle_force = parameter("N.m", "Largest force of the middle slider", symbol="F_2", min=0, start=1.0)
     wide_force = parameter("N.m", "Largest force of the wide slider", symbol="F_3", min=0, start=1.0)

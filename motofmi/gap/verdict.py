@@ -71,7 +71,7 @@ def as_result(verdict: Verdict, unit: str, noise_source: str = "orders", cells: 
 def _limitations(verdict: Verdict) -> list[str]:
     """The assumptions of the verdict, and the questions that the data do not decide."""
     sentences = list(verdict.comparison.outcome.sentences) if verdict.comparison else []
-    for candidate in verdict.effects if verdict.comparison else []:
+    for candidate in verdict.effects:
         if names := unidentified(verdict, candidate.effect):
             sentences.append(
                 f"{candidate.family}: {' and '.join(names)} {'are' if names[1:] else 'is'} not identifiable from these "
@@ -226,8 +226,11 @@ def _candidate(
 
 
 def unidentified(verdict: Verdict, effect: type[Effect]) -> list[str]:
-    """The parameters of an effect that a comparison on blocks does not distinguish from zero: no values of them."""
-    if verdict.comparison is None:
+    """The parameters of an effect that the data do not distinguish from zero: no values of them.
+
+    The list is empty where the effect is not in the best fit, or has a prior, with which every value is known.
+    """
+    if effect not in verdict.best.model.effects or effect.prior is not None:
         return []
     return undetermined(parameters_of_effect(verdict.best, effect), verdict.criteria.value_errors)
 

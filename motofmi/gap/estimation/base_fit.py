@@ -22,6 +22,7 @@ from motofmi.gap.experiments.input_output import InputOutputExperiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.input_interpolation import INTERPOLATIONS, SMOOTHER
 from motofmi.gap.preprocessing.noise_sources import known_noise
+from motofmi.gap.preprocessing.one_way import is_one_way
 from motofmi.gap.preprocessing.sampled_run import SampledRun
 
 # Ratio of equation errors above which signs of stiffnesses are those before a change: without the sine of a pendulum
@@ -104,8 +105,7 @@ def _scaled(
         states = {} if experiment.imposed else _ranges(initial)
         period = float(np.median([1 / run.middle_frequency for run in runs]))
         library = laws_at(experiment.component, rate, inputs, outputs, states, period)
-        one_way = {name for name, element in experiment.component.elements.items()
-                   if all(element.rate in run.one_way_rates for run in runs)}  # fmt: skip
+        one_way = _one_way_elements(initial)
         library = [effect for effect in library if not (effect.both_ways and effect.element in one_way)]
     model = FreeInitialStateModel(experiment)
     noisy = [_with_interpolation_error(model, run) for run in known_noise(initial.runs, noise)]
@@ -142,6 +142,22 @@ def largest_motion(found: Fit) -> tuple[float, float]:
         if deflections:
             sizes.append((np.quantile(np.abs(deflections[0]), 0.999), np.quantile(np.abs(rates[0]), 0.999)))
     return tuple(float(max(s)) for s in zip(*sizes, strict=True)) if sizes else (1.0, 1.0)  # type: ignore[return-value]
+
+
+def _one_way_elements(found: Fit) -> set[str]:
+    """The elements whose rate has one sign in every run: the recorded one, else that of the fit."""
+    model: Any = found.model
+    elements = found.model.experiment.component.elements
+    pairs = list(dict.fromkeys((e.deflection or e.rate, e.rate) for e in elements.values() if e.rate))
+    one_way = set(pairs)
+    for index, run in enumerate(found.runs):
+        _, _, rates, _ = model.residuals_and_motion(run, found.of_run(index))
+        one_way &= {
+            pair
+            for pair, rate in zip(pairs, rates, strict=False)
+            if is_one_way(run.recording[pair[1]] if pair[1] in run.recording.columns else rate)
+        }
+    return {name for name, e in elements.items() if (e.deflection or e.rate, e.rate) in one_way}
 
 
 def _largest(runs: Sequence[SampledRun], names: Sequence[str]) -> dict[str, float]:

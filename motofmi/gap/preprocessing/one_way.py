@@ -4,7 +4,8 @@
 
 While a mass moves one way, dry friction f is a constant force, and so is the effect of an offset o of the rate's sensor
 beside a linear damper: they are not distinguishable. The offset is taken as zero there, since tachometers and encoders
-have none. An asymmetry of damping has no meaning there either.
+have none. A hysteresis and an asymmetry of damping have no meaning there either: without a reversal their forces are
+those of friction and drag.
 """
 
 from collections.abc import Iterable
@@ -24,9 +25,10 @@ ONE_WAY = (
 def one_way_rates(recording: Recording, elements: Iterable[Element]) -> frozenset[str]:
     """The recorded rates of elements that have one sign, except for noise about standstill."""
     rates = {element.rate for element in elements if element.rate in recording.columns}
-    return frozenset(name for name in rates if _is_one_way(recording[name]))
+    return frozenset(name for name in rates if is_one_way(recording[name]))
 
 
-def _is_one_way(rate: np.ndarray) -> bool:
+def is_one_way(rate: np.ndarray) -> bool:
+    """Whether a rate (n,) has one sign, except for noise about standstill."""
     there, back = np.sum(np.maximum(rate, 0.0)), np.sum(np.maximum(-rate, 0.0))
     return bool(min(there, back) < OTHER_WAY * (there + back))

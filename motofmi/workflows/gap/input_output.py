@@ -189,12 +189,13 @@ def limitations_of(found: Investigation, result: dict[str, Any], component: Comp
                 + ("the data are fitted as well without it." if vanished else "is a column's unit wrong?")
             )
     for run, zeros in zip(best.runs, sensor_offsets_of(best), strict=True):
+        friction = ", dry friction (the rate has one sign)" if getattr(run, "one_way_rates", ()) else ""
         for name in found.experiment.sensor_offsets:
             value, error = zeros[sensor_offset_parameter(name)]
             if abs(value) > criteria.sensor_offset_errors * error:
                 sentences.append(f"The {name} of {run.name} is fitted as the recorded values plus {value:.2g} "
-                                 f"{run.recording.units[name]} (standard error {error:.1g}): a sensor offset, or "
-                                 "another constant input.")  # fmt: skip
+                                 f"{run.recording.units[name]} (standard error {error:.1g}): a sensor offset"
+                                 f"{friction}, or another constant input.")  # fmt: skip
     gap = result["gap"]
     share = criteria.validation_warning_share
     by_chi_square = found.verdict.comparison is None and result["verdict"] == "named"

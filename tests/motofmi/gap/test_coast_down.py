@@ -62,6 +62,31 @@ def test_the_friction_and_the_drag_of_a_coast_down_are_named(hidden):
     assert "run_1: speed has one sign" in " ".join(result.limitations)
 
 
+class Wheel(Component):
+    """A wheel whose angle is recorded."""
+
+    decay = parameter("1/s", "Damping per unit of inertia", min=0, start=0.01)
+    angle = state("rad", "Angle", exposed=True)
+    rate = state("rad/s", "Rate")
+
+    def equations(self, v, m):
+        return {"der(angle)": v.rate, "der(rate)": -v.decay * v.rate}
+
+
+@pytest.mark.slow
+def test_friction_is_no_hysteresis_where_a_motion_is_never_reversed():
+    def slowing(seed: int, v0: float) -> Recording:
+        time = np.arange(0, 30, 0.02)
+        angle = v0 * time - FRICTION * time**2 / 2 + 1e-3 * np.random.default_rng(seed).standard_normal(len(time))
+        return Recording(f"run_{seed}", time, {"angle": angle}, {"angle": "rad"})
+
+    result = mf.find_gap([slowing(1, 20.0), slowing(3, 12.0)], validation=[slowing(2, 16.0)], component=Wheel())
+    (effect,) = result.effects
+    torque = effect["parameters"]["friction_torque"]
+    assert (result.verdict, effect["name"], result.tied) == ("named", "coulomb_friction", [])
+    assert torque["value"] == pytest.approx(FRICTION, abs=4 * torque["standard_error"] + 1e-3 * FRICTION)
+
+
 def test_a_rate_has_one_sign_apart_from_noise_about_standstill():
     run = coast_down("both", 1, 20.0)
     elements = mf.mechanism("mass_spring_damper").elements.values()
