@@ -1,13 +1,15 @@
 """The machinery of the gap workflow: trajectories and slopes against SciPy and differences, many processes against one."""
 
+import json
 import os
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from benchmarks import gap_speed
 from fmus import Component, input, output, parameter, state
 from fmus.effects import load_folder
 from fmus.effects.placement import laws_at
@@ -32,6 +34,7 @@ from motofmi.workflows.components import component_class
 from motofmi.workflows.gap.rig import rig_effects, rig_experiment
 
 pytest.importorskip("numba", reason="the simulator of the hidden effects is compiled by numba")
+from tests import ROOT
 from tests.simulators.as_recordings import as_recording
 from tests.simulators.hidden_rig import RIDER, record, sweep
 from tests.simulators.rig_runs import RIG
@@ -288,7 +291,10 @@ def test_a_rival_that_is_out_of_reach_gets_no_further_start(short_run, monkeypat
 
 @pytest.mark.slow
 def test_the_benchmark_measures_a_verdict():
-    cost = gap_speed.measured("none", 40.0, 0.1)
+    # In a process of its own: the peak is that of a process since its start, whatever other tests it has run.
+    call = "import json; from benchmarks.gap_speed import measured; print(json.dumps(measured('none', 40.0, 0.1)))"
+    run = subprocess.run([sys.executable, "-c", call], capture_output=True, text=True, cwd=ROOT, check=True)
+    cost = json.loads(run.stdout)
     assert cost["verdict"] == "none"
     assert (
         0 < cost["screening_cpu_s"] < 20 and 0 < cost["preparing_cpu_s"] < 20
