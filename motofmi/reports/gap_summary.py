@@ -1,6 +1,7 @@
 """The first lines of a gap's report, from the contents of `verdict.json`: the verdict in one sentence, the law that was
 found with its values, and the misfit before and after."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -117,7 +118,7 @@ def _value(name: str, parameter: dict[str, Any]) -> str:
     return f"{name} = {parameter['value']:.4g} +- {error_text(parameter)}{unit}"
 
 
-def error_text(parameter: dict[str, Any]) -> str:
+def error_text(parameter: Mapping[str, Any]) -> str:
     """The standard error of a parameter; infinite for one without influence on the data."""
     error = parameter["standard_error"]
     return "inf" if error is None else f"{error:.2g}"
