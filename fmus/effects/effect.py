@@ -91,7 +91,7 @@ class Effect:
     # at elements of generic components: True for those with a stiffness only, False for those without, None for all
     of_stiffness: ClassVar[bool | None] = None
     flexible: ClassVar[bool] = False
-    both_ways: ClassVar[bool] = False  # it is another law where the rate of its element has one sign
+    both_ways: ClassVar[bool] = False  # its force is that of another law where the rate of its element has one sign
     starts: ClassVar[Mapping[str, tuple[float, ...]]] = {}
     relative: ClassVar[tuple[str, ...]] = ()  # parameters whose starting values are shares of the largest deflection
     at_least: ClassVar[Mapping[str, float]] = {}  # lower bounds of parameters, as shares of the largest deflection

@@ -91,8 +91,8 @@ def _suits(law: type[Effect], element: Element) -> bool:
 def _at_signal(law: type[Effect], component: Component, name: str, level: float, period: float) -> type[Effect]:
     """A law at an input or an output whose largest value is `level`.
 
-    A time constant is at most a period: a slower lag is an integrator, of which share over time constant is known
-    alone.
+    A time constant is at most a period: a slower lag integrates, and the data determine the ratio of its share to its
+    time constant alone.
     """
     scale = dict.fromkeys(law.relative_to_level, level)
     scale |= dict.fromkeys(law.relative_to_period if period < inf else (), period)

@@ -44,9 +44,8 @@ def adjusted_errors(found: Fit, errors: np.ndarray, simpler: Sequence[Fit], leas
     for effect in found.model.effects:
         places, others = magnitudes_of(found, effect), places_of(found, effect, effect.free_parameters())
         sizes, without = found.x[places], _without(found, effect, simpler)
-        without_influence = not np.all(np.isfinite(errors[places]))
-        if has_states(effect) or without is None or without_influence:
-            continue
+        if has_states(effect) or without is None or not np.all(np.isfinite(errors[places])):
+            continue  # an infinite error has no factor that makes it finite
         if not rigid[places].all() or not determined[others].any():
             continue
         by_wald = float(sizes @ np.linalg.pinv(covariance[np.ix_(places, places)]) @ sizes)

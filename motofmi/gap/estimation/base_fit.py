@@ -147,17 +147,17 @@ def largest_motion(found: Fit) -> tuple[float, float]:
 def _one_way_elements(found: Fit) -> set[str]:
     """The elements whose rate has one sign in every run: the recorded one, else that of the fit."""
     model: Any = found.model
-    elements = found.model.experiment.component.elements
-    pairs = list(dict.fromkeys((e.deflection or e.rate, e.rate) for e in elements.values() if e.rate))
-    one_way = set(pairs)
+    one_way = set(model.moving)
     for index, run in enumerate(found.runs):
         _, _, rates, _ = model.residuals_and_motion(run, found.of_run(index))
+        recorded = run.recording.columns
         one_way &= {
-            pair
-            for pair, rate in zip(pairs, rates, strict=False)
-            if is_one_way(run.recording[pair[1]] if pair[1] in run.recording.columns else rate)
+            (deflection, name)
+            for (deflection, name), rate in zip(model.moving, rates, strict=False)  # without elements rates are zero
+            if is_one_way(recorded.get(name, rate))
         }
-    return {name for name, e in elements.items() if (e.deflection or e.rate, e.rate) in one_way}
+    elements = model.experiment.component.elements.items()
+    return {name for name, e in elements if (e.deflection or e.rate, e.rate) in one_way}
 
 
 def _largest(runs: Sequence[SampledRun], names: Sequence[str]) -> dict[str, float]:

@@ -147,11 +147,16 @@ class FreeInitialStateModel(InitialStateModel):
             self.component.inner if isinstance(self.component, ImposedMotion | ImposedThroughSpring) else self.component
         )
 
-    def _elements(self, known: Mapping[str, Any]) -> tuple[list, list]:
-        """Deflections and rates of the component's elements, once each; the rate stands for a deflection that is not
+    @property
+    def moving(self) -> list[tuple[str, str]]:
+        """The deflections and rates of the elements by name, once each; the rate stands for a deflection that is not
         known."""
+        elements = self._bearing.elements.values()
+        return list(dict.fromkeys((e.deflection or e.rate, e.rate) for e in elements if e.rate))
+
+    def _elements(self, known: Mapping[str, Any]) -> tuple[list, list]:
+        """The values of deflections and rates that are named in `moving`."""
         component = self._bearing
         scope = component.run({**dict.fromkeys(component.inputs, 0.0), **known}, NUMERIC)
-        seen = {(e.deflection or e.rate, e.rate): None for e in component.elements.values()}
-        both = [({**known, **scope}[d], {**known, **scope}[r]) for d, r in seen if r]
+        both = [({**known, **scope}[d], {**known, **scope}[r]) for d, r in self.moving]
         return [d for d, _ in both], [r for _, r in both]

@@ -3,8 +3,8 @@
     x' = -(d x + f) / J,  y = x + o:    y' = -(d y + f - d o) / J
 
 While a mass moves one way, dry friction f is a constant force, and so is the effect of an offset o of the rate's sensor
-beside a linear damper: they are not distinguishable. The offset is taken as zero there, since tachometers and encoders
-have none. A hysteresis and an asymmetry of damping have no meaning there either: without a reversal their forces are
+beside a linear damper: they are not distinguishable. The offset is taken as zero there, since that of tachometers and
+encoders is small. A hysteresis and an asymmetry of damping have no meaning there either: without a reversal their forces are
 those of friction and drag.
 """
 

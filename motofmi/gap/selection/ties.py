@@ -61,7 +61,7 @@ def _basis(slopes: np.ndarray) -> np.ndarray:
     Without priors, common parameters and deviations of single runs are.
     """
     basis, sizes, _ = np.linalg.svd(slopes / (np.linalg.norm(slopes, axis=0) + 1e-12), full_matrices=False)
-    return basis[:, sizes > INDEPENDENT * sizes[0]]
+    return basis[:, sizes > INDEPENDENT * sizes.max(initial=0.0)]
 
 
 def _share_outside(found: Fit, effect: type[Effect], bases: Sequence[np.ndarray]) -> list[float]:

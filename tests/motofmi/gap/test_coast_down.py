@@ -11,7 +11,7 @@ from fmus import Component, parameter, state
 from motofmi.gap.preprocessing.one_way import one_way_rates
 from motofmi.recordings.recording import Recording
 
-FRICTION, DRAG, DAMPING = 0.2, 0.003, 0.03  # per unit of mass: N/kg, N.s2/(m2.kg), 1/s
+FRICTION, DRAG, DAMPING = 0.2, 0.003, 0.03  # per unit of mass: N/kg, N.s2/m2.kg, 1/s
 EXACT = {
     "nothing": lambda t, v0: v0 * np.exp(-DAMPING * t),
     "friction": lambda t, v0: v0 - FRICTION * t,
@@ -19,6 +19,9 @@ EXACT = {
     "both": lambda t, v0: np.sqrt(FRICTION / DRAG)
     * np.tan(np.arctan(v0 * np.sqrt(DRAG / FRICTION)) - np.sqrt(FRICTION * DRAG) * t),
 }
+_FRICTION = {"coulomb_friction": ("friction_torque", FRICTION)}
+_DRAG = {"progressive_damping": ("coefficient", DRAG)}
+EXPECTED = {"nothing": {}, "friction": _FRICTION, "drag": _DRAG, "both": _FRICTION | _DRAG}
 
 
 class Drum(Component):
@@ -47,16 +50,11 @@ def test_the_friction_and_the_drag_of_a_coast_down_are_named(hidden):
     fitted = [coast_down(hidden, 1, 20.0), coast_down(hidden, 3, 12.0)]
     result = mf.find_gap(fitted, validation=[coast_down(hidden, 2, 16.0)], component=Drum())
     found = {e["name"]: e["parameters"] for e in result.effects}
-    expected = {
-        "nothing": {},
-        "friction": {"coulomb_friction": ("friction_torque", FRICTION)},
-        "drag": {"progressive_damping": ("coefficient", DRAG)},
-    }
-    of_both = expected["friction"] | expected["drag"]
-    assert result.verdict == ("named" if hidden != "nothing" else "none")
-    assert set(found) == set(expected.get(hidden, of_both))
-    for name, (parameter_, value) in expected.get(hidden, of_both).items():
-        known = found[name][parameter_]
+    expected = EXPECTED[hidden]
+    assert result.verdict == ("named" if expected else "none")
+    assert set(found) == set(expected)
+    for name, (parameter_name, value) in expected.items():
+        known = found[name][parameter_name]
         # four standard errors; 1e-3 for the transition of friction through zero rate, which is not reached
         assert known["value"] == pytest.approx(value, abs=4 * known["standard_error"] + 1e-3 * value)
     assert "run_1: speed has one sign" in " ".join(result.limitations)

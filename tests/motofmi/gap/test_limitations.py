@@ -16,6 +16,7 @@ from motofmi.gap import verdict as contents
 from motofmi.gap.alternatives import reason
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import Candidate
+from motofmi.gap.experiments.sensor_offset import sensor_offset_parameter
 from motofmi.gap.selection import any_component, model_selection
 from motofmi.gap.selection.any_component import Investigation
 from motofmi.gap.selection.by_chi_square import of_one, of_pairs
@@ -39,10 +40,11 @@ def fit_with(*effects, reduced):
             outputs=["angle"], component=SimpleNamespace(elements={"spring": None}, states=[]),
         ),
     )  # fmt: skip
-    run = SimpleNamespace(name="run", noise_source="given")
+    run = SimpleNamespace(name="run", noise_source="given", one_way_rates=frozenset())
     return SimpleNamespace(
         model=model, runs=[run], reduced=reduced, chi2=reduced * FREEDOM, freedom=FREEDOM, count=FREEDOM, penalty=0.0, shared=None,
         x=np.full(len(names), 0.1), covariance=lambda: 0.01 * np.eye(len(names)), residuals=np.zeros(0),
+        jacobian=np.eye(9)[:, : len(names)],
     )  # fmt: skip
 
 
@@ -87,6 +89,14 @@ def test_a_pair_whose_second_effect_is_one_of_several_names_the_first_and_lists_
     assert [c.family for c in found.effects] == ["coulomb_friction"]
     found = replace(found, candidates=[])
     assert any("A second effect is missing besides coulomb_friction: one of progressive_damping, extra_mode" in s for s in said_of(found))
+
+
+def test_a_value_within_its_error_is_not_reported():
+    found = of_one(BASE, [candidate(CoulombFriction, reduced=1.0, delta_bic=4000.0)], Criteria())
+    assert found.verdict == "named"
+    # every parameter of the fit is 0.1 +- 0.1
+    assert contents.unidentified(found, CoulombFriction) == list(CoulombFriction.free_parameters())
+    assert any("coulomb_friction: friction_torque is not identifiable" in s for s in said_of(found))
 
 
 def test_an_effect_that_gains_little_is_not_named(monkeypatch):
@@ -138,6 +148,19 @@ def without_sensor_offsets(monkeypatch):
 ])  # fmt: skip
 def test_what_an_investigation_doubts_is_said(factor, missed, said):
     assert any(said in sentence for sentence in doubts(fit_with(reduced=1.0), factor=factor, missed=missed))
+
+
+@pytest.mark.parametrize(("one_way", "said"), [
+    (frozenset(), "a sensor offset, or another constant input."),
+    (frozenset({"rate"}), "a sensor offset, dry friction (the rate has one sign), or another constant input."),
+])  # fmt: skip
+def test_a_constant_torque_may_be_friction_where_the_rate_has_one_sign(monkeypatch, one_way, said):
+    found = fit_with(reduced=1.0)
+    found.model.experiment.sensor_offsets = {"torque": 0.1}
+    found.runs[0].one_way_rates, found.runs[0].recording = one_way, SimpleNamespace(units={"torque": "N.m"})
+    offsets = [{sensor_offset_parameter("torque"): (-0.03, 1e-5)}]
+    monkeypatch.setattr("motofmi.workflows.gap.input_output.sensor_offsets_of", lambda _: offsets)
+    assert any(sentence.endswith(said) for sentence in doubts(found))
 
 
 @pytest.mark.usefixtures("without_sensor_offsets")
