@@ -14,7 +14,6 @@ import argparse
 import json
 import os
 import re
-import resource
 import sys
 import tempfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -25,6 +24,7 @@ from typing import Any
 import numpy as np
 
 import motofmi as mf
+from benchmarks._memory import peak_memory
 from benchmarks._recordings import DATA, Source, missing
 from fmus.support.progress import track
 from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
@@ -141,7 +141,7 @@ def entry(board: Board, folder: Path) -> dict[str, Any]:
         "fitted_numbers": models["refitted"].fitted_numbers,
         "samples": {"searched": len(searched.time), "refitted": len(training.time)},
         "cpu_seconds": {"search": search_seconds, "all": _cpu_seconds() - begun},
-        "memory_gb": _memory_gb(),
+        "memory_gb": peak_memory() / 1e3,
         "unit": board.unit, "tests": scores, "limitations": found.limitations,
     }  # fmt: skip
 
@@ -155,11 +155,6 @@ def _values(model: Any, q: np.ndarray) -> dict[str, float]:
     """The fitted values by name."""
     values = model.values(q)
     return {name: float(values[name]) for name in model.names}
-
-
-def _memory_gb() -> float:
-    """The largest memory of this process so far [GB]."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024) / 1e9
 
 
 def _cpu_seconds() -> float:

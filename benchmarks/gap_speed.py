@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks._memory import peak_memory
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.screening import screen
 from motofmi.gap.models.harmonic_model import HarmonicModel
@@ -71,15 +72,10 @@ def measured(case: str, duration: float, share: float) -> dict[str, Any]:
     screen(base, library)
     return {"verdict": result["verdict"], "effects": [e["name"] for e in result["effects"]], "samples": sum(len(r.time) for r in recordings),
             "library": len(library), "wall_s": wall, "cpu_s": decided - start, "preparing_cpu_s": prepared - start,
-            "screening_cpu_s": _processor_time() - fitted, "peak_mb": _peak()}  # fmt: skip
+            "screening_cpu_s": _processor_time() - fitted, "peak_mb": peak_memory()}  # fmt: skip
 
 
 def _processor_time() -> float:
     """Of this process and those that it has forked and awaited [s]."""
     used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     return sum(u.ru_utime + u.ru_stime for u in used)
-
-
-def _peak() -> float:
-    """Of the largest process [MB]."""
-    return max(resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)) / 1024

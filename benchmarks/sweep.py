@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks._memory import peak_memory
 from fmus.cosimulation.cosimulate import cosimulate
 from fmus.support.parallel import processes
 from motofmi.workflows.sweep.cosimulation_runs import opened_run
@@ -91,14 +92,13 @@ def plain_loop(study: Study) -> tuple[float, float]:
     return opening / runs.grid.runs, looping / runs.grid.runs
 
 
-def peak_memory(riders: int) -> float:
+def study_memory(riders: int) -> float:
     """The largest resident memory [MB] of the client or a worker, in a process of its own."""
     receiver, sender = multiprocessing.Pipe(duplex=False)
 
     def child() -> None:
         stored(modes_study(riders, 2))
-        kinds = (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
-        sender.send(max(resource.getrusage(kind).ru_maxrss for kind in kinds) / 1024)
+        sender.send(peak_memory())
 
     process = multiprocessing.get_context("fork").Process(target=child)
     process.start()
@@ -126,7 +126,7 @@ def run(progress: Callable[..., Any], riders: int = 1000, runs: int = 1000, smal
     alone = min(direct(modes_study(small)) for _ in range(2))
     found["overhead"] = min(stored(modes_study(small), 1) for _ in range(2)) / alone - 1.0
     next(steps)
-    found["memory_MB"] = {f"{2 * count} runs": peak_memory(count) for count in (small, 8 * small)}
+    found["memory_MB"] = {f"{2 * count} runs": study_memory(count) for count in (small, 8 * small)}
     next(steps)
     found["workers_s"] = {str(count): stored(modes_study(small), count) for count in (1, 2, 4, 8)}
     found["cores"] = processes()
