@@ -102,6 +102,7 @@ def _scaled(
     experiment = replace(experiment, component=fitted_component).scaled(deflection, rate)
     if not library:
         inputs, outputs = _largest(runs, experiment.driven), _largest(runs, experiment.outputs)
+        outputs = {n: level for n, level in outputs.items() if not _counts_revolutions(experiment, n, level)}
         states = {} if experiment.imposed else _ranges(initial)
         period = float(np.median([1 / run.middle_frequency for run in runs]))
         library = laws_at(experiment.component, rate, inputs, outputs, states, period)
@@ -142,6 +143,12 @@ def largest_motion(found: Fit) -> tuple[float, float]:
         if deflections:
             sizes.append((np.quantile(np.abs(deflections[0]), 0.999), np.quantile(np.abs(rates[0]), 0.999)))
     return tuple(float(max(s)) for s in zip(*sizes, strict=True)) if sizes else (1.0, 1.0)  # type: ignore[return-value]
+
+
+def _counts_revolutions(experiment: InputOutputExperiment, output: str, level: float) -> bool:
+    """Whether an output is an angle [rad] beyond a revolution: the error of its sensor is periodic and does not grow
+    with the reading, so that no law of a sensor suits it."""
+    return experiment.component.table[output].unit == "rad" and level > 2 * np.pi
 
 
 def _one_way_elements(found: Fit) -> set[str]:

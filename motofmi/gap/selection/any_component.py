@@ -147,7 +147,7 @@ def _selected(
         # The search by chi-square is over the longer segments, over which the best effect must be simulated.
         chi_square_tried = continued is not None and _leaves_noise(continued, validation_runs, criteria)
     if chi_square_tried:
-        verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria, known)
+        verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria, known, continued)
         if _decisive(verdict, single, continued is not None, criteria):
             return _unless_doubtful(verdict, library, validation_runs, criteria)
     shorter, singles, compared_runs = in_units_of_residuals(best, shorter, singles, compared_runs)
@@ -161,8 +161,11 @@ def _selected(
 
     compared = compare(shorter, singles, library, compared_runs, criteria, report)
     pairs = [c.fit for c in compared.models if len(c.effects) > 1] if compared else []
-    if not chi_square_tried and any(_leaves_noise(found, validation_runs, criteria) for found in pairs):
-        verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria, known)
+    pairs = [found for found in pairs if _leaves_noise(found, validation_runs, criteria)]
+    if not chi_square_tried and pairs:
+        pair = fit_or_none(pairs[0].model, base.runs, pairs[0].x)
+        known = [*([pair] if pair else []), *known]
+        verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria, known, pair)
         chi_square_tried = True
         if _decisive(verdict, single, continued is not None, criteria):
             return _unless_doubtful(verdict, library, validation_runs, criteria)

@@ -32,14 +32,18 @@ def select_in_rounds(
     on_progress: OnProgress,
     criteria: Criteria,
     known: Sequence[Fit] = (),
+    adequate: Fit | None = None,
 ) -> Verdict:
     """The verdict of model selection, repeated with the noise of its result until the noise changes little.
 
-    known are fits of effects that are starts of the search, the most promising last.
+    known are fits of effects that are starts of the search, the most promising last. The first noise is that which
+    `adequate` leaves, a fit whose residuals are consistent with noise, or the best single effect.
     """
     verdict, known = Verdict("unknown", base, base, criteria=criteria), list(known)
     with running(Stage.NOISE):
-        prepared = with_noise_of_best_effect(base, library, known, criteria)
+        prepared = (
+            with_noise_left_by(adequate) if adequate else with_noise_of_best_effect(base, library, known, criteria)
+        )
     for round_ in range(MOST_ROUNDS):
         checked = with_noise_of(prepared[0], validation_runs)
         # Intermediate verdicts of a later round contain less than the final verdict of the round before.

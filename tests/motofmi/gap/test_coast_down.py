@@ -8,7 +8,11 @@ import pytest
 
 import motofmi as mf
 from fmus import Component, parameter, state
+from motofmi.gap.criteria import Criteria
+from motofmi.gap.estimation.base_fit import fitted_base
+from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.preprocessing.one_way import one_way_rates
+from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
 from motofmi.recordings.recording import Recording
 
 FRICTION, DRAG, DAMPING = 0.2, 0.003, 0.03  # per unit of mass: N/kg, N.s2/m2.kg, 1/s
@@ -83,6 +87,16 @@ def test_friction_is_no_hysteresis_where_a_motion_is_never_reversed():
     torque = effect["parameters"]["friction_torque"]
     assert (result.verdict, effect["name"], result.tied) == ("named", "coulomb_friction", [])
     assert torque["value"] == pytest.approx(FRICTION, abs=4 * torque["standard_error"] + 1e-3 * FRICTION)
+
+
+@pytest.mark.parametrize("turns, expected", [(0.9, True), (1.1, False)])
+def test_an_angle_beyond_a_revolution_has_no_sensor_nonlinearity(turns, expected):
+    time = np.arange(0, 10, 0.02)
+    angle = 2 * np.pi * turns * np.sin(time)
+    experiment = input_output_experiment(Wheel(), ["angle"])
+    run = prepare_sampled_run(Recording("turning", time, {"angle": angle}, {"angle": "rad"}), experiment)
+    _, candidates, _ = fitted_base(experiment, [run], {}, (), Criteria())
+    assert ("sensor_nonlinearity" in {effect.family for effect in candidates}) == expected
 
 
 def test_a_rate_has_one_sign_apart_from_noise_about_standstill():

@@ -4,7 +4,7 @@ import pytest
 
 from fmus.support.errors import InputError
 from motofmi.gap.comparison.compared_model import CommonBlocks
-from motofmi.gap.selection import any_component, by_comparison
+from motofmi.gap.selection import any_component, by_comparison, noise_rounds
 from motofmi.gap.validation import before_after
 from tests.motofmi.gap.comparison.test_leader_diverges import gap_of_friction
 
@@ -71,3 +71,9 @@ def test_chi_square_is_searched_first_only_where_the_best_effect_can_be_simulate
     monkeypatch.setattr(any_component, "fit_or_none", lambda *given: continued(*given) if simulated else None)
     assert [e["name"] for e in gap_of_friction()["effects"]] == ["coulomb_friction"]
     assert order[0] == ("select_in_rounds" if simulated else "compare")
+
+
+def test_the_noise_that_an_adequate_fit_leaves_needs_no_other_search(monkeypatch):
+    monkeypatch.setattr(any_component, "_leaves_noise", lambda *_: True)
+    monkeypatch.setattr(noise_rounds, "with_noise_of_best_effect", lambda *_: pytest.fail("another search"))
+    assert [e["name"] for e in gap_of_friction()["effects"]] == ["coulomb_friction"]
