@@ -26,7 +26,7 @@ from fmus.mechanisms import DrivenJoint, MassSpringDamper, Pendulum, TwoMass
 from fmus.support.errors import InputError
 from fmus.support.progress import track
 from motofmi.gap.experiments.input_output import input_output_experiment
-from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.gap.selection.any_component import investigate
 from motofmi.recordings.recording import Recording
 from tests.simulators.mechanism_cases import FAMILY, OUTSIDE, UNLIKE, Case, draw

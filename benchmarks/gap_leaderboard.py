@@ -27,7 +27,7 @@ import motofmi as mf
 from benchmarks._memory import peak_memory
 from benchmarks._recordings import DATA, Source, missing
 from fmus.support.progress import track
-from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.gap.validation.open_loop import open_loop, refitted_in_open_loop
 from motofmi.recordings.recording import Recording
 

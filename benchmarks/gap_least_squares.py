@@ -27,7 +27,7 @@ from motofmi.gap.estimation import fitting
 from motofmi.gap.estimation.levenberg_marquardt import Problem, Solution, levenberg_marquardt
 from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.harmonic_model import HarmonicModel
-from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.gap.preprocessing.steer_test_run import prepare_steer_test_run
 from motofmi.gap.selection.any_component import investigate
 from motofmi.gap.selection.model_selection import select_model

@@ -14,7 +14,7 @@ import numpy as np
 from fmus.mechanisms import MassSpringDamper
 from motofmi.gap.estimation.fit_result import parameters_of
 from motofmi.gap.experiments.input_output import input_output_experiment
-from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.gap.selection.any_component import investigate
 from motofmi.recordings.recording import Recording
 from tests.simulators.machines import BOUC_WEN, POSITIONING, SILVERBOX, bouc_wen, positioning, silverbox

@@ -26,7 +26,8 @@ from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.screening import Signature, screen
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
-from motofmi.gap.preprocessing.sampled_run import SampledRun, sampled_run
+from motofmi.gap.preprocessing.sampled_run import SampledRun
+from motofmi.gap.preprocessing.sampled_run_preparation import sampled_run
 
 LEAST_SHARE = 1e-12  # of the effort's rms, which the term of a parameter is taken to have at least
 

@@ -8,53 +8,32 @@ cannot be simulated over it at all.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from fmus.support.errors import InputError
 from motofmi.gap.experiments.input_output import InputOutputExperiment
 from motofmi.gap.preprocessing.blocks import Blocks, blocks_of
-from motofmi.gap.preprocessing.compared_samples import at_limits, compared_samples
-from motofmi.gap.preprocessing.decimation import decimated
 from motofmi.gap.preprocessing.flexible_noise_model import Density
 from motofmi.gap.preprocessing.input_interpolation import (
     ABOVE_NOISE,
     INTERPOLATIONS,
-    LEAST_KNOT_DISTANCE,
-    LEAST_KNOTS_PER_PERIOD,
     NOISELESS,
     InterpolatedInputs,
     highest_frequency,
     input_function,
     motion_functions,
-    resolved_frequency,
 )
-from motofmi.gap.preprocessing.mains_interference import without_mains_interference
-from motofmi.gap.preprocessing.one_way import ONE_WAY, one_way_rates
 from motofmi.gap.preprocessing.segments import LEAST_LENGTH, segments_of
-from motofmi.gap.preprocessing.undisturbed_intervals import uninterrupted
 from motofmi.recordings.recording import Recording
-from motofmi.recordings.resampling import is_white, sensor_noise, uniform
+from motofmi.recordings.resampling import sensor_noise
 
-FEWEST_SAMPLES = 200
 STEPS_PER_CYCLE = 8  # simulation steps per cycle of the highest frequency
 MOST_STEPS = 40_000  # simulation steps of one run
-SEGMENT_PERIODS = 6.0  # periods of the motion's mean frequency in a segment
-IMPOSED_SEGMENT_PERIODS = 60.0  # the same where a state is imposed: the effect of other initial states decays
 SHORTEST_SEGMENT = 100  # samples
 ACCURACY = 3e-4  # least noise over a signal's rms [1]: no model of a real component is more accurate
 NEIGHBOURS = 9  # coefficients over which a variance is averaged
-# Ratio of an imposed motion's power to its noise down to which the run is compared: there 1 % of the acceleration's
-# power is noise.
-RESOLVED_RATIO = 100.0
-END_SHARE = 0.02  # share of a run left out at each end where a motion is imposed: its acceleration is not known there
-BAND_OF_MOTION = (
-    "{}: compared up to {:.3g} Hz: beyond, the acceleration of the recorded {} is not resolved from its noise or by "
-    "its samples"
-)
 
 
 @dataclass(repr=False)
@@ -138,7 +117,7 @@ class SampledRun:
 
     def with_interpolation(self, kind: str) -> "SampledRun":
         """The run with another interpolation of its inputs, of `input_interpolation.INTERPOLATIONS`."""
-        return replace(self, inputs=_interpolated_inputs(self.recording, self.experiment, kind), kind=kind, guess={})
+        return replace(self, inputs=interpolated_inputs(self.recording, self.experiment, kind), kind=kind, guess={})
 
     @cached_property
     def noiseless(self) -> "SampledRun":
@@ -187,13 +166,13 @@ class SampledRun:
         moving = self.measured - uniform_filter1d(self.measured, length, axis=0, mode="nearest")
         rate = self.recording.rate
         highest = max(highest_frequency(y, rate) for y in moving.T)
-        band = max(_band(highest, rate, len(moving)), self.reduction_band)
+        band = max(compared_band(highest, rate, len(moving)), self.reduction_band)
         reduction = blocks_of(self.segments, self.reduction.outputs, rate, band, self.reduction.compared)
         return replace(
             self,
             reduction=reduction,
             data=reduction.reduce(self.measured),
-            steps_per_sample=_steps_per_sample(highest, rate, len(moving)),
+            steps_per_sample=simulation_steps(highest, rate, len(moving)),
             guess={},
             input_variance=None,
         ).with_densities(self.densities, self.noise_source)
@@ -235,104 +214,17 @@ class SampledRun:
         return max(c.frequency for c in self.reduction.columns)
 
 
-def prepare_sampled_run(recording: Recording, experiment: InputOutputExperiment) -> SampledRun:
-    """The run of a recording, with white noise as the initial estimate of its noise.
-
-    Missing and clipped samples are left out of the comparison. Raises InputError for a run that is too short, or an
-    output that is constant or white noise that no input explains.
-    """
-    recorded = len(recording.time)
-    recording, bridged = uniform(recording, bridged=1.0)
-    limits, clipping = at_limits(recording.from_zero(), experiment)
-    recording, interference = without_mains_interference(recording.from_zero(), experiment.inputs, experiment.outputs)
-    recording, notes_of_rate = decimated(recording, experiment)
-    notes = (*bridged, *clipping, *interference, *notes_of_rate)
-    if min(recorded, len(recording.time)) < FEWEST_SAMPLES:
-        raise InputError(
-            f"{recording.name}: {len(recording.time)} samples are too few to separate noise from a gap; expected at "
-            f"least {FEWEST_SAMPLES}"
-        )
-    for name in experiment.outputs:
-        y, unit = recording[name], recording.units[name]
-        if np.ptp(y) == 0:
-            raise InputError(f"{recording.name}: {name} is constant at {y[0]:g} {unit}; is the sensor connected?")
-        if is_white(y, [recording[n] for n in experiment.inputs]):
-            raise InputError(
-                f"{recording.name}: no excitation: {name} is white noise of {np.std(y):.2g} {unit} (rms), unrelated to "
-                "the inputs; record a run in which it moves"
-            )
-    run = sampled_run(recording, experiment, notes, limits)
-    known = [n for n, unknown in zip(experiment.outputs, run.with_offset, strict=True) if not unknown]
-    return replace(run, notes=(*run.notes, *(ONE_WAY.format(recording.name, name) for name in known)))
-
-
-def sampled_run(
-    recording: Recording,
-    experiment: InputOutputExperiment,
-    notes: tuple[str, ...] = (),
-    limits: Mapping[str, Sequence[tuple[float, float]]] = MappingProxyType({}),
-) -> SampledRun:
-    """The run of a recording with equidistant samples, without the checks of `prepare_sampled_run`.
-
-    limits are the times [s] between which outputs, or the imposed motion, are not compared. Raises InputError where
-    the intervals between gaps are too short.
-    """
-    time, rate = recording.time, recording.rate
-    measured = np.column_stack([recording[name] for name in experiment.outputs])
-    deviations = [sensor_noise(y) for y in measured.T]
-    highest = max(highest_frequency(y, rate) for y in measured.T)
-    band = _band(highest, rate, len(time))
-    if experiment.imposed:
-        resolved = resolved_frequency(recording[experiment.imposed], rate, RESOLVED_RATIO)
-        resolved = min(resolved, rate / (LEAST_KNOTS_PER_PERIOD * LEAST_KNOT_DISTANCE))
-        if resolved < band:
-            notes = (*notes, BAND_OF_MOTION.format(recording.name, resolved, experiment.imposed))
-        band = min(band, resolved)
-    margin = int(END_SHARE * len(time)) if experiment.imposed else 0
-    intervals = [s for s in uninterrupted(~recording.broken, margin) if s[1] - s[0] >= SHORTEST_SEGMENT // 2]
-    if not intervals:
-        raise InputError(
-            f"{recording.name}: fewer than {SHORTEST_SEGMENT // 2} consecutive samples between its gaps; record "
-            "without gaps, or cut the recording into parts without gaps"
-        )
-    compared = compared_samples(recording, experiment, limits)
-    reduction = blocks_of(intervals, len(experiment.outputs), rate, band, compared)
-    steps_per_sample = _steps_per_sample(highest, rate, len(time))
-    densities = [
-        Density(np.array([0.0, rate / 2]), np.full(2, max(s, ACCURACY * np.std(y)) ** 2))
-        for s, y in zip(deviations, measured.T, strict=True)
-    ]
-    whole = SampledRun(
-        recording,
-        experiment,
-        measured,
-        _interpolated_inputs(recording, experiment, INTERPOLATIONS[0]),
-        intervals,
-        segments=intervals,
-        steps_per_sample=steps_per_sample,
-        reduction=reduction,
-        one_way_rates=one_way_rates(recording, experiment.component.elements.values()),
-        densities=densities,
-        noise_source="",
-        data=reduction.reduce(measured),
-        deviation=reduction.deviations(densities),
-        notes=notes,
-    )
-    periods = IMPOSED_SEGMENT_PERIODS if experiment.imposed else SEGMENT_PERIODS
-    return whole.cut(max(int(periods * rate / whole.middle_frequency), SHORTEST_SEGMENT))
-
-
-def _band(highest: float, rate: float, samples: int) -> float:
+def compared_band(highest: float, rate: float, samples: int) -> float:
     """The frequency up to which a signal with a highest frequency is compared; all in Hz."""
     return min(1.3 * highest + 4 * rate / samples, rate / 2)
 
 
-def _steps_per_sample(highest: float, rate: float, samples: int) -> int:
+def simulation_steps(highest: float, rate: float, samples: int) -> int:
     """The simulation steps for a highest frequency and a sampling rate [Hz]."""
     return int(np.clip(np.ceil(STEPS_PER_CYCLE * highest / rate), 1, max(MOST_STEPS // samples, 1)))
 
 
-def _interpolated_inputs(recording: Recording, experiment: InputOutputExperiment, kind: str) -> InterpolatedInputs:
+def interpolated_inputs(recording: Recording, experiment: InputOutputExperiment, kind: str) -> InterpolatedInputs:
     """The recorded inputs, and an imposed motion with its derivatives, as functions of time."""
     time = recording.time
     functions: dict[str, Any] = {

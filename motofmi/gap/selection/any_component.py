@@ -24,7 +24,8 @@ from motofmi.gap.estimation.fitting import fit, fit_or_none
 from motofmi.gap.estimation.stages import Stage, running
 from motofmi.gap.estimation.unit_plausibility import common_factor
 from motofmi.gap.experiments.input_output import InputOutputExperiment
-from motofmi.gap.preprocessing.sampled_run import SHORTEST_SEGMENT, SampledRun, excited, prepare_sampled_run
+from motofmi.gap.preprocessing.sampled_run import SHORTEST_SEGMENT, SampledRun, excited
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.gap.selection.by_comparison import in_units_of_residuals, verdict_by_comparison, with_remaining_noise
 from motofmi.gap.selection.noise_rounds import OnProgress, select_in_rounds, with_noise_left_by, with_noise_of
 from motofmi.gap.selection.result import Verdict

@@ -26,7 +26,8 @@ from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.models.segmented import Nodes
 from motofmi.gap.models.simulation import Trajectory
 from motofmi.gap.preprocessing.input_interpolation import INTERPOLATIONS
-from motofmi.gap.preprocessing.sampled_run import SampledRun, sampled_run
+from motofmi.gap.preprocessing.sampled_run import SampledRun
+from motofmi.gap.preprocessing.sampled_run_preparation import sampled_run
 from motofmi.recordings.quality import clipped
 from motofmi.recordings.recording import Recording
 

@@ -9,7 +9,7 @@ from motofmi.gap.experiment_design.next_experiment import next_experiment
 from motofmi.gap.experiment_design.scaled_runs import scaled_runs
 from motofmi.gap.experiments.experiment import ImposedMotionExperiment
 from motofmi.gap.experiments.input_output import InputOutputExperiment
-from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.gap.preprocessing.steer_test_run import require_unclipped
 from motofmi.gap.selection.any_component import Investigation, investigate
 from motofmi.gap.selection.result import Verdict

@@ -12,7 +12,8 @@ from motofmi.gap.experiment_design.scaled_runs import scaled_runs
 from motofmi.gap.experiments.input_output import InputOutputExperiment, input_output_experiment
 from motofmi.gap.experiments.sensor_offset import sensor_offset_parameter
 from motofmi.gap.localisation.sampled_places import cells
-from motofmi.gap.preprocessing.sampled_run import SampledRun, excited, prepare_sampled_run
+from motofmi.gap.preprocessing.sampled_run import SampledRun, excited
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.gap.selection.any_component import Investigation, investigate
 from motofmi.gap.selection.result import Verdict
 from motofmi.gap.verdict import as_result

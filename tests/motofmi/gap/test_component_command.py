@@ -10,7 +10,7 @@ from fmus.mechanisms import DrivenJoint
 from fmus.support.errors import InputError
 from motofmi.cli.main import main
 from motofmi.gap.experiments.input_output import input_output_experiment
-from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.gap.selection import noise_rounds
 from motofmi.recordings.reading import write_recording
 from motofmi.recordings.recording import Recording

@@ -17,7 +17,7 @@ from motofmi.gap.estimation.unit_plausibility import common_factor
 from motofmi.gap.experiment_design.next_experiment import next_experiment
 from motofmi.gap.experiment_design.scaled_runs import scaled_runs
 from motofmi.gap.experiments.input_output import input_output_experiment
-from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.gap.selection.any_component import investigate
 from motofmi.recordings.reading import write_recording
 from motofmi.recordings.recording import Recording

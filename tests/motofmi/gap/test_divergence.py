@@ -12,7 +12,7 @@ from motofmi.gap.models.collocation import DivergenceError, Motion
 from motofmi.gap.models.equations import Equations
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.models.simulation import simulate
-from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from tests.simulators.hidden_joint import joint_run
 
 

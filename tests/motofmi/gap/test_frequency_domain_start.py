@@ -14,7 +14,8 @@ from motofmi.gap.estimation.initial_fit import initial_fit
 from motofmi.gap.estimation.local_polynomial import local_polynomial_response
 from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
-from motofmi.gap.preprocessing.sampled_run import SampledRun, prepare_sampled_run
+from motofmi.gap.preprocessing.sampled_run import SampledRun
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.recordings.recording import Recording
 from tests.simulators.other_components import Accelerometer, TwoCarts, accelerometer_run, carts_run
 

@@ -7,7 +7,7 @@ from scipy.signal import butter, sosfiltfilt
 from fmus.mechanisms.mass_spring_damper import MassSpringDamper
 from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.preprocessing.input_interpolation import ABOVE_NOISE, resolved_frequency
-from motofmi.gap.preprocessing.sampled_run import RESOLVED_RATIO, prepare_sampled_run
+from motofmi.gap.preprocessing.sampled_run_preparation import RESOLVED_RATIO, prepare_sampled_run
 from motofmi.recordings.recording import Recording
 
 RATE, COUNT = 200.0, 8000

@@ -13,7 +13,7 @@ from motofmi.gap.localisation.locating import discovered, locate
 from motofmi.gap.localisation.sampled_places import cells as of_samples
 from motofmi.gap.models.harmonic_model import HarmonicModel
 from motofmi.gap.preprocessing.harmonics import noise_of, variance_of
-from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.gap.preprocessing.steer_test_run import prepare_steer_test_run
 from motofmi.recordings.recording import Recording
 from motofmi.reports.gap_map import gap_map

@@ -26,7 +26,7 @@ from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.models.harmonic_model import HarmonicModel
 from motofmi.gap.models.simulation import simulate, simulate_by_continuation
 from motofmi.gap.models.time_varying_matrices import inverse, product
-from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.gap.preprocessing.steer_test_run import prepare_steer_test_run
 from motofmi.gap.selection.candidate_search import search_candidates
 from motofmi.recordings.recording import Recording

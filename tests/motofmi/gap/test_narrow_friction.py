@@ -15,7 +15,7 @@ from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.collocation import Motion, inner_times
 from motofmi.gap.models.equations import Equations
 from motofmi.gap.models.simulation import simulate
-from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.recordings.recording import Recording
 
 FRICTION, MASS, DAMPING, STIFFNESS = 2.0, 1.0, 2.0, 400.0  # N, kg, N.s/m, N/m: near the values that ship

@@ -14,7 +14,7 @@ from motofmi.gap.estimation.fit_result import parameters_of
 from motofmi.gap.estimation.initial_fit import initial_fit
 from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
-from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.gap.selection.any_component import investigate
 from motofmi.recordings.reading import read_recording
 from motofmi.recordings.recording import Recording

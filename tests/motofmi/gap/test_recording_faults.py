@@ -11,7 +11,7 @@ from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.models.harmonic_model import HarmonicModel
 from motofmi.gap.preprocessing.mains_interference import without_mains_interference
-from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.gap.preprocessing.steer_test_run import prepare_steer_test_run
 from motofmi.gap.preprocessing.undisturbed_intervals import undisturbed
 from motofmi.gap.selection.result import Verdict

@@ -18,7 +18,7 @@ from motofmi.gap.preprocessing.blocks import blocks_of
 from motofmi.gap.preprocessing.flexible_noise_model import noise_density
 from motofmi.gap.preprocessing.input_interpolation import input_function, motion_functions, unresolved_input
 from motofmi.gap.preprocessing.noise_sources import known_noise
-from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.gap.selection.candidate_search import search_candidates
 from motofmi.gap.selection.noise_rounds import with_noise_of_best_effect
 from motofmi.recordings.recording import Recording

@@ -9,7 +9,7 @@ from motofmi.gap.estimation.initial_fit import stable_segments
 from motofmi.gap.estimation.starting_values import poles
 from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
-from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run, sampled_run
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run, sampled_run
 from motofmi.recordings.recording import Recording
 
 

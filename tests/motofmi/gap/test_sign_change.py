@@ -15,7 +15,7 @@ from fmus.mechanisms import DrivenJoint, MassSpringDamper
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.base_fit import fitted_base, fitted_values
 from motofmi.gap.experiments.input_output import input_output_experiment
-from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.recordings.recording import Recording
 from tests.simulators.hidden_mechanisms import simulate
 

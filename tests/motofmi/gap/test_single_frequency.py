@@ -5,7 +5,7 @@ import pytest
 
 from fmus.mechanisms import MassSpringDamper
 from motofmi.gap.experiments.input_output import input_output_experiment
-from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.gap.selection.any_component import investigate
 from motofmi.recordings.recording import Recording
 

@@ -14,7 +14,7 @@ from motofmi.gap.estimation.fit_result import standard_errors
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
-from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.gap.selection.any_component import Investigation
 from motofmi.gap.selection.result import Verdict
 from motofmi.reports.gap_before_after import label_of_best

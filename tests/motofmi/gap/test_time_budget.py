@@ -14,7 +14,7 @@ from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
 from motofmi.cli.main import main
 from motofmi.gap.experiments.input_output import input_output_experiment
-from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.gap.selection import model_selection
 from motofmi.gap.selection.any_component import investigate
 from motofmi.gap.selection.within_time import CONCLUDING_SHARE

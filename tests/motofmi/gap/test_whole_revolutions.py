@@ -14,7 +14,7 @@ from fmus.mechanisms import Pendulum
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.base_fit import fitted_base
 from motofmi.gap.experiments.input_output import input_output_experiment
-from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.recordings.recording import Recording
 
 INERTIA, STIFFNESS, DAMPING = 0.2, 5.0, 0.1
@@ -79,7 +79,7 @@ def test_a_free_swing_has_no_equation_error(based):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [21, 31])
+@pytest.mark.parametrize("seed", [21, pytest.param(31, marks=pytest.mark.study)])
 def test_the_sine_is_named(seed):
     found = mf.find_gap([driven(seed)], validation=[driven(seed + 1)], component="pendulum")
     assert found.verdict == "named" and found.effects[0]["name"] == "geometric_nonlinearity"

@@ -8,7 +8,7 @@ from fmus.support.errors import InputError
 from motofmi.gap.comparison import compared_model
 from motofmi.gap.comparison.compared_model import on_validation_runs
 from motofmi.gap.experiments.input_output import input_output_experiment
-from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.gap.selection.any_component import investigate
 from motofmi.workflows.components import laws_at
 from tests.simulators.hidden_joint import joint_run

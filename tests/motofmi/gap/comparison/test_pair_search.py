@@ -19,7 +19,7 @@ from motofmi.gap.estimation.base_fit import fitted_base
 from motofmi.gap.estimation.joint_screening import screen_pairs
 from motofmi.gap.estimation.screening import screen
 from motofmi.gap.experiments.input_output import input_output_experiment
-from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.workflows.gap.input_output import anchored
 from tests.simulators.swings import swing
 

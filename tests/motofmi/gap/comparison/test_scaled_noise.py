@@ -11,7 +11,7 @@ from motofmi.gap.estimation.effect_fit import best_portable_fit, candidate_of
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.screening import screen
 from motofmi.gap.experiments.input_output import input_output_experiment
-from motofmi.gap.preprocessing.sampled_run import prepare_sampled_run
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.gap.selection.by_comparison import in_units_of_residuals
 from motofmi.recordings.recording import Recording
 from motofmi.workflows.gap.input_output import anchored
