@@ -93,7 +93,7 @@ def compared(component: Component, rounds: int) -> dict[str, Any]:
 
 def fresh(component: Component) -> Equations:
     """Equations with slopes by the states and some parameters, derived anew."""
-    import_module("fmus.equations.numpy_program")._CACHE.clear()
+    import_module("fmus.equations.numpy_program").recorded_equations.kept.clear()
     return Equations(component, component.outputs, list(component.values)[:PARAMETERS])
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from fmus.declaration.component import Component
+from fmus.equations.by_structure import once_per_structure
 from fmus.expressions.forward_ad import Node, Recorder
 
 BLOCK = 8192  # samples per block, so that intermediate results stay in the processor's cache
@@ -56,24 +57,18 @@ class RecordedEquations:
         return Jacobian([*rates.values(), *self.outputs], unknowns, bool(changing))
 
 
-_CACHE: dict[Any, RecordedEquations] = {}
-
-
+@once_per_structure
 def recorded_equations(component: Component) -> RecordedEquations:
-    """The equations of the component as recorded operations, recorded once for each structure.
+    """The equations of the component as recorded operations.
 
     Raises InputError when a rate or an output is missing, or is not in the table.
     """
-    if component.structure not in _CACHE:
-        recorder = Recorder()
-        symbols = {n: recorder.leaf(n) for n in ("time", *component.rows("parameter", "input", "state"))}
-        results = component.complete(component.run(symbols, recorder))
-        mass = component.mass_entries(symbols, recorder)
-        rates = [results[f"der({n})"] for n in component.states]
-        _CACHE[component.structure] = RecordedEquations(
-            component, recorder, symbols, rates, mass, [results[n] for n in component.outputs]
-        )
-    return _CACHE[component.structure]
+    recorder = Recorder()
+    symbols = {n: recorder.leaf(n) for n in ("time", *component.rows("parameter", "input", "state"))}
+    results = component.complete(component.run(symbols, recorder))
+    mass = component.mass_entries(symbols, recorder)
+    rates = [results[f"der({n})"] for n in component.states]
+    return RecordedEquations(component, recorder, symbols, rates, mass, [results[n] for n in component.outputs])
 
 
 class Program:

@@ -6,12 +6,12 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import sympy
 from sympy.core.relational import Relational
 
 from fmus.declaration.component import Component
+from fmus.equations.by_structure import once_per_structure
 from fmus.expressions.symbolic_functions import SYMBOLIC, Quantised
 
 
@@ -117,17 +117,13 @@ def switching(expressions: Iterable[sympy.Expr]) -> set[sympy.Symbol]:
     )
 
 
-_CACHE: dict[Any, Symbolic] = {}
-
-
+@once_per_structure
 def symbolic(component: Component) -> Symbolic:
-    """The equations of the component in symbols, derived once for each structure.
+    """The equations of the component in symbols.
 
     Raises InputError when a rate or an output is missing, or is not in the table.
     """
-    if component.structure not in _CACHE:
-        _CACHE[component.structure] = derive(component)
-    return _CACHE[component.structure]
+    return derive(component)
 
 
 def derive(component: Component) -> Symbolic:
