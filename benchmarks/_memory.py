@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 STATUS = Path("/proc/self/status")
-UNIT = 1e6 if sys.platform == "darwin" else 1e3  # B or kB, in which getrusage(2) counts
+UNIT = 1.0 if sys.platform == "darwin" else 1024.0  # B, in which getrusage(2) counts
 
 
 def peak_memory() -> float:
@@ -17,4 +17,4 @@ def peak_memory() -> float:
     own, awaited = (resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
     if STATUS.exists():
         (own,) = (int(line.split()[1]) for line in STATUS.read_text().splitlines() if line.startswith("VmHWM"))
-    return max(own, awaited) / UNIT
+    return max(own, awaited) * UNIT / 1e6

@@ -146,8 +146,8 @@ def largest_motion(found: Fit) -> tuple[float, float]:
 
 
 def _counts_revolutions(experiment: InputOutputExperiment, output: str, level: float) -> bool:
-    """Whether an output is an angle [rad] beyond a revolution: the error of its sensor is periodic and does not grow
-    with the reading, so that no law of a sensor suits it."""
+    """Whether an output is an angle [rad] beyond a revolution. The error of its sensor repeats with every revolution,
+    where the laws of a sensor grow with the reading."""
     return experiment.component.table[output].unit == "rad" and level > 2 * np.pi
 
 

@@ -4,8 +4,8 @@
 
 While a mass moves one way, dry friction f is a constant force, and so is the effect of an offset o of the rate's sensor
 beside a linear damper: they are not distinguishable. The offset is taken as zero there, since that of tachometers and
-encoders is small. A hysteresis and an asymmetry of damping have no meaning there either: without a reversal their forces are
-those of friction and drag.
+encoders is small. A hysteresis and an asymmetry of damping have no meaning there either: without a reversal their
+forces are those of friction and drag.
 """
 
 from collections.abc import Iterable
@@ -17,8 +17,8 @@ from motofmi.recordings.recording import Recording
 
 OTHER_WAY = 0.01  # share of the travel against the direction of the motion, below which a motion is one-way
 ONE_WAY = (
-    "{}: {} has one sign: the offset of its sensor is taken as zero, since it is not distinguishable from dry friction; "
-    "a run in the other direction would distinguish them"
+    "{}: {} has one sign: the offset of its sensor is taken as zero, since it is not distinguishable from dry "
+    "friction; a run in the other direction would distinguish them"
 )
 
 

@@ -77,3 +77,17 @@ def test_the_noise_that_an_adequate_fit_leaves_needs_no_other_search(monkeypatch
     monkeypatch.setattr(any_component, "_leaves_noise", lambda *_: True)
     monkeypatch.setattr(noise_rounds, "with_noise_of_best_effect", lambda *_: pytest.fail("another search"))
     assert [e["name"] for e in gap_of_friction()["effects"]] == ["coulomb_friction"]
+
+
+def test_a_pair_that_leaves_noise_gives_the_noise_of_the_search(monkeypatch):
+    given, original = [], any_component.select_in_rounds
+
+    def noted(*arguments):
+        given.append(arguments[-1])
+        return original(*arguments)
+
+    monkeypatch.setattr(any_component, "_leaves_noise", lambda found, *_: len(found.model.effects) == 2)
+    monkeypatch.setattr(any_component, "select_in_rounds", noted)
+    monkeypatch.setattr(noise_rounds, "with_noise_of_best_effect", lambda *_: pytest.fail("another search"))
+    gap_of_friction()
+    assert [len(found.model.effects) for found in given] == [2]
