@@ -1,0 +1,62 @@
+"""Recorded inputs between their samples, and the rate and acceleration of an imposed motion."""
+
+import numpy as np
+import pytest
+
+from motofmi.gap.preprocessing.input_interpolation import input_function, motion_functions, unresolved_input
+
+
+def test_an_imposed_motion_is_differentiated_twice():
+    time = np.arange(0, 20, 0.005)
+    angle = 0.1 * np.sin(2 * np.pi * 2 * time) + 0.05 * np.sin(2 * np.pi * 3.3 * time)
+    exact = -0.1 * (4 * np.pi) ** 2 * np.sin(4 * np.pi * time) - 0.05 * (6.6 * np.pi) ** 2 * np.sin(6.6 * np.pi * time)
+    noisy = angle + 1e-5 * np.random.default_rng(3).standard_normal(len(time))
+    found = motion_functions(time, noisy, "rate")["der(rate)"](time)
+    inside = slice(200, -200)
+    # Differences of the samples themselves would be off by 1e-5 * sqrt(6) / 0.005^2 = 1 rad/s2
+    assert np.std(found[inside] - exact[inside]) < 0.01 * np.std(exact)
+
+
+def test_a_held_input_keeps_its_amplitude():
+    """Half way to the highest frequency lines through the samples are 10 % too small, sinc(1/4) of what is held."""
+    time = np.arange(0, 40, 0.1)
+    values = np.sin(2 * np.pi * 2.5 * time)
+    inside = 10 + 5e-4 * (np.arange(40000) + 0.5)
+    wave = np.exp(-2j * np.pi * 2.5 * inside)
+    held = values[np.floor(inside / 0.1).astype(int)]
+    exact, lines, joined = (
+        np.mean(y * wave)
+        for y in (
+            held,
+            input_function(time, values, "lines")(inside - 0.05),
+            input_function(time, values, "held")(inside),
+        )
+    )
+    assert abs(joined / exact - 1) < 1e-3
+    assert abs(lines / exact) == pytest.approx(np.sinc(0.25), abs=2e-3)
+
+
+@pytest.mark.slow
+def test_what_samples_miss_of_a_pulses_area():
+    """Pulses that begin and end anywhere between samples: as much as the spline through them errs by is said to be
+    unforeseen."""
+    rng, time = np.random.default_rng(11), np.arange(0, 60.0)
+    errors, said = [], []
+    for begin, width in zip(rng.uniform(20, 21, 400), rng.uniform(6, 12, 400), strict=True):
+        values = ((time >= begin) & (time < begin + width)).astype(float)
+        errors.append(input_function(time, values, "smooth").integrate(0, 59) - width)
+        said.append(np.sqrt(np.sum(unresolved_input(values) ** 2)))
+    # Two ends, each evenly spread over a sample; 400 pulses scatter by 4 %
+    assert np.std(errors) == pytest.approx(np.sqrt(2 / 12), rel=0.1)
+    assert np.sqrt(np.mean(np.square(said))) == pytest.approx(np.sqrt(2 / 12), rel=0.1)
+
+
+def test_a_smooth_input_is_resolved():
+    time = np.arange(0, 20, 0.1)
+    four, six = (
+        (2 * np.sin(np.pi / 10)) ** 4 / 6,
+        (2 * np.sin(np.pi / 10)) ** 6 / 20,
+    )  # of a sine with ten samples per period
+    assert np.abs(unresolved_input(np.sin(2 * np.pi * time))).max() == pytest.approx(
+        np.sqrt(0.15) * four * (six / four) ** 2, rel=0.1
+    )
