@@ -109,6 +109,12 @@ class PredictorModel(LinearModel):
         )
         return with_best_prediction(run, recorded, [run.averaged(f) for f in features])
 
+    def with_disturbances_as_estimated(self, x: np.ndarray) -> np.ndarray:
+        """A vector with the disturbances and sensor noise that were estimated for the runs: their factors are 1."""
+        found = x.copy()
+        found[self._factors] = 0.0
+        return found
+
     # Matrices -------------------------------------------------------------------------------------------
 
     def _driven(

@@ -234,15 +234,31 @@ def torque_is_known(runs: Sequence[PredictedRun]) -> bool:
 def _base(model: PredictorModel, runs: Sequence[PredictedRun]) -> Fit:
     """The fitted base, with inputs interpolated linearly or held between samples, whichever has the smaller
     chi-square."""
-    interpolated = fit(model, [model.with_estimated_disturbances(r, model.start()) for r in runs], model.start())
+    interpolated = _with_estimated_disturbances(model, runs)
     if not any(r.inputs for r in runs):
         return interpolated
-    runs_held = [model.with_estimated_disturbances(replace(r, held=True, noise=None), model.start())
-                 for r in interpolated.runs]
-    held = fit(model, runs_held, model.start())
+    held = _with_estimated_disturbances(model, [replace(r, held=True) for r in interpolated.runs])
     if interpolated.chi2 <= held.chi2:
         return interpolated
     return replace(held, runs=[replace(r, mixing=None) for r in held.runs])  # estimated for interpolated inputs
+
+
+def _with_estimated_disturbances(model: PredictorModel, runs: Sequence[PredictedRun]) -> Fit:
+    """The base fitted with disturbances that are estimated for its start values, and then for its fitted values.
+
+    The errors of the start values are among the first estimates as if disturbances had caused them, and a fit changes
+    these by factors with a prior only.
+    """
+
+    def estimated(runs: Sequence[PredictedRun], vectors: Sequence[np.ndarray]) -> list[PredictedRun]:
+        return [
+            model.with_estimated_disturbances(replace(r, noise=None), q) for r, q in zip(runs, vectors, strict=True)
+        ]
+
+    first = fit(model, estimated(runs, [model.start()] * len(runs)), model.start())
+    runs = estimated(first.runs, [first.of_run(i) for i in range(len(runs))])
+    again = fit(model, runs, model.with_disturbances_as_estimated(first.x))
+    return min(first, again, key=lambda found: found.chi2)
 
 
 def limitations(experiment: VehicleOverSpeedExperiment, runs: Sequence[PredictedRun], criteria: Criteria) -> list[str]:
