@@ -100,6 +100,7 @@ def pool(count: int) -> Iterator[Executor]:
     try:
         with _complete_start():
             executor.submit(os.getpid)  # the first task starts the workers
+            _leave_results_to_workers(executor)
         yield executor
     except BaseException:
         _stop(executor)
@@ -134,6 +135,7 @@ def _submitted(function: Callable[[Any], T], items: Sequence[Any], count: int) -
         try:
             with _complete_start():
                 results += [pool.submit(_run, key, os.getcwd(), index) for index in range(len(items))]
+                _leave_results_to_workers(pool)
             yield results
         except Exception:
             for result in results:
@@ -173,6 +175,16 @@ def _pool(count: int, method: str) -> Executor:
     return loky.get_reusable_executor(
         max(count, processes()), "loky", IDLE, initializer=_follow, initargs=(os.getpid(),), env=ONE_THREAD
     )
+
+
+def _leave_results_to_workers(pool: Executor) -> None:
+    """Close this process's end of the pipe to which forked workers, which all run, write results.
+
+    The pipe then ends with the workers. Otherwise the pool would wait for the rest of a result whose worker was
+    terminated while it wrote.
+    """
+    if isinstance(pool, ProcessPoolExecutor):
+        pool._result_queue._writer.close()  # type: ignore[attr-defined]
 
 
 def _stop(pool: Executor) -> None:

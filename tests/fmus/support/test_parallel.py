@@ -1,6 +1,7 @@
 """Tasks in workers: forked ones, and fresh interpreters as on macOS and Windows."""
 
 import os
+import subprocess
 import sys
 import time
 import warnings
@@ -78,6 +79,41 @@ def test_tasks_in_turn_are_those_that_are_asked_for(two_workers, tmp_path):
     assert next(some)[0] == 3
     some.close()  # returns without the end of the task under way
     assert not (tmp_path / "5").exists()
+
+
+STOPPED_WHILE_IT_WRITES = """
+import os, pathlib, time
+from fmus.support import parallel
+
+parallel.loky.cpu_count = lambda: 2
+mark = pathlib.Path(os.environ["MARK"])
+
+class Large:
+    def __reduce__(self):
+        mark.touch()
+        return bytes, (bytes(50_000_000),)
+
+for delay in range(40):
+    mark.unlink(missing_ok=True)
+    def first():
+        while not mark.exists():
+            time.sleep(1e-3)
+        time.sleep(4e-3 * delay)
+    results = parallel.in_turn([first, Large])
+    next(results)
+    results.close()
+print("ended")
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="workers are forked on Linux alone")
+def test_a_task_that_is_stopped_while_it_writes_its_result_is_not_waited_for(tmp_path):
+    """Stopped at 40 times after the pickling of 50 MB has begun, in some of which the pipe is being written."""
+    environment = {**os.environ, "MOTOFMI_START_METHOD": "fork", "MARK": str(tmp_path / "mark")}
+    environment.pop("OMP_NUM_THREADS", None)
+    command = [sys.executable, "-c", STOPPED_WHILE_IT_WRITES]
+    made = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
+    assert made.stdout == "ended\n", made.stderr
 
 
 def test_one_processor_computes_in_this_process(monkeypatch):
