@@ -3,7 +3,7 @@
 import numpy as np
 
 from motofmi.gap.experiments.input_output import InputOutputExperiment
-from motofmi.gap.preprocessing.motion_spectrum import highest_frequency
+from motofmi.gap.preprocessing.input_interpolation import highest_frequency
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.resampling import slower
 

@@ -17,16 +17,18 @@ import numpy as np
 from scipy.interpolate import CubicSpline, make_interp_spline, make_lsq_spline
 from scipy.signal import periodogram
 
-from motofmi.gap.preprocessing.motion_spectrum import ABOVE_NOISE, noise_level, resolved_frequency, smooth_spectrum
+from motofmi.recordings.resampling import quantisation_step
 
 CACHED = 32  # sets of times whose values are cached
-HELD = "held"
-INTERPOLATIONS = ("smooth", "lines", HELD)
+INTERPOLATIONS = ("smooth", "lines", "held")
 SMOOTHER = "smoother"
 NOISELESS = "noiseless"
+ABOVE_NOISE = 10.0  # ratio of power to noise power above which a motion is resolved
+TINY = 1e-300  # added where the logarithm of a power is taken
 ROUGH_SHARE = 0.02  # share of an input's power in the upper half of its spectrum above which the interpolations differ
 DEGREE = 5  # degree of splines: the acceleration is then smooth
 AREA_FACTOR = float(np.sqrt(9 / 5 / 12))  # see `unresolved_input`
+LEAST_POWER = 1e-6  # share of a signal's power that may lie above the highest frequency
 KNOTS_PER_PERIOD = 6.0  # knots per period of the highest frequency: a spline's acceleration is accurate within 0.2 %
 LEAST_KNOTS_PER_PERIOD = 3.0  # knots per period with which a spline's acceleration is accurate within 7 %
 LEAST_KNOT_DISTANCE = 2.0  # samples between the knots of an imposed motion
@@ -138,6 +140,60 @@ def _without_noise(values: np.ndarray) -> np.ndarray:
     """A motion (n,) without the frequencies at which it is not resolved from its noise."""
     n = len(values)
     line = np.interp(np.arange(n), [0, n - 1], values[[0, -1]])
-    _, power = smooth_spectrum(values, 1.0)
-    resolved = power > ABOVE_NOISE * noise_level(power)
+    _, power = _smooth_spectrum(values, 1.0)
+    resolved = power > ABOVE_NOISE * _noise_level(power)
     return line + np.fft.irfft(np.where(resolved, np.fft.rfft(values - line), 0.0), n)
+
+
+def resolved_frequency(values: np.ndarray, rate: float, ratio: float = ABOVE_NOISE) -> float:
+    """The frequency [Hz] up to which the power of a motion (n,) exceeds that of its noise by a ratio.
+
+        f = argmax over f of the sum up to f of (P / N - ratio)
+
+    P is the smoothed power and N its floor. The cumulative sum is that of a change of the mean, so that an isolated
+    line far beyond the motion, such as mains interference, does not count. Half the sampling rate where no floor is
+    below the motion.
+
+    Source: Page, Biometrika 41 (1954) 100-115.
+    """
+    frequency, power = _smooth_spectrum(values, rate)
+    excess = np.cumsum(power / _noise_level(power) - ratio)
+    return float(frequency[np.argmax(excess) if excess.max() > 0 else -1])
+
+
+def _noise_level(power: np.ndarray) -> float:
+    """The level at which a smoothed spectrum (m,) is flat: the half-sample mode of its logarithm.
+
+    It is the level of white noise, and that of noise that is flat up to the cut-off of a low-pass filter.
+
+    Source: Bickel, Fruehwirth, Computational Statistics and Data Analysis 50 (2006) 3500-3530.
+    """
+    logs = np.sort(np.log(np.maximum(power, TINY)))
+    while len(logs) > 2:
+        half = (len(logs) + 1) // 2
+        first = int(np.argmin(logs[half - 1 :] - logs[: len(logs) - half + 1]))
+        logs = logs[first : first + half]
+    return float(np.exp(logs.mean()))
+
+
+def highest_frequency(values: np.ndarray, rate: float, share: float = 4.0) -> float:
+    """The highest frequency [Hz] at which a signal (n,) exceeds its level near half the sampling rate by a factor.
+
+    A share of `LEAST_POWER` of its power or less lies above it. The level is at least that of white noise with the
+    variance of the quantisation: that of a slow quantised signal falls towards half the sampling rate.
+    """
+    frequency, power = _smooth_spectrum(values, rate)
+    quantised = 2 / rate * quantisation_step(values) ** 2 / 12 * float(np.mean(np.hanning(len(values)) ** 2))
+    floor = max(float(np.median(power[int(0.7 * len(power)) :])), quantised)
+    beyond = np.cumsum(power[::-1])[::-1] / power.sum()
+    above = np.flatnonzero((power > share * floor) & (beyond > LEAST_POWER))
+    return float(frequency[above[-1]]) if len(above) else float(frequency[-1] / 2)
+
+
+def _smooth_spectrum(values: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
+    """Frequencies (m,), in the unit of the sampling rate, and the smoothed power (m,) of a signal (n,)."""
+    n = len(values)
+    line = np.interp(np.arange(n), [0, n - 1], values[[0, -1]])
+    frequency, power = periodogram((values - line) * np.hanning(n), rate)
+    width = max(n // 400, 5)
+    return frequency, np.convolve(power, np.ones(width) / width, "same")

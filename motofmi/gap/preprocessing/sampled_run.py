@@ -17,19 +17,20 @@ from motofmi.gap.experiments.input_output import InputOutputExperiment
 from motofmi.gap.preprocessing.blocks import Blocks, blocks_of
 from motofmi.gap.preprocessing.flexible_noise_model import Density
 from motofmi.gap.preprocessing.input_interpolation import (
-    HELD,
+    ABOVE_NOISE,
     INTERPOLATIONS,
     NOISELESS,
     InterpolatedInputs,
+    highest_frequency,
     input_function,
     motion_functions,
 )
-from motofmi.gap.preprocessing.motion_spectrum import ABOVE_NOISE, highest_frequency
 from motofmi.gap.preprocessing.segments import LEAST_LENGTH, segments_of
-from motofmi.gap.preprocessing.simulation_steps import simulation_steps
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.resampling import sensor_noise
 
+STEPS_PER_CYCLE = 8  # simulation steps per cycle of the highest frequency
+MOST_STEPS = 40_000  # simulation steps of one run
 SHORTEST_SEGMENT = 100  # samples
 ACCURACY = 3e-4  # least noise over a signal's rms [1]: no model of a real component is more accurate
 NEIGHBOURS = 9  # coefficients over which a variance is averaged
@@ -115,13 +116,8 @@ class SampledRun:
         return replace(self, input_variance=smooth).with_densities(self.densities, self.noise_source)
 
     def with_interpolation(self, kind: str) -> "SampledRun":
-        """The run with another interpolation of its inputs, of `input_interpolation.INTERPOLATIONS`.
-
-        A held input is linear between the middles of the samples: with an even number of steps, these are nodes.
-        """
-        steps = self.steps_per_sample + (self.steps_per_sample % 2 if kind == HELD else 0)
-        inputs = interpolated_inputs(self.recording, self.experiment, kind)
-        return replace(self, inputs=inputs, kind=kind, steps_per_sample=steps, guess={})
+        """The run with another interpolation of its inputs, of `input_interpolation.INTERPOLATIONS`."""
+        return replace(self, inputs=interpolated_inputs(self.recording, self.experiment, kind), kind=kind, guess={})
 
     @cached_property
     def noiseless(self) -> "SampledRun":
@@ -176,7 +172,7 @@ class SampledRun:
             self,
             reduction=reduction,
             data=reduction.reduce(self.measured),
-            steps_per_sample=simulation_steps(moving, rate),
+            steps_per_sample=simulation_steps(highest, rate, len(moving)),
             guess={},
             input_variance=None,
         ).with_densities(self.densities, self.noise_source)
@@ -221,6 +217,11 @@ class SampledRun:
 def compared_band(highest: float, rate: float, samples: int) -> float:
     """The frequency up to which a signal with a highest frequency is compared; all in Hz."""
     return min(1.3 * highest + 4 * rate / samples, rate / 2)
+
+
+def simulation_steps(highest: float, rate: float, samples: int) -> int:
+    """The simulation steps for a highest frequency and a sampling rate [Hz]."""
+    return int(np.clip(np.ceil(STEPS_PER_CYCLE * highest / rate), 1, max(MOST_STEPS // samples, 1)))
 
 
 def interpolated_inputs(recording: Recording, experiment: InputOutputExperiment, kind: str) -> InterpolatedInputs:

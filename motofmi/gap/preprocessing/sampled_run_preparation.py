@@ -16,9 +16,10 @@ from motofmi.gap.preprocessing.input_interpolation import (
     INTERPOLATIONS,
     LEAST_KNOT_DISTANCE,
     LEAST_KNOTS_PER_PERIOD,
+    highest_frequency,
+    resolved_frequency,
 )
 from motofmi.gap.preprocessing.mains_interference import without_mains_interference
-from motofmi.gap.preprocessing.motion_spectrum import highest_frequency, resolved_frequency
 from motofmi.gap.preprocessing.one_way import ONE_WAY, one_way_rates
 from motofmi.gap.preprocessing.sampled_run import (
     ACCURACY,
@@ -26,8 +27,8 @@ from motofmi.gap.preprocessing.sampled_run import (
     SampledRun,
     compared_band,
     interpolated_inputs,
+    simulation_steps,
 )
-from motofmi.gap.preprocessing.simulation_steps import simulation_steps
 from motofmi.gap.preprocessing.undisturbed_intervals import uninterrupted
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.resampling import is_white, sensor_noise, uniform
@@ -107,6 +108,7 @@ def sampled_run(
         )
     compared = compared_samples(recording, experiment, limits)
     reduction = blocks_of(intervals, len(experiment.outputs), rate, band, compared)
+    steps_per_sample = simulation_steps(highest, rate, len(time))
     densities = [
         Density(np.array([0.0, rate / 2]), np.full(2, max(s, ACCURACY * np.std(y)) ** 2))
         for s, y in zip(deviations, measured.T, strict=True)
@@ -118,7 +120,7 @@ def sampled_run(
         interpolated_inputs(recording, experiment, INTERPOLATIONS[0]),
         intervals,
         segments=intervals,
-        steps_per_sample=simulation_steps(measured, rate),
+        steps_per_sample=steps_per_sample,
         reduction=reduction,
         one_way_rates=one_way_rates(recording, experiment.component.elements.values()),
         densities=densities,

@@ -6,7 +6,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from fmus.mechanisms.mass_spring_damper import MassSpringDamper
 from motofmi.gap.experiments.input_output import input_output_experiment
-from motofmi.gap.preprocessing.motion_spectrum import ABOVE_NOISE, resolved_frequency
+from motofmi.gap.preprocessing.input_interpolation import ABOVE_NOISE, resolved_frequency
 from motofmi.gap.preprocessing.sampled_run_preparation import RESOLVED_RATIO, prepare_sampled_run
 from motofmi.recordings.recording import Recording
 

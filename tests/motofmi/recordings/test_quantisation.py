@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from motofmi.gap.preprocessing.motion_spectrum import highest_frequency
+from motofmi.gap.preprocessing.input_interpolation import highest_frequency
 from motofmi.recordings.resampling import quantisation_step, sensor_noise, white_noise
 
 RATE, STEP = 200.0, 0.04  # Hz, rad
