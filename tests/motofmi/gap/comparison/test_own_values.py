@@ -5,12 +5,13 @@ import re
 import pytest
 
 import motofmi as mf
+from tests import as_study
 from tests.simulators.swings import swing
 
 VALUES = {"J": 0.1, "k": 4.0, "c": 0.003, "T_c": 0.0, "c_2": 0.0}
 
 
-@pytest.mark.parametrize("friction", [0.0, 0.01])
+@pytest.mark.parametrize("friction", [as_study(0.0), 0.01])
 def test_nothing_is_named_where_the_validation_run_is_of_another_pendulum(friction):
     values = VALUES | {"T_c": friction}
     runs = [swing(f"from {q} rad", q, 12.0, 40.0, values, noise=1e-3, seed=k) for k, q in enumerate((0.5, 0.3))]
