@@ -100,7 +100,7 @@ def pool(count: int) -> Iterator[Executor]:
     try:
         with _complete_start():
             executor.submit(os.getpid)  # the first task starts the workers
-            _leave_results_to_workers(executor)
+            _close_own_end_of_results(executor)
         yield executor
     except BaseException:
         _stop(executor)
@@ -135,7 +135,7 @@ def _submitted(function: Callable[[Any], T], items: Sequence[Any], count: int) -
         try:
             with _complete_start():
                 results += [pool.submit(_run, key, os.getcwd(), index) for index in range(len(items))]
-                _leave_results_to_workers(pool)
+                _close_own_end_of_results(pool)
             yield results
         except Exception:
             for result in results:
@@ -177,13 +177,13 @@ def _pool(count: int, method: str) -> Executor:
     )
 
 
-def _leave_results_to_workers(pool: Executor) -> None:
-    """Close this process's end of the pipe to which forked workers, which all run, write results.
+def _close_own_end_of_results(pool: Executor) -> None:
+    """Close this process's writing end of the pipe of results, once all forked workers have started.
 
-    The pipe then ends with the workers. Otherwise the pool would wait for the rest of a result whose worker was
-    terminated while it wrote.
+    Reading then ends with the last worker. While the end is open here, the pool waits without limit for the rest of a
+    result whose worker was terminated within writing it.
     """
-    if isinstance(pool, ProcessPoolExecutor):
+    if isinstance(pool, ProcessPoolExecutor):  # no public method closes the end
         pool._result_queue._writer.close()  # type: ignore[attr-defined]
 
 

@@ -110,7 +110,7 @@ class PredictorModel(LinearModel):
         return with_best_prediction(run, recorded, [run.averaged(f) for f in features])
 
     def with_disturbances_as_estimated(self, x: np.ndarray) -> np.ndarray:
-        """A vector with the disturbances and sensor noise that were estimated for the runs: their factors are 1."""
+        """The vector x with factors of 1 on the disturbances and the sensor noise that were estimated for the runs."""
         found = x.copy()
         found[self._factors] = 0.0
         return found

@@ -234,20 +234,20 @@ def torque_is_known(runs: Sequence[PredictedRun]) -> bool:
 def _base(model: PredictorModel, runs: Sequence[PredictedRun]) -> Fit:
     """The fitted base, with inputs interpolated linearly or held between samples, whichever has the smaller
     chi-square."""
-    interpolated = _with_estimated_disturbances(model, runs)
+    interpolated = _fit_with_disturbances(model, runs)
     if not any(r.inputs for r in runs):
         return interpolated
-    held = _with_estimated_disturbances(model, [replace(r, held=True) for r in interpolated.runs])
+    held = _fit_with_disturbances(model, [replace(r, held=True) for r in interpolated.runs])
     if interpolated.chi2 <= held.chi2:
         return interpolated
     return replace(held, runs=[replace(r, mixing=None) for r in held.runs])  # estimated for interpolated inputs
 
 
-def _with_estimated_disturbances(model: PredictorModel, runs: Sequence[PredictedRun]) -> Fit:
+def _fit_with_disturbances(model: PredictorModel, runs: Sequence[PredictedRun]) -> Fit:
     """The base fitted with disturbances that are estimated for its start values, and then for its fitted values.
 
-    The errors of the start values are among the first estimates as if disturbances had caused them, and a fit changes
-    these by factors with a prior only.
+    Prediction errors of wrong start values are attributed to disturbances in the first estimates, and a fit changes an
+    estimate by a factor with a prior only. The fit with the smaller chi-square is returned.
     """
 
     def estimated(runs: Sequence[PredictedRun], vectors: Sequence[np.ndarray]) -> list[PredictedRun]:

@@ -108,7 +108,7 @@ print("ended")
 
 @pytest.mark.skipif(sys.platform != "linux", reason="workers are forked on Linux alone")
 def test_a_task_that_is_stopped_while_it_writes_its_result_is_not_waited_for(tmp_path):
-    """Stopped at 40 times after the pickling of 50 MB has begun, in some of which the pipe is being written."""
+    """The task is stopped 40 times, 0 to 156 ms after the pickling of 50 MB has begun: in some, while it is written."""
     environment = {**os.environ, "MOTOFMI_START_METHOD": "fork", "MARK": str(tmp_path / "mark")}
     environment.pop("OMP_NUM_THREADS", None)
     command = [sys.executable, "-c", STOPPED_WHILE_IT_WRITES]
