@@ -11,11 +11,14 @@ from typing import Any
 import numpy as np
 
 from motofmi.gap.comparison.closable import closed_share
+from motofmi.gap.comparison.residuals import whitened_residuals
 from motofmi.gap.estimation.candidate import adequate
+from motofmi.gap.estimation.fit_result import Fit
+from motofmi.gap.preprocessing.sampled_run import SampledRun
 from motofmi.gap.selection.result import Verdict
 from motofmi.gap.validation.before_after import misfit_of, motion_rms
 
-PIECES = 20  # pieces of equal length into which the residuals of validation runs are cut for the bootstrap
+PIECES = 20  # consecutive pieces of equal length of the residuals of validation runs, for the bootstrap
 
 
 def complete(verdict: Verdict) -> bool:
@@ -36,7 +39,7 @@ def explained(verdict: Verdict) -> dict[str, float] | None:
         return None if found is None else asdict(found)
     if verdict.validation_gap is None or verdict.best is verdict.base or not verdict.best.model.effects:
         return None
-    before, after = (_mean_squares(misfit.fit.residuals[: misfit.fit.count]) for misfit in verdict.validation_gap)
+    before, after = (_mean_squares(misfit.fit) for misfit in verdict.validation_gap)
     return asdict(closed_share(before, after, 1.0))  # residuals are over the noise, which has a mean square of 1
 
 
@@ -59,6 +62,10 @@ def remainder(verdict: Verdict, unit: str) -> dict[str, Any]:
     }
 
 
-def _mean_squares(residuals: np.ndarray) -> np.ndarray:
-    """The mean squares (pieces,) of consecutive pieces of residuals (n,)."""
+def _mean_squares(found: Fit) -> np.ndarray:
+    """The mean squares (pieces,) of the residuals over the noise, on consecutive pieces in time."""
+    if all(isinstance(run, SampledRun) for run in found.runs):
+        residuals = np.concatenate(whitened_residuals(found))
+    else:
+        residuals = found.residuals[: found.count]  # windows or blocks one after another, for every output
     return np.array([np.mean(piece**2) for piece in np.array_split(residuals, min(PIECES, len(residuals)))])

@@ -56,6 +56,20 @@ def time_residuals(found: Fit, scale: np.ndarray | None = None, part: float = 1.
     return TimeResiduals(residuals, slopes, scale, found.jacobian[first:])
 
 
+def whitened_residuals(found: Fit) -> list[np.ndarray]:
+    """The residuals (n, outputs) of every run over time, over the noise's spectrum: a mean square of 1 for noise alone.
+
+    Every coefficient is divided by the standard deviation of its noise. Coefficients above the compared band are zero.
+    """
+    residuals, first = [], 0
+    for run in found.runs:
+        last = first + len(run.data)
+        over_time = _over_time(run, found.residuals[first:last, None])[:, :, 0]
+        residuals.append(over_time * np.sqrt(over_time.size / len(run.data)))
+        first = last
+    return residuals
+
+
 def output_scale(found: Fit) -> np.ndarray:
     """The root mean square (outputs,) of the noise's standard deviations of each output over all runs, in its unit."""
     outputs = found.runs[0].reduction.outputs
