@@ -7,7 +7,7 @@ import pytest
 
 HAS_AXE = find_spec("axe_playwright_python") is not None
 needs_axe = pytest.mark.skipif(not HAS_AXE, reason="needs axe-playwright-python (pip install motofmi[dev])")
-RUN = """async () => (await axe.run()).violations.flatMap(v => v.nodes.map(n =>
+RUN = """async () => (await axe.run({resultTypes: ["violations"]})).violations.flatMap(v => v.nodes.map(n =>
   `${v.id} (${v.impact}): ${n.target.join(" ")}: ${n.failureSummary.split("\\n").slice(1, 2).join("").trim()}`))"""
 
 

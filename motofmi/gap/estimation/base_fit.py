@@ -22,7 +22,7 @@ from motofmi.gap.experiments.input_output import InputOutputExperiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.input_interpolation import INTERPOLATIONS, SMOOTHER
 from motofmi.gap.preprocessing.noise_sources import known_noise
-from motofmi.gap.preprocessing.one_way import is_one_way
+from motofmi.gap.preprocessing.one_way import is_one_way, keeps_direction
 from motofmi.gap.preprocessing.sampled_run import SampledRun
 
 # Ratio of equation errors above which signs of stiffnesses are those before a change: without the sine of a pendulum
@@ -152,7 +152,11 @@ def _counts_revolutions(experiment: InputOutputExperiment, output: str, level: f
 
 
 def _one_way_elements(found: Fit) -> set[str]:
-    """The elements whose rate has one sign in every run: the recorded one, else that of the fit."""
+    """The elements whose rate has one sign in every run: the recorded one, else that of the fit.
+
+    Where the deflection is recorded, it must keep its direction as well: a free base without stiffness never turns
+    back, and the machine may have a spring.
+    """
     model: Any = found.model
     one_way = set(model.moving)
     for index, run in enumerate(found.runs):
@@ -162,6 +166,7 @@ def _one_way_elements(found: Fit) -> set[str]:
             (deflection, name)
             for (deflection, name), rate in zip(model.moving, rates, strict=False)  # without elements rates are zero
             if is_one_way(recorded.get(name, rate))
+            and (deflection not in recorded or keeps_direction(recorded[deflection]))
         }
     elements = model.experiment.component.elements.items()
     return {name for name, e in elements if (e.deflection or e.rate, e.rate) in one_way}

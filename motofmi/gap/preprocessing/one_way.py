@@ -32,3 +32,9 @@ def is_one_way(rate: np.ndarray) -> bool:
     """Whether a rate (n,) has one sign, except for noise about standstill."""
     there, back = np.sum(np.maximum(rate, 0.0)), np.sum(np.maximum(-rate, 0.0))
     return bool(min(there, back) < OTHER_WAY * (there + back))
+
+
+def keeps_direction(deflection: np.ndarray) -> bool:
+    """Whether a deflection (n,) never returns by more than a small share of its range."""
+    returns = min(float(np.max(np.maximum.accumulate(there) - there)) for there in (deflection, -deflection))
+    return returns < OTHER_WAY * float(np.ptp(deflection))

@@ -76,6 +76,7 @@ class Wheel(Component):
 
 
 @pytest.mark.slow
+@pytest.mark.study
 def test_friction_is_no_hysteresis_where_a_motion_is_never_reversed():
     def slowing(seed: int, v0: float) -> Recording:
         time = np.arange(0, 30, 0.02)
@@ -89,14 +90,25 @@ def test_friction_is_no_hysteresis_where_a_motion_is_never_reversed():
     assert torque["value"] == pytest.approx(FRICTION, abs=4 * torque["standard_error"] + 1e-3 * FRICTION)
 
 
-@pytest.mark.parametrize("turns, expected", [(0.9, True), (1.1, False)])
-def test_an_angle_beyond_a_revolution_has_no_sensor_nonlinearity(turns, expected):
-    time = np.arange(0, 10, 0.02)
-    angle = 2 * np.pi * turns * np.sin(time)
+def candidates_of(angle: np.ndarray, time: np.ndarray) -> set[str]:
+    """The families of the candidate effects of a wheel with a recorded angle (n,) [rad]."""
     experiment = input_output_experiment(Wheel(), ["angle"])
     run = prepare_sampled_run(Recording("turning", time, {"angle": angle}, {"angle": "rad"}), experiment)
     _, candidates, _ = fitted_base(experiment, [run], {}, (), Criteria())
-    assert ("sensor_nonlinearity" in {effect.family for effect in candidates}) == expected
+    return {effect.family for effect in candidates}
+
+
+def test_a_hysteresis_is_a_candidate_only_where_a_motion_is_reversed():
+    time = np.arange(0, 30, 0.02)
+    noise = 1e-3 * np.random.default_rng(3).standard_normal(len(time))
+    assert "hysteresis" not in candidates_of(12.0 * time - FRICTION * time**2 / 2 + noise, time)
+    assert "hysteresis" in candidates_of(np.sin(time) + noise, time)
+
+
+@pytest.mark.parametrize("turns, expected", [(0.9, True), (1.1, False)])
+def test_an_angle_beyond_a_revolution_has_no_sensor_nonlinearity(turns, expected):
+    time = np.arange(0, 10, 0.02)
+    assert ("sensor_nonlinearity" in candidates_of(2 * np.pi * turns * np.sin(time), time)) == expected
 
 
 def test_a_rate_has_one_sign_apart_from_noise_about_standstill():

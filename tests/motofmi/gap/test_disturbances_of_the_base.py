@@ -13,6 +13,7 @@ from tests.simulators.hidden_bicycle import bicycle, ride, write_matrices, write
 
 
 @pytest.mark.slow
+@pytest.mark.study
 def test_a_base_fitted_from_wrong_matrices_leaves_noise(tmp_path):
     """A bicycle whose matrices are off by 3 %, with a torque that is held between samples and steers into the fall."""
     rng = np.random.default_rng(5)

@@ -81,7 +81,7 @@ def test_a_free_swing_has_no_equation_error(based):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [21, pytest.param(31, marks=pytest.mark.study)])
 def test_the_sine_is_named(seed):
-    found = mf.find_gap([driven(seed)], validation=[driven(seed + 1)], component="pendulum")
+    found = mf.find_gap([driven(seed, 12.0)], validation=[driven(seed + 1, 12.0)], component="pendulum")
     assert found.verdict == "named" and found.effects[0]["name"] == "geometric_nonlinearity"
     share = found.effects[0]["parameters"]["share"]
     assert share["value"] == pytest.approx(1.0, abs=0.01)
