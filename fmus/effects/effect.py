@@ -33,6 +33,7 @@ from fmus.declaration.elements import Element
 from fmus.declaration.variables import Variable, input, output
 from fmus.effects.delay import delay_states
 from fmus.effects.prior import LogNormalPrior
+from fmus.expressions.functions import NUMERIC
 from fmus.support.errors import InputError, unknown
 
 
@@ -185,6 +186,14 @@ class Effect:
             for target in getattr(getattr(type(self), name), "targets", ()):
                 yield target, getattr(self, name)
 
+    @classmethod
+    def reads(cls) -> set[str]:
+        """The names that its terms read: own variables, and `deflection`, `rate` and so on of its element."""
+        reader = _Reader()
+        for _, method in cls().additions():
+            method(reader, NUMERIC)
+        return reader.read | {source for source, _ in cls.delayed.values()}
+
     def _element_of(self, component: Component) -> Element | None:
         elements = {**_signals(component), **component.elements} if self.element else {}
         if self.element and self.element not in elements:
@@ -249,6 +258,17 @@ class _View:
             return names.computed[word](scope)
         key = names.prefix + word
         return scope[key] if key in scope.__dict__ else getattr(scope, names.name(word))
+
+
+class _Reader:
+    """An argument `v` of an effect's methods that notes the names which are read; every value is 1."""
+
+    def __init__(self) -> None:
+        self.read: set[str] = set()
+
+    def __getattr__(self, word: str) -> float:
+        self.read.add(word)
+        return 1.0
 
 
 def _signals(component: Component) -> dict[str, Element]:

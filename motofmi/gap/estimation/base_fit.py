@@ -105,9 +105,7 @@ def _scaled(
         outputs = {n: level for n, level in outputs.items() if not _counts_revolutions(experiment, n, level)}
         states = {} if experiment.imposed else _ranges(initial)
         period = float(np.median([1 / run.middle_frequency for run in runs]))
-        library = laws_at(experiment.component, rate, inputs, outputs, states, period)
-        one_way = _one_way_elements(initial)
-        library = [effect for effect in library if not (effect.both_ways and effect.element in one_way)]
+        library = _distinguishable(laws_at(experiment.component, rate, inputs, outputs, states, period), initial)
     model = FreeInitialStateModel(experiment)
     noisy = [_with_interpolation_error(model, run) for run in known_noise(initial.runs, noise)]
     return fit(model, noisy, model.start()), list(library)
@@ -149,6 +147,19 @@ def _counts_revolutions(experiment: InputOutputExperiment, output: str, level: f
     """Whether an output is an angle [rad] beyond a revolution. The error of its sensor repeats with every revolution,
     where the laws of a sensor grow with the reading."""
     return experiment.component.table[output].unit == "rad" and level > 2 * np.pi
+
+
+def _distinguishable(library: Sequence[type[Effect]], found: Fit) -> list[type[Effect]]:
+    """The laws without those that a motion in one direction does not distinguish from others (see `one_way`)."""
+    one_way, elements = _one_way_elements(found), found.model.experiment.component.elements
+    recorded = {name for run in found.runs for name in run.recording.columns}
+    unseen = {name for name in one_way if elements[name].deflection not in recorded}
+    return [
+        effect
+        for effect in library
+        if not (effect.both_ways and effect.element in one_way)
+        and not (effect.element in unseen and "deflection" in effect.reads())
+    ]
 
 
 def _one_way_elements(found: Fit) -> set[str]:

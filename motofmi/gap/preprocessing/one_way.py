@@ -5,7 +5,8 @@
 While a mass moves one way, dry friction f is a constant force, and so is the effect of an offset o of the rate's sensor
 beside a linear damper: they are not distinguishable. The offset is taken as zero there, since that of tachometers and
 encoders is small. A hysteresis and an asymmetry of damping have no meaning there either: without a reversal their
-forces are those of friction and drag.
+forces are those of friction and drag. A deflection that is not recorded starts anywhere and only grows: its laws are
+arbitrary functions of the distance covered.
 """
 
 from collections.abc import Iterable

@@ -3,6 +3,8 @@
     v' = -(f + k v^2):   v = sqrt(f / k) tan(atan(v0 sqrt(k / f)) - sqrt(f k) t)
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -90,25 +92,45 @@ def test_friction_is_no_hysteresis_where_a_motion_is_never_reversed():
     assert torque["value"] == pytest.approx(FRICTION, abs=4 * torque["standard_error"] + 1e-3 * FRICTION)
 
 
-def candidates_of(angle: np.ndarray, time: np.ndarray) -> set[str]:
-    """The families of the candidate effects of a wheel with a recorded angle (n,) [rad]."""
-    experiment = input_output_experiment(Wheel(), ["angle"])
-    run = prepare_sampled_run(Recording("turning", time, {"angle": angle}, {"angle": "rad"}), experiment)
-    _, candidates, _ = fitted_base(experiment, [run], {}, (), Criteria())
+def candidates_of(component: Component, recording: Recording) -> set[str]:
+    """The families of the candidate effects of a component."""
+    experiment = input_output_experiment(component, list(recording.columns))
+    _, candidates, _ = fitted_base(experiment, [prepare_sampled_run(recording, experiment)], {}, (), Criteria())
     return {effect.family for effect in candidates}
+
+
+def turning(time: np.ndarray, angle: np.ndarray) -> Recording:
+    return Recording("turning", time, {"angle": angle}, {"angle": "rad"})
 
 
 def test_a_hysteresis_is_a_candidate_only_where_a_motion_is_reversed():
     time = np.arange(0, 30, 0.02)
     noise = 1e-3 * np.random.default_rng(3).standard_normal(len(time))
-    assert "hysteresis" not in candidates_of(12.0 * time - FRICTION * time**2 / 2 + noise, time)
-    assert "hysteresis" in candidates_of(np.sin(time) + noise, time)
+    assert "hysteresis" not in candidates_of(Wheel(), turning(time, 12.0 * time - FRICTION * time**2 / 2 + noise))
+    assert "hysteresis" in candidates_of(Wheel(), turning(time, np.sin(time) + noise))
 
 
 @pytest.mark.parametrize("turns, expected", [(0.9, True), (1.1, False)])
 def test_an_angle_beyond_a_revolution_has_no_sensor_nonlinearity(turns, expected):
     time = np.arange(0, 10, 0.02)
-    assert ("sensor_nonlinearity" in candidates_of(2 * np.pi * turns * np.sin(time), time)) == expected
+    candidates = candidates_of(Wheel(), turning(time, 2 * np.pi * turns * np.sin(time)))
+    assert ("sensor_nonlinearity" in candidates) == expected
+
+
+def test_a_deflection_that_is_not_recorded_has_laws_only_where_the_rate_changes_its_sign():
+    """A spring beside the mass of a coast-down would explain any deceleration over the distance."""
+    slowing, time = coast_down("both", 1, 20.0), np.arange(0, 60, 0.05)
+    swinging = replace(slowing, time=time, columns={"speed": np.sin(time)})
+
+    def of_velocity(run: Recording) -> set[str]:
+        columns = {"velocity": run["speed"]}
+        return candidates_of(
+            mf.mechanism("mass_spring_damper"), Recording("run", run.time, columns, {"velocity": "m/s"})
+        )
+
+    assert not {"hardening_stiffness", "asymmetry", "backlash", "viscoelastic_arm"} & of_velocity(slowing)
+    assert {"coulomb_friction", "progressive_damping"} <= of_velocity(slowing)
+    assert {"hardening_stiffness", "asymmetry", "coulomb_friction"} <= of_velocity(swinging)
 
 
 def test_a_rate_has_one_sign_apart_from_noise_about_standstill():
