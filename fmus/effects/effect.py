@@ -188,7 +188,12 @@ class Effect:
 
     @classmethod
     def reads(cls) -> set[str]:
-        """The names that its terms read: own variables, and `deflection`, `rate` and so on of its element."""
+        """The names that its terms read: own variables, and `deflection`, `rate` and so on of its element.
+
+        >>> from fmus.effects.damping import ProgressiveDamping
+        >>> sorted(ProgressiveDamping.reads())
+        ['coefficient', 'rate']
+        """
         reader = _Reader()
         for _, method in cls().additions():
             method(reader, NUMERIC)
@@ -261,7 +266,7 @@ class _View:
 
 
 class _Reader:
-    """An argument `v` of an effect's methods that notes the names which are read; every value is 1."""
+    """An argument `v` of an effect's methods that collects the names which are read; every value is 1."""
 
     def __init__(self) -> None:
         self.read: set[str] = set()

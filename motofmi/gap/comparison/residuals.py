@@ -57,17 +57,14 @@ def time_residuals(found: Fit, scale: np.ndarray | None = None, part: float = 1.
 
 
 def whitened_residuals(found: Fit) -> list[np.ndarray]:
-    """The residuals (n, outputs) of every run over time, over the noise's spectrum: a mean square of 1 for noise alone.
+    """The residuals (n, outputs) of every run over time, whitened [1]: those of noise alone have a mean square of 1.
 
     Every coefficient is divided by the standard deviation of its noise. Coefficients above the compared band are zero.
     """
-    residuals, first = [], 0
-    for run in found.runs:
-        last = first + len(run.data)
-        over_time = _over_time(run, found.residuals[first:last, None])[:, :, 0]
-        residuals.append(over_time * np.sqrt(over_time.size / len(run.data)))
-        first = last
-    return residuals
+    ends = np.cumsum([len(run.data) for run in found.runs])
+    parts = np.split(found.residuals[: found.count], ends[:-1])
+    whitened = [_over_time(run, part[:, None])[:, :, 0] for run, part in zip(found.runs, parts, strict=True)]
+    return [one * np.sqrt(one.size / len(part)) for one, part in zip(whitened, parts, strict=True)]
 
 
 def output_scale(found: Fit) -> np.ndarray:

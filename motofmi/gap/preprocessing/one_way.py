@@ -5,8 +5,8 @@
 While a mass moves one way, dry friction f is a constant force, and so is the effect of an offset o of the rate's sensor
 beside a linear damper: they are not distinguishable. The offset is taken as zero there, since that of tachometers and
 encoders is small. A hysteresis and an asymmetry of damping have no meaning there either: without a reversal their
-forces are those of friction and drag. A deflection that is not recorded starts anywhere and only grows: its laws are
-arbitrary functions of the distance covered.
+forces are those of friction and drag. The start of a deflection that is not recorded is unknown, and the deflection
+only grows: its laws can be any function of the distance covered.
 """
 
 from collections.abc import Iterable
@@ -36,6 +36,6 @@ def is_one_way(rate: np.ndarray) -> bool:
 
 
 def keeps_direction(deflection: np.ndarray) -> bool:
-    """Whether a deflection (n,) never returns by more than a small share of its range."""
+    """Whether a deflection (n,) never returns by `OTHER_WAY` of its range or more."""
     returns = min(float(np.max(np.maximum.accumulate(there) - there)) for there in (deflection, -deflection))
     return returns < OTHER_WAY * float(np.ptp(deflection))

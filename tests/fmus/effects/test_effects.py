@@ -1,5 +1,7 @@
 """An effect adds to named quantities: the sum is what a component with the term written in would give."""
 
+from typing import ClassVar
+
 import numpy as np
 import pytest
 
@@ -140,3 +142,25 @@ def test_what_the_sensor_of_a_state_shows_is_an_output_beside_the_state():
     assert rows["angle"] == pytest.approx([1.0, 0.0])
     assert rows["angle_shown"] == pytest.approx([1 + 3 * 0.5**2, -0.02])
     assert not [n for n in Pendulum().outputs if n.endswith("_shown")]
+
+
+def test_the_quantities_that_terms_read_are_those_of_their_formulas():
+    class Late(Effect):
+        """A delayed spring beside drag, with a method that adds nothing."""
+
+        stiffness = parameter("N.m/rad", "Stiffness", start=1.0)
+        delay = parameter("s", "Delay", min=1e-3, max=1, start=0.1)
+        delayed: ClassVar = {"late": ("deflection", "delay")}
+
+        @adds_to("force")
+        def spring(self, v, m):
+            return v.stiffness * v.late
+
+        @adds_to("force")
+        def drag(self, v, m):
+            return m.absolute(v.rate) * v.rate
+
+        def unused(self, v, m):
+            return v.velocity
+
+    assert Late.reads() == {"stiffness", "late", "deflection", "rate"}
