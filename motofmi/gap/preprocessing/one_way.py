@@ -19,7 +19,8 @@ from motofmi.recordings.recording import Recording
 OTHER_WAY = 0.01  # share of the travel against the direction of the motion, below which a motion is one-way
 ONE_WAY = (
     "{}: {} has one sign: the offset of its sensor is taken as zero, since it is not distinguishable from dry "
-    "friction; a run in the other direction would distinguish them"
+    "friction, and laws of its deflection, hysteresis and asymmetry of damping are no candidates; a run in the other "
+    "direction would distinguish them"
 )
 
 
