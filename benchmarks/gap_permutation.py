@@ -47,7 +47,8 @@ def prepared(folder: Path, name: str) -> Null:
     """The null hypothesis of a recording: its base fitted as the workflow does, and the effects at its elements."""
     kind, criteria = InputOutput(_given(folder, SOURCES[name])), Criteria()
     experiment = kind.experiment.with_sensor_offsets(offset_priors(kind.runs))
-    found, library, _ = fitted_base(experiment, kind.runs, {}, (), criteria)
+    based = fitted_base(experiment, kind.runs, {}, (), criteria)
+    found, library = based.fit, based.candidates
     base = fit(found.model, [in_shorter_segments(run) for run in found.runs], found.x)
     held = [prepare_sampled_run(recording, found.model.experiment) for recording in kind.validation]
     held = [in_shorter_segments(run) for run in with_noise_of(base.runs[0], held)]

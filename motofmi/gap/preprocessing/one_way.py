@@ -4,9 +4,7 @@
 
 While a mass moves one way, dry friction f is a constant force, and so is the effect of an offset o of the rate's sensor
 beside a linear damper: they are not distinguishable. The offset is taken as zero there, since that of tachometers and
-encoders is small. A hysteresis and an asymmetry of damping have no meaning there either: without a reversal their
-forces are those of friction and drag. The start of a deflection that is not recorded is unknown, and the deflection
-only grows: its laws can be any function of the distance covered.
+encoders is small.
 """
 
 from collections.abc import Iterable
@@ -19,8 +17,7 @@ from motofmi.recordings.recording import Recording
 OTHER_WAY = 0.01  # share of the travel against the direction of the motion, below which a motion is one-way
 ONE_WAY = (
     "{}: {} has one sign: the offset of its sensor is taken as zero, since it is not distinguishable from dry "
-    "friction, and laws of its deflection, hysteresis and asymmetry of damping are no candidates; a run in the other "
-    "direction would distinguish them"
+    "friction; a run in the other direction would distinguish them"
 )
 
 

@@ -49,7 +49,7 @@ class Investigation:
     factor [1] is the common factor of fitted over initial values (see `common_factor`); unless it is 1, no effect is
     named. missed [1] is the share (rms) of the measured motion that the best model does not reproduce; above
     `Criteria.slow_noise_share` this misfit is not regarded as noise. fixed_inertias are inertias that these runs do not
-    distinguish from a stiffness; they keep their initial values.
+    distinguish from a stiffness; they keep their initial values. left_out are sentences on laws that are no candidates.
     """
 
     verdict: Verdict
@@ -57,6 +57,7 @@ class Investigation:
     factor: float = 1.0
     missed: float = 0.0
     fixed_inertias: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         return f"Investigation({self.verdict!r}, {self.missed:.1%} of the motion missed)"
@@ -81,13 +82,17 @@ def investigate(
     """
     experiment = experiment.with_sensor_offsets(offset_priors(runs))
 
+    left_out: list[str] = []
+
     def search(report: OnProgress) -> Verdict:
         with running(Stage.BASE):
-            base, candidates, starts = fitted_base(experiment, runs, given or {}, library, criteria)
+            found = fitted_base(experiment, runs, given or {}, library, criteria)
+            base, starts = found.fit, found.starts
+            left_out.extend(found.left_out)
             prepared = [prepare_sampled_run(recording, base.model.experiment) for recording in validation]
             validation_runs = on_segments_like(base, starts, prepared)
             report(_undecided(base, validation_runs, criteria))
-        return _selected(base, [*candidates, *more_effects], starts, validation_runs, report, criteria)
+        return _selected(base, [*found.candidates, *more_effects], starts, validation_runs, report, criteria)
 
     verdict = within_time(search, on_progress)
     fitted: Any = verdict.best.model.experiment
@@ -99,7 +104,7 @@ def investigate(
     missed = _missed(verdict.best)
     if missed > criteria.slow_noise_share and verdict.verdict == "none" and verdict.comparison is None:
         verdict = replace(verdict, verdict="unknown")
-    return Investigation(verdict, fitted, factor, missed, tuple(sorted(fixed)))
+    return Investigation(verdict, fitted, factor, missed, tuple(sorted(fixed)), tuple(left_out))
 
 
 def _undecided(

@@ -160,6 +160,7 @@ def limitations_of(found: Investigation, result: dict[str, Any], component: Comp
         f"{n} keeps its value: at the frequencies of these runs it is not distinguishable from a stiffness."
         for n in found.fixed_inertias
     ]
+    sentences += found.left_out
     bearing = found.experiment.component
     if not bearing.elements and any(bearing.table[n].unit == "1" for n in bearing.states):
         sentences.append(NO_UNIT)

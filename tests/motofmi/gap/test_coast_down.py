@@ -3,18 +3,12 @@
     v' = -(f + k v^2):   v = sqrt(f / k) tan(atan(v0 sqrt(k / f)) - sqrt(f k) t)
 """
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 import motofmi as mf
 from fmus import Component, parameter, state
-from motofmi.gap.criteria import Criteria
-from motofmi.gap.estimation.base_fit import fitted_base
-from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.preprocessing.one_way import one_way_rates
-from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.recordings.recording import Recording
 
 FRICTION, DRAG, DAMPING = 0.2, 0.003, 0.03  # per unit of mass: N/kg, N.s2/m2.kg, 1/s
@@ -63,75 +57,8 @@ def test_the_friction_and_the_drag_of_a_coast_down_are_named(hidden):
         known = found[name][parameter_name]
         # four standard errors; 1e-3 for the transition of friction through zero rate, which is not reached
         assert known["value"] == pytest.approx(value, abs=4 * known["standard_error"] + 1e-3 * value)
-    (sentence,) = [each for each in result.limitations if each.startswith("run_1: speed has one sign")]
-    assert "laws of its deflection, hysteresis and asymmetry of damping are no candidates" in sentence
-
-
-class Wheel(Component):
-    """A wheel whose angle is recorded."""
-
-    decay = parameter("1/s", "Damping per unit of inertia", min=0, start=0.01)
-    angle = state("rad", "Angle", exposed=True)
-    rate = state("rad/s", "Rate")
-
-    def equations(self, v, m):
-        return {"der(angle)": v.rate, "der(rate)": -v.decay * v.rate}
-
-
-@pytest.mark.slow
-@pytest.mark.study
-def test_friction_is_no_hysteresis_where_a_motion_is_never_reversed():
-    def slowing(seed: int, v0: float) -> Recording:
-        time = np.arange(0, 30, 0.02)
-        angle = v0 * time - FRICTION * time**2 / 2 + 1e-3 * np.random.default_rng(seed).standard_normal(len(time))
-        return Recording(f"run_{seed}", time, {"angle": angle}, {"angle": "rad"})
-
-    result = mf.find_gap([slowing(1, 20.0), slowing(3, 12.0)], validation=[slowing(2, 16.0)], component=Wheel())
-    (effect,) = result.effects
-    torque = effect["parameters"]["friction_torque"]
-    assert (result.verdict, effect["name"], result.tied) == ("named", "coulomb_friction", [])
-    assert torque["value"] == pytest.approx(FRICTION, abs=4 * torque["standard_error"] + 1e-3 * FRICTION)
-
-
-def candidates_of(component: Component, recording: Recording) -> set[str]:
-    """The families of the candidate effects of a component."""
-    experiment = input_output_experiment(component, list(recording.columns))
-    _, candidates, _ = fitted_base(experiment, [prepare_sampled_run(recording, experiment)], {}, (), Criteria())
-    return {effect.family for effect in candidates}
-
-
-def turning(time: np.ndarray, angle: np.ndarray) -> Recording:
-    return Recording("turning", time, {"angle": angle}, {"angle": "rad"})
-
-
-def test_a_hysteresis_is_a_candidate_only_where_a_motion_is_reversed():
-    time = np.arange(0, 30, 0.02)
-    noise = 1e-3 * np.random.default_rng(3).standard_normal(len(time))
-    assert "hysteresis" not in candidates_of(Wheel(), turning(time, 12.0 * time - FRICTION * time**2 / 2 + noise))
-    assert "hysteresis" in candidates_of(Wheel(), turning(time, np.sin(time) + noise))
-
-
-@pytest.mark.parametrize("turns, expected", [(0.9, True), (1.1, False)])
-def test_an_angle_beyond_a_revolution_has_no_sensor_nonlinearity(turns, expected):
-    time = np.arange(0, 10, 0.02)
-    candidates = candidates_of(Wheel(), turning(time, 2 * np.pi * turns * np.sin(time)))
-    assert ("sensor_nonlinearity" in candidates) == expected
-
-
-def test_a_deflection_that_is_not_recorded_has_laws_only_where_the_rate_changes_its_sign():
-    """A spring beside the mass of a coast-down would explain any deceleration over the distance."""
-    slowing, time = coast_down("both", 1, 20.0), np.arange(0, 60, 0.05)
-    swinging = replace(slowing, time=time, columns={"speed": np.sin(time)})
-
-    def of_velocity(run: Recording) -> set[str]:
-        columns = {"velocity": run["speed"]}
-        return candidates_of(
-            mf.mechanism("mass_spring_damper"), Recording("run", run.time, columns, {"velocity": "m/s"})
-        )
-
-    assert not {"hardening_stiffness", "asymmetry", "backlash", "viscoelastic_arm"} & of_velocity(slowing)
-    assert {"coulomb_friction", "progressive_damping"} <= of_velocity(slowing)
-    assert {"hardening_stiffness", "asymmetry", "coulomb_friction"} <= of_velocity(swinging)
+    assert any(each.startswith("run_1: speed has one sign") for each in result.limitations)
+    assert any("the motion is never reversed. Not candidates there: hysteresis" in each for each in result.limitations)
 
 
 def test_a_rate_has_one_sign_apart_from_noise_about_standstill():

@@ -47,8 +47,9 @@ def driven(imposed: bool) -> Recording:
 def test_a_transition_that_no_sample_resolves_is_the_coulomb_form(imposed):
     """Forms with a width of their own contain the Coulomb form, so that they leave no more than it does."""
     experiment = input_output_experiment(MassSpringDamper(), ["force", "displacement"], "displacement" if imposed else "")
-    base, library, _ = fitted_base(experiment, [prepare_sampled_run(driven(imposed), experiment)], {}, (), Criteria())
-    forms = [e for e in library if e.family == "coulomb_friction" and e.form in ("coulomb", "soft", "stribeck")]
+    based = fitted_base(experiment, [prepare_sampled_run(driven(imposed), experiment)], {}, (), Criteria())
+    base = based.fit
+    forms = [e for e in based.candidates if e.family == "coulomb_friction" and e.form in ("coulomb", "soft", "stribeck")]
     found = {}
     for signature in screen(base, forms, keep=1):
         fitted = best_portable_fit(base, signature, np.inf, [], Criteria())
@@ -65,8 +66,9 @@ def test_a_transition_that_no_sample_resolves_is_the_coulomb_form(imposed):
 def test_a_form_is_first_fitted_from_the_values_of_another_form_of_its_family(monkeypatch):
     """The screened start of a friction torque is the linear estimate, that of the second form the fitted value."""
     experiment = input_output_experiment(MassSpringDamper(), ["force", "displacement"])
-    base, library, _ = fitted_base(experiment, [prepare_sampled_run(driven(False), experiment)], {}, (), Criteria())
-    forms = {e.form: e for e in library if e.family == "coulomb_friction"}
+    based = fitted_base(experiment, [prepare_sampled_run(driven(False), experiment)], {}, (), Criteria())
+    base = based.fit
+    forms = {e.form: e for e in based.candidates if e.family == "coulomb_friction"}
     (coulomb,), (soft,) = (screen(base, [forms[form]], keep=1) for form in ("coulomb", "soft"))
     fitted = best_portable_fit(base, coulomb, np.inf, [], Criteria())
     known, starts = candidate_of(base, coulomb, fitted).fit, []

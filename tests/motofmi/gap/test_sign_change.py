@@ -38,8 +38,7 @@ def test_the_stiffness_of_the_base_gets_the_sign_of_the_data(stiffness):
     experiment = input_output_experiment(DrivenJoint(), list(UNITS))
     experiment = replace(experiment, own_values=False)
     runs = [prepare_sampled_run(recording, experiment) for recording in recordings]
-    base, _, _ = fitted_base(experiment, runs, {}, (CoulombFriction,), Criteria())
-    found = fitted_values(base)
+    found = fitted_values(fitted_base(experiment, runs, {}, (CoulombFriction,), Criteria()).fit)
     # The noise is 1e-4 of the motion; input and output are interpolated between 120 samples per second. The
     # stiffness is determined least: it is a small part of the torque.
     assert found["stiffness"] == pytest.approx(stiffness, rel=0.005)

@@ -49,7 +49,7 @@ def based():
 
 
 def test_the_equation_error_of_the_sine_is_the_least_and_has_its_values(based):
-    base, _, starts = based
+    base, starts = based.fit, based.starts
     assert np.ptp(driven(21)["angle"]) > 50.0
     first, second = starts[:2]
     assert (first.effect.form, second.chi2 > 10 * first.chi2) == ("sine", True)
@@ -62,7 +62,7 @@ def test_the_equation_error_of_the_sine_is_the_least_and_has_its_values(based):
 
 
 def test_segments_and_band_are_those_of_the_motion_over_which_the_pendulum_is_stable(based):
-    base, (run,) = based[0], based[0].runs
+    base, (run,) = based.fit, based.fit.runs
     fall = np.sqrt(STIFFNESS / INERTIA)  # 1/s, the growth about the upper equilibrium
     # ln(20) / fall is the time in which a motion grows by a factor of 20
     assert min(last - first for first, last in run.segments) < 2 * np.log(20) / fall * RATE
@@ -76,7 +76,7 @@ def test_a_free_swing_has_no_equation_error(based):
     time = np.arange(600) / RATE
     angle = np.exp(-0.1 * time) * np.cos(5 * time)
     free = Recording("free", time, {"angle": angle + NOISE * np.random.default_rng(1).standard_normal(600)}, UNITS)
-    assert fitted_base(experiment, [prepare_sampled_run(free, experiment)], {}, (), Criteria())[2] == []
+    assert fitted_base(experiment, [prepare_sampled_run(free, experiment)], {}, (), Criteria()).starts == []
 
 
 @pytest.mark.slow

@@ -33,8 +33,8 @@ def test_two_effects_that_gain_together_lead_all_pairs(workers, monkeypatch):
     monkeypatch.setattr(parallel, "processes", lambda: workers)
     experiment, _ = anchored(input_output_experiment(Pendulum(), ["angle"]))
     runs = [prepare_sampled_run(swing(f"{a:g}", a, 10, 25, VALUES), experiment) for a in (0.6, 0.4)]
-    base, library, _ = fitted_base(experiment, runs, {}, (), Criteria())
-    plain = [effect for effect in library if not effect.flexible]
+    based = fitted_base(experiment, runs, {}, (), Criteria())
+    base, plain = based.fit, [effect for effect in based.candidates if not effect.flexible]
     best = screen_pairs(base, plain)[0]
     assert best.families == MISSING
     alone = {s.effect: s.gain for s in screen(base, plain, keep=1)}

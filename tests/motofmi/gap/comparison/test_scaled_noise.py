@@ -34,7 +34,8 @@ def swings():
     """The base, the library, and the fitted effect of the sine."""
     experiment, _ = anchored(input_output_experiment(Pendulum(), ["angle"]))
     runs = [prepare_sampled_run(swing(2.0, 1.0), experiment)]
-    base, library, _ = fitted_base(experiment, runs, {}, (), Criteria())
+    based = fitted_base(experiment, runs, {}, (), Criteria())
+    base, library = based.fit, based.candidates
     sine = next(s for s in screen(base, library, keep=1) if s.effect.family == "geometric_nonlinearity")
     return base, library, candidate_of(base, sine, best_portable_fit(base, sine, np.inf, [], Criteria()))
 

@@ -1,0 +1,109 @@
+"""The laws that are candidates on sampled runs, with a sentence for each rule that leaves some out.
+
+A law is no candidate where the recorded motion does not distinguish it from others:
+
+- While a mass moves one way (see `one_way`), a hysteresis or an asymmetry of damping has no meaning: without a reversal
+  its force is that of friction and drag.
+- The start of a deflection that is not recorded is unknown, and while its rate has one sign it only grows: its laws can
+  be any function of the distance covered.
+- The error of an angle's sensor repeats with every revolution, where the laws of a sensor grow with the reading.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from fmus.effects import Effect
+from fmus.effects.placement import laws_at
+from motofmi.gap.estimation.fit_result import Fit
+from motofmi.gap.experiments.input_output import InputOutputExperiment
+from motofmi.gap.preprocessing.one_way import is_one_way, keeps_direction
+from motofmi.gap.preprocessing.sampled_run import SampledRun
+
+ONE_WAY = (
+    "{}: the motion is never reversed. Not candidates there: {}; they are not distinguishable from friction and "
+    "drag. A run with reversals would distinguish them."
+)
+UNSEEN = (
+    "{}: the deflection is not recorded and the rate has one sign. Not candidates there: {}; they can be any "
+    "function of the distance covered. A run in the other direction would distinguish them."
+)
+REVOLUTIONS = (
+    "{}: the angle exceeds a revolution. Laws of its sensor are no candidates: the error of an encoder repeats with "
+    "every revolution."
+)
+
+
+def candidate_laws(
+    experiment: InputOutputExperiment, found: Fit, largest_rate: float
+) -> tuple[list[type[Effect]], list[str]]:
+    """The laws at the places of the component that the runs of a fit can distinguish, and the sentences on the others.
+
+    experiment holds the fitted component; largest_rate is the largest rate of its first element, in its unit.
+    """
+    runs = found.runs
+    inputs, outputs = _largest(runs, experiment.driven), _largest(runs, experiment.outputs)
+    table = experiment.component.table
+    turning = [n for n, level in outputs.items() if table[n].unit == "rad" and level > 2 * np.pi]
+    for name in turning:
+        del outputs[name]
+    states = {} if experiment.imposed else _ranges(found)
+    period = float(np.median([1 / run.middle_frequency for run in runs]))
+    library = laws_at(experiment.component, largest_rate, inputs, outputs, states, period)
+    kept, sentences = _distinguishable(library, found)
+    return kept, [*sentences, *(REVOLUTIONS.format(name) for name in turning)]
+
+
+def _distinguishable(library: Sequence[type[Effect]], found: Fit) -> tuple[list[type[Effect]], list[str]]:
+    """The laws without those that a motion in one direction does not distinguish from others, and a sentence for each
+    element that loses some."""
+    elements = found.model.experiment.component.elements
+    recorded = {name for run in found.runs for name in run.recording.columns}
+    left_out: list[type[Effect]] = []
+    sentences = []
+    for name in sorted(_one_way_elements(found)):
+        at_element = [effect for effect in library if effect.element == name]
+        unseen = elements[name].deflection not in recorded
+        both_ways = [effect for effect in at_element if effect.both_ways]
+        of_deflection = [e for e in at_element if unseen and "deflection" in e.reads() and e not in both_ways]
+        for sentence, laws in ((ONE_WAY, both_ways), (UNSEEN, of_deflection)):
+            if laws:
+                sentences.append(sentence.format(name, ", ".join(dict.fromkeys(e.family for e in laws))))
+                left_out += laws
+    return [effect for effect in library if effect not in left_out], sentences
+
+
+def _one_way_elements(found: Fit) -> set[str]:
+    """The elements whose rate has one sign in every run: the recorded one, else that of the fit.
+
+    Where the deflection is recorded, it must keep its direction as well: a free base without stiffness never turns
+    back, and the machine may have a spring.
+    """
+    model: Any = found.model
+    one_way = set(model.moving)
+    for index, run in enumerate(found.runs):
+        _, _, rates, _ = model.residuals_and_motion(run, found.of_run(index))
+        recorded = run.recording.columns
+        one_way &= {
+            (deflection, name)
+            for (deflection, name), rate in zip(model.moving, rates, strict=False)  # without elements rates are zero
+            if is_one_way(recorded.get(name, rate))
+            and (deflection not in recorded or keeps_direction(recorded[deflection]))
+        }
+    elements = model.experiment.component.elements.items()
+    return {name for name, e in elements if (e.deflection or e.rate, e.rate) in one_way}
+
+
+def _largest(runs: Sequence[SampledRun], names: Sequence[str]) -> dict[str, float]:
+    """The 99.9 % quantiles of the moduli of recorded signals by name, the largest of all runs; zeros are left out."""
+    levels = {n: max(float(np.quantile(np.abs(run.recording[n]), 0.999)) for run in runs) for n in names}
+    return {n: level for n, level in levels.items() if level > 0}
+
+
+def _ranges(found: Fit) -> dict[str, tuple[float, float]]:
+    """The ranges of the states in the runs, without those that stay constant."""
+    model: Any = found.model
+    every = [model.ranges_of_states(run, found.of_run(index)) for index, run in enumerate(found.runs)]
+    ranges = {n: (min(r[n][0] for r in every), max(r[n][1] for r in every)) for n in every[0]}
+    return {n: (low, high) for n, (low, high) in ranges.items() if high > low}

@@ -1,0 +1,92 @@
+"""Laws are no candidates where a motion does not distinguish them from others, and a limitation says so."""
+
+import numpy as np
+import pytest
+
+import motofmi as mf
+from fmus import Component, parameter, state
+from motofmi.gap.criteria import Criteria
+from motofmi.gap.estimation.base_fit import FittedBase, fitted_base
+from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
+from motofmi.recordings.recording import Recording
+
+FRICTION = 0.2  # N.m/kg.m2
+TIME = np.arange(0, 30, 0.02)
+
+
+class Wheel(Component):
+    """A wheel whose angle is recorded."""
+
+    decay = parameter("1/s", "Damping per unit of inertia", min=0, start=0.01)
+    angle = state("rad", "Angle", exposed=True)
+    rate = state("rad/s", "Rate")
+
+    def equations(self, v, m):
+        return {"der(angle)": v.rate, "der(rate)": -v.decay * v.rate}
+
+
+def slowing(seed: int, v0: float) -> Recording:
+    """A wheel that dry friction slows down, with noise of 1 mrad."""
+    noise = 1e-3 * np.random.default_rng(seed).standard_normal(len(TIME))
+    angle = v0 * TIME - FRICTION * TIME**2 / 2 + noise
+    return Recording(f"run_{seed}", TIME, {"angle": angle}, {"angle": "rad"})
+
+
+def turning(angle: np.ndarray) -> Recording:
+    return Recording("turning", TIME[: len(angle)], {"angle": angle}, {"angle": "rad"})
+
+
+def coasting(velocity: np.ndarray) -> Recording:
+    return Recording("coasting", TIME, {"velocity": velocity}, {"velocity": "m/s"})
+
+
+def base_of(component: Component, recording: Recording) -> FittedBase:
+    experiment = input_output_experiment(component, list(recording.columns))
+    return fitted_base(experiment, [prepare_sampled_run(recording, experiment)], {}, (), Criteria())
+
+
+def families(base: FittedBase) -> set[str]:
+    return {effect.family for effect in base.candidates}
+
+
+def test_a_hysteresis_is_a_candidate_only_where_a_motion_is_reversed():
+    one_way = base_of(Wheel(), slowing(3, 12.0))
+    assert "hysteresis" not in families(one_way)
+    (sentence, *_) = one_way.left_out
+    assert "the motion is never reversed. Not candidates there: hysteresis;" in sentence
+    noise = 1e-3 * np.random.default_rng(3).standard_normal(len(TIME))
+    there_and_back = base_of(Wheel(), turning(np.sin(TIME) + noise))
+    assert "hysteresis" in families(there_and_back) and there_and_back.left_out == []
+
+
+@pytest.mark.parametrize("turns, expected", [(0.9, True), (1.1, False)])
+def test_an_angle_beyond_a_revolution_has_no_sensor_nonlinearity(turns, expected):
+    base = base_of(Wheel(), turning(2 * np.pi * turns * np.sin(TIME[:500])))
+    assert ("sensor_nonlinearity" in families(base)) == expected
+    assert any("the angle exceeds a revolution" in sentence for sentence in base.left_out) != expected
+
+
+def test_a_deflection_that_is_not_recorded_has_laws_only_where_the_rate_changes_its_sign():
+    """A spring beside the mass of a coast-down would explain any deceleration over the distance."""
+    noise = 0.01 * np.random.default_rng(1).standard_normal(len(TIME))
+    mass = mf.mechanism("mass_spring_damper")
+    one_way, swinging = (base_of(mass, coasting(v + noise)) for v in (9.0 - FRICTION * TIME, np.sin(TIME)))
+    of_deflection = {"hardening_stiffness", "asymmetry", "backlash", "viscoelastic_arm"}
+    assert not of_deflection & families(one_way)
+    assert {"coulomb_friction", "progressive_damping"} <= families(one_way)
+    (sentence,) = [each for each in one_way.left_out if "the deflection is not recorded" in each]
+    assert all(law in sentence for law in of_deflection)
+    assert {"hardening_stiffness", "asymmetry", "coulomb_friction"} <= families(swinging)
+    assert swinging.left_out == []
+
+
+@pytest.mark.slow
+@pytest.mark.study
+def test_friction_is_no_hysteresis_where_a_motion_is_never_reversed():
+    result = mf.find_gap([slowing(1, 20.0), slowing(3, 12.0)], validation=[slowing(2, 16.0)], component=Wheel())
+    (effect,) = result.effects
+    torque = effect["parameters"]["friction_torque"]
+    assert (result.verdict, effect["name"], result.tied) == ("named", "coulomb_friction", [])
+    assert torque["value"] == pytest.approx(FRICTION, abs=4 * torque["standard_error"] + 1e-3 * FRICTION)
+    assert any("the motion is never reversed" in sentence for sentence in result.limitations)
