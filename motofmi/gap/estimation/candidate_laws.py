@@ -26,7 +26,7 @@ ONE_WAY = (
     "drag. A run with reversals would distinguish them."
 )
 UNSEEN = (
-    "{}: the deflection is not recorded and the rate has one sign. Not candidates there: {}; they can be any "
+    "{}: it is not recorded, and its rate has one sign. Not candidates there: {}; they can be any "
     "function of the distance covered. A run in the other direction would distinguish them."
 )
 REVOLUTIONS = (
@@ -64,12 +64,13 @@ def _distinguishable(library: Sequence[type[Effect]], found: Fit) -> tuple[list[
     sentences = []
     for name in sorted(_one_way_elements(found)):
         at_element = [effect for effect in library if effect.element == name]
+        motion = elements[name].deflection or elements[name].rate
         unseen = elements[name].deflection not in recorded
         both_ways = [effect for effect in at_element if effect.both_ways]
         of_deflection = [e for e in at_element if unseen and "deflection" in e.reads() and e not in both_ways]
         for sentence, laws in ((ONE_WAY, both_ways), (UNSEEN, of_deflection)):
             if laws:
-                sentences.append(sentence.format(name, ", ".join(dict.fromkeys(e.family for e in laws))))
+                sentences.append(sentence.format(motion, ", ".join(dict.fromkeys(e.family for e in laws))))
                 left_out += laws
     return [effect for effect in library if effect not in left_out], sentences
 
