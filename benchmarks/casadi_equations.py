@@ -72,8 +72,8 @@ def compared(component: Component, rounds: int) -> dict[str, Any]:
     mapped = [f.map(SAMPLES) for f in (rates, slopes)]
 
     def own() -> tuple:
-        found, by_state = equations(values, SAMPLES)
-        return found, by_state, equations.slopes(values, SAMPLES)
+        found, by_state = equations(values)
+        return found, by_state, equations.slopes(values)
 
     matrix = import_module("casadi").DM(arguments)
 
@@ -83,7 +83,7 @@ def compared(component: Component, rounds: int) -> dict[str, Any]:
     _, by_state, by_parameter = own()
     ours = np.zeros((len(equations.rows), len(names), SAMPLES))
     for block, first in ((by_state, 0), (by_parameter, len(component.states))):
-        for (i, j), entry in np.ndenumerate(block):
+        for (i, j), entry in block.items():
             ours[i, first + j] = entry
     theirs = np.array(casadi()[1]).reshape(len(equations.rows), SAMPLES, len(names)).transpose(0, 2, 1)
     difference = float(np.max(np.abs(ours - theirs)) / np.max(np.abs(theirs)))

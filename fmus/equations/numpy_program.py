@@ -12,9 +12,8 @@ import numpy as np
 
 from fmus.declaration.component import Component
 from fmus.equations.by_structure import once_per_structure
+from fmus.equations.numpy_source import numpy_function
 from fmus.expressions.forward_ad import Node, Recorder
-
-BLOCK = 8192  # samples per block, so that intermediate results stay in the processor's cache
 
 
 @dataclass
@@ -72,10 +71,7 @@ def recorded_equations(component: Component) -> RecordedEquations:
 
 
 class Program:
-    """Nodes compiled to a function of the values of their leaves.
-
-    Operations on constant values are evaluated once, all others block by block along the arrays.
-    """
+    """Nodes as a function of the values of their leaves, which is written and compiled at its first call."""
 
     def __init__(self, results: Sequence[Any]):
         self.results = list(results)
@@ -88,37 +84,16 @@ class Program:
                 waiting += [a for a in node.arguments if isinstance(a, Node)]
         self.nodes = [found[place] for place in sorted(found)]  # each after its arguments
         self.leaves = [n for n in self.nodes if not n.arguments]
-        self.steps = [(n, *_bound(n)) for n in self.nodes if n.arguments]
-        self.orders: dict[frozenset[str], tuple[list, list, list[bool]]] = {}  # by the leaves that are arrays
 
-    def __call__(self, values: Mapping[str, Any], n: int) -> list[Any]:
-        """The results at values by name, numbers or arrays (n,): each a number, or (n,) where it depends on an array.
-        """
-        changing = frozenset(leaf.word for leaf in self.leaves if getattr(values[leaf.word], "ndim", 0))
-        if changing not in self.orders:
-            self.orders[changing] = self._order(changing)
-        once, often, arrays = self.orders[changing]
-        known: dict[Any, Any] = {leaf: values[leaf.word] for leaf in self.leaves if leaf.word not in changing}
-        _carry_out(once, known)
-        moving = [leaf for leaf in self.leaves if leaf.word in changing]
-        results = [
-            np.empty(n) if is_array else known.get(r, r) for r, is_array in zip(self.results, arrays, strict=True)
-        ]
-        written = [(r, a) for r, a, is_array in zip(self.results, results, arrays, strict=True) if is_array]
-        for first in range(0, n, BLOCK):
-            part = slice(first, first + BLOCK)
-            here = known | {leaf: values[leaf.word][part] for leaf in moving}
-            _carry_out(often, here)
-            for node, result in written:
-                result[part] = here[node]
-        return results
+    @cached_property
+    def function(self) -> Callable[..., tuple[Any, ...]]:
+        """The function of the values of the leaves, in their order."""
+        return numpy_function(self.nodes, self.results)
 
-    def _order(self, changing: frozenset[str]) -> tuple[list, list, list[bool]]:
-        """With these leaves as arrays: the steps that are taken once, those of each block, and which results are
-        arrays."""
-        once = [s for s in self.steps if s[0].depends.isdisjoint(changing)]
-        often = [s for s in self.steps if not s[0].depends.isdisjoint(changing)]
-        return once, often, [not depends_on(r).isdisjoint(changing) for r in self.results]
+    def __call__(self, values: Mapping[str, Any]) -> list[Any]:
+        """The results at values by name, numbers or arrays of shapes that broadcast: each a number, or an array where it
+        depends on an array."""
+        return list(self.function(*[values[leaf.word] for leaf in self.leaves]))
 
 
 class Jacobian:
@@ -134,13 +109,10 @@ class Jacobian:
 
     def __call__(self, values: Mapping[str, Any]) -> np.ndarray:
         """The matrix (..., rows, unknowns) at values by name, numbers or arrays of any shapes that broadcast."""
-        used = {leaf.word: values[leaf.word] for leaf in self.program.leaves}
-        points = np.broadcast_shapes(*map(np.shape, used.values()))
-        count = int(np.prod(points))
-        flat = {n: np.broadcast_to(x, points).ravel() if np.ndim(x) else x for n, x in used.items()}
+        points = np.broadcast_shapes(*(np.shape(values[leaf.word]) for leaf in self.program.leaves))
         matrix = np.zeros((*points, *self.shape))
-        for (i, j), slope in zip(self.slopes, self.program(flat, count), strict=True):
-            matrix[..., i, j] = slope.reshape(points) if np.ndim(slope) else slope
+        for (i, j), slope in zip(self.slopes, self.program(values), strict=True):
+            matrix[..., i, j] = slope
         return matrix
 
 
@@ -157,24 +129,3 @@ def slopes_of(
 def depends_on(x: Any) -> frozenset[str]:
     """The names of the leaves that a node depends on; empty for a number."""
     return x.depends if isinstance(x, Node) else frozenset()
-
-
-def _carry_out(steps: Sequence[tuple], known: dict[Any, Any]) -> None:
-    for node, function, arguments in steps:
-        known[node] = function(*[known[a] for a in arguments])
-
-
-def _bound(node: Node) -> tuple[Callable, list[Node]]:
-    """The function that computes a node from its arguments that are nodes, and these arguments."""
-    function, arguments = node.function(), node.arguments
-    places = [i for i, a in enumerate(arguments) if isinstance(a, Node)]
-    if len(places) == len(arguments):
-        return function, list(arguments)
-
-    def filled(*values: Any) -> Any:
-        every = list(arguments)
-        for i, value in zip(places, values, strict=True):
-            every[i] = value
-        return function(*every)
-
-    return filled, [arguments[i] for i in places]

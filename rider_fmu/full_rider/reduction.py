@@ -72,7 +72,7 @@ def matrices(rider: Component, steer_angle: float = 0.0, torso_angle: float = 0.
         torques = recorded_equations(rig).rates[2:]
         _SLOPES[rig.structure] = Program([torque.slope(x) for x in rig.states for torque in torques])
     values = {**rig.start_values(), "steer_angle": steer_angle, "torso_angle": torso_angle}
-    stiffness, damping = -np.array(_SLOPES[rig.structure](values, 1)).reshape(2, 2, 2).swapaxes(1, 2)
+    stiffness, damping = -np.array(_SLOPES[rig.structure](values)).reshape(2, 2, 2).swapaxes(1, 2)
     return stiffness, damping
 
 

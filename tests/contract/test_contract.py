@@ -214,7 +214,7 @@ def test_a_device_gives_no_energy_that_it_was_not_given(device):
     def rates(time, state):
         given = motion(time)
         known = {**device.values, **given, **dict(zip(device.states, state, strict=False))}
-        *slopes, handlebar_torque, frame_torque = program(known, motions)
+        *slopes, handlebar_torque, frame_torque = program(known)
         power = handlebar_torque * (given["steer_rate"] + given["frame_rate"]) + frame_torque * given["frame_rate"]
         return np.array([*slopes, power, np.abs(power)])
 

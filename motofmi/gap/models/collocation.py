@@ -7,28 +7,17 @@ The coefficients are those of the implicit formula (see `implicit_formulas`), f 
 Source: Betts, Practical Methods for Optimal Control, 2nd ed. (2010), ch. 4.6; Ascher, Mattheij, Russell (1995).
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from fmus.support.errors import InputError
 from motofmi.gap.models.equations import Equations
 from motofmi.gap.models.implicit_formulas import HERMITE_SIMPSON, ImplicitFormula
-from motofmi.gap.models.time_varying_matrices import (
-    Entries,
-    Matrix,
-    carried,
-    chain,
-    identity,
-    inverse,
-    is_zero,
-    part,
-    product,
-    rows,
-    scaled,
-    total,
-)
+from motofmi.gap.models.recorded_step import named, recorded_step
+from motofmi.gap.models.time_varying_matrices import Entries, Matrix, carried, chain, is_zero, part, rows
 
 LARGEST = 1e100  # of states and derivatives: squares of larger numbers over the noise overflow
 
@@ -68,16 +57,18 @@ class DivergenceError(InputError):
 class Collocation:
     """The defects of a trajectory guess (n, nx), and the block-bidiagonal matrix of their slopes.
 
-    before_k dx_k + forcing_k = after_k dx_k+1,   before_k = forcing_k = 0 in the step to the begin of a piece
+    dx_k+1 = S_k dx_k + correction_k,   S_k = correction_k = 0 in the step to the begin of a piece
     """
 
     def __init__(self, equations: Equations, nodes: dict, middles: dict, motion: Motion):
-        self.equations, self.nodes, self.middles, self.h = equations, nodes, middles, motion.step
-        formula = motion.formula
-        self.inner, self.step, self.share = formula.inner, formula.step, motion.step / formula.divisor
+        self.equations, self.nodes = equations, nodes
+        self.step = recorded_step(motion.formula, len(equations.states), *equations.patterns)
+        self.middles = {**middles, "h": motion.step}
         self.n, self.nx = len(nodes["time"]), len(equations.states)
         self.begins, self.transitions = motion.begins, motion.begins[1:] - 1
         self.lengths = np.diff([*self.begins, self.n])  # nodes of each piece
+        self.at_middle: dict[str, Any] = {}
+        self.solved: dict[str, Any] = {}
 
     def divergence(self, pieces: np.ndarray) -> DivergenceError:
         """The error that these pieces (pieces,), true or false, diverge; all, where none is found to."""
@@ -109,38 +100,35 @@ class Collocation:
         power = np.add.reduceat(change**2, self.begins, axis=1) / (self.lengths - 1)
         return np.max(np.sqrt(power) / (root_mean_square(x) + root_mean_square(change) + 1e-12)[:, None], axis=0)
 
-    def evaluate(self, x: np.ndarray, again: bool = True) -> None:
-        """Rates, outputs and derivatives along a trajectory (nx, n); its defects too, unless `again` is False."""
-        states, (a, b, p, q), (u, v, w) = self.equations.states, self.inner, self.step
-        self.at_nodes = self.nodes | dict(zip(states, x, strict=True))
-        self.rows, self.slopes = self.equations(self.at_nodes, self.n)
-        first = [f[:-1] if np.ndim(f) else f for f in self.rows[: self.nx]]
-        second = [f[1:] if np.ndim(f) else f for f in self.rows[: self.nx]]
-        between = {
-            name: a * x[i, :-1] + b * x[i, 1:] + self.h * (p * first[i] + q * second[i])
-            for i, name in enumerate(states)
-        }
-        for i, name in enumerate(states if len(self.transitions) else ()):
-            between[name][self.transitions] = x[i, self.transitions]  # any finite value: these defects are set to zero
-        self.at_middles = self.middles | between
-        if not again:
-            return
-        middle, self.between = self.equations(self.at_middles, self.n - 1)
-        self.defect = {}
-        for i in range(self.nx):
-            self.defect[i, 0] = x[i, 1:] - x[i, :-1] - self.share * (u * first[i] + v * middle[i] + w * second[i])
-            self.defect[i, 0][self.transitions] = 0.0
+    def evaluate(self, x: np.ndarray) -> None:
+        """Rates, outputs and derivatives at the nodes of a trajectory (nx, n)."""
+        self.at_nodes = self.nodes | dict(zip(self.equations.states, x, strict=True))
+        self.rows, self.slopes = self.equations(self.at_nodes)
+        rates = {(i, 0): f for i, f in enumerate(self.rows[: self.nx])}
+        states = {(i, 0): each for i, each in enumerate(x)}
+        self.at_ends = self._at_ends("x", states) | self._at_ends("f", rates)
 
-    def factor(self) -> None:
-        """The blocks of the matrix along the trajectory."""
-        nx, h, unit, (a, b, p, q), (u, v, w) = self.nx, self.h, identity(self.nx), self.inner, self.step
-        A, M = rows(self.slopes, 0, nx), rows(self.between, 0, nx)
-        first, second = part(A, slice(None, -1)), part(A, slice(1, None))
-        by_end = total(scaled(w, second), product(M, total(scaled(b, unit), second, q * h)), v)
-        self.inverse = inverse(total(unit, by_end, -self.share), nx)
-        by_begin = total(scaled(u, first), product(M, total(scaled(a, unit), first, p * h)), v)
-        self.before = self._cut(total(unit, by_begin, self.share))
-        self.band = chain(part(product(self.inverse, self.before), slice(1, None)), nx, self.n - 1)
+    def corrections(self) -> np.ndarray:
+        """The correction (n-1, nx) of the end of every step by its own defect, and the matrix along the trajectory."""
+        self._evaluate_inner_points()
+        rates, slopes = self.equations(self.at_inner)
+        self.at_middle = named("M", rows(slopes, 0, self.nx))
+        values = self.middles | self.at_ends | self._at_ends("A", rows(self.slopes, 0, self.nx)) | self.at_middle
+        values |= named("fm", {(i, 0): f for i, f in enumerate(rates[: self.nx])})
+        correction, self.transition, inverse = (self._cut(each) for each in self.step.newton(values))
+        self.solved = named("S", inverse)
+        self.band = chain(part(self.transition, slice(1, None)), self.nx, self.n - 1)
+        return self._columns(correction, 0)
+
+    def _evaluate_inner_points(self) -> None:
+        """The values at the inner points of the steps."""
+        inner = self.step.inner(self.middles | self.at_ends)
+        self.at_inner = self.middles | {n: inner[i, 0] for i, n in enumerate(self.equations.states)}
+
+    def _at_ends(self, kind: str, entries: Entries) -> dict[str, Any]:
+        """A matrix at the nodes at both ends of the steps, by name."""
+        first, second = part(entries, slice(None, -1)), part(entries, slice(1, None))
+        return named(f"{kind}1", first) | named(f"{kind}2", second)
 
     def outputs(self) -> np.ndarray:
         """(n, ny)"""
@@ -153,72 +141,62 @@ class Collocation:
                 self.rows[i] = self.rows[i] + np.zeros(self.n)
                 self.rows[i][1:] += (c[1:] if np.ndim(c) else c) * change[j]
 
-    def parameter_forcing(self) -> tuple[Matrix, Matrix, int]:
-        """The derivatives by each parameter of every step (nx, np), before propagation, and of the outputs (ny, np)."""
-        slopes, Q = (
-            self.equations.slopes(self.at_nodes, self.n),
-            rows(self.equations.slopes(self.at_middles, self.n - 1), 0, self.nx),
-        )
-        (_, _, p, q), (u, v, w) = self.inner, self.step
-        P, direct = rows(slopes, 0, self.nx), rows(slopes, self.nx, len(self.rows))
-        first, second = part(P, slice(None, -1)), part(P, slice(1, None))
-        curved = product(rows(self.between, 0, self.nx), total(scaled(p, first), second, q))
-        outer = total(scaled(u, first), second, w)
-        forcing = scaled(self.share, total(outer, total(Q, curved, self.h), v))
-        return self._cut(forcing), direct, len(self.equations.parameters)
+    def by_parameters(self) -> np.ndarray:
+        """Derivatives of the outputs (n, ny, np) by each parameter."""
+        self._evaluate_inner_points()
+        at_nodes, at_inner = (self.equations.slopes(values) for values in (self.at_nodes, self.at_inner))
+        values = self._at_ends("P", rows(at_nodes, 0, self.nx)) | named("Q", rows(at_inner, 0, self.nx))
+        values |= self.middles | self.at_middle | self.solved
+        forced = self._cut(self.step.forced(self.equations.pattern_of_parameters, values))
+        count = len(self.equations.parameters)
+        used = {k for _, k in forced}
+        columns = [self._columns(forced, k) if k in used else None for k in range(count)]
+        return self._of_outputs(columns, rows(at_nodes, self.nx, len(self.rows)))
+
+    def by_initial_states(self) -> np.ndarray:
+        """Derivatives of the outputs (n, ny, nx) by the initial states of each one's piece."""
+        columns = []
+        for k in range(self.nx):
+            first = np.zeros((self.n - 1, self.nx))
+            for (i, j), slope in self.transition.items():
+                if j == k:
+                    first[self.begins, i] = slope[self.begins] if np.ndim(slope) else slope
+            columns.append(first)
+        result = self._of_outputs(columns, {})
+        for (i, j), slope in rows(self.slopes, self.nx, len(self.rows)).items():
+            result[self.begins, i, j] = slope[self.begins] if np.ndim(slope) else slope
+        return result
+
+    def _of_outputs(self, columns: Sequence[np.ndarray | None], direct: Entries) -> np.ndarray:
+        """Derivatives of the outputs (n, ny, m) by m quantities, from the change (n-1, nx) of the end of every step that
+        each of them makes, or None, and from the direct derivatives (ny, m)."""
+        result = np.zeros((len(self.rows) - self.nx, len(columns), self.n))
+        for place, slope in direct.items():
+            result[place] = slope
+        by_state = part(rows(self.slopes, self.nx, len(self.rows)), slice(1, None))
+        for k, column in enumerate(columns):
+            if column is not None:
+                change = carried(self.band, column).T
+                for (i, j), slope in sorted(by_state.items(), key=lambda entry: entry[0]):
+                    if not is_zero(slope):
+                        result[i, k, 1:] += slope * change[j]
+        return np.moveaxis(result, 2, 0)
 
     def _cut(self, steps: Matrix) -> Matrix:
-        """Blocks over the steps, zero in the steps to the begin of a piece."""
+        """Entries over the steps, zero in the steps to the begin of a piece."""
         for place, value in steps.items():
             if len(self.transitions) and not is_zero(value):
                 steps[place] = value + np.zeros(self.n - 1)
                 steps[place][self.transitions] = 0.0
         return steps
 
-    def sensitivities(self, forcing: Entries, direct: Entries, m: int) -> np.ndarray:
-        """Derivatives of the outputs (n, ny, m) by m quantities, from the direct derivatives by them of every step
-        (nx, m), as of `parameter_forcing`, and of the outputs (ny, m)."""
-        ny = len(self.rows) - self.nx
-        result = np.zeros((ny, m, self.n))
-        for place, slope in direct.items():
-            result[place] = slope
-        by_state = part(rows(self.slopes, self.nx, len(self.rows)), slice(1, None))
-        for k in range(m):
-            column = {(i, 0): p for (i, j), p in forcing.items() if j == k and not is_zero(p)}
-            if not column:
-                continue
-            change = self.solve(column)
-            for (i, j), slope in sorted(by_state.items(), key=lambda entry: entry[0]):
-                if not is_zero(slope):
-                    result[i, k, 1:] += slope * change[j]
-        return np.moveaxis(result, 2, 0)
-
-    def initial_sensitivities(self) -> np.ndarray:
-        """Slopes of the outputs (n, ny, nx) by the initial states."""
-        forcing: Matrix = {}
-        for place, slope in self.before.items():
-            forcing[place] = np.zeros(self.n - 1)
-            forcing[place][self.begins] = slope[self.begins] if np.ndim(slope) else slope
-        result = self.sensitivities(forcing, {}, self.nx)
-        for (i, j), slope in rows(self.slopes, self.nx, len(self.rows)).items():
-            result[self.begins, i, j] = slope[self.begins] if np.ndim(slope) else slope
-        return result
-
-    def corrections(self) -> np.ndarray:
-        """The correction (n-1, nx) of the end of every step by its own defect."""
-        return self._solved(scaled(-1.0, self.defect))
-
-    def solve(self, forcing: Entries) -> np.ndarray:
-        """dx (nx, n-1) with after_k dx_k+1 = before_k dx_k + forcing_k (nx,) and dx_0 = 0: a banded triangular
-        system."""
-        return carried(self.band, self._solved(forcing)).T
-
-    def _solved(self, forcing: Entries) -> np.ndarray:
-        """after_k^-1 forcing_k (n-1, nx)."""
-        right = np.zeros((self.n - 1, self.nx))
-        for (i, _), value in product(self.inverse, forcing).items():
-            right[:, i] = value
-        return right
+    def _columns(self, steps: Entries, k: int) -> np.ndarray:
+        """Column k (n-1, nx) of a matrix over the steps."""
+        column = np.zeros((self.n - 1, self.nx))
+        for (i, j), value in steps.items():
+            if j == k:
+                column[:, i] = value
+        return column
 
 
 def root_mean_square(x: np.ndarray) -> np.ndarray:

@@ -14,7 +14,8 @@ from fmus.declaration.component import Component
 from fmus.equations.numpy_program import Program, recorded_equations, slopes_of
 from fmus.expressions.derivative_rules import JUMPS
 from fmus.expressions.forward_ad import Node
-from motofmi.gap.models.time_varying_matrices import Matrix
+from motofmi.gap.models.recorded_step import pattern_of
+from motofmi.gap.models.time_varying_matrices import Matrix, rows
 
 
 class Equations:
@@ -35,6 +36,12 @@ class Equations:
         self.by_state, self.by_parameter = (
             slopes_of(self.rows, unknowns, partial(_slope, late=late)) for unknowns in (self.states, self.parameters)
         )
+        nx = len(self.states)
+        self.patterns = (
+            pattern_of({(i, 0): rate for i, rate in enumerate(self.rows[:nx])}),
+            pattern_of(rows(self.by_state, 0, nx)),
+        )
+        self.pattern_of_parameters = pattern_of(rows(self.by_parameter, 0, nx))
         self.program = Program([*self.rows, *self.by_state.values()])
         self.of_parameters = Program(list(self.by_parameter.values()))
         own = frozenset(self.states)
@@ -42,16 +49,16 @@ class Equations:
         jumps = [n for n in (*self.program.nodes, *self.of_parameters.nodes) if n.word in JUMPS]
         self.linear = all(own.isdisjoint(node.depends) for node in (*nonlinear, *jumps))
 
-    def __call__(self, values: Mapping[str, Any], n: int) -> tuple[list[Any], Matrix]:
+    def __call__(self, values: Mapping[str, Any]) -> tuple[list[Any], Matrix]:
         """Rates and outputs, and the matrix (nx + ny, nx) of their slopes by the states; entries are
         numbers or arrays (n,)."""
-        results = self.program(values, n)
+        results = self.program(values)
         return results[: len(self.rows)], dict(zip(self.by_state, results[len(self.rows) :], strict=True))
 
-    def slopes(self, values: Mapping[str, Any], n: int) -> Matrix:
+    def slopes(self, values: Mapping[str, Any]) -> Matrix:
         """The matrix (nx + ny, np) of the slopes of rates and outputs by the parameters; entries are
         numbers or arrays (n,)."""
-        return dict(zip(self.by_parameter, self.of_parameters(values, n), strict=True))
+        return dict(zip(self.by_parameter, self.of_parameters(values), strict=True))
 
 
 def rate_of(name: str) -> str:

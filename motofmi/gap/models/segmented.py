@@ -146,7 +146,7 @@ class SegmentedModel(HarmonicModel):
             return HERMITE_SIMPSON
         inputs = dict.fromkeys((*self.component.inputs, *map(rate_of, self.component.inputs)), 0.0)
         rest = {**inputs, **values, "time": 0.0, **dict(zip(states, self._start_values, strict=True))}
-        return formula_for(self.equations(rest, 1)[1], sorted(rates), step)
+        return formula_for(self.equations(rest)[1], sorted(rates), step)
 
     def _inputs(self, run: Any, time: np.ndarray, values: Mapping[str, float]) -> dict[str, Any]:
         inputs = dict.fromkeys(self.component.inputs, 0.0) | run.inputs(time)

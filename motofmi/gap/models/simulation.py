@@ -38,14 +38,14 @@ class Trajectory:
         self.outputs = steps.bounded(steps.outputs())
         initial = with_initial and steps.nx
         self.initial_slopes = (
-            steps.bounded(steps.initial_sensitivities()) if initial else None
+            steps.bounded(steps.by_initial_states()) if initial else None
         )  # (n, ny, nx), by the initial states of each one's piece
 
     @cached_property
     @np.errstate(all="ignore")
     def slopes(self) -> np.ndarray:
         """Of the outputs by the parameters (n, ny, np). Raises DivergenceError where they are not finite."""
-        return self._steps.bounded(self._steps.sensitivities(*self._steps.parameter_forcing()))
+        return self._steps.bounded(self._steps.by_parameters())
 
 
 @np.errstate(all="ignore")  # divergence raises an InputError
@@ -69,7 +69,6 @@ def simulate(equations: Equations, values: Mapping[str, float], motion: Motion, 
         steps.evaluate(x)
         if not nx:
             break
-        steps.factor()
         corrections = steps.corrections()
         change = carried(steps.band, corrections.copy()).T
         size = root_mean_square(change)
@@ -87,7 +86,7 @@ def simulate(equations: Equations, values: Mapping[str, float], motion: Motion, 
         # With a kink between samples Newton's method converges no further.
         kink = not accuracy and update < 1e-3 and before < 1e-2 and update > 0.2 * before
         if kink or equations.linear:
-            steps.evaluate(x, again=not equations.linear)
+            steps.evaluate(x)
             break
     else:
         if accuracy or update > NOT_CONVERGED:

@@ -1,6 +1,7 @@
 """Matrices that change over time: mappings (row, column) -> entry, a number, or an array (n,) where it changes.
 
 Places without an entry are zero. Only entries that change over time cost computing time, in operations on long arrays.
+Sums, products and inverses also take nodes of recorded operations as entries.
 """
 
 from collections.abc import Mapping
@@ -9,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import lapack
 
-Entries = Mapping[tuple[int, int], Any]  # numbers, or arrays (n,)
+Entries = Mapping[tuple[int, int], Any]  # numbers, arrays (n,), or nodes
 Matrix = dict[tuple[int, int], Any]
 
 
@@ -18,7 +19,7 @@ def identity(size: int) -> Matrix:
     return {(i, i): 1.0 for i in range(size)}
 
 
-def total(a: Entries, b: Entries, weight: float = 1.0) -> Matrix:
+def total(a: Entries, b: Entries, weight: Any = 1.0) -> Matrix:
     """a + weight b."""
     result = dict(a)
     for place, y in b.items():
@@ -27,7 +28,7 @@ def total(a: Entries, b: Entries, weight: float = 1.0) -> Matrix:
     return result
 
 
-def scaled(factor: float, a: Entries) -> Matrix:
+def scaled(factor: Any, a: Entries) -> Matrix:
     """factor a."""
     return {place: factor * x for place, x in a.items()}
 

@@ -6,7 +6,7 @@ import sympy
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fmus.equations.numpy_program import BLOCK, Program, depends_on, recorded_equations
+from fmus.equations.numpy_program import Program, depends_on, recorded_equations
 from fmus.equations.sympy_form import symbolic
 from fmus.expressions.forward_ad import Node, Recorder
 from fmus.support.errors import InputError
@@ -36,7 +36,7 @@ def recorded(law):
 def test_slopes_are_those_of_complex_steps(law, x, y):
     """Im f(x + i h) / h is exact to rounding: Squire, Trapp, SIAM Review 40 (1998) 110-112."""
     _, node = recorded(law)
-    value, *slopes = Program([node, node.slope("x"), node.slope("y")])({"x": x, "y": y}, 1)
+    value, *slopes = Program([node, node.slope("x"), node.slope("y")])({"x": x, "y": y})
 
     class Complex:
         def __getattr__(self, word):
@@ -59,7 +59,7 @@ def test_words_that_jump_have_the_slope_beside_the_jump(x, y):
             + m.quantised(a, 0.25)
         )
     )
-    slope = Program([node.slope("x")])({"x": x, "y": y}, 1)[0]
+    slope = Program([node.slope("x")])({"x": x, "y": y})[0]
     assert slope == (2 if x > y else 0) + np.sign(x) + (x > y) + 3 * (3 * x < y) + 1
 
 
@@ -83,16 +83,6 @@ def test_a_decision_by_if_and_an_unknown_word_are_refused():
         recorder.bessel(recorder.leaf("x"))
 
 
-@given(st.integers(1, 3 * BLOCK))
-def test_blocks_join_without_a_seam(n):
-    recorder = Recorder()
-    x, p = recorder.leaf("x"), recorder.leaf("p")
-    time = np.linspace(0, 1, n)
-    moving, still = Program([recorder.exp(p) * x + 1, recorder.exp(p)])({"x": time, "p": 0.5}, n)
-    np.testing.assert_array_equal(moving, np.exp(0.5) * time + 1)
-    assert still == np.exp(0.5)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("component", [
     PassiveRider(),
@@ -109,7 +99,7 @@ def test_rates_outputs_and_slopes_of_components_are_the_symbolic_ones(component)
     rows = [*rates, *form.outputs]
     nodes = [*recorder.explicit_rates, *recorder.outputs]
     unknowns = [*component.states, *list(component.values)[:6]]
-    ours = Program([*nodes, *(x.slope(n) if isinstance(x, Node) else 0.0 for x in nodes for n in unknowns)])(values, 1)
+    ours = Program([*nodes, *(x.slope(n) if isinstance(x, Node) else 0.0 for x in nodes for n in unknowns)])(values)
     exact = [float(r.subs(held)) for r in rows] + [
         float(r.diff(form.symbols[n]).subs(held)) for r in rows for n in unknowns
     ]
@@ -128,7 +118,7 @@ def test_rates_behind_a_mass_matrix_are_those_of_a_linear_solve(component):
     expected = np.concatenate(component.derivatives(state, inputs))
     # Elimination without a search for pivots loses two or three digits of sixteen on a mass matrix.
     np.testing.assert_allclose(
-        Program([*form.explicit_rates, *form.outputs])(values, 1), expected, rtol=1e-10, atol=1e-9
+        Program([*form.explicit_rates, *form.outputs])(values), expected, rtol=1e-10, atol=1e-9
     )
 
 
