@@ -24,7 +24,7 @@ from motofmi.gap.models.time_varying_matrices import carried
 
 CONVERGED = 1e-4  # step over a state's rms at convergence; the error after such a step is of the order of its square
 STEPS = 30  # of Newton's method
-UNDAMPED_STEPS = 12  # after which corrections that alternate are damped; a slow convergence ends before
+UNDAMPED_STEPS = 6  # after which corrections that alternate are damped; a slow convergence ends before
 LEAST_DAMPING = 2.0**-12  # factor on the correction of a step that alternates
 NOT_CONVERGED = 0.1  # step over a state's rms above which the trajectory has not converged
 SHORTEST = 1 / 256  # least step of the continuation, as a share of the magnitude
