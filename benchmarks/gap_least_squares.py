@@ -77,11 +77,14 @@ def by_scipy(method: str, problem: Problem, x: np.ndarray, bounds: tuple[np.ndar
             raise StopIteration
 
     if not len(free):
-        return Solution(x, float(problem.residuals(x) @ problem.residuals(x)), problem.residuals(x), problem.slopes(x))
+        left = problem.residuals(x)
+        problem.accepted()
+        return Solution(x, float(left @ left), left, problem.slopes(x))
     found = least_squares(residuals, np.clip(x, *bounds)[free], jacobian, (bounds[0][free], bounds[1][free]), method=method, x_scale="jac",
                           ftol=1e-6, xtol=1e-8, gtol=1e-8, max_nfev=2 * iterations, callback=settled)  # fmt: skip
     at = whole(found.x)
     left = problem.residuals(at)
+    problem.accepted()
     return Solution(at, float(left @ left), left, problem.slopes(at))
 
 
@@ -107,6 +110,9 @@ def solved_by(method: str) -> Iterator[dict[str, int]]:
         def slopes(self, x: np.ndarray) -> np.ndarray:
             counts["jacobians"] += 1
             return self.problem.slopes(x)
+
+        def accepted(self) -> None:
+            self.problem.accepted()
 
     def counted(problem: Problem, *rest: Any) -> Solution:
         counts["fits"] += 1

@@ -16,6 +16,7 @@ from fmus.effects.prior import LogNormalPrior
 from fmus.support.errors import InputError
 from motofmi.gap.estimation.fit_result import (
     Fit,
+    copied_guesses,
     deviations_of_runs,
     initial_guesses,
     run_to_run_deviations,
@@ -74,6 +75,8 @@ def fit(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray, frozen: Sequ
     x[free] = np.clip(x[free], low[free], high[free])
     problem = _Problem(model, runs, total)
     found = levenberg_marquardt(problem, x, (low, high), free, lambda x: _reach(model, x), gain, beat, iterations)
+    # A rejected x has other initial states, from which the best x may diverge.
+    runs = with_initial_guesses(runs, problem.guesses)
     return Fit(model, runs, found.x, found.chi2, found.residuals, found.jacobian, sum(len(r.data) for r in runs))
 
 
@@ -140,10 +143,11 @@ class _Problem:
         self.priors, self.known = _priors(model, total)
         self.of_effects = priors_of_effects(model)
         self.kept: dict[int, np.ndarray] = {}  # slopes that came with the output
+        self.guesses: list[Any] = []  # of the best x so far
 
     def residuals(self, x: np.ndarray) -> np.ndarray:
         """(m,). Raises InputError where the model cannot be simulated; the runs' initial guesses are then as before."""
-        kept = [guess and {key: dict(known) for key, known in guess.items()} for guess in initial_guesses(self.runs)]
+        kept = copied_guesses(self.runs)
         try:
             left = [self._of_run(index, run, x) - run.data / run.deviation for index, run in enumerate(self.runs)]
         except InputError:
@@ -154,6 +158,10 @@ class _Problem:
             raise
         of_effects = [prior.residuals(x[places]) for places, prior in self.of_effects]
         return np.concatenate([*left, self.priors @ x - self.known, *of_effects])
+
+    def accepted(self) -> None:
+        """The initial guesses of the runs are those of the best x so far."""
+        self.guesses = copied_guesses(self.runs)
 
     def _of_run(self, index: int, run: AnyRun, x: np.ndarray) -> np.ndarray:
         """The predicted data of a run over the noise."""

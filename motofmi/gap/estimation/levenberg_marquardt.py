@@ -38,6 +38,9 @@ class Problem(Protocol):
     def slopes(self, x: np.ndarray) -> np.ndarray:
         """(m, len(x))"""
 
+    def accepted(self) -> None:
+        """The x of the last residuals is the best one so far."""
+
 
 @dataclass(frozen=True)
 class Solution:
@@ -60,6 +63,7 @@ def levenberg_marquardt(problem: Problem, x: np.ndarray, bounds: tuple[np.ndarra
     """
     low, high = bounds
     residuals, jacobian = problem.residuals(x), problem.slopes(x)
+    problem.accepted()
     chi2, damping = float(residuals @ residuals), 1e-3
     for _ in range(iterations if chi2 < FAR_START * beat else 0):
         gradient = jacobian.T @ residuals
@@ -107,6 +111,7 @@ def levenberg_marquardt(problem: Problem, x: np.ndarray, bounds: tuple[np.ndarra
         if not accepted:
             break
         x, residuals, won, chi2 = trial, new_residuals, chi2 - new, new
+        problem.accepted()
         if won > gain:  # otherwise the Jacobian has hardly changed
             jacobian = problem.slopes(x)
         if won > 0.75 * expected and not tries:
