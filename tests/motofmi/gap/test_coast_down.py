@@ -10,6 +10,7 @@ import motofmi as mf
 from fmus import Component, parameter, state
 from motofmi.gap.preprocessing.one_way import one_way_rates
 from motofmi.recordings.recording import Recording
+from tests import as_study
 
 FRICTION, DRAG, DAMPING = 0.2, 0.003, 0.03  # per unit of mass: N/kg, N.s2/m2.kg, 1/s
 EXACT = {
@@ -44,7 +45,7 @@ def coast_down(hidden: str, seed: int, v0: float) -> Recording:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("hidden", EXACT)
+@pytest.mark.parametrize("hidden", ["nothing", as_study("friction"), "drag", "both"])
 def test_the_friction_and_the_drag_of_a_coast_down_are_named(hidden):
     """Without a limit on the offset of the speed's sensor, friction beside linear damping would be an offset."""
     fitted = [coast_down(hidden, 1, 20.0), coast_down(hidden, 3, 12.0)]
