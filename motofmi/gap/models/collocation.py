@@ -1,8 +1,8 @@
-r"""The defects of a trajectory between its nodes, the block-bidiagonal matrix of their slopes, and its sensitivities.
+"""All steps of a trajectory together: their corrections, which form a block-bidiagonal system, and its sensitivities.
 
-    x_k+1 - x_k - h (u f_k + v f_m + w f_k+1) / d,   f_m at x_m = a x_k + b x_k+1 + h (p f_k + q f_k+1)
+    dx_k+1 = T_k dx_k + c_k,   T_k = c_k = 0 in the step to the begin of a piece
 
-The coefficients are those of the implicit formula (see `implicit_formulas`), f the rates of the states.
+T_k is the transition of a step and c_k its correction (see `recorded_step`).
 
 Source: Betts, Practical Methods for Optimal Control, 2nd ed. (2010), ch. 4.6; Ascher, Mattheij, Russell (1995).
 """
@@ -16,7 +16,7 @@ import numpy as np
 from fmus.support.errors import InputError
 from motofmi.gap.models.equations import Equations
 from motofmi.gap.models.implicit_formulas import HERMITE_SIMPSON, ImplicitFormula
-from motofmi.gap.models.recorded_step import named, recorded_step
+from motofmi.gap.models.recorded_step import STEP, named, recorded_step
 from motofmi.gap.models.time_varying_matrices import Entries, Matrix, carried, chain, is_zero, part, rows
 
 LARGEST = 1e100  # of states and derivatives: squares of larger numbers over the noise overflow
@@ -55,20 +55,17 @@ class DivergenceError(InputError):
 
 
 class Collocation:
-    """The defects of a trajectory guess (n, nx), and the block-bidiagonal matrix of their slopes.
-
-    dx_k+1 = S_k dx_k + correction_k,   S_k = correction_k = 0 in the step to the begin of a piece
-    """
+    """The steps of a trajectory guess (n, nx): their corrections, and the block-bidiagonal matrix."""
 
     def __init__(self, equations: Equations, nodes: dict, middles: dict, motion: Motion):
         self.equations, self.nodes = equations, nodes
         self.step = recorded_step(motion.formula, len(equations.states), *equations.patterns)
-        self.middles = {**middles, "h": motion.step}
+        self.middles = {**middles, STEP: motion.step}
         self.n, self.nx = len(nodes["time"]), len(equations.states)
         self.begins, self.transitions = motion.begins, motion.begins[1:] - 1
         self.lengths = np.diff([*self.begins, self.n])  # nodes of each piece
         self.at_middle: dict[str, Any] = {}
-        self.solved: dict[str, Any] = {}
+        self.inverse: dict[str, Any] = {}
 
     def divergence(self, pieces: np.ndarray) -> DivergenceError:
         """The error that these pieces (pieces,), true or false, diverge; all, where none is found to."""
@@ -109,14 +106,14 @@ class Collocation:
         self.at_ends = self._at_ends("x", states) | self._at_ends("f", rates)
 
     def corrections(self) -> np.ndarray:
-        """The correction (n-1, nx) of the end of every step by its own defect, and the matrix along the trajectory."""
+        """The correction (n-1, nx) of the end of every step by its own defect; the matrix is made with it."""
         self._evaluate_inner_points()
         rates, slopes = self.equations(self.at_inner)
         self.at_middle = named("M", rows(slopes, 0, self.nx))
         values = self.middles | self.at_ends | self._at_ends("A", rows(self.slopes, 0, self.nx)) | self.at_middle
         values |= named("fm", {(i, 0): f for i, f in enumerate(rates[: self.nx])})
         correction, self.transition, inverse = (self._cut(each) for each in self.step.newton(values))
-        self.solved = named("S", inverse)
+        self.inverse = named("inverse", inverse)
         self.band = chain(part(self.transition, slice(1, None)), self.nx, self.n - 1)
         return self._columns(correction, 0)
 
@@ -146,7 +143,7 @@ class Collocation:
         self._evaluate_inner_points()
         at_nodes, at_inner = (self.equations.slopes(values) for values in (self.at_nodes, self.at_inner))
         values = self._at_ends("P", rows(at_nodes, 0, self.nx)) | named("Q", rows(at_inner, 0, self.nx))
-        values |= self.middles | self.at_middle | self.solved
+        values |= self.middles | self.at_middle | self.inverse
         forced = self._cut(self.step.forced(self.equations.pattern_of_parameters, values))
         count = len(self.equations.parameters)
         used = {k for _, k in forced}

@@ -23,6 +23,7 @@ from fmus.expressions.forward_ad import Node, Recorder
 from motofmi.gap.models.implicit_formulas import ImplicitFormula
 from motofmi.gap.models.time_varying_matrices import Entries, Matrix, identity, inverse, product, scaled, total
 
+STEP = "time step"  # name of the value h [s]; like those of matrix entries, it can be no name of a component
 Values = dict[str, Any]  # numbers, or arrays over the steps, by the name of a leaf
 Pattern = tuple[tuple[tuple[int, int], float | None], ...]  # the places of a matrix, with the numbers that are constant
 
@@ -41,7 +42,7 @@ class RecordedStep:
     """The step of a formula for any component with nx states and these patterns of f (nx, 1) and df/dx (nx, nx).
 
     The values of its methods have the names of the formulas: `x1`, `f1`, `A1` at the begin of a step, `x2`, `f2`, `A2`
-    at its end, `fm` and `M` at its inner point, each as `named` names them, and `h` [s].
+    at its end, `fm` and `M` at its inner point, each as `named` names them, and `STEP`.
     """
 
     def __init__(self, formula: ImplicitFormula, nx: int, rates: Pattern, by_state: Pattern):
@@ -75,12 +76,12 @@ class RecordedStep:
         return self._newton(values)
 
     def forced(self, by_parameter: Pattern, values: Values) -> Matrix:
-        """after^-1 forcing (nx, np) from `P1`, `P2` and `Q` of this pattern, `M`, and `S`, which is
+        """after^-1 forcing (nx, np) from `P1`, `P2` and `Q` of this pattern, `M`, and `inverse`, which is
         after^-1."""
         if by_parameter not in self._forced:
             (_, _, p, q), (u, v, w), h, s = self.formula.inner, self.formula.step, *self._steps()
             P1, P2, Q = (self._leaves(kind, by_parameter) for kind in ("P1", "P2", "Q"))
-            solved, M = self._leaves("S", self._solved), self._leaves("M", self._by_middle)
+            solved, M = self._leaves("inverse", self._solved), self._leaves("M", self._by_middle)
             inner = total(Q, product(M, total(scaled(p, P1), P2, q)), h)
             forcing = total(total(scaled(u, P1), P2, w), inner, v)
             self._forced[by_parameter] = _Matrices(product(solved, scaled(s, forcing)))
@@ -88,7 +89,7 @@ class RecordedStep:
 
     def _steps(self) -> tuple[Node, Any]:
         """h and s."""
-        h = self.recorder.leaf("h")
+        h = self.recorder.leaf(STEP)
         return h, h * (1 / self.formula.divisor)
 
     def _leaves(self, kind: str, pattern: Pattern) -> Matrix:

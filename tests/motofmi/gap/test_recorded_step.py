@@ -3,8 +3,12 @@
 import numpy as np
 import pytest
 
+from fmus import Component, parameter, state
+from motofmi.gap.models.collocation import Motion
+from motofmi.gap.models.equations import Equations
 from motofmi.gap.models.implicit_formulas import HERMITE_SIMPSON, RADAU
-from motofmi.gap.models.recorded_step import RecordedStep, named
+from motofmi.gap.models.recorded_step import STEP, RecordedStep, named
+from motofmi.gap.models.simulation import simulate
 
 NX, NP, STEPS, H = 3, 2, 5, 0.3
 FIXED = {(0, 0): 0.0, (0, 1): 1.0, (2, 0): -0.5}  # entries of df/dx that are constant
@@ -41,7 +45,7 @@ def test_step_and_forcing_are_those_of_the_formula(formula):
     by_parameter = tuple(((i, j), None if i else 0.0) for i in range(NX) for j in range(NP))
     step = RecordedStep(formula, NX, tuple(((i, 0), None) for i in range(NX)), pattern)
     matrices = {"x1": x1, "x2": x2, "f1": f1, "f2": f2, "fm": fm}
-    values = {"h": H}
+    values = {STEP: H}
     for kind, matrix in matrices.items():
         values |= named(kind, entries(matrix, {}))
     for kind, matrix in {"A1": A1, "A2": A2, "M": M}.items():
@@ -58,9 +62,28 @@ def test_step_and_forcing_are_those_of_the_formula(formula):
     np.testing.assert_allclose(dense(transition, NX, NX), np.linalg.solve(after, before), **tolerance)
     np.testing.assert_allclose(dense(solved, NX, NX), np.linalg.inv(after), **tolerance)
 
-    values |= named("S", solved)
+    values |= named("inverse", solved)
     for kind, matrix in {"P1": P1, "P2": P2, "Q": Q}.items():
         values |= named(kind, entries(matrix, {}))
     forcing = s * (u * P1 + w * P2 + v * (Q + H * M @ (p * P1 + q * P2)))
     found = dense(step.forced(by_parameter, values), NX, NP)
     np.testing.assert_allclose(found, np.linalg.solve(after, forcing), **tolerance)
+
+
+class Decay(Component):
+    """Its parameters have the names of the formulas."""
+
+    h = parameter("1/s", "Rate of decay", min=0, start=0.7)
+    x1 = state("1", "Level", start=2.0, exposed=True)
+
+    def equations(self, v, m):
+        return {"der(x1)": -v.h * v.x1}
+
+
+def test_names_of_a_component_are_apart_from_those_of_the_formulas():
+    time, decay = np.linspace(0, 3, 61), Decay()
+    motion = Motion(time, {}, {})
+    found = simulate(Equations(decay, ["x1"], ["h"]), decay.start_values(), motion, initial=np.array([2.0]))
+    exact = 2.0 * np.exp(-0.7 * time)
+    np.testing.assert_allclose(found.states[:, 0], exact, rtol=1e-6)  # order 4: (0.7 * 0.05)^4 = 1.5e-6
+    np.testing.assert_allclose(found.slopes[:, 0, 0], -time * exact, atol=1e-5)
