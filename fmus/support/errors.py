@@ -24,11 +24,13 @@ class SimulationError(RuntimeError):
 
 
 def unknown(kind: str, given: object, valid: Iterable[str]) -> InputError:
-    """The error for a name that does not exist. It gives the kind, the most similar name and all valid names.
+    """The error for a name that does not exist. It gives the kind, the most similar name, which may be given without
+    the kind before its colon, and all valid names.
 
         raise unknown("mode", "weve", MODES)     # unknown mode 'weve', did you mean 'weave'? (valid: capsize, ...)
     """
     names = sorted(valid)
-    near = get_close_matches(str(given), names, n=1)
-    hint = f", did you mean {near[0]!r}?" if near else ""
+    whole = {n.rpartition(":")[2]: n for n in names} | {n: n for n in names}
+    near = get_close_matches(str(given), whole, n=1)
+    hint = f", did you mean {whole[near[0]]!r}?" if near else ""
     return InputError(f"unknown {kind} {str(given)!r}{hint} (valid: {', '.join(names) or 'none'})")
