@@ -37,13 +37,12 @@ def select_in_rounds(
     """The verdict of model selection, repeated with the noise of its result until the noise changes little.
 
     known are fits of effects that are starts of the search, the most promising last. The first noise is that which
-    `adequate` leaves, a fit whose residuals are consistent with noise, or the best single effect.
+    `adequate` leaves, a fit whose residuals are consistent with noise; without it, or where it cannot be simulated
+    again, that of the best single effect.
     """
     verdict, known = Verdict("unknown", base, base, criteria=criteria), list(known)
     with running(Stage.NOISE):
-        prepared = (
-            with_noise_left_by(adequate) if adequate else with_noise_of_best_effect(base, library, known, criteria)
-        )
+        prepared = (adequate and _again_left_by(adequate)) or with_noise_of_best_effect(base, library, known, criteria)
     for round_ in range(MOST_ROUNDS):
         checked = with_noise_of(prepared[0], validation_runs)
         # Intermediate verdicts of a later round contain less than the final verdict of the round before.
@@ -83,6 +82,13 @@ def with_noise_of_best_effect(
         with suppress(InputError):
             return with_noise_left_by(candidate.fit)
     return with_noise_left_by(base)
+
+
+def _again_left_by(found: Fit) -> list[SampledRun] | None:
+    """As `with_noise_left_by`; None where the fit cannot be simulated again, as that of a chaotic motion."""
+    with suppress(InputError):
+        return with_noise_left_by(found)
+    return None
 
 
 def with_noise_left_by(found: Fit) -> list[SampledRun]:

@@ -91,3 +91,17 @@ def test_a_pair_that_leaves_noise_gives_the_noise_of_the_search(monkeypatch):
     monkeypatch.setattr(noise_rounds, "with_noise_of_best_effect", lambda *_: pytest.fail("another search"))
     gap_of_friction()
     assert [len(found.model.effects) for found in given] == [2]
+
+
+def test_an_adequate_fit_that_cannot_be_simulated_again_is_followed_by_the_other_search(monkeypatch):
+    tried, original = [], noise_rounds.with_noise_left_by
+
+    def diverges_first(found):
+        tried.append(found)
+        if len(tried) == 1:
+            raise InputError("the simulation diverges")
+        return original(found)
+
+    monkeypatch.setattr(any_component, "_leaves_noise", lambda *_: True)
+    monkeypatch.setattr(noise_rounds, "with_noise_left_by", diverges_first)
+    assert [e["name"] for e in gap_of_friction()["effects"]] == ["coulomb_friction"]
