@@ -57,11 +57,10 @@ def candidate_laws(
 
 def _distinguishable(library: Sequence[type[Effect]], found: Fit) -> tuple[list[type[Effect]], list[str]]:
     """The laws without those that a motion in one direction does not distinguish from others, and a sentence for each
-    element that loses some."""
+    motion whose elements lose some."""
     elements = found.model.experiment.component.elements
     recorded = {name for run in found.runs for name in run.recording.columns}
-    left_out: list[type[Effect]] = []
-    sentences = []
+    left_out: dict[tuple[str, str], list[type[Effect]]] = {}  # by sentence and motion
     for name in sorted(_one_way_elements(found)):
         at_element = [effect for effect in library if effect.element == name]
         motion = elements[name].deflection or elements[name].rate
@@ -70,9 +69,13 @@ def _distinguishable(library: Sequence[type[Effect]], found: Fit) -> tuple[list[
         of_deflection = [e for e in at_element if unseen and "deflection" in e.reads() and e not in both_ways]
         for sentence, laws in ((ONE_WAY, both_ways), (UNSEEN, of_deflection)):
             if laws:
-                sentences.append(sentence.format(motion, ", ".join(dict.fromkeys(e.family for e in laws))))
-                left_out += laws
-    return [effect for effect in library if effect not in left_out], sentences
+                left_out.setdefault((sentence, motion), []).extend(laws)
+    every = [effect for laws in left_out.values() for effect in laws]
+    sentences = [
+        sentence.format(motion, ", ".join(dict.fromkeys(e.family for e in laws)))
+        for (sentence, motion), laws in left_out.items()
+    ]
+    return [effect for effect in library if effect not in every], sentences
 
 
 def _one_way_elements(found: Fit) -> set[str]:
