@@ -6,7 +6,7 @@ banded triangular solve, and the same matrix gives dx/dp of every parameter: cos
 of a recording, each with its own initial states, form one trajectory without transitions between them.
 
 Where a mass sticks, the correction of one simulation step alternates from one side of zero rate to the other and
-does not decrease. The corrections of such steps are damped one by one: each further as long as it changes its sign.
+does not decrease. The corrections of such steps are damped one by one: each by half as long as it changes its sign.
 
 Source: Betts, Practical Methods for Optimal Control, 2nd ed. (2010), ch. 4.6; Ascher, Mattheij, Russell (1995);
 Deuflhard, Newton Methods for Nonlinear Problems (2004), ch. 3, for damping.
@@ -24,10 +24,8 @@ from motofmi.gap.models.time_varying_matrices import carried
 
 CONVERGED = 1e-4  # step over a state's rms at convergence; the error after such a step is of the order of its square
 STEPS = 30  # of Newton's method
-UNDAMPED_STEPS = 6  # after which corrections that alternate are damped; a slow convergence ends before
-# Least factor on the correction of a step that alternates, and the ratio by which it shrinks, or grows where the step no
-# longer alternates. With a ratio of 2 a sticking mass converges as well, but not a tank that overflows.
-LEAST_DAMPING, DAMPING_RATIO = 2.0**-12, 1.4
+UNDAMPED_STEPS = 12  # after which corrections that alternate are damped; a slow convergence ends before
+LEAST_DAMPING = 2.0**-12  # factor on the correction of a step that alternates
 NOT_CONVERGED = 0.1  # step over a state's rms above which the trajectory has not converged
 SHORTEST = 1 / 256  # least step of the continuation, as a share of the magnitude
 
@@ -135,7 +133,7 @@ class _Damping:
             lengths = (np.einsum("ki,ki->k", each, each) for each in (corrections, self.last))
             alternates = (along < 0) & (next(lengths) > 0.25 * next(lengths))
             self.factors = np.where(
-                alternates, np.maximum(self.factors / DAMPING_RATIO, LEAST_DAMPING), np.minimum(DAMPING_RATIO * self.factors, 1.0)
+                alternates, np.maximum(self.factors / 2, LEAST_DAMPING), np.minimum(2 * self.factors, 1.0)
             )
         self.last = corrections
         return self.factors
