@@ -6,7 +6,8 @@ banded triangular solve, and the same matrix gives dx/dp of every parameter: cos
 of a recording, each with its own initial states, form one trajectory without transitions between them.
 
 Where a mass sticks, the correction of one simulation step alternates from one side of zero rate to the other and
-does not decrease. The corrections of such steps are damped one by one: each by half as long as it changes its sign.
+does not decrease. The corrections of such steps are damped one by one, each further as long as it changes its sign. Where
+this does not converge, the simulation is tried once more with earlier and gentler damping, which is slower.
 
 Source: Betts, Practical Methods for Optimal Control, 2nd ed. (2010), ch. 4.6; Ascher, Mattheij, Russell (1995);
 Deuflhard, Newton Methods for Nonlinear Problems (2004), ch. 3, for damping.
@@ -18,14 +19,16 @@ from functools import cached_property
 import numpy as np
 
 from fmus.support.errors import InputError
-from motofmi.gap.models.collocation import Collocation, Motion, inner_times, root_mean_square
+from motofmi.gap.models.collocation import Collocation, DivergenceError, Motion, inner_times, root_mean_square
 from motofmi.gap.models.equations import Equations
 from motofmi.gap.models.time_varying_matrices import carried
 
 CONVERGED = 1e-4  # step over a state's rms at convergence; the error after such a step is of the order of its square
 STEPS = 30  # of Newton's method
-UNDAMPED_STEPS = 12  # after which corrections that alternate are damped; a slow convergence ends before
-LEAST_DAMPING = 2.0**-12  # factor on the correction of a step that alternates
+# Steps after which corrections that alternate are damped, and the ratio of their factors from one step to the next: first,
+# where a slow convergence ends before, and in the second attempt.
+DAMPING = ((12, 2.0), (6, 1.4))
+LEAST_FACTOR = 2.0**-12  # on the correction of a step that alternates
 NOT_CONVERGED = 0.1  # step over a state's rms above which the trajectory has not converged
 SHORTEST = 1 / 256  # least step of the continuation, as a share of the magnitude
 
@@ -64,7 +67,19 @@ def simulate(equations: Equations, values: Mapping[str, float], motion: Motion, 
         x[:, motion.begins] = np.atleast_2d(initial).T
     nodes = {**values, "time": motion.time, **motion.at}
     middles = {**values, "time": inner_times(motion.time, motion.formula), **motion.between}
-    steps, update, damping = Collocation(equations, nodes, middles, motion), np.inf, _Damping(n - 1)
+    steps = Collocation(equations, nodes, middles, motion)
+    first, second = (_Damping(n - 1, *each) for each in DAMPING)
+    try:
+        return Trajectory(_converged(steps, x.copy(), first, accuracy), steps, with_initial)
+    except DivergenceError:
+        if not first.alternates:
+            raise
+    return Trajectory(_converged(steps, x, second, accuracy), steps, with_initial)
+
+
+def _converged(steps: Collocation, x: np.ndarray, damping: "_Damping", accuracy: float | None) -> np.ndarray:
+    """The states (n, nx) after Newton's method from a guess (nx, n), which is overwritten. Errors as `simulate`."""
+    nx, linear, update = steps.nx, steps.equations.linear, np.inf
     for done in range(STEPS):
         steps.evaluate(x)
         if not nx:
@@ -76,7 +91,7 @@ def simulate(equations: Equations, values: Mapping[str, float], motion: Motion, 
         if not np.isfinite(update):
             raise steps.divergence(~steps.finite(corrections))
         settled = update < (accuracy or CONVERGED)
-        cycle = done >= UNDAMPED_STEPS and CONVERGED < update < NOT_CONVERGED
+        cycle = done >= damping.begin and CONVERGED < update < NOT_CONVERGED
         if cycle and damping.after(corrections / (root_mean_square(x) + 1e-300)).min() < 1:
             change = carried(steps.band, corrections * damping.factors[:, None]).T
         x[:, 1:] += change if settled or update < max(0.5 * before, NOT_CONVERGED) else 0.5 * change
@@ -85,14 +100,14 @@ def simulate(equations: Equations, values: Mapping[str, float], motion: Motion, 
             break
         # With a kink between samples Newton's method converges no further.
         kink = not accuracy and update < 1e-3 and before < 1e-2 and update > 0.2 * before
-        if kink or equations.linear:
+        if kink or linear:
             steps.evaluate(x)
             break
     else:
         if accuracy or update > NOT_CONVERGED:
             raise steps.divergence(steps.relative(change, x) > NOT_CONVERGED)
         steps.evaluate(x)
-    return Trajectory(x.T, steps, with_initial)
+    return x.T
 
 
 def simulate_by_continuation(
@@ -118,9 +133,11 @@ def simulate_by_continuation(
 
 
 class _Damping:
-    """Factors (steps,) on the corrections of simulation steps, less than 1 where a correction alternates."""
+    """Factors (steps,) on the corrections of simulation steps, less than 1 where a correction alternates; from step
+    `begin` of Newton's method on, they change by `ratio` at each."""
 
-    def __init__(self, count: int):
+    def __init__(self, count: int, begin: int, ratio: float):
+        self.begin, self.ratio, self.alternates = begin, ratio, False
         self.factors, self.last = np.ones(count), np.zeros((count, 0))
 
     def after(self, corrections: np.ndarray) -> np.ndarray:
@@ -132,8 +149,8 @@ class _Damping:
             along = np.einsum("ki,ki->k", corrections, self.last)
             lengths = (np.einsum("ki,ki->k", each, each) for each in (corrections, self.last))
             alternates = (along < 0) & (next(lengths) > 0.25 * next(lengths))
-            self.factors = np.where(
-                alternates, np.maximum(self.factors / 2, LEAST_DAMPING), np.minimum(2 * self.factors, 1.0)
-            )
+            smaller, larger = np.maximum(self.factors / self.ratio, LEAST_FACTOR), self.factors * self.ratio
+            self.factors = np.where(alternates, smaller, np.minimum(larger, 1.0))
+            self.alternates = self.alternates or bool(alternates.any())
         self.last = corrections
         return self.factors
