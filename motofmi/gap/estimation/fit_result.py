@@ -156,11 +156,6 @@ def initial_guesses(runs: Sequence[Any]) -> list[Any]:
     return [getattr(run, "guess", None) for run in runs]
 
 
-def copied_guesses(runs: Sequence[Any]) -> list[Any]:
-    """Copies of the initial guesses, which later simulations do not change."""
-    return [guess and {key: dict(known) for key, known in guess.items()} for guess in initial_guesses(runs)]
-
-
 def with_initial_guesses(runs: Sequence[Any], kept: Sequence[Any]) -> list[Any]:
     """The runs with copies of such guesses, so that fits do not change each other's runs."""
     return [run if guess is None else run.with_initial_guesses(guess) for run, guess in zip(runs, kept, strict=True)]

@@ -16,7 +16,6 @@ from fmus.effects.prior import LogNormalPrior
 from fmus.support.errors import InputError
 from motofmi.gap.estimation.fit_result import (
     Fit,
-    copied_guesses,
     deviations_of_runs,
     initial_guesses,
     run_to_run_deviations,
@@ -75,9 +74,9 @@ def fit(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray, frozen: Sequ
     x[free] = np.clip(x[free], low[free], high[free])
     problem = _Problem(model, runs, total)
     found = levenberg_marquardt(problem, x, (low, high), free, lambda x: _reach(model, x), gain, beat, iterations)
-    # A rejected x has other initial states, from which the best x may diverge.
-    runs = with_initial_guesses(runs, problem.guesses)
-    return Fit(model, runs, found.x, found.chi2, found.residuals, found.jacobian, sum(len(r.data) for r in runs))
+    # From the initial states of a rejected x the best one may diverge.
+    count = sum(len(run.data) for run in runs)
+    return Fit(model, problem.best_runs, found.x, found.chi2, found.residuals, found.jacobian, count)
 
 
 def one_step(model: AnyModel, runs: Sequence[AnyRun], x: np.ndarray) -> float:
@@ -143,11 +142,11 @@ class _Problem:
         self.priors, self.known = _priors(model, total)
         self.of_effects = priors_of_effects(model)
         self.kept: dict[int, np.ndarray] = {}  # slopes that came with the output
-        self.guesses: list[Any] = []  # of the best x so far
+        self.best_runs = runs  # with the initial guesses of the best x so far
 
     def residuals(self, x: np.ndarray) -> np.ndarray:
         """(m,). Raises InputError where the model cannot be simulated; the runs' initial guesses are then as before."""
-        kept = copied_guesses(self.runs)
+        kept = [guess and {key: dict(known) for key, known in guess.items()} for guess in initial_guesses(self.runs)]
         try:
             left = [self._of_run(index, run, x) - run.data / run.deviation for index, run in enumerate(self.runs)]
         except InputError:
@@ -161,7 +160,7 @@ class _Problem:
 
     def accepted(self) -> None:
         """The initial guesses of the runs are those of the best x so far."""
-        self.guesses = copied_guesses(self.runs)
+        self.best_runs = with_initial_guesses(self.runs, initial_guesses(self.runs))
 
     def _of_run(self, index: int, run: AnyRun, x: np.ndarray) -> np.ndarray:
         """The predicted data of a run over the noise."""

@@ -5,8 +5,14 @@ Source: Rosenbrock, The Computer Journal 3 (1960) 175-184.
 
 import numpy as np
 
+from fmus.mechanisms import Pendulum
 from fmus.support.errors import InputError
-from motofmi.gap.estimation.levenberg_marquardt import levenberg_marquardt
+from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.estimation.levenberg_marquardt import Solution, levenberg_marquardt
+from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.gap.models.free_initial_state import FreeInitialStateModel
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
+from tests.simulators.swings import swing
 
 
 class Rosenbrock:
@@ -47,3 +53,18 @@ def test_a_point_that_cannot_be_computed_is_never_accepted():
     solution = found(problem)
     assert problem.rejected and solution.x[0] <= 0.5
     np.testing.assert_array_equal(problem.best, solution.x)
+
+
+def test_simulations_after_a_fit_begin_from_the_states_of_its_solution(monkeypatch):
+    def rejecting(problem, x, *_):
+        residuals, slopes = problem.residuals(x), problem.slopes(x)
+        problem.accepted()
+        problem.residuals(x + 0.05)  # a trial that is not accepted
+        return Solution(x, float(residuals @ residuals), residuals, slopes)
+
+    monkeypatch.setattr("motofmi.gap.estimation.fitting.levenberg_marquardt", rejecting)
+    experiment = input_output_experiment(Pendulum(), ["angle"])
+    values = {"J": 0.1, "k": 4.0, "c": 0.003, "T_c": 0.0, "c_2": 0.0}
+    model = FreeInitialStateModel(experiment)
+    found = fit(model, [prepare_sampled_run(swing("swing", 0.3, 12.0, 40.0, values, noise=1e-3), experiment)], model.start())
+    np.testing.assert_array_equal(found.runs[0].guess[(*model.own, 0)]["at"], found.of_run(0))
