@@ -1,6 +1,6 @@
 """The equations of components in CasADi against the project's own expressions: derivation, evaluation, generated C.
 
-    python -m benchmarks.casadi_equations
+    python -m benchmarks casadi_equations
 
 Both get the same `equations`: CasADi's SX symbols take the place of numbers. Seconds are processor time, the best of
 some rounds.
