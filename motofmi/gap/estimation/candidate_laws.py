@@ -26,7 +26,7 @@ ONE_WAY = (
     "drag. A run with reversals would distinguish them."
 )
 UNSEEN = (
-    "{}: it is not recorded, and its rate has one sign. Not candidates there: {}; they can be any "
+    "{} is not recorded, and its rate has one sign. Not candidates there: {}; they can be any "
     "function of the distance covered. A run in the other direction would distinguish them."
 )
 REVOLUTIONS = (
@@ -71,11 +71,15 @@ def _distinguishable(library: Sequence[type[Effect]], found: Fit) -> tuple[list[
             if laws:
                 left_out.setdefault((sentence, motion), []).extend(laws)
     every = [effect for laws in left_out.values() for effect in laws]
-    sentences = [
-        sentence.format(motion, ", ".join(dict.fromkeys(e.family for e in laws)))
-        for (sentence, motion), laws in left_out.items()
-    ]
-    return [effect for effect in library if effect not in every], sentences
+    kept = [effect for effect in library if effect not in every]
+    return kept, [s.format(motion, _listed(laws, kept)) for (s, motion), laws in left_out.items()]
+
+
+def _listed(left_out: Sequence[type[Effect]], kept: Sequence[type[Effect]]) -> str:
+    """The families of laws that are left out; of a family with other laws that are kept, the forms."""
+    others = {effect.family for effect in kept}
+    names = [f"{e.family} ({e.form})" if e.family in others else e.family for e in left_out]
+    return ", ".join(dict.fromkeys(names))
 
 
 def _one_way_elements(found: Fit) -> set[str]:
