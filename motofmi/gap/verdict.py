@@ -88,7 +88,7 @@ def _limitations(verdict: Verdict) -> list[str]:
                 f"A second effect is missing besides {name}: one of "
                 f"{', '.join(dict.fromkeys(c.family for c in verdict.tied))}."
             )
-    if verdict.outside_library:
+    if verdict.outside_library and not verdict.comparison:
         law, name = (
             verdict.outside_library,
             " and ".join(dict.fromkeys(e.family for e in verdict.best.model.effects)) or "all of them",

@@ -12,9 +12,10 @@ import numpy as np
 from fmus.effects import Effect
 from fmus.support.errors import InputError
 from motofmi.gap.comparison.adjusted_likelihood_ratio import adjusted_errors
-from motofmi.gap.comparison.closable import flexible_mean_square, low_of_mean
+from motofmi.gap.comparison.closable import closed_share, flexible_mean_square, low_of_mean
 from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
-from motofmi.gap.comparison.outcome import NOT_CLEAR, Outcome, outcome
+from motofmi.gap.comparison.outcome import MEMBER, NOT_CLEAR, Outcome, outcome
+from motofmi.gap.comparison.outside_library import sufficient_law
 from motofmi.gap.comparison.own_values import disagreement
 from motofmi.gap.comparison.pair_search import pairs
 from motofmi.gap.comparison.search import leading_models
@@ -22,6 +23,7 @@ from motofmi.gap.comparison.simplest_form import one_per_families
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import Candidate
 from motofmi.gap.estimation.fit_result import Fit, standard_errors
+from motofmi.gap.estimation.laws_outside_library import laws_outside_library
 from motofmi.gap.estimation.stages import Stage, running
 from motofmi.gap.preprocessing.sampled_run import SampledRun
 
@@ -31,7 +33,8 @@ class Comparison:
     """The outcome, and what it rests on.
 
     models are the compared models other than the base, one of each family or pair of families, the least loss first.
-    All mean squares are over the squared scale of the outputs [1].
+    law is the law outside the library because of which nothing is named. All mean squares are over the squared scale
+    of the outputs [1].
     """
 
     outcome: Outcome
@@ -40,6 +43,7 @@ class Comparison:
     flexible_mean_square: float  # of the residuals of a flexible regression
     motion_mean_square: float  # of the outputs about their means in each segment
     block_counts: tuple[int, int]  # blocks of fitted and of validation runs
+    law: ComparedModel | None = None
 
     def __repr__(self) -> str:
         fitted, validation = self.block_counts
@@ -71,7 +75,9 @@ def compare(
     with running(Stage.PAIRS):
         both = pairs(blocks, base, one_per_families(models), library, criteria)
     compared = _compared(blocks, compared_base, [*models, *both])
-    return _unless_runs_disagree(_unless_leader_diverges(compared, blocks), blocks)
+    compared = _unless_runs_disagree(_unless_leader_diverges(compared, blocks), blocks)
+    with running(Stage.OUTSIDE):
+        return _with_law_outside(compared, library, blocks)
 
 
 def _blocks(
@@ -142,6 +148,29 @@ def _unless_runs_disagree(compared: Comparison, blocks: CommonBlocks) -> Compari
     best = found.best if found.members else found.nearest or compared.base
     sentence = disagreement(compared.base, best, compared.flexible_mean_square, blocks)
     return _withheld(compared, sentence, sentence) if sentence else compared
+
+
+def _with_law_outside(compared: Comparison, library: Sequence[type[Effect]], blocks: CommonBlocks) -> Comparison:
+    """The comparison, with the law outside the library that is sufficient in place of what is named, tied or nearest;
+    nothing is named then."""
+    found, base = compared.outcome, compared.base
+    if found.verdict == "none" or found.disagreement or len(blocks.blocks) < blocks.criteria.fewest_fitted_blocks:
+        return compared
+    selected = found.best if found.members else found.nearest or base
+    laws = laws_outside_library(library, failed=not found.members)
+    law = sufficient_law(selected, base, laws, compared.flexible_mean_square, blocks)
+    if law is None:
+        return compared
+    law.fit.sandwich = blocks.covariance(law.fit)
+    share = closed_share(base.reported, law.reported, compared.flexible_mean_square).share
+    withheld = _withheld(compared, (
+        f"The missing effect is outside the library: a law closes {share:.0%} of the closable misfit, and is sufficient "
+        f"in place of {' and '.join(e.family for e in selected.effects) or 'the base'} (mean logarithmic loss "
+        f"{law.losses.mean():.3g} for {selected.losses.mean():.3g}): {law.effects[0].sentence()}"
+    ))  # fmt: skip
+    outcome = replace(withheld.outcome, standing=withheld.outcome.standing | {id(law): MEMBER})
+    models = sorted([*compared.models, law], key=lambda m: m.losses.mean())
+    return replace(withheld, outcome=outcome, models=models, law=law)
 
 
 def _withheld(compared: Comparison, sentence: str, disagreement: str = "") -> Comparison:

@@ -68,7 +68,7 @@ def outcome(
     sentences = few_blocks(counts, criteria)
     undetermined = {id(m): s for m in models if (s := _undetermined(m, errors[id(m)], criteria))}
     determined = [m for m in models if id(m) not in undetermined]
-    objections = {id(m): why for m in determined if (why := _objection(base, m, models, flexible, criteria))}
+    objections = {id(m): why for m in determined if (why := objection(base, m, models, flexible, criteria))}
     standing = dict.fromkeys(map(id, models), BEHIND) | dict.fromkeys(undetermined, UNDETERMINED)
     standing |= {key: kind for key, (kind, _) in objections.items()}
     known = {m.families for m in determined}
@@ -174,7 +174,7 @@ def _with_equal_ones(
     return list({id(m): m for m in (*members, *near)}.values())
 
 
-def _objection(
+def objection(
     base: ComparedModel,
     model: ComparedModel,
     models: Sequence[ComparedModel],

@@ -60,6 +60,7 @@ def verdict_by_comparison(
         [c for c in named if c.family in families] if result.verdict == "named" else [],
         tied if result.verdict in ("named", "tied") else [],
         candidates,
+        outside_library=_candidate(base, compared.law.effects[0], compared.law.fit, scale) if compared.law else None,
         criteria=criteria,
         comparison=compared,
     )

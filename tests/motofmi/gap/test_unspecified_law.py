@@ -8,12 +8,12 @@ from motofmi.cli.main import main
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation import effect_fit
 from motofmi.gap.estimation.fit_result import parameters_of
+from motofmi.gap.estimation.laws_outside_library import laws_outside_library
 from motofmi.gap.estimation.multi_start import fit_base
 from motofmi.gap.estimation.screening import screen
 from motofmi.gap.experiment_design.next_experiment import next_experiment
 from motofmi.gap.models.harmonic_model import HarmonicModel
 from motofmi.gap.selection.model_selection import select_model
-from motofmi.gap.selection.unspecified_law import laws_outside_library
 from motofmi.gap.verdict import as_result
 from motofmi.recordings.reading import write_recording
 from motofmi.workflows.gap.rig import rig_effects, rig_experiment

@@ -1,0 +1,36 @@
+"""Laws outside the library against the effects that a comparison selects.
+
+The parameters of the library's effects have their physical signs, so that two of them can approximate one law that is
+not in the library: a sensor whose gain falls and an asymmetric spring, for instance, the force of a degressive damper.
+Where a law alone is sufficient by the one-standard-error rule (see `simplest_form`), nothing is named. A law must pass
+the tests of gain and share that a name must pass.
+"""
+
+from collections.abc import Sequence
+
+from fmus.effects import Effect
+from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
+from motofmi.gap.comparison.outcome import objection
+from motofmi.gap.comparison.search import FAR_BEHIND
+from motofmi.gap.comparison.simplest_form import simplest_sufficient
+from motofmi.gap.estimation.laws_outside_library import fitted_laws
+
+
+def sufficient_law(
+    selected: ComparedModel,
+    base: ComparedModel,
+    laws: Sequence[type[Effect]],
+    flexible: float,
+    blocks: CommonBlocks,
+) -> ComparedModel | None:
+    """The law that is sufficient in place of the effects of a model; None where there is none.
+
+    laws are those outside the library, of which some are fitted together with the base; flexible [1] is the mean square
+    after a flexible regression.
+    """
+    beat = min(base.fit.chi2, FAR_BEHIND * selected.fit.chi2)
+    fits = [c.fit for c in fitted_laws(base.fit, laws, beat, blocks.criteria)]
+    models = blocks.refined_and_evaluated(fits, "comparing laws outside the library")
+    models = [m for m in models if objection(base, m, [], flexible, blocks.criteria) is None]
+    law = min(models, key=lambda m: m.losses.mean(), default=None)
+    return law if law is not None and simplest_sufficient([selected, law]) is law else None

@@ -1,0 +1,46 @@
+"""Laws outside the library, on machines that no model explains: nothing is named in their place, and they are stated."""
+
+import numpy as np
+import pytest
+
+import motofmi as mf
+from motofmi.recordings.recording import Recording
+
+COGGING, PITCH = 0.3, 0.02  # N, m: a force that is periodic in the displacement and in no library
+LAWS = {  # N, from displacement [m] and rate [m/s]
+    "The damping falls in proportion to the rate": lambda x, v: -40 * abs(v) * v,
+    "a force grows with deflection times rate": lambda x, v: 400 * x * v,
+    "The damping changes with the square of the deflection": lambda x, v: 6000 * x**2 * v,
+    "": lambda x, v: 2 * np.sign(v),
+}
+
+
+def moved(name: str, seed: int, law) -> Recording:
+    """25 s at 100 Hz of a mass of 1 kg, a spring and a damper that are moved along three sines: their force with that
+    of a law, cogging and noise."""
+    generator, time = np.random.default_rng(seed), np.arange(2500) / 100
+    x, v, a = np.zeros((3, len(time)))
+    for size, frequency in ((0.05, 0.31), (0.02, 0.83), (0.01, 1.7)):
+        w, phase = 2 * np.pi * frequency, generator.uniform(0, 2 * np.pi)
+        x += size * np.sin(w * time + phase)
+        v += size * w * np.cos(w * time + phase)
+        a -= size * w**2 * np.sin(w * time + phase)
+    force = a + 20 * v + 40 * x + law(x, v) + COGGING * np.sin(2 * np.pi * x / PITCH)
+    force += 0.005 * generator.standard_normal(len(time))
+    return Recording(name, time, {"force": force, "displacement": x}, {"force": "N", "displacement": "m"})
+
+
+@pytest.mark.parametrize("sentence", LAWS)
+def test_a_law_outside_the_library_is_stated_and_nothing_is_named_in_its_place(sentence):
+    """Of the library, friction or friction with a sensor's gain reduce the misfit on fitted and validation runs."""
+    runs = [moved(name, seed, LAWS[sentence]) for name, seed in (("fitted", 1), ("held", 2))]
+    found = mf.find_gap(runs[0], validation=runs[1], component="mass_spring_damper", impose="displacement").to_dict()
+    outside = [s for s in found["limitations"] if s.startswith("The missing effect is outside the library")]
+    if sentence:
+        assert (found["verdict"], found["effects"]) == ("unknown", [])
+        assert sentence in outside[0] and found["reason"] == outside[0]
+        # Cogging is left by every model, so that the models are compared on blocks.
+        [row] = [row for row in found["compared"] if row["effects"] and row["effects"][0]["name"] == "outside_library"]
+        assert row["closed"]["share"] > 0.9
+    else:
+        assert (found["verdict"], [e["name"] for e in found["effects"]], outside) == ("named", ["coulomb_friction"], [])
