@@ -8,11 +8,13 @@ the tests of gain and share that a name must pass.
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from fmus.effects import Effect
 from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
 from motofmi.gap.comparison.outcome import objection
 from motofmi.gap.comparison.search import FAR_BEHIND
-from motofmi.gap.comparison.simplest_form import simplest_sufficient
+from motofmi.gap.comparison.simplest_form import simplest_sufficient, within_one_error
 from motofmi.gap.estimation.laws_outside_library import fitted_laws
 
 
@@ -26,10 +28,15 @@ def sufficient_law(
     """The law that is sufficient in place of the effects of a model; None where there is none.
 
     laws are those outside the library, of which some are fitted together with the base; flexible [1] is the mean square
-    after a flexible regression.
+    after a flexible regression. A law must be sufficient on the fitted blocks alone, and then on all blocks.
     """
     beat = min(base.fit.chi2, FAR_BEHIND * selected.fit.chi2)
-    fits = [c.fit for c in fitted_laws(base.fit, laws, beat, blocks.criteria)]
+    to_beat = np.log(selected.fitted + selected.floor)
+    fits = [
+        found.fit
+        for found in fitted_laws(base.fit, laws, beat, blocks.criteria)
+        if (losses := blocks.fitted_losses(found.fit)) is not None and within_one_error(losses, to_beat)
+    ]
     models = blocks.refined_and_evaluated(fits, "comparing laws outside the library")
     models = [m for m in models if objection(base, m, [], flexible, blocks.criteria) is None]
     law = min(models, key=lambda m: m.losses.mean(), default=None)

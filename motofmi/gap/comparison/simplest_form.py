@@ -14,15 +14,15 @@ from motofmi.gap.comparison.compared_model import ComparedModel
 def simplest_sufficient(forms: Sequence[ComparedModel]) -> ComparedModel:
     """The model with the fewest parameters among those within one standard error of the one with the least loss."""
     best = min(forms, key=lambda c: c.losses.mean())
-    near = [c for c in forms if _excess(c, best) <= 0]
+    near = [c for c in forms if within_one_error(c.losses, best.losses)]
     fewest = min(c.parameters for c in near)
     return min((c for c in near if c.parameters == fewest), key=lambda c: c.losses.mean())
 
 
-def _excess(form: ComparedModel, best: ComparedModel) -> float:
-    """The mean loss of a form minus that of the best form, minus one standard error of their difference [1]."""
-    difference = form.losses - best.losses
-    return float(difference.mean() - difference.std(ddof=1) / np.sqrt(len(difference)))
+def within_one_error(losses: np.ndarray, best: np.ndarray) -> bool:
+    """Whether the mean of losses (blocks,) is within one standard error of that of the best ones (blocks,)."""
+    difference = losses - best
+    return bool(difference.mean() <= difference.std(ddof=1) / np.sqrt(len(difference)))
 
 
 def one_per_families(models: Sequence[ComparedModel]) -> list[ComparedModel]:
