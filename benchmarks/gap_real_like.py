@@ -24,6 +24,7 @@ import motofmi as mf
 from benchmarks._resumed import resumed
 from benchmarks.gap_blind import share_of
 from fmus.declaration.component import Component
+from fmus.effects.unspecified_law import FAMILY as OUTSIDE
 from fmus.mechanisms import DrivenJoint, MassSpringDamper, Pendulum
 from fmus.support.errors import InputError
 from fmus.support.progress import track
@@ -57,10 +58,11 @@ def find(case: RealLikeCase, folder: Path) -> dict[str, Any]:
             impose="angle" if case.setting == "imposed" else None,
         )
     except InputError as error:
-        return {"verdict": "refused", "names": [], "forms": [], "tied": [], "why": str(error)}
+        return {"verdict": "refused", "names": [], "forms": [], "tied": [], "law": "", "why": str(error)}
     said = found.to_dict()
+    outside = [e["form"] for row in said["compared"] for e in row["effects"] if e["name"] == OUTSIDE]
     return {"verdict": found.verdict, "names": [e["name"] for e in found.effects], "forms": [e["form"] for e in found.effects],
-            "tied": found.tied, "nearest": [f"{c['name']}.{c['form']}" for c in found.candidates[:3]],
+            "tied": found.tied, "law": next(iter(outside), ""), "nearest": [f"{c['name']}.{c['form']}" for c in found.candidates[:3]],
             "explained": said.get("explained"), "gap": found.gap, "limitations": found.limitations}  # fmt: skip
 
 

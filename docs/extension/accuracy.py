@@ -27,6 +27,11 @@ STUDIES = {
         "A dominant effect, in a form of the library or in another one, beside one that is in no library; recordings with "
         "jitter, low-pass filters and closed loops, each with a validation run.",
     ),
+    "gap_outside_library": (
+        "Effects outside the library",
+        "The same machines with a dominant effect that is in no library: damping or stiffness that depend on deflection "
+        "and rate in other ways. Stated is the law of its kind, in `limitations`.",
+    ),
     "gap_vehicle": ("Vehicles, eigenvalues over speed", "Sets of eigenvalues of motorcycles with standard errors."),
     "gap_vehicle_runs": (
         "Vehicles, recorded runs",

@@ -104,6 +104,11 @@ def cogging(angle: float, rate: float, duration: float, p: dict) -> Law:
     return law
 
 
+def nothing(q: float, s: float, z: float, t: float) -> tuple[float, float]:
+    """No torque."""
+    return 0.0, 0.0
+
+
 SECONDS = {"bump": bump, "warming": warming, "rate_and_state": rate_and_state, "contact": contact, "cogging": cogging}
 
 
@@ -140,7 +145,7 @@ class Machine:
         closed = setting == "closed_loop"
         self.feedback = (2 * stiffness * closed, 0.3 * np.sqrt(stiffness * inertia) * closed)  # by deflection and rate
         self.first: dict = {}
-        self.second: Law = lambda q, s, z, t: (0.0, 0.0)
+        self.second: Law = nothing
         drive = self.drive(rng)
         while hidden != "none":
             self.first = {hidden: sizes(rng, self.p, self.angle, self.linear_motion(drive)[1].std())[hidden]}
@@ -148,7 +153,7 @@ class Machine:
             beyond = self.beyond_linear(made, self._first_law)
             if beyond > SEEN * made[2].std() or hidden == "sine":
                 unit = SECONDS[second](self.angle, self.rate, self.duration, self.p)
-                self.second = _times(share * beyond / self.beyond_linear(made, unit), unit)
+                self.second = times(share * beyond / self.beyond_linear(made, unit), unit)
                 break
             drive = self.drive(rng)
 
@@ -223,7 +228,7 @@ class Machine:
         return jittered, columns
 
 
-def _times(factor: float, law: Law) -> Law:
+def times(factor: float, law: Law) -> Law:
     """A law with its torque times a factor."""
 
     def scaled(q, s, z, t):

@@ -14,7 +14,7 @@ from fmus.support.errors import InputError
 from motofmi.gap.comparison.adjusted_likelihood_ratio import adjusted_errors
 from motofmi.gap.comparison.closable import closed_share, flexible_mean_square, low_of_mean
 from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
-from motofmi.gap.comparison.outcome import MEMBER, NOT_CLEAR, Outcome, outcome
+from motofmi.gap.comparison.outcome import MEMBER, NOT_CLEAR, SMALL, WITHHELD, Outcome, outcome
 from motofmi.gap.comparison.outside_library import sufficient_law
 from motofmi.gap.comparison.own_values import disagreement
 from motofmi.gap.comparison.pair_search import pairs
@@ -44,6 +44,16 @@ class Comparison:
     motion_mean_square: float  # of the outputs about their means in each segment
     block_counts: tuple[int, int]  # blocks of fitted and of validation runs
     law: ComparedModel | None = None
+
+    def clear_pairs(self) -> list[ComparedModel]:
+        """The pairs, without those whose gain on validation runs is small or not clear although there are enough blocks
+        of them."""
+        refused = (NOT_CLEAR, SMALL)
+        return [
+            m
+            for m in self.models
+            if len(m.effects) > 1 and not (m.judged_alone and self.outcome.standing.get(id(m)) in refused)
+        ]
 
     def __repr__(self) -> str:
         fitted, validation = self.block_counts
@@ -182,7 +192,7 @@ def _withheld(compared: Comparison, sentence: str, disagreement: str = "") -> Co
         best=compared.base,
         members=[],
         sentences=[*found.sentences, sentence],
-        standing=found.standing | dict.fromkeys(map(id, found.members), NOT_CLEAR),
+        standing=found.standing | dict.fromkeys(map(id, found.members), WITHHELD),
         disagreement=disagreement,
     )
     return replace(compared, outcome=unknown)

@@ -25,8 +25,8 @@ from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import undetermined_magnitude
 
 OVER_TIME = "drift"  # the family of changes over the time of a run
-MEMBER, BEHIND, NOT_CLEAR, SMALL, UNDETERMINED = STANDINGS = (
-    "in the confidence set", "behind", "gain not clear", "gain too small", "magnitude not determined",
+MEMBER, BEHIND, NOT_CLEAR, SMALL, UNDETERMINED, WITHHELD = STANDINGS = (
+    "in the confidence set", "behind", "gain not clear", "gain too small", "magnitude not determined", "withheld",
 )  # fmt: skip
 
 
@@ -220,8 +220,9 @@ def _undetermined(model: ComparedModel, errors: np.ndarray, criteria: Criteria) 
     """The sentence on a model with a magnitude that is not distinguishable from zero; empty where all are."""
     if (i := undetermined_magnitude(model.fit, errors, criteria)) is None:
         return ""
+    it = "it" if len(model.effects) == 1 else "them"
     return (
-        f"{_not_named(model)}, and the others are compared without it: {model.fit.model.names[i]} = "
+        f"{_not_named(model)}, and the others are compared without {it}: {model.fit.model.names[i]} = "
         f"{model.fit.x[i]:.3g} is within {criteria.value_errors:g} standard errors ({errors[i]:.2g}) of zero."
     )
 

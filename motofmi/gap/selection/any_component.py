@@ -166,7 +166,7 @@ def _selected(
         on_progress(replace(verdict, conclude=lambda: decided(known())))
 
     compared = compare(shorter, singles, library, compared_runs, criteria, report)
-    pairs = [c.fit for c in compared.models if len(c.effects) > 1] if compared else []
+    pairs = [m.fit for m in compared.clear_pairs()] if compared else []
     pairs = [found for found in pairs if _leaves_noise(found, validation_runs, criteria)]
     if not chi_square_tried and pairs:
         pair = fit_or_none(pairs[0].model, base.runs, pairs[0].x)
