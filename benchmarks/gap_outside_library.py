@@ -46,8 +46,8 @@ def summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
         "the law stated": share_of([r["law"] in FORMS[kind_of(r["hidden"])] for r in rows]),
         "another law stated": share_of([bool(r["law"]) and r["law"] not in FORMS[kind_of(r["hidden"])] for r in rows]),
     }
-    answers = Counter((r["hidden"], r["law"] or " + ".join(r["names"]) or r["verdict"]) for r in rows)
-    confusion = {f"{truth} -> {answer}": n for (truth, answer), n in sorted(answers.items())}
+    counts = Counter((r["hidden"], r["law"] or " + ".join(r["names"]) or r["verdict"]) for r in rows)
+    confusion = {f"{truth} -> {found}": n for (truth, found), n in sorted(counts.items())}
     return {"cases": len(rows), "rates": rates, "confusion": confusion}
 
 

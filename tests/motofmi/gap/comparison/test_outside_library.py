@@ -15,7 +15,7 @@ LAWS = {  # N, from displacement [m] and rate [m/s]
 }
 
 
-def moved(name: str, seed: int, law) -> Recording:
+def recording_of(name: str, seed: int, law) -> Recording:
     """25 s at 100 Hz of a mass of 1 kg, a spring and a damper that are moved along three sines: their force with that
     of a law, cogging and noise."""
     generator, time = np.random.default_rng(seed), np.arange(2500) / 100
@@ -33,7 +33,7 @@ def moved(name: str, seed: int, law) -> Recording:
 @pytest.mark.parametrize("sentence", LAWS)
 def test_a_law_outside_the_library_is_stated_and_nothing_is_named_in_its_place(sentence):
     """Of the library, friction or friction with a sensor's gain reduce the misfit on fitted and validation runs."""
-    runs = [moved(name, seed, LAWS[sentence]) for name, seed in (("fitted", 1), ("held", 2))]
+    runs = [recording_of(name, seed, LAWS[sentence]) for name, seed in (("fitted", 1), ("held", 2))]
     found = mf.find_gap(runs[0], validation=runs[1], component="mass_spring_damper", impose="displacement").to_dict()
     outside = [s for s in found["limitations"] if s.startswith("The missing effect is outside the library")]
     if sentence:
