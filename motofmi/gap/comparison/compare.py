@@ -72,8 +72,8 @@ def compare(
     """The comparison of a base, its fitted single effects and pairs of them; None where the base cannot be compared.
 
     singles are fits of one effect each on the runs of the base; validation are prepared runs with the noise of the
-    fitted ones. on_progress is called after the single effects, with a function that compares them alone. The fits
-    of the compared models get the covariance that includes errors of the model.
+    fitted ones. on_progress is called after the single effects, with a function that compares them alone, and after the
+    pairs. The fits of the compared models get the covariance that includes errors of the model.
     """
     with running(Stage.COMPARISON):
         blocks = _blocks(base, singles, validation, criteria)
@@ -85,9 +85,10 @@ def compare(
     with running(Stage.PAIRS):
         both = pairs(blocks, base, one_per_families(models), library, criteria)
     compared = _compared(blocks, compared_base, [*models, *both])
-    compared = _unless_runs_disagree(_unless_leader_diverges(compared, blocks), blocks)
+    inside = _unless_runs_disagree(_unless_leader_diverges(compared, blocks), blocks)
+    on_progress(lambda: inside)
     with running(Stage.OUTSIDE):
-        return _with_law_outside(compared, library, blocks)
+        return _with_law_outside(inside, library, blocks)
 
 
 def _blocks(

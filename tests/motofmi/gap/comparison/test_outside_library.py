@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import motofmi as mf
+from motofmi.gap.estimation import stages
 from motofmi.recordings.recording import Recording
 
 COGGING, PITCH = 0.3, 0.02  # N, m: a force that is periodic in the displacement and in no library
@@ -44,3 +45,17 @@ def test_a_law_outside_the_library_is_stated_and_nothing_is_named_in_its_place(s
         assert row["closed"]["share"] > 0.9
     else:
         assert (found["verdict"], [e["name"] for e in found["effects"]], outside) == ("named", ["coulomb_friction"], [])
+
+
+def test_a_budget_that_ends_while_laws_are_compared_leaves_the_verdict_of_the_library(monkeypatch):
+    def at_the_end(*_):
+        monkeypatch.setattr(stages, "time_is_up", lambda: True)
+
+    monkeypatch.setattr("motofmi.gap.comparison.compare.sufficient_law", at_the_end)
+    law = LAWS["The damping falls in proportion to the rate"]
+    runs = [recording_of(name, seed, law) for name, seed in (("fitted", 1), ("held", 2))]
+    found = mf.find_gap(
+        runs[0], validation=runs[1], component="mass_spring_damper", impose="displacement", time=1000
+    ).to_dict()
+    assert [e["name"] for e in found["effects"]] == ["coulomb_friction"]
+    assert "was not compared with effects outside the library" in found["limitations"][0]
