@@ -38,6 +38,16 @@ def closed_share(before: np.ndarray, after: np.ndarray, flexible: float) -> Shar
     return Share(float(_share(before.mean(), after.mean(), flexible)), float(low), float(high))
 
 
+def closes_as_much(
+    model: ComparedModel, other: ComparedModel, base: ComparedModel, flexible: float, share: float
+) -> bool:
+    """Whether a model closes the share of the closable misfit that another one closes, or at most `share` [1] less, with
+    no more parameters."""
+    closable = max(float(base.out_of_sample.mean()) - flexible, 1e-300)
+    more = float(model.out_of_sample.mean() - other.out_of_sample.mean())
+    return model.parameters <= other.parameters and more < share * closable
+
+
 def log_gain_low(base: ComparedModel, model: ComparedModel) -> float:
     """The lower end of the 95 % interval of the mean gain in logarithmic loss on data that were not used."""
     return low_of_mean(np.log(base.out_of_sample + base.floor) - np.log(model.out_of_sample + model.floor))

@@ -12,10 +12,10 @@ import numpy as np
 from fmus.effects import Effect
 from fmus.support.errors import InputError
 from motofmi.gap.comparison.adjusted_likelihood_ratio import adjusted_errors
-from motofmi.gap.comparison.closable import closed_share, flexible_mean_square, low_of_mean
+from motofmi.gap.comparison.closable import closed_share, closes_as_much, flexible_mean_square, low_of_mean
 from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
 from motofmi.gap.comparison.outcome import MEMBER, NOT_CLEAR, SMALL, WITHHELD, Outcome, outcome
-from motofmi.gap.comparison.outside_library import sufficient_law
+from motofmi.gap.comparison.outside_library import sufficient_law, with_values
 from motofmi.gap.comparison.own_values import disagreement
 from motofmi.gap.comparison.pair_search import pairs
 from motofmi.gap.comparison.search import leading_models
@@ -163,21 +163,25 @@ def _unless_runs_disagree(compared: Comparison, blocks: CommonBlocks) -> Compari
 
 def _with_law_outside(compared: Comparison, library: Sequence[type[Effect]], blocks: CommonBlocks) -> Comparison:
     """The comparison, with the law outside the library that is sufficient in place of what is named, tied or nearest;
-    nothing is named then."""
+    nothing is named then.
+
+    A law is not outside the library where one of its effects closes as much, as one of the user with the same term.
+    """
     found, base = compared.outcome, compared.base
     if found.verdict == "none" or found.disagreement or len(blocks.blocks) < blocks.criteria.fewest_fitted_blocks:
         return compared
     selected = found.best if found.members else found.nearest or base
     laws = laws_outside_library(library, failed=not found.members)
-    law = sufficient_law(selected, base, laws, compared.flexible_mean_square, blocks)
-    if law is None:
+    flexible, equal = compared.flexible_mean_square, blocks.criteria.equal_share
+    law = sufficient_law(selected, base, laws, flexible, blocks)
+    if law is None or any(closes_as_much(m, law, base, flexible, equal) for m in compared.models):
         return compared
     law.fit.sandwich = blocks.covariance(law.fit)
-    share = closed_share(base.reported, law.reported, compared.flexible_mean_square).share
+    share = closed_share(base.reported, law.reported, flexible).share
     withheld = _withheld(compared, (
-        f"The missing effect is outside the library: a law closes {share:.0%} of the closable misfit, and is sufficient "
-        f"in place of {' and '.join(e.family for e in selected.effects) or 'the base'} (mean logarithmic loss "
-        f"{law.losses.mean():.3g} for {selected.losses.mean():.3g}): {law.effects[0].sentence()}"
+        f"The missing effect is outside the library. {with_values(law)} This law closes {share:.0%} of the closable "
+        f"misfit, and is sufficient in place of {' and '.join(e.family for e in selected.effects) or 'the base'} "
+        f"(mean logarithmic loss {law.losses.mean():.3g} for {selected.losses.mean():.3g})."
     ))  # fmt: skip
     outcome = replace(withheld.outcome, standing=withheld.outcome.standing | {id(law): MEMBER})
     models = sorted([*compared.models, law], key=lambda m: m.losses.mean())

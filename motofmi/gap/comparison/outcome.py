@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from motofmi.gap.comparison.closable import Share, closed_share, log_gain_low
+from motofmi.gap.comparison.closable import Share, closed_share, closes_as_much, log_gain_low
 from motofmi.gap.comparison.compared_model import ComparedModel
 from motofmi.gap.comparison.confidence_set import confidence_set
 from motofmi.gap.comparison.simplest_form import one_per_families
@@ -162,14 +162,11 @@ def _with_equal_ones(
     criteria: Criteria,
 ) -> list[ComparedModel]:
     """The members, and models that close the same share of the closable misfit with no more parameters."""
-    closable = max(float(base.out_of_sample.mean()) - flexible, 1e-300)
     best = min(members, key=lambda m: m.losses.mean())
     near = [
         m
         for m in accepted
-        if len(m.effects) == len(best.effects)
-        and m.parameters <= best.parameters
-        and float(m.out_of_sample.mean() - best.out_of_sample.mean()) < criteria.equal_share * closable
+        if len(m.effects) == len(best.effects) and closes_as_much(m, best, base, flexible, criteria.equal_share)
     ]
     return list({id(m): m for m in (*members, *near)}.values())
 

@@ -11,10 +11,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from fmus.effects import Effect
+from fmus.effects.added_terms import added_terms
 from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
 from motofmi.gap.comparison.outcome import objection
 from motofmi.gap.comparison.search import FAR_BEHIND
 from motofmi.gap.comparison.simplest_form import simplest_sufficient, within_one_error
+from motofmi.gap.estimation.fit_result import parameters_of_effect
 from motofmi.gap.estimation.laws_outside_library import fitted_laws
 
 
@@ -41,3 +43,11 @@ def sufficient_law(
     models = [m for m in models if objection(base, m, [], flexible, blocks.criteria) is None]
     law = min(models, key=lambda m: m.losses.mean(), default=None)
     return law if law is not None and simplest_sufficient([selected, law]) is law else None
+
+
+def with_values(law: ComparedModel) -> str:
+    """The sentence of a law, with its equation and its value and standard error."""
+    effect = law.effects[0]
+    fitted = parameters_of_effect(law.fit, effect)
+    values = ", ".join(f"{name} = {value:.4g} +- {error:.2g} {unit}" for name, (value, error, unit) in fitted.items())
+    return f"{effect.sentence().rstrip('.')} ({'; '.join(added_terms(effect))}, {values})."
