@@ -3,6 +3,7 @@
 A case is a run; its row is JSON in the table `runs.parquet` of the folder. A case that is complete is not run again.
 """
 
+import argparse
 import json
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
@@ -19,6 +20,7 @@ from motofmi.studies.store import Store
 from motofmi.version import __version__
 
 ROW = "row"
+NUMBERS = {"first": "number of the first case", "seed": "of the random numbers"}
 
 
 class Cases(Runs):
@@ -61,3 +63,14 @@ def resumed(
         reasons = "; ".join(f"case {case}: {reason}" for case, reason in zip(failed["case"], failed["reason"], strict=True))
         raise RuntimeError(f"{len(failed)} of {cases} cases in {store.folder} failed: {reasons}")
     return [{"case": int(case), **json.loads(row)} for case, row in zip(table["case"], table[ROW], strict=True)]
+
+
+def command_line(name: str, description: str | None, cases: int, **numbers: int) -> argparse.Namespace:
+    """The arguments of a study that is started by itself: --cases, --out, and those of `NUMBERS` that are given with
+    their defaults."""
+    parser = argparse.ArgumentParser(prog=f"python -m benchmarks.{name}", description=description)
+    parser.add_argument("--cases", type=int, default=cases)
+    for number, default in numbers.items():
+        parser.add_argument(f"--{number}", type=int, default=default, help=NUMBERS[number])
+    parser.add_argument("--out", help="folder of the study, which goes on where it ended")
+    return parser.parse_args()

@@ -9,7 +9,6 @@ nothing, others forms that the library lacks, or what is in no library. A row pe
 folder, so that a run can be taken up again. confusion counts truth -> answer.
 """
 
-import argparse
 import json
 import time
 from collections import Counter
@@ -19,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks._resumed import resumed
+from benchmarks._resumed import command_line, resumed
 from benchmarks.gap_blind import share_of
 from fmus.declaration.component import Component
 from fmus.mechanisms import DrivenJoint, MassSpringDamper, Pendulum, TwoMass
@@ -121,11 +120,7 @@ def _wrong(row: dict[str, Any]) -> bool:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.gap_generic", description=__doc__)
-    parser.add_argument("--cases", type=int, default=CASES)
-    parser.add_argument("--out", help="folder of the study, which goes on where it ended")
-    parser.add_argument("--first", type=int, default=0, help="number of the first case")
-    arguments = parser.parse_args()
+    arguments = command_line("gap_generic", __doc__, CASES, first=0)
     print(json.dumps(run(track, arguments.cases, arguments.out, arguments.first), indent=1))
 
 

@@ -7,7 +7,6 @@ dominant effect, and a second effect of 3 to 20 % of its size that is in no libr
 study in the --out folder, so that a run can be taken up again.
 """
 
-import argparse
 import json
 import tempfile
 from collections import Counter
@@ -15,7 +14,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from benchmarks._resumed import resumed
+from benchmarks._resumed import command_line, resumed
 from benchmarks.gap_blind import share_of
 from benchmarks.gap_real_like import find
 from fmus.support.progress import track
@@ -52,11 +51,7 @@ def summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.gap_outside_library", description=__doc__)
-    parser.add_argument("--cases", type=int, default=CASES)
-    parser.add_argument("--seed", type=int, default=SEED)
-    parser.add_argument("--out", help="folder of the study, which goes on where it ended")
-    arguments = parser.parse_args()
+    arguments = command_line("gap_outside_library", __doc__, CASES, seed=SEED)
     print(json.dumps(run(track, arguments.cases, arguments.seed, arguments.out), indent=1))
 
 

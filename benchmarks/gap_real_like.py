@@ -9,7 +9,6 @@ run; files, not arrays, are given to `find_gap`. The first name is judged: which
 it is counted apart. A row per case goes to the study in the --out folder, so that a run can be taken up again.
 """
 
-import argparse
 import json
 import tempfile
 import time
@@ -21,7 +20,7 @@ from typing import Any
 import numpy as np
 
 import motofmi as mf
-from benchmarks._resumed import resumed
+from benchmarks._resumed import command_line, resumed
 from benchmarks.gap_blind import share_of
 from fmus.declaration.component import Component
 from fmus.effects.unspecified_law import FAMILY as OUTSIDE
@@ -107,11 +106,7 @@ def _first(row: dict[str, Any]) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.gap_real_like", description=__doc__)
-    parser.add_argument("--cases", type=int, default=CASES)
-    parser.add_argument("--seed", type=int, default=SEED)
-    parser.add_argument("--out", help="folder of the study, which goes on where it ended")
-    arguments = parser.parse_args()
+    arguments = command_line("gap_real_like", __doc__, CASES, seed=SEED)
     print(json.dumps(run(track, arguments.cases, arguments.seed, arguments.out), indent=1))
 
 

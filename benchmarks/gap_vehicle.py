@@ -4,7 +4,6 @@ Every motorcycle is another: parameters that are published are known to 1 % (len
 damper), and the real one differs by as much. Nothing is hidden in a third of the cases. Rates with Wilson's interval.
 """
 
-import argparse
 import json
 import tempfile
 from collections import Counter
@@ -12,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks._resumed import resumed
+from benchmarks._resumed import command_line, resumed
 from benchmarks.gap_blind import wilson
 from fmus.support.progress import track
 from motofmi.gap.estimation.fit_result import parameters_of
@@ -153,11 +152,7 @@ def summary(results: list[dict]) -> dict:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.gap_vehicle", description=__doc__)
-    parser.add_argument("--cases", type=int, default=CASES)
-    parser.add_argument("--first", type=int, default=FIRST, help="number of the first case")
-    parser.add_argument("--out", help="folder of the study, which goes on where it ended")
-    arguments = parser.parse_args()
+    arguments = command_line("gap_vehicle", __doc__, CASES, first=FIRST)
     print(json.dumps(run(track, arguments.cases, arguments.out, arguments.first), indent=1))
 
 

@@ -8,7 +8,6 @@ them hide nothing. A row per case goes to the study in the --out folder, so that
 counts truth -> answer.
 """
 
-import argparse
 import json
 import tempfile
 import time
@@ -19,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks._resumed import resumed
+from benchmarks._resumed import command_line, resumed
 from benchmarks.gap_blind import share_of
 from fmus.support.errors import InputError
 from fmus.support.progress import track
@@ -111,11 +110,7 @@ def _holds(row: dict[str, Any]) -> bool:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.gap_vehicle_runs", description=__doc__)
-    parser.add_argument("--cases", type=int, default=CASES)
-    parser.add_argument("--first", type=int, default=FIRST, help="number of the first case")
-    parser.add_argument("--out", help="folder of the study, which goes on where it ended")
-    arguments = parser.parse_args()
+    arguments = command_line("gap_vehicle_runs", __doc__, CASES, first=FIRST)
     print(json.dumps(run(track, arguments.cases, arguments.out, arguments.first), indent=1))
 
 

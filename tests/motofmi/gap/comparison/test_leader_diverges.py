@@ -6,6 +6,7 @@ import pytest
 import motofmi as mf
 from motofmi.gap.comparison.compared_model import CommonBlocks
 from motofmi.recordings.recording import Recording
+from tests.simulators.three_sines import three_sines
 
 FRICTION = 2.0  # N
 
@@ -13,12 +14,7 @@ FRICTION = 2.0  # N
 def rubbing(name: str, seed: int) -> Recording:
     """20 s at 100 Hz of a mass of 1 kg that is moved along three sines: its force with dry friction and noise."""
     generator, time = np.random.default_rng(seed), np.arange(2000) / 100
-    x, v, a = np.zeros((3, len(time)))
-    for size, frequency in ((0.05, 0.31), (0.02, 0.83), (0.01, 1.7)):
-        w, phase = 2 * np.pi * frequency, generator.uniform(0, 2 * np.pi)
-        x += size * np.sin(w * time + phase)
-        v += size * w * np.cos(w * time + phase)
-        a -= size * w**2 * np.sin(w * time + phase)
+    x, v, a = three_sines(generator, time)
     force = a + 2 * v + 40 * x + FRICTION * np.sign(v) + 0.05 * generator.standard_normal(len(time))
     return Recording(name, time, {"force": force, "displacement": x}, {"force": "N", "displacement": "m"})
 

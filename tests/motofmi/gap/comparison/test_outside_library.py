@@ -10,6 +10,7 @@ import motofmi as mf
 from motofmi.gap.comparison.compared_model import CommonBlocks
 from motofmi.gap.estimation import stages
 from motofmi.recordings.recording import Recording
+from tests.simulators.three_sines import three_sines
 
 COGGING, PITCH = 0.3, 0.02  # N, m: a force that is periodic in the displacement and in no library
 LAWS = {  # force [N] over a coefficient, from displacement [m] and rate [m/s]; the coefficient
@@ -25,12 +26,7 @@ def recording_of(name: str, seed: int, sentence: str) -> Recording:
     of a law, cogging and noise."""
     law, coefficient = LAWS[sentence]
     generator, time = np.random.default_rng(seed), np.arange(2500) / 100
-    x, v, a = np.zeros((3, len(time)))
-    for size, frequency in ((0.05, 0.31), (0.02, 0.83), (0.01, 1.7)):
-        w, phase = 2 * np.pi * frequency, generator.uniform(0, 2 * np.pi)
-        x += size * np.sin(w * time + phase)
-        v += size * w * np.cos(w * time + phase)
-        a -= size * w**2 * np.sin(w * time + phase)
+    x, v, a = three_sines(generator, time)
     force = a + 20 * v + 40 * x + coefficient * law(x, v) + COGGING * np.sin(2 * np.pi * x / PITCH)
     force += 0.005 * generator.standard_normal(len(time))
     return Recording(name, time, {"force": force, "displacement": x}, {"force": "N", "displacement": "m"})
