@@ -1,8 +1,8 @@
 """Laws outside the library: parameter signs that its effects exclude, mixed laws F(d, d') of spring and damper, and a
 sensor with memory.
 
-They are compared with the effects of the library and never reported by name. Where one of them explains the data
-better, the missing effect is outside the library.
+They are compared with the effects of the library and are never named as an effect. Where one of them explains the data
+better, the missing effect is outside the library, and a limitation states the law.
 """
 
 from typing import ClassVar

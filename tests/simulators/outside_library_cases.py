@@ -1,7 +1,7 @@
 """Blind cases whose dominant effect is in no library, beside a weaker one that is in none either.
 
-The machines and recordings are those of `real_like_cases`, which nothing of the library is used for. A law F(q, s) is
-drawn in a form that the library compares without naming it, or in another one of the same kind:
+The machines and recordings are those of `real_like_cases`, whose simulation uses nothing of the library. A law F(q, s)
+has a form that the workflow compares without naming it, or another form of the same kind:
 
     product             c q s          c tanh(q) s
     deflection          c q^2 s        c |q| s              damping that grows with the deflection

@@ -87,6 +87,8 @@ def compare(
     compared = _compared(blocks, compared_base, [*models, *both])
     inside = _unless_runs_disagree(_unless_leader_diverges(compared, blocks), blocks)
     on_progress(lambda: inside)
+    if inside is not compared:  # the comparison within the library is incomplete, or the base is another one
+        return inside
     with running(Stage.OUTSIDE):
         return _with_law_outside(inside, library, blocks)
 
@@ -168,7 +170,7 @@ def _with_law_outside(compared: Comparison, library: Sequence[type[Effect]], blo
     A law is not outside the library where one of its effects closes as much, as one of the user with the same term.
     """
     found, base = compared.outcome, compared.base
-    if found.verdict == "none" or found.disagreement or len(blocks.blocks) < blocks.criteria.fewest_fitted_blocks:
+    if found.verdict == "none" or len(blocks.blocks) < blocks.criteria.fewest_fitted_blocks:
         return compared
     selected = found.best if found.members else found.nearest or base
     laws = laws_outside_library(library, failed=not found.members)

@@ -10,6 +10,7 @@ from fmus.effects.damping import CoulombFriction, CubicDamping, SoftFriction
 from fmus.effects.drift import Drift
 from fmus.effects.resonance import HungBody
 from fmus.effects.stiffness import CubicHardening
+from motofmi.gap.comparison.compare import Comparison
 from motofmi.gap.comparison.compared_model import ComparedModel
 from motofmi.gap.comparison.outcome import outcome
 from motofmi.gap.comparison.simplest_form import simplest_sufficient
@@ -219,3 +220,15 @@ def test_a_second_effect_must_close_a_tenth_on_few_validation_blocks_too():
     found = outcome(few[0], few[1:], FLEXIBLE, MOTION, (BLOCKS, 3), errors, Criteria())
     assert found.verdict == "named" and found.best.effects == (CoulombFriction,)
     assert any("3% of what coulomb_friction leaves is closed" in s for s in found.sentences)
+
+
+@pytest.mark.parametrize(("alone", "kept"), [(True, 1), (False, 2)])
+def test_a_pair_without_a_clear_gain_on_enough_validation_blocks_is_not_searched_again(alone, kept):
+    """The gain of the second pair is on the fitted blocks only."""
+    good = model_with(CoulombFriction, CubicDamping, level=0.5, seed=3)
+    fitted_only = model_with(CoulombFriction, CubicHardening, level=0.5, seed=4)
+    fitted_only = replace(fitted_only, validation=fitted_only.validation * 40, judged_alone=alone)
+    base, models = model_with(level=10.0), [good, fitted_only]
+    found = outcome(base, models, FLEXIBLE, MOTION, (BLOCKS, BLOCKS), {id(m): np.full(2, 0.1) for m in models}, Criteria())
+    assert found.standing[id(fitted_only)] == "gain not clear"
+    assert len(Comparison(found, base, models, FLEXIBLE, MOTION, (BLOCKS, BLOCKS)).clear_pairs()) == kept

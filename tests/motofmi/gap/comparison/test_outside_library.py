@@ -47,6 +47,8 @@ def test_a_law_outside_the_library_is_stated_and_nothing_is_named_in_its_place(s
         # Cogging is left by every model, so that the models are compared on blocks.
         [row] = [row for row in found["compared"] if row["effects"] and row["effects"][0]["name"] == "outside_library"]
         assert row["closed"]["share"] > 0.9
+        members = [row["effects"][0]["name"] for row in found["compared"] if row["standing"] == "in the confidence set"]
+        assert members == ["outside_library"]  # what it replaces is withheld
     else:
         assert (found["verdict"], [e["name"] for e in found["effects"]], outside) == ("named", ["coulomb_friction"], [])
 
