@@ -62,6 +62,8 @@ class SampledRun:
     input_variance: np.ndarray | None = None  # (m,) variance due to the inputs between their samples
     # (n,) the longest segment [samples] at each sample over which an unstable free motion does not grow too far
     stable_length: np.ndarray | None = None
+    # the inputs in other interpolations, computed once for all copies of the run
+    interpolated: dict[str, InterpolatedInputs] = field(default_factory=dict)
     # initial guesses of simulations, by segment, and by model and segment
     guess: dict[Any, dict[str, Any]] = field(default_factory=dict)
 
@@ -117,7 +119,9 @@ class SampledRun:
 
     def with_interpolation(self, kind: str) -> "SampledRun":
         """The run with another interpolation of its inputs, of `input_interpolation.INTERPOLATIONS`."""
-        return replace(self, inputs=interpolated_inputs(self.recording, self.experiment, kind), kind=kind, guess={})
+        if kind not in self.interpolated:
+            self.interpolated[kind] = interpolated_inputs(self.recording, self.experiment, kind)
+        return replace(self, inputs=self.interpolated[kind], kind=kind, guess={})
 
     @cached_property
     def noiseless(self) -> "SampledRun":
