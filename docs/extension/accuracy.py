@@ -30,7 +30,7 @@ STUDIES = {
     "gap_outside_library": (
         "Effects outside the library",
         "The same machines with a dominant effect that is in no library: damping or stiffness that depend on deflection "
-        "and rate in other ways. The law is stated where `limitations` hold a law of the kind that is hidden.",
+        "and rate in other ways. A law counts as stated where `limitations` hold one of the hidden kind.",
     ),
     "gap_vehicle": ("Vehicles, eigenvalues over speed", "Sets of eigenvalues of motorcycles with standard errors."),
     "gap_vehicle_runs": (

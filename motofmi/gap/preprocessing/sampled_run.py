@@ -62,10 +62,13 @@ class SampledRun:
     input_variance: np.ndarray | None = None  # (m,) variance due to the inputs between their samples
     # (n,) the longest segment [samples] at each sample over which an unstable free motion does not grow too far
     stable_length: np.ndarray | None = None
-    # the inputs in other interpolations, computed once for all copies of the run
+    # the inputs by their interpolation, each computed once for all copies of the run
     interpolated: dict[str, InterpolatedInputs] = field(default_factory=dict)
     # initial guesses of simulations, by segment, and by model and segment
     guess: dict[Any, dict[str, Any]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.interpolated.setdefault(self.kind, self.inputs)
 
     def __repr__(self) -> str:
         inputs, outputs = (", ".join(names) for names in (self.experiment.inputs, self.experiment.outputs))

@@ -1,6 +1,6 @@
 """Model selection on any component: initial fit of the base, noise estimate, and the effects at its own elements.
 
-Where some model leaves noise alone, models are selected by chi-square (`noise_rounds`). On real machines usually none
+Where some model leaves only noise, models are selected by chi-square (`noise_rounds`). On real machines usually none
 does; the models are then compared on blocks of their residuals (see the package `comparison`).
 """
 
@@ -133,7 +133,7 @@ def _selected(
     on_progress: OnProgress,
     criteria: Criteria,
 ) -> Verdict:
-    """The verdict by chi-square where the noise is known or some model leaves noise alone; else by comparison."""
+    """The verdict by chi-square where the noise is known or some model leaves only noise; else by comparison."""
     if noise_is_known(base):
         known = _with_least_equation_error(base, starts)
         verdict = select_in_rounds(base, library, validation_runs, on_progress, criteria, known)
