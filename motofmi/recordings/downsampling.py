@@ -9,7 +9,6 @@ from itertools import chain
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from scipy.signal import firwin
 
 from fmus.support.errors import InputError
 from motofmi.recordings.time_stamps import coarse, interval
@@ -32,6 +31,8 @@ def reduced(blocks: Iterator[np.ndarray], rate: float, time: int) -> tuple[np.nd
     factor = int(given / rate * (1 + 1e-6))
     if factor < 2:
         return np.concatenate([first, *blocks]), ()
+    from scipy.signal import firwin  # noqa: PLC0415 - imported on use: it takes 0.5 s
+
     taps = firwin(PERIODS * factor + 1, 1 / factor)
     kept, rest = [first[:0]], first[:0]
     regular = not coarse(stamps)

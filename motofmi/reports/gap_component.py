@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 from scipy.fft import idct
-from scipy.signal import csd, spectrogram, welch
 
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.preprocessing.sampled_run import SampledRun
@@ -107,6 +106,8 @@ def _responses(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[Chart, str]]
     inputs = [n for n in run.experiment.inputs if np.ptp(run.recording[n]) > 0]
     if not inputs:
         return []
+    from scipy.signal import csd, welch  # noqa: PLC0415 - imported on use: it takes 0.5 s
+
     rate = run.recording.rate
     n = min(len(run.measured) // 4, 2048)
     drive = np.concatenate([run.recording[inputs[0]][first:last] for first, last in run.segments])
@@ -156,6 +157,8 @@ def _responses(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[Chart, str]]
 
 
 def _map(fit: Fit) -> Chart:
+    from scipy.signal import spectrogram  # noqa: PLC0415 - imported on use: it takes 0.5 s
+
     run: SampledRun = fit.runs[0]
     time, _, left = left_over(fit)
     length = int(np.clip(PERIODS * run.recording.rate / run.middle_frequency, SHORTEST, max(len(left) // 8, SHORTEST)))

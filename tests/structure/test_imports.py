@@ -37,7 +37,8 @@ OURS = {"fmus", "rider_fmu", "vehicle_fmu", "motofmi", "tests", "benchmarks"}
 ON_USE = {"control", "pandas", "xarray"}
 # Modules that take 0.3 to 0.7 s to import: those that only some functions of a module need are imported by these.
 SLOW_MODULES = {
-    "scipy.optimize", "scipy.integrate", "fmus.equations.sympy_form", "matplotlib.figure", "motofmi.workflows.batch.batch",
+    "scipy.optimize", "scipy.integrate", "scipy.signal", "scipy.stats", "fmus.equations.sympy_form", "matplotlib.figure",
+    "motofmi.workflows.batch.batch",
 }  # fmt: skip
 # CoFMPy asks for older releases than this project needs: it is installed without its dependencies, and no extra can
 # name it.

@@ -8,7 +8,6 @@ import itertools
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.stats import qmc
 
 from fmus.support.deadline import time_is_up
 from fmus.support.parallel import parallel_map
@@ -29,6 +28,8 @@ def fit_base(model: AnyModel, runs: Sequence[AnyRun], criteria: Criteria = Crite
     best, reached = fit(model, runs, first), 1
     if adequate(best, criteria) or not model.base or time_is_up():
         return best
+    from scipy.stats import qmc  # noqa: PLC0415 - imported on use: it takes 0.5 s
+
     moves = np.zeros((MOST - 1, len(first)))
     moves[:, : len(model.base)] = qmc.scale(
         qmc.Sobol(len(model.base), scramble=False).random(2 * MOST)[2 : MOST + 1], -SPREAD, SPREAD

@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 from scipy.special import chdtrc, fdtrc
-from scipy.stats import false_discovery_control
 
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.fit_result import Fit
@@ -59,8 +58,8 @@ def _all_cells(found: Fit, cells: Cells) -> tuple[Place, ...]:
 def discovered(places: Sequence[Place], rate: float) -> list[Place]:
     """The places that pass the false-discovery rate, the most significant first."""
     ranked = sorted(places, key=lambda p: (p.p_value, -p.excess))
-    adjusted = false_discovery_control([p.p_value for p in ranked]) if ranked else []
-    return [p for p, least_rate in zip(ranked, adjusted, strict=True) if least_rate <= rate]
+    passing = [i for i, p in enumerate(ranked, 1) if p.p_value <= rate * i / len(ranked)]
+    return ranked[: max(passing, default=0)]
 
 
 def place(

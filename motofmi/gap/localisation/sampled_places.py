@@ -11,11 +11,12 @@ Source: Satterthwaite, Biometrics Bulletin 2 (1946) 110-114.
 """
 
 from collections.abc import Iterator
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
 from scipy.fft import idct
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from motofmi.gap.localisation.locating import Place, place
 from motofmi.gap.preprocessing.sampled_run import SampledRun
@@ -60,9 +61,10 @@ def _directions(run: SampledRun, z: np.ndarray) -> Iterator[Place]:
     """Both signs of deflection (about the median) and of rate, of the motion within the compared band."""
     motion, outputs, row = run.motion_at(run.recording.time)[0], run.reduction.outputs, 0
     motion = motion - np.median(motion)
+    cosines = cache(lambda n, kept: idct(np.eye(n, kept), axis=0, norm="ortho"))  # many blocks have the same length
     blocks = []  # waves (n, kept), residuals (kept, outputs), and motion and rate (n,) over each block
     for first, last, kept in run.reduction.spans:
-        waves = idct(np.eye(last - first, kept), axis=0, norm="ortho")
+        waves = cosines(last - first, kept)
         smooth = waves @ (waves.T @ motion[first:last])
         blocks.append(
             (
@@ -95,5 +97,5 @@ def _directions(run: SampledRun, z: np.ndarray) -> Iterator[Place]:
                     max(end, 0.0),
                     unit,
                     power / mean - 1,
-                    float(chi2.sf(power * mean / square, mean**2 / square)),
+                    float(chdtrc(mean**2 / square, power * mean / square)),
                 )

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import make_lsq_spline
 from scipy.ndimage import uniform_filter1d
-from scipy.signal import hilbert
+
+from motofmi.recordings.spectra import analytic_signal
 
 SETTLING_TIME = 3.5  # s after a step of frequency or amplitude, in which the transients of a rider decay
 FREQUENCY_STEP = 0.1  # Hz within a second: a faster change of the frequency is a step
@@ -42,7 +43,7 @@ def phase_of(command: np.ndarray, rate: float, noisy: bool = False, broken: np.n
     phase would become part of that motion.
     """
     centred = command - np.median(command)
-    signal = hilbert(centred)
+    signal = analytic_signal(centred)
     angle, size = np.unwrap(np.angle(signal)), np.abs(signal)
     width = max(int(0.6 * rate), 3)
     frequency = uniform_filter1d(np.gradient(angle) * rate / (2 * np.pi), width, mode="nearest")

@@ -15,9 +15,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.interpolate import CubicSpline, make_interp_spline, make_lsq_spline
-from scipy.signal import periodogram
 
 from motofmi.recordings.resampling import quantisation_step
+from motofmi.recordings.spectra import periodogram
 
 CACHED = 32  # sets of times whose values are cached
 INTERPOLATIONS = ("smooth", "lines", "held")
