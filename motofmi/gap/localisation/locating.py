@@ -56,7 +56,10 @@ def _all_cells(found: Fit, cells: Cells) -> tuple[Place, ...]:
 
 
 def discovered(places: Sequence[Place], rate: float) -> list[Place]:
-    """The places that pass the false-discovery rate, the most significant first."""
+    """The places that pass the false-discovery rate, the most significant first.
+
+    They are those up to the last rank i of n places with p_i <= rate i / n.
+    """
     ranked = sorted(places, key=lambda p: (p.p_value, -p.excess))
     passing = [i for i, p in enumerate(ranked, 1) if p.p_value <= rate * i / len(ranked)]
     return ranked[: max(passing, default=0)]

@@ -96,6 +96,12 @@ def test_help_is_shown_without_loading_the_numerical_libraries():
     assert time.perf_counter() - began < 2.0  # 0.1 s on a quiet machine, where loading the libraries takes 1.5 s
 
 
+def test_the_gap_command_begins_without_the_slowest_modules_of_scipy():
+    code = "import sys, motofmi.cli.commands.gap; print(sorted({'scipy.signal', 'scipy.stats'} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
 @pytest.mark.parametrize("word", ["--version", "-V"])
 def test_the_version_is_that_of_the_package(word, capsys):
     assert main([word]) == 0
