@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.interpolate import CubicSpline, make_interp_spline, make_lsq_spline
+from scipy.interpolate import CubicSpline, LSQUnivariateSpline, make_interp_spline
 
 from motofmi.recordings.resampling import quantisation_step
 from motofmi.recordings.spectra import periodogram
@@ -123,17 +123,18 @@ def motion_functions(
     values (n,) are its samples at times (n,) [s], rate is the name of the rate.
     """
     values = _without_noise(values) if kind == NOISELESS else values
-    spline = make_lsq_spline(time, values, _knots(time, values, 1.5 if kind == SMOOTHER else 1.0), DEGREE)
+    knots = _inner_knots(time, values, 1.5 if kind == SMOOTHER else 1.0)
+    # Its time is proportional to the samples; that of make_lsq_spline to samples times knots, thus to their square.
+    spline = LSQUnivariateSpline(time, values, knots, k=DEGREE)
     return {"": spline, rate: spline.derivative(1), f"der({rate})": spline.derivative(2)}
 
 
-def _knots(time: np.ndarray, values: np.ndarray, closer: float) -> np.ndarray:
+def _inner_knots(time: np.ndarray, values: np.ndarray, closer: float) -> np.ndarray:
     """Knots [s] for the frequency up to which the motion is resolved, at distances divided by the factor `closer`."""
     step = time[1] - time[0]
     samples = max(1 / (KNOTS_PER_PERIOD * resolved_frequency(values, 1 / step) * step), LEAST_KNOT_DISTANCE)
     distance = step * samples / closer
-    inner = np.arange(time[0] + distance, time[-1] - max(distance, (DEGREE + 1) * step), distance)
-    return np.concatenate([[time[0]] * (DEGREE + 1), inner, [time[-1]] * (DEGREE + 1)])
+    return np.arange(time[0] + distance, time[-1] - max(distance, (DEGREE + 1) * step), distance)
 
 
 def _without_noise(values: np.ndarray) -> np.ndarray:
