@@ -1,6 +1,5 @@
 """What every report's page must be: a first screen, no request, links that exist, terms that are defined; and, in a
-browser, no
-error, nothing wider than the screen, charts that switch and zoom."""
+browser, no error, nothing wider than the screen, charts that switch and zoom."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -70,18 +69,22 @@ def opened(path: Path, width: int, scheme: str = "light") -> Iterator[tuple[Any,
     """The page in headless Chromium at a width [px], and what went wrong in it: errors, and requests other than its own
     file."""
     with chromium() as browser:
-        page = browser.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme).new_page()
-        wrong: list[str] = []
-        page.on("console", lambda message: wrong.append(message.text) if message.type in ("error", "warning") else None)
-        page.on("pageerror", lambda error: wrong.append(str(error)))
-        page.on(
-            "request",
-            lambda request: (
-                None if request.url.startswith(("data:", path.resolve().as_uri())) else wrong.append(request.url)
-            ),
-        )
-        page.goto(path.resolve().as_uri())
-        yield page, wrong
+        yield _opened_in(browser, path, width, scheme)
+
+
+def _opened_in(browser: Any, path: Path, width: int, scheme: str) -> tuple[Any, list[str]]:
+    page = browser.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme).new_page()
+    wrong: list[str] = []
+    page.on("console", lambda message: wrong.append(message.text) if message.type in ("error", "warning") else None)
+    page.on("pageerror", lambda error: wrong.append(str(error)))
+    page.on(
+        "request",
+        lambda request: (
+            None if request.url.startswith(("data:", path.resolve().as_uri())) else wrong.append(request.url)
+        ),
+    )
+    page.goto(path.resolve().as_uri())
+    return page, wrong
 
 
 # Elements that reach beyond the right edge, other than within a frame that scrolls.
@@ -94,8 +97,9 @@ SMALL = "() => [...document.querySelectorAll('.panel text')].filter((e) => parse
 def assert_works_in_a_browser(path: Path) -> None:
     """No error, no request, nothing wider than the screen, no empty chart and no small print, at both widths; nothing
     that axe-core finds, where it is installed."""
-    for width, scheme in zip(WIDTHS, ("light", "dark"), strict=True):
-        with opened(path, width, scheme) as (page, wrong):
+    with chromium() as browser:
+        for width, scheme in zip(WIDTHS, ("light", "dark"), strict=True):
+            page, wrong = _opened_in(browser, path, width, scheme)
             assert page.evaluate("document.documentElement.scrollWidth") <= width
             assert page.evaluate(WIDER) == [] and page.evaluate(EMPTY) == 0 and page.evaluate(SMALL) == 0
             page.evaluate("document.querySelectorAll('details').forEach((each) => { each.open = true; })")
@@ -104,3 +108,4 @@ def assert_works_in_a_browser(path: Path) -> None:
             assert page.evaluate(WIDER) == []
             if HAS_AXE:
                 assert violations(page) == []
+            page.context.close()

@@ -45,7 +45,7 @@ def coast_down(hidden: str, seed: int, v0: float) -> Recording:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("hidden", ["nothing", as_study("friction"), "drag", "both"])
+@pytest.mark.parametrize("hidden", ["nothing", as_study("friction"), as_study("drag"), "both"])
 def test_the_friction_and_the_drag_of_a_coast_down_are_named(hidden):
     """Without a limit on the offset of the speed's sensor, friction beside linear damping would be an offset."""
     fitted = [coast_down(hidden, 1, 20.0), coast_down(hidden, 3, 12.0)]
