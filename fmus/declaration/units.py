@@ -24,6 +24,7 @@ SYMBOLS = {
     "g": (1e-3, (1, 0, 0, 0, 0, 0)),
     "lb": (POUND, (1, 0, 0, 0, 0, 0)),
     "m": (1.0, (0, 1, 0, 0, 0, 0)),
+    "um": (1e-6, (0, 1, 0, 0, 0, 0)),
     "mm": (1e-3, (0, 1, 0, 0, 0, 0)),
     "cm": (1e-2, (0, 1, 0, 0, 0, 0)),
     "km": (1e3, (0, 1, 0, 0, 0, 0)),
@@ -32,14 +33,17 @@ SYMBOLS = {
     "s": (1.0, (0, 0, 1, 0, 0, 0)),
     "sec": (1.0, (0, 0, 1, 0, 0, 0)),
     "ms": (1e-3, (0, 0, 1, 0, 0, 0)),
+    "us": (1e-6, (0, 0, 1, 0, 0, 0)),
     "min": (60.0, (0, 0, 1, 0, 0, 0)),
     "h": (3600.0, (0, 0, 1, 0, 0, 0)),
     "A": (1.0, (0, 0, 0, 1, 0, 0)),
+    "mA": (1e-3, (0, 0, 0, 1, 0, 0)),
     "K": (1.0, (0, 0, 0, 0, 1, 0)),
     "rad": (1.0, (0, 0, 0, 0, 0, 1)),
     "mrad": (1e-3, (0, 0, 0, 0, 0, 1)),
     "deg": (pi / 180, (0, 0, 0, 0, 0, 1)),
     "°": (pi / 180, (0, 0, 0, 0, 0, 1)),
+    "rev": (2 * pi, (0, 0, 0, 0, 0, 1)),
     "N": (1.0, (1, 1, -2, 0, 0, 0)),
     "mN": (1e-3, (1, 1, -2, 0, 0, 0)),
     "kN": (1e3, (1, 1, -2, 0, 0, 0)),
@@ -51,7 +55,11 @@ SYMBOLS = {
     "J": (1.0, (1, 2, -2, 0, 0, 0)),
     "W": (1.0, (1, 2, -3, 0, 0, 0)),
     "gn": (GRAVITY, (0, 1, -2, 0, 0, 0)),
+    "Pa": (1.0, (1, -1, -2, 0, 0, 0)),
+    "kPa": (1e3, (1, -1, -2, 0, 0, 0)),
+    "bar": (1e5, (1, -1, -2, 0, 0, 0)),
     "Hz": (1.0, (0, 0, -1, 0, 0, 0)),
+    "kHz": (1e3, (0, 0, -1, 0, 0, 0)),
     "rpm": (2 * pi / 60, (0, 0, -1, 0, 0, 1)),
     "V": (1.0, (1, 2, -3, -1, 0, 0)),
     "mV": (1e-3, (1, 2, -3, -1, 0, 0)),
@@ -59,7 +67,8 @@ SYMBOLS = {
     "%": (1e-2, (0, 0, 0, 0, 0, 0)),
 }
 
-RAISED = str.maketrans("⁻¹²³⁴", "-1234")
+# Raised digits, and both characters for micro.
+PLAIN = str.maketrans("⁻¹²³⁴µμ", "-1234uu")
 
 # Units in which simulators display a variable (FMI's display units).
 DISPLAY = {
@@ -96,7 +105,7 @@ def unit(name: str) -> Unit:
         unit("N.m.s/rad").factor, unit("km/h").factor     # 1.0, 0.2777...
     """
     factor, exponents = 1.0, [0] * len(BASE)
-    written = re.sub(r"(?<=[\w°]) +(?=[A-Za-z°])", ".", name.strip()).replace(" ", "").translate(RAISED)
+    written = re.sub(r"(?<=[\w°]) +(?=[A-Za-z°])", ".", name.strip()).replace(" ", "").translate(PLAIN)
     for part, side in enumerate(written.split("/")):
         for token in re.split(r"[.*·⋅]|-(?=[^\d])", side):
             match = re.fullmatch(r"(1|%|°|[A-Za-z]+)(?:\^?(-?\d+))?", token)
