@@ -7,7 +7,7 @@ import numpy as np
 
 from fmus.effects.added_terms import added_terms
 from motofmi.gap.comparison.closable import closed_share
-from motofmi.gap.estimation.fit_result import Fit, parameters_of_effect
+from motofmi.gap.estimation.fit_result import Fit, parameters_of_effect, undetermined
 from motofmi.gap.selection.result import Verdict
 
 
@@ -56,11 +56,6 @@ def _alternative(found: Fit, closed: float | None, errors: float) -> dict[str, A
         effects.append({"name": effect.family, "form": effect.form, "equations": added_terms(effect),
                         "sentence": effect.sentence(), "parameters": parameters})  # fmt: skip
     return {"effects": effects, "closed": closed}
-
-
-def undetermined(parameters: Mapping[str, tuple[float, float, str]], errors: float) -> list[str]:
-    """The parameters that are within this many standard errors of zero, from value, standard error and unit."""
-    return [n for n, (value, error, _) in parameters.items() if abs(value) < errors * error]
 
 
 def with_errors(parameters: Mapping[str, tuple[float, float, str]]) -> dict[str, dict[str, Any]]:

@@ -8,10 +8,10 @@ import numpy as np
 
 from fmus.effects import Effect
 from fmus.effects.added_terms import added_terms
-from motofmi.gap.alternatives import alternatives, reason, undetermined, with_errors
+from motofmi.gap.alternatives import alternatives, reason, with_errors
 from motofmi.gap.compared import closed_alone, compared
 from motofmi.gap.estimation.candidate import Candidate, adequate, reduced_by_noise
-from motofmi.gap.estimation.fit_result import parameters_of, parameters_of_effect
+from motofmi.gap.estimation.fit_result import parameters_of, parameters_of_effect, undetermined
 from motofmi.gap.localisation.harmonic_places import cells as of_harmonics
 from motofmi.gap.localisation.locating import Cells, locate
 from motofmi.gap.remainder import complete, explained, remainder

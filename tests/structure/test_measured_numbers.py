@@ -62,12 +62,14 @@ GIVEN = {
     "gap.md": {
         *("0.1 %", "1 %", "4 %", "5 %", "85 %", "95 %", "2 %", "0.5 %", "3 %"),  # criteria, levels, prior errors, widths
         *("0.125", "0.05", "15 s", "10 s", "0.01"),  # inertia of a bar, errors of data, parts of runs, factors of a search
+        *("10 %", "0.4"),  # what is a step response
     },
     "glossary.md": {"0.5", "63 %", "95 %"},  # definitions
     "hosts.md": {"0.6", "1 ms", "0.5", "0.01", "0.2", "1.5", "1e-4", "1e-3"},  # settings of the hosts
     "identification.md": {"1 %", "0.4", "1.25", "4 s", "0.25", "1e-6"},  # limits, the simulated noise, a test's tolerance
     "magnetorheological_damper.md": {"0.5"},  # settings of the recordings
     "read_a_verdict.md": {"95 %", "0.01"},  # the level, the errors of the example
+    "recordings.md": {"5 %"},  # the limit within which sampling intervals are the same
     "steer_by_wire_bicycle.md": {"4.7", "2.6", "0.3", "10 s", "80 %", "10 %", "9.3"},  # the recordings, criteria, the given matrix
     "sweep.md": {"0.1", "5 s", "1 ms"},  # rounding of speeds, settings of the runs
     "test_rig.md": {"0.3"},  # what the page's own simulation hides

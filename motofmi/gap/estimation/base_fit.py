@@ -14,6 +14,7 @@ from motofmi.gap.estimation.candidate_laws import candidate_laws
 from motofmi.gap.estimation.equation_error import EquationErrorFit, equation_error_fits
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.estimation.from_rest import fit_from_rest
 from motofmi.gap.estimation.initial_fit import equal_noise, initial_fit, stable_segments, with_best_interpolation
 from motofmi.gap.estimation.sign_change import with_fitted_signs
 from motofmi.gap.estimation.single_frequency import inseparable_inertias
@@ -64,6 +65,7 @@ def fitted_base(
         model = FreeInitialStateModel(experiment)
         initial = initial_fit(model, [replace(run, experiment=experiment, guess={}) for run in runs])
     initial = fit(model, equal_noise(initial.runs, initial), initial.x)
+    initial = fit_from_rest(initial) or initial
     signed = with_fitted_signs(initial, criteria)
     base = _with_candidates(signed, noise, library)
     if signed is not initial:

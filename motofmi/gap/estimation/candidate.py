@@ -10,7 +10,7 @@ import numpy as np
 
 from fmus.effects import Effect
 from motofmi.gap.criteria import Criteria
-from motofmi.gap.estimation.fit_result import Fit, places_of
+from motofmi.gap.estimation.fit_result import Fit, places_of, standard_errors
 from motofmi.gap.estimation.screening import Signature
 
 
@@ -78,6 +78,15 @@ def undetermined_magnitude(found: Fit, errors: np.ndarray, criteria: Criteria) -
         if magnitudes and all(abs(found.x[i]) < criteria.value_errors * errors[i] for i in magnitudes):
             return magnitudes[0]
     return None
+
+
+def has_determined_magnitudes(found: Fit, criteria: Criteria) -> bool:
+    """Whether the data determine the magnitude of every effect.
+
+    Beside a right effect another may vanish, and an effect with states of its own reduces the misfit by their initial
+    values alone.
+    """
+    return undetermined_magnitude(found, standard_errors(found.covariance()), criteria) is None
 
 
 def magnitudes_of(found: Fit, effect: type[Effect]) -> list[int]:

@@ -219,3 +219,8 @@ def parameters_of(found: Fit) -> Mapping[str, tuple[float, float, str]]:
         n: (float(values[n]), float(errors[i] * scale[i]), model.component.table[n].unit)
         for i, n in enumerate(model.names)
     }
+
+
+def undetermined(parameters: Mapping[str, tuple[float, float, str]], errors: float) -> list[str]:
+    """The parameters that are within this many standard errors of zero, from value, standard error and unit."""
+    return [n for n, (value, error, _) in parameters.items() if abs(value) < errors * error]

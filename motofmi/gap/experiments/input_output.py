@@ -29,7 +29,8 @@ class InputOutputExperiment:
     imposed is the state that is given instead of the input `outputs[0]`; "" where the component runs forward. given
     holds parameters of effects that the experiment sets, largest is the largest measured deflection [rad or m].
     sensor_offsets holds the standard deviation of each input's sensor offset, which differs from run to run. own_values
-    says whether the component's values are a user's: those that ship are starting values and no expectation.
+    says whether the component's values are a user's: those that ship are starting values and no expectation. from_rest
+    says that every stretch of a recording begins at rest, so that its initial states are known.
     """
 
     component: Component
@@ -42,6 +43,7 @@ class InputOutputExperiment:
     measured_effects: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     sensor_offsets: Mapping[str, float] = field(default_factory=dict)
     own_values: bool = True
+    from_rest: bool = False
 
     def __repr__(self) -> str:
         inputs, outputs = (", ".join(names) or "none" for names in (self.inputs, self.outputs))

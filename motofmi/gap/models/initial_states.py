@@ -2,7 +2,7 @@ r"""Segments simulated from the initial states that fit best, and residuals with
 
     z(q) = min over x_0, o of |m(q, x_0) + o - y| / sigma
 
-x_0 are the states at the start of each segment, o an offset of each sensor. The output is nearly linear in them: a few
+x_0 are the states at the start of each segment, known where it begins at rest; o is an offset of each sensor. The output is nearly linear in them: a few
 Gauss-Newton steps find them, and their derivatives are projected out of the residuals and of all other derivatives
 (variable projection). Without a guess they are estimated over a segment's first samples, and then over more and more.
 
@@ -114,6 +114,10 @@ class InitialStateModel(SegmentedModel):
         """Every segment from the last initial states of this model or another one; where the misfit is large,
         from new estimates."""
         every, values = range(len(run.segments)), self._valued(run, q)
+        if self.experiment.from_rest:
+            found = self._segments(run, values, self._at_rest(run), steps=0)
+            self._complete(every, run, found)
+            return [found[i] for i in every]
         initial_guesses = [run.guess.get((*self.own, i)) or run.guess.get(i, {}) for i in every]
         at_rest = [float(np.mean(run.data[rows] ** 2)) for rows in run.reduction.rows]
         noise = [float(np.mean(run.deviation[rows] ** 2)) for rows in run.reduction.rows]
@@ -141,6 +145,10 @@ class InitialStateModel(SegmentedModel):
                 run.guess[(*self.own, i)] = best | {"at": np.array(q), "slopes": found[i].x_slopes}
                 run.guess.setdefault(i, {}).update(best)
         return [found[i] for i in every]
+
+    def _at_rest(self, run: SampledRun) -> dict[int, np.ndarray]:
+        """The initial states (nx,) of every segment where the component is at rest."""
+        return dict.fromkeys(range(len(run.segments)), self._start_values)
 
     def _extended(self, run: SampledRun, indices: Sequence[int], values: Mapping[str, float]) -> dict[int, np.ndarray]:
         """Initial states estimated from a segment's first samples, then from one period, then from several."""
@@ -241,7 +249,8 @@ class InitialStateModel(SegmentedModel):
     def _begun(self, run: SampledRun, index: int, x: np.ndarray, made: Trajectory, where: slice) -> _SegmentStart:
         """One segment of a trajectory: residuals, and the Gauss-Newton step of the initial states."""
         (first, last), rows = run.segments[index], run.reduction.rows[index]
-        ny, nx, deviation = run.measured.shape[1], len(x), run.deviation[rows]
+        ny, deviation = run.measured.shape[1], run.deviation[rows]
+        nx = 0 if self.experiment.from_rest else len(x)  # the initial states that are unknown
         offsets = np.eye(ny)[:, run.with_offset if last - first >= OFFSET_SAMPLES else []]
         stack = np.zeros((last - first, ny, 1 + nx + offsets.shape[1]))
         stack[:, :, 0] = made.outputs[where]
@@ -253,9 +262,10 @@ class InitialStateModel(SegmentedModel):
         u, size, vt = np.linalg.svd(tangent, full_matrices=False)
         kept = size > RANK * size.max(initial=1e-300)
         u, pull = u[:, kept], u[:, kept].T @ left
-        states_of_taken = (vt[kept].T / size[kept])[:nx]
+        states_of_taken = np.zeros((len(x), int(np.sum(kept))))
+        states_of_taken[:nx] = (vt[kept].T / size[kept])[:nx]
         step = -states_of_taken @ pull
-        gain = float(np.sum((tangent[:, :nx] @ step) ** 2))
+        gain = float(np.sum((tangent[:, :nx] @ step[:nx]) ** 2))
         of_offsets = np.linalg.qr(tangent[:, nx:])[0].T @ left
         return _SegmentStart(
             x,

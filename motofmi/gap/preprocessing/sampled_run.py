@@ -144,10 +144,12 @@ class SampledRun:
 
     def cut(self, length: int) -> "SampledRun":
         """The run in segments of `length` samples, shorter where `stable_length` is, each with its own initial
-        states."""
+        states; where its intervals begin at rest, these are the segments."""
         lengths = np.full(len(self.measured), max(length, LEAST_LENGTH))
         if self.stable_length is not None:
             lengths = np.minimum(lengths, self.stable_length)
+        if self.experiment.from_rest:
+            lengths = np.full(len(self.measured), len(self.measured))
         segments = [s for interval in self.intervals for s in segments_of(*interval, lengths)]
         reduction = blocks_of(
             segments, len(self.experiment.outputs), self.recording.rate, self.reduction_band, self.reduction.compared

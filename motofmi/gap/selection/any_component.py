@@ -17,9 +17,15 @@ from motofmi.gap.comparison.compare import Comparison, compare
 from motofmi.gap.comparison.search import single_effects
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.base_fit import fitted_base, fitted_values, on_segments_like
-from motofmi.gap.estimation.candidate import Candidate, adequate, noise_is_known, ranked
+from motofmi.gap.estimation.candidate import (
+    Candidate,
+    adequate,
+    has_determined_magnitudes,
+    noise_is_known,
+    ranked,
+)
 from motofmi.gap.estimation.equation_error import EquationErrorFit
-from motofmi.gap.estimation.fit_result import Fit
+from motofmi.gap.estimation.fit_result import Fit, parameters_of, undetermined
 from motofmi.gap.estimation.fitting import fit, fit_or_none
 from motofmi.gap.estimation.stages import Stage, running
 from motofmi.gap.estimation.unit_plausibility import common_factor
@@ -40,6 +46,10 @@ WHITE_NOISE_FACTOR = 1.5
 # Prior standard deviation of a sensor offset over the standard deviation of the input [1]. Offsets of 0.03 and 0.1 that
 # were not modelled gave wrong effects.
 OFFSET_PRIOR = 0.3
+NOT_TESTED = (
+    "These recordings do not test the model: none of its values is distinguishable from zero ({}). Where one of them is "
+    "absent, leave it out: a .toml with the value 0."
+)
 
 
 @dataclass(frozen=True)
@@ -104,7 +114,16 @@ def investigate(
     missed = _missed(verdict.best)
     if missed > criteria.slow_noise_share and verdict.verdict == "none" and verdict.comparison is None:
         verdict = replace(verdict, verdict="unknown")
+    if verdict.verdict == "none" and (names := _values_if_none_is_determined(verdict.best, criteria)):
+        verdict = verdict.as_unknown(NOT_TESTED.format(" and ".join(names)))
     return Investigation(verdict, fitted, factor, missed, tuple(sorted(fixed)), tuple(left_out))
+
+
+def _values_if_none_is_determined(found: Fit, criteria: Criteria) -> list[str]:
+    """The parameters of the base, where all of them are within `Criteria.value_errors` standard errors of zero."""
+    base = {name: value for name, value in parameters_of(found).items() if name in found.model.base}
+    names = undetermined(base, criteria.value_errors)
+    return names if len(names) == len(base) else []
 
 
 def _undecided(
@@ -215,8 +234,8 @@ def in_shorter_segments(run: SampledRun) -> SampledRun:
 
 
 def _decisive(verdict: Verdict, single: Fit, simulated: bool, criteria: Criteria) -> bool:
-    """Whether the verdict by chi-square is final: its form is specified, no validation run is far from the noise, and
-    the best single effect was a candidate.
+    """Whether the verdict by chi-square is final: its form is specified, the magnitudes of its effects are determined,
+    no validation run is far from the noise, and the best single effect was a candidate.
 
     An effect that the verdict does not contain was none where nothing is named, or where it could not be simulated over
     the segments of the search by chi-square, which are longer (`simulated` is whether it could). Otherwise the models
@@ -226,7 +245,8 @@ def _decisive(verdict: Verdict, single: Fit, simulated: bool, criteria: Criteria
     left_out = not _families(single) <= _families(verdict.best)
     if left_out and (verdict.verdict == "unknown" or not simulated):
         return False
-    return not verdict.unspecified_form and (gap is None or gap[1].chi2 < criteria.far_from_noise)
+    near_noise = gap is None or gap[1].chi2 < criteria.far_from_noise
+    return not verdict.unspecified_form and near_noise and has_determined_magnitudes(verdict.best, criteria)
 
 
 def _families(found: Fit) -> set[str]:

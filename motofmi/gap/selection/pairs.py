@@ -20,13 +20,13 @@ from motofmi.gap.estimation.candidate import (
     Candidate,
     adequate,
     by_chance,
+    has_determined_magnitudes,
     noise_is_known,
     one_each,
     reduced_by_noise,
-    undetermined_magnitude,
 )
 from motofmi.gap.estimation.effect_fit import as_found, fit_each
-from motofmi.gap.estimation.fit_result import Fit, PortableFit, penalty, standard_errors
+from motofmi.gap.estimation.fit_result import Fit, PortableFit, penalty
 from motofmi.gap.estimation.fitting import fit, fit_or_none
 from motofmi.gap.estimation.screening import screen
 from motofmi.gap.selection.candidate_search import NEAR_SHARE, search_candidates
@@ -98,7 +98,7 @@ def pairs_of(
         for two in seconds:
             pair = Pair(one, two)
             significant = (
-                two.effect in two.fit.model.effects and two.delta_bic > least and _determined(two.fit, criteria)
+                two.effect in two.fit.model.effects and two.delta_bic > least and has_determined_magnitudes(two.fit, criteria)
             )
             if significant and pair.delta_bic > least_of_pair and adequate(two.fit, criteria):
                 found[pair.families] = max(found.get(pair.families, pair), pair, key=lambda p: p.delta_bic)
@@ -108,13 +108,6 @@ def pairs_of(
             on_progress(max(found.values(), key=lambda pair: pair.delta_bic))
     ranked = sorted(found.values(), key=lambda pair: -pair.delta_bic)
     return [pair for pair in ranked if ranked[0].delta_bic - pair.delta_bic < criteria.tie_delta_bic]
-
-
-def _determined(found: Fit, criteria: Criteria) -> bool:
-    """Whether the data determine the magnitude of every effect: beside a right effect the other of a pair may
-    vanish."""
-    errors = standard_errors(found.covariance())
-    return undetermined_magnitude(found, errors, criteria) is None
 
 
 def _second_gain(first: Candidate, criteria: Criteria) -> float:

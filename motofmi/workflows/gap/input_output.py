@@ -5,7 +5,8 @@ from dataclasses import replace
 from typing import Any
 
 from fmus.declaration.component import Component
-from motofmi.gap.estimation.fit_result import parameters_of, sensor_offsets_of
+from motofmi.gap.estimation.fit_result import parameters_of, sensor_offsets_of, undetermined
+from motofmi.gap.estimation.from_rest import are_step_responses
 from motofmi.gap.estimation.unit_plausibility import parameters_with_force_or_mass
 from motofmi.gap.experiment_design.next_experiment import next_experiment
 from motofmi.gap.experiment_design.scaled_runs import scaled_runs
@@ -13,10 +14,11 @@ from motofmi.gap.experiments.input_output import InputOutputExperiment, input_ou
 from motofmi.gap.experiments.sensor_offset import sensor_offset_parameter
 from motofmi.gap.localisation.sampled_places import cells
 from motofmi.gap.preprocessing.sampled_run import SampledRun, excited
-from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
+from motofmi.gap.preprocessing.sampled_run_preparation import FEWEST_SAMPLES, prepare_sampled_run
 from motofmi.gap.selection.any_component import Investigation, investigate
 from motofmi.gap.selection.result import Verdict
 from motofmi.gap.verdict import as_result
+from motofmi.recordings.joined import with_short_joined
 from motofmi.recordings.recording import Recording
 from motofmi.reports.gap_component import modes_at_rest, pictures
 from motofmi.reports.gap_report import Pictures
@@ -36,6 +38,10 @@ NONE_IS_WEAK = (
 NO_UNIT = (
     "A state has the unit 1, so that the laws of mechanics (friction, drag, a further body) are no candidates; where "
     "it is an angle, a displacement or their rate, give its unit in the class and in the columns."
+)
+FROM_REST = (
+    "The runs are step responses, and begin at rest: their initial states are known. With free initial states a "
+    "constant input would have no influence."
 )
 OTHER_UNIT = ("All parameters with force or mass in their unit were fitted to {:.3g} times their start values: is a "
               "column's unit wrong (deg for rad, kN for N, mm for m)? Nothing is named. If all units are right, give "
@@ -65,10 +71,12 @@ class InputOutput(Kind):
             own_values=not ships(self.component),
         )
         require_start(self.component, given.impose)
+        recordings, joined = with_short_joined(recordings, FEWEST_SAMPLES)
+        self.validation, joined_validation = with_short_joined(self.validation, FEWEST_SAMPLES)
         runs = [prepare_sampled_run(r, experiment) for r in recordings]
-        self.notes = [note for r in recordings for note in r.warnings] + [note for r in runs
-                                                                          for note in r.notes] + unused
-        if not excited(runs):
+        notes = [*(note for r in recordings for note in r.warnings), *(note for r in runs for note in r.notes)]
+        self.notes = [*joined, *joined_validation, *notes, *unused]
+        if not (excited(runs) or are_step_responses(runs)):
             experiment, anchor = anchored(experiment)
             runs = [replace(run, experiment=experiment) for run in runs]
             self.notes += (
@@ -154,6 +162,8 @@ def limitations_of(found: Investigation, result: dict[str, Any], component: Comp
         compared = found.verdict.comparison
         if result["verdict"] == "none" and not (compared and compared.outcome.verdict == "none"):  # by the tolerance
             sentences.append(NONE_IS_WEAK)
+    if found.experiment.from_rest:
+        sentences.append(FROM_REST)
     if found.factor != 1.0:
         sentences.append(OTHER_UNIT.format(found.factor))
     sentences += [
@@ -171,6 +181,14 @@ def limitations_of(found: Investigation, result: dict[str, Any], component: Comp
             "runs is not explained by the best model: too much to be called noise."
         )
     best = found.verdict.best
+    base = {n: p for n, p in parameters_of(best).items() if n in best.model.base}
+    vanishing = undetermined(base, criteria.value_errors)
+    for name in vanishing if len(vanishing) < len(base) else []:  # the verdict has a sentence on all of them
+        value, error, of_unit = base[name]
+        sentences.append(
+            f"{name} = {value:.3g} {of_unit} is not distinguishable from zero (standard error {error:.2g}); where it is "
+            "absent, leave it out: a .toml with the value 0."
+        )
     rows, far = best.model.component.table, criteria.implausible_factor
     for name, (value, _, _) in parameters_of(best).items():
         row, start = rows[name], abs(component.values.get(name, 0.0))

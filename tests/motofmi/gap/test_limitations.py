@@ -37,7 +37,7 @@ def fit_with(*effects, reduced):
         component=SimpleNamespace(name="joint", table={n: SimpleNamespace(unit="N.m", min=0.0, max=np.inf) for n in names}),
         experiment=SimpleNamespace(
             parameter=lambda effect, n: f"{effect.family}.{n}", own_values=False, sensor_offsets={}, free=[],
-            outputs=["angle"], component=SimpleNamespace(elements={"spring": None}, states=[]),
+            from_rest=False, outputs=["angle"], component=SimpleNamespace(elements={"spring": None}, states=[]),
         ),
     )  # fmt: skip
     run = SimpleNamespace(name="run", noise_source="given", one_way_rates=frozenset())
@@ -134,6 +134,26 @@ def doubts(found, factor=1.0, missed=0.0, **values):
     searched = Investigation(Verdict("unknown", found, found), found.model.experiment, factor, missed)
     result = {"noise_source": "given", "verdict": "unknown", "gap": {"holdout_before": None, "holdout_after": None}}
     return limitations_of(searched, result, SimpleNamespace(values=values), False)
+
+
+@pytest.mark.parametrize("values, absent", [((0.1, 1.0), True), ((1.0, 1.0), False), ((0.1, 0.1), False)])
+def test_a_value_that_may_be_zero_is_said_unless_all_are(monkeypatch, values, absent):
+    """Each has a standard error of 0.1; where none is determined, the verdict has a sentence of its own."""
+    monkeypatch.setattr("motofmi.workflows.gap.input_output.sensor_offsets_of", lambda found: [{} for _ in found.runs])
+    parameters = {"stiffness": (values[0], 0.1, "N.m/rad"), "damping": (values[1], 0.1, "N.m.s/rad")}
+    monkeypatch.setattr("motofmi.workflows.gap.input_output.parameters_of", lambda found: parameters)
+    found = fit_with(reduced=1.0)
+    found.model.base = list(parameters)
+    found.model.component.table |= {n: SimpleNamespace(unit=p[2], min=0.0, max=np.inf) for n, p in parameters.items()}
+    said = " ".join(doubts(found))
+    assert ("stiffness = 0.1 N.m/rad is not distinguishable from zero" in said) == absent and "damping" not in said
+
+
+@pytest.mark.parametrize("from_rest", [True, False])
+def test_runs_that_are_taken_to_begin_at_rest_are_said(from_rest):
+    found = fit_with(reduced=1.0)
+    found.model.experiment.from_rest = from_rest
+    assert any("step responses" in s for s in doubts(found)) == from_rest
 
 
 @pytest.fixture

@@ -1,0 +1,66 @@
+"""Step responses of a slide with dry friction, each too short for an estimate of its noise."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import motofmi as mf
+from fmus.effects.damping import CubicDamping
+from fmus.mechanisms.mass_spring_damper import MassSpringDamper
+from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.estimation.from_rest import fit_from_rest
+from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.gap.models.free_initial_state import FreeInitialStateModel
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
+from motofmi.gap.selection.any_component import investigate
+from motofmi.recordings.joined import with_short_joined
+from tests import as_study
+from tests.simulators.step_responses import DAMPING, FRICTION, MASS, RATE, step_response
+
+FITTED, VALIDATION = (4.7, 9.4, -3.3, -9.4), (5.6, 10.8, -4.7)  # N
+SLIDE = MassSpringDamper().with_values(spring_stiffness=0.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("base", "rate"),
+    [as_study(SLIDE, RATE), ("mass_spring_damper", RATE), as_study("mass_spring_damper", 1000.0)],
+    ids=["slide", "with a spring", "long recordings"],
+)
+def test_the_friction_of_step_responses_is_named(base, rate):
+    """A spring in the base must not take the place of the force: the slide has none."""
+    runs, checks = ([step_response(force, rate=rate) for force in forces] for forces in (FITTED, VALIDATION))
+    found = mf.find_gap(runs, validation=checks, component=base)
+    verdict = found.to_dict()
+    assert [effect["name"] for effect in verdict["effects"]] == ["coulomb_friction"]
+    # An encoder with steps of 15 um over 0.2 m, and a transition through zero rate: some parts in a thousand
+    assert verdict["effects"][0]["parameters"]["friction_torque"]["value"] == pytest.approx(FRICTION, rel=0.005)
+    assert verdict["base"]["mass"]["value"] == pytest.approx(MASS, rel=0.01)
+    assert verdict["base"]["spring_damping"]["value"] == pytest.approx(DAMPING, rel=0.01)
+    said = " ".join(verdict["limitations"])
+    assert "begin at rest" in said and ("joined into one recording" in said) == (rate == RATE)
+
+
+@pytest.mark.slow
+def test_a_model_without_any_determined_value_is_not_called_sufficient():
+    """At constant rate from the first sample on, the force has no influence beside free initial states."""
+    (run,), _ = with_short_joined([step_response(force, from_rest=False) for force in FITTED], 1000)
+    experiment = input_output_experiment(MassSpringDamper(), run.columns)
+    verdict = investigate(experiment, [prepare_sampled_run(run, experiment)], library=[CubicDamping]).verdict
+    assert verdict.verdict == "unknown"
+    assert "do not test the model" in verdict.withheld and "a .toml with the value 0" in verdict.withheld
+
+
+def test_a_deflected_mass_that_is_released_is_no_step_response():
+    """x(t) = 0.01 exp(-t) cos(10 t) m begins at rest, and its small constant force does not move it."""
+    time = np.arange(0.0, 4.0, 0.01)
+    displacement = 0.01 * np.exp(-time) * (np.cos(10 * time) + 0.1 * np.sin(10 * time))
+    template = step_response(1.0)
+    released = replace(template, time=time, columns={"force": np.full(len(time), 1e-6), "displacement": displacement})
+    opposite = replace(released, columns={**released.columns, "force": np.full(len(time), 2e-6)})
+    experiment = input_output_experiment(MassSpringDamper(), released.columns)
+    model = FreeInitialStateModel(experiment)
+    start = np.log([1.0, 101.0, 2.0])
+    runs = [prepare_sampled_run(each, experiment) for each in (released, opposite)]
+    assert fit_from_rest(fit(model, runs, start)) is None
