@@ -193,12 +193,13 @@ def rounded(values: ArrayLike) -> list[float | None]:
 
 
 def thinned(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """The places (m,) of a long curve that keep its outline: the smallest and the largest value in each interval."""
+    """The places (m,) of a long curve that keep its outline: the smallest and the largest value in each interval, and
+    those that are not finite, where it is interrupted."""
     if len(x) <= POINTS:
         return np.arange(len(x))
-    edges = np.linspace(0, len(x), POINTS // 2 + 1).astype(int)
-    places = [k for a, b in pairwise(edges) for k in (a + np.argmin(y[a:b]), a + np.argmax(y[a:b]))]
-    return np.unique([0, *places, len(x) - 1])
+    edges, finite = np.linspace(0, len(x), POINTS // 2 + 1).astype(int), np.nan_to_num(y)
+    places = [k for a, b in pairwise(edges) for k in (a + np.argmin(finite[a:b]), a + np.argmax(finite[a:b]))]
+    return np.unique([0, *places, *np.flatnonzero(~np.isfinite(y)), len(x) - 1])
 
 
 def _axis(axis: Axis) -> dict[str, Any]:
@@ -208,7 +209,7 @@ def _axis(axis: Axis) -> dict[str, Any]:
 
 def _curve(curve: Curve) -> dict[str, Any]:
     x, y = np.asarray(curve.x, float), np.asarray(curve.y, float)
-    kept = thinned(x, np.nan_to_num(y)) if curve.style in ("line", "dashed", "dotted") else np.arange(len(x))
+    kept = thinned(x, y) if curve.style in ("line", "dashed", "dotted") else np.arange(len(x))
     found = {"name": curve.name, "x": rounded(x[kept]), "y": rounded(y[kept]), "colour": curve.colour,
              "style": curve.style, "shown": curve.shown, "width": curve.width}  # fmt: skip
     if curve.band is not None:

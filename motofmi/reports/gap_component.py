@@ -9,6 +9,7 @@ from scipy.fft import idct
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.preprocessing.sampled_run import SampledRun
 from motofmi.gap.selection.result import Verdict
+from motofmi.recordings.resampling import LONG
 from motofmi.reports.charts import Axis, Cells, Chart, Curve, Panel
 from motofmi.reports.gap_before_after import shown_run, whiteness, without_and_with
 from motofmi.reports.gap_report import Pictures
@@ -71,11 +72,22 @@ def _recording(shown: Sequence[tuple[Fit, str, str]]) -> Chart:
     run: SampledRun = shown[0][0].runs[0]
     name = run.experiment.outputs[0]
     unit, time = run.recording.units[name], left_over(shown[0][0])[0]
-    outputs = [Curve(label, time, values, colour, width=1.0) for values, colour, label in _outputs(shown)]
-    residuals = [Curve(label, time, left_over(fit)[2], colour, width=1.0) for fit, colour, label in shown]
+    outputs = [
+        Curve(label, *_interrupted(time, values), colour, width=1.0) for values, colour, label in _outputs(shown)
+    ]
+    residuals = [
+        Curve(label, *_interrupted(time, left_over(fit)[2]), colour, width=1.0) for fit, colour, label in shown
+    ]
     axis = Axis(f"time in {run.name}", "s")
     return Chart([Panel(axis, Axis(name.replace("_", " "), unit), outputs, height=250),
                   Panel(axis, Axis("difference to measured", unit), residuals, height=230)], linked=True)  # fmt: skip
+
+
+def _interrupted(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Time and values (n,) with a value that is not a number in every gap of the recording, where no line is drawn."""
+    steps = np.diff(time)
+    gaps = np.flatnonzero(steps > LONG * np.median(steps)) + 1
+    return np.insert(time, gaps, (time[gaps - 1] + time[gaps]) / 2), np.insert(values, gaps, np.nan)
 
 
 def _loops(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[Chart, str]]:
@@ -109,8 +121,8 @@ def _responses(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[Chart, str]]
     from scipy.signal import csd, welch  # noqa: PLC0415 - imported on use: it takes 0.5 s
 
     rate = run.recording.rate
-    n = min(len(run.measured) // 4, 2048)
     drive = np.concatenate([run.recording[inputs[0]][first:last] for first, last in run.segments])
+    n = min(len(drive) // 4, 2048)
     _, power = welch(drive, rate, nperseg=n)
     size, plane, difference, measured = [], [], [], np.zeros(0)
     for values, colour, label in _outputs(shown):

@@ -1,5 +1,6 @@
 """Step responses of a slide with dry friction, each too short for an estimate of its noise."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -28,7 +29,7 @@ SLIDE = MassSpringDamper().with_values(spring_stiffness=0.0)
     [as_study(SLIDE, RATE), ("mass_spring_damper", RATE), as_study("mass_spring_damper", 1000.0)],
     ids=["slide", "with a spring", "long recordings"],
 )
-def test_the_friction_of_step_responses_is_named(base, rate):
+def test_the_friction_of_step_responses_is_named(base, rate, tmp_path):
     """A spring in the base must not take the place of the force: the slide has none."""
     runs, checks = ([step_response(force, rate=rate) for force in forces] for forces in (FITTED, VALIDATION))
     found = mf.find_gap(runs, validation=checks, component=base)
@@ -40,6 +41,10 @@ def test_the_friction_of_step_responses_is_named(base, rate):
     assert verdict["base"]["spring_damping"]["value"] == pytest.approx(DAMPING, rel=0.01)
     said = " ".join(verdict["limitations"])
     assert "begin at rest" in said and ("joined into one recording" in said) == (rate == RATE)
+    page = found.report(tmp_path / "report.html").read_text("utf-8")
+    drawn = json.loads(page.split('<script type="application/json">')[1].split("</script>")[0])["panels"][0]["curves"]
+    gaps = len(VALIDATION) - 1 if rate == RATE else 0  # no line is drawn across the gaps of the joined recording
+    assert [curve["y"].count(None) for curve in drawn] == [gaps] * len(drawn)
 
 
 @pytest.mark.slow

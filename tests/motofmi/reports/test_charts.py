@@ -64,6 +64,12 @@ def test_a_long_curve_keeps_its_extremes():
     assert len(thinned(x[:100], y[:100])) == 100
 
 
+def test_a_long_curve_stays_interrupted():
+    y = np.ones(100_000)
+    y[[20_000, 70_001]] = np.nan
+    assert set(np.flatnonzero(np.isnan(y))) <= set(thinned(np.arange(100_000.0), y))
+
+
 def test_notes_do_not_lie_on_points():
     curve = Curve("a", X, X**2, style="points")
     notes = placed(panel(curve, notes=[Note(0.5, 0.25, "middle"), Note(0.5, 0.25, "again")]))
