@@ -89,6 +89,7 @@ def _best_fit(found: Fit, signature: Signature, beat: float, known: Sequence[Fit
     blind = at_bound and signature.gain < criteria.first_effect_delta_bic
     promised = np.inf if blind else signature.gain * (1.0 if far else PROMISED)
     least = contained(model, known)
+    insufficient = not adequate(found, criteria)  # otherwise an adequate fit need not be an improvement
     best = None
     for start, kept, settled in _starts(found, model, signature, known, far or blind):
         try:
@@ -106,7 +107,8 @@ def _best_fit(found: Fit, signature: Signature, beat: float, known: Sequence[Fit
         )  # screened gains are too small where the base fits badly
         as_promised &= best.chi2 < least
         out_of_reach = not at_bound and OUT_OF_REACH * beat < fitted.chi2 < found.chi2
-        if adequate(best, criteria) or as_promised or out_of_reach or (settled and fitted.chi2 > beat) or time_is_up():
+        enough = as_promised or (insufficient and adequate(best, criteria))
+        if enough or out_of_reach or (settled and fitted.chi2 > beat) or time_is_up():
             break
     if best is None or best.chi2 > found.chi2:
         with suppress(InputError):

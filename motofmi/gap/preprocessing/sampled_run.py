@@ -33,6 +33,7 @@ STEPS_PER_CYCLE = 8  # simulation steps per cycle of the highest frequency
 MOST_STEPS = 40_000  # simulation steps of one run
 SHORTEST_SEGMENT = 100  # samples
 ACCURACY = 3e-4  # least noise over a signal's rms [1]: no model of a real component is more accurate
+ROUNDING = 1e-9  # change of a signal over its largest value [1], up to which it is constant
 NEIGHBOURS = 9  # coefficients over which a variance is averaged
 
 
@@ -248,4 +249,9 @@ def interpolated_inputs(recording: Recording, experiment: InputOutputExperiment,
 
 def excited(runs: Sequence[SampledRun]) -> bool:
     """Whether any recorded input excites the component; otherwise only ratios of its parameters are identifiable."""
-    return any(np.ptp(run.recording[n]) > 0 for run in runs for n in run.experiment.inputs)
+    return any(varies(run.recording[n]) for run in runs for n in run.experiment.inputs)
+
+
+def varies(values: np.ndarray) -> bool:
+    """Whether a signal (n,) changes by more than the rounding of its interpolation."""
+    return float(np.ptp(values)) > ROUNDING * float(np.max(np.abs(values), initial=0.0))

@@ -30,7 +30,7 @@ from motofmi.gap.estimation.fitting import fit, fit_or_none
 from motofmi.gap.estimation.stages import Stage, running
 from motofmi.gap.estimation.unit_plausibility import common_factor
 from motofmi.gap.experiments.input_output import InputOutputExperiment
-from motofmi.gap.preprocessing.sampled_run import SHORTEST_SEGMENT, SampledRun, excited
+from motofmi.gap.preprocessing.sampled_run import SHORTEST_SEGMENT, SampledRun, excited, varies
 from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.gap.selection.by_comparison import in_units_of_residuals, verdict_by_comparison, with_remaining_noise
 from motofmi.gap.selection.noise_rounds import OnProgress, select_in_rounds, with_noise_left_by, with_noise_of
@@ -272,8 +272,8 @@ def _leaves_noise(found: Fit, validation_runs: Sequence[SampledRun], criteria: C
 def offset_priors(runs: Sequence[SampledRun]) -> dict[str, float]:
     """The prior standard deviation of each input's sensor offset, in the unit of the input."""
     inputs = runs[0].experiment.inputs
-    deviations = {n: max(float(np.std(run.recording[n])) for run in runs) for n in inputs}
-    return {n: OFFSET_PRIOR * deviation for n, deviation in deviations.items() if deviation > 0}
+    deviations = {n: [float(np.std(run.recording[n])) for run in runs if varies(run.recording[n])] for n in inputs}
+    return {n: OFFSET_PRIOR * max(every) for n, every in deviations.items() if every}
 
 
 def _unless_doubtful(
