@@ -2,9 +2,10 @@ r"""Segments simulated from the initial states that fit best, and residuals with
 
     z(q) = min over x_0, o of |m(q, x_0) + o - y| / sigma
 
-x_0 are the states at the start of each segment, known where it begins at rest; o is an offset of each sensor. The output is nearly linear in them: a few
-Gauss-Newton steps find them, and their derivatives are projected out of the residuals and of all other derivatives
-(variable projection). Without a guess they are estimated over a segment's first samples, and then over more and more.
+x_0 are the states at the start of each segment, known where it begins at rest; o is an offset of each sensor. The
+output is nearly linear in them: a few Gauss-Newton steps find them, and their derivatives are projected out of the
+residuals and of all other derivatives (variable projection). Without a guess they are estimated over a segment's first
+samples, and then over more and more.
 
 Source: Golub, Pereyra, Inverse Problems 19 (2003) R1-R26; Bock's multiple shooting for the segments.
 """

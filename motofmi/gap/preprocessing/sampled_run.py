@@ -25,6 +25,7 @@ from motofmi.gap.preprocessing.input_interpolation import (
     input_function,
     motion_functions,
 )
+from motofmi.gap.preprocessing.one_way import is_one_way
 from motofmi.gap.preprocessing.segments import LEAST_LENGTH, segments_of
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.resampling import sensor_noise
@@ -207,6 +208,15 @@ class SampledRun:
         elements = self.experiment.component.elements.values()
         alone = {e.rate for e in elements if e.rate in self.one_way_rates and e.deflection not in self.recording.columns}
         return np.array([name not in alone for name in self.experiment.outputs])
+
+    @property
+    def moves_one_way(self) -> bool:
+        """Whether the rate of an element has one sign: a recorded one, or that of a recorded deflection."""
+        deflections = {element.deflection for element in self.experiment.component.elements.values()}
+        recorded = [self.recording[n] for n in deflections if n in self.recording.columns]
+        return bool(self.one_way_rates) or any(
+            is_one_way(np.concatenate([np.diff(y[first:last]) for first, last in self.intervals])) for y in recorded
+        )
 
     @property
     def motion_variance(self) -> np.ndarray:

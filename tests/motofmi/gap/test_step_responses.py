@@ -57,6 +57,13 @@ def test_a_model_without_any_determined_value_is_not_called_sufficient():
     assert "do not test the model" in verdict.withheld and "a .toml with the value 0" in verdict.withheld
 
 
+@pytest.mark.parametrize(("forces", "one_way"), [((4.7, 9.4), True), ((4.7, -9.4), False)])
+def test_pushes_in_one_direction_move_one_way(forces, one_way):
+    """The ramp back, in the gap between the recordings, does not count."""
+    (run,), _ = with_short_joined([step_response(force) for force in forces], 1000)
+    assert prepare_sampled_run(run, input_output_experiment(MassSpringDamper(), run.columns)).moves_one_way == one_way
+
+
 def test_a_deflected_mass_that_is_released_is_no_step_response():
     """x(t) = 0.01 exp(-t) cos(10 t) m begins at rest, and its small constant force does not move it."""
     time = np.arange(0.0, 4.0, 0.01)
