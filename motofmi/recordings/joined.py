@@ -1,5 +1,5 @@
-"""Short recordings in one: a step response that ends with the travel of a slide has some hundred samples, too few for an
-estimate of its noise.
+"""Short recordings in one: a step response that ends with the travel of a slide has some hundred samples, too few for
+an estimate of its noise.
 
 In the joined recording each is a stretch of its own between gaps. It has initial states of its own, and nothing is
 compared in the gaps.

@@ -21,13 +21,13 @@ from motofmi.gap.estimation.starting_values import first_values
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.sampled_run import SampledRun
 
-# The rms of the misfit over that of the motion [1], from which on the inputs are not what moves the component: a mass that
-# is released from a deflection leaves 1.
+# The rms of the misfit over that of the motion [1], from which on the inputs are not what moves the component: a mass
+# that is released from a deflection leaves 1.
 UNEXPLAINED = 0.5
 # The rms of an input's changes over its mean [1], below which it is constant.
 CONSTANT = 0.1
-# Ratio of the first rate of an interval to its rms, below which the interval begins at rest. A mass with a time constant
-# of one sampling interval reaches, over the first one, a mean of 0.37 of its final rate.
+# Ratio of the first rate of an interval to its rms, below which the interval begins at rest. A mass with a time
+# constant of one sampling interval reaches, over the first one, a mean of 0.37 of its final rate.
 AT_REST = 0.4
 
 

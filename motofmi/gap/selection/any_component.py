@@ -47,8 +47,8 @@ WHITE_NOISE_FACTOR = 1.5
 # were not modelled gave wrong effects.
 OFFSET_PRIOR = 0.3
 NOT_TESTED = (
-    "These recordings do not test the model: none of its values is distinguishable from zero ({}). Where one of them is "
-    "absent, leave it out: a .toml with the value 0."
+    "These recordings do not test the model: none of its values is distinguishable from zero ({}). Where one of them "
+    "is absent, leave it out: a .toml with the value 0."
 )
 
 

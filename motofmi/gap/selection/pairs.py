@@ -98,7 +98,9 @@ def pairs_of(
         for two in seconds:
             pair = Pair(one, two)
             significant = (
-                two.effect in two.fit.model.effects and two.delta_bic > least and has_determined_magnitudes(two.fit, criteria)
+                two.effect in two.fit.model.effects
+                and two.delta_bic > least
+                and has_determined_magnitudes(two.fit, criteria)
             )
             if significant and pair.delta_bic > least_of_pair and adequate(two.fit, criteria):
                 found[pair.families] = max(found.get(pair.families, pair), pair, key=lambda p: p.delta_bic)
