@@ -9,6 +9,7 @@ import pytest
 import motofmi as mf
 from fmus.effects.damping import CubicDamping
 from fmus.mechanisms.mass_spring_damper import MassSpringDamper
+from fmus.support.errors import InputError
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.from_rest import fit_from_rest
 from motofmi.gap.experiments.input_output import input_output_experiment
@@ -55,6 +56,11 @@ def test_a_model_without_any_determined_value_is_not_called_sufficient():
     verdict = investigate(experiment, [prepare_sampled_run(run, experiment)], library=[CubicDamping]).verdict
     assert verdict.verdict == "unknown"
     assert "do not test the model" in verdict.withheld and "a .toml with the value 0" in verdict.withheld
+
+
+def test_a_single_short_recording_is_refused_with_what_to_do():
+    with pytest.raises(InputError, match=r"too few .* several such recordings of one sampling rate, which are joined"):
+        mf.find_gap(step_response(9.4), component="mass_spring_damper")
 
 
 @pytest.mark.parametrize(("forces", "one_way"), [((4.7, 9.4), True), ((4.7, -9.4), False)])
