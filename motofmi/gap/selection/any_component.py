@@ -195,7 +195,10 @@ def _selected(
         if _decisive(verdict, single, continued is not None, criteria):
             return _unless_doubtful(verdict, library, validation_runs, criteria)
     if compared is not None:
-        return decided(compared)
+        of_blocks = decided(compared)
+        # What the search by chi-square withholds is not named by the comparison.
+        named = chi_square_tried and of_blocks.verdict == "named" and _finds_a_law_outside(verdict)
+        return verdict if named else of_blocks
     if not chi_square_tried:
         verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria, known)
     return _unless_doubtful(verdict, library, validation_runs, criteria)
@@ -245,8 +248,17 @@ def _decisive(verdict: Verdict, single: Fit, simulated: bool, criteria: Criteria
     left_out = not _families(single) <= _families(verdict.best)
     if left_out and (verdict.verdict == "unknown" or not simulated):
         return False
+    if _finds_a_law_outside(verdict):  # the comparison states the law with its value and share
+        return False
     near_noise = gap is None or gap[1].chi2 < criteria.far_from_noise
-    return not verdict.unspecified_form and near_noise and has_determined_magnitudes(verdict.best, criteria)
+    return not verdict.unspecified_form and near_noise and (
+        verdict.verdict != "named" or has_determined_magnitudes(verdict.best, criteria)
+    )
+
+
+def _finds_a_law_outside(verdict: Verdict) -> bool:
+    """Whether nothing is named since an effect outside the library explains more."""
+    return verdict.verdict == "unknown" and verdict.outside_library is not None
 
 
 def _families(found: Fit) -> set[str]:
