@@ -51,7 +51,8 @@ def _joined(recordings: Sequence[Recording]) -> Recording:
 
     Each begins on the grid, so that its first sample, from which on it moves, is kept.
     """
-    regular = [uniform(recording, bridged=1.0)[0] for recording in recordings]
+    made = [uniform(recording, bridged=1.0) for recording in recordings]
+    regular = [recording for recording, _ in made]
     step = float(np.mean([interval(r.time) for r in regular]))
     pause = max(round(float(np.mean([np.ptp(r.time) for r in regular])) / step), 1)
     counts = [int(np.ptp(r.time) / step * (1 + ROUNDING)) + 1 for r in regular]
@@ -78,7 +79,7 @@ def _joined(recordings: Sequence[Recording]) -> Recording:
         name=f"{recordings[0].name} and {others}",
         time=time,
         columns=columns,
-        warnings=tuple(_warnings(recordings)),
+        warnings=(*_warnings(recordings), *(note for _, notes in made for note in notes)),
         gaps=tuple(sorted(gaps)),
         bridged=tuple(bridged),
         path=None,

@@ -23,6 +23,7 @@ SMOOTHER = (
 AT_LEVELS = 0.9  # share of the samples of a quantised signal that are at recurring levels
 FEWEST_LEVELS = 10  # of a quantised signal; one with fewer, such as that of a valve, is no measurement of a motion
 LAGS, LEVEL = 20, 0.001  # samples and significance level of the test for white noise
+ROUNDING = 1e-9  # change of a signal over its largest value [1], up to which it is constant
 LEAST_SIGNAL = 5.0  # smallest standard deviation of a signal with motion, in standard deviations of its noise
 
 
@@ -129,6 +130,11 @@ def slower(recording: Recording, factor: int) -> Recording:
 
     columns = {name: resample_poly(y, 1, factor, padtype="line") for name, y in recording.columns.items()}
     return replace(recording, time=recording.time[::factor], columns=columns)
+
+
+def varies(values: np.ndarray) -> bool:
+    """Whether a signal (n,) changes by more than the rounding of its interpolation."""
+    return float(np.ptp(values)) > ROUNDING * float(np.max(np.abs(values), initial=0.0))
 
 
 def white_noise(y: np.ndarray) -> float:

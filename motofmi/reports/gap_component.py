@@ -9,7 +9,7 @@ from scipy.fft import idct
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.preprocessing.sampled_run import SampledRun
 from motofmi.gap.selection.result import Verdict
-from motofmi.recordings.resampling import LONG
+from motofmi.recordings.resampling import LONG, varies
 from motofmi.reports.charts import Axis, Cells, Chart, Curve, Panel
 from motofmi.reports.gap_before_after import shown_run, whiteness, without_and_with
 from motofmi.reports.gap_report import Pictures
@@ -115,7 +115,7 @@ def _responses(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[Chart, str]]
     """Frequency response with the difference of each model, and Nyquist plane, where a recorded input drives the
     component."""
     run: SampledRun = shown[0][0].runs[0]
-    inputs = [n for n in run.experiment.inputs if np.ptp(run.recording[n]) > 0]
+    inputs = [n for n in run.experiment.inputs if varies(run.recording[n])]
     if not inputs:
         return []
     from scipy.signal import csd, welch  # noqa: PLC0415 - imported on use: it takes 0.5 s

@@ -28,6 +28,7 @@ from motofmi.gap.estimation.screening import Signature, screen
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.sampled_run import SampledRun
 from motofmi.gap.preprocessing.sampled_run_preparation import sampled_run
+from motofmi.recordings.resampling import varies
 
 LEAST_SHARE = 1e-12  # of the effort's rms, which the term of a parameter is taken to have at least
 
@@ -59,7 +60,7 @@ def effort_model(
     recorded input drives a recorded state, or no band of the motion is resolved."""
     experiment = runs[0].experiment
     seen = [n for n in experiment.outputs if n in experiment.component.states]
-    driving = [n for n in experiment.driven if all(np.ptp(run.recording[n]) > 0 for run in runs)]
+    driving = [n for n in experiment.driven if all(varies(run.recording[n]) for run in runs)]
     for state, effort in product(seen, driving):
         with suppress(InputError):
             others = tuple(n for n in experiment.inputs if n != effort)

@@ -28,6 +28,7 @@ from fmus.declaration.units import BASE, unit
 from fmus.linear_analysis.linearisation import linearise
 from motofmi.gap.estimation.local_polynomial import Response, local_polynomial_response
 from motofmi.gap.preprocessing.sampled_run import SampledRun
+from motofmi.recordings.resampling import varies
 
 DECADES = 2.0  # of the time scale, to either side
 GRID = 33  # time scales at which the second criterion is evaluated
@@ -63,7 +64,7 @@ class FrequencyDomainProblem:
         low = [np.log(max(r.min, 1e-12)) if s > 0 else -np.inf for r, s in zip(rows, self.signs, strict=True)]
         high = [np.log(r.max) if s > 0 else np.inf for r, s in zip(rows, self.signs, strict=True)]
         self.low, self.high = np.maximum(low, self.start - FAR), np.minimum(high, self.start + FAR)
-        self.inputs = [n for n in experiment.inputs if any(np.ptp(run.recording[n]) > 0 for run in runs)]
+        self.inputs = [n for n in experiment.inputs if any(varies(run.recording[n]) for run in runs)]
         self.outputs = list(experiment.outputs)
         scale = np.sqrt(np.mean([run.measured.var(axis=0) for run in runs], axis=0))
         self.runs = [_spectra(run, self.inputs, scale) for run in runs]

@@ -2,8 +2,8 @@
 
 A slide that moves at constant rate under a constant force is fitted as well by any mass with that initial rate, and a
 displacement from an unknown zero by any spring: with free initial states and offsets a constant input need not have an
-influence, and nothing can be said of friction. The initial states of a step response are known: it begins at rest, and
-its inputs alone move the component.
+influence, and friction cannot be identified. The initial states of a step response are known: it begins at rest, and
+its inputs alone cause its motion.
 """
 
 from collections.abc import Sequence
@@ -21,14 +21,15 @@ from motofmi.gap.estimation.starting_values import first_values
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.sampled_run import SampledRun
 
-# The rms of the misfit over that of the motion [1], from which on the inputs are not what moves the component: a mass
-# that is released from a deflection leaves 1.
+# Ratio of the misfit's standard deviation to that of the motion, from which on the motion is not the response to the
+# inputs. It is 1 for a mass that is released from a deflection.
 UNEXPLAINED = 0.5
-# The rms of an input's changes over its mean [1], below which it is constant.
+# Standard deviation of an input over its mean, up to which the input is constant.
 CONSTANT = 0.1
 # Ratio of the first rate of an interval to its rms, below which the interval begins at rest. A mass with a time
 # constant of one sampling interval reaches, over the first one, a mean of 0.37 of its final rate.
 AT_REST = 0.4
+TINY = 1e-300  # least standard deviation by which is divided: an output may be constant in an interval
 
 
 def are_step_responses(runs: Sequence[SampledRun]) -> bool:
@@ -62,12 +63,11 @@ def _explains_the_motion(found: Fit) -> bool:
     model: Any = found.model
     shares: list[float] = []
     for index, run in enumerate(found.runs):
-        caused, at = model.from_rest(run, found.of_run(index)), 0
-        for first, last in run.segments:
-            measured = run.measured[first:last]
-            left = measured - caused[at : at + last - first]
-            shares.append(float(np.max(left.std(axis=0) / measured.std(axis=0))))
-            at += last - first
+        residuals = model.residuals_and_motion(run, found.of_run(index))[0]
+        ends = np.cumsum([last - first for first, last in run.segments])[:-1]
+        for left, (first, last) in zip(np.split(residuals, ends), run.segments, strict=True):
+            motion = np.maximum(run.measured[first:last].std(axis=0), TINY)
+            shares.append(float(np.max(left.std(axis=0) / motion)))
     return bool(np.median(shares) < UNEXPLAINED)
 
 

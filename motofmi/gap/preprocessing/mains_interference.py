@@ -16,6 +16,7 @@ from scipy.ndimage import median_filter
 
 from motofmi.gap.preprocessing.harmonics import Reduction
 from motofmi.recordings.recording import Recording
+from motofmi.recordings.resampling import varies
 
 MEDIAN_WIDTH = 2.0  # Hz around a line, over which its power is compared with the median
 OUTSIDE_RATIO = 60.0  # power over that median outside harmonics: with noise alone, one line in 10^18 exceeds it
@@ -68,7 +69,7 @@ def without_mains_interference(
     recording: Recording, inputs: Sequence[str], outputs: Sequence[str]
 ) -> tuple[Recording, tuple[str, ...]]:
     """A uniformly sampled recording without mains interference in its outputs, and notes on the removed lines."""
-    excited = (_lines(recording[n], recording.rate).any() for n in inputs if np.ptp(recording[n]) > 0)
+    excited = (_lines(recording[n], recording.rate).any() for n in inputs if varies(recording[n]))
     if len(recording.time) < FEWEST_SAMPLES or any(excited):
         return recording, ()
     columns, notes = dict(recording.columns), []

@@ -11,6 +11,7 @@ import numpy as np
 
 from motofmi.gap.preprocessing.flexible_noise_model import Density, noise_density
 from motofmi.gap.preprocessing.sampled_run import SampledRun
+from motofmi.recordings.resampling import varies
 
 REPETITION_ERROR = 0.01  # relative rms difference between two periods or runs with the same excitation
 FEWEST_PERIODS = 3  # whole periods after the first one, in which transients decay
@@ -39,7 +40,7 @@ def known_noise(runs: Sequence[SampledRun], given: Mapping[str, float]) -> list[
 
 def _excitation(run: SampledRun) -> np.ndarray:
     """The inputs (n, k) of a run that are not constant."""
-    names = [n for n in run.experiment.inputs if np.ptp(run.recording[n]) > 0]
+    names = [n for n in run.experiment.inputs if varies(run.recording[n])]
     return np.column_stack([run.recording[n] for n in names]) if names else np.zeros((len(run.measured), 0))
 
 

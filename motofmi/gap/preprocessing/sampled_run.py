@@ -28,13 +28,12 @@ from motofmi.gap.preprocessing.input_interpolation import (
 from motofmi.gap.preprocessing.one_way import is_one_way
 from motofmi.gap.preprocessing.segments import LEAST_LENGTH, segments_of
 from motofmi.recordings.recording import Recording
-from motofmi.recordings.resampling import sensor_noise
+from motofmi.recordings.resampling import sensor_noise, varies
 
 STEPS_PER_CYCLE = 8  # simulation steps per cycle of the highest frequency
 MOST_STEPS = 40_000  # simulation steps of one run
 SHORTEST_SEGMENT = 100  # samples
 ACCURACY = 3e-4  # least noise over a signal's rms [1]: no model of a real component is more accurate
-ROUNDING = 1e-9  # change of a signal over its largest value [1], up to which it is constant
 NEIGHBOURS = 9  # coefficients over which a variance is averaged
 
 
@@ -206,7 +205,9 @@ class SampledRun:
     def with_offset(self) -> np.ndarray:
         """Whether the offset of each output's sensor is unknown (outputs,); see `one_way` for the others."""
         elements = self.experiment.component.elements.values()
-        alone = {e.rate for e in elements if e.rate in self.one_way_rates and e.deflection not in self.recording.columns}
+        alone = {
+            e.rate for e in elements if e.rate in self.one_way_rates and e.deflection not in self.recording.columns
+        }
         return np.array([name not in alone for name in self.experiment.outputs])
 
     @property
@@ -260,8 +261,3 @@ def interpolated_inputs(recording: Recording, experiment: InputOutputExperiment,
 def excited(runs: Sequence[SampledRun]) -> bool:
     """Whether any recorded input excites the component; otherwise only ratios of its parameters are identifiable."""
     return any(varies(run.recording[n]) for run in runs for n in run.experiment.inputs)
-
-
-def varies(values: np.ndarray) -> bool:
-    """Whether a signal (n,) changes by more than the rounding of its interpolation."""
-    return float(np.ptp(values)) > ROUNDING * float(np.max(np.abs(values), initial=0.0))

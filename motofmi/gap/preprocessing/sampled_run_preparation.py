@@ -61,8 +61,8 @@ def prepare_sampled_run(recording: Recording, experiment: InputOutputExperiment)
     if min(recorded, len(recording.time)) < FEWEST_SAMPLES:
         raise InputError(
             f"{recording.name}: {len(recording.time)} samples are too few to separate noise from a gap; expected at "
-            f"least {FEWEST_SAMPLES}; record for longer or with a higher sampling rate, or give several such recordings "
-            "of one sampling rate, which are joined"
+            f"least {FEWEST_SAMPLES}; record for longer or with a higher sampling rate, or give several such "
+            "recordings of one sampling rate, which are joined"
         )
     for name in experiment.outputs:
         y, unit = recording[name], recording.units[name]

@@ -30,7 +30,7 @@ from motofmi.gap.estimation.fitting import fit, fit_or_none
 from motofmi.gap.estimation.stages import Stage, running
 from motofmi.gap.estimation.unit_plausibility import common_factor
 from motofmi.gap.experiments.input_output import InputOutputExperiment
-from motofmi.gap.preprocessing.sampled_run import SHORTEST_SEGMENT, SampledRun, excited, varies
+from motofmi.gap.preprocessing.sampled_run import SHORTEST_SEGMENT, SampledRun, excited
 from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.gap.selection.by_comparison import in_units_of_residuals, verdict_by_comparison, with_remaining_noise
 from motofmi.gap.selection.noise_rounds import OnProgress, select_in_rounds, with_noise_left_by, with_noise_of
@@ -38,7 +38,7 @@ from motofmi.gap.selection.result import Verdict
 from motofmi.gap.selection.within_time import within_time
 from motofmi.gap.validation.before_after import before_and_after, on_validation_runs
 from motofmi.recordings.recording import Recording
-from motofmi.recordings.resampling import sensor_noise
+from motofmi.recordings.resampling import sensor_noise, varies
 
 # Factor on the estimate of white noise [1]: that estimate uses differences of adjacent samples and is too small for
 # sensors with a low-pass filter.
@@ -47,8 +47,8 @@ WHITE_NOISE_FACTOR = 1.5
 # were not modelled gave wrong effects.
 OFFSET_PRIOR = 0.3
 NOT_TESTED = (
-    "These recordings do not test the model: none of its values is distinguishable from zero ({}). Where one of them "
-    "is absent, leave it out: a .toml with the value 0."
+    "These recordings do not test the model: none of its values is distinguishable from zero ({}). Set the parameter "
+    "of an element that the component does not have to 0 in a value file: --component FILE.toml."
 )
 
 
@@ -237,8 +237,9 @@ def in_shorter_segments(run: SampledRun) -> SampledRun:
 
 
 def _decisive(verdict: Verdict, single: Fit, simulated: bool, criteria: Criteria) -> bool:
-    """Whether the verdict by chi-square is final: its form is specified, the magnitudes of its effects are determined,
-    no validation run is far from the noise, and the best single effect was a candidate.
+    """Whether the verdict by chi-square is final: its form is specified, the magnitudes of the named effects are
+    determined, no validation run is far from the noise, no law outside the library explains more, and the best single
+    effect was a candidate.
 
     An effect that the verdict does not contain was none where nothing is named, or where it could not be simulated over
     the segments of the search by chi-square, which are longer (`simulated` is whether it could). Otherwise the models
@@ -251,9 +252,8 @@ def _decisive(verdict: Verdict, single: Fit, simulated: bool, criteria: Criteria
     if _finds_a_law_outside(verdict):  # the comparison states the law with its value and share
         return False
     near_noise = gap is None or gap[1].chi2 < criteria.far_from_noise
-    return not verdict.unspecified_form and near_noise and (
-        verdict.verdict != "named" or has_determined_magnitudes(verdict.best, criteria)
-    )
+    determined = verdict.verdict != "named" or has_determined_magnitudes(verdict.best, criteria)
+    return not verdict.unspecified_form and near_noise and determined
 
 
 def _finds_a_law_outside(verdict: Verdict) -> bool:

@@ -186,8 +186,8 @@ def limitations_of(found: Investigation, result: dict[str, Any], component: Comp
     for name in vanishing if len(vanishing) < len(base) else []:  # the verdict has a sentence on all of them
         value, error, of_unit = base[name]
         sentences.append(
-            f"{name} = {value:.3g} {of_unit} is not distinguishable from zero (standard error {error:.2g}); where it "
-            "is absent, leave it out: a .toml with the value 0."
+            f"{name} = {value:.3g} {of_unit} is not distinguishable from zero (standard error {error:.2g}). If the "
+            "component has no such element, set it to 0 in a value file: --component FILE.toml."
         )
     rows, far = best.model.component.table, criteria.implausible_factor
     for name, (value, _, _) in parameters_of(best).items():

@@ -1,5 +1,7 @@
 """Recorded inputs between their samples, and the rate and acceleration of an imposed motion."""
 
+from time import process_time
+
 import numpy as np
 import pytest
 
@@ -16,6 +18,22 @@ def test_an_imposed_motion_is_differentiated_twice(samples):
     inside = slice(200, -200)
     # Differences of the samples themselves would be off by 1e-5 * sqrt(6) / 0.005^2 = 1 rad/s2
     assert np.std(found[inside] - exact[inside]) < 0.01 * np.std(exact)
+
+
+@pytest.mark.slow
+def test_the_time_of_an_imposed_motion_is_proportional_to_its_samples():
+    """Four times the samples take four times as long, and sixteen times where it grows with samples times knots."""
+
+    def seconds(samples: int) -> float:
+        time = 0.005 * np.arange(samples)
+        taken = []
+        for _ in range(3):
+            begun = process_time()
+            motion_functions(time, 0.1 * np.sin(2 * np.pi * 30 * time), "rate")  # knots are close
+            taken.append(process_time() - begun)
+        return min(taken)
+
+    assert seconds(48_000) < 10 * seconds(12_000)
 
 
 def test_a_held_input_keeps_its_amplitude():

@@ -149,6 +149,17 @@ def test_a_value_that_may_be_zero_is_said_unless_all_are(monkeypatch, values, ab
     assert ("stiffness = 0.1 N.m/rad is not distinguishable from zero" in said) == absent and "damping" not in said
 
 
+@pytest.mark.parametrize(
+    ("error", "verdict", "final"), [(0.04, "named", True), (0.06, "named", False), (0.06, "unknown", True)]
+)
+def test_a_name_by_chi_square_is_final_where_its_magnitude_is_determined(error, verdict, final):
+    """The magnitude is 0.1; a verdict that names nothing has none to be determined."""
+    found = fit_with(CoulombFriction, reduced=1.0)
+    found.covariance = lambda: error**2 * np.eye(len(found.model.names))
+    made = Verdict(verdict, BASE, found)
+    assert any_component._decisive(made, found, True, Criteria()) == final
+
+
 @pytest.mark.parametrize("from_rest", [True, False])
 def test_runs_that_are_taken_to_begin_at_rest_are_said(from_rest):
     found = fit_with(reduced=1.0)

@@ -14,8 +14,9 @@ from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.from_rest import fit_from_rest
 from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
+from motofmi.gap.preprocessing.sampled_run import excited
 from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
-from motofmi.gap.selection.any_component import investigate
+from motofmi.gap.selection.any_component import investigate, offset_priors
 from motofmi.recordings.joined import with_short_joined
 from tests import as_study
 from tests.simulators.step_responses import DAMPING, FRICTION, MASS, RATE, step_response
@@ -55,7 +56,7 @@ def test_a_model_without_any_determined_value_is_not_called_sufficient():
     experiment = input_output_experiment(MassSpringDamper(), run.columns)
     verdict = investigate(experiment, [prepare_sampled_run(run, experiment)], library=[CubicDamping]).verdict
     assert verdict.verdict == "unknown"
-    assert "do not test the model" in verdict.withheld and "a .toml with the value 0" in verdict.withheld
+    assert "do not test the model" in verdict.withheld and "--component FILE.toml" in verdict.withheld
 
 
 def test_a_single_short_recording_is_refused_with_what_to_do():
@@ -68,6 +69,15 @@ def test_pushes_in_one_direction_move_one_way(forces, one_way):
     """The ramp back, in the gap between the recordings, does not count."""
     (run,), _ = with_short_joined([step_response(force) for force in forces], 1000)
     assert prepare_sampled_run(run, input_output_experiment(MassSpringDamper(), run.columns)).moves_one_way == one_way
+
+
+@pytest.mark.parametrize(("change", "varying"), [(1e-15, False), (0.5, True)])
+def test_an_input_that_is_constant_within_rounding_has_no_sensor_offset(change, varying):
+    """With a prior of 1e-16 N for its offset, no other parameter would have an influence."""
+    run = step_response(9.4, rate=1000.0)
+    run.columns["force"][::2] += change
+    prepared = prepare_sampled_run(run, input_output_experiment(MassSpringDamper(), run.columns))
+    assert bool(offset_priors([prepared])) == excited([prepared]) == varying
 
 
 def test_a_deflected_mass_that_is_released_is_no_step_response():

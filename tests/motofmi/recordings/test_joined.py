@@ -33,7 +33,7 @@ def test_every_sample_is_kept_between_gaps(counts, begin):
 
 
 def test_recordings_of_nearly_the_same_interval_begin_on_the_common_grid():
-    """The samples of one with an interval of 1.01 steps are interpolated, which a spline of a slow sine does exactly."""
+    """A spline of a slow sine gives the samples of an interval of 1.01 steps on the common grid exactly."""
     runs = [recording(100, "a"), recording(100, "b", 1.01 * STEP)]
     (joined,), _ = with_short_joined(runs, 200)
     first, second = joined.stretches
@@ -54,6 +54,13 @@ def test_recordings_of_nearly_the_same_interval_begin_on_the_common_grid():
 def test_recordings_that_do_not_suit_stay_apart(other):
     runs, notes = with_short_joined([recording(100), other], 200)
     assert [run.name for run in runs] == ["run", other.name] and notes == ()
+
+
+def test_what_was_done_to_single_recordings_is_said():
+    jitter = 2e-3 * np.random.default_rng(1).uniform(-1, 1, 100)
+    late = replace(recording(100, "late"), time=STEP * np.arange(100) + jitter)
+    (joined,), _ = with_short_joined([recording(100, "regular"), late], 200)
+    assert any(warning.startswith("late: ") and "grid" in warning for warning in joined.warnings)
 
 
 def test_long_recordings_stay_apart():

@@ -86,7 +86,8 @@ def test_an_effect_of_ones_own_with_the_term_of_a_law_is_named(tmp_path, monkeyp
 
     monkeypatch.setattr(CommonBlocks, "refined_and_evaluated", with_rounding_errors)
     (tmp_path / "own.py").write_text(OWN)
-    runs = [recording_of(name, seed, "a force grows with deflection times rate") for name, seed in (("fitted", 1), ("held", 2))]
+    sentence = "a force grows with deflection times rate"
+    runs = [recording_of(name, seed, sentence) for name, seed in (("fitted", 1), ("held", 2))]
     found = mf.find_gap(
         runs[0], validation=runs[1], component="mass_spring_damper", impose="displacement", effects=str(tmp_path)
     ).to_dict()
@@ -99,7 +100,8 @@ def test_a_budget_that_ends_while_laws_are_compared_leaves_the_verdict_of_the_li
         monkeypatch.setattr(stages, "time_is_up", lambda: True)
 
     monkeypatch.setattr("motofmi.gap.comparison.compare.sufficient_law", at_the_end)
-    runs = [recording_of(name, seed, "a force grows with deflection times rate") for name, seed in (("fitted", 1), ("held", 2))]
+    sentence = "a force grows with deflection times rate"
+    runs = [recording_of(name, seed, sentence) for name, seed in (("fitted", 1), ("held", 2))]
     found = mf.find_gap(
         runs[0], validation=runs[1], component="mass_spring_damper", impose="displacement", time=1000
     ).to_dict()
