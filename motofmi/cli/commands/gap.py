@@ -53,6 +53,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--holdout",
         "--validation",
         nargs="+",
+        action="extend",
         default=[],
         metavar="FILE",
         help="validation runs: recordings that are not fitted; the result is compared with them",
@@ -60,6 +61,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--bare",
         nargs="+",
+        action="extend",
         default=[],
         metavar="FILE",
         help="sweeps of the handlebar without a rider, from which its inertia, damping and stiffness are estimated",
@@ -122,7 +124,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="VARIABLE",
         help="state of the component (displacement or angle) that was imposed while the force or torque was measured",
     )
-    parser.add_argument("--free", nargs="+", default=[], metavar="NAME", help="parameters to fit without a prior value")
+    parser.add_argument(
+        "--free",
+        nargs="+",
+        action="extend",
+        default=[],
+        metavar="NAME",
+        help="parameters to fit without a prior value",
+    )
     planning.add_arguments(parser)
     batches.add_arguments(parser)
     parser.add_argument(

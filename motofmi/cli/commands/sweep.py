@@ -43,8 +43,10 @@ A study as a file has the same keys:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("study", nargs="?", metavar="STUDY.toml", help="the study; options change its keys")
     parser.add_argument("--kind", choices=list(KINDS), help="kind of run (default: modes)")
-    parser.add_argument("--vehicle", nargs="+", metavar="VEHICLE", help=f"motorcycles (default: {VEHICLE})")
-    parser.add_argument("--device", nargs="+", metavar="DEVICE", help=f"one or several of: {DEVICE} (default: none)")
+    parser.add_argument("--vehicle", nargs="+", action="extend", metavar="VEHICLE",
+                        help=f"motorcycles (default: {VEHICLE})")  # fmt: skip
+    parser.add_argument("--device", nargs="+", action="extend", metavar="DEVICE",
+                        help=f"one or several of: {DEVICE} (default: none)")  # fmt: skip
     parser.add_argument("--speed", metavar="A:B:STEP", help="speeds [m/s] (default: 1:60:1)")
     parser.add_argument("--set", dest="settings", action="append", default=[], metavar="NAME=A:B:N|NAME~POPULATION",
                         help="values of a parameter: N values from A to B, a comma list, or NAME~A:B for members of a "

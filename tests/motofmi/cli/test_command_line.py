@@ -79,6 +79,18 @@ def test_the_command_understands_every_example_of_its_help(name, tmp_path, monke
     assert command.SUMMARY and command.HELP.splitlines()[0]
 
 
+@pytest.mark.parametrize(
+    ("name", "option"),
+    [("gap", "--holdout"), ("gap", "--bare"), ("gap", "--free"), ("sweep", "--vehicle"), ("sweep", "--device")],
+)
+def test_an_option_with_several_values_may_be_given_more_than_once(name, option):
+    parser = fill(Parser(prog=name), imported(listed()[name].module))
+    options = parser.options([option, "a", "b", option, "c"])
+    assert getattr(options, option.strip("-")) == ["a", "b", "c"]
+    # The default is not changed by what was given before.
+    assert getattr(parser.options([option, "d"]), option.strip("-")) == ["d"]
+
+
 @pytest.mark.parametrize("words", [[], ["help"], ["-h"], ["--help"]])
 def test_help_lists_every_command_with_a_summary(words, capsys):
     assert main(words) == 0
