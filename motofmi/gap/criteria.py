@@ -6,7 +6,8 @@ beside the code that uses them.
 
 Abbreviations: chi2 is the sum of squared residuals over the noise; the reduced chi2 is chi2 per degree of freedom, 1
 where the residuals are noise; the excess is the reduced chi2 minus 1; delta BIC is the gain in chi2 minus the penalty
-of the added parameters (k ln n, and 2 for each unknown of a single run). "Blind cases" are those of docs/gap.md.
+of the added parameters (k ln n, and 2 for each unknown of a single run); on blocks the gain in chi2 is n times that in
+mean logarithmic loss. "Blind cases" are those of docs/gap.md.
 """
 
 from dataclasses import dataclass

@@ -7,8 +7,13 @@
 Models with a magnitude that is not distinguishable from zero leave first, so that the others are compared without them.
 The library as a whole must be better than the base, on the fitted runs and on the validation runs alone: of many
 effects, one gains by chance. A named effect must also have a gain on data that were not used whose 95 % interval is
-above zero, and close at least `Criteria.least_share` of the closable misfit. Each reason not to name an effect is a
-sentence with its number in `limitations`.
+above zero, close at least `Criteria.least_share` of the closable misfit, and gain the delta BIC of a first effect, or of
+a second one. Each reason not to name an effect is a sentence with its number in `limitations`.
+
+    dBIC = n (mean logarithmic loss of the base - that of the model) - difference of penalties
+
+n are the fitted data. This is the delta BIC of least squares with unknown variance, n ln(S_base / S_model) - k ln n
+(Burnham, Anderson, Model Selection and Multimodel Inference, 2002, sections 2.2 and 6.4), with the mean over blocks.
 """
 
 from collections.abc import Sequence
@@ -183,6 +188,7 @@ def objection(
     A pair is compared with the better of its two effects alone.
     """
     withheld, before, closed = _not_named(model), base, "the closable misfit"
+    least = criteria.first_effect_delta_bic
     if OVER_TIME in model.families and not len(model.validation) and len(model.fit.runs) < 2:
         return NOT_CLEAR, (
             f"{withheld}: in a single run a change over time is not distinguishable from an effect of another "
@@ -194,6 +200,7 @@ def objection(
         alone = [m for m in models if len(m.effects) == 1 and m.families < model.families]
         before = min([base, *alone], key=lambda m: float(m.out_of_sample.mean()))
         closed = f"what {_effects_of(before) or 'the base'} leaves"
+        least = criteria.second_effect_delta_bic if before.effects else least
     if (low := log_gain_low(before, model)) <= 0:
         return NOT_CLEAR, (
             f"{withheld}: the gain on data that were not used is not clear (95 % interval of the gain in "
@@ -210,17 +217,25 @@ def objection(
         )
     if share.share < criteria.least_share:
         return SMALL, f"{withheld}: {share.share:.0%} of {closed} is closed, less than {criteria.least_share:.0%}."
+    if (gain := _delta_bic(before, model)) < least:
+        return SMALL, f"{withheld}: the delta BIC on the fitted blocks is {gain:.3g}, less than {least:g}."
     return None
+
+
+def _delta_bic(before: ComparedModel, model: ComparedModel) -> float:
+    """The delta BIC of a model on the blocks of the fitted runs, with the variance of each block unknown."""
+    gain = np.mean(np.log(before.fitted + before.floor) - np.log(model.fitted + model.floor))
+    return float(model.fit.count * gain - (model.fit.penalty - before.fit.penalty))
 
 
 def _undetermined(model: ComparedModel, errors: np.ndarray, criteria: Criteria) -> str:
     """The sentence on a model with a magnitude that is not distinguishable from zero; empty where all are."""
-    if (i := undetermined_magnitude(model.fit, errors, criteria)) is None:
+    if (found := undetermined_magnitude(model.fit, errors, criteria)) is None:
         return ""
-    it = "it" if len(model.effects) == 1 else "them"
+    (name, value, error), it = found, "it" if len(model.effects) == 1 else "them"
     return (
-        f"{_not_named(model)}, and the others are compared without {it}: {model.fit.model.names[i]} = "
-        f"{model.fit.x[i]:.3g} is within {criteria.value_errors:g} standard errors ({errors[i]:.2g}) of zero."
+        f"{_not_named(model)}, and the others are compared without {it}: {name} = {value:.3g} is within "
+        f"{criteria.value_errors:g} standard errors ({error:.2g}) of zero."
     )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from fmus.effects import Effect
 from motofmi.gap.criteria import Criteria
-from motofmi.gap.estimation.fit_result import Fit, places_of, standard_errors
+from motofmi.gap.estimation.fit_result import Fit, parameters_of, places_of, standard_errors, undetermined
 from motofmi.gap.estimation.screening import Signature
 
 
@@ -68,15 +68,20 @@ def reduced_by_noise(found: Fit, criteria: Criteria) -> float:
     return max(criteria.adequate_reduced_chi2, 1 + criteria.scatter_deviations * float(np.sqrt(2 / found.freedom)))
 
 
-def undetermined_magnitude(found: Fit, errors: np.ndarray, criteria: Criteria) -> int | None:
-    """The index in x of the first magnitude of an effect that is not distinguishable from zero; None where all are.
+def undetermined_magnitude(found: Fit, errors: np.ndarray, criteria: Criteria) -> tuple[str, float, float] | None:
+    """The first magnitude of an effect that is not distinguishable from zero, as name, value and standard error; None
+    where all are.
 
-    errors (parameters,) are the standard errors of x. An effect with several magnitudes needs only one that is.
+    errors (parameters,) are the standard errors of x. An effect with several magnitudes needs only one that is. An
+    effect that changes a stiffness or damping of the base is not distinguishable from zero where this parameter is not,
+    as a spring without stiffness whose force saturates.
     """
+    parameters, names = parameters_of(found, errors), found.model.names
     for effect in found.model.effects:
-        magnitudes = magnitudes_of(found, effect)
-        if magnitudes and all(abs(found.x[i]) < criteria.value_errors * errors[i] for i in magnitudes):
-            return magnitudes[0]
+        for places in (magnitudes_of(found, effect), _changed_by(found, effect)):
+            values = {names[i]: parameters[names[i]] for i in places}
+            if places and len(undetermined(values, criteria.value_errors)) == len(places):
+                return names[places[0]], *values[names[places[0]]][:2]
     return None
 
 
@@ -92,6 +97,15 @@ def has_determined_magnitudes(found: Fit, criteria: Criteria) -> bool:
 def magnitudes_of(found: Fit, effect: type[Effect]) -> list[int]:
     """The indices in x of the parameters in which the term that an effect adds is linear."""
     return places_of(found, effect, [n for n in effect.free_parameters() if n not in effect.nonlinear_parameters()])
+
+
+def _changed_by(found: Fit, effect: type[Effect]) -> list[int]:
+    """The indices in x of the fitted stiffness and damping of its element by which the term of an effect is
+    multiplied."""
+    element = found.model.component.elements.get(effect.element)
+    names = {word: getattr(element, word, "") for word in ("stiffness", "damping") if word not in effect.declared}
+    fitted = {word: found.model.names.index(name) for word, name in names.items() if name in found.model.base}
+    return [place for word, place in fitted.items() if word in effect.reads()]
 
 
 def has_states(effect: type[Effect]) -> bool:

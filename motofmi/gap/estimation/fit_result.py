@@ -210,9 +210,12 @@ def parameters_of_effect(found: Fit, effect: type[Effect]) -> dict[str, tuple[fl
     return {n: known[found.model.experiment.parameter(effect, n)] for n in effect.free_parameters()}
 
 
-def parameters_of(found: Fit) -> Mapping[str, tuple[float, float, str]]:
-    """Value, standard error and unit by name: the base's common values, then the effects'."""
-    model, errors = found.model, standard_errors(found.covariance())
+def parameters_of(found: Fit, errors: np.ndarray | None = None) -> Mapping[str, tuple[float, float, str]]:
+    """Value, standard error and unit by name: the base's common values, then the effects'.
+
+    errors (parameters,) are the standard errors of x (default: those of the fit's covariance).
+    """
+    model, errors = found.model, standard_errors(found.covariance()) if errors is None else errors
     values = model.values(found.shared)
     scale = [abs(values[n]) for n in model.base] + [1.0] * len(model.own)  # errors of the base are those of logarithms
     return {

@@ -34,7 +34,9 @@ def fit_with(*effects, reduced):
     names = [f"{e.family}.{n}" for e in effects for n in e.free_parameters()]
     model = SimpleNamespace(
         effects=effects, names=names, own=names, base=[], sizes=[], values=lambda q: dict.fromkeys(names, 0.1),
-        component=SimpleNamespace(name="joint", table={n: SimpleNamespace(unit="N.m", min=0.0, max=np.inf) for n in names}),
+        component=SimpleNamespace(
+            name="joint", elements={}, table={n: SimpleNamespace(unit="N.m", min=0.0, max=np.inf) for n in names}
+        ),
         experiment=SimpleNamespace(
             parameter=lambda effect, n: f"{effect.family}.{n}", own_values=False, sensor_offsets={}, free=[],
             from_rest=False, outputs=["angle"], component=SimpleNamespace(elements={"spring": None}, states=[]),

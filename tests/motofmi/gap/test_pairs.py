@@ -53,8 +53,8 @@ def test_an_effect_that_vanishes_beside_another_has_an_undetermined_magnitude():
     for effects, name in (((friction,), None), ((friction, reflex), "reflex")):
         both = model.with_added_effects(*effects)
         found = fit(both, runs, both.start())
-        index = undetermined_magnitude(found, np.sqrt(np.diag(found.covariance())), Criteria())
-        assert (index is None) if name is None else name in found.model.names[index]
+        undetermined = undetermined_magnitude(found, np.sqrt(np.diag(found.covariance())), Criteria())
+        assert (undetermined is None) if name is None else name in undetermined[0]
 
 
 @pytest.mark.study

@@ -1,5 +1,6 @@
 """Every rule that decides or withholds a name, each on losses constructed for it."""
 
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -19,6 +20,7 @@ from motofmi.gap.criteria import Criteria
 BLOCKS = 20
 MOTION = 100.0  # mean square
 FLEXIBLE = 0.01
+COUNT = 1000  # data of the fitted runs
 
 
 def model_with(*effects, level, seed=0, scatter=0.1, blocks=BLOCKS, value=1.0):
@@ -26,9 +28,13 @@ def model_with(*effects, level, seed=0, scatter=0.1, blocks=BLOCKS, value=1.0):
     value."""
     names = [f"{e.family}.{n}" for e in effects for n in e.free_parameters()]
     experiment = SimpleNamespace(parameter=lambda effect, n: f"{effect.family}.{n}")
-    model = SimpleNamespace(names=names, own=names, experiment=experiment, effects=effects)
+    component = SimpleNamespace(elements={}, table={n: SimpleNamespace(unit="1") for n in names})
+    model = SimpleNamespace(names=names, own=names, base=[], experiment=experiment, effects=effects,
+                            component=component, values=lambda x: dict(zip(names, x, strict=True)))  # fmt: skip
     squares = level * np.exp(scatter * np.random.default_rng(seed).normal(size=2 * blocks))
-    fit = SimpleNamespace(model=model, x=np.full(len(names), value), runs=[None])
+    penalty = len(names) * np.log(COUNT)
+    x = np.full(len(names), value)
+    fit = SimpleNamespace(model=model, x=x, shared=x, runs=[None], count=COUNT, penalty=penalty)
     return ComparedModel(effects, fit, squares[:blocks], squares[blocks:], 1e-9)
 
 
@@ -118,6 +124,24 @@ def test_a_clear_gain_of_a_small_share_is_not_named():
     found = decided([model_with(CoulombFriction, level=9.5, scatter=0.1)])
     assert found.verdict == "unknown"
     assert "5% of the closable misfit is closed, less than 10%" in found.sentences[0]
+
+
+@pytest.mark.parametrize(
+    ("criterion", "effects"), [("first_effect_delta_bic", ()), ("second_effect_delta_bic", (CoulombFriction,))]
+)
+def test_a_gain_below_the_least_delta_bic_is_not_named(criterion, effects):
+    """The mean square is halved, with a scatter of 0.1 % on each of 20 blocks: dBIC = 1000 ln 2 - ln 1000 = 686.2 with
+    one more parameter, within 1000 * 0.001 * sqrt(2 / 20) = 0.3."""
+    before = model_with(*effects, level=2.0, seed=1, scatter=1e-3)
+    model = model_with(*effects, CubicDamping, level=1.0, seed=2, scatter=1e-3)
+    base = model_with(level=10.0, seed=3, scatter=1e-3) if effects else before
+    models = [before, model] if effects else [model]
+    errors = {id(m): np.full(len(m.fit.model.names), 0.1) for m in models}
+    for least in (684, 688):
+        criteria = Criteria(**{criterion: float(least)})
+        found = outcome(base, models, FLEXIBLE, MOTION, (BLOCKS, BLOCKS), errors, criteria)
+        assert (found.best is model) is (least == 684)
+    assert any(re.search(r"the delta BIC on the fitted blocks is 68[5-7], less than 688", s) for s in found.sentences)
 
 
 def test_a_magnitude_within_its_error_is_not_named():
