@@ -63,6 +63,6 @@ def test_what_a_mass_that_a_motion_drives_lacks_is_named_per_unit_of_mass(hidden
     assert value["value"] == pytest.approx(true, abs=4 * value["standard_error"] + 1e-3 * true)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_nothing_is_named_where_the_mass_that_a_motion_drives_lacks_nothing():
     assert found().verdict == "none"
