@@ -233,8 +233,9 @@ def _undetermined(model: ComparedModel, errors: np.ndarray, criteria: Criteria) 
     if (found := undetermined_magnitude(model.fit, errors, criteria)) is None:
         return ""
     (name, value, error), it = found, "it" if len(model.effects) == 1 else "them"
+    changed = f"an effect changes {name}, and " if name in model.fit.model.base else ""
     return (
-        f"{_not_named(model)}, and the others are compared without {it}: {name} = {value:.3g} is within "
+        f"{_not_named(model)}, and the others are compared without {it}: {changed}{name} = {value:.3g} is within "
         f"{criteria.value_errors:g} standard errors ({error:.2g}) of zero."
     )
 

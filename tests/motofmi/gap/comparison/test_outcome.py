@@ -7,10 +7,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from fmus.declaration.elements import Element
 from fmus.effects.damping import CoulombFriction, CubicDamping, SoftFriction
 from fmus.effects.drift import Drift
 from fmus.effects.resonance import HungBody
-from fmus.effects.stiffness import CubicHardening
+from fmus.effects.stiffness import Asymmetry, CubicHardening
 from motofmi.gap.comparison.compare import Comparison
 from motofmi.gap.comparison.compared_model import ComparedModel
 from motofmi.gap.comparison.outcome import outcome
@@ -147,6 +148,21 @@ def test_a_gain_below_the_least_delta_bic_is_not_named(criterion, effects):
 def test_a_magnitude_within_its_error_is_not_named():
     found = decided([model_with(CoulombFriction, level=1.0, seed=1)], error=0.6)
     assert found.verdict == "unknown" and "within 2 standard errors (0.6) of zero" in found.sentences[0]
+
+
+def test_an_effect_that_changes_a_stiffness_within_its_error_is_not_named():
+    """The stiffness is exp(0) = 1 with a relative error of 0.6; the ratio of the two sides is determined."""
+    model = model_with(Asymmetry, level=1.0, seed=1)
+    of_base = model.fit.model
+    of_base.names, of_base.base = ["k", *of_base.names], ["k"]
+    of_base.component.elements["spring"] = Element("force", "deflection", "rate", stiffness="k")
+    of_base.component.table["k"] = SimpleNamespace(unit="N.m/rad")
+    of_base.values = lambda x: {"k": np.exp(x[0]), of_base.own[0]: x[1]}
+    model.fit.x = model.fit.shared = np.array([0.0, 1.0])
+    found = outcome(model_with(level=10.0), [model], FLEXIBLE, MOTION, (BLOCKS, BLOCKS),
+                    {id(model): np.array([0.6, 0.1])}, Criteria())  # fmt: skip
+    assert found.verdict == "unknown" and found.standing[id(model)] == "magnitude not determined"
+    assert "an effect changes k, and k = 1 is within 2 standard errors (0.6) of zero" in found.sentences[0]
 
 
 def test_a_leading_effect_without_a_determined_magnitude_leaves_and_the_others_are_compared():
