@@ -3,8 +3,6 @@
 from dataclasses import asdict
 from typing import Any
 
-import numpy as np
-
 from motofmi.gap.comparison.closable import closed_share
 from motofmi.gap.selection.result import Verdict
 
@@ -26,7 +24,7 @@ def compared(verdict: Verdict) -> list[dict[str, Any]]:
         closed = closed_share(base.reported, model.reported, found.flexible_mean_square)
         rows.append({
             "effects": [{"name": e.family, "form": e.form} for e in model.effects],
-            "loss_fitted": float(np.mean(np.log(model.fitted + model.floor))),
+            "loss_fitted": float(model.fitted_losses.mean()),
             "loss_validation": model.validation_loss if len(model.validation) else None,
             "closed": None if model is base else asdict(closed),
             "standing": "base" if model is base else standing[id(model)],

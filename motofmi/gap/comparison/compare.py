@@ -131,7 +131,7 @@ def _unless_leader_diverges(compared: Comparison, blocks: CommonBlocks) -> Compa
     if compared.outcome.verdict == "none":
         return compared
     members = compared.outcome.members or [compared.base]
-    least = min((np.log(m.fitted + m.floor) for m in members), key=np.mean)
+    least = min((m.fitted_losses for m in members), key=np.mean)
     of_members = [m.families for m in members]
     named = frozenset.intersection(*of_members)
     for found in blocks.not_simulated:

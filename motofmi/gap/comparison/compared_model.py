@@ -64,6 +64,11 @@ class ComparedModel:
         return np.log(np.concatenate([self.fitted, self.validation]) + self.floor)
 
     @property
+    def fitted_losses(self) -> np.ndarray:
+        """The logarithmic losses (blocks,) [1] on the blocks of the fitted runs."""
+        return np.log(self.fitted + self.floor)
+
+    @property
     def validation_loss(self) -> float:
         """The mean logarithmic loss [1] on validation runs, of which there must be some."""
         return float(np.mean(np.log(self.validation + self.floor)))

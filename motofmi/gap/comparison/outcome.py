@@ -7,8 +7,9 @@
 Models with a magnitude that is not distinguishable from zero leave first, so that the others are compared without them.
 The library as a whole must be better than the base, on the fitted runs and on the validation runs alone: of many
 effects, one gains by chance. A named effect must also have a gain on data that were not used whose 95 % interval is
-above zero, close at least `Criteria.least_share` of the closable misfit, and gain the delta BIC of a first effect, or of
-a second one. Each reason not to name an effect is a sentence with its number in `limitations`.
+above zero, close at least `Criteria.least_share` of the closable misfit, and have a delta BIC of at least
+`Criteria.first_effect_delta_bic`, a second effect of at least `Criteria.second_effect_delta_bic`. Each reason not to
+name an effect is a sentence with its number in `limitations`.
 
     dBIC = n (mean logarithmic loss of the base - that of the model) - difference of penalties
 
@@ -224,7 +225,7 @@ def objection(
 
 def _delta_bic(before: ComparedModel, model: ComparedModel) -> float:
     """The delta BIC of a model on the blocks of the fitted runs, with the variance of each block unknown."""
-    gain = np.mean(np.log(before.fitted + before.floor) - np.log(model.fitted + model.floor))
+    gain = np.mean(before.fitted_losses - model.fitted_losses)
     return float(model.fit.count * gain - (model.fit.penalty - before.fit.penalty))
 
 

@@ -8,8 +8,6 @@ the tests of gain and share that a name must pass.
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from fmus.effects import Effect
 from fmus.effects.added_terms import added_terms
 from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
@@ -33,7 +31,7 @@ def sufficient_law(
     after a flexible regression. A law must be sufficient on the fitted blocks alone, and then on all blocks.
     """
     beat = min(base.fit.chi2, FAR_BEHIND * selected.fit.chi2)
-    to_beat = np.log(selected.fitted + selected.floor)
+    to_beat = selected.fitted_losses
     fits = [
         found.fit
         for found in fitted_laws(base.fit, laws, beat, blocks.criteria)
