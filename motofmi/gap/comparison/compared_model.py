@@ -20,7 +20,13 @@ from motofmi.gap.comparison.residuals import Block, TimeResiduals, time_residual
 from motofmi.gap.comparison.sandwich import sandwich_covariance
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import has_states, undetermined_magnitude
-from motofmi.gap.estimation.fit_result import Fit, PortableFit, standard_errors
+from motofmi.gap.estimation.fit_result import (
+    Fit,
+    PortableFit,
+    initial_guesses,
+    standard_errors,
+    with_initial_guesses,
+)
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.preprocessing.sampled_run import ACCURACY, SampledRun
 from motofmi.gap.validation.before_after import on_validation_runs
@@ -114,6 +120,8 @@ class CommonBlocks:
         if self.validation:
             validated = on_validation_runs(leading, self.validation, criteria).fit
             longest = max(last - first for _, first, last in self.blocks)
+            # The search of each model for its initial states begins at those of the leading one.
+            self.validation = with_initial_guesses(self.validation, initial_guesses(validated.runs))
             self.validation_blocks = partition(time_residuals(validated, self.scale), longest)
 
     def evaluated(self, found: Fit) -> ComparedModel | None:

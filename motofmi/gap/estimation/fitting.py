@@ -138,7 +138,7 @@ class _Problem:
     def __init__(self, model: AnyModel, runs: list[AnyRun], total: int):
         self.model, self.deviating = model, list(run_to_run_deviations(model.experiment))
         self.runs: list[Any] = runs  # some have initial guesses, which a simulation changes
-        self.predicted = getattr(model, "predicted", None)
+        self.predicted, self.reduced = getattr(model, "predicted", None), model.reduced
         self.priors, self.known = _priors(model, total)
         self.of_effects = priors_of_effects(model)
         self.kept: dict[int, np.ndarray] = {}  # slopes that came with the output
@@ -161,13 +161,14 @@ class _Problem:
     def accepted(self) -> None:
         """The initial guesses of the runs are those of the best x so far."""
         self.best_runs = with_initial_guesses(self.runs, initial_guesses(self.runs))
+        self.reduced = getattr(self.model, "trial", self.model.reduced)
 
     def _of_run(self, index: int, run: AnyRun, x: np.ndarray) -> np.ndarray:
         """The predicted data of a run over the noise."""
         q = vector_of(x, self.model, index)
         if self.predicted is not None:
             return self.predicted(run, q)
-        predicted, self.kept[index] = self.model.reduced(run, q)
+        predicted, self.kept[index] = self.reduced(run, q)
         return predicted
 
     def slopes(self, x: np.ndarray) -> np.ndarray:

@@ -34,7 +34,14 @@ class FreeInitialStateModel(InitialStateModel):
 
     def reduced(self, run: Any, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Reduced output (m,) and its derivatives (m, np) over the noise, with the unknowns of the run eliminated."""
-        parts = self._solved(run, q)
+        return self._reduced(run, q)
+
+    def trial(self, run: Any, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """`reduced`, from the last initial states alone."""
+        return self._reduced(run, q, trial=True)
+
+    def _reduced(self, run: SampledRun, q: np.ndarray, trial: bool = False) -> tuple[np.ndarray, np.ndarray]:
+        parts = self._solved(run, q, trial)
         return np.concatenate([part.output for part in parts]), np.concatenate([part.slopes for part in parts])
 
     def slopes(self, run: Any, q: np.ndarray) -> np.ndarray:

@@ -53,7 +53,9 @@ class AnyModel(Protocol):
     A parameter vector (np,) is [logarithms of the free base parameters, the effects' parameters]; `base`, `own` and
     `names` are the names of these parts and of the whole, `rows` the declarations of `own`, `sizes` the indices in
     `own` of magnitudes, in which an effect is linear. `component` declares all variables. Where derivatives are
-    expensive there may be `predicted(run, q)`, which gives the first result of `reduced` alone.
+    expensive there may be `predicted(run, q)`, which gives the first result of `reduced` alone. Where unknowns of the
+    run are searched for there may be `trial(run, q)`, for the trials of a fit: `reduced` near to the last q, which does
+    not search again. It raises InputError where the run cannot be simulated so.
     """
 
     experiment: Any  # AnyExperiment

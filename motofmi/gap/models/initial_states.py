@@ -111,9 +111,13 @@ class InitialStateModel(SegmentedModel):
         found = self._segments(run, self._valued(run, q), known, steps=0)
         return [found[i] for i in every] if len(found) == len(every) else []
 
-    def _solved(self, run: SampledRun, q: np.ndarray) -> list[_SegmentSolution]:
+    def _solved(self, run: SampledRun, q: np.ndarray, trial: bool = False) -> list[_SegmentSolution]:
         """Every segment from the last initial states of this model or another one; where the misfit is large,
-        from new estimates."""
+        from new estimates.
+
+        In a trial of a fit there are no new estimates: a step from which the last initial states are far is too long.
+        Raises InputError where a segment cannot be simulated.
+        """
         every, values = range(len(run.segments)), self._valued(run, q)
         if self.experiment.from_rest:
             found = self._segments(run, values, self._at_rest(run), steps=0)
@@ -128,13 +132,10 @@ class InitialStateModel(SegmentedModel):
         ]
         known = {i: self._predicted(run, i, q) for i in every if "initial" in initial_guesses[i]}
         found = self._segments(run, values, known)
-        restarted = [i for i in every if i not in found or found[i].misfit > usual[i]]
-        lost = [i for i in restarted if i not in found][:1]
-        # One segment that cannot be simulated is enough for an error: the others are not restarted then.
-        for some in (lost, [i for i in restarted if i not in lost]):
-            for i, extended in self._segments(run, values, self._extended(run, some, values)).items():
-                found[i] = extended if i not in found or extended.misfit < found[i].misfit else found[i]
-            self._complete(some, run, found)
+        if trial and len(known) == len(every):
+            self._complete(every, run, found)
+        else:
+            self._restart(run, values, found, usual)
         for i in every:
             if found[i].misfit < (
                 usual[i] if (*self.own, i) in run.guess else RESTART_RATIO * at_rest[i]
@@ -146,6 +147,21 @@ class InitialStateModel(SegmentedModel):
                 run.guess[(*self.own, i)] = best | {"at": np.array(q), "slopes": found[i].x_slopes}
                 run.guess.setdefault(i, {}).update(best)
         return [found[i] for i in every]
+
+    def _restart(
+        self, run: SampledRun, values: Mapping[str, float], found: dict[int, _SegmentSolution], usual: Sequence[float]
+    ) -> None:
+        """Segments that are not found, or with a larger misfit than usual, from new estimates of their initial states.
+
+        Raises InputError where one cannot be simulated.
+        """
+        restarted = [i for i in range(len(run.segments)) if i not in found or found[i].misfit > usual[i]]
+        lost = [i for i in restarted if i not in found][:1]
+        # One segment that cannot be simulated is enough for an error: the others are not restarted then.
+        for some in (lost, [i for i in restarted if i not in lost]):
+            for i, extended in self._segments(run, values, self._extended(run, some, values)).items():
+                found[i] = extended if i not in found or extended.misfit < found[i].misfit else found[i]
+            self._complete(some, run, found)
 
     def _at_rest(self, run: SampledRun) -> dict[int, np.ndarray]:
         """The initial states (nx,) of every segment where the component is at rest."""

@@ -102,6 +102,27 @@ def test_slopes_alone_are_those_of_the_reduced_output_without_further_simulation
     assert alone == pytest.approx(searched, abs=1e-3 * np.abs(searched).max())
 
 
+def test_a_trial_of_a_fit_does_not_search_for_initial_states_again(monkeypatch):
+    recording = joint_run({}, duration=6.0)
+    test = input_output_experiment(DrivenJoint(), list(recording.columns))
+    run, model = prepare_sampled_run(recording, test), FreeInitialStateModel(test)
+    known = fit(model, [run], model.start()).of_run(0)
+    far = known + np.log(4.0) * np.array([name == "stiffness" for name in model.names])  # another resonance
+    searched, extended = [], FreeInitialStateModel._extended
+    monkeypatch.setattr(
+        FreeInitialStateModel, "_extended", lambda *given: searched.extend(given[2]) or extended(*given)
+    )
+    model.reduced(run, known)
+    before = len(searched)  # its segments, none of which has been simulated
+    trial = model.trial(run, far)[0]
+    assert before and len(searched) == before
+    again = model.reduced(run, far)[0]
+    assert len(searched) > before
+    measured = run.data / run.deviation
+    # Gauss and Newton's method from the last initial states finds the same ones here
+    assert np.sum((trial - measured) ** 2) == pytest.approx(np.sum((again - measured) ** 2), rel=1e-3)
+
+
 def one_segment(run, index):
     """The run with one of its segments only, and the initial guess of that one."""
     whole, rows = run.reduction, run.reduction.rows[index]

@@ -4,6 +4,8 @@ import pytest
 
 from fmus.support.errors import InputError
 from motofmi.gap.comparison.compared_model import CommonBlocks
+from motofmi.gap.estimation.fit_result import initial_guesses, with_initial_guesses
+from motofmi.gap.models.initial_states import InitialStateModel
 from motofmi.gap.selection import any_component, by_comparison, noise_rounds
 from motofmi.gap.validation import before_after
 from tests.motofmi.gap.comparison.test_leader_diverges import gap_of_friction
@@ -41,6 +43,31 @@ def test_a_fit_that_cannot_be_simulated_again_is_searched(monkeypatch, validated
 
     monkeypatch.setattr(before_after, "_from", diverging_once)
     assert before_after.on_validation_runs(best, runs, criteria, known[1]).chi2 == pytest.approx(searched.chi2)
+
+
+def test_initial_states_on_validation_runs_are_first_those_of_the_leading_model(monkeypatch):
+    made, original = [], CommonBlocks.__init__
+
+    def noted(blocks, leading, *given):
+        original(blocks, leading, *given)
+        made.append((blocks, leading, with_initial_guesses(blocks.validation, initial_guesses(blocks.validation))))
+
+    monkeypatch.setattr(any_component, "_leaves_noise", lambda *_: False)
+    monkeypatch.setattr(CommonBlocks, "__init__", noted)
+    gap_of_friction()
+    blocks, leading, blocks.validation = made[0]  # as they were before any model was compared
+    found = before_after.on_validation_runs(leading, [without_guess(run) for run in blocks.validation]).fit
+    searched, extended = [], InitialStateModel._extended
+    monkeypatch.setattr(InitialStateModel, "_extended", lambda *given: searched.extend(given[2]) or extended(*given))
+    again = blocks.evaluated(leading).validated
+    assert not searched
+    assert again.chi2 == pytest.approx(found.chi2, rel=1e-3)  # see above
+    before_after.on_validation_runs(leading, [without_guess(run) for run in blocks.validation])
+    assert searched
+
+
+def without_guess(run):
+    return run.with_initial_guesses({})
 
 
 def test_other_forms_of_a_pair_are_left_out_where_a_single_effect_is_sufficient(monkeypatch):
