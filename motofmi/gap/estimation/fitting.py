@@ -159,7 +159,7 @@ class _Problem:
         return np.concatenate([*left, self.priors @ x - self.known, *of_effects])
 
     def accepted(self) -> None:
-        """The initial guesses of the runs are those of the best x so far."""
+        """The initial guesses of the runs are those of the best x so far, from which all further x are trials."""
         self.best_runs = with_initial_guesses(self.runs, initial_guesses(self.runs))
         self.reduced = getattr(self.model, "trial", self.model.reduced)
 

@@ -115,7 +115,8 @@ class InitialStateModel(SegmentedModel):
         """Every segment from the last initial states of this model or another one; where the misfit is large,
         from new estimates.
 
-        In a trial of a fit there are no new estimates: a step from which the last initial states are far is too long.
+        In a trial of a fit there are no new estimates: where the misfit from the last initial states is large, the step
+        of the fit is too long.
         Raises InputError where a segment cannot be simulated.
         """
         every, values = range(len(run.segments)), self._valued(run, q)
