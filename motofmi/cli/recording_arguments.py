@@ -18,7 +18,8 @@ def add_arguments(parser: argparse.ArgumentParser, files: str = "+") -> None:
     )
     parser.add_argument("--map", dest="mapping", action="append", default=[], metavar="COLUMN=VARIABLE",
                         help='variable that a column holds, with its unit where the file gives none, as in '
-                             '"Torque=steer_torque [N.m]"; repeatable')  # fmt: skip
+                             '"Torque=steer_torque [N.m]", and a minus where its sign is reversed, as in '
+                             '"Torque=-steer_torque"; repeatable')  # fmt: skip
     parser.add_argument(
         "--rate",
         type=float,

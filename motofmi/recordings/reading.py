@@ -7,6 +7,7 @@ the time and the count.
 """
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,7 +23,7 @@ from motofmi.recordings.formats import opened, run_name
 from motofmi.recordings.quality import channel_errors, channel_warnings, complete_rows, rig_warnings, sampling_warnings
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.rig_file import read_rig
-from motofmi.recordings.table import Table, name_and_unit
+from motofmi.recordings.table import Table, name_and_unit, with_unit
 
 MINIMUM_SAMPLES = 16
 UNUSED = "unused"  # the name that leaves a column out
@@ -44,12 +45,12 @@ def read_recording(path: str | Path, mapping: Mapping[str, str] | None = None, r
                    quantities: Mapping[str, str] = UNITS) -> Recording:  # fmt: skip
     """The run in a file of any format that `formats.supported()` lists.
 
-    mapping gives columns other names, and units where the file has none: {"Torque": "steer_torque [N.m]"}; the name
-    `unused` leaves a column out. rate [Hz]
-    reduces a faster recording while it is read, so that a large file needs little memory. quantities gives the SI unit
-    of every name that is expected; a column of that name must have a unit that measures the same. Raises InputError for
-    a file that cannot be read or used, with the line or the time of the fault, and MissingToolError where the format
-    needs a package that is not installed.
+    mapping gives columns other names, and units where the file has none: {"Torque": "steer_torque [N.m]"}; a minus
+    before the name reverses the sign, and the name `unused` leaves a column out. rate [Hz] reduces a faster recording
+    while it is read, so that a large file needs little memory. quantities gives the SI unit of every name that is
+    expected; a column of that name must have a unit that measures the same. Of several columns of one name, that one is
+    used. Raises InputError for a file that cannot be read or used, with the line or the time of the fault, and
+    MissingToolError where the format needs a package that is not installed.
 
         >>> read_recording("sweep.csv", {"Torque": "steer_torque [N.m]"})     # doctest: +SKIP
     """
@@ -58,7 +59,7 @@ def read_recording(path: str | Path, mapping: Mapping[str, str] | None = None, r
         raise InputError(f"{path} is a folder; give the recordings in it, as in {path / '*.csv'}")
     with opened(path) as table:
         sources, notes = _sources(table, mapping or {}, quantities)
-        left_out = {name_and_unit(c)[0] for c, target in (mapping or {}).items() if target == UNUSED}
+        left_out = {_column(table, c) for c, target in (mapping or {}).items() if target == UNUSED}
         unread = tuple(n for n in table.names if n not in left_out and n not in {s.column for s in sources})
         rows, reduction = _rows(table, sources, rate)
         values = {s.name: y if s.factor == 1 else y * s.factor for s, y in zip(sources, rows.T, strict=True)}
@@ -92,15 +93,13 @@ def write_recording(recording: Recording, path: str | Path) -> None:
 
 def _sources(table: Table, mapping: Mapping[str, str], quantities: Mapping[str, str]) -> tuple[list[Source], list[str]]:
     """The columns that are used, and warnings about those that are not although they have a unit."""
-    wanted = {name_and_unit(column)[0]: name_and_unit(target) for column, target in mapping.items()}
-    for column in wanted:
-        if column not in table.names:
-            raise unknown("column", column, table.names)
+    wanted = {_column(table, column): name_and_unit(target.removeprefix("-")) for column, target in mapping.items()}
+    reversed_ = {_column(table, column) for column, target in mapping.items() if target.startswith("-")}
     taken = {name for name, _ in wanted.values()} | set(table.names)
     sources: list[Source] = []
     notes, without_unit = [], []
     for place, (column, stated) in enumerate(zip(table.names, table.units, strict=True)):
-        alias = channel_name(column, quantities)
+        alias = _expected_name(column, stated, quantities)
         name, given = wanted.get(column, (alias if alias not in taken else column, ""))
         if name == UNUSED:
             continue
@@ -120,7 +119,8 @@ def _sources(table: Table, mapping: Mapping[str, str], quantities: Mapping[str, 
             raise InputError(f"column {column!r} is in [{given}], but {name} is measured in [{expected}]{hint}")
         if name in (s.name for s in sources):
             raise InputError(f"two columns are {name!r}; map all but one to another name")
-        sources.append(Source(place, column, name, expected, unit(given).to(unit(expected))))
+        sign = -1.0 if column in reversed_ else 1.0
+        sources.append(Source(place, column, name, expected, sign * unit(given).to(unit(expected))))
     if without_unit:
         raise InputError(_units_wanted(without_unit))
     if TIME not in (s.name for s in sources):
@@ -129,6 +129,31 @@ def _sources(table: Table, mapping: Mapping[str, str], quantities: Mapping[str, 
             "[s]\""
         )
     return sources, notes
+
+
+def _column(table: Table, given: str) -> str:
+    """The name in the table of a column as a user gives it, with or without its unit. Raises InputError where there is
+    no such column."""
+    name, stated = name_and_unit(given)
+    for known in (given, with_unit(name, stated), name):
+        if known in table.names:
+            return known
+    raise unknown("column", name, table.names)
+
+
+def _expected_name(column: str, stated: str, quantities: Mapping[str, str]) -> str:
+    """The expected name of a column with a stated unit; its own where it is not expected.
+
+    Of several columns of one name, that with a unit of the expected quantity is meant.
+    """
+    name, own = name_and_unit(column)
+    if not own or own != stated:
+        return channel_name(column, quantities)
+    alias = channel_name(name, quantities)
+    with suppress(InputError):  # an unknown unit
+        if alias in quantities and unit(own).exponents == unit(quantities[alias]).exponents:
+            return alias
+    return column
 
 
 def _units_wanted(columns: Sequence[tuple[str, str]]) -> str:

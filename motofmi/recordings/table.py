@@ -15,8 +15,10 @@ class Table:
     """The k columns of a file: names and units, "" where the file gives none, and their numbers in
     blocks of rows (n, k).
 
-    The blocks can be read once. NaN is a missing value. expected_bytes is the memory that reading all blocks takes, 0
-    where it is not known beforehand. Raises InputError for a name that occurs twice.
+    A name that occurs with several units, as of a sensor's voltage and of what it measures, is written with its unit:
+    `force [V]` and `force [N]`. The blocks can be read once. NaN is a missing value. expected_bytes is the memory that
+    reading all blocks takes, 0 where it is not known beforehand. Raises InputError for columns with the same name and
+    unit.
     """
 
     names: Sequence[str]
@@ -25,9 +27,14 @@ class Table:
     expected_bytes: float = 0.0
 
     def __post_init__(self) -> None:
-        twice = sorted({name for name in self.names if self.names.count(name) > 1})
+        names = [
+            with_unit(name, given) if self.names.count(name) > 1 else name
+            for name, given in zip(self.names, self.units, strict=True)
+        ]
+        twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
-            raise InputError(f"two columns are named {', '.join(twice)}")
+            raise InputError(f"two columns are named {', '.join(twice)}; rename all but one in the file")
+        object.__setattr__(self, "names", names)
 
     @classmethod
     def of(cls, columns: Iterable[tuple[str, str, np.ndarray]]) -> "Table":
@@ -60,3 +67,8 @@ def name_and_unit(heading: str) -> tuple[str, str]:
     """`name [unit]` or `name (unit)` as (name, unit); the unit is "" where there is none."""
     match = re.fullmatch(r"\s*(.*?)\s*[\[(]([^\])]*)[\])]\s*", heading)
     return (match[1], match[2].strip()) if match else (heading.strip(), "")
+
+
+def with_unit(name: str, given: str) -> str:
+    """A name with its unit, where there is one."""
+    return f"{name} [{given}]" if given else name

@@ -78,7 +78,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="COLUMN=VARIABLE",
-        help='variable of a column, with its unit where the file gives none, as in "T=torque [N.m]"; repeatable',
+        help='variable of a column, with its unit where the file gives none, as in "T=torque [N.m]", and a minus where '
+        'its sign is reversed, as in "T=-torque"; repeatable',
     )
     parser.add_argument(
         "--rate",

@@ -15,6 +15,7 @@ from motofmi.gap.experiments.sensor_offset import sensor_offset_parameter
 from motofmi.gap.localisation.sampled_places import cells
 from motofmi.gap.preprocessing.sampled_run import SampledRun, excited
 from motofmi.gap.preprocessing.sampled_run_preparation import FEWEST_SAMPLES, prepare_sampled_run
+from motofmi.gap.preprocessing.work_of_inputs import note_on_signs
 from motofmi.gap.selection.any_component import Investigation, investigate
 from motofmi.gap.selection.result import Verdict
 from motofmi.gap.verdict import as_result
@@ -75,7 +76,8 @@ class InputOutput(Kind):
         self.validation, joined_validation = with_short_joined(self.validation, FEWEST_SAMPLES)
         runs = [prepare_sampled_run(r, experiment) for r in recordings]
         notes = [*(note for r in recordings for note in r.warnings), *(note for r in runs for note in r.notes)]
-        self.notes = [*joined, *joined_validation, *notes, *unused]
+        signs = [note for r in (*recordings, *self.validation) for note in note_on_signs(experiment.component, r)]
+        self.notes = [*signs, *joined, *joined_validation, *notes, *unused]
         if not (excited(runs) or are_step_responses(runs)):
             experiment, anchor = anchored(experiment)
             runs = [replace(run, experiment=experiment) for run in runs]

@@ -1,0 +1,68 @@
+"""The work of recorded forces, and the note where its sign is that of a reaction."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fmus.mechanisms import DrivenJoint, MassSpringDamper, TwoMass
+from motofmi.gap.preprocessing.work_of_inputs import PARTS, driven_motion, note_on_signs, work
+from motofmi.recordings.recording import Recording
+from tests.simulators.hidden_joint import joint_run
+
+RATE, DAMPING, AMPLITUDE, CYCLES = 1000.0, 30.0, 0.02, 16
+OMEGA = 2 * np.pi
+TIME = np.arange(CYCLES * RATE + 1) / RATE
+
+
+def recording(force, displacement):
+    return Recording("run", TIME, {"force": force, "displacement": displacement}, {"force": "N", "displacement": "m"})
+
+
+def shaken_damper(spring=0.0, sign=1.0):
+    """A damper with a spring under a sinusoidal displacement."""
+    x, v = AMPLITUDE * np.sin(OMEGA * TIME), AMPLITUDE * OMEGA * np.cos(OMEGA * TIME)
+    return recording(sign * (DAMPING * v + spring * x), x)
+
+
+@pytest.mark.parametrize("spring", [0.0, 500.0])
+def test_the_work_on_a_damper_is_that_of_the_ellipse(spring):
+    """pi c omega A^2 per cycle; a spring exchanges energy only."""
+    per_cycle = np.pi * DAMPING * OMEGA * AMPLITUDE**2
+    found = work(shaken_damper(spring), "force", "displacement", "velocity")
+    # 1e-4: trapezoids of 1000 samples per cycle
+    np.testing.assert_allclose(found, per_cycle * CYCLES / PARTS, rtol=1e-4)
+
+
+def test_the_force_of_a_reaction_is_noted_with_the_option():
+    right, wrong = shaken_damper(), shaken_damper(sign=-1.0)
+    assert note_on_signs(MassSpringDamper(), right) == []
+    (note,) = note_on_signs(MassSpringDamper(), wrong)
+    assert '--map "COLUMN=-force"' in note and "reaction" in note
+
+
+def test_a_recorded_rate_shows_the_sign_as_a_deflection_does():
+    right = shaken_damper()
+    columns = {"force": -right["force"], "velocity": np.gradient(right["displacement"], TIME)}
+    wrong = replace(right, columns=columns, units={"force": "N", "velocity": "m/s"})
+    assert len(note_on_signs(MassSpringDamper(), wrong)) == 1
+
+
+def test_a_joint_that_exchanges_much_energy_has_no_note():
+    assert note_on_signs(DrivenJoint(), joint_run({}, "random", seed=5, duration=12.0)) == []
+
+
+def test_a_moving_mass_that_is_braked_is_no_reaction():
+    """The brake takes the kinetic energy: negative work, on a passive mass that moves one way."""
+    braked = recording(np.full_like(TIME, -1.0), 20.0 * TIME - TIME**2 / 2)
+    assert note_on_signs(MassSpringDamper(), braked) == []
+
+
+def test_a_recording_without_an_input_has_no_note():
+    assert note_on_signs(MassSpringDamper(), recording(np.zeros_like(TIME), np.sin(TIME))) == []
+
+
+def test_an_input_belongs_to_the_motion_that_it_accelerates():
+    assert driven_motion(DrivenJoint()) == {"torque": ("angle", "rate")}
+    found = driven_motion(TwoMass())
+    assert set(found) <= set(TwoMass().inputs) and all(rate.endswith("rate") for _, rate in found.values())

@@ -1,0 +1,63 @@
+"""Columns of one name, signs, and dates in the place of times."""
+
+from datetime import datetime, timedelta
+
+import numpy as np
+import pytest
+
+from fmus.support.errors import InputError
+from motofmi.recordings.reading import read_recording
+
+COUNT = 64
+TIME = np.arange(COUNT) / 100.0
+FORCE = np.sin(TIME)
+QUANTITIES = {"time": "s", "force": "N"}
+
+
+def table(heading, *columns):
+    return [heading, *(",".join(map(str, row)) for row in zip(*columns, strict=True))]
+
+
+@pytest.mark.parametrize("heading", ["time [s],force (V),force (N)", "time [s],force [V],force [N]"])
+def test_of_two_columns_of_one_name_that_with_the_expected_dimension_is_used(write, heading):
+    run = read_recording(write(table(heading, TIME, FORCE / 40, FORCE)), quantities=QUANTITIES)
+    np.testing.assert_array_equal(run["force"], FORCE)
+    np.testing.assert_array_equal(run["force [V]"], FORCE / 40)
+
+
+def test_columns_of_one_name_are_mapped_with_their_units(write):
+    path = write(table("time [s],Load (V),Load (kN)", TIME, FORCE / 40, FORCE / 1000))
+    run = read_recording(path, {"Load (kN)": "force"}, quantities=QUANTITIES)
+    np.testing.assert_allclose(run["force"], FORCE, rtol=1e-12)  # a product and a quotient
+    with pytest.raises(InputError, match="Load"):
+        read_recording(path, {"Load": "force"}, quantities=QUANTITIES)
+
+
+def test_columns_of_one_name_and_unit_are_refused(write):
+    with pytest.raises(InputError, match=r"two columns are named force \[N\]; rename all but one"):
+        read_recording(write(table("time [s],force [N],force [N]", TIME, FORCE, FORCE)))
+
+
+def test_a_minus_reverses_the_sign(write):
+    path = write(table("time [s],Load [N]", TIME, FORCE))
+    run = read_recording(path, {"Load": "-force"}, quantities=QUANTITIES)
+    np.testing.assert_array_equal(run["force"], -FORCE)
+    with_unit = read_recording(path, {"Load": "-force [kN]"}, quantities=QUANTITIES)
+    np.testing.assert_array_equal(with_unit["force"], -1000 * FORCE)
+
+
+@pytest.mark.parametrize("zone", ["", "+01:00"])
+def test_dates_are_seconds_from_the_first_one(write, zone):
+    begin = datetime(2024, 2, 28, 23, 59, 59, 900000)  # midnight and the leap day follow
+    dates = [f"{begin + timedelta(seconds=t)}{zone}" for t in TIME.tolist()]
+    run = read_recording(write(table("Timestamp,force [N]", dates, FORCE)), quantities=QUANTITIES)
+    np.testing.assert_allclose(run.time, TIME, atol=1e-6)  # dates have microseconds
+    np.testing.assert_array_equal(run["force"], FORCE)
+
+
+@pytest.mark.parametrize("wrong", ["2024-13-01 00:00:00", "2024-02-28 23:59:59+01:00"])
+def test_a_faulty_date_is_found(write, wrong):
+    dates = [f"2024-02-28 23:59:{i:02}" for i in range(60)]
+    path = write(table("Timestamp,force [N]", [*dates[:40], wrong, *dates[41:]], FORCE[:60]))
+    with pytest.raises(InputError, match=f"line 42, column 'Timestamp': '{wrong[:19]}.*is not a number"):
+        read_recording(path, quantities=QUANTITIES)
