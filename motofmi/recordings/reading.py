@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import psutil
@@ -23,7 +24,7 @@ from motofmi.recordings.formats import opened, run_name
 from motofmi.recordings.quality import channel_errors, channel_warnings, complete_rows, rig_warnings, sampling_warnings
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.rig_file import read_rig
-from motofmi.recordings.table import Table, name_and_unit, with_unit
+from motofmi.recordings.table import Table, name_and_unit, with_time, with_unit
 
 MINIMUM_SAMPLES = 16
 UNUSED = "unused"  # the name that leaves a column out
@@ -49,7 +50,7 @@ def read_recording(path: str | Path, mapping: Mapping[str, str] | None = None, r
     before the name reverses the sign, and the name `unused` leaves a column out. rate [Hz] reduces a faster recording
     while it is read, so that a large file needs little memory. quantities gives the SI unit of every name that is
     expected; a column of that name must have a unit that measures the same. Of several columns of one name, that one is
-    used. Raises InputError for a file that cannot be read or used, with the line or the time of the fault, and
+    used. The time of a file without such a column follows from the sampling rate in `rig.json`. Raises InputError for a file that cannot be read or used, with the line or the time of the fault, and
     MissingToolError where the format needs a package that is not installed.
 
         >>> read_recording("sweep.csv", {"Torque": "steer_torque [N.m]"})     # doctest: +SKIP
@@ -57,8 +58,12 @@ def read_recording(path: str | Path, mapping: Mapping[str, str] | None = None, r
     path = Path(path)
     if path.is_dir():
         raise InputError(f"{path} is a folder; give the recordings in it, as in {path / '*.csv'}")
+    rig = read_rig(path.parent)
     with opened(path) as table:
         sources, notes = _sources(table, mapping or {}, quantities)
+        if TIME not in (s.name for s in sources):
+            table = with_time(table, _sampling_rate(rig, table.names))
+            sources, notes = _sources(table, mapping or {}, quantities)
         left_out = {_column(table, c) for c, target in (mapping or {}).items() if target == UNUSED}
         unread = tuple(n for n in table.names if n not in left_out and n not in {s.column for s in sources})
         rows, reduction = _rows(table, sources, rate)
@@ -68,7 +73,6 @@ def read_recording(path: str | Path, mapping: Mapping[str, str] | None = None, r
         if len(time) < MINIMUM_SAMPLES:
             raise InputError(f"{len(time)} samples, too few for any estimate (at least {MINIMUM_SAMPLES})")
         channel_errors(time, columns, units)
-    rig = read_rig(path.parent)
     warnings = (
         *notes,
         *reduction,
@@ -123,11 +127,6 @@ def _sources(table: Table, mapping: Mapping[str, str], quantities: Mapping[str, 
         sources.append(Source(place, column, name, expected, sign * unit(given).to(unit(expected))))
     if without_unit:
         raise InputError(_units_wanted(without_unit))
-    if TIME not in (s.name for s in sources):
-        raise InputError(
-            f"no column '{TIME} [s]' (columns there: {', '.join(table.names)}); map one with --map \"COLUMN={TIME} "
-            "[s]\""
-        )
     return sources, notes
 
 
@@ -154,6 +153,19 @@ def _expected_name(column: str, stated: str, quantities: Mapping[str, str]) -> s
         if alias in quantities and unit(own).exponents == unit(quantities[alias]).exponents:
             return alias
     return column
+
+
+def _sampling_rate(rig: Mapping[str, Any], columns: Sequence[str]) -> float:
+    """The sampling rate [Hz] of rig.json, for a file without a time. Raises InputError where it does not state one."""
+    if "sampling" not in rig:
+        raise InputError(
+            f"no column '{TIME} [s]' (columns there: {', '.join(columns)}); map one with --map \"COLUMN={TIME} [s]\", "
+            'or give the sampling rate in rig.json beside the file: {"sampling": {"value": 100, "unit": "Hz"}}'
+        )
+    rate = float(rig["sampling"]["value"])
+    if not rate > 0:
+        raise InputError(f"rig.json: sampling is {rate:g} Hz; expected a sampling rate above 0")
+    return rate
 
 
 def _units_wanted(columns: Sequence[tuple[str, str]]) -> str:

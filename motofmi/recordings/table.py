@@ -1,7 +1,7 @@
 """The common form of what readers of files return, and how a reader declares itself."""
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -72,3 +72,16 @@ def name_and_unit(heading: str) -> tuple[str, str]:
 def with_unit(name: str, given: str) -> str:
     """A name with its unit, where there is one."""
     return f"{name} [{given}]" if given else name
+
+
+def with_time(table: Table, rate: float) -> Table:
+    """The table with a column `time` [s] of rows at a sampling rate [Hz], the first at 0."""
+
+    def blocks() -> Iterator[np.ndarray]:
+        first = 0
+        for block in table.blocks:
+            yield np.column_stack([np.arange(first, first + len(block)) / rate, block])
+            first += len(block)
+
+    share = 1 + 1 / len(table.names)
+    return Table(["time", *table.names], ["s", *table.units], blocks(), share * table.expected_bytes)

@@ -1,5 +1,6 @@
-"""Columns of one name, signs, and dates in the place of times."""
+"""Columns of one name, signs, dates in the place of times, and files without a time."""
 
+import json
 from datetime import datetime, timedelta
 
 import numpy as np
@@ -61,3 +62,24 @@ def test_a_faulty_date_is_found(write, wrong):
     path = write(table("Timestamp,force [N]", [*dates[:40], wrong, *dates[41:]], FORCE[:60]))
     with pytest.raises(InputError, match=f"line 42, column 'Timestamp': '{wrong[:19]}.*is not a number"):
         read_recording(path, quantities=QUANTITIES)
+
+
+def test_without_a_time_the_sampling_rate_of_the_rig_is_asked_for(write, tmp_path):
+    path = write(table("count,force [N]", range(COUNT), FORCE))
+    with pytest.raises(InputError, match=r"map one with --map .*or give the sampling rate in rig\.json"):
+        read_recording(path, quantities=QUANTITIES)
+    (tmp_path / "rig.json").write_text(json.dumps({"sampling": {"value": 0.1, "unit": "kHz"}}))
+    run = read_recording(path, quantities=QUANTITIES)
+    np.testing.assert_allclose(run.time, TIME, rtol=1e-14)
+    np.testing.assert_array_equal(run["force"], FORCE)
+    (tmp_path / "rig.json").write_text(json.dumps({"sampling": {"value": 0, "unit": "Hz"}}))
+    with pytest.raises(InputError, match="expected a sampling rate above 0"):
+        read_recording(path, quantities=QUANTITIES)
+
+
+def test_rows_are_counted_over_all_blocks(write, tmp_path):
+    count = 50_010  # more rows than a block has
+    path = write(table("force [N],torque [N.m]", np.arange(count), np.arange(count)))
+    (tmp_path / "rig.json").write_text(json.dumps({"sampling": {"value": 100, "unit": "Hz"}}))
+    run = read_recording(path)
+    np.testing.assert_allclose(run.time, run["force"] / 100.0, rtol=1e-14)

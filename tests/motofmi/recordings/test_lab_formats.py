@@ -32,6 +32,24 @@ def test_matlab(tmp_path):
         read_recording(tmp_path / "bad.mat")
 
 
+def test_columns_of_a_matlab_matrix_are_mapped(tmp_path):
+    scipy_io = pytest.importorskip("scipy.io")
+    samples = np.column_stack([good().time, *good().columns.values()])
+    mapping = {"log_1": "time [s]", "log_2": "steer_angle [rad]", "log_3": "steer_torque [N.m]"}
+    for matrix in (samples, samples.T):
+        scipy_io.savemat(tmp_path / "run.mat", {"log": matrix, "gains": np.eye(3), "rate": 128.0})
+        assert_good(read_recording(tmp_path / "run.mat", mapping))
+
+
+def test_dates_in_parquet_are_seconds_from_the_first_one(tmp_path):
+    pyarrow = pytest.importorskip("pyarrow")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    dates = np.datetime64("2024-02-28T23:59:59.9") + (1e9 * good().time).astype("timedelta64[ns]")
+    columns = {f"{name} [{good().units[name]}]": values for name, values in good().columns.items()}
+    parquet.write_table(pyarrow.table({"Timestamp": dates, **columns}), tmp_path / "run.parquet")
+    assert_good(read_recording(tmp_path / "run.parquet"))
+
+
 def test_parquet(tmp_path):
     pyarrow = pytest.importorskip("pyarrow")
     parquet = pytest.importorskip("pyarrow.parquet")
