@@ -18,6 +18,7 @@ from motofmi.gap.comparison.band_dependence import LOWEST_PART, band_dependence
 from motofmi.gap.comparison.block_losses import left_out_mean_squares, mean_squares, partition
 from motofmi.gap.comparison.residuals import Block, TimeResiduals, time_residuals
 from motofmi.gap.comparison.sandwich import sandwich_covariance
+from motofmi.gap.comparison.unresolved_modes import unresolved_modes
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import has_states, undetermined_magnitude
 from motofmi.gap.estimation.fit_result import (
@@ -209,9 +210,11 @@ class CommonBlocks:
     def is_disturbance(self, found: Fit) -> bool:
         """Whether a fit reduces the misfit by the free initial states of an effect without a magnitude.
 
-        An effect with states of its own does so even where its magnitude is not distinguishable from zero.
+        An effect with states of its own does so even where its magnitude is not distinguishable from zero, and where
+        its mode is not resolved (see `unresolved_modes`).
         """
-        return any(has_states(effect) for effect in found.model.effects) and self.is_undetermined(found)
+        with_states = any(has_states(effect) for effect in found.model.effects)
+        return with_states and (unresolved_modes(found) is not None or self.is_undetermined(found))
 
     def residuals(self, found: Fit) -> TimeResiduals:
         """The residuals of a fit over time, each output over the scale of the comparison."""

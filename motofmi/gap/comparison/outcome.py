@@ -27,6 +27,7 @@ from motofmi.gap.comparison.compared_model import ComparedModel
 from motofmi.gap.comparison.confidence_set import confidence_set
 from motofmi.gap.comparison.simplest_form import one_per_families
 from motofmi.gap.comparison.superior_ability import superior_ability
+from motofmi.gap.comparison.unresolved_modes import unresolved_modes
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import undetermined_magnitude
 
@@ -194,6 +195,12 @@ def objection(
         return NOT_CLEAR, (
             f"{withheld}: in a single run a change over time is not distinguishable from an effect of another "
             "kind. Give a second run, fitted or with --holdout."
+        )
+    if (modes := unresolved_modes(model.fit)) is not None:
+        return NOT_CLEAR, (
+            f"{withheld}: no run has an input, and none is long enough to resolve modes of {modes[0]:.4g} and "
+            f"{modes[1]:.4g} Hz ({modes[2]:.2g} Hz): together they are not distinguishable from one mode whose "
+            "amplitude and frequency change. Give a run with an input."
         )
     if not model.judged_alone and len(model.validation) and model.validation_loss >= base.validation_loss:
         return NOT_CLEAR, f"{withheld}: the loss on the validation runs is not reduced."

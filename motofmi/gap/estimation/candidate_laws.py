@@ -96,7 +96,7 @@ def _one_way_elements(found: Fit) -> set[str]:
         one_way &= {
             (deflection, name)
             for (deflection, name), rate in zip(model.moving, rates, strict=False)  # without elements rates are zero
-            if is_one_way(recorded.get(name, rate))
+            if (name in run.one_way_rates if name in recorded else is_one_way(rate))
             and (deflection not in recorded or keeps_direction(recorded[deflection]))
         }
     elements = model.experiment.component.elements.items()

@@ -3,12 +3,12 @@
 import numpy as np
 
 from motofmi.gap.experiments.input_output import InputOutputExperiment
-from motofmi.gap.preprocessing.input_interpolation import highest_frequency
+from motofmi.gap.preprocessing.free_decay import highest_of_motion, is_free
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.resampling import slower
 
 OVERSAMPLING = 20  # sampling rate over the highest frequency above which a recording is decimated
-MOST_SAMPLES = 6000  # samples above which a recording is decimated
+MOST_SAMPLES = 4000  # samples above which a recording is decimated
 
 
 def decimated(recording: Recording, experiment: InputOutputExperiment) -> tuple[Recording, tuple[str, ...]]:
@@ -19,7 +19,8 @@ def decimated(recording: Recording, experiment: InputOutputExperiment) -> tuple[
     """
     wanted = [*experiment.outputs, *filter(None, [experiment.imposed])]
     moving = [recording[n] for n in wanted if np.ptp(recording[n]) > 0]
-    highest = max((highest_frequency(y, recording.rate) for y in moving), default=recording.rate)
+    free = is_free(recording, experiment.inputs)
+    highest = max((highest_of_motion(y, recording.rate, free) for y in moving), default=recording.rate)
     factor = int(recording.rate / (OVERSAMPLING * highest))
     if factor < 2 or len(recording.time) < MOST_SAMPLES:
         return recording, ()

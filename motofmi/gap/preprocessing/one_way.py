@@ -4,7 +4,8 @@
 
 While a mass moves one way, dry friction f is a constant force, and so is the effect of an offset o of the rate's sensor
 beside a linear damper: they are not distinguishable. The offset is taken as zero there, since that of tachometers and
-encoders is small.
+encoders is small. A rate that oscillates about a mean without an input is that of a spring, and the mean is the offset
+of its sensor, as of a gyroscope.
 """
 
 from collections.abc import Iterable
@@ -15,16 +16,22 @@ from fmus.declaration.elements import Element
 from motofmi.recordings.recording import Recording
 
 OTHER_WAY = 0.01  # share of the travel against the direction of the motion, below which a motion is one-way
+OSCILLATES = 0.5  # share of its range by which a rate returns that oscillates
 ONE_WAY = (
     "{}: {} has one sign: the offset of its sensor is taken as zero, since it is not distinguishable from dry "
     "friction; a run in the other direction would distinguish them"
 )
 
 
-def one_way_rates(recording: Recording, elements: Iterable[Element]) -> frozenset[str]:
-    """The recorded rates of elements that have one sign, except for noise about standstill."""
+def one_way_rates(recording: Recording, elements: Iterable[Element], free: bool = False) -> frozenset[str]:
+    """The recorded rates of elements that have one sign, except for noise about standstill. Those that oscillate in a
+    free motion have an offset and not one sign."""
     rates = {element.rate for element in elements if element.rate in recording.columns}
-    return frozenset(name for name in rates if is_one_way(recording[name]))
+    return frozenset(
+        name
+        for name in rates
+        if is_one_way(recording[name]) and not (free and _largest_return(recording[name]) > OSCILLATES)
+    )
 
 
 def is_one_way(rate: np.ndarray) -> bool:
@@ -35,5 +42,10 @@ def is_one_way(rate: np.ndarray) -> bool:
 
 def keeps_direction(deflection: np.ndarray) -> bool:
     """Whether a deflection (n,) never returns by `OTHER_WAY` of its range or more."""
-    returns = min(float(np.max(np.maximum.accumulate(there) - there)) for there in (deflection, -deflection))
-    return returns < OTHER_WAY * float(np.ptp(deflection))
+    return _largest_return(deflection) < OTHER_WAY
+
+
+def _largest_return(values: np.ndarray) -> float:
+    """The largest way back of a signal (n,) in the direction opposite to its main one, over its range."""
+    returns = min(float(np.max(np.maximum.accumulate(there) - there)) for there in (values, -values))
+    return returns / max(float(np.ptp(values)), 1e-300)

@@ -16,19 +16,18 @@ from scipy.ndimage import uniform_filter1d
 from motofmi.gap.experiments.input_output import InputOutputExperiment
 from motofmi.gap.preprocessing.blocks import Blocks, blocks_of
 from motofmi.gap.preprocessing.flexible_noise_model import Density
+from motofmi.gap.preprocessing.free_decay import highest_of_motion, is_free, mean_frequency
 from motofmi.gap.preprocessing.input_interpolation import (
-    ABOVE_NOISE,
     INTERPOLATIONS,
     NOISELESS,
     InterpolatedInputs,
-    highest_frequency,
     input_function,
     motion_functions,
 )
 from motofmi.gap.preprocessing.one_way import is_one_way
 from motofmi.gap.preprocessing.segments import LEAST_LENGTH, segments_of
 from motofmi.recordings.recording import Recording
-from motofmi.recordings.resampling import sensor_noise, varies
+from motofmi.recordings.resampling import varies
 
 STEPS_PER_CYCLE = 8  # simulation steps per cycle of the highest frequency
 MOST_STEPS = 40_000  # simulation steps of one run
@@ -175,7 +174,8 @@ class SampledRun:
         length = int(np.median([last - first for first, last in self.segments]))
         moving = self.measured - uniform_filter1d(self.measured, length, axis=0, mode="nearest")
         rate = self.recording.rate
-        highest = max(highest_frequency(y, rate) for y in moving.T)
+        free = is_free(self.recording, self.experiment.inputs)
+        highest = max(highest_of_motion(y, rate, free) for y in moving.T)
         band = max(compared_band(highest, rate, len(moving)), self.reduction_band)
         reduction = blocks_of(self.segments, self.reduction.outputs, rate, band, self.reduction.compared)
         return replace(
@@ -189,17 +189,8 @@ class SampledRun:
 
     @cached_property
     def middle_frequency(self) -> float:
-        """The power-weighted mean frequency [Hz] of the first output, where it exceeds its noise.
-
-        The mean is that of the motion itself. The mean frequency of its differences would depend on the sampling rate
-        and on the noise, since the power of differences grows with the frequency.
-        """
-        y = self.measured[:, 0] - self.measured[:, 0].mean()
-        window = np.hanning(len(y))
-        power, cycles = np.abs(np.fft.rfft(y * window)) ** 2, np.fft.rfftfreq(len(y))
-        clear = power > ABOVE_NOISE * sensor_noise(y) ** 2 * np.sum(window**2)
-        mean = float(np.sum(power[clear] * cycles[clear]) / max(np.sum(power[clear]), 1e-300))
-        return max(mean * self.recording.rate, 2 / self.duration)
+        """The power-weighted mean frequency [Hz] of the first output, where it exceeds its noise."""
+        return max(mean_frequency(self.measured[:, 0], self.recording.rate), 2 / self.duration)
 
     @property
     def with_offset(self) -> np.ndarray:

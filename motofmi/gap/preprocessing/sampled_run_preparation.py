@@ -12,11 +12,11 @@ from motofmi.gap.preprocessing.blocks import blocks_of
 from motofmi.gap.preprocessing.compared_samples import at_limits, compared_samples
 from motofmi.gap.preprocessing.decimation import decimated
 from motofmi.gap.preprocessing.flexible_noise_model import Density
+from motofmi.gap.preprocessing.free_decay import highest_of_motion, is_free
 from motofmi.gap.preprocessing.input_interpolation import (
     INTERPOLATIONS,
     LEAST_KNOT_DISTANCE,
     LEAST_KNOTS_PER_PERIOD,
-    highest_frequency,
     resolved_frequency,
 )
 from motofmi.gap.preprocessing.mains_interference import without_mains_interference
@@ -92,7 +92,8 @@ def sampled_run(
     time, rate = recording.time, recording.rate
     measured = np.column_stack([recording[name] for name in experiment.outputs])
     deviations = [sensor_noise(y) for y in measured.T]
-    highest = max(highest_frequency(y, rate) for y in measured.T)
+    free = is_free(recording, experiment.inputs)
+    highest = max(highest_of_motion(y, rate, free) for y in measured.T)
     band = compared_band(highest, rate, len(time))
     if experiment.imposed:
         resolved = resolved_frequency(recording[experiment.imposed], rate, RESOLVED_RATIO)
@@ -123,7 +124,7 @@ def sampled_run(
         segments=intervals,
         steps_per_sample=steps_per_sample,
         reduction=reduction,
-        one_way_rates=one_way_rates(recording, experiment.component.elements.values()),
+        one_way_rates=one_way_rates(recording, experiment.component.elements.values(), free),
         densities=densities,
         noise_source="",
         data=reduction.reduce(measured),

@@ -22,6 +22,7 @@ BLOCKS = 20
 MOTION = 100.0  # mean square
 FLEXIBLE = 0.01
 COUNT = 1000  # data of the fitted runs
+DRIVEN = SimpleNamespace(recording={"force": np.array([0.0, 1.0])}, experiment=SimpleNamespace(inputs=["force"]))
 
 
 def model_with(*effects, level, seed=0, scatter=0.1, blocks=BLOCKS, value=1.0):
@@ -35,7 +36,7 @@ def model_with(*effects, level, seed=0, scatter=0.1, blocks=BLOCKS, value=1.0):
     squares = level * np.exp(scatter * np.random.default_rng(seed).normal(size=2 * blocks))
     penalty = len(names) * np.log(COUNT)
     x = np.full(len(names), value)
-    fit = SimpleNamespace(model=model, x=x, shared=x, runs=[None], count=COUNT, penalty=penalty)
+    fit = SimpleNamespace(model=model, x=x, shared=x, runs=[DRIVEN], count=COUNT, penalty=penalty)
     return ComparedModel(effects, fit, squares[:blocks], squares[blocks:], 1e-9)
 
 
@@ -65,6 +66,19 @@ def test_an_effect_that_closes_the_same_share_is_tied_although_the_confidence_se
     assert found.verdict == "tied"
     assert any("hardening_stiffness is tied: the same share" in s for s in found.sentences)
     assert decided([first, model_with(CubicHardening, level=1.2, seed=1)]).verdict == "named"
+
+
+def test_a_mode_that_no_run_resolves_leaves_and_the_others_are_compared(monkeypatch):
+    def found_in(fit):
+        return (0.62, 0.64, 0.05) if HungBody in fit.model.effects else None
+
+    monkeypatch.setattr("motofmi.gap.comparison.outcome.unresolved_modes", found_in)
+    body, friction = model_with(HungBody, level=0.5, seed=1), model_with(CoulombFriction, level=1.0, seed=2)
+    found = decided([body, friction])
+    assert found.verdict == "named" and found.best is friction
+    (said,) = found.sentences
+    assert said.startswith("extra_mode is not named") and "resolve modes of 0.62 and 0.64 Hz (0.05 Hz)" in said
+    assert decided([body]).verdict == "unknown"
 
 
 def test_two_effects_are_named_where_neither_does_alone():
@@ -107,7 +121,7 @@ def test_a_base_that_is_not_distinguishable_from_the_best_effect_is_not_replaced
 @pytest.mark.parametrize(("runs", "validated", "verdict"), [(1, False, "unknown"), (2, False, "named"), (1, True, "named")])
 def test_a_change_over_time_is_not_named_from_a_single_run(runs, validated, verdict):
     base, drifting = model_with(level=10.0), model_with(Drift, level=1.0, seed=1)
-    drifting.fit.runs = [None] * runs
+    drifting.fit.runs = [DRIVEN] * runs
     base, drifting = (m if validated else replace(m, validation=np.zeros(0)) for m in (base, drifting))
     found = outcome(base, [drifting], FLEXIBLE, MOTION, (BLOCKS, BLOCKS * validated),
                     {id(drifting): np.full(1, 0.1)}, Criteria())  # fmt: skip
