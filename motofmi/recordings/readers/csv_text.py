@@ -1,15 +1,16 @@
 """Text with one row per sample: names, perhaps a row of units, numbers; comma, semicolon or tab between cells.
 
-Dates with times (ISO 8601) are read as seconds from the first one. numpy parses the numbers. pandas parses three times
-as fast, but takes half a second to import, which is the time of 15 MB. Only blocks with missing values, dates or faults
-are read cell by cell.
+What an instrument writes above the names, in rows with another number of cells, is left out. Dates with times, and times
+of a day (ISO 8601), are read as seconds from the first one. numpy parses the numbers. pandas parses three times as fast,
+but takes half a second to import, which is the time of 15 MB. Only blocks with missing values, dates or faults are read
+cell by cell.
 """
 
 import codecs
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from datetime import datetime
+from datetime import date, datetime, time
 from io import StringIO
 from itertools import islice
 from pathlib import Path
@@ -24,7 +25,7 @@ from motofmi.recordings.table import Format, Table, name_and_unit
 ROWS = 50_000  # rows of a block
 SAMPLE = 1 << 16  # bytes from which the layout is found
 EXAMPLE = "a header row such as 'time [s],steer_angle [rad],steer_torque [N.m]'"
-SKIPPED = ("#", "sep=")  # how lines above the header begin: comments, and what a spreadsheet program writes
+SKIPPED = ("#", "%", "sep=")  # how lines above the header begin: comments, and what a spreadsheet program writes
 MISSING = {"", "-", "--", "na", "n/a", "#n/a", "nan", "null", "none"}  # in lower case
 
 
@@ -49,9 +50,9 @@ class Layout:
         if cell.lower() in MISSING:
             return float("nan")
         if column in self.first_dates:
-            date = _date(cell)
+            stamp = _date(cell)
             try:
-                return None if date is None else (date - self.first_dates[column]).total_seconds()
+                return None if stamp is None else (stamp - self.first_dates[column]).total_seconds()
             except TypeError:  # only one of them has a time zone
                 return None
         try:
@@ -85,7 +86,7 @@ def _layout(head: bytes, whole: bool) -> Layout:
     ]
     if not rows:
         raise InputError(f"the file is empty; expected {EXAMPLE}")
-    above, heading = rows.pop(0)
+    above, heading = (rows := _from_names(rows)).pop(0)
     delimiter = max(",;\t", key=heading.count)
     headings = tuple(name.strip().strip('"') for name in heading.split(delimiter))
     if all(_is_number(name) for name in headings):
@@ -97,17 +98,43 @@ def _layout(head: bytes, whole: bool) -> Layout:
     first = rows[0][1].split(delimiter) if rows else []
     first = first if len(first) == len(names) else [""] * len(names)
     decimal_comma = delimiter != "," and _decimal_comma([row for _, row in rows], delimiter)
-    dates = {i: date for i, cell in enumerate(first) if not _is_number(cell) and (date := _date(cell)) is not None}
+    dates = {i: stamp for i, cell in enumerate(first) if not _is_number(cell) and (stamp := _date(cell)) is not None}
     units = tuple("s" if i in dates else given for i, given in enumerate(units))
     layout = Layout(encoding, above, delimiter, decimal_comma, headings, names, units, (), dates)
     used = tuple(i for i, name in enumerate(names) if name and (units[i] or layout.number(first[i], i) is not None))
     return replace(layout, used=used)
 
 
+def _from_names(rows: list[tuple[int, str]]) -> list[tuple[int, str]]:
+    """The rows from that of the names on: the first one, unless the samples have another number of cells.
+
+    Then the samples begin where all rows have as many cells as the last one, and more than half of the cells of the
+    first of them are numbers or dates; the names are in the row before, above those of the units.
+    """
+    delimiter = max(",;\t", key=rows[-1][1].count)
+    cells = [line.split(delimiter) for _, line in rows]
+    alike = [len(row) == len(cells[-1]) for row in cells]
+    first = len(rows) - alike[::-1].index(False) if not all(alike) else 0
+    if alike[0] or len(cells[-1]) < 2:
+        return rows
+    samples = next((i for i in range(first, len(rows)) if _holds_samples(cells[i])), len(rows))
+    names = samples - 1 - int(samples - 1 > first and _holds_units(cells[samples - 1]))
+    return rows[names:] if first <= names < samples < len(rows) else rows
+
+
+def _holds_samples(cells: list[str]) -> bool:
+    """Whether more than half of the cells are numbers or dates."""
+    return 2 * sum(_is_number(cell) or _date(cell) is not None for cell in cells) > len(cells)
+
+
 def _date(cell: str) -> datetime | None:
-    """The date with a time in a cell; None where it holds anything else."""
-    with suppress(ValueError):
-        return datetime.fromisoformat(cell.strip().strip('"')) if ":" in cell else None
+    """The date with a time, or the time of a day, in a cell; None where it holds anything else."""
+    written = cell.strip().strip('"')
+    if ":" in written:
+        with suppress(ValueError):
+            return datetime.fromisoformat(written)
+        with suppress(ValueError):
+            return datetime.combine(date.min, time.fromisoformat(written))
     return None
 
 

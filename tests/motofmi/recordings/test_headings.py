@@ -56,6 +56,12 @@ def test_dates_are_seconds_from_the_first_one(write, zone):
     np.testing.assert_array_equal(run["force"], FORCE)
 
 
+def test_times_of_a_day_are_seconds_from_the_first_one(write):
+    times = [f"09:59:59.{i:03}" if i < 1000 else f"10:00:00.{i - 1000:03}" for i in range(990, 990 + COUNT)]
+    run = read_recording(write(table("Timestamp,force [N]", times, FORCE)), quantities=QUANTITIES)
+    np.testing.assert_allclose(run.time, np.arange(COUNT) / 1000, atol=1e-9)
+
+
 @pytest.mark.parametrize("wrong", ["2024-13-01 00:00:00", "2024-02-28 23:59:59+01:00"])
 def test_a_faulty_date_is_found(write, wrong):
     dates = [f"2024-02-28 23:59:{i:02}" for i in range(60)]

@@ -32,6 +32,24 @@ def test_matlab(tmp_path):
         read_recording(tmp_path / "bad.mat")
 
 
+PREAMBLE = ["Drive 1", "Number of samples,2560", "Interval (ms),7.8125", ""]
+
+
+@pytest.mark.parametrize("preamble", [PREAMBLE, PREAMBLE[:1], ["% exported", *PREAMBLE]])
+@pytest.mark.parametrize("units", [True, False])
+def test_what_an_instrument_writes_above_the_names_is_left_out(write, preamble, units):
+    names, *rows = text(good())
+    heading = ["time,steer_angle,steer_torque", "s,rad,N.m"] if units else [names]
+    assert_good(read_recording(write([*preamble, *heading, *rows])))
+
+
+def test_a_fault_below_a_preamble_is_found_in_its_line(write):
+    names, *rows = text(good())
+    rows[10] = rows[10].rpartition(",")[0] + ",overload"
+    with pytest.raises(InputError, match=r"line 16, column 'steer_torque \[N\.m\]': 'overload' is not a number"):
+        read_recording(write([*PREAMBLE, names, *rows]))
+
+
 def test_columns_of_a_matlab_matrix_are_mapped(tmp_path):
     scipy_io = pytest.importorskip("scipy.io")
     samples = np.column_stack([good().time, *good().columns.values()])
