@@ -50,8 +50,9 @@ def read_recording(path: str | Path, mapping: Mapping[str, str] | None = None, r
     before the name reverses the sign, and the name `unused` leaves a column out. rate [Hz] reduces a faster recording
     while it is read, so that a large file needs little memory. quantities gives the SI unit of every name that is
     expected; a column of that name must have a unit that measures the same. Of several columns of one name, that one is
-    used. The time of a file without such a column follows from the sampling rate in `rig.json`. Raises InputError for a file that cannot be read or used, with the line or the time of the fault, and
-    MissingToolError where the format needs a package that is not installed.
+    used. The time of a file without such a column follows from the sampling rate in `rig.json`. Raises InputError for
+    a file that cannot be read or used, with the line or the time of the fault, and MissingToolError where the format
+    needs a package that is not installed.
 
         >>> read_recording("sweep.csv", {"Torque": "steer_torque [N.m]"})     # doctest: +SKIP
     """

@@ -37,8 +37,8 @@ def spectrogram(values: np.ndarray, rate: float, length: int) -> tuple[np.ndarra
 
 
 def cross_spectrum(first: np.ndarray, second: np.ndarray, rate: float, length: int) -> tuple[np.ndarray, np.ndarray]:
-    """Frequencies (m,) and the one-sided cross power density (m,) of two signals (n,): the mean over windows of `length`
-    samples of conj(X) Y. It is the power density of a signal with itself, by Welch's method."""
+    """Frequencies (m,) and the one-sided cross power density (m,) of two signals (n,): the mean of conj(X) Y over
+    windows of `length` samples. With itself it is the power density of a signal by Welch's method."""
     (frequency, x), (_, y) = (_of_windows(values, rate, length) for values in (first, second))
     return frequency, np.mean(np.conj(x) * y, axis=0)
 

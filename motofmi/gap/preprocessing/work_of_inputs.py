@@ -66,7 +66,8 @@ def driven_motion(component: Component) -> dict[str, tuple[str, str]]:
             if not is_force(unit) or unit not in OF_RATE:
                 continue
             pushed = component.derivatives(rest[0], np.eye(len(rest[1]))[place])[0] - at_rest
-            accelerated = [n for n, x in zip(component.states, pushed, strict=True) if x and rows[n].unit == OF_RATE[unit]]
+            of_unit = [rows[n].unit == OF_RATE[unit] for n in component.states]
+            accelerated = [n for n, x, alike in zip(component.states, pushed, of_unit, strict=True) if x and alike]
             if len(accelerated) == 1:
                 found[effort] = (_integral(component, accelerated[0], at_rest), accelerated[0])
     return found

@@ -1,9 +1,9 @@
 """Text with one row per sample: names, perhaps a row of units, numbers; comma, semicolon or tab between cells.
 
-What an instrument writes above the names, in rows with another number of cells, is left out. Dates with times, and times
-of a day (ISO 8601), are read as seconds from the first one. numpy parses the numbers. pandas parses three times as fast,
-but takes half a second to import, which is the time of 15 MB. Only blocks with missing values, dates or faults are read
-cell by cell.
+What an instrument writes above the names, in rows with another number of cells, is left out. Dates with times, and
+times of a day (ISO 8601), are read as seconds from the first one. numpy parses the numbers. pandas parses three times
+as fast, but takes half a second to import, which is the time of 15 MB. Only blocks with missing values, dates or faults
+are read cell by cell.
 """
 
 import codecs

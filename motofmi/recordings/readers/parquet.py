@@ -8,8 +8,8 @@ from motofmi.recordings.table import Format, Table, name_and_unit
 
 
 def read(path: Path) -> Table:
-    """The numeric columns, and dates as seconds from the first one; units in the names as in CSV, or under `unit` in the
-    metadata of the fields."""
+    """The numeric columns, and dates as seconds from the first one; units in the names as in CSV, or under `unit` in
+    the metadata of the fields."""
     from pyarrow.parquet import read_table  # noqa: PLC0415 - an optional package
 
     table = read_table(path)
