@@ -9,6 +9,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from motofmi.gap.preprocessing.input_interpolation import ABOVE_NOISE, highest_frequency
+from motofmi.gap.preprocessing.one_way import oscillates
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.resampling import sensor_noise, varies
 
@@ -22,9 +23,13 @@ def is_free(recording: Recording, inputs: Iterable[str]) -> bool:
 
 
 def highest_of_motion(values: np.ndarray, rate: float, free: bool) -> float:
-    """The highest frequency [Hz] of a motion (n,) with a sampling rate [Hz]; free where no input varies."""
+    """The highest frequency [Hz] of a motion (n,) with a sampling rate [Hz]; free where no input varies.
+
+    A motion that does not oscillate, as of a pendulum that goes round, is limited by its noise alone: its mean
+    frequency says nothing on its modes.
+    """
     highest = highest_frequency(values, rate)
-    if not free:
+    if not (free and oscillates(values)):
         return highest
     frequency, power = _windowed_power(values, rate)
     beyond = np.cumsum(power[::-1])[::-1] / max(power.sum(), 1e-300)

@@ -30,7 +30,7 @@ def one_way_rates(recording: Recording, elements: Iterable[Element], free: bool 
     return frozenset(
         name
         for name in rates
-        if is_one_way(recording[name]) and not (free and _largest_return(recording[name]) > OSCILLATES)
+        if is_one_way(recording[name]) and not (free and oscillates(recording[name]))
     )
 
 
@@ -43,6 +43,11 @@ def is_one_way(rate: np.ndarray) -> bool:
 def keeps_direction(deflection: np.ndarray) -> bool:
     """Whether a deflection (n,) never returns by `OTHER_WAY` of its range or more."""
     return _largest_return(deflection) < OTHER_WAY
+
+
+def oscillates(values: np.ndarray) -> bool:
+    """Whether a signal (n,) returns by `OSCILLATES` of its range or more."""
+    return _largest_return(values) >= OSCILLATES
 
 
 def _largest_return(values: np.ndarray) -> float:

@@ -27,7 +27,6 @@ from motofmi.gap.preprocessing.input_interpolation import (
 from motofmi.gap.preprocessing.one_way import is_one_way
 from motofmi.gap.preprocessing.segments import LEAST_LENGTH, segments_of
 from motofmi.recordings.recording import Recording
-from motofmi.recordings.resampling import varies
 
 STEPS_PER_CYCLE = 8  # simulation steps per cycle of the highest frequency
 MOST_STEPS = 40_000  # simulation steps of one run
@@ -251,4 +250,4 @@ def interpolated_inputs(recording: Recording, experiment: InputOutputExperiment,
 
 def excited(runs: Sequence[SampledRun]) -> bool:
     """Whether any recorded input excites the component; otherwise only ratios of its parameters are identifiable."""
-    return any(varies(run.recording[n]) for run in runs for n in run.experiment.inputs)
+    return not all(is_free(run.recording, run.experiment.inputs) for run in runs)

@@ -64,6 +64,12 @@ def test_a_free_motion_is_compared_up_to_its_harmonics_and_not_up_to_the_noise()
     assert driven > 100.0  # where the sensor cuts its noise off
 
 
+def test_a_pendulum_that_goes_round_is_not_limited_to_harmonics_of_its_mean_frequency():
+    round_and_round = 6.0 * TIME + 0.3 * np.sin(2 * np.pi * 2.0 * TIME) + 1e-4 * noise(4)
+    assert mean_frequency(round_and_round, RATE) < 0.1
+    assert highest_of_motion(round_and_round, RATE, free=True) >= 2.0
+
+
 def test_a_further_mode_beyond_the_harmonics_is_compared():
     two = np.cos(2 * np.pi * 0.5 * TIME) + 0.1 * np.cos(2 * np.pi * 20.0 * TIME) + noise(3)
     assert mean_frequency(two, RATE) < 1.0

@@ -17,12 +17,16 @@ from motofmi.gap.comparison.compared_model import ComparedModel
 from motofmi.gap.comparison.outcome import outcome
 from motofmi.gap.comparison.simplest_form import simplest_sufficient
 from motofmi.gap.criteria import Criteria
+from motofmi.recordings.recording import Recording
 
 BLOCKS = 20
 MOTION = 100.0  # mean square
 FLEXIBLE = 0.01
 COUNT = 1000  # data of the fitted runs
-DRIVEN = SimpleNamespace(recording={"force": np.array([0.0, 1.0])}, experiment=SimpleNamespace(inputs=["force"]))
+DRIVEN = SimpleNamespace(
+    recording=Recording("run", np.arange(2.0), {"force": np.arange(2.0)}, {"force": "N"}),
+    experiment=SimpleNamespace(inputs=["force"]),
+)
 
 
 def model_with(*effects, level, seed=0, scatter=0.1, blocks=BLOCKS, value=1.0):
