@@ -1,22 +1,28 @@
 """Free motions whose rate alone is recorded, with the offset and the noise of a gyroscope."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import butter, sosfilt
 
 import motofmi as mf
 from fmus.mechanisms import Pendulum
+from motofmi.gap.estimation.fit_result import parameters_of
+from motofmi.gap.estimation.initial_fit import initial_fit
 from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.free_decay import highest_of_motion, is_free, mean_frequency
 from motofmi.gap.preprocessing.one_way import one_way_rates
 from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.recordings.recording import Recording
+from motofmi.workflows.gap.input_output import anchored
 
 RATE, SECONDS, FREQUENCY = 1000.0, 30.0, 0.63
 OFFSET = 1.5  # rad/s, larger than the motion
 INERTIA = 0.1  # kg.m2, as given
 STIFFNESS = INERTIA * (2 * np.pi * FREQUENCY) ** 2
-FRICTION = 0.003  # N.m
+FRICTION, DAMPING = 0.003, 0.006  # N.m, N.m.s/rad
 TIME = np.arange(int(SECONDS * RATE)) / RATE
 
 
@@ -36,7 +42,26 @@ def swing(released, seed):
     return Recording(f"swing_{seed}", TIME, {"rate": rate + OFFSET + noise(seed)}, {"rate": "rad/s"})
 
 
+def decaying(seed):
+    """The exact rate of a damped pendulum at small angles, from 0.25 rad: d/dt e^(-d t) (cos w t + d / w sin w t)."""
+    decay, natural = DAMPING / (2 * INERTIA), STIFFNESS / INERTIA
+    omega = np.sqrt(natural - decay**2)
+    rate = -0.25 * np.exp(-decay * TIME) * natural / omega * np.sin(omega * TIME)
+    return Recording(f"decay_{seed}", TIME, {"rate": rate + OFFSET + noise(seed)}, {"rate": "rad/s"})
+
+
 @pytest.mark.slow
+def test_stiffness_and_damping_are_found_beside_the_offset_of_a_gyroscope():
+    experiment, kept = anchored(input_output_experiment(Pendulum(inertia=INERTIA), ["rate"]))
+    assert kept == "inertia"
+    run = replace(prepare_sampled_run(decaying(1), experiment), experiment=experiment)
+    found = parameters_of(initial_fit(FreeInitialStateModel(experiment), [run]))
+    # 1e-4: noise of 0.01 rad/s on 30,000 samples of a motion of 0.5 rad/s; the damping shows in the decay alone
+    assert found["gravity_stiffness"][0] == pytest.approx(STIFFNESS, rel=1e-4)
+    assert found["damping"][0] == pytest.approx(DAMPING, rel=5e-3)
+
+
+@pytest.mark.study
 def test_the_friction_of_a_pendulum_is_named_from_the_rate_of_a_gyroscope():
     found = mf.find_gap(swing(0.25, 1), validation=swing(0.2, 2), component=Pendulum(inertia=INERTIA))
     assert [e["name"] for e in found.effects] == ["coulomb_friction"] and found.verdict == "named"
