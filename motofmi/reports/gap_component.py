@@ -10,7 +10,6 @@ from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.preprocessing.sampled_run import SampledRun
 from motofmi.gap.selection.result import Verdict
 from motofmi.recordings.resampling import LONG, varies
-from motofmi.recordings.spectra import cross_spectrum, spectrogram
 from motofmi.reports.charts import Axis, Cells, Chart, Curve, Panel
 from motofmi.reports.gap_before_after import shown_run, whiteness, without_and_with
 from motofmi.reports.gap_report import Pictures
@@ -119,14 +118,16 @@ def _responses(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[Chart, str]]
     inputs = [n for n in run.experiment.inputs if varies(run.recording[n])]
     if not inputs:
         return []
+    from scipy.signal import csd, welch  # noqa: PLC0415 - imported on use: it takes 0.5 s
+
     rate = run.recording.rate
     drive = np.concatenate([run.recording[inputs[0]][first:last] for first, last in run.segments])
     n = min(len(drive) // 4, 2048)
-    power = cross_spectrum(drive, drive, rate, n)[1].real
+    _, power = welch(drive, rate, nperseg=n)
     size, plane, difference, measured = [], [], [], np.zeros(0)
     for values, colour, label in _outputs(shown):
         style = "points" if label == MEASURED else "dashed" if colour == "base" else "line"
-        frequency, cross = cross_spectrum(drive, values, rate, n)
+        frequency, cross = csd(drive, values, rate, nperseg=n)
         inside = (frequency > 0) & (frequency < run.reduction_band) & (power > DRIVEN * power.max())
         at, response = frequency[inside], (cross / power)[inside]
         size.append(Curve(label, at, np.abs(response), colour, style))
@@ -168,10 +169,12 @@ def _responses(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[Chart, str]]
 
 
 def _map(fit: Fit) -> Chart:
+    from scipy.signal import spectrogram  # noqa: PLC0415 - imported on use: it takes 0.5 s
+
     run: SampledRun = fit.runs[0]
     time, _, left = left_over(fit)
     length = int(np.clip(PERIODS * run.recording.rate / run.middle_frequency, SHORTEST, max(len(left) // 8, SHORTEST)))
-    frequency, middle, power = spectrogram(left, run.recording.rate, length)
+    frequency, middle, power = spectrogram(left, run.recording.rate, nperseg=length, noverlap=length // 2)
     inside = frequency <= run.reduction_band
     noise = 2 * run.densities[0](frequency[inside]) / run.recording.rate  # one-sided
     z = power[inside] / noise[:, None]

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from fmus.expressions.functions import NUMERIC
 from fmus.support.errors import InputError
+from motofmi.gap.experiments.state_rates import rates_of_states
 from motofmi.gap.models.collocation import DivergenceError, Motion, inner_times
 from motofmi.gap.models.equations import rate_of
 from motofmi.gap.models.harmonic_model import HarmonicModel
@@ -175,13 +175,4 @@ class SegmentedModel(HarmonicModel):
     @cached_property
     def _rates_of_states(self) -> dict[str, list[str]]:
         """The states that are the rate of a state, by its name."""
-        states = self.component.states
-        # NumPy numbers give inf or nan, and no exception, where the equations are not defined at the start values.
-        start = {n: np.float64(x) for n, x in self.component.start_values().items()}
-        with np.errstate(all="ignore"):
-            rest = self.component.run(start, NUMERIC)
-            probed = {n: self.component.run(start | {n: start[n] + 1.0}, NUMERIC) for n in states}
-        return {
-            name: [n for n in states if abs(probed[n][f"der({name})"] - rest[f"der({name})"] - 1.0) < 1e-12]
-            for name in states
-        }
+        return rates_of_states(self.component)

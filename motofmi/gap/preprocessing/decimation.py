@@ -8,7 +8,7 @@ from motofmi.recordings.recording import Recording
 from motofmi.recordings.resampling import slower
 
 OVERSAMPLING = 20  # sampling rate over the highest frequency above which a recording is decimated
-MOST_SAMPLES = 4000  # samples above which a recording is decimated
+MOST_SAMPLES = 6000  # samples above which a recording is decimated
 
 
 def decimated(recording: Recording, experiment: InputOutputExperiment) -> tuple[Recording, tuple[str, ...]]:

@@ -13,8 +13,8 @@ from motofmi.gap.preprocessing.one_way import oscillates
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.resampling import sensor_noise, varies
 
-HARMONICS = 10  # of the mean frequency, up to which a free motion is compared at least
-FURTHER_MODES = 1e-3  # share of the power beyond the highest frequency, where further modes are beyond the harmonics
+HARMONICS = 10  # highest frequency of a free motion over its mean frequency, unless modes with more power lie beyond
+FURTHER_MODES = 1e-3  # share of the power that may lie beyond the highest frequency
 
 
 def is_free(recording: Recording, inputs: Iterable[str]) -> bool:
@@ -26,7 +26,7 @@ def highest_of_motion(values: np.ndarray, rate: float, free: bool) -> float:
     """The highest frequency [Hz] of a motion (n,) with a sampling rate [Hz]; free where no input varies.
 
     A motion that does not oscillate, as of a pendulum that goes round, is limited by its noise alone: its mean
-    frequency says nothing on its modes.
+    frequency is not that of its modes.
     """
     highest = highest_frequency(values, rate)
     if not (free and oscillates(values)):

@@ -24,8 +24,8 @@ ONE_WAY = (
 
 
 def one_way_rates(recording: Recording, elements: Iterable[Element], free: bool = False) -> frozenset[str]:
-    """The recorded rates of elements that have one sign, except for noise about standstill. Those that oscillate in a
-    free motion have an offset and not one sign."""
+    """The recorded rates of elements that have one sign, except for noise about standstill. A rate that
+    oscillates in a free motion is left out: its mean is the offset of its sensor."""
     rates = {element.rate for element in elements if element.rate in recording.columns}
     return frozenset(
         name

@@ -2,24 +2,22 @@
 
     W = integral of u dx
 
-A passive component that moves to and fro dissipates energy, so that each part of a recording in which its stored energy
+A passive component that oscillates dissipates energy, so that each part of a recording in which its stored energy
 changes little has W >= 0. The sensor of a test rig often measures the reaction instead, and W < 0. If the sign of W
 were accidental, all of n parts would be negative with the probability 2^-n (sign test).
 
 Source: Willems, Arch. Rational Mech. Anal. 45 (1972) 321-351, for passivity.
 """
 
-from itertools import pairwise
-
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from fmus.declaration.component import Component
-from fmus.declaration.units import is_force
+from motofmi.gap.experiments.state_rates import rates_of_states
 from motofmi.gap.preprocessing.one_way import keeps_direction
 from motofmi.recordings.recording import Recording
 
 PARTS = 8  # of a recording: all are negative by chance in 0.4 % of recordings
-ROUNDING = 1e-9  # of a derivative that is the rate itself
 OF_RATE = {"N": "m/s", "N.m": "rad/s"}  # the unit of the rate at which a force or a torque does work
 
 
@@ -32,9 +30,9 @@ def note_on_signs(component: Component, run: Recording) -> list[str]:
         parts = work(run, effort, deflection, rate)
         if np.all(parts < 0):
             notes.append(
-                f"{run.file or run.name}: {effort} does negative work in each of {PARTS} parts of the run (together "
-                f"{parts.sum():.3g} J), as on no passive component. If its sensor measures the reaction, reverse its "
-                f'sign: --map "COLUMN=-{effort}".'
+                f"{run.file or run.name}: the work of {effort} is negative in each of {PARTS} parts of the run "
+                f"({parts.sum():.3g} J in total), which a passive component does not allow. If the sensor measures the "
+                f'reaction, reverse its sign: --map "COLUMN=-{effort}".'
             )
     return notes
 
@@ -42,13 +40,12 @@ def note_on_signs(component: Component, run: Recording) -> list[str]:
 def work(run: Recording, effort: str, deflection: str, rate: str) -> np.ndarray:
     """The work (PARTS,) [J] of a recorded effort in equal parts of a run, by the recorded deflection or else the rate;
     zeros where the motion keeps its direction."""
-    step = np.diff(run.time)
-    motion = np.diff(run[deflection]) if deflection in run.columns else _mean(run[rate]) * step
-    if keeps_direction(np.concatenate([[0.0], np.cumsum(motion)])):
+    recorded = deflection in run.columns
+    travel = run[deflection] if recorded else cumulative_trapezoid(run[rate], run.time, initial=0.0)
+    if keeps_direction(travel):
         return np.zeros(PARTS)
-    increments = _mean(run[effort]) * motion
-    edges = np.linspace(0, len(increments), PARTS + 1).astype(int)
-    return np.array([np.sum(increments[first:last]) for first, last in pairwise(edges)])
+    edges = np.linspace(0, len(travel) - 1, PARTS + 1).astype(int)
+    return np.diff(cumulative_trapezoid(run[effort], travel, initial=0.0)[edges])
 
 
 def driven_motion(component: Component) -> dict[str, tuple[str, str]]:
@@ -57,29 +54,15 @@ def driven_motion(component: Component) -> dict[str, tuple[str, str]]:
     Inputs that accelerate several states of the unit that belongs to them are left out.
     """
     rest = np.zeros(len(component.states)), np.zeros(len(component.inputs))
-    rows = component.table
-    found = {}
+    rows, integrals, found = component.table, rates_of_states(component), {}
     with np.errstate(all="ignore"):
         at_rest = component.derivatives(*rest)[0]
         for place, effort in enumerate(component.inputs):
-            unit = rows[effort].unit
-            if not is_force(unit) or unit not in OF_RATE:
-                continue
+            unit = OF_RATE.get(rows[effort].unit)
             pushed = component.derivatives(rest[0], np.eye(len(rest[1]))[place])[0] - at_rest
-            of_unit = [rows[n].unit == OF_RATE[unit] for n in component.states]
+            of_unit = [rows[n].unit == unit for n in component.states]
             accelerated = [n for n, x, alike in zip(component.states, pushed, of_unit, strict=True) if x and alike]
             if len(accelerated) == 1:
-                found[effort] = (_integral(component, accelerated[0], at_rest), accelerated[0])
+                rate = accelerated[0]
+                found[effort] = (next((n for n, rates in integrals.items() if rate in rates), ""), rate)
     return found
-
-
-def _integral(component: Component, rate: str, at_rest: np.ndarray) -> str:
-    """The state whose derivative is a rate; "" where there is none."""
-    moving = np.array([float(name == rate) for name in component.states])
-    change = component.derivatives(moving, np.zeros(len(component.inputs)))[0] - at_rest
-    return next((n for n, x in zip(component.states, change, strict=True) if abs(x - 1.0) < ROUNDING), "")
-
-
-def _mean(values: np.ndarray) -> np.ndarray:
-    """The mean of neighbours (n - 1,)."""
-    return (values[1:] + values[:-1]) / 2

@@ -111,7 +111,7 @@ def _from_names(rows: list[tuple[int, str]]) -> list[tuple[int, str]]:
     Then the samples begin where all rows have as many cells as the last one, and more than half of the cells of the
     first of them are numbers or dates; the names are in the row before, above those of the units.
     """
-    delimiter = max(",;\t", key=rows[-1][1].count)
+    delimiter = next((mark for mark in ";\t" if mark in rows[-1][1]), ",")  # commas may be those of decimals
     cells = [line.split(delimiter) for _, line in rows]
     alike = [len(row) == len(cells[-1]) for row in cells]
     first = len(rows) - alike[::-1].index(False) if not all(alike) else 0

@@ -43,6 +43,11 @@ def test_what_an_instrument_writes_above_the_names_is_left_out(write, preamble, 
     assert_good(read_recording(write([*preamble, *heading, *rows])))
 
 
+def test_settings_above_rows_with_decimal_commas_are_left_out(write):
+    names, *rows = (line.replace(",", ";").replace(".", ",") for line in text(good(), "time (s),steer_angle (rad),steer_torque (Nm)"))
+    assert_good(read_recording(write(["Drive 1", "Interval (ms);7,8125", names, *rows])))
+
+
 def test_a_fault_below_a_preamble_is_found_in_its_line(write):
     names, *rows = text(good())
     rows[10] = rows[10].rpartition(",")[0] + ",overload"
@@ -57,6 +62,10 @@ def test_columns_of_a_matlab_matrix_are_mapped(tmp_path):
     for matrix in (samples, samples.T):
         scipy_io.savemat(tmp_path / "run.mat", {"log": matrix, "gains": np.eye(3), "rate": 128.0})
         assert_good(read_recording(tmp_path / "run.mat", mapping))
+    units = {"time": "s", "steer_angle": "rad", "steer_torque": "N.m"}
+    vectors = {"time": good().time, **good().columns, "units": units}
+    scipy_io.savemat(tmp_path / "run.mat", {**vectors, "picture": np.ones((4000, 2))})  # longer than the samples
+    assert_good(read_recording(tmp_path / "run.mat"))
 
 
 def test_dates_in_parquet_are_seconds_from_the_first_one(tmp_path):

@@ -81,7 +81,7 @@ def test_a_mode_that_no_run_resolves_leaves_and_the_others_are_compared(monkeypa
     found = decided([body, friction])
     assert found.verdict == "named" and found.best is friction
     (said,) = found.sentences
-    assert said.startswith("extra_mode is not named") and "resolve modes of 0.62 and 0.64 Hz (0.05 Hz)" in said
+    assert said.startswith("extra_mode is not named") and "resolve modes of 0.62 and 0.64 Hz (resolution 0.05 Hz)" in said
     assert decided([body]).verdict == "unknown"
 
 
