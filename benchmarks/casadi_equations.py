@@ -154,7 +154,7 @@ def generated(component: Component) -> dict[str, Any]:
             generator.add(function)
         return generator.dump()
 
-    own = lambda: model_code(Interface(component), "identifier", "guid")  # noqa: E731
+    own = lambda: model_code(Interface(component))  # noqa: E731
     return {"CasADi": timed(code, CASADI_CALLS), "own": timed(own, OWN_CALLS)}
 
 

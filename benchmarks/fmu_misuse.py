@@ -14,7 +14,7 @@ from pathlib import Path
 
 from fmus.declaration.component import Component
 from fmus.effects.library import applicable_effects
-from fmus.export.build import source_contents
+from fmus.export.build import COMPILED, source_contents
 from fmus.export.compilers import host_compiler
 from fmus.export.interface import Interface
 from motofmi.workflows import components
@@ -57,7 +57,7 @@ def compiled_misuse(component: Component, fmi: int, folder: Path, sanitised: boo
         (folder / name).write_bytes((SOURCES / name).read_bytes())
     options = ["-std=c99", "-g", "-O1", *(SANITISERS if sanitised else [])]
     subprocess.run(
-        [*(host_compiler() or ("cc",)), *options, "-o", "misuse", f"misuse{fmi}.c", f"fmi{fmi}_fmu.c", "-lm"],
+        [*(host_compiler() or ("cc",)), *options, "-o", "misuse", f"misuse{fmi}.c", *COMPILED[fmi], "-lm"],
         cwd=folder,
         check=True,
     )

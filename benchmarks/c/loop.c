@@ -1,10 +1,11 @@
 /* The loop of an importer in C: set inputs, step, get outputs, through function pointers; and two FMUs to compare with.
 
    `bare` does the arithmetic of a linear component's step and outputs and nothing else, `empty` does nothing. Both are
-   called as an FMU is. It knows the component's model.c as the FMU does. */
+   called as an FMU is. It knows the component's equations as the FMU does. */
 
 #include "fmi2Functions.h"
 #include "model.c"
+#include "variables.c"
 
 void loop(fmi2SetRealTYPE *set, fmi2DoStepTYPE *step, fmi2GetRealTYPE *get, fmi2Component c, const unsigned *inputs, unsigned n_inputs,
           const unsigned *outputs, unsigned n_outputs, double *values, double h, double start, long steps)

@@ -22,7 +22,7 @@ from fmpy.validation import validate_fmu
 
 from fmus.declaration.component import Component
 from fmus.export import accompanying, compilers, model_description3, prebuilt, python_backend, wasm_component
-from fmus.export.c_code import model_code
+from fmus.export.c_code import model_code, variables_code
 from fmus.export.cache import cache_folder, content_key
 from fmus.export.cache_key import cache_key
 from fmus.export.compilers import Platform
@@ -45,8 +45,10 @@ RUNTIME = (
 API = {
     2: ("fmi2_fmu.c", "fmi2.c"),
     3: ("fmi3_fmu.c", "fmi3.c", "fmi3_absent.c", "fmi3_step.c", "fmi3_host.h", "fmi3_wasm.c", "fmi3_component.c"),
-}  # the first is compiled
-WASM_SOURCE = {2: "fmi2_fmu.c", 3: "fmi3_wasm.c"}  # what is compiled for WebAssembly
+}
+# What is compiled. Only the second depends on the values of parameters.
+COMPILED = {2: ("fmi2_fmu.c", "variables.c"), 3: ("fmi3_fmu.c", "variables.c")}
+COMPILED_FOR_WASM = {2: COMPILED[2], 3: ("fmi3_wasm.c", "variables.c")}
 HEADERS = ("call.h", "instance.h", "linear_algebra.h", "model.h", "snapshot.h", "step.h")
 FMI_HEADERS = {  # supplied by the importer, so that an archive does not hold them (FMI 2.0.4, 2.3; FMI 3.0, 2.5.1)
     2: ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h"),
@@ -175,8 +177,9 @@ def source_contents(interface: Interface, fmi: int) -> dict[str, bytes]:
     runtime = files("fmus.export").joinpath("runtime")
     code = {n: runtime.joinpath(n).read_bytes() for n in (*RUNTIME, *HEADERS, *API[fmi], "LICENSE.txt")}
     code.update({n: (Path(fmpy.__file__).parent / "c-code" / n).read_bytes() for n in FMI_HEADERS[fmi]})
-    code["model.c"] = model_code(interface, name, GUID).encode()
-    listed = API[fmi][:1]
+    code["model.c"] = model_code(interface).encode()
+    code["variables.c"] = variables_code(interface, GUID).encode()
+    listed = COMPILED[fmi]
     contents = {f"sources/{n}": data for n, data in code.items()}
     if fmi == 2:
         contents["modelDescription.xml"] = model_description(interface, name, GUID, compiled(interface, listed))
@@ -208,8 +211,8 @@ def binaries(
         with tempfile.TemporaryDirectory() as folder:
             for file, data in sources.items():
                 Path(folder, file).write_bytes(data)
-            compiled_file = WASM_SOURCE[fmi] if target.name == "wasm" else API[fmi][0]
-            libraries = compilers.compile_library(target, native, Path(folder), [compiled_file], name)
+            compiled_files = (COMPILED_FOR_WASM if target.name == "wasm" else COMPILED)[fmi]
+            libraries = compilers.compile_library(target, native, Path(folder), compiled_files, name)
         library = f"{name}{target.suffix}"
         if fmi == 2:
             made[f"binaries/{target.folder}/{library}"] = (

@@ -1,4 +1,4 @@
-"""C99 of a component's equations, and the tables that the shared runtime (fmus/export/runtime) reads.
+"""C99 of a component's equations, and the table of its variables, which the shared runtime (fmus/export/runtime) reads.
 
     M(z) x' = f(z),   y = g(z),   d(f - M x', g) / d(x, u, t)
 
@@ -13,6 +13,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from importlib.resources import files
 from itertools import count
 from math import inf
+from typing import Any
 
 import jinja2
 import sympy
@@ -60,14 +61,24 @@ class Printer(C99CodePrinter):
         return f"heaviside({self._print(expr.args[0])})"
 
 
-def model_code(interface: Interface, identifier: str, guid: str) -> str:
-    """The generated file `model.c` of an FMU."""
+def model_code(interface: Interface) -> str:
+    """The generated file `model.c` of an FMU: the equations, the same for all values of the parameters."""
+    return _rendered("model.c", _equations(interface))
+
+
+def variables_code(interface: Interface, guid: str) -> str:
+    """The generated file `variables.c` of an FMU: names, units, start values and bounds."""
+    rows = [_row(v) for v in interface.variables]
+    return _rendered("variables.c", {"title": interface.component.title, "guid": guid, "variables": rows})
+
+
+def _rendered(file: str, context: Mapping[str, Any]) -> str:
     template = jinja2.Environment(keep_trailing_newline=True, undefined=jinja2.StrictUndefined)
-    source = files("fmus.export").joinpath("runtime", "model.c.in").read_text("utf-8")
-    return template.from_string(source).render(_context(interface, identifier, guid))
+    source = files("fmus.export").joinpath("runtime", f"{file}.in").read_text("utf-8")
+    return template.from_string(source).render(context)
 
 
-def _context(interface: Interface, identifier: str, guid: str) -> dict:
+def _equations(interface: Interface) -> dict[str, Any]:
     form, component = interface.form, interface.component
     nx, nu = len(component.states), len(component.inputs)
     constants = Constants(interface)
@@ -89,15 +100,17 @@ def _context(interface: Interface, identifier: str, guid: str) -> dict:
     of_terms, end = laid_out(given, first_term)
     places = {**variable_places(interface), **of_constants, **of_terms}
     return {
-        "title": component.title,
-        "identifier": identifier,
-        "guid": guid,
-        "variables": [_row(v) for v in interface.variables],
         "output_references": [interface.reference(n) for n in component.outputs],
         "held": [int(n in interface.held) for n in component.inputs],
         "has_held": int(bool(interface.held)),
         "first": {role: interface.first(role) for role in ("input", "state", "output", "derivative")},
-        "n": {"values": first_term, "terms": end - first_term, "inputs": nu, "states": nx},
+        "n": {
+            "variables": len(interface.variables),
+            "values": first_term,
+            "terms": end - first_term,
+            "inputs": nu,
+            "states": nx,
+        },
         "output_order": interface.output_order,
         "exact": int(interface.exact),
         "has_mass": int(form.has_mass),

@@ -2,6 +2,9 @@
 
 The host's compiler is the first found of $CC, cc, gcc and clang, else zig. Every other platform is compiled with zig
 (package ziglang), which needs no network and no further tools.
+
+A compiled file is cached under its preprocessed text and the compiler's options: components with the same equations and
+other values are linked, not compiled again.
 """
 
 import importlib.metadata
@@ -18,7 +21,9 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
+from fmus.export.cache import cache_folder, content_key
 from fmus.support.errors import InputError, MissingToolError, unknown
+from fmus.support.files import write_atomically
 
 # -s: symbol tables contain the names of temporary files, which would make builds differ
 FLAGS = ("-std=c99", "-O3", "-g0", "-s", "-Wall", "-Wextra", "-Wpedantic", "-ffp-contract=off", "-fvisibility=hidden",
@@ -141,17 +146,32 @@ def _compile(command: Sequence[str], wanted: Platform, folder: Path, files: Sequ
         linking += [f"-Wl,-install_name,@rpath/{library}", "-Wl,-dead_strip"]
     elif wanted.suffix != ".wasm":
         linking += ["-Wl,--gc-sections"]  # functions that were inlined everywhere
-    objects = [f"{Path(file).stem}.o" for file in files]
-    steps = [[*compiling, "-c", "-o", made, file] for made, file in zip(objects, files, strict=True)]
+    objects = [str(_object(command, compiling, wanted, folder, file)) for file in files]
     # -Os selects the small form of what zig adds to a library
-    for options in (*steps, [*linking, "-Os", "-o", library, *objects, "-lm"]):
-        done = subprocess.run([*command, *options], cwd=folder, capture_output=True, text=True, check=False)
-        if done.returncode:
-            error = next(
-                (line for line in done.stderr.splitlines() if "error" in line), done.stderr.strip() or "no message"
-            )
-            raise MissingToolError(f"{' '.join(command)} cannot compile for {wanted.name}: {error}")
+    _run(command, [*linking, "-Os", "-o", library, *objects, "-lm"], wanted, folder)
     return (folder / library).read_bytes()
+
+
+def _object(command: Sequence[str], options: Sequence[str], wanted: Platform, folder: Path, file: str) -> Path:
+    """The compiled file in the cache."""
+    text = _run(command, [*options, "-E", file], wanted, folder)
+    key = content_key({file: text.encode()}, *command, *options, version(tuple(command)))
+    path = (cache_folder() / f"{Path(file).stem}-{key[:32]}.o").absolute()
+    if not path.is_file():
+        compiled = lambda beside: _run(command, [*options, "-c", "-o", str(beside), file], wanted, folder)  # noqa: E731
+        write_atomically(path, compiled, cache=True)
+    return path
+
+
+def _run(command: Sequence[str], options: Sequence[str], wanted: Platform, folder: Path) -> str:
+    """What a compiler prints. Raises MissingToolError where it fails."""
+    done = subprocess.run([*command, *options], cwd=folder, capture_output=True, text=True, check=False)
+    if done.returncode:
+        error = next(
+            (line for line in done.stderr.splitlines() if "error" in line), done.stderr.strip() or "no message"
+        )
+        raise MissingToolError(f"{' '.join(command)} cannot compile for {wanted.name}: {error}")
+    return done.stdout
 
 
 def universal(libraries: Sequence[bytes]) -> bytes:

@@ -1,4 +1,4 @@
-/* The whole FMU of FMI 3.0 as one translation unit: only this file is compiled. */
+/* The FMU of FMI 3.0 as one translation unit, except the table of the variables (variables.c). */
 
 #include "runtime.c"
 

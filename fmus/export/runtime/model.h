@@ -1,4 +1,5 @@
-/* What the generated file model.c provides to the runtime: the tables and the equations of one component.
+/* What the generated files provide to the runtime: the equations of one component (model.c), and the table of its
+   variables (variables.c).
 
        M(z) x' = f(z),   y = g(z)
 
@@ -19,7 +20,6 @@ typedef struct {
 } Variable;
 
 typedef struct {
-    const char *identifier;
     const char *guid;
     unsigned n_variables;                /* value references */
     unsigned n_values;                   /* length of z without the terms */
@@ -42,6 +42,9 @@ typedef struct {
     /* d(f - M x', g)/d(x, u, t), n_states + n_outputs rows, n_states + n_inputs + 1 columns */
     void (*jacobian)(const double *z, const double *rates, double *j);
 } Model;
+
+extern const char guid[];
+extern const Variable variables[];
 
 extern const Model model;
 

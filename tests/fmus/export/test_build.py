@@ -1,5 +1,6 @@
 """FMUs through fmpy, as an importer uses them: against exact solutions, and both back ends against each other."""
 
+import os
 from dataclasses import replace
 
 import fmpy
@@ -96,6 +97,23 @@ def test_builds_are_valid_and_identical_to_the_byte(backend, tmp_path, monkeypat
 def test_another_value_gives_another_identifier(tmp_path):
     one, other = (build(riders.load("mean_2011", arm_damping=d), tmp_path) for d in (19.0, 20.0))
     assert one.sha256 != other.sha256
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name == "nt" or host_compiler() is None, reason="needs a shell and a C compiler")
+def test_equations_are_compiled_once_and_each_fmu_has_its_own_values(tmp_path, monkeypatch):
+    calls, compiler = tmp_path / "calls", tmp_path / "cc"
+    compiler.write_text(f'#!/bin/sh\necho "$@" >> {calls}\nexec {host_compiler()[0]} "$@"\n')
+    compiler.chmod(0o755)
+    monkeypatch.setenv("CC", str(compiler))
+    monkeypatch.setenv("MOTOFMI_CACHE", str(tmp_path / "empty"))
+    dampings, torques = (19.0, 20.0), []
+    for damping in dampings:
+        path = build(riders.load("mean_2011", arm_damping=damping), tmp_path / f"{damping}").path
+        torques.append(fmpy.simulate_fmu(str(path), stop_time=0.0, start_values={"steer_rate": 1.0}, output=["handlebar_torque"])[0][1])
+    assert [call.split()[-1] for call in calls.read_text().splitlines() if " -c " in call] == ["fmi2_fmu.c", "variables.c", "variables.c"]
+    # at rest in all else the torque is arm_damping times the rate, whatever its sign
+    assert np.abs(torques) == pytest.approx(dampings, rel=1e-12)
 
 
 def test_wrong_choices_are_named(tmp_path):

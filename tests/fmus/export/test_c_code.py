@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fmus import Component, input, output, parameter, state
-from fmus.export.build import guid_of, source_contents
+from fmus.export.build import COMPILED, guid_of, source_contents
 from fmus.export.c_code import literal
 from fmus.export.compilers import host_compiler, zig
 from fmus.export.interface import Interface
@@ -64,7 +64,7 @@ def compiled_library(component, folder, fmi=2):
     for name, data in source_contents(interface, fmi).items():
         (folder / name.rpartition("/")[2]).write_bytes(data)
     subprocess.run(
-        [*host_compiler(), *STRICT, "-O1", "-fPIC", "-shared", "-o", "model.so", f"fmi{fmi}_fmu.c", "-lm"],
+        [*host_compiler(), *STRICT, "-O1", "-fPIC", "-shared", "-o", "model.so", *COMPILED[fmi], "-lm"],
         cwd=folder,
         check=True,
     )
@@ -74,7 +74,7 @@ def compiled_library(component, folder, fmi=2):
 class Functions(ctypes.Structure):
     """The tail of the struct Model: pointers to the generated functions."""
 
-    _fields_ = [("identifier", ctypes.c_char_p), ("guid", ctypes.c_char_p),
+    _fields_ = [("guid", ctypes.c_char_p),
                 *((n, ctypes.c_uint) for n in ("n_variables", "n_values", "n_terms", "n_inputs", "n_states", "n_outputs", "first_input",
                                                "first_state", "first_output", "first_derivative", "tolerance", "output_order")),
                 *((n, ctypes.c_int) for n in ("exact", "has_mass", "has_held")), ("held", ctypes.c_void_p),
@@ -167,7 +167,7 @@ def test_nor_has_the_compiler_for_all_platforms(fmi, tmp_path):
 def without_warnings(compiler, fmi, folder):
     for name, data in source_contents(Interface(riders.load("mean_2011")), fmi).items():
         (folder / name.rpartition("/")[2]).write_bytes(data)
-    subprocess.run([*compiler, *STRICT, "-c", "-o", "fmu.o", f"fmi{fmi}_fmu.c"], cwd=folder, check=True)
+    subprocess.run([*compiler, *STRICT, "-c", *COMPILED[fmi]], cwd=folder, check=True)
 
 
 @pytest.mark.slow
