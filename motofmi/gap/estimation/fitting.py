@@ -7,7 +7,7 @@ under its prior, since otherwise a rider who changes by 3 % between runs would b
 within their bounds, which include the physical sign.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,7 @@ from motofmi.gap.estimation.fit_result import (
 )
 from motofmi.gap.estimation.levenberg_marquardt import levenberg_marquardt
 from motofmi.gap.models.harmonic_model import AnyModel, AnyRun
+from motofmi.gap.models.segment_unknowns import SegmentStart
 
 ITERATIONS = 40  # most iterations of a fit; about 20 are needed where a mode is far from its start
 ENOUGH = 0.05  # gain of chi-square by a step below which the fit ends
@@ -138,37 +139,67 @@ class _Problem:
     def __init__(self, model: AnyModel, runs: list[AnyRun], total: int):
         self.model, self.deviating = model, list(run_to_run_deviations(model.experiment))
         self.runs: list[Any] = runs  # some have initial guesses, which a simulation changes
-        self.predicted, self.reduced = getattr(model, "predicted", None), model.reduced
+        self.predicted = getattr(model, "predicted", None)
         self.priors, self.known = _priors(model, total)
         self.of_effects = priors_of_effects(model)
         self.kept: dict[int, np.ndarray] = {}  # slopes that came with the output
         self.best_runs = runs  # with the initial guesses of the best x so far
+        self.least = np.inf  # chi-square at the best x so far, from which all further x are trials
+        self.last = np.inf
 
     def residuals(self, x: np.ndarray) -> np.ndarray:
-        """(m,). Raises InputError where the model cannot be simulated; the runs' initial guesses are then as before."""
+        """(m,). Raises InputError where the model cannot be simulated; the runs' initial guesses are then as before.
+
+        Those of a trial are to first order in the initial states where their chi-square is above the least one, since
+        it is rejected.
+        """
         kept = [guess and {key: dict(known) for key, known in guess.items()} for guess in initial_guesses(self.runs)]
         try:
-            left = [self._of_run(index, run, x) - run.data / run.deviation for index, run in enumerate(self.runs)]
+            begun = self._begun(x)
+            if begun:
+                first = self._with_priors([segment.reduced for run in begun for segment in run.values()], x)
+                if first @ first > self.least:
+                    return first
+            left = [self._of_run(index, x, begun) - run.data / run.deviation for index, run in enumerate(self.runs)]
         except InputError:
             for run, guess in zip(self.runs, kept, strict=True):
                 if guess is not None:
                     run.guess.clear()
                     run.guess.update(guess)
             raise
-        of_effects = [prior.residuals(x[places]) for places, prior in self.of_effects]
-        return np.concatenate([*left, self.priors @ x - self.known, *of_effects])
+        residuals = self._with_priors(left, x)
+        self.last = float(residuals @ residuals)
+        return residuals
 
     def accepted(self) -> None:
         """The initial guesses of the runs are those of the best x so far, from which all further x are trials."""
-        self.best_runs = with_initial_guesses(self.runs, initial_guesses(self.runs))
-        self.reduced = getattr(self.model, "trial", self.model.reduced)
+        self.best_runs, self.least = with_initial_guesses(self.runs, initial_guesses(self.runs)), self.last
 
-    def _of_run(self, index: int, run: AnyRun, x: np.ndarray) -> np.ndarray:
+    def _with_priors(self, residuals: Sequence[np.ndarray], x: np.ndarray) -> np.ndarray:
+        of_effects = [prior.residuals(x[places]) for places, prior in self.of_effects]
+        return np.concatenate([*residuals, self.priors @ x - self.known, *of_effects])
+
+    def _begun(self, x: np.ndarray) -> list[Mapping[int, SegmentStart]]:
+        """The segments of every run simulated once in a trial, where their initial states are unknown."""
+        if self.least == np.inf or not hasattr(self.model, "simulated_once"):
+            return []
+        begun = []
+        for index, run in enumerate(self.runs):
+            begun.append(self.model.simulated_once(run, vector_of(x, self.model, index)))
+            if not begun[-1]:
+                return []
+        return begun
+
+    def _of_run(self, index: int, x: np.ndarray, begun: Sequence[Mapping[int, SegmentStart]]) -> np.ndarray:
         """The predicted data of a run over the noise."""
-        q = vector_of(x, self.model, index)
+        run, q = self.runs[index], vector_of(x, self.model, index)
         if self.predicted is not None:
             return self.predicted(run, q)
-        predicted, self.kept[index] = self.reduced(run, q)
+        predicted, self.kept[index] = (
+            self.model.trial(run, q, begun[index])  # type: ignore[attr-defined]
+            if begun
+            else self.model.reduced(run, q)
+        )
         return predicted
 
     def slopes(self, x: np.ndarray) -> np.ndarray:

@@ -164,6 +164,16 @@ class Collocation:
             result[self.begins, i, j] = slope[self.begins] if np.ndim(slope) else slope
         return result
 
+    def change_after(self, changes: Mapping[int, np.ndarray]) -> np.ndarray:
+        """The change (n, nx) of the states, to first order, by changes (nx,) of the initial states of some pieces."""
+        pieces, of_pieces = self.begins[list(changes)], np.array(list(changes.values()))
+        first = np.zeros((self.n - 1, self.nx))
+        for (i, j), slope in self.transition.items():
+            first[pieces, i] += (slope[pieces] if np.ndim(slope) else slope) * of_pieces[:, j]
+        result = np.concatenate([np.zeros((1, self.nx)), carried(self.band, first)])
+        result[pieces] = of_pieces
+        return result
+
     def _of_outputs(self, columns: Sequence[np.ndarray | None], direct: Entries) -> np.ndarray:
         """Derivatives of the outputs (n, ny, m) by m quantities, from the change (n-1, nx) of the end of every step that
         each of them makes, or None, and from the direct derivatives (ny, m)."""

@@ -12,7 +12,8 @@ from fmus.declaration.component import Component
 from fmus.effects import Effect
 from fmus.expressions.functions import NUMERIC
 from fmus.support.errors import InputError
-from motofmi.gap.models.initial_states import OFFSET_SAMPLES, InitialStateModel
+from motofmi.gap.models.initial_states import InitialStateModel
+from motofmi.gap.models.segment_unknowns import OFFSET_SAMPLES, SegmentStart
 from motofmi.gap.models.segmented import Initial
 from motofmi.gap.preprocessing.flexible_noise_model import features_of, noise_density
 from motofmi.gap.preprocessing.sampled_run import SampledRun
@@ -36,12 +37,14 @@ class FreeInitialStateModel(InitialStateModel):
         """Reduced output (m,) and its derivatives (m, np) over the noise, with the unknowns of the run eliminated."""
         return self._reduced(run, q)
 
-    def trial(self, run: Any, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """`reduced`, from the last initial states alone."""
-        return self._reduced(run, q, trial=True)
+    def trial(self, run: Any, q: np.ndarray, begun: Mapping[int, SegmentStart]) -> tuple[np.ndarray, np.ndarray]:
+        """`reduced`, from the initial states of segments that were simulated once (`begun`)."""
+        return self._reduced(run, q, begun)
 
-    def _reduced(self, run: SampledRun, q: np.ndarray, trial: bool = False) -> tuple[np.ndarray, np.ndarray]:
-        parts = self._solved(run, q, trial)
+    def _reduced(
+        self, run: SampledRun, q: np.ndarray, begun: Mapping[int, SegmentStart] | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        parts = self._solved(run, q, begun)
         return np.concatenate([part.output for part in parts]), np.concatenate([part.slopes for part in parts])
 
     def slopes(self, run: Any, q: np.ndarray) -> np.ndarray:

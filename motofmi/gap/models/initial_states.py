@@ -3,23 +3,27 @@ r"""Segments simulated from the initial states that fit best, and residuals with
     z(q) = min over x_0, o of |m(q, x_0) + o - y| / sigma
 
 x_0 are the states at the start of each segment, known where it begins at rest; o is an offset of each sensor. The
-output is nearly linear in them: a few Gauss-Newton steps find them, and their derivatives are projected out of the
-residuals and of all other derivatives (variable projection). Without a guess they are estimated over a segment's first
-samples, and then over more and more.
+output is nearly linear in them: a few Gauss-Newton steps find them, and they are eliminated (see `segment_unknowns`).
+Without a guess they are estimated over a segment's first samples, and then over more and more.
 
-Source: Golub, Pereyra, Inverse Problems 19 (2003) R1-R26; Bock's multiple shooting for the segments.
+Source: Bock, Plitt, Proc. 9th IFAC World Congress (1984), on multiple shooting.
 """
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from fmus.support.errors import InputError
+from motofmi.gap.models.segment_unknowns import (
+    RANK,
+    SegmentSolution,
+    SegmentStart,
+    segment_solution,
+    segment_start,
+)
 from motofmi.gap.models.segmented import Initial, SegmentedModel
-from motofmi.gap.models.simulation import Trajectory
 from motofmi.gap.preprocessing.sampled_run import SampledRun
 
 STEPS = 6  # Gauss-Newton steps
@@ -28,46 +32,12 @@ SETTLED = 0.02  # gain of chi-square below which no further step is made
 # The same as a share of chi-square. The step itself is in the result already, as it is eliminated linearly: what
 # is left out is of second order.
 SHARE = 3e-5
-RANK = 1e-7  # relative singular value below which initial states are not identifiable
-OFFSET_SAMPLES = 64  # samples of a segment from which sensor offsets are eliminated as well
 DELAY_STEP = 1e-4  # s, step of the finite difference by a delay
 # Ratio of the misfit's power to the last one (at first: the noise), or to that at rest, above which
 # other starts are tried
 RESTART_RATIO = 10.0
 # Steps at each length, and the least length in samples, when initial states are estimated without a guess
 EXTENSION_STEPS, LEAST_LENGTH = 3, 16
-
-
-@dataclass(frozen=True)
-class _SegmentStart:
-    """A segment from initial states x (nx,): residuals (m,) over the noise, and the directions of the unknowns.
-
-    step (nx,) is the Gauss-Newton step and gain its expected gain; chi2 excludes the offsets, rest is chi2 after the
-    step. made and samples are the trajectory that contains the segment, and its nodes there.
-    """
-
-    x: np.ndarray
-    left: np.ndarray
-    taken: np.ndarray  # (m, unknowns), orthonormal
-    states_of_taken: np.ndarray  # (nx, unknowns): the initial states whose change is each direction
-    step: np.ndarray
-    gain: float
-    chi2: float
-    rest: float
-    made: Trajectory
-    samples: slice
-
-
-@dataclass(frozen=True)
-class _SegmentSolution:
-    """A segment from its best initial states x (nx,): output (m,) and derivatives (m, np) without unknowns, and
-    mean square misfit. x_slopes (nx, np) are the derivatives of x."""
-
-    x: np.ndarray
-    output: np.ndarray
-    slopes: np.ndarray
-    misfit: float
-    x_slopes: np.ndarray
 
 
 class InitialStateModel(SegmentedModel):
@@ -85,6 +55,10 @@ class InitialStateModel(SegmentedModel):
                 f"{self.component.name}: the simulation of {run.name} diverges from {begin:.4g} to {end:.4g} s"
             )
 
+    def _known(self, run: SampledRun, index: int) -> dict[str, Any]:
+        """What is known of a segment's initial states with this model, otherwise with another one."""
+        return run.guess.get((*self.own, index)) or run.guess.get(index, {})
+
     def _last(self, run: SampledRun, index: int) -> np.ndarray:
         """The latest initial states (nx,) that were estimated with this model, otherwise with another one."""
         known = (run.guess.get((*self.own, index)) or run.guess[index])["initial"]
@@ -98,7 +72,7 @@ class InitialStateModel(SegmentedModel):
         )
         return self._last(run, index) + move
 
-    def _at_known_initial(self, run: SampledRun, q: np.ndarray) -> list[_SegmentSolution]:
+    def _at_known_initial(self, run: SampledRun, q: np.ndarray) -> list[SegmentSolution]:
         """Every segment from the initial states of this model, or of the one with the most of its effects, without a
         search for better ones; none where the states of a segment are not known, or it cannot be simulated."""
         every, known = range(len(run.segments)), {}
@@ -111,31 +85,46 @@ class InitialStateModel(SegmentedModel):
         found = self._segments(run, self._valued(run, q), known, steps=0)
         return [found[i] for i in every] if len(found) == len(every) else []
 
-    def _solved(self, run: SampledRun, q: np.ndarray, trial: bool = False) -> list[_SegmentSolution]:
+    def simulated_once(self, run: SampledRun, q: np.ndarray) -> dict[int, SegmentStart]:
+        """Every segment simulated once, from initial states that are predicted linearly from the last ones of this
+        model; none where these are not known, or nothing is estimated.
+
+        Raises InputError where a segment cannot be simulated.
+        """
+        every = range(len(run.segments))
+        if self.experiment.from_rest or not all("initial" in self._known(run, i) for i in every):
+            return {}
+        found = self._from(run, self._valued(run, q), {i: self._predicted(run, i, q) for i in every})
+        self._complete(every, run, found)
+        return found
+
+    def _solved(
+        self, run: SampledRun, q: np.ndarray, begun: Mapping[int, SegmentStart] | None = None
+    ) -> list[SegmentSolution]:
         """Every segment from the last initial states of this model or another one; where the misfit is large,
         from new estimates.
 
-        In a trial of a fit there are no new estimates: where the misfit from the last initial states is large, the step
-        of the fit is too long.
-        Raises InputError where a segment cannot be simulated.
+        In a trial of a fit (`begun`) there are no new estimates: where the misfit from the last initial states is
+        large, the step of the fit is too long. Raises InputError where a segment cannot be simulated.
         """
         every, values = range(len(run.segments)), self._valued(run, q)
         if self.experiment.from_rest:
             found = self._segments(run, values, self._at_rest(run), steps=0)
             self._complete(every, run, found)
             return [found[i] for i in every]
-        initial_guesses = [run.guess.get((*self.own, i)) or run.guess.get(i, {}) for i in every]
+        initial_guesses = [self._known(run, i) for i in every]
         at_rest = [float(np.mean(run.data[rows] ** 2)) for rows in run.reduction.rows]
         noise = [float(np.mean(run.deviation[rows] ** 2)) for rows in run.reduction.rows]
         usual = [
             RESTART_RATIO * min(guess.get("misfit", n), rest)
             for guess, n, rest in zip(initial_guesses, noise, at_rest, strict=True)
         ]
-        known = {i: self._predicted(run, i, q) for i in every if "initial" in initial_guesses[i]}
-        found = self._segments(run, values, known)
-        if trial and len(known) == len(every):
+        if begun:
+            found = self._refined(run, values, dict(begun))
             self._complete(every, run, found)
         else:
+            known = {i: self._predicted(run, i, q) for i in every if "initial" in initial_guesses[i]}
+            found = self._segments(run, values, known)
             self._restart(run, values, found, usual)
         for i in every:
             if found[i].misfit < (
@@ -150,7 +139,7 @@ class InitialStateModel(SegmentedModel):
         return [found[i] for i in every]
 
     def _restart(
-        self, run: SampledRun, values: Mapping[str, float], found: dict[int, _SegmentSolution], usual: Sequence[float]
+        self, run: SampledRun, values: Mapping[str, float], found: dict[int, SegmentSolution], usual: Sequence[float]
     ) -> None:
         """Segments that are not found, or with a larger misfit than usual, from new estimates of their initial states.
 
@@ -191,13 +180,19 @@ class InitialStateModel(SegmentedModel):
 
     def _segments(
         self, run: SampledRun, values: Mapping[str, float], initial: Initial, steps: int = STEPS
-    ) -> dict[int, _SegmentSolution]:
+    ) -> dict[int, SegmentSolution]:
         """Segments from the best initial states, by at most so many Gauss-Newton steps from guesses; those that cannot
         be simulated are left out."""
-        best = self._from(run, values, initial)
+        return self._refined(run, values, self._from(run, values, initial), steps)
+
+    def _refined(
+        self, run: SampledRun, values: Mapping[str, float], best: dict[int, SegmentStart], steps: int = STEPS
+    ) -> dict[int, SegmentSolution]:
+        """`_segments`, after the first simulation."""
         moves = {i: begun.step for i, begun in best.items()}
         for _ in range(steps):
             unconverged = [i for i, begun in best.items() if begun.gain >= SETTLED + SHARE * begun.rest]
+            self._predict_states(run, {i: (best[i], moves[i]) for i in unconverged})
             others = self._from(run, values, {i: best[i].x + moves[i] for i in unconverged})
             for i in unconverged:
                 if i in others and others[i].chi2 < best[i].chi2:
@@ -208,13 +203,21 @@ class InitialStateModel(SegmentedModel):
         fitted_to_the_end = {}
         for i in (i for i in best if all(i in later for later in lags.values())):
             with suppress(InputError):  # derivatives that are not finite
-                fitted_to_the_end[i] = self._finished(
-                    run, values, i, best[i], {name: later[i] for name, later in lags.items()}
-                )
+                slopes = self._slopes(run, values, i, best[i], {name: later[i] for name, later in lags.items()})
+                fitted_to_the_end[i] = segment_solution(run, i, best[i], slopes)
         return fitted_to_the_end
 
+    def _predict_states(self, run: SampledRun, changes: Mapping[int, tuple[SegmentStart, np.ndarray]]) -> None:
+        """The guesses of the states of segments, to first order, after a change (nx,) of the initial states of each."""
+        for made in {id(begun.made): begun.made for begun, _ in changes.values()}.values():
+            own = {i: (begun.samples, change) for i, (begun, change) in changes.items() if begun.made is made}
+            states = made.states_after({samples.start: change for samples, change in own.values()})
+            for i, (samples, _) in own.items():
+                known = states[samples.start : samples.stop].T.copy()
+                run.guess[i]["states"] = dict(zip(self.equations.states, known, strict=True))
+
     def _later(
-        self, run: SampledRun, values: Mapping[str, float], lag: str, best: Mapping[int, _SegmentStart]
+        self, run: SampledRun, values: Mapping[str, float], lag: str, best: Mapping[int, SegmentStart]
     ) -> dict[int, np.ndarray]:
         """The derivatives (m,) by a delay."""
         slopes, x = {}, {i: begun.x for i, begun in best.items()}
@@ -226,74 +229,24 @@ class InitialStateModel(SegmentedModel):
                 )
         return slopes
 
-    def _finished(
-        self,
-        run: SampledRun,
-        values: Mapping[str, float],
-        index: int,
-        begun: _SegmentStart,
-        lags: Mapping[str, np.ndarray],
-    ) -> _SegmentSolution:
-        """A segment with all derivatives, the unknowns eliminated."""
+    def _slopes(self, run: SampledRun, values: Mapping[str, float], index: int, begun: SegmentStart,
+                lags: Mapping[str, np.ndarray]) -> np.ndarray:  # fmt: skip
+        """The derivatives (m, np) of a segment's reduced output over the noise, from those by its delays."""
         rows, first = run.reduction.rows[index], run.segments[index][0]
-        deviation, full = run.deviation[rows], np.zeros((len(rows), len(self.names)))
-        slopes = begun.made.slopes[begun.samples]
-        full[:, [self.names.index(n) for n in self.equations.parameters]] = (
-            run.reduction.reduce(slopes, index, first) / deviation[:, None]
-        )
+        found = np.zeros((len(rows), len(self.names)))
+        slopes = run.reduction.reduce(begun.made.slopes[begun.samples], index, first)
+        found[:, [self.names.index(n) for n in self.equations.parameters]] = slopes / run.deviation[rows][:, None]
         for name, slope in lags.items():
-            full[:, self.names.index(name)] = slope
-        full[:, : len(self.base)] *= [values[n] for n in self.base]
-        left = begun.left - begun.taken @ (begun.taken.T @ begun.left)
-        misfit = float(np.mean((left * deviation) ** 2))
-        by_unknowns = begun.taken.T @ full
-        return _SegmentSolution(
-            begun.x + begun.step,
-            run.data[rows] / deviation + left,
-            full - begun.taken @ by_unknowns,
-            misfit,
-            -begun.states_of_taken @ by_unknowns,
-        )
+            found[:, self.names.index(name)] = slope
+        found[:, : len(self.base)] *= [values[n] for n in self.base]
+        return found
 
-    def _from(self, run: SampledRun, values: Mapping[str, float], initial: Initial) -> dict[int, _SegmentStart]:
+    def _from(self, run: SampledRun, values: Mapping[str, float], initial: Initial) -> dict[int, SegmentStart]:
         """Segments from initial states, each with the step to better ones; those that cannot be
         simulated are left out."""
         begun = {}
         for indices, made, nodes in self.simulated_apart(run, list(initial), values, initial):
             for i, where in zip(indices, nodes.samples, strict=True):
-                begun[i] = self._begun(run, i, initial[i], made, where)
+                unknown = 0 if self.experiment.from_rest else len(initial[i])
+                begun[i] = segment_start(run, i, initial[i], made, where, unknown)
         return begun
-
-    def _begun(self, run: SampledRun, index: int, x: np.ndarray, made: Trajectory, where: slice) -> _SegmentStart:
-        """One segment of a trajectory: residuals, and the Gauss-Newton step of the initial states."""
-        (first, last), rows = run.segments[index], run.reduction.rows[index]
-        ny, deviation = run.measured.shape[1], run.deviation[rows]
-        nx = 0 if self.experiment.from_rest else len(x)  # the initial states that are unknown
-        offsets = np.eye(ny)[:, run.with_offset if last - first >= OFFSET_SAMPLES else []]
-        stack = np.zeros((last - first, ny, 1 + nx + offsets.shape[1]))
-        stack[:, :, 0] = made.outputs[where]
-        if nx:
-            stack[:, :, 1 : 1 + nx] = made.initial_slopes[where]  # type: ignore[index]  # asked for by states
-        stack[:, :, 1 + nx :] = offsets
-        z = run.reduction.reduce(stack, index, first) / deviation[:, None]
-        left, tangent = z[:, 0] - run.data[rows] / deviation, z[:, 1:]
-        u, size, vt = np.linalg.svd(tangent, full_matrices=False)
-        kept = size > RANK * size.max(initial=1e-300)
-        u, pull = u[:, kept], u[:, kept].T @ left
-        states_of_taken = np.zeros((len(x), int(np.sum(kept))))
-        states_of_taken[:nx] = (vt[kept].T / size[kept])[:nx]
-        step = -states_of_taken @ pull
-        gain = float(np.sum((tangent[:, :nx] @ step[:nx]) ** 2))
-        of_offsets = np.linalg.qr(tangent[:, nx:])[0].T @ left
-        return _SegmentStart(
-            x,
-            left,
-            u,
-            states_of_taken,
-            step,
-            gain,
-            float(left @ left - of_offsets @ of_offsets),
-            float(left @ left - pull @ pull),
-            made,
-            where,
-        )

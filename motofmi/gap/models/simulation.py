@@ -44,6 +44,13 @@ class Trajectory:
             steps.bounded(steps.by_initial_states()) if initial else None
         )  # (n, ny, nx), by the initial states of each one's piece
 
+    @np.errstate(all="ignore")
+    def states_after(self, changes: Mapping[int, np.ndarray]) -> np.ndarray:
+        """The states (n, nx), to first order, after changes (nx,) of the initial states of pieces, by the first node of
+        each."""
+        begins = self._steps.begins.tolist()
+        return self.states + self._steps.change_after({begins.index(first): x for first, x in changes.items()})
+
     @cached_property
     @np.errstate(all="ignore")
     def slopes(self) -> np.ndarray:

@@ -98,6 +98,27 @@ def test_slopes_by_parameters_and_initial_states_are_those_of_differences():
         np.testing.assert_allclose(made.initial_slopes[:, :, i], difference, atol=1e-4 * np.abs(difference).max())
 
 
+@pytest.mark.parametrize("hardening", [0.0, 30.0])
+def test_states_after_other_initial_states_are_those_of_a_simulation_to_first_order(hardening):
+    _, one = pushed(641)
+    motion, duffing = replace(one, begins=np.array([0, 200, 450])), Duffing()
+    equations, values = Equations(duffing, ["position"], []), {**duffing.values, "hardening": hardening}
+    begin, change = np.array([[0.3, 0.0], [-0.2, 1.0], [0.1, -0.5]]), np.array([0.02, -0.1])
+    made = simulate(equations, values, motion, initial=begin)
+
+    def deviation(share):
+        """From a simulation of the second piece from other initial states."""
+        other = begin + share * change * np.array([[0], [1], [0]])
+        return made.states_after({200: share * change}) - simulate(equations, values, motion, made.states, other).states
+
+    assert np.all(np.delete(made.states_after({200: change}) - made.states, np.arange(200, 450), axis=0) == 0)
+    whole, half = (np.abs(deviation(share)).max() for share in (1.0, 0.5))
+    if hardening:
+        assert whole / half == pytest.approx(4, rel=0.1)  # of second order, and the third is some per cent
+    else:
+        assert whole < 1e-12  # linear: roundings
+
+
 @pytest.mark.parametrize("faulty", [{"damping": -400.0}, {"damping": -40.0, "hardening": 0.0}])
 def test_a_motion_that_runs_away_is_refused(faulty):
     _, motion = pushed()
