@@ -96,7 +96,7 @@ def _limitations(verdict: Verdict) -> list[str]:
         sentences.append(f"An effect outside the library explains the data better than {name} (delta chi-square "
                          f"{law.delta_chi2:.4g}): "
                          f"{law.effect.sentence()}")  # fmt: skip
-    if verdict.withheld and verdict.verdict == "unknown":
+    if verdict.withheld and verdict.verdict in ("unknown", "none"):
         sentences.append(verdict.withheld)
     if verdict.replaced_forms:
         sentences.append("The validation run rejects a form that fits as well, which was replaced: "

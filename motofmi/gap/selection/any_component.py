@@ -51,6 +51,11 @@ NOT_TESTED = (
     "of an element that the component does not have to 0 in a value file: --component FILE.toml."
 )
 
+SUFFICIENT = (
+    "{} would reduce chi-square, but the base is consistent with the noise, and misses {:.2%} of the motion (rms), which "
+    "is within the tolerance of {:.2%}."
+)
+
 
 @dataclass(frozen=True)
 class Investigation:
@@ -174,7 +179,7 @@ def _selected(
     if chi_square_tried:
         verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria, known, continued)
         if _decisive(verdict, single, continued is not None, criteria):
-            return _unless_doubtful(verdict, library, validation_runs, criteria)
+            return _unless_doubtful(_unless_sufficient(verdict), library, validation_runs, criteria)
     shorter, singles, compared_runs = in_units_of_residuals(best, shorter, singles, compared_runs)
 
     def decided(compared: Comparison) -> Verdict:
@@ -193,7 +198,7 @@ def _selected(
         verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria, known, pair)
         chi_square_tried = True
         if _decisive(verdict, single, continued is not None, criteria):
-            return _unless_doubtful(verdict, library, validation_runs, criteria)
+            return _unless_doubtful(_unless_sufficient(verdict), library, validation_runs, criteria)
     if compared is not None:
         of_blocks = decided(compared)
         # What the search by chi-square withholds is not named by the comparison.
@@ -201,7 +206,7 @@ def _selected(
         return verdict if named else of_blocks
     if not chi_square_tried:
         verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria, known)
-    return _unless_doubtful(verdict, library, validation_runs, criteria)
+    return _unless_doubtful(_unless_sufficient(verdict), library, validation_runs, criteria)
 
 
 def _single_effects(
@@ -311,6 +316,25 @@ def _unless_doubtful(
             "effect with a single form it reduces most kinds of misfit."
         )
     return verdict
+
+
+def _unless_sufficient(verdict: Verdict) -> Verdict:
+    """The verdict by chi-square where the noise follows from the result; `none` where the base is consistent with that
+    noise and misses less of the motion than `Criteria.tolerance`: an effect then explains a part of the noise."""
+    criteria, base = verdict.criteria, verdict.base
+    if verdict.verdict not in ("named", "tied") or not adequate(base, criteria):
+        return verdict
+    missed = _missed(base)
+    if missed > criteria.tolerance:
+        return verdict
+    names = " and ".join(c.family for c in verdict.effects) or " or ".join(c.family for c in verdict.tied)
+    gap = verdict.validation_gap
+    return replace(
+        verdict.as_unknown(SUFFICIENT.format(names, missed, criteria.tolerance)),
+        verdict="none",
+        best=base,
+        validation_gap=gap and (gap[0], gap[0]),
+    )
 
 
 def _missed(found: Fit) -> float:
