@@ -1,4 +1,4 @@
-"""The cache of archives and of compiled libraries: its folder, and keys of contents.
+"""The cache of archives, of compiled files and of libraries: its folder, and keys of contents.
 
 The folder is the user's cache folder of the platform, or that in the environment variable MOTOFMI_CACHE.
 """

@@ -144,8 +144,8 @@ class _Problem:
         self.of_effects = priors_of_effects(model)
         self.kept: dict[int, np.ndarray] = {}  # slopes that came with the output
         self.best_runs = runs  # with the initial guesses of the best x so far
-        self.least = np.inf  # chi-square at the best x so far, from which all further x are trials
-        self.last = np.inf
+        self.least = np.inf  # chi-square of the best x so far; all x after the first one are trials
+        self.last = np.inf  # chi-square of the last x that was solved completely
 
     def residuals(self, x: np.ndarray) -> np.ndarray:
         """(m,). Raises InputError where the model cannot be simulated; the runs' initial guesses are then as before.

@@ -54,8 +54,8 @@ class AnyModel(Protocol):
     `names` are the names of these parts and of the whole, `rows` the declarations of `own`, `sizes` the indices in
     `own` of magnitudes, in which an effect is linear. `component` declares all variables. Where derivatives are
     expensive there may be `predicted(run, q)`, which gives the first result of `reduced` alone. Where unknowns of the
-    run are searched for there may be, for the trials of a fit, `simulated_once(run, q)`, near to the
-    last q, and `trial(run, q, begun)`, which is `reduced` from there and does not search again. Both raise InputError
+    run are searched for there may be, for the trials of a fit, `simulated_once(run, q)`, near to the last q, and
+    `trial(run, q, begun)`, which is `reduced` from that simulation and does not search again. Both raise InputError
     where the run cannot be simulated so.
     """
 

@@ -86,8 +86,8 @@ class InitialStateModel(SegmentedModel):
         return [found[i] for i in every] if len(found) == len(every) else []
 
     def simulated_once(self, run: SampledRun, q: np.ndarray) -> dict[int, SegmentStart]:
-        """Every segment simulated once, from initial states that are predicted linearly from the last ones of this
-        model; none where these are not known, or nothing is estimated.
+        """Every segment simulated once, from initial states that are predicted linearly from the last ones; none where
+        these are not known, or nothing is estimated.
 
         Raises InputError where a segment cannot be simulated.
         """
