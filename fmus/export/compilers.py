@@ -158,8 +158,8 @@ def _object(command: Sequence[str], options: Sequence[str], wanted: Platform, fo
     key = content_key({file: text.encode()}, *command, *options, version(tuple(command)))
     path = (cache_folder() / f"{Path(file).stem}-{key[:32]}.o").absolute()
     if not path.is_file():
-        compiled = lambda beside: _run(command, [*options, "-c", "-o", str(beside), file], wanted, folder)  # noqa: E731
-        write_atomically(path, compiled, cache=True)
+        compiling = [*options, "-c", file, "-o"]
+        write_atomically(path, lambda beside: _run(command, [*compiling, str(beside)], wanted, folder), cache=True)
     return path
 
 

@@ -150,8 +150,8 @@ class _Problem:
     def residuals(self, x: np.ndarray) -> np.ndarray:
         """(m,). Raises InputError where the model cannot be simulated; the runs' initial guesses are then as before.
 
-        Those of a trial are to first order in the initial states where their chi-square is above the least one, since
-        it is rejected.
+        In a trial whose chi-square is above the least one to first order in the initial states, the residuals are those
+        to first order: the trial is rejected.
         """
         kept = [guess and {key: dict(known) for key, known in guess.items()} for guess in initial_guesses(self.runs)]
         try:

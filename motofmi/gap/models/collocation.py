@@ -152,27 +152,26 @@ class Collocation:
 
     def by_initial_states(self) -> np.ndarray:
         """Derivatives of the outputs (n, ny, nx) by the initial states of each one's piece."""
-        columns = []
-        for k in range(self.nx):
-            first = np.zeros((self.n - 1, self.nx))
-            for (i, j), slope in self.transition.items():
-                if j == k:
-                    first[self.begins, i] = slope[self.begins] if np.ndim(slope) else slope
-            columns.append(first)
-        result = self._of_outputs(columns, {})
+        result = self._of_outputs([self._first_steps(change) for change in np.eye(self.nx)], {})
         for (i, j), slope in rows(self.slopes, self.nx, len(self.rows)).items():
             result[self.begins, i, j] = slope[self.begins] if np.ndim(slope) else slope
         return result
 
     def change_after(self, changes: Mapping[int, np.ndarray]) -> np.ndarray:
         """The change (n, nx) of the states, to first order, by changes (nx,) of the initial states of some pieces."""
-        pieces, of_pieces = self.begins[list(changes)], np.array(list(changes.values()))
-        first = np.zeros((self.n - 1, self.nx))
-        for (i, j), slope in self.transition.items():
-            first[pieces, i] += (slope[pieces] if np.ndim(slope) else slope) * of_pieces[:, j]
-        result = np.concatenate([np.zeros((1, self.nx)), carried(self.band, first)])
-        result[pieces] = of_pieces
+        of_pieces = np.zeros((len(self.begins), self.nx))
+        of_pieces[list(changes)] = list(changes.values())
+        result = np.concatenate([np.zeros((1, self.nx)), carried(self.band, self._first_steps(of_pieces))])
+        result[self.begins] = of_pieces
         return result
+
+    def _first_steps(self, changes: np.ndarray) -> np.ndarray:
+        """The change (n-1, nx) of the end of every piece's first step by changes of its initial states, (pieces, nx) or
+        (nx,) for all pieces."""
+        column = np.zeros((self.n - 1, self.nx))
+        for (i, j), slope in self.transition.items():
+            column[self.begins, i] += (slope[self.begins] if np.ndim(slope) else slope) * changes[..., j]
+        return column
 
     def _of_outputs(self, columns: Sequence[np.ndarray | None], direct: Entries) -> np.ndarray:
         """Derivatives of the outputs (n, ny, m) by m quantities, from the change (n-1, nx) of the end of every step that

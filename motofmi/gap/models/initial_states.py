@@ -86,8 +86,8 @@ class InitialStateModel(SegmentedModel):
         return [found[i] for i in every] if len(found) == len(every) else []
 
     def simulated_once(self, run: SampledRun, q: np.ndarray) -> dict[int, SegmentStart]:
-        """Every segment simulated once, from initial states that are predicted linearly from the last ones; none where
-        these are not known, or nothing is estimated.
+        """Every segment simulated once, from initial states that are predicted linearly from the last ones; empty where
+        these are not known, or where segments begin at rest.
 
         Raises InputError where a segment cannot be simulated.
         """
@@ -188,7 +188,7 @@ class InitialStateModel(SegmentedModel):
     def _refined(
         self, run: SampledRun, values: Mapping[str, float], best: dict[int, SegmentStart], steps: int = STEPS
     ) -> dict[int, SegmentSolution]:
-        """`_segments`, after the first simulation."""
+        """The same for segments that have been simulated once."""
         moves = {i: begun.step for i, begun in best.items()}
         for _ in range(steps):
             unconverged = [i for i, begun in best.items() if begun.gain >= SETTLED + SHARE * begun.rest]
@@ -208,7 +208,8 @@ class InitialStateModel(SegmentedModel):
         return fitted_to_the_end
 
     def _predict_states(self, run: SampledRun, changes: Mapping[int, tuple[SegmentStart, np.ndarray]]) -> None:
-        """The guesses of the states of segments, to first order, after a change (nx,) of the initial states of each."""
+        """Predict the states of segments to first order after a change (nx,) of the initial states of each, as the
+        guess of their next simulation."""
         for made in {id(begun.made): begun.made for begun, _ in changes.values()}.values():
             own = {i: (begun.samples, change) for i, (begun, change) in changes.items() if begun.made is made}
             states = made.states_after({samples.start: change for samples, change in own.values()})
@@ -231,7 +232,7 @@ class InitialStateModel(SegmentedModel):
 
     def _slopes(self, run: SampledRun, values: Mapping[str, float], index: int, begun: SegmentStart,
                 lags: Mapping[str, np.ndarray]) -> np.ndarray:  # fmt: skip
-        """The derivatives (m, np) of a segment's reduced output over the noise, from those by its delays."""
+        """The derivatives (m, np) of a segment's reduced output over the noise; lags holds those (m,) by delays."""
         rows, first = run.reduction.rows[index], run.segments[index][0]
         found = np.zeros((len(rows), len(self.names)))
         slopes = run.reduction.reduce(begun.made.slopes[begun.samples], index, first)

@@ -19,8 +19,6 @@ from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.base_fit import fitted_base, fitted_values, on_segments_like
 from motofmi.gap.estimation.candidate import (
     Candidate,
-    adequate,
-    has_determined_magnitudes,
     noise_is_known,
     ranked,
 )
@@ -33,27 +31,27 @@ from motofmi.gap.experiments.input_output import InputOutputExperiment
 from motofmi.gap.preprocessing.sampled_run import SHORTEST_SEGMENT, SampledRun, excited
 from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.gap.selection.by_comparison import in_units_of_residuals, verdict_by_comparison, with_remaining_noise
-from motofmi.gap.selection.noise_rounds import OnProgress, select_in_rounds, with_noise_left_by, with_noise_of
+from motofmi.gap.selection.chi_square_conditions import (
+    decisive,
+    finds_a_law_outside,
+    leaves_noise,
+    missed_share,
+    unless_doubtful,
+    unless_sufficient,
+)
+from motofmi.gap.selection.noise_rounds import OnProgress, select_in_rounds, with_noise_of
 from motofmi.gap.selection.result import Verdict
 from motofmi.gap.selection.within_time import within_time
-from motofmi.gap.validation.before_after import before_and_after, on_validation_runs
+from motofmi.gap.validation.before_after import before_and_after
 from motofmi.recordings.recording import Recording
-from motofmi.recordings.resampling import sensor_noise, varies
+from motofmi.recordings.resampling import varies
 
-# Factor on the estimate of white noise [1]: that estimate uses differences of adjacent samples and is too small for
-# sensors with a low-pass filter.
-WHITE_NOISE_FACTOR = 1.5
 # Prior standard deviation of a sensor offset over the standard deviation of the input [1]. Offsets of 0.03 and 0.1 that
 # were not modelled gave wrong effects.
 OFFSET_PRIOR = 0.3
 NOT_TESTED = (
     "These recordings do not test the model: none of its values is distinguishable from zero ({}). Set the parameter "
     "of an element that the component does not have to 0 in a value file: --component FILE.toml."
-)
-
-SUFFICIENT = (
-    "{} would reduce chi-square, but the base is consistent with the noise, and misses {:.2%} of the motion (rms), which "
-    "is within the tolerance of {:.2%}."
 )
 
 
@@ -116,7 +114,7 @@ def investigate(
     factor = common_factor(experiment.component, fitted_values(verdict.best), criteria) if expected else 1.0
     if factor != 1.0 and verdict.verdict != "none":
         verdict = verdict.as_unknown()
-    missed = _missed(verdict.best)
+    missed = missed_share(verdict.best)
     if missed > criteria.slow_noise_share and verdict.verdict == "none" and verdict.comparison is None:
         verdict = replace(verdict, verdict="unknown")
     if verdict.verdict == "none" and (names := _values_if_none_is_determined(verdict.best, criteria)):
@@ -161,7 +159,7 @@ def _selected(
     if noise_is_known(base):
         known = _with_least_equation_error(base, starts)
         verdict = select_in_rounds(base, library, validation_runs, on_progress, criteria, known)
-        return _unless_doubtful(verdict, library, validation_runs, criteria)
+        return unless_doubtful(verdict, library, validation_runs, criteria)
 
     def report_unknown(verdict: Verdict) -> None:
         """Noise that follows from the result is known at the end only: no name before."""
@@ -175,11 +173,11 @@ def _selected(
         continued = fit_or_none(best.model, base.runs, best.x)
         single, known = continued or best, [continued] if continued else []
         # The search by chi-square is over the longer segments, over which the best effect must be simulated.
-        chi_square_tried = continued is not None and _leaves_noise(continued, validation_runs, criteria)
+        chi_square_tried = continued is not None and leaves_noise(continued, validation_runs, criteria)
     if chi_square_tried:
         verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria, known, continued)
-        if _decisive(verdict, single, continued is not None, criteria):
-            return _unless_doubtful(_unless_sufficient(verdict), library, validation_runs, criteria)
+        if decisive(verdict, single, continued is not None, criteria):
+            return unless_doubtful(unless_sufficient(verdict), library, validation_runs, criteria)
     shorter, singles, compared_runs = in_units_of_residuals(best, shorter, singles, compared_runs)
 
     def decided(compared: Comparison) -> Verdict:
@@ -191,22 +189,22 @@ def _selected(
 
     compared = compare(shorter, singles, library, compared_runs, criteria, report)
     pairs = [m.fit for m in compared.clear_pairs()] if compared else []
-    pairs = [found for found in pairs if _leaves_noise(found, validation_runs, criteria)]
+    pairs = [found for found in pairs if leaves_noise(found, validation_runs, criteria)]
     if not chi_square_tried and pairs:
         pair = fit_or_none(pairs[0].model, base.runs, pairs[0].x)
         known = [*([pair] if pair else []), *known]
         verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria, known, pair)
         chi_square_tried = True
-        if _decisive(verdict, single, continued is not None, criteria):
-            return _unless_doubtful(_unless_sufficient(verdict), library, validation_runs, criteria)
+        if decisive(verdict, single, continued is not None, criteria):
+            return unless_doubtful(unless_sufficient(verdict), library, validation_runs, criteria)
     if compared is not None:
         of_blocks = decided(compared)
         # What the search by chi-square withholds is not named by the comparison.
-        named = chi_square_tried and of_blocks.verdict == "named" and _finds_a_law_outside(verdict)
+        named = chi_square_tried and of_blocks.verdict == "named" and finds_a_law_outside(verdict)
         return verdict if named else of_blocks
     if not chi_square_tried:
         verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria, known)
-    return _unless_doubtful(_unless_sufficient(verdict), library, validation_runs, criteria)
+    return unless_doubtful(unless_sufficient(verdict), library, validation_runs, criteria)
 
 
 def _single_effects(
@@ -241,113 +239,8 @@ def in_shorter_segments(run: SampledRun) -> SampledRun:
     return run.cut(max(longest // 2, SHORTEST_SEGMENT))
 
 
-def _decisive(verdict: Verdict, single: Fit, simulated: bool, criteria: Criteria) -> bool:
-    """Whether the verdict by chi-square is final: its form is specified, the magnitudes of the named effects are
-    determined, no validation run is far from the noise, no law outside the library explains more, and the best single
-    effect was a candidate.
-
-    An effect that the verdict does not contain was none where nothing is named, or where it could not be simulated over
-    the segments of the search by chi-square, which are longer (`simulated` is whether it could). Otherwise the models
-    are compared on blocks.
-    """
-    gap = verdict.validation_gap
-    left_out = not _families(single) <= _families(verdict.best)
-    if left_out and (verdict.verdict == "unknown" or not simulated):
-        return False
-    if _finds_a_law_outside(verdict):  # the comparison states the law with its value and share
-        return False
-    near_noise = gap is None or gap[1].chi2 < criteria.far_from_noise
-    determined = verdict.verdict != "named" or has_determined_magnitudes(verdict.best, criteria)
-    return not verdict.unspecified_form and near_noise and determined
-
-
-def _finds_a_law_outside(verdict: Verdict) -> bool:
-    """Whether nothing is named since an effect outside the library explains more."""
-    return verdict.verdict == "unknown" and verdict.outside_library is not None
-
-
-def _families(found: Fit) -> set[str]:
-    """The families of a fit's effects."""
-    return {effect.family for effect in found.model.effects}
-
-
-def _leaves_noise(found: Fit, validation_runs: Sequence[SampledRun], criteria: Criteria) -> bool:
-    """Whether the residuals of a fit are consistent with the noise that a flexible model estimates from them.
-
-    On validation runs the reduced chi-square must also be below `Criteria.far_from_noise`.
-    """
-    try:
-        runs = with_noise_left_by(found)
-        if not adequate(fit(found.model, runs, found.x, iterations=0), criteria):
-            return False
-        checked = with_noise_of(runs[0], validation_runs)
-        return not checked or on_validation_runs(found, checked, criteria).chi2 < criteria.far_from_noise
-    except InputError:
-        return False
-
-
 def offset_priors(runs: Sequence[SampledRun]) -> dict[str, float]:
     """The prior standard deviation of each input's sensor offset, in the unit of the input."""
     inputs = runs[0].experiment.inputs
     deviations = {n: [float(np.std(run.recording[n])) for run in runs if varies(run.recording[n])] for n in inputs}
     return {n: OFFSET_PRIOR * max(every) for n, every in deviations.items() if every}
-
-
-def _unless_doubtful(
-    verdict: Verdict, library: Sequence[type[Effect]], validation_runs: Sequence[SampledRun], criteria: Criteria
-) -> Verdict:
-    """The verdict by chi-square; `unknown` where the named effect may stand for another one.
-
-    It may where the residuals are far from the noise and no validation run confirms it, and where its form is
-    unspecified in a family with a single form: such a family is an additional body, which reduces most kinds of misfit.
-    """
-    if verdict.verdict != "named":
-        return verdict
-    name, far = verdict.effects[0].family, criteria.far_from_noise
-    if verdict.best.reduced > far and not validation_runs:
-        return verdict.as_unknown(
-            f"{name} is not named: what it leaves is far from the noise "
-            f"(reduced chi-square {verdict.best.reduced:.3g}, limit {far:g}), and no validation run confirms it; "
-            "give one with --holdout."
-        )
-    if verdict.unspecified_form and sum(effect.family == name for effect in library) == 1:
-        return verdict.as_unknown(
-            f"{name} is not named: it is not adequate (reduced chi-square {verdict.best.reduced:.3g}), and as an "
-            "effect with a single form it reduces most kinds of misfit."
-        )
-    return verdict
-
-
-def _unless_sufficient(verdict: Verdict) -> Verdict:
-    """The verdict by chi-square where the noise follows from the result; `none` where the base is consistent with that
-    noise and misses less of the motion than `Criteria.tolerance`: an effect then explains a part of the noise."""
-    criteria, base = verdict.criteria, verdict.base
-    if verdict.verdict not in ("named", "tied") or not adequate(base, criteria):
-        return verdict
-    missed = _missed(base)
-    if missed > criteria.tolerance:
-        return verdict
-    names = " and ".join(c.family for c in verdict.effects) or " or ".join(c.family for c in verdict.tied)
-    gap = verdict.validation_gap
-    return replace(
-        verdict.as_unknown(SUFFICIENT.format(names, missed, criteria.tolerance)),
-        verdict="none",
-        best=base,
-        validation_gap=gap and (gap[0], gap[0]),
-    )
-
-
-def _missed(found: Fit) -> float:
-    """The rms of the misfit of an output in the band that is compared, without white noise, over the rms of the output
-    [1]; the largest of all."""
-    shares = []
-    ends = np.cumsum([len(run.data) for run in found.runs])
-    for run, residuals in zip(found.runs, np.split(found.residuals[: ends[-1]], ends[:-1]), strict=True):
-        owners = np.array([column.degree for column in run.reduction.columns])
-        samples = sum(last - first for first, last, _ in run.reduction.spans)
-        for output, y in enumerate(run.measured.T):
-            own = owners == output
-            noise = np.sum(own) * (WHITE_NOISE_FACTOR * sensor_noise(y)) ** 2
-            power = np.sum((residuals[own] * run.deviation[own]) ** 2) - noise
-            shares.append(np.sqrt(max(power, 0.0) / samples) / np.std(y))
-    return float(max(shares))

@@ -181,8 +181,7 @@ def _unless_outside_library(verdict: Verdict, library: Sequence[type[Effect]], v
 
 def _leaves_much(verdict: Verdict) -> str:
     """The sentence on effects that leave most of a clear misfit."""
-    names = " and ".join(c.family for c in verdict.effects) or " or ".join(c.family for c in verdict.tied)
-    least, are = verdict.criteria.explained_share, "are" if len(verdict.effects) > 1 else "is"
+    names, least, are = verdict.names, verdict.criteria.explained_share, "are" if len(verdict.effects) > 1 else "is"
     return (
         f"{names} {are} not named: less than {least:.0%} of the excess over the noise is closed, on all runs together."
     )

@@ -39,9 +39,13 @@ class Verdict:
     interrupted: bool = False
 
     def __repr__(self) -> str:
-        names = " and ".join(c.family for c in self.effects) or " or ".join(c.family for c in self.tied)
-        verdict = f"{self.verdict}: {names}" if names else self.verdict
+        verdict = f"{self.verdict}: {self.names}" if self.names else self.verdict
         return f"Verdict({verdict}, reduced chi-square {self.base.reduced:.3g} -> {self.best.reduced:.3g})"
+
+    @property
+    def names(self) -> str:
+        """The names of the effects that are named or tied, as in a sentence; empty where nothing is."""
+        return " and ".join(c.family for c in self.effects) or " or ".join(c.family for c in self.tied)
 
     def as_unknown(self, withheld: str = "") -> "Verdict":
         """The same fits with the verdict `unknown`, and the sentence on the rule by which nothing is named."""

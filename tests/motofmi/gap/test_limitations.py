@@ -17,7 +17,7 @@ from motofmi.gap.alternatives import reason
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import Candidate
 from motofmi.gap.experiments.sensor_offset import sensor_offset_parameter
-from motofmi.gap.selection import any_component, model_selection
+from motofmi.gap.selection import chi_square_conditions, model_selection
 from motofmi.gap.selection.any_component import Investigation
 from motofmi.gap.selection.by_chi_square import of_one, of_pairs
 from motofmi.gap.selection.confirmation import with_validation
@@ -127,7 +127,7 @@ def test_what_leaves_most_of_the_misfit_is_not_named(monkeypatch):
 def test_a_doubtful_name_is_withheld(unspecified, reduced, said):
     friction = candidate(CoulombFriction, reduced=reduced, delta_bic=1500.0)
     named = Verdict("named", BASE, friction.fit, [friction], unspecified_form=unspecified)
-    found = any_component._unless_doubtful(named, [CoulombFriction], [], Criteria())
+    found = chi_square_conditions.unless_doubtful(named, [CoulombFriction], [], Criteria())
     assert found.verdict == "unknown" and said in said_of(found)[0]
 
 
@@ -159,7 +159,7 @@ def test_a_name_by_chi_square_is_final_where_its_magnitude_is_determined(error, 
     found = fit_with(CoulombFriction, reduced=1.0)
     found.covariance = lambda: error**2 * np.eye(len(found.model.names))
     made = Verdict(verdict, BASE, found)
-    assert any_component._decisive(made, found, True, Criteria()) == final
+    assert chi_square_conditions.decisive(made, found, True, Criteria()) == final
 
 
 @pytest.mark.parametrize("from_rest", [True, False])

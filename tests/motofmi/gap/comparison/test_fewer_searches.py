@@ -15,7 +15,7 @@ from tests.motofmi.gap.comparison.test_leader_diverges import gap_of_friction
 def validated(monkeypatch):
     """The arguments of the misfit before and after, of a comparison on blocks that names friction."""
     kept, original = [], by_comparison.before_and_after
-    monkeypatch.setattr(any_component, "_leaves_noise", lambda *_: False)
+    monkeypatch.setattr(any_component, "leaves_noise", lambda *_: False)
     monkeypatch.setattr(by_comparison, "before_and_after", lambda *given: kept.append(given) or original(*given))
     assert [e["name"] for e in gap_of_friction()["effects"]] == ["coulomb_friction"]
     return kept[-1]
@@ -52,7 +52,7 @@ def test_initial_states_on_validation_runs_are_first_those_of_the_leading_model(
         original(blocks, leading, *given)
         made.append((blocks, leading, with_initial_guesses(blocks.validation, initial_guesses(blocks.validation))))
 
-    monkeypatch.setattr(any_component, "_leaves_noise", lambda *_: False)
+    monkeypatch.setattr(any_component, "leaves_noise", lambda *_: False)
     monkeypatch.setattr(CommonBlocks, "__init__", noted)
     gap_of_friction()
     blocks, leading, blocks.validation = made[0]  # as they were before any model was compared
@@ -77,7 +77,7 @@ def test_other_forms_of_a_pair_are_left_out_where_a_single_effect_is_sufficient(
         compared.append(description)
         return original(blocks, fits, description)
 
-    monkeypatch.setattr(any_component, "_leaves_noise", lambda *_: False)
+    monkeypatch.setattr(any_component, "leaves_noise", lambda *_: False)
     monkeypatch.setattr(CommonBlocks, "refined_and_evaluated", noted)
     gap_of_friction()
     assert "comparing pairs" in compared and "comparing forms of a pair" not in compared
@@ -94,14 +94,14 @@ def test_chi_square_is_searched_first_only_where_the_best_effect_can_be_simulate
             return original(*given)
 
         monkeypatch.setattr(any_component, name, noted)
-    monkeypatch.setattr(any_component, "_leaves_noise", lambda *_: True)
+    monkeypatch.setattr(any_component, "leaves_noise", lambda *_: True)
     monkeypatch.setattr(any_component, "fit_or_none", lambda *given: continued(*given) if simulated else None)
     assert [e["name"] for e in gap_of_friction()["effects"]] == ["coulomb_friction"]
     assert order[0] == ("select_in_rounds" if simulated else "compare")
 
 
 def test_the_noise_that_an_adequate_fit_leaves_needs_no_other_search(monkeypatch):
-    monkeypatch.setattr(any_component, "_leaves_noise", lambda *_: True)
+    monkeypatch.setattr(any_component, "leaves_noise", lambda *_: True)
     monkeypatch.setattr(noise_rounds, "with_noise_of_best_effect", lambda *_: pytest.fail("another search"))
     assert [e["name"] for e in gap_of_friction()["effects"]] == ["coulomb_friction"]
 
@@ -113,7 +113,7 @@ def test_a_pair_that_leaves_noise_gives_the_noise_of_the_search(monkeypatch):
         given.append(arguments[-1])
         return original(*arguments)
 
-    monkeypatch.setattr(any_component, "_leaves_noise", lambda found, *_: len(found.model.effects) == 2)
+    monkeypatch.setattr(any_component, "leaves_noise", lambda found, *_: len(found.model.effects) == 2)
     monkeypatch.setattr(any_component, "select_in_rounds", noted)
     monkeypatch.setattr(noise_rounds, "with_noise_of_best_effect", lambda *_: pytest.fail("another search"))
     gap_of_friction()
@@ -129,6 +129,6 @@ def test_an_adequate_fit_that_cannot_be_simulated_again_is_followed_by_the_other
             raise InputError("the simulation diverges")
         return original(found)
 
-    monkeypatch.setattr(any_component, "_leaves_noise", lambda *_: True)
+    monkeypatch.setattr(any_component, "leaves_noise", lambda *_: True)
     monkeypatch.setattr(noise_rounds, "with_noise_left_by", diverges_first)
     assert [e["name"] for e in gap_of_friction()["effects"]] == ["coulomb_friction"]

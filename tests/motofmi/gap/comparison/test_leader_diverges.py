@@ -27,7 +27,7 @@ def gap_of_friction():
 
 @pytest.fixture(autouse=True)
 def compared_on_blocks(monkeypatch):
-    monkeypatch.setattr("motofmi.gap.selection.any_component._leaves_noise", lambda *_: False)
+    monkeypatch.setattr("motofmi.gap.selection.any_component.leaves_noise", lambda *_: False)
 
 
 def test_an_effect_is_named_although_a_pair_that_contains_it_cannot_be_simulated(monkeypatch):
