@@ -3,7 +3,7 @@
 The parameters of the library's effects have their physical signs, so that two of them can approximate one law that is
 not in the library: a sensor whose gain falls and an asymmetric spring, for instance, the force of a degressive damper.
 Where a law alone is sufficient by the one-standard-error rule (see `simplest_form`), nothing is named. A law must pass
-the tests of gain and share that a name must pass.
+the tests of gain, share and magnitude that a name must pass.
 """
 
 from collections.abc import Sequence
@@ -38,7 +38,11 @@ def sufficient_law(
         if (losses := blocks.fitted_losses(found.fit)) is not None and within_one_error(losses, to_beat)
     ]
     models = blocks.refined_and_evaluated(fits, "comparing laws outside the library")
-    models = [m for m in models if objection(base, m, [], flexible, blocks.criteria) is None]
+    models = [
+        m
+        for m in models
+        if objection(base, m, [], flexible, blocks.criteria) is None and not blocks.is_undetermined(m.fit, [base.fit])
+    ]
     law = min(models, key=lambda m: m.losses.mean(), default=None)
     return law if law is not None and simplest_sufficient([selected, law]) is law else None
 

@@ -2,7 +2,7 @@
 correct."""
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from difflib import SequenceMatcher
 
 import numpy as np
@@ -39,12 +39,11 @@ def require_inputs(
     used = {*component.inputs, *component.outputs, *([imposed] if imposed else [])} & set(columns)
     used |= set(component.states) & set(columns) if imposed else set()
     first = recordings[0]
-    spare = {n: first.units[n] for n in first.columns if n not in used} | dict.fromkeys(first.unread, "")
+    spare = _spare(first, used)
     missing = [n for n in component.inputs if n not in columns]
     for name in missing:
         wanted = component.table[name].unit
-        likely = [n for n, given in spare.items() if _may_hold(given, wanted)]
-        if likely:
+        if likely := _likely(spare, wanted):
             best = max(likely, key=lambda n: (_same_dimension(spare[n], wanted),
                                               SequenceMatcher(None, n, name).ratio()))
             same = _same_dimension(spare[best], wanted)
@@ -58,6 +57,27 @@ def require_inputs(
     notes = [f"{first.file or first.name}: unused columns: {', '.join(spare)}."] if spare else []
     zero = [n for n in missing if not imposed]
     return notes + [f"No column is the input {n}: it is taken as zero." for n in zero]
+
+
+def require_motion(
+    component: Component, recordings: Sequence[Recording], columns: Sequence[str], imposed: str = ""
+) -> None:
+    """Raises InputError if no output, or the imposed state, has a column, and a column that is not used may hold it."""
+    wanted = [imposed] if imposed else list(component.outputs)
+    if imposed not in ("", *component.states) or set(wanted) & set(columns):
+        return
+    first, units = recordings[0], {n: component.table[n].unit for n in wanted}
+    spare = _spare(first, set(component.inputs) & set(columns))
+    likely = list(dict.fromkeys(n for each in units.values() for n in _likely(spare, each)))
+    if likely:
+        name, unit_of_it = next(iter(units.items()))
+        what = f"the imposed {imposed}" if imposed else f"an output of {component.title}"
+        which = likely[0] if len(likely) == 1 else "COLUMN"
+        raise InputError(
+            f"{first.file or first.name}: no column is {what} ({', '.join(f'{n} [{u}]' for n, u in units.items())}), but "
+            f"these columns are not used: {', '.join(map(repr, likely))}; if one of them is the {name}, add "
+            f'--map "{which}={name} [{unit_of_it}]" with the unit that the file has'
+        )
 
 
 def require_start(component: Component, imposed: str = "") -> None:
@@ -89,6 +109,16 @@ def _hash(run: Recording) -> str:
     for name in sorted(run.columns):
         digest.update(name.encode() + np.ascontiguousarray(run[name]).tobytes())
     return digest.hexdigest()
+
+
+def _spare(run: Recording, used: Collection[str]) -> dict[str, str]:
+    """The columns that are not used, with their units; "" for one without a unit."""
+    return {n: run.units[n] for n in run.columns if n not in used} | dict.fromkeys(run.unread, "")
+
+
+def _likely(spare: Mapping[str, str], wanted: str) -> list[str]:
+    """The spare columns that may hold a quantity of this unit."""
+    return [n for n, given in spare.items() if _may_hold(given, wanted)]
 
 
 def _same_dimension(given: str, wanted: str) -> bool:

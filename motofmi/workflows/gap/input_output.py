@@ -26,7 +26,7 @@ from motofmi.reports.gap_report import Pictures
 from motofmi.reports.report import Section
 from motofmi.workflows.components import ships
 from motofmi.workflows.gap.augmented_component import component_of, fitted_component, own_modes
-from motofmi.workflows.gap.first_checks import require_distinct, require_inputs, require_start
+from motofmi.workflows.gap.first_checks import require_distinct, require_inputs, require_motion, require_start
 from motofmi.workflows.gap.fitted_model import FittedModel
 from motofmi.workflows.gap.given import Given
 from motofmi.workflows.gap.kind import Kind
@@ -67,6 +67,7 @@ class InputOutput(Kind):
         require_distinct(recordings, self.validation)
         columns = _common_columns(every)
         unused = require_inputs(self.component, every, columns, given.impose)
+        require_motion(self.component, every, columns, given.impose)
         experiment = replace(
             input_output_experiment(self.component, columns, given.impose, given.free),
             own_values=not ships(self.component),
@@ -76,8 +77,8 @@ class InputOutput(Kind):
         self.validation, joined_validation = with_short_joined(self.validation, FEWEST_SAMPLES)
         runs = [prepare_sampled_run(r, experiment) for r in recordings]
         notes = [*(note for r in recordings for note in r.warnings), *(note for r in runs for note in r.notes)]
-        signs = [note for r in (*recordings, *self.validation) for note in note_on_signs(experiment.component, r)]
-        self.notes = [*signs, *joined, *joined_validation, *notes, *unused]
+        self.signs = [note for r in (*recordings, *self.validation) for note in note_on_signs(experiment.component, r)]
+        self.notes = [*self.signs, *joined, *joined_validation, *notes, *unused]
         if not (excited(runs) or are_step_responses(runs)):
             experiment, anchor = anchored(experiment)
             runs = [replace(run, experiment=experiment) for run in runs]
@@ -104,7 +105,10 @@ class InputOutput(Kind):
         return self.found.verdict
 
     def contents(self, verdict: Verdict) -> dict[str, Any]:
-        return result_of(verdict, self.notes)
+        result = result_of(verdict, self.notes)
+        if result["reason"] and self.signs:  # with a force of the wrong sign no other reason applies
+            result["reason"] = self.signs[0]
+        return result
 
     def limitations(self, verdict: Verdict, contents: dict[str, Any]) -> list[str]:
         return limitations_of(self.found, contents, self.component, bool(self.validation))

@@ -5,12 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import motofmi as mf
 from fmus.declaration.component import Component
 from fmus.declaration.variables import input, state
 from fmus.mechanisms import DrivenJoint, MassSpringDamper, TwoMass
 from motofmi.gap.preprocessing.work_of_inputs import PARTS, driven_motion, note_on_signs, work
 from motofmi.recordings.recording import Recording
 from tests.simulators.hidden_joint import joint_run
+from tests.simulators.three_sines import three_sines
 
 RATE, DAMPING, AMPLITUDE, CYCLES = 1000.0, 30.0, 0.02, 16
 OMEGA = 2 * np.pi
@@ -52,6 +54,18 @@ def test_the_force_of_a_reaction_is_noted_with_the_option():
     assert note_on_signs(MassSpringDamper(), right) == []
     (note,) = note_on_signs(MassSpringDamper(), wrong)
     assert '--map "COLUMN=-force"' in note and "reaction" in note
+
+
+def test_nothing_is_named_with_the_force_of_a_reaction_and_the_sign_is_the_reason():
+    runs = []
+    for seed in (1, 2):
+        time = np.arange(1500) / 100
+        x, v, a = three_sines(np.random.default_rng(seed), time)
+        force = -(a + 20 * v + 40 * x + 2 * np.sign(v))
+        columns, units = {"force": force, "displacement": x}, {"force": "N", "displacement": "m"}
+        runs.append(Recording(f"run_{seed}", time, columns, units))
+    found = mf.find_gap(runs[0], validation=runs[1], component="mass_spring_damper", impose="displacement")
+    assert found.verdict == "unknown" and "reverse its sign" in found.reason
 
 
 def test_a_recorded_rate_shows_the_sign_as_a_deflection_does():

@@ -95,6 +95,20 @@ def test_an_effect_of_ones_own_with_the_term_of_a_law_is_named(tmp_path, monkeyp
     assert found["compared"]
 
 
+def test_a_law_whose_magnitude_is_not_determined_is_not_stated(monkeypatch):
+    determined = CommonBlocks.is_undetermined
+
+    def without_laws(blocks, found, simpler=()):
+        of_law = any(effect.family == "outside_library" for effect in found.model.effects)
+        return of_law or determined(blocks, found, simpler)
+
+    monkeypatch.setattr(CommonBlocks, "is_undetermined", without_laws)
+    sentence = "a force grows with deflection times rate"
+    runs = [recording_of(name, seed, sentence) for name, seed in (("fitted", 1), ("held", 2))]
+    found = mf.find_gap(runs[0], validation=runs[1], component="mass_spring_damper", impose="displacement").to_dict()
+    assert not [s for s in found["limitations"] if s.startswith("The missing effect is outside the library")]
+
+
 def test_a_budget_that_ends_while_laws_are_compared_leaves_the_verdict_of_the_library(monkeypatch):
     def at_the_end(*_):
         monkeypatch.setattr(stages, "time_is_up", lambda: True)

@@ -12,7 +12,7 @@ from fmus.support.errors import InputError
 from motofmi.recordings.reading import read_recording
 from motofmi.recordings.recording import Recording
 from motofmi.workflows.components import component, ships
-from motofmi.workflows.gap.first_checks import require_distinct, require_inputs, require_start
+from motofmi.workflows.gap.first_checks import require_distinct, require_inputs, require_motion, require_start
 
 TIME = np.arange(0, 4, 0.01)
 
@@ -41,6 +41,16 @@ def test_a_column_without_a_unit_may_be_the_input(tmp_path):
         require_inputs(DrivenJoint(), [recording], list(recording.columns))
     left = read_recording(path, {"T": "unused"})
     assert require_inputs(DrivenJoint(), [left], list(left.columns)) == ["No column is the input torque: it is taken as zero."]
+
+
+def test_an_output_without_a_column_is_asked_for():
+    recording = replace(run({"torque": "N.m"}), unread=("position", "velocity"))
+    message = "no column is an output of DrivenJoint .*'position', 'velocity'.*--map \"COLUMN=angle \\[rad\\]\""
+    with pytest.raises(InputError, match=message):
+        require_motion(DrivenJoint(), [recording], ["torque"])
+    with pytest.raises(InputError, match=r'no column is the imposed angle .*--map "deflection=angle'):
+        require_motion(DrivenJoint(), [run({"torque": "N.m", "deflection": "deg"})], ["torque", "deflection"], "angle")
+    require_motion(DrivenJoint(), [run({"torque": "N.m", "rate": "rad/s"})], ["torque", "rate"])
 
 
 def test_unused_columns_alone_are_a_note():
