@@ -12,7 +12,7 @@ from fmus.support.errors import InputError
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate_laws import candidate_laws
 from motofmi.gap.estimation.equation_error import EquationErrorFit, equation_error_fits
-from motofmi.gap.estimation.fit_result import Fit
+from motofmi.gap.estimation.fit_result import Fit, vector_of
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.from_rest import fit_from_rest
 from motofmi.gap.estimation.initial_fit import equal_noise, initial_fit, stable_segments, with_best_interpolation
@@ -118,18 +118,22 @@ def _scaled(initial: Fit, motion: tuple[float, float], noise: Mapping[str, float
     experiment = initial.model.experiment
     fitted_component = experiment.component.with_values(**fitted_values(initial))
     model = FreeInitialStateModel(replace(experiment, component=fitted_component).scaled(*motion))
-    noisy = [_with_interpolation_error(model, run) for run in known_noise(initial.runs, noise)]
-    return fit(model, noisy, model.start())
+    x = np.concatenate([model.start(), initial.x[len(model.names) :]])
+    noisy = [
+        _with_interpolation_error(model, run, vector_of(x, model, index))
+        for index, run in enumerate(known_noise(initial.runs, noise))
+    ]
+    return fit(model, noisy, x)
 
 
-def _with_interpolation_error(model: FreeInitialStateModel, run: SampledRun) -> SampledRun:
+def _with_interpolation_error(model: FreeInitialStateModel, run: SampledRun, q: np.ndarray) -> SampledRun:
     """The run with the additional variance due to inputs that are unknown between their samples.
 
-    It is the squared difference of the model's outputs with two splines through the input.
+    It is the squared difference of the model's outputs with two splines through the input, at the model's vector q.
     """
     if run.kind != INTERPOLATIONS[0]:
         return run
-    smooth, smoother = (model.reduced(r, model.start())[0] for r in (run, run.with_interpolation(SMOOTHER)))
+    smooth, smoother = (model.reduced(r, q)[0] for r in (run, run.with_interpolation(SMOOTHER)))
     return run.with_input_variance((smooth - smoother) * run.deviation)
 
 

@@ -24,6 +24,7 @@ from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.estimation.inverse_dynamics import ImposedMotions, imposed_motions, inverse_dynamics_fit
 from motofmi.gap.estimation.screening import Signature, screen
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.sampled_run import SampledRun
@@ -78,6 +79,8 @@ def equation_error_fits(found: Fit, library: Sequence[type[Effect]]) -> list[Equ
     Effects that do not reduce chi-square, and flexible ones, are left out. Empty where no effort is recorded.
     """
     model: Any = found.model
+    if motions := imposed_motions(model, found.runs):
+        return _by_inverse_dynamics(found, motions, library)
     turned = None if model.experiment.imposed else effort_model(model, found.runs)
     if turned is None:
         return []
@@ -107,6 +110,26 @@ def equation_error_fits(found: Fit, library: Sequence[type[Effect]]) -> list[Equ
         ]
         return sorted([EquationErrorFit(None, base.x, np.zeros(0), base.chi2), *singles], key=lambda each: each.chi2)
     return []
+
+
+def _by_inverse_dynamics(
+    found: Fit, motions: Sequence[ImposedMotions], library: Sequence[type[Effect]]
+) -> list[EquationErrorFit]:
+    """The same with all recorded deflections imposed together."""
+    bases, shared = len(found.model.base), len(found.model.names)
+
+    def fit_one(effect: type[Effect] | None) -> tuple[np.ndarray, float] | None:
+        model: Any = found.model.with_added_effects(effect) if effect else found.model
+        start = np.concatenate([found.x[:shared], model.start()[shared:]])
+        return None if time_is_up() else inverse_dynamics_fit(model, motions, start)
+
+    plain = [None, *(effect for effect in library if not effect.flexible)]
+    base, *others = parallel_map(fit_one, plain, "fitting by inverse dynamics")
+    if base is None:
+        return []
+    made = [(None, base), *((e, x) for e, x in zip(plain[1:], others, strict=True) if x and x[1] < base[1])]
+    fits = [EquationErrorFit(effect, x[:bases], x[shared:], chi2) for effect, (x, chi2) in made]
+    return sorted(fits, key=lambda each: each.chi2)
 
 
 def _base(model: FreeInitialStateModel, runs: Sequence[SampledRun], start: np.ndarray) -> Fit:

@@ -2,7 +2,7 @@
 
 With free initial states of each interval, a wrong frequency causes only a small phase error, and the fit has few
 minima. Its result starts the fit over longer intervals, and finally over whole segments. The runs of an unstable
-component stay cut into intervals over which its free motion grows by at most GROWTH.
+component stay cut into intervals over which its free motion grows by at most a factor.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,7 +16,8 @@ from fmus.support.errors import InputError
 from fmus.support.parallel import in_turn, parallel_map
 from motofmi.gap.estimation.fit_result import Fit, PortableFit
 from motofmi.gap.estimation.fitting import fit
-from motofmi.gap.estimation.starting_values import MAX_ITERATIONS, first_values, poles
+from motofmi.gap.estimation.starting_values import MAX_ITERATIONS, first_values, poles, values_by_inverse_dynamics
+from motofmi.gap.experiments.state_rates import rates_of_states
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.flexible_noise_model import Density
 from motofmi.gap.preprocessing.input_interpolation import INTERPOLATIONS, is_rough
@@ -25,7 +26,9 @@ from motofmi.gap.preprocessing.segments import LEAST_LENGTH
 
 STRETCHES = (1.0, 3.0)  # interval lengths in periods of the motion's mean frequency
 MOST = 24  # intervals of a run in the first stages
-GROWTH = 20.0  # factor of an unstable motion over a segment
+# Factor of an unstable motion over a segment: of one degree of freedom, and of several, where a link that falls soon
+# drives the others.
+GROWTH, GROWTH_OF_SEVERAL = 20.0, 5.0
 POINTS = 500  # samples of a run at which its component is linearised
 GOOD = 2.0  # reduced chi-square below which no other start is tried
 SAME = 0.02  # relative difference of reduced chi-square within which two starts have reached the same minimum
@@ -39,7 +42,9 @@ def initial_fit(model: FreeInitialStateModel, runs: Sequence[SampledRun]) -> Fit
     Raises InputError where no start can be simulated.
     """
     best: Fit | None = None
-    for start in first_values(model, runs):
+    if (start := values_by_inverse_dynamics(model, runs)) is not None:
+        best = min(_from_start(model, runs, start, np.inf), key=lambda found: found.reduced, default=None)
+    for start in first_values(model, runs) if best is None else ():
         before, of_start = best, None
         beat = np.inf if best is None else OUT_OF_REACH * best.chi2
         for found in _from_start(model, runs, start, beat):
@@ -71,7 +76,10 @@ def _from_start(
         x = start
         try:
             for each in periods:
-                short = [_excerpt(run, int(each * run.recording.rate / run.middle_frequency)) for run in runs]
+                short = [
+                    _excerpt(stable_segments(model, x, run), int(each * run.recording.rate / run.middle_frequency))
+                    for run in runs
+                ]
                 x = fit(model, short, x, iterations=MAX_ITERATIONS).x
             stable = [stable_segments(model, x, run) for run in runs]
             return PortableFit.of(fit(model, stable, x, iterations=MAX_ITERATIONS, beat=beat)), x
@@ -116,7 +124,9 @@ def stable_segments(model: FreeInitialStateModel, x: np.ndarray, run: SampledRun
     component, recorded = model.component, run.recording.columns
     at = {n: run.recording[n][points] for n in (*component.states, *component.inputs) if n in recorded}
     growth = np.max(poles(model, x, **at).real, axis=-1, initial=0.0)
-    allowed = np.clip(np.log(GROWTH) / np.maximum(growth, 1e-9) * run.recording.rate, LEAST_LENGTH, samples)
+    several = sum(map(bool, rates_of_states(component).values())) > 1
+    most = np.log(GROWTH_OF_SEVERAL if several else GROWTH)
+    allowed = np.clip(most / np.maximum(growth, 1e-9) * run.recording.rate, LEAST_LENGTH, samples)
     longest = max(last - first for first, last in run.segments)
     if np.all(allowed >= longest):
         return run

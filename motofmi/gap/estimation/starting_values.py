@@ -8,6 +8,9 @@ They are tried in this order:
    stiffness, so that the result does not depend on the start;
 4. all values times the ratio of the simulated motion (from rest) to the measured one;
 5. the stiffnesses multiplied and divided by exp(STIFFER).
+
+Where several degrees of freedom are all driven and recorded, the values by inverse dynamics come before (see
+`inverse_dynamics`), and the others are tried only where these cannot be simulated.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -22,6 +25,7 @@ from fmus.support.errors import InputError
 from motofmi.gap.estimation.equation_error import effort_model
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.frequency_domain_fit import frequency_domain_start
+from motofmi.gap.estimation.inverse_dynamics import imposed_motions, inverse_dynamics_fit
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.sampled_run import SampledRun
 
@@ -29,8 +33,14 @@ STIFFER = 2.3  # logarithm of the factor
 MAX_ITERATIONS = 40  # of a fit from one start
 
 
+def values_by_inverse_dynamics(model: FreeInitialStateModel, runs: Sequence[SampledRun]) -> np.ndarray | None:
+    """The starting vector by inverse dynamics; None where that is not possible."""
+    found = inverse_dynamics_fit(model, motions, model.start()) if (motions := imposed_motions(model, runs)) else None
+    return found[0] if found else None
+
+
 def first_values(model: FreeInitialStateModel, runs: Sequence[SampledRun]) -> Iterator[np.ndarray]:
-    """Starting vectors, the most promising first, computed on demand."""
+    """The other starting vectors, the most promising first, computed on demand."""
     own = model.start()
     base = np.arange(len(own)) < len(model.base)
     by_frequency = frequency_domain_start(model, runs)

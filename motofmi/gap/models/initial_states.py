@@ -38,6 +38,9 @@ DELAY_STEP = 1e-4  # s, step of the finite difference by a delay
 RESTART_RATIO = 10.0
 # Steps at each length, and the least length in samples, when initial states are estimated without a guess
 EXTENSION_STEPS, LEAST_LENGTH = 3, 16
+# Parts of a segment of an unstable motion, over the first of which its initial states are estimated first: a motion
+# that grows by a factor of 20 over the segment (`estimation.initial_fit.GROWTH`) grows by 1.5 over an eighth of it.
+UNSTABLE_PARTS = 8
 
 
 class InitialStateModel(SegmentedModel):
@@ -158,11 +161,16 @@ class InitialStateModel(SegmentedModel):
         return dict.fromkeys(range(len(run.segments)), self._start_values)
 
     def _extended(self, run: SampledRun, indices: Sequence[int], values: Mapping[str, float]) -> dict[int, np.ndarray]:
-        """Initial states estimated from a segment's first samples, then from one period, then from several."""
-        x, length = (
-            {i: self.first_states(run, i) for i in indices},
-            max(int(run.recording.rate / run.middle_frequency), LEAST_LENGTH),
-        )
+        """Initial states estimated from a segment's first samples, then from one period, then from several.
+
+        Over a segment of an unstable motion an error of the first estimate grows so much that the motion may be
+        another one: there the first period is a part of the segment.
+        """
+        x, length = {i: self.first_states(run, i) for i in indices}, int(run.recording.rate / run.middle_frequency)
+        if run.stable_length is not None and indices:
+            shortest = min(last - first for first, last in (run.segments[i] for i in indices))
+            length = min(length, shortest // UNSTABLE_PARTS)
+        length = max(length, LEAST_LENGTH)
         while self.equations.states and (longer := [i for i in x if length < run.segments[i][1] - run.segments[i][0]]):
             for _ in range(EXTENSION_STEPS):
                 extended = {}

@@ -1,0 +1,141 @@
+"""A mechanism with several driven degrees of freedom fitted by inverse dynamics: the recorded deflections are imposed
+with their rates and accelerations, and the efforts that they require are compared with the recorded ones.
+
+    x'' = f(x, x', u; theta),   f affine in u
+    u = -B^-1 (f(x, x', 0; theta) - x''),   B = df/du
+
+The efforts are linear in masses, dampings, stiffnesses and the magnitudes of effects, and no motion is simulated: the
+result hardly depends on the starting values, and errors do not grow over time where the motion is unstable. The noise
+of the recorded motion biases the values. They are therefore starting values of fits by output error only.
+
+Source: Khalil, Dombre, Modeling, Identification and Control of Robots (2002), ch. 12.
+"""
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from fmus.declaration.component import Component
+from fmus.expressions.functions import NUMERIC
+from fmus.support.errors import InputError
+from motofmi.gap.experiments.state_rates import rates_of_states
+from motofmi.gap.models.free_initial_state import FreeInitialStateModel
+from motofmi.gap.preprocessing.blocks import Blocks, blocks_of
+from motofmi.gap.preprocessing.input_interpolation import INTERPOLATIONS, motion_functions, resolved_frequency
+from motofmi.gap.preprocessing.sampled_run import SampledRun
+from motofmi.gap.preprocessing.sampled_run_preparation import END_SHARE, RESOLVED_RATIO
+from motofmi.gap.preprocessing.segments import LEAST_LENGTH
+from motofmi.recordings.resampling import varies
+
+LARGEST_CHANGE = np.log(1e4)  # of the logarithm of a parameter of the base
+
+
+@dataclass(frozen=True)
+class ImposedMotions:
+    """A run whose deflections and rates (n,) are known by name, with the accelerations (n, k) of the rates `rates`, and
+    the recorded efforts (n, k) of the inputs `efforts`."""
+
+    rates: list[str]
+    efforts: list[str]
+    known: dict[str, np.ndarray]
+    acceleration: np.ndarray
+    recorded: np.ndarray
+    reduction: Blocks
+
+    def residuals(self, component: Component, values: dict[str, float]) -> np.ndarray:
+        """The required less the recorded efforts (m,), each over its rms, in the band in which all motions are
+        resolved."""
+        scale = self.recorded.std(axis=0)
+        return self.reduction.reduce((self.required(component, values) - self.recorded) / scale)
+
+    def required(self, component: Component, values: dict[str, float]) -> np.ndarray:
+        """The efforts (n, k) that the motions require."""
+        unforced: dict[str, Any] = {
+            **component.start_values(),
+            **values,
+            **self.known,
+            **dict.fromkeys(self.efforts, 0.0),
+        }
+        at_zero = self._accelerations(component, unforced)
+        slopes = [self._accelerations(component, unforced | {n: 1.0}) - at_zero for n in self.efforts]
+        missing = (self.acceleration - at_zero)[..., None]
+        return np.linalg.solve(np.stack(slopes, axis=-1), missing)[..., 0]
+
+    def _accelerations(self, component: Component, values: dict[str, Any]) -> np.ndarray:
+        """The derivatives (n, k) of the rates."""
+        found, entries = component.run(values, NUMERIC), component.mass_entries(values, NUMERIC)
+        size = len(self.acceleration)
+        forces = np.array([np.broadcast_to(found[f"der({n})"], size) for n in self.rates]).T
+        if not entries:
+            return forces
+        mass = [[np.broadcast_to(entries.get((a, b), float(a == b)), size) for b in self.rates] for a in self.rates]
+        return np.linalg.solve(np.moveaxis(np.array(mass, float), 2, 0), forces[..., None])[..., 0]
+
+
+def imposed_motions(model: FreeInitialStateModel, runs: Sequence[SampledRun]) -> list[ImposedMotions]:
+    """The runs with all their deflections imposed; empty where the component has one degree of freedom, other states
+    than deflections and rates, or a deflection or effort that is not recorded."""
+    experiment, component = model.experiment, model.experiment.component
+    if experiment.imposed or experiment.from_rest:
+        return []
+    rates = {n: found[0] for n, found in rates_of_states(component).items() if len(found) == 1}
+    rates = {n: rate for n, rate in rates.items() if n in experiment.outputs}
+    efforts = [n for n in experiment.driven if all(varies(run.recording[n]) for run in runs)]
+    if {*rates, *rates.values()} != set(component.states) or not len(rates) == len(efforts) > 1:
+        return []
+    return [_imposed(run, rates, efforts) for run in runs]
+
+
+def _imposed(run: SampledRun, rates: dict[str, str], efforts: list[str]) -> ImposedMotions:
+    recording, time, rate = run.recording, run.recording.time, run.recording.rate
+    known: dict[str, np.ndarray] = {}
+    accelerations = []
+    for deflection, speed in rates.items():
+        functions = motion_functions(time, recording[deflection], speed, INTERPOLATIONS[0])
+        known |= {deflection: functions[""](time), speed: functions[speed](time)}
+        accelerations.append(functions[f"der({speed})"](time))
+    band = min(run.reduction_band, *(resolved_frequency(recording[n], rate, RESOLVED_RATIO) for n in rates))
+    margin = int(END_SHARE * len(time))
+    cut = [(max(first, margin), min(last, len(time) - margin)) for first, last in run.intervals]
+    inside = [(first, last) for first, last in cut if last - first >= LEAST_LENGTH]
+    return ImposedMotions(
+        list(rates.values()), efforts, known, np.column_stack(accelerations),
+        np.column_stack([recording[n] for n in efforts]), blocks_of(inside, len(efforts), rate, band),
+    )  # fmt: skip
+
+
+def inverse_dynamics_fit(
+    model: FreeInitialStateModel, motions: Sequence[ImposedMotions], start: np.ndarray
+) -> tuple[np.ndarray, float] | None:
+    """The model's vector from a start, and the sum of squares over the variance of the efforts; None where an effect
+    has states or delays, which are not recorded, or where no vector gives finite efforts.
+
+    Sensor offsets keep their start.
+    """
+    component, states = model.component, model.experiment.component.states
+    if component.states != states or model.lags:
+        return None
+    offsets = model.experiment.unrestricted
+    fitted = [i for i, name in enumerate(model.names) if name not in offsets]
+    low, high = start - LARGEST_CHANGE, start + LARGEST_CHANGE
+    for i in fitted:
+        if i >= len(model.base):
+            low[i], high[i] = (getattr(model.rows[i - len(model.base)], bound) for bound in ("min", "max"))
+
+    def residuals(free: np.ndarray) -> np.ndarray:
+        x = start.copy()
+        x[fitted] = free
+        values = model.values(x)
+        return np.concatenate([each.residuals(component, values) for each in motions])
+
+    with suppress(InputError, ValueError, np.linalg.LinAlgError), np.errstate(all="ignore"):
+        begin = np.clip(start, np.nextafter(low, np.inf), np.nextafter(high, -np.inf))
+        found = least_squares(residuals, begin[fitted], bounds=(low[fitted], high[fitted]), x_scale="jac")
+        x = start.copy()
+        x[fitted] = found.x
+        return x, 2 * float(found.cost)
+    return None
