@@ -124,7 +124,7 @@ def stable_segments(model: FreeInitialStateModel, x: np.ndarray, run: SampledRun
     component, recorded = model.component, run.recording.columns
     at = {n: run.recording[n][points] for n in (*component.states, *component.inputs) if n in recorded}
     growth = np.max(poles(model, x, **at).real, axis=-1, initial=0.0)
-    several = sum(map(bool, rates_of_states(component).values())) > 1
+    several = sum(map(bool, rates_of_states(model.experiment.component).values())) > 1
     most = np.log(GROWTH_OF_SEVERAL if several else GROWTH)
     allowed = np.clip(most / np.maximum(growth, 1e-9) * run.recording.rate, LEAST_LENGTH, samples)
     longest = max(last - first for first, last in run.segments)

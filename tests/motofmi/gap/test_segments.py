@@ -1,10 +1,13 @@
 """Runs of a component before they are fitted: their rate, and segments where the base is unstable."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from fmus import Component, input, parameter, state
-from fmus.mechanisms import DrivenJoint, MassSpringDamper
+from fmus.effects.hysteresis import DahlHysteresis
+from fmus.mechanisms import DrivenJoint, MassSpringDamper, Pendulum
 from motofmi.gap.estimation.initial_fit import stable_segments
 from motofmi.gap.estimation.starting_values import poles
 from motofmi.gap.experiments.input_output import input_output_experiment
@@ -84,6 +87,21 @@ def test_segments_are_short_where_the_recorded_motion_is_unstable():
     assert 100 <= max(length for a, length in lengths.items() if a >= 1000) <= 110
     assert lengths[0] > 900
     assert [b - a for a, b in whole.cut(500).segments] == [500] * 4
+
+
+def test_a_state_of_an_effect_is_no_further_degree_of_freedom():
+    """With a loop of 1 rad the deflection's rate is the rate of the loop's state as well."""
+    time = np.arange(2000) / 100
+    columns = {"torque": np.sin(time), "angle": 0.1 * np.sin(time)}
+    recording = Recording("upright", time, columns, {"torque": "N.m", "angle": "rad"})
+    experiment = input_output_experiment(Pendulum(inertia=1.0, damping=1e-9, gravity_stiffness=-9.0), list(columns))
+    experiment = replace(experiment, given={experiment.parameter(DahlHysteresis, "width"): 1.0})
+    run = prepare_sampled_run(recording, experiment).cut(2000)
+    alone, loop = FreeInitialStateModel(experiment), FreeInitialStateModel(experiment, [DahlHysteresis])
+    start = loop.start()
+    start[loop.names.index(experiment.parameter(DahlHysteresis, "force"))] = 0.0
+    lengths = [stable_segments(model, x, run).stable_length for model, x in ((alone, alone.start()), (loop, start))]
+    np.testing.assert_array_equal(*lengths)
 
 
 def test_the_motion_of_a_joint_that_turns_on_and_on_is_that_in_a_segment():
