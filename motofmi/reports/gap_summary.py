@@ -24,7 +24,7 @@ def answer(result: dict[str, Any]) -> str:
 def headline(result: dict[str, Any]) -> str:
     """The verdict in one sentence: what is missing, the share of the closable misfit that it closes, what is left."""
     if result["verdict"] == "named":
-        return "named: " + " and ".join(e["name"] for e in result["effects"]) + _closed(result) + _left(result)
+        return "named: " + " and ".join(map(_placed, result["effects"])) + _closed(result) + _left(result)
     if result["verdict"] == "tied":
         return "tied: the data do not decide between " + ", ".join(result["tied"]) + _closed(result) + _left(result)
     if result["verdict"] == "none":
@@ -35,6 +35,12 @@ def headline(result: dict[str, Any]) -> str:
     if result["disagreement"]:
         return "unknown: the fitted and the validation runs disagree on the base" + _left(result)
     return "unknown: an effect is missing, and none of the library is named" + _left(result)
+
+
+def _placed(effect: dict[str, Any]) -> str:
+    """The name of an effect, with the element at which it acts where the component has several for it."""
+    element = effect["element"]
+    return f"{effect['name']} ({element})" if element and effect["form"].endswith(f"_{element}") else effect["name"]
 
 
 def _closed(result: dict[str, Any]) -> str:
@@ -104,7 +110,7 @@ def laws(result: dict[str, Any]) -> list[str]:
         law = "; ".join(effect["equations"]) or effect["sentence"].rstrip(".")
         nearest_form = "nearest form: " if effect["form"] == "open" else ""
         lines.append(
-            f"{effect['name']}: {nearest_form}{law}" + (f", {_values(effect)}" if effect["parameters"] else "")
+            f"{_placed(effect)}: {nearest_form}{law}" + (f", {_values(effect)}" if effect["parameters"] else "")
         )
     return lines
 

@@ -32,7 +32,7 @@ def drawn(rng):
     before, after, held_before, held_after = 10.0 ** rng.uniform(-4, 2, 4)
     held, share = rng.random() < 0.7, rng.uniform(-0.5, 1.0)
     parameters = {"friction_torque": {"value": 0.5, "standard_error": 0.01, "unit": "N.m"}}
-    effect = {"name": NAMES[0], "form": str(rng.choice(["coulomb", "open"])), "sentence": "Dry friction.",
+    effect = {"name": NAMES[0], "form": str(rng.choice(["coulomb", "open"])), "element": "spring", "sentence": "Dry friction.",
               "equations": ["force += friction_torque tanh(rate/sliding_rate)"] * int(rng.integers(2)), "parameters": parameters}  # fmt: skip
     return {
         "verdict": kind, "effects": [effect] if kind == "named" else [], "tied": list(NAMES[:2]) if kind == "tied" else [],
@@ -68,6 +68,15 @@ def test_no_line_contradicts_the_numbers(seed):
     assert (f"{result['remainder']['rms']:.3g} rad (rms) is left" in lines[0])
 
 
+def test_an_effect_at_one_of_several_elements_is_named_with_the_element():
+    result = next(r for r in (drawn(np.random.default_rng(seed)) for seed in range(50)) if r["verdict"] == "named")
+    [effect] = result["effects"]
+    assert headline(result).startswith("named: coulomb_friction;")
+    result["effects"] = [effect | {"form": "coulomb_elbow", "element": "elbow"}]
+    assert headline(result).startswith("named: coulomb_friction (elbow);")
+    assert laws(result)[0].startswith("coulomb_friction (elbow): ")
+
+
 @pytest.mark.parametrize("seed", range(50))
 def test_the_longer_bar_is_the_larger_misfit(seed):
     result = drawn(np.random.default_rng(seed))
@@ -80,7 +89,7 @@ def test_the_longer_bar_is_the_larger_misfit(seed):
 
 def test_an_equation_has_values_errors_and_units():
     result = drawn(np.random.default_rng(0)) | {"effects": [
-        {"name": "coulomb_friction", "form": "coulomb", "sentence": "Dry friction.",
+        {"name": "coulomb_friction", "form": "coulomb", "element": "spring", "sentence": "Dry friction.",
          "equations": ["force += friction_torque tanh(rate/sliding_rate)"],
          "parameters": {"friction_torque": {"value": 20.61, "standard_error": 0.42, "unit": "N"}}}]}  # fmt: skip
     assert laws(result) == [
@@ -150,7 +159,7 @@ def test_the_best_model_is_labelled_by_what_the_verdict_says_of_it(kind, label):
 
 
 def test_a_tie_shows_each_model_with_its_values_and_share():
-    effect = {"name": "coulomb_friction", "form": "coulomb", "sentence": "Dry friction.", "equations": ["force += F"],
+    effect = {"name": "coulomb_friction", "form": "coulomb", "element": "spring", "sentence": "Dry friction.", "equations": ["force += F"],
               "parameters": {"friction_torque": {"value": 0.5, "standard_error": 0.01, "unit": "N.m"}}}  # fmt: skip
     tie = drawn(np.random.default_rng(0)) | {"verdict": "tied", "effects": [], "alternatives": [
         {"effects": [effect, {**effect, "name": "drift", "parameters": {}}], "closed": 0.53},
@@ -168,7 +177,7 @@ def test_a_tie_shows_each_model_with_its_values_and_share():
 def test_the_error_of_a_parameter_without_influence_is_infinite():
     assert standard_errors(np.diag([4.0, 0.0])).tolist() == [2.0, np.inf]
     found = drawn(np.random.default_rng(0))
-    effect = {"name": "backlash", "form": "sharp", "sentence": "Play.", "equations": [],
+    effect = {"name": "backlash", "form": "sharp", "element": None, "sentence": "Play.", "equations": [],
               "parameters": with_errors({"gap": (1e9, np.inf, "rad"), "stiffness": (3.0, 0.5, "N.m/rad")})}  # fmt: skip
     assert effect["parameters"]["gap"]["standard_error"] is None  # JSON knows no infinity
     (line,) = laws(found | {"verdict": "named", "effects": [effect]})
