@@ -2,7 +2,7 @@
 
 With free initial states of each interval, a wrong frequency causes only a small phase error, and the fit has few
 minima. Its result starts the fit over longer intervals, and finally over whole segments. The runs of an unstable
-component stay cut into intervals over which its free motion grows by at most a factor.
+component stay cut into intervals over which its free motion grows by at most GROWTH or GROWTH_OF_SEVERAL.
 """
 
 from collections.abc import Iterator, Sequence
@@ -26,8 +26,8 @@ from motofmi.gap.preprocessing.segments import LEAST_LENGTH
 
 STRETCHES = (1.0, 3.0)  # interval lengths in periods of the motion's mean frequency
 MOST = 24  # intervals of a run in the first stages
-# Factor of an unstable motion over a segment: of one degree of freedom, and of several, where a link that falls soon
-# drives the others.
+# Factor of an unstable motion over a segment, with one and with several degrees of freedom: of several coupled ones
+# the simulation differs sooner from the recorded motion by more than initial states can correct.
 GROWTH, GROWTH_OF_SEVERAL = 20.0, 5.0
 POINTS = 500  # samples of a run at which its component is linearised
 GOOD = 2.0  # reduced chi-square below which no other start is tried

@@ -14,15 +14,13 @@ Source: Khalil, Dombre, Modeling, Identification and Control of Robots (2002), c
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
 
-from fmus.declaration.component import Component
-from fmus.expressions.functions import NUMERIC
 from fmus.support.errors import InputError
 from motofmi.gap.experiments.state_rates import rates_of_states
+from motofmi.gap.models.equations import Equations
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.blocks import Blocks, blocks_of
 from motofmi.gap.preprocessing.input_interpolation import INTERPOLATIONS, motion_functions, resolved_frequency
@@ -36,8 +34,8 @@ LARGEST_CHANGE = np.log(1e4)  # of the logarithm of a parameter of the base
 
 @dataclass(frozen=True)
 class ImposedMotions:
-    """A run whose deflections and rates (n,) are known by name, with the accelerations (n, k) of the rates `rates`, and
-    the recorded efforts (n, k) of the inputs `efforts`."""
+    """A run with its time [s], deflections and rates (n,) by name in `known`, the derivatives (n, k) of the states
+    `rates`, and the recorded efforts (n, k) of the inputs `efforts`."""
 
     rates: list[str]
     efforts: list[str]
@@ -46,34 +44,25 @@ class ImposedMotions:
     recorded: np.ndarray
     reduction: Blocks
 
-    def residuals(self, component: Component, values: dict[str, float]) -> np.ndarray:
+    def residuals(self, equations: Equations, values: dict[str, float]) -> np.ndarray:
         """The required less the recorded efforts (m,), each over its rms, in the band in which all motions are
         resolved."""
         scale = self.recorded.std(axis=0)
-        return self.reduction.reduce((self.required(component, values) - self.recorded) / scale)
+        return self.reduction.reduce((self.required(equations, values) - self.recorded) / scale)
 
-    def required(self, component: Component, values: dict[str, float]) -> np.ndarray:
+    def required(self, equations: Equations, values: dict[str, float]) -> np.ndarray:
         """The efforts (n, k) that the motions require."""
-        unforced: dict[str, Any] = {
-            **component.start_values(),
-            **values,
-            **self.known,
-            **dict.fromkeys(self.efforts, 0.0),
-        }
-        at_zero = self._accelerations(component, unforced)
-        slopes = [self._accelerations(component, unforced | {n: 1.0}) - at_zero for n in self.efforts]
-        missing = (self.acceleration - at_zero)[..., None]
-        return np.linalg.solve(np.stack(slopes, axis=-1), missing)[..., 0]
+        size, places = len(self.acceleration), [equations.states.index(n) for n in self.rates]
 
-    def _accelerations(self, component: Component, values: dict[str, Any]) -> np.ndarray:
-        """The derivatives (n, k) of the rates."""
-        found, entries = component.run(values, NUMERIC), component.mass_entries(values, NUMERIC)
-        size = len(self.acceleration)
-        forces = np.array([np.broadcast_to(found[f"der({n})"], size) for n in self.rates]).T
-        if not entries:
-            return forces
-        mass = [[np.broadcast_to(entries.get((a, b), float(a == b)), size) for b in self.rates] for a in self.rates]
-        return np.linalg.solve(np.moveaxis(np.array(mass, float), 2, 0), forces[..., None])[..., 0]
+        def accelerations(effort: str = "") -> np.ndarray:
+            """(n, k), with one effort of 1 in its unit, or without any."""
+            forced = {n: float(n == effort) for n in self.efforts}
+            rates = equations({**values, **self.known, **forced})[0]
+            return np.column_stack([np.broadcast_to(rates[i], size) for i in places])
+
+        unforced = accelerations()
+        slopes = np.stack([accelerations(n) - unforced for n in self.efforts], axis=-1)
+        return np.linalg.solve(slopes, (self.acceleration - unforced)[..., None])[..., 0]
 
 
 def imposed_motions(model: FreeInitialStateModel, runs: Sequence[SampledRun]) -> list[ImposedMotions]:
@@ -92,7 +81,7 @@ def imposed_motions(model: FreeInitialStateModel, runs: Sequence[SampledRun]) ->
 
 def _imposed(run: SampledRun, rates: dict[str, str], efforts: list[str]) -> ImposedMotions:
     recording, time, rate = run.recording, run.recording.time, run.recording.rate
-    known: dict[str, np.ndarray] = {}
+    known = {"time": time}
     accelerations = []
     for deflection, speed in rates.items():
         functions = motion_functions(time, recording[deflection], speed, INTERPOLATIONS[0])
@@ -116,8 +105,7 @@ def inverse_dynamics_fit(
 
     Sensor offsets keep their start.
     """
-    component, states = model.component, model.experiment.component.states
-    if component.states != states or model.lags:
+    if model.component.states != model.experiment.component.states or model.lags:
         return None
     offsets = model.experiment.unrestricted
     fitted = [i for i, name in enumerate(model.names) if name not in offsets]
@@ -130,7 +118,7 @@ def inverse_dynamics_fit(
         x = start.copy()
         x[fitted] = free
         values = model.values(x)
-        return np.concatenate([each.residuals(component, values) for each in motions])
+        return np.concatenate([each.residuals(model.equations, values) for each in motions])
 
     with suppress(InputError, ValueError, np.linalg.LinAlgError), np.errstate(all="ignore"):
         begin = np.clip(start, np.nextafter(low, np.inf), np.nextafter(high, -np.inf))

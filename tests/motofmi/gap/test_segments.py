@@ -14,6 +14,7 @@ from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run, sampled_run
 from motofmi.recordings.recording import Recording
+from tests.simulators.double_pendulum import TRUE, DoublePendulum
 
 
 def test_a_recording_is_decimated_by_the_band_of_its_output_not_of_its_noisy_input():
@@ -87,6 +88,26 @@ def test_segments_are_short_where_the_recorded_motion_is_unstable():
     assert 100 <= max(length for a, length in lengths.items() if a >= 1000) <= 110
     assert lengths[0] > 900
     assert [b - a for a, b in whole.cut(500).segments] == [500] * 4
+
+
+def test_the_motion_of_several_degrees_of_freedom_grows_by_a_factor_of_five_in_a_segment():
+    """Upright links: the growth rate is the largest root of det(M s^2 + C s + K), from the matrices of the links."""
+    time = np.arange(2000) / 100
+    sway = 1e-3 * np.sin(time)  # changes the growth by a share of 1e-6
+    columns = {"torque": sway, "elbow_torque": sway, "angle": np.pi + sway, "elbow_angle": sway}
+    units = {"torque": "N.m", "elbow_torque": "N.m", "angle": "rad", "elbow_angle": "rad"}
+    experiment = input_output_experiment(DoublePendulum().with_values(**TRUE), list(columns))
+    run = prepare_sampled_run(Recording("upright", time, columns, units), experiment)
+    model = FreeInitialStateModel(experiment)
+    p = TRUE
+    both = p["elbow_inertia"] + p["coupling"]
+    mass = np.array([[p["inertia"] + both + p["coupling"], both], [both, p["elbow_inertia"]]])
+    stiffness = -p["elbow_weight"] * np.ones((2, 2)) - np.diag([p["weight"], 0.0])
+    damping = np.diag([p["damping"], p["elbow_damping"]])
+    free = np.linalg.solve(mass, np.hstack([-stiffness, -damping]))
+    growth = np.linalg.eigvals(np.vstack([np.eye(2, 4, 2), free])).real.max()
+    lengths = stable_segments(model, model.start(), run).stable_length
+    assert np.median(lengths) == pytest.approx(np.log(5.0) / growth * run.recording.rate, abs=1.0)  # whole samples
 
 
 def test_a_state_of_an_effect_is_no_further_degree_of_freedom():
