@@ -24,7 +24,7 @@ bounds of the parameters express the physical sign.
 """
 
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 from itertools import permutations
 from typing import Any, ClassVar
 
@@ -161,11 +161,21 @@ class Effect:
         first = cls.free_parameters()[0]
         return tuple(n for n in (*cls.starts, *cls.lags) if n != first)
 
+    @classmethod
+    def magnitudes(cls) -> tuple[str, ...]:
+        """The parameters in which the added term is linear."""
+        return tuple(n for n in cls.free_parameters() if n not in cls.nonlinear_parameters())
+
+    @classmethod
+    def magnitudes_by_element(cls) -> list[tuple[str, ...]]:
+        """The magnitudes at each of its elements: where those of one are zero, it is absent there."""
+        return [cls.magnitudes()]
+
     def join(self, component: Component) -> None:
         """Add the variables and terms to the component. Raises InputError for a missing element and for equal names."""
         prefix = f"{self.family}." if self.family else ""
-        element = self._element_of(component)
-        force = component.table[element.force].unit if element is not None else ""
+        words = self._words(component)
+        force = next((component.table[name].unit for word, name in words.items() if word.startswith("force")), "")
         rows = {prefix + n: _placed(row, prefix + n, force) for n, row in self.declared.items()}
         clash = component.table.keys() & rows.keys()
         if clash:
@@ -173,7 +183,7 @@ class Effect:
                 f"effect {type(self).__name__} and {component.title} both declare {', '.join(sorted(clash))}"
             )
         component.table.update(rows)
-        view = _Names(prefix, element)
+        view = _Names(prefix, words)
         own = {n for n, row in self.declared.items() if row.role != "parameter"}
         for target, method in self.additions():
             self._add(component, view.target(target, own), method, view)
@@ -199,11 +209,21 @@ class Effect:
             method(reader, NUMERIC)
         return reader.read | {source for source, _ in cls.delayed.values()}
 
-    def _element_of(self, component: Component) -> Element | None:
-        elements = {**_signals(component), **component.elements} if self.element else {}
-        if self.element and self.element not in elements:
-            raise unknown(f"element of {component.title}", self.element, elements)
-        return elements.get(self.element)
+    @staticmethod
+    def words_at(component: Component, place: str) -> dict[str, str]:
+        """The component's names for `force`, `deflection`, `rate`, `stiffness` and `damping` of an element, of those that
+        it has.
+
+        Raises InputError for a missing element.
+        """
+        elements = {**_signals(component), **component.elements}
+        if place not in elements:
+            raise unknown(f"element of {component.title}", place, elements)
+        return {f.name: name for f in fields(Element) if (name := getattr(elements[place], f.name))}
+
+    def _words(self, component: Component) -> dict[str, str]:
+        """The component's names for the words of its element; none where it acts at no element."""
+        return self.words_at(component, self.element) if self.element else {}
 
     @staticmethod
     def _add(component: Component, target: str, method: Callable, view: "_Names") -> None:
@@ -233,13 +253,13 @@ class Effect:
 class _Names:
     """The mapping of the names that an effect uses to the names in the table of the component."""
 
-    def __init__(self, prefix: str, element: Element | None):
-        self.prefix, self.element = prefix, element
+    def __init__(self, prefix: str, words: Mapping[str, str]):
+        self.prefix, self.words = prefix, words
         self.computed: dict[str, Callable[[Scope], Any]] = {}
 
     def name(self, word: str) -> str:
         """The component's name for `force`, `deflection` and so on of the element; any other word is a name already."""
-        return (getattr(self.element, word, "") if self.element else "") or word
+        return self.words.get(word, word)
 
     def target(self, target: str, own: Collection[str]) -> str:
         if target.startswith(("der(", "mass(")):

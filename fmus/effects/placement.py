@@ -2,7 +2,8 @@
 
 A spring law acts at the element `spring`, a law of large rotation at `rotation`, friction and drag at every element, an
 actuator law at inputs and a sensor law at outputs. The family names the law and `element` the place; at another element
-than the law's own the form has the place as suffix: `coulomb_drive`, `clip_torque`, `lost_level`.
+than the law's own the form has the place as suffix: `coulomb_drive`, `clip_torque`, `lost_level`. Friction and drag may
+also act at several elements at once: `coulomb_shoulder_and_elbow`.
 
 States that belong to no force element have the laws of `state_rate`. A component without a force may be a mechanism
 that a motion drives, or no mechanism: its inputs and outputs have the laws of `input_channel` and `output_channel` as well.
@@ -10,7 +11,7 @@ that a motion drives, or no mechanism: its inputs and outputs have the laws of `
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import permutations
+from itertools import combinations, permutations
 from math import inf
 
 from fmus.declaration.component import Component
@@ -32,6 +33,7 @@ from fmus.effects import (
 from fmus.effects.effect import Effect
 from fmus.effects.library import declared_by
 from fmus.effects.measuring_channel import ChannelDelay
+from fmus.effects.several_elements import at_several_elements
 from fmus.equations.sympy_form import symbolic
 from fmus.expressions.functions import NUMERIC
 
@@ -78,7 +80,26 @@ def _at_elements(component: Component, largest_rate: float) -> list[type[Effect]
         starts = _scaled(law, dict.fromkeys(law.relative_to_rate, largest_rate))
         places = {n: form for n, form in known.items() if _suits(law, component.elements[n])}
         found += [_placed(law, name, form, starts) for name, form in places.items()]
+        if law in EVERYWHERE and _has_one_magnitude(law) and not law.both_ways:
+            scaled = _placed(law, law.element, law.form, starts)
+            found += [at_several_elements(scaled, together) for together in _moving_apart(component, tuple(places))]
     return found
+
+
+def _has_one_magnitude(law: type[Effect]) -> bool:
+    shapes, states = law.nonlinear_parameters(), [n for n, row in law.declared.items() if row.role == "state"]
+    return not states and len(law.free_parameters()) == 1 + len(shapes)
+
+
+def _moving_apart(component: Component, places: tuple[str, ...]) -> list[tuple[str, ...]]:
+    """Every two of the elements, and all of them, where their rates differ and their forces have one unit."""
+    every = dict.fromkeys((*combinations(places, 2), places))
+    return [some for some in every if len(some) > 1 and _move_apart([component.elements[n] for n in some], component)]
+
+
+def _move_apart(elements: Sequence[Element], component: Component) -> bool:
+    units = {component.table[e.force].unit for e in elements}
+    return len(units) == 1 and len({e.rate for e in elements}) == len(elements)
 
 
 def _suits(law: type[Effect], element: Element) -> bool:

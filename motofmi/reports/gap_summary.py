@@ -40,7 +40,8 @@ def headline(result: dict[str, Any]) -> str:
 def _placed(effect: dict[str, Any]) -> str:
     """The name of an effect, with the element at which it acts where the component has several for it."""
     element = effect["element"]
-    return f"{effect['name']} ({element})" if element and effect["form"].endswith(f"_{element}") else effect["name"]
+    named = element and effect["form"].endswith(f"_{element.replace(' ', '_')}")
+    return f"{effect['name']} ({element})" if named else effect["name"]
 
 
 def _closed(result: dict[str, Any]) -> str:

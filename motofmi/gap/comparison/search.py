@@ -31,7 +31,7 @@ FITTED_FIRST = 4  # effects with the largest screened gain, that are fitted befo
 # Ratio of chi-square to that of the best of them above which another effect need not be fitted to the end: a model with
 # three times the mean square on every block is not in the confidence set.
 FAR_BEHIND = 3.0
-# The same, of the simplest form of a family with states, above which its other forms need not be fitted.
+# The same, of a family, above which its further forms need not be fitted.
 OUT_OF_REACH = 30.0
 CLEARLY_BEHIND = 5.0  # standard errors of the mean loss above the best one from which a model is not compared further
 
@@ -45,7 +45,8 @@ def single_effects(
     ones; of two fits the one with less chi-square is kept. Those with the largest screened gain come first; fits of the
     others end where they cannot come near them. Effects with states of their own do not end others, since their free
     initial states can reduce the misfit without a magnitude, and their simulations are the slowest: they are fitted
-    last. Of a family of such effects further forms are fitted where the simplest one is not far behind.
+    last. Of a family of such effects, and at several elements at once, further forms are fitted where the family is not
+    far behind.
     """
     plain = [effect for effect in library if not effect.flexible]
     known = _from_equation_error(base, starts)
@@ -106,11 +107,16 @@ def _on_which_others_depend(
 
 
 def _further_forms(signatures: Sequence[Signature]) -> list[Signature]:
-    """The forms with states that are not the ones with the fewest parameters of their family."""
+    """The forms with states that are not the ones with the fewest parameters of their family, and those that act at
+    several elements."""
     simplest: dict[str, Signature] = {}
     for s in sorted(signatures, key=lambda s: len(s.effect.free_parameters())):
         simplest.setdefault(s.effect.family, s)
-    return [s for s in signatures if has_states(s.effect) and s is not simplest[s.effect.family]]
+    return [
+        s
+        for s in signatures
+        if len(s.effect.magnitudes_by_element()) > 1 or (has_states(s.effect) and s is not simplest[s.effect.family])
+    ]
 
 
 def leading_models(blocks: CommonBlocks, base: Fit, singles: Sequence[Candidate]) -> list[ComparedModel]:

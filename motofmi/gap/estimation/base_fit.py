@@ -93,8 +93,11 @@ def _on_stable_segments(base: Fit, start: EquationErrorFit) -> Fit | None:
 
 
 def on_segments_like(base: Fit, starts: Sequence[EquationErrorFit], runs: Sequence[SampledRun]) -> list[SampledRun]:
-    """Runs on segments over which the model with the least equation error is stable, without one the base."""
-    model, x = starts[0].on(base) if starts else (base.model, base.x)
+    """Runs on segments over which the base and the model with the least equation error are stable."""
+    runs = [_on_segments_of(base.model, base.x, run) for run in runs]
+    if not starts:
+        return runs
+    model, x = starts[0].on(base)
     return [_on_segments_of(model, x, run) for run in runs]
 
 

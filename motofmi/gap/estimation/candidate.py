@@ -72,16 +72,17 @@ def undetermined_magnitude(found: Fit, errors: np.ndarray, criteria: Criteria) -
     """The first magnitude of an effect that is not distinguishable from zero, as name, value and standard error; None
     where all are.
 
-    errors (parameters,) are the standard errors of x. An effect with several magnitudes needs only one that is. An
-    effect that changes a stiffness or damping of the base is not distinguishable from zero where this parameter is not,
+    errors (parameters,) are the standard errors of x. Of several magnitudes at one element only one needs to be, but an
+    effect must act at each of its elements. An effect that changes a stiffness or damping of the base is not distinguishable from zero where this parameter is not,
     as a spring without stiffness whose force saturates.
     """
-    parameters, names = parameters_of(found, errors), found.model.names
+    parameters, fitted = parameters_of(found, errors), found.model.names
     for effect in found.model.effects:
-        for places in (magnitudes_of(found, effect), _changed_by(found, effect)):
-            values = {names[i]: parameters[names[i]] for i in places}
+        at_each = [places_of(found, effect, names) for names in effect.magnitudes_by_element()]
+        for places in (*at_each, _changed_by(found, effect)):
+            values = {fitted[i]: parameters[fitted[i]] for i in places}
             if places and len(undetermined(values, criteria.value_errors)) == len(places):
-                return names[places[0]], *values[names[places[0]]][:2]
+                return fitted[places[0]], *values[fitted[places[0]]][:2]
     return None
 
 
@@ -96,7 +97,7 @@ def has_determined_magnitudes(found: Fit, criteria: Criteria) -> bool:
 
 def magnitudes_of(found: Fit, effect: type[Effect]) -> list[int]:
     """The indices in x of the parameters in which the term that an effect adds is linear."""
-    return places_of(found, effect, [n for n in effect.free_parameters() if n not in effect.nonlinear_parameters()])
+    return places_of(found, effect, effect.magnitudes())
 
 
 def _changed_by(found: Fit, effect: type[Effect]) -> list[int]:

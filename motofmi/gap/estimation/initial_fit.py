@@ -115,7 +115,8 @@ def _excerpt(run: SampledRun, length: int) -> SampledRun:
 
 
 def stable_segments(model: FreeInitialStateModel, x: np.ndarray, run: SampledRun) -> SampledRun:
-    """The run, cut where the component's unstable free motion would grow too far over a segment.
+    """The run, cut where the component's unstable free motion would grow too far over a segment; a run that is cut
+    for another model also where that needs it.
 
     The component is linearised along the recorded motion: a pendulum is unstable about its upper equilibrium only.
     """
@@ -131,6 +132,8 @@ def stable_segments(model: FreeInitialStateModel, x: np.ndarray, run: SampledRun
     if np.all(allowed >= longest):
         return run
     lengths = np.interp(np.arange(samples), points, np.broadcast_to(allowed.astype(int), points.shape))
+    if run.stable_length is not None:
+        lengths = np.minimum(lengths, run.stable_length)
     return replace(run, stable_length=lengths).cut(longest)
 
 

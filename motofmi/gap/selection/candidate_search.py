@@ -234,10 +234,10 @@ def _added_by_latest(found: Fit, library: Sequence[type[Effect]], known: Sequenc
 
 
 def _plain(forms: Sequence[type[Effect]]) -> list[type[Effect]]:
-    """The forms that represent a family in the screening: all that are not flexible.
+    """The forms that represent a family in the screening: all that are not flexible and act at one element.
 
     Of forms with states (hysteresis loops of different shape) only the first is taken, since their simulation is slow.
     """
-    plain = [form for form in forms if not form.flexible] or list(forms[:1])
+    plain = [form for form in forms if not form.flexible and len(form.magnitudes_by_element()) == 1] or list(forms[:1])
     with_states = [form for form in plain if any(row.role == "state" for row in form.declared.values())]
     return [form for form in plain if form not in with_states[1:]]

@@ -3,12 +3,16 @@ controller holds."""
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import motofmi as mf
 from fmus.effects.damping import CoulombFriction
+from fmus.effects.placement import by_name, laws_at
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.base_fit import fitted_base
+from motofmi.gap.estimation.candidate import undetermined_magnitude
+from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.estimation.inverse_dynamics import imposed_motions, inverse_dynamics_fit
 from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
@@ -87,3 +91,29 @@ def test_the_friction_of_one_of_two_joints_is_named():
     values = {n: p["value"] for n, p in found["effects"][0]["parameters"].items()}
     # The recordings are exact but for noise of 0.2 mrad.
     assert values == pytest.approx({"friction_torque": 0.2, "sliding_rate": SLIDING}, rel=0.01)
+
+
+@pytest.mark.slow
+@pytest.mark.study
+def test_the_friction_of_both_joints_is_named_together():
+    runs = [held_pendulum(f"run_{seed}", seed, 9.0, friction=(0.15, 0.2)) for seed in (1, 2)]
+    found = mf.find_gap(runs[0], validation=runs[1], component=DoublePendulum()).to_dict()
+    assert [(e["name"], e["element"]) for e in found["effects"]] == [("coulomb_friction", "shoulder and elbow")]
+    values = {n: p["value"] for n, p in found["effects"][0]["parameters"].items()}
+    expected = {"friction_torque_shoulder": 0.15, "friction_torque_elbow": 0.2, "sliding_rate": SLIDING}
+    # The recordings are exact but for noise of 0.2 mrad.
+    assert values == pytest.approx(expected, rel=0.01)
+
+
+@pytest.mark.parametrize(("torques", "absent"), [((0.1, 0.2), None), ((0.1, 0.0), "elbow"), ((0.0, 0.2), "shoulder")])
+def test_a_law_of_two_joints_must_act_in_each(torques, absent):
+    law = by_name(laws_at(DoublePendulum()))["coulomb_friction.coulomb_shoulder_and_elbow"]
+    experiment, (run,) = prepared(held_pendulum("run", seed=1, duration=3.0))
+    model = FreeInitialStateModel(experiment, [law])
+    names = [f"friction_torque_{joint}" for joint in ("shoulder", "elbow")]
+    start = model.start({experiment.parameter(law, n): x for n, x in zip(names, torques, strict=True)})
+    deviations = np.zeros(2)  # of the sensor offsets of the run
+    found = Fit(model, [run], np.append(start, deviations), 0.0, np.zeros(1), np.zeros((1, len(start) + 2)), 1)
+    errors = np.full(len(start), 0.01)
+    undetermined = undetermined_magnitude(found, errors, Criteria())
+    assert (undetermined and undetermined[0]) == (absent and f"coulomb_friction.friction_torque_{absent}")

@@ -8,6 +8,9 @@ import pytest
 from fmus import Component, input, parameter, state
 from fmus.effects.hysteresis import DahlHysteresis
 from fmus.mechanisms import DrivenJoint, MassSpringDamper, Pendulum
+from motofmi.gap.estimation.base_fit import on_segments_like
+from motofmi.gap.estimation.equation_error import EquationErrorFit
+from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.initial_fit import stable_segments
 from motofmi.gap.estimation.starting_values import poles
 from motofmi.gap.experiments.input_output import input_output_experiment
@@ -123,6 +126,22 @@ def test_a_state_of_an_effect_is_no_further_degree_of_freedom():
     start[loop.names.index(experiment.parameter(DahlHysteresis, "force"))] = 0.0
     lengths = [stable_segments(model, x, run).stable_length for model, x in ((alone, alone.start()), (loop, start))]
     np.testing.assert_array_equal(*lengths)
+
+
+@pytest.mark.parametrize("stiffnesses", [(-9.0, -1.21), (-1.21, -9.0)])
+def test_base_and_best_effect_are_both_stable_over_segments_of_validation_runs(stiffnesses):
+    """Of growth rates of 3 and 1.1 per second the larger one determines the segments, of whichever model it is."""
+    time = np.arange(2000) / 100
+    columns = {"torque": np.sin(time), "angle": 0.1 * np.sin(time)}
+    recording = Recording("upright", time, columns, {"torque": "N.m", "angle": "rad"})
+    base, other = (Pendulum(inertia=1.0, damping=1e-9, gravity_stiffness=k) for k in stiffnesses)
+    experiment = input_output_experiment(base, list(columns))
+    model = FreeInitialStateModel(experiment)
+    run = prepare_sampled_run(recording, experiment)
+    found = fit(model, [run.cut(100)], model.start(), iterations=0)
+    start = EquationErrorFit(None, np.log(np.abs([other.values[n] for n in model.base])), np.zeros(0), 1.0)
+    (cut,) = on_segments_like(found, [start], [run.cut(2000)])
+    assert np.median(cut.stable_length) == pytest.approx(np.log(20.0) / 3.0 * 100, abs=1.0)  # whole samples
 
 
 def test_the_motion_of_a_joint_that_turns_on_and_on_is_that_in_a_segment():
