@@ -8,7 +8,13 @@ from motofmi.gap.estimation.fit_result import initial_guesses, with_initial_gues
 from motofmi.gap.models.initial_states import InitialStateModel
 from motofmi.gap.selection import any_component, by_comparison, noise_rounds
 from motofmi.gap.validation import before_after
+from tests.few_laws import only_families
 from tests.motofmi.gap.comparison.test_leader_diverges import gap_of_friction
+
+
+@pytest.fixture(autouse=True)
+def few_laws(monkeypatch):
+    only_families(monkeypatch, "coulomb_friction", "hardening_stiffness", "progressive_damping", "sensor_nonlinearity")
 
 
 @pytest.fixture

@@ -6,6 +6,7 @@ import pytest
 import motofmi as mf
 from motofmi.gap.comparison.compared_model import CommonBlocks
 from motofmi.recordings.recording import Recording
+from tests.few_laws import only_families
 from tests.simulators.three_sines import three_sines
 
 FRICTION = 2.0  # N
@@ -28,6 +29,7 @@ def gap_of_friction():
 @pytest.fixture(autouse=True)
 def compared_on_blocks(monkeypatch):
     monkeypatch.setattr("motofmi.gap.selection.any_component.leaves_noise", lambda *_: False)
+    only_families(monkeypatch, "coulomb_friction", "hardening_stiffness", "progressive_damping", "sensor_nonlinearity")
 
 
 def test_an_effect_is_named_although_a_pair_that_contains_it_cannot_be_simulated(monkeypatch):
