@@ -92,6 +92,7 @@ class Effect:
     # at elements of generic components: True for those with a stiffness only, False for those without, None for all
     of_stiffness: ClassVar[bool | None] = None
     flexible: ClassVar[bool] = False
+    at_several: ClassVar[bool] = False  # it acts at several elements at once (`fmus.effects.several_elements`)
     both_ways: ClassVar[bool] = False  # its force is that of another law where the rate of its element has one sign
     starts: ClassVar[Mapping[str, tuple[float, ...]]] = {}
     relative: ClassVar[tuple[str, ...]] = ()  # parameters whose starting values are shares of the largest deflection

@@ -20,6 +20,7 @@ WORDS = tuple(f.name for f in fields(Element))
 class AtSeveralElements(Effect):
     """Base class of laws at several elements, whose forces have one unit; `law` acts at each of `places`."""
 
+    at_several: ClassVar = True
     law: ClassVar[type[Effect]]
     places: ClassVar[tuple[str, ...]]
 

@@ -43,11 +43,11 @@ def pairs(
 
     Other forms are left out where a single effect is sufficient by the one-standard-error rule (`simplest_form`).
     firsts are the single effects, the leading one first. An effect whose magnitude is not determined alone leads no
-    pair; it may be in one that is selected jointly.
+    pair; it may be in one that is selected jointly. An effect at several elements may be the first of a pair.
     """
     firsts = [m for m in firsts if not blocks.is_undetermined(m.fit, [base])][:LEADING_FAMILIES]
     beat = min((m.fit.chi2 for m in firsts), default=base.chi2)
-    plain = [effect for effect in library if not effect.flexible]
+    plain = [effect for effect in library if not (effect.flexible or effect.at_several)]
     joint = screen_pairs(base, plain)
     of_families = {s.families: s for s in reversed(joint)}
     chosen = sorted(of_families.values(), key=lambda s: -s.gain)[:JOINT_PAIRS]

@@ -49,8 +49,9 @@ def single_effects(
     far behind.
     """
     plain = [effect for effect in library if not effect.flexible]
+    at_one, at_several = ([e for e in plain if e.at_several is several] for several in (False, True))
     known = _from_equation_error(base, starts)
-    signatures = [s for s in screen(base, plain, keep=1) if s.gain > 0]
+    signatures = [s for s in screen(base, at_one, keep=1) if s.gain > 0]
     signatures.sort(key=lambda s: (has_states(s.effect), -s.gain))
     further = _further_forms(signatures)
     order = [s for s in signatures if s not in further]
@@ -61,6 +62,7 @@ def single_effects(
     found += fit_each(base, first, [], beat, [], criteria)
     near = {c.family for c in found if c.fit.chi2 < OUT_OF_REACH * best}
     further = [s for s in further if s.effect.family in near]
+    further += screen(base, [effect for effect in at_several if effect.family in near], keep=1)
     found += fit_each(base, [*further, *others], [], beat, [], criteria)
     every = list(dict.fromkeys([*(s.effect for s in (*order, *further)), *plain]))
     place = {effect: i for i, effect in enumerate(every)}
@@ -107,16 +109,11 @@ def _on_which_others_depend(
 
 
 def _further_forms(signatures: Sequence[Signature]) -> list[Signature]:
-    """The forms with states that are not the ones with the fewest parameters of their family, and those that act at
-    several elements."""
+    """The forms with states that are not the ones with the fewest parameters of their family."""
     simplest: dict[str, Signature] = {}
     for s in sorted(signatures, key=lambda s: len(s.effect.free_parameters())):
         simplest.setdefault(s.effect.family, s)
-    return [
-        s
-        for s in signatures
-        if len(s.effect.magnitudes_by_element()) > 1 or (has_states(s.effect) and s is not simplest[s.effect.family])
-    ]
+    return [s for s in signatures if has_states(s.effect) and s is not simplest[s.effect.family]]
 
 
 def leading_models(blocks: CommonBlocks, base: Fit, singles: Sequence[Candidate]) -> list[ComparedModel]:

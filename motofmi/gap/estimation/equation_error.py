@@ -76,7 +76,8 @@ def effort_model(
 def equation_error_fits(found: Fit, library: Sequence[type[Effect]]) -> list[EquationErrorFit]:
     """The base of a fit and its single effects fitted by equation error, the least chi-square first.
 
-    Effects that do not reduce chi-square, and flexible ones, are left out. Empty where no effort is recorded.
+    Effects that do not reduce chi-square, and flexible ones, are left out; so are those at several elements where one
+    motion alone is imposed. Empty where no effort is recorded.
     """
     model: Any = found.model
     if motions := imposed_motions(model, found.runs):
@@ -87,7 +88,7 @@ def equation_error_fits(found: Fit, library: Sequence[type[Effect]]) -> list[Equ
     bases = len(model.base)
     with suppress(InputError):
         base = _base(*turned, found.x[:bases])
-        signatures = screen(base, [effect for effect in library if not effect.flexible], keep=1)
+        signatures = screen(base, [e for e in library if not (e.flexible or e.at_several)], keep=1)
         alike = _with_equal_terms(base)
 
         def fit_one(signature: Signature) -> tuple[np.ndarray, float] | None:
