@@ -62,7 +62,8 @@ def single_effects(
     found += fit_each(base, first, [], beat, [], criteria)
     near = {c.family for c in found if c.fit.chi2 < OUT_OF_REACH * best}
     further = [s for s in further if s.effect.family in near]
-    further += screen(base, [effect for effect in at_several if effect.family in near], keep=1)
+    of_near = [effect for effect in at_several if effect.family in near]
+    further += [s for s in screen(base, of_near, keep=1) if s.gain > 0]
     found += fit_each(base, [*further, *others], [], beat, [], criteria)
     every = list(dict.fromkeys([*(s.effect for s in (*order, *further)), *plain]))
     place = {effect: i for i, effect in enumerate(every)}

@@ -73,8 +73,8 @@ def undetermined_magnitude(found: Fit, errors: np.ndarray, criteria: Criteria) -
     where all are.
 
     errors (parameters,) are the standard errors of x. Of several magnitudes at one element only one needs to be, but an
-    effect must act at each of its elements. An effect that changes a stiffness or damping of the base is not distinguishable from zero where this parameter is not,
-    as a spring without stiffness whose force saturates.
+    effect must act at each of its elements. An effect that changes a stiffness or damping of the base is not
+    distinguishable from zero where this parameter is not, as a spring without stiffness whose force saturates.
     """
     parameters, fitted = parameters_of(found, errors), found.model.names
     for effect in found.model.effects:
