@@ -212,8 +212,7 @@ class Effect:
 
     @staticmethod
     def words_at(component: Component, place: str) -> dict[str, str]:
-        """The component's names for `force`, `deflection`, `rate`, `stiffness` and `damping` of an element, of those that
-        it has.
+        """The component's names by `force`, `deflection`, `rate`, `stiffness` and `damping`, of those that an element has.
 
         Raises InputError for a missing element.
         """
