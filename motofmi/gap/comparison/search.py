@@ -7,7 +7,7 @@ dominates chi-square and hides the gain of an effect in all other runs.
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -45,8 +45,8 @@ def single_effects(
     ones; of two fits the one with less chi-square is kept. Those with the largest screened gain come first; fits of the
     others end where they cannot come near them. Effects with states of their own do not end others, since their free
     initial states can reduce the misfit without a magnitude, and their simulations are the slowest: they are fitted
-    last. Of a family of such effects, and at several elements at once, further forms are fitted where the family is not
-    far behind.
+    last. Of a family of such effects further forms are fitted where the simplest one is not far behind; at several
+    elements at once where, in addition, the screened gain is larger than at one of them.
     """
     plain = [effect for effect in library if not effect.flexible]
     at_one, at_several = ([e for e in plain if e.at_several is several] for several in (False, True))
@@ -63,7 +63,7 @@ def single_effects(
     near = {c.family for c in found if c.fit.chi2 < OUT_OF_REACH * best}
     further = [s for s in further if s.effect.family in near]
     of_near = [effect for effect in at_several if effect.family in near]
-    further += [s for s in screen(base, of_near, keep=1) if s.gain > 0]
+    further += [s for s in screen(base, of_near, keep=1) if _gains_more_than_at_one(s, signatures, base.count)]
     found += fit_each(base, [*further, *others], [], beat, [], criteria)
     every = list(dict.fromkeys([*(s.effect for s in (*order, *further)), *plain]))
     place = {effect: i for i, effect in enumerate(every)}
@@ -71,6 +71,13 @@ def single_effects(
     for c in sorted((c for c in (*known, *found) if c.fitted), key=lambda c: c.fit.chi2):
         of_effects.setdefault(c.effect, c)
     return sorted(of_effects.values(), key=lambda c: place[c.effect])
+
+
+def _gains_more_than_at_one(signature: Signature, signatures: Sequence[Signature], count: int) -> bool:
+    """Whether the screened delta BIC of a law at several elements is larger than that of the law at any one of them."""
+    effect: Any = signature.effect
+    alone = [s.gain for s in signatures if s.effect.__name__ == effect.__name__ and s.effect.element in effect.places]
+    return signature.gain > max(alone, default=0.0) + np.log(count) * (len(effect.places) - 1)
 
 
 def _from_equation_error(base: Fit, starts: Sequence[EquationErrorFit]) -> list[Candidate]:
