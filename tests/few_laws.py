@@ -1,11 +1,15 @@
-"""A library of some families only, for tests of what a search does with its candidates: all laws take a minute."""
+"""A library of some families only, for tests of what a search does with its candidates, however many these are."""
+
+from collections.abc import Sequence
 
 import pytest
 
 from motofmi.gap.estimation import base_fit
 
+FAMILIES = ("coulomb_friction", "hardening_stiffness", "progressive_damping", "sensor_nonlinearity")
 
-def only_families(monkeypatch: pytest.MonkeyPatch, *families: str) -> None:
+
+def only_families(monkeypatch: pytest.MonkeyPatch, families: Sequence[str] = FAMILIES) -> None:
     """Let the laws of these families be the only candidates."""
     original = base_fit.candidate_laws
 

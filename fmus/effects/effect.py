@@ -92,7 +92,7 @@ class Effect:
     # at elements of generic components: True for those with a stiffness only, False for those without, None for all
     of_stiffness: ClassVar[bool | None] = None
     flexible: ClassVar[bool] = False
-    at_several: ClassVar[bool] = False  # it acts at several elements at once (`fmus.effects.several_elements`)
+    at_one: ClassVar[tuple[type["Effect"], ...]] = ()  # of a law at several elements: the law at each of them alone
     both_ways: ClassVar[bool] = False  # its force is that of another law where the rate of its element has one sign
     starts: ClassVar[Mapping[str, tuple[float, ...]]] = {}
     relative: ClassVar[tuple[str, ...]] = ()  # parameters whose starting values are shares of the largest deflection
@@ -163,6 +163,11 @@ class Effect:
         return tuple(n for n in (*cls.starts, *cls.lags) if n != first)
 
     @classmethod
+    def has_states(cls) -> bool:
+        """Whether it has states of its own."""
+        return any(row.role == "state" for row in cls.declared.values())
+
+    @classmethod
     def magnitudes(cls) -> tuple[str, ...]:
         """The parameters in which the added term is linear."""
         return tuple(n for n in cls.free_parameters() if n not in cls.nonlinear_parameters())
@@ -176,6 +181,7 @@ class Effect:
         """Add the variables and terms to the component. Raises InputError for a missing element and for equal names."""
         prefix = f"{self.family}." if self.family else ""
         words = self._words(component)
+        # The forces of several elements have one unit.
         force = next((component.table[name].unit for word, name in words.items() if word.startswith("force")), "")
         rows = {prefix + n: _placed(row, prefix + n, force) for n, row in self.declared.items()}
         clash = component.table.keys() & rows.keys()
@@ -212,7 +218,7 @@ class Effect:
 
     @staticmethod
     def words_at(component: Component, place: str) -> dict[str, str]:
-        """The component's names by `force`, `deflection`, `rate`, `stiffness` and `damping`, of those that an element has.
+        """The component's names of the variables that an element has, by `force`, `deflection`, `rate` and so on.
 
         Raises InputError for a missing element.
         """

@@ -79,27 +79,19 @@ def _at_elements(component: Component, largest_rate: float) -> list[type[Effect]
                     known[name] = f"{law.form}_{name}"
         starts = _scaled(law, dict.fromkeys(law.relative_to_rate, largest_rate))
         places = {n: form for n, form in known.items() if _suits(law, component.elements[n])}
-        found += [_placed(law, name, form, starts) for name, form in places.items()]
-        if law in EVERYWHERE and _has_one_magnitude(law) and not law.both_ways:
-            scaled = _placed(law, law.element, law.form, starts)
-            found += [at_several_elements(scaled, together) for together in _moving_apart(component, tuple(places))]
+        at_one = [_placed(law, name, form, starts) for name, form in places.items()]
+        found += at_one
+        if law in EVERYWHERE and len(law.magnitudes()) == 1 and not (law.both_ways or law.has_states()):
+            together = dict.fromkeys((*combinations(at_one, 2), tuple(at_one)))  # every two, and all
+            found += [at_several_elements(law, some) for some in together if _move_apart(some, component)]
     return found
 
 
-def _has_one_magnitude(law: type[Effect]) -> bool:
-    shapes, states = law.nonlinear_parameters(), [n for n, row in law.declared.items() if row.role == "state"]
-    return not states and len(law.free_parameters()) == 1 + len(shapes)
-
-
-def _moving_apart(component: Component, places: tuple[str, ...]) -> list[tuple[str, ...]]:
-    """Every two of the elements, and all of them, where their rates differ and their forces have one unit."""
-    every = dict.fromkeys((*combinations(places, 2), places))
-    return [some for some in every if len(some) > 1 and _move_apart([component.elements[n] for n in some], component)]
-
-
-def _move_apart(elements: Sequence[Element], component: Component) -> bool:
+def _move_apart(at_one: Sequence[type[Effect]], component: Component) -> bool:
+    """Whether these are several elements whose rates differ and whose forces have one unit."""
+    elements = [component.elements[effect.element] for effect in at_one]
     units = {component.table[e.force].unit for e in elements}
-    return len(units) == 1 and len({e.rate for e in elements}) == len(elements)
+    return len(elements) > 1 and len(units) == 1 and len({e.rate for e in elements}) == len(elements)
 
 
 def _suits(law: type[Effect], element: Element) -> bool:

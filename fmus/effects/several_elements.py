@@ -18,63 +18,62 @@ WORDS = tuple(f.name for f in fields(Element))
 
 
 class AtSeveralElements(Effect):
-    """Base class of laws at several elements, whose forces have one unit; `law` acts at each of `places`."""
+    """Base class of laws at several elements, whose forces have one unit."""
 
-    at_several: ClassVar = True
     law: ClassVar[type[Effect]]
-    places: ClassVar[tuple[str, ...]]
 
     @classmethod
     def magnitudes_by_element(cls) -> list[tuple[str, ...]]:
         """The magnitudes at each of its elements: where those of one are zero, it is absent there."""
-        names = [own_names(cls.law, place) for place in cls.places]
-        return [tuple(of_place[n] for n in cls.law.magnitudes()) for of_place in names]
+        names = [own_names(cls.law, alone.element) for alone in cls.at_one]
+        return [tuple(of_element[n] for n in cls.law.magnitudes()) for of_element in names]
 
     def additions(self) -> Iterator[tuple[str, Callable]]:
         """Every target of the law at every element, with the method that computes its term."""
-        for place in self.places:
-            names = own_names(self.law, place)
+        for alone in self.at_one:
+            names = own_names(self.law, alone.element)
             for target, method in self.law().additions():
                 yield names[target], _renamed(method, names)
 
     def _words(self, component: Component) -> dict[str, str]:
         return {
-            f"{word}_{place}": name
-            for place in self.places
-            for word, name in self.law.words_at(component, place).items()
+            f"{word}_{alone.element}": name
+            for alone in self.at_one
+            for word, name in self.law.words_at(component, alone.element).items()
         }
 
 
-def at_several_elements(law: type[Effect], places: tuple[str, ...]) -> type[Effect]:
-    """The law at several elements.
+def at_several_elements(law: type[Effect], at_one: tuple[type[Effect], ...]) -> type[Effect]:
+    """The law at several elements, from the law at each of them alone.
 
     >>> from fmus.effects.damping import CoulombFriction
-    >>> list(at_several_elements(CoulombFriction, ("shoulder", "elbow")).parameters())
+    >>> joints = [type("Friction", (CoulombFriction,), {"element": name}) for name in ("shoulder", "elbow")]
+    >>> list(at_several_elements(CoulombFriction, tuple(joints)).parameters())
     ['friction_torque_shoulder', 'friction_torque_elbow', 'sliding_rate']
     """
-    rows: dict[str, Variable] = {}
-    for place in places:
-        names = own_names(law, place)
+    elements, rows = [alone.element for alone in at_one], dict[str, Variable]()
+    for element in elements:
+        names = own_names(law, element)
         rows |= {names[n]: replace(row, name=names[n]) for n, row in law.declared.items()}
     magnitudes_first = sorted(rows, key=lambda n: n in law.declared)
     own = {
         "__doc__": law.__doc__,
         "law": law,
-        "places": places,
+        "at_one": at_one,
         "family": law.family,
-        "form": f"{law.form}_{'_and_'.join(places)}",
-        "element": " and ".join(places),
-        "starts": law.starts,
+        "form": f"{law.form}_{'_and_'.join(elements)}",
+        "element": " and ".join(elements),
+        "starts": at_one[0].starts,
         "given": law.given,
         "at_least_sliding": law.at_least_sliding,
     }
     return type(law.__name__, (AtSeveralElements,), own | {n: rows[n] for n in magnitudes_first})
 
 
-def own_names(law: type[Effect], place: str) -> dict[str, str]:
+def own_names(law: type[Effect], element: str) -> dict[str, str]:
     """The names at an element: with its name for magnitudes, the same at all elements for the other parameters."""
     common = {*law.nonlinear_parameters(), *law.given}
-    return {n: n if n in common else f"{n}_{place}" for n in (*law.declared, *WORDS)}
+    return {n: n if n in common else f"{n}_{element}" for n in (*law.declared, *WORDS)}
 
 
 def _renamed(method: Callable, names: Mapping[str, str]) -> Callable:

@@ -22,7 +22,7 @@ import numpy as np
 
 from fmus.effects import Effect
 from fmus.support.errors import InputError
-from motofmi.gap.estimation.candidate import has_states, magnitudes_of
+from motofmi.gap.estimation.candidate import magnitudes_of
 from motofmi.gap.estimation.effect_fit import as_found
 from motofmi.gap.estimation.fit_result import Fit, places_of, standard_errors
 from motofmi.gap.estimation.fitting import fit
@@ -44,7 +44,7 @@ def adjusted_errors(found: Fit, errors: np.ndarray, simpler: Sequence[Fit], leas
     for effect in found.model.effects:
         places, others = magnitudes_of(found, effect), places_of(found, effect, effect.free_parameters())
         sizes, without = found.x[places], _without(found, effect, simpler)
-        if has_states(effect) or without is None or not np.all(np.isfinite(errors[places])):
+        if effect.has_states() or without is None or not np.all(np.isfinite(errors[places])):
             continue  # an infinite error has no factor that makes it finite
         if not rigid[places].all() or not determined[others].any():
             continue

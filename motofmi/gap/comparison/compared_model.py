@@ -20,7 +20,7 @@ from motofmi.gap.comparison.residuals import Block, TimeResiduals, time_residual
 from motofmi.gap.comparison.sandwich import sandwich_covariance
 from motofmi.gap.comparison.unresolved_modes import unresolved_modes
 from motofmi.gap.criteria import Criteria
-from motofmi.gap.estimation.candidate import has_states, undetermined_magnitude
+from motofmi.gap.estimation.candidate import undetermined_magnitude
 from motofmi.gap.estimation.fit_result import (
     Fit,
     PortableFit,
@@ -213,7 +213,7 @@ class CommonBlocks:
         An effect with states of its own does so even where its magnitude is not distinguishable from zero, and where
         its mode is not resolved (see `unresolved_modes`).
         """
-        with_states = any(has_states(effect) for effect in found.model.effects)
+        with_states = any(effect.has_states() for effect in found.model.effects)
         return with_states and (unresolved_modes(found) is not None or self.is_undetermined(found))
 
     def residuals(self, found: Fit) -> TimeResiduals:

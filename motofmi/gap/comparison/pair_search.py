@@ -47,7 +47,7 @@ def pairs(
     """
     firsts = [m for m in firsts if not blocks.is_undetermined(m.fit, [base])][:LEADING_FAMILIES]
     beat = min((m.fit.chi2 for m in firsts), default=base.chi2)
-    plain = [effect for effect in library if not (effect.flexible or effect.at_several)]
+    plain = [effect for effect in library if not (effect.flexible or effect.at_one)]
     joint = screen_pairs(base, plain)
     of_families = {s.families: s for s in reversed(joint)}
     chosen = sorted(of_families.values(), key=lambda s: -s.gain)[:JOINT_PAIRS]

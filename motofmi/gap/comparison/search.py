@@ -7,7 +7,7 @@ dominates chi-square and hides the gain of an effect in all other runs.
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
 from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
 from motofmi.gap.criteria import Criteria
-from motofmi.gap.estimation.candidate import Candidate, has_states
+from motofmi.gap.estimation.candidate import Candidate
 from motofmi.gap.estimation.effect_fit import as_found, fit_each
 from motofmi.gap.estimation.equation_error import EquationErrorFit
 from motofmi.gap.estimation.fit_result import Fit, PortableFit, initial_guesses, with_initial_guesses
@@ -45,25 +45,26 @@ def single_effects(
     ones; of two fits the one with less chi-square is kept. Those with the largest screened gain come first; fits of the
     others end where they cannot come near them. Effects with states of their own do not end others, since their free
     initial states can reduce the misfit without a magnitude, and their simulations are the slowest: they are fitted
-    last. Of a family of such effects further forms are fitted where the simplest one is not far behind; at several
-    elements at once where, in addition, the screened gain is larger than at one of them.
+    last. Of a family of such effects further forms are fitted where the simplest one is not far behind, and of any
+    family those at several elements at once: with friction in both joints the base compensates for most of it, and the
+    screened gain is hardly larger than with one of them.
     """
     plain = [effect for effect in library if not effect.flexible]
-    at_one, at_several = ([e for e in plain if e.at_several is several] for several in (False, True))
+    at_one, at_several = ([e for e in plain if bool(e.at_one) is several] for several in (False, True))
     known = _from_equation_error(base, starts)
     signatures = [s for s in screen(base, at_one, keep=1) if s.gain > 0]
-    signatures.sort(key=lambda s: (has_states(s.effect), -s.gain))
+    signatures.sort(key=lambda s: (s.effect.has_states(), -s.gain))
     further = _further_forms(signatures)
     order = [s for s in signatures if s not in further]
     found = fit_each(base, order[:FITTED_FIRST], [], base.chi2, [], criteria)
-    best = min((c.fit.chi2 for c in (*known, *found) if c.fitted and not has_states(c.effect)), default=np.inf)
+    best = min((c.fit.chi2 for c in (*known, *found) if c.fitted and not c.effect.has_states()), default=np.inf)
     beat = min(base.chi2, FAR_BEHIND * best)
     first, others = _on_which_others_depend(order[FITTED_FIRST:], further)
     found += fit_each(base, first, [], beat, [], criteria)
     near = {c.family for c in found if c.fit.chi2 < OUT_OF_REACH * best}
     further = [s for s in further if s.effect.family in near]
     of_near = [effect for effect in at_several if effect.family in near]
-    further += [s for s in screen(base, of_near, keep=1) if _gains_more_than_at_one(s, signatures, base.count)]
+    further += [s for s in screen(base, of_near, keep=1) if s.gain > 0]
     found += fit_each(base, [*further, *others], [], beat, [], criteria)
     every = list(dict.fromkeys([*(s.effect for s in (*order, *further)), *plain]))
     place = {effect: i for i, effect in enumerate(every)}
@@ -71,13 +72,6 @@ def single_effects(
     for c in sorted((c for c in (*known, *found) if c.fitted), key=lambda c: c.fit.chi2):
         of_effects.setdefault(c.effect, c)
     return sorted(of_effects.values(), key=lambda c: place[c.effect])
-
-
-def _gains_more_than_at_one(signature: Signature, signatures: Sequence[Signature], count: int) -> bool:
-    """Whether the screened delta BIC of a law at several elements is larger than that of the law at any one of them."""
-    effect: Any = signature.effect
-    alone = [s.gain for s in signatures if s.effect.__name__ == effect.__name__ and s.effect.element in effect.places]
-    return signature.gain > max(alone, default=0.0) + np.log(count) * (len(effect.places) - 1)
 
 
 def _from_equation_error(base: Fit, starts: Sequence[EquationErrorFit]) -> list[Candidate]:
@@ -121,7 +115,7 @@ def _further_forms(signatures: Sequence[Signature]) -> list[Signature]:
     simplest: dict[str, Signature] = {}
     for s in sorted(signatures, key=lambda s: len(s.effect.free_parameters())):
         simplest.setdefault(s.effect.family, s)
-    return [s for s in signatures if has_states(s.effect) and s is not simplest[s.effect.family]]
+    return [s for s in signatures if s.effect.has_states() and s is not simplest[s.effect.family]]
 
 
 def leading_models(blocks: CommonBlocks, base: Fit, singles: Sequence[Candidate]) -> list[ComparedModel]:

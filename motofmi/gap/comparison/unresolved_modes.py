@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from motofmi.gap.estimation.candidate import has_states
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.estimation.starting_values import poles
 from motofmi.gap.preprocessing.sampled_run import excited
@@ -23,7 +22,7 @@ def unresolved_modes(found: Fit) -> tuple[float, float, float] | None:
     """The frequencies [Hz] of the two closest modes of a fit with free runs and the resolution [Hz] of the longest run;
     None where it resolves them, an input varies, or no effect has states of its own."""
     model: Any = found.model
-    if not any(map(has_states, model.effects)) or excited(found.runs):
+    if not any(effect.has_states() for effect in model.effects) or excited(found.runs):
         return None
     roots = poles(model, found.x)
     frequencies = np.sort(roots[roots.imag > 0].imag) / (2 * np.pi)

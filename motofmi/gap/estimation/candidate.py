@@ -76,13 +76,13 @@ def undetermined_magnitude(found: Fit, errors: np.ndarray, criteria: Criteria) -
     effect must act at each of its elements. An effect that changes a stiffness or damping of the base is not
     distinguishable from zero where this parameter is not, as a spring without stiffness whose force saturates.
     """
-    parameters, fitted = parameters_of(found, errors), found.model.names
+    parameters, names = parameters_of(found, errors), found.model.names
     for effect in found.model.effects:
-        at_each = [places_of(found, effect, names) for names in effect.magnitudes_by_element()]
+        at_each = [places_of(found, effect, magnitudes) for magnitudes in effect.magnitudes_by_element()]
         for places in (*at_each, _changed_by(found, effect)):
-            values = {fitted[i]: parameters[fitted[i]] for i in places}
+            values = {names[i]: parameters[names[i]] for i in places}
             if places and len(undetermined(values, criteria.value_errors)) == len(places):
-                return fitted[places[0]], *values[fitted[places[0]]][:2]
+                return names[places[0]], *values[names[places[0]]][:2]
     return None
 
 
@@ -107,11 +107,6 @@ def _changed_by(found: Fit, effect: type[Effect]) -> list[int]:
     names = {word: getattr(element, word, "") for word in ("stiffness", "damping") if word not in effect.declared}
     fitted = {word: found.model.names.index(name) for word, name in names.items() if name in found.model.base}
     return [place for word, place in fitted.items() if word in effect.reads()]
-
-
-def has_states(effect: type[Effect]) -> bool:
-    """Whether an effect has states of its own."""
-    return any(row.role == "state" for row in effect.declared.values())
 
 
 def by_chance(freedom: float, criteria: Criteria) -> float:

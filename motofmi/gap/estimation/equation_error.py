@@ -88,7 +88,7 @@ def equation_error_fits(found: Fit, library: Sequence[type[Effect]]) -> list[Equ
     bases = len(model.base)
     with suppress(InputError):
         base = _base(*turned, found.x[:bases])
-        signatures = screen(base, [e for e in library if not (e.flexible or e.at_several)], keep=1)
+        signatures = screen(base, [e for e in library if not (e.flexible or e.at_one)], keep=1)
         alike = _with_equal_terms(base)
 
         def fit_one(signature: Signature) -> tuple[np.ndarray, float] | None:

@@ -238,6 +238,6 @@ def _plain(forms: Sequence[type[Effect]]) -> list[type[Effect]]:
 
     Of forms with states (hysteresis loops of different shape) only the first is taken, since their simulation is slow.
     """
-    plain = [form for form in forms if not form.flexible and not form.at_several] or list(forms[:1])
-    with_states = [form for form in plain if any(row.role == "state" for row in form.declared.values())]
+    plain = [form for form in forms if not (form.flexible or form.at_one)] or list(forms[:1])
+    with_states = [form for form in plain if form.has_states()]
     return [form for form in plain if form not in with_states[1:]]

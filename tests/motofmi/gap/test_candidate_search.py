@@ -69,9 +69,8 @@ def test_the_simplest_form_of_a_family_says_when_its_turn_is(monkeypatch):
     """A delay that may grow promises most here, the reflex keeps what it promises: what the first family keeps spares
     others the fit."""
     def form(family, gain, unknowns):
-        return SimpleNamespace(
-            family=family, flexible=False, at_several=False, declared={}, free_parameters=lambda: unknowns, gain=gain
-        )
+        return SimpleNamespace(family=family, flexible=False, at_one=(), has_states=lambda: False,
+                               free_parameters=lambda: unknowns, gain=gain)  # fmt: skip
 
     forms = [
         form("channel_delay", 900.0, "two"),

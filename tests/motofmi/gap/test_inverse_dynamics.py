@@ -9,6 +9,7 @@ import pytest
 import motofmi as mf
 from fmus.effects.damping import CoulombFriction
 from fmus.effects.placement import by_name, laws_at
+from motofmi.gap.comparison.search import single_effects
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.base_fit import fitted_base
 from motofmi.gap.estimation.candidate import undetermined_magnitude
@@ -106,6 +107,16 @@ def test_the_friction_of_both_joints_is_named_together():
     expected = {"friction_torque_shoulder": 0.15, "friction_torque_elbow": 0.2, "sliding_rate": SLIDING}
     # The recordings are exact but for noise of 0.2 mrad.
     assert values == pytest.approx(expected, rel=0.01)
+
+
+@pytest.mark.slow
+def test_a_law_of_two_joints_is_fitted_from_its_linear_estimate_as_well():
+    """By simulation, without starting values from inverse dynamics; the base compensates for most of the friction."""
+    library = [law for law in laws_at(DoublePendulum()) if law.form.startswith("coulomb")]
+    experiment, runs = prepared(held_pendulum("run", seed=1, duration=6.0, friction=(0.15, 0.2)))
+    base = fitted_base(experiment, runs, {}, library, Criteria()).fit
+    fits = {c.effect.form: c.fit.chi2 for c in single_effects(base, library, Criteria())}
+    assert fits["coulomb_shoulder_and_elbow"] < 0.1 * min(fits["coulomb_shoulder"], fits["coulomb_elbow"])
 
 
 @pytest.mark.parametrize(("torques", "absent"), [((0.1, 0.2), None), ((0.1, 0.0), "elbow"), ((0.0, 0.2), "shoulder")])

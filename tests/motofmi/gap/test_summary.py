@@ -75,6 +75,8 @@ def test_an_effect_at_one_of_several_elements_is_named_with_the_element():
     result["effects"] = [effect | {"form": "coulomb_elbow", "element": "elbow"}]
     assert headline(result).startswith("named: coulomb_friction (elbow);")
     assert laws(result)[0].startswith("coulomb_friction (elbow): ")
+    result["effects"] = [effect | {"form": "coulomb_shoulder_and_elbow", "element": "shoulder and elbow"}]
+    assert headline(result).startswith("named: coulomb_friction (shoulder and elbow);")
 
 
 @pytest.mark.parametrize("seed", range(50))

@@ -14,7 +14,7 @@ from tests.motofmi.gap.comparison.test_leader_diverges import gap_of_friction
 
 @pytest.fixture(autouse=True)
 def few_laws(monkeypatch):
-    only_families(monkeypatch, "coulomb_friction", "hardening_stiffness", "progressive_damping", "sensor_nonlinearity")
+    only_families(monkeypatch)
 
 
 @pytest.fixture

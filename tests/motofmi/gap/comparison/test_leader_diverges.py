@@ -29,7 +29,7 @@ def gap_of_friction():
 @pytest.fixture(autouse=True)
 def compared_on_blocks(monkeypatch):
     monkeypatch.setattr("motofmi.gap.selection.any_component.leaves_noise", lambda *_: False)
-    only_families(monkeypatch, "coulomb_friction", "hardening_stiffness", "progressive_damping", "sensor_nonlinearity")
+    only_families(monkeypatch)
 
 
 def test_an_effect_is_named_although_a_pair_that_contains_it_cannot_be_simulated(monkeypatch):

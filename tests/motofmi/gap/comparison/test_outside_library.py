@@ -97,7 +97,7 @@ def test_an_effect_of_ones_own_with_the_term_of_a_law_is_named(tmp_path, monkeyp
 
 
 def test_a_law_whose_magnitude_is_not_determined_is_not_stated(monkeypatch):
-    only_families(monkeypatch, "coulomb_friction", "hardening_stiffness", "sensor_nonlinearity")
+    only_families(monkeypatch)
     determined = CommonBlocks.is_undetermined
 
     def without_laws(blocks, found, simpler=()):
@@ -112,7 +112,8 @@ def test_a_law_whose_magnitude_is_not_determined_is_not_stated(monkeypatch):
 
 
 def test_a_budget_that_ends_while_laws_are_compared_leaves_the_verdict_of_the_library(monkeypatch):
-    only_families(monkeypatch, "coulomb_friction", "hardening_stiffness", "sensor_nonlinearity")
+    only_families(monkeypatch)
+
     def at_the_end(*_):
         monkeypatch.setattr(stages, "time_is_up", lambda: True)
 

@@ -6,7 +6,7 @@ import pytest
 
 import motofmi as mf
 from tests import as_study
-from tests.few_laws import only_families
+from tests.few_laws import FAMILIES, only_families
 from tests.simulators.swings import swing
 
 VALUES = {"J": 0.1, "k": 4.0, "c": 0.003, "T_c": 0.0, "c_2": 0.0}
@@ -14,8 +14,7 @@ VALUES = {"J": 0.1, "k": 4.0, "c": 0.003, "T_c": 0.0, "c_2": 0.0}
 
 @pytest.mark.parametrize("friction", [as_study(0.0), 0.01])
 def test_nothing_is_named_where_the_validation_run_is_of_another_pendulum(monkeypatch, friction):
-    families = "coulomb_friction", "geometric_nonlinearity", "hardening_stiffness", "progressive_damping"
-    only_families(monkeypatch, *families)
+    only_families(monkeypatch, (*FAMILIES, "geometric_nonlinearity"))
     values = VALUES | {"T_c": friction}
     runs = [swing(f"from {q} rad", q, 12.0, 40.0, values, noise=1e-3, seed=k) for k, q in enumerate((0.5, 0.3))]
     held = swing("held", 0.4, 12.0, 40.0, values | {"k": 2.8}, noise=1e-3, seed=7)
