@@ -23,9 +23,14 @@ from motofmi.gap.experiments.state_rates import rates_of_states
 from motofmi.gap.models.equations import Equations
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.blocks import Blocks, blocks_of
-from motofmi.gap.preprocessing.input_interpolation import INTERPOLATIONS, motion_functions, resolved_frequency
+from motofmi.gap.preprocessing.input_interpolation import (
+    INTERPOLATIONS,
+    RESOLVED_RATIO,
+    motion_functions,
+    resolved_frequency,
+)
 from motofmi.gap.preprocessing.sampled_run import SampledRun
-from motofmi.gap.preprocessing.sampled_run_preparation import END_SHARE, RESOLVED_RATIO
+from motofmi.gap.preprocessing.sampled_run_preparation import END_SHARE
 from motofmi.gap.preprocessing.segments import LEAST_LENGTH
 from motofmi.recordings.resampling import varies
 

@@ -32,6 +32,9 @@ LEAST_POWER = 1e-6  # share of a signal's power that may lie above the highest f
 KNOTS_PER_PERIOD = 6.0  # knots per period of the highest frequency: a spline's acceleration is accurate within 0.2 %
 LEAST_KNOTS_PER_PERIOD = 3.0  # knots per period with which a spline's acceleration is accurate within 7 %
 LEAST_KNOT_DISTANCE = 2.0  # samples between the knots of an imposed motion
+# Ratio of an imposed motion's power to its noise down to which the run is compared: there 1 % of the acceleration's
+# power is noise.
+RESOLVED_RATIO = 100.0
 
 
 @dataclass
@@ -160,6 +163,13 @@ def resolved_frequency(values: np.ndarray, rate: float, ratio: float = ABOVE_NOI
     frequency, power = _smooth_spectrum(values, rate)
     excess = np.cumsum(power / _noise_level(power) - ratio)
     return float(frequency[np.argmax(excess) if excess.max() > 0 else -1])
+
+
+def compared_motion(values: np.ndarray, rate: float) -> float:
+    """The frequency [Hz] up to which the acceleration of an imposed motion (n,) is resolved from its noise and by its
+    samples."""
+    by_samples = rate / (LEAST_KNOTS_PER_PERIOD * LEAST_KNOT_DISTANCE)
+    return min(resolved_frequency(values, rate, RESOLVED_RATIO), by_samples)
 
 
 def _noise_level(power: np.ndarray) -> float:

@@ -13,12 +13,7 @@ from motofmi.gap.preprocessing.compared_samples import at_limits, compared_sampl
 from motofmi.gap.preprocessing.decimation import decimated
 from motofmi.gap.preprocessing.flexible_noise_model import Density
 from motofmi.gap.preprocessing.free_decay import highest_of_motion, is_free
-from motofmi.gap.preprocessing.input_interpolation import (
-    INTERPOLATIONS,
-    LEAST_KNOT_DISTANCE,
-    LEAST_KNOTS_PER_PERIOD,
-    resolved_frequency,
-)
+from motofmi.gap.preprocessing.input_interpolation import INTERPOLATIONS, compared_motion
 from motofmi.gap.preprocessing.mains_interference import without_mains_interference
 from motofmi.gap.preprocessing.one_way import ONE_WAY, one_way_rates
 from motofmi.gap.preprocessing.sampled_run import (
@@ -36,9 +31,6 @@ from motofmi.recordings.resampling import is_white, sensor_noise, uniform
 FEWEST_SAMPLES = 200
 SEGMENT_PERIODS = 6.0  # periods of the motion's mean frequency in a segment
 IMPOSED_SEGMENT_PERIODS = 60.0  # the same where a state is imposed: the effect of other initial states decays
-# Ratio of an imposed motion's power to its noise down to which the run is compared: there 1 % of the acceleration's
-# power is noise.
-RESOLVED_RATIO = 100.0
 END_SHARE = 0.02  # share of a run left out at each end where a motion is imposed: its acceleration is not known there
 BAND_OF_MOTION = (
     "{}: compared up to {:.3g} Hz: beyond, the acceleration of the recorded {} is not resolved from its noise or by "
@@ -96,11 +88,10 @@ def sampled_run(
     highest = max(highest_of_motion(y, rate, free) for y in measured.T)
     band = compared_band(highest, rate, len(time))
     if experiment.imposed:
-        resolved = resolved_frequency(recording[experiment.imposed], rate, RESOLVED_RATIO)
-        resolved = min(resolved, rate / (LEAST_KNOTS_PER_PERIOD * LEAST_KNOT_DISTANCE))
+        resolved = compared_motion(recording[experiment.imposed], rate)
         if resolved < band:
             notes = (*notes, BAND_OF_MOTION.format(recording.name, resolved, experiment.imposed))
-        band = min(band, resolved)
+        highest, band = min(highest, resolved), min(band, resolved)
     margin = int(END_SHARE * len(time)) if experiment.imposed else 0
     intervals = [s for s in uninterrupted(~recording.broken, margin) if s[1] - s[0] >= SHORTEST_SEGMENT // 2]
     if not intervals:
