@@ -1,19 +1,20 @@
 """Base and effects as accelerations at the measured states, for runs in weak form.
 
-The accelerations are those of the component, M^-1 f, at the recorded states and inputs. Derivatives by
-parameters are finite differences, exact to rounding for linear parameters. A delayed input is the recorded one,
-interpolated at earlier times.
+    M(p) x' = f(x, u, p),   with dx'/dp at the recorded states x and inputs u
+
+A delayed input is the recorded one, interpolated linearly at earlier times.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from fmus.equations.sympy_form import symbolic
-from fmus.expressions.functions import NUMERIC
+from fmus.equations.numpy_program import recorded_equations
 from fmus.support.errors import InputError
 from motofmi.gap.experiments.vehicle_over_speed import VehicleOverSpeedExperiment
+from motofmi.gap.models.equations import Equations, rate_of
 from motofmi.gap.models.linear_model import LinearModel
 from motofmi.gap.preprocessing.weak_form import WeakFormRun, with_noise
 from motofmi.gap.preprocessing.weak_form_noise import disturbance
@@ -21,29 +22,30 @@ from motofmi.gap.preprocessing.weak_form_noise import disturbance
 
 def accelerated(experiment: VehicleOverSpeedExperiment) -> tuple[str, ...]:
     """The states of the component whose derivatives are not states themselves."""
-    form = symbolic(experiment.component)
-    return tuple(
-        n
-        for n, rate in zip(experiment.component.states, form.rates, strict=True)
-        if str(rate) not in experiment.component.states
-    )
+    form = recorded_equations(experiment.component)
+    states = [form.symbols[n] for n in experiment.component.states]
+    return tuple(s.word for s, rate in zip(states, form.rates, strict=True) if not any(rate is x for x in states))
 
 
 class WeakFormModel(LinearModel):
     """Accelerations at the measured states, for a fit."""
 
     @cached_property
-    def accelerated(self) -> tuple[str, ...]:
-        """The states of the component whose derivatives are not states themselves."""
-        return accelerated(self.experiment)
+    def equations(self) -> Equations:
+        """The rates of the states, with slopes by the parameters."""
+        return Equations(self.component, (), self.names[self.sloped_from :])
 
     def reduced(self, run: WeakFormRun, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The weak form of the accelerations (m,) and its slopes (m, np), over the deviation."""
-        step = np.diag(self.steps(q))
-        here = self.accelerations(run, q)
-        wanted = range(self.sloped_from, len(q))
-        signals = [here] + [(self.accelerations(run, q + step[i]) - here) / step[i, i] for i in wanted]
-        weak = run.whitened(run.tested(np.stack(signals))) / run.deviation
+        values, states = self._recorded(run, q), self.component.states
+        by_parameters = self.equations.slopes(values)
+        signals = np.zeros((1 + len(q) - self.sloped_from, len(run.rates), *run.places.shape))
+        signals[0] = self._of_rates(run, values)
+        for (i, k), slope in by_parameters.items():
+            if states[i] in run.rates:
+                factor = values[self.names[self.sloped_from + k]] if self.sloped_from + k < len(self.base) else 1.0
+                signals[1 + k, run.rates.index(states[i])] = factor * slope
+        weak = run.whitened(run.tested(signals)) / run.deviation
         slopes = np.zeros((weak.shape[1], len(q)))
         slopes[:, self.sloped_from :] = weak[1:].T
         return weak[0], slopes
@@ -55,24 +57,28 @@ class WeakFormModel(LinearModel):
     def accelerations(self, run: WeakFormRun, q: np.ndarray) -> np.ndarray:
         """Accelerations (equations, blocks, length) [rad/s2]. Raises InputError for an effect with states,
         which are not recorded."""
-        if self.component.states != self.experiment.component.states:
-            raise InputError(f"{self.component.name}: an effect has states, which are not recorded")
-        component, time = self.component, run.recording.time
-        columns = run.recording.columns
-        inputs = {n: columns[n] for n in component.states} | {
-            n: run.inputs(n) for n in component.inputs if n in columns
-        }
+        return self._of_rates(run, self._recorded(run, q))
+
+    def _of_rates(self, run: WeakFormRun, values: Mapping[str, Any]) -> np.ndarray:
+        """The accelerations for values by name."""
+        rates = dict(zip(self.component.states, self.equations(values)[0], strict=True))
+        return np.stack([np.broadcast_to(rates[n], run.places.shape) for n in run.rates])
+
+    def _recorded(self, run: WeakFormRun, q: np.ndarray) -> dict[str, Any]:
+        """The parameters' values for a vector, and the recorded signals (blocks, length), by name. Raises InputError
+        for an effect with states."""
+        component, time, columns = self.component, run.recording.time, run.recording.columns
+        if component.states != self.experiment.component.states:
+            raise InputError(f"{component.name}: an effect has states, which are not recorded")
+        signals = {"time": time, **{n: columns[n] for n in component.states}}
+        signals |= {n: run.inputs(n) for n in component.inputs if n in columns}
         values = {**component.start_values(), **self.values(q)}
         for name, (source, delay) in component.delays.items():
-            inputs[name] = np.interp(time - values[delay], time, inputs[source])
-        values |= {n: x[run.places] for n, x in {**inputs, "time": time}.items()}
-        results = component.run(values, NUMERIC)
-        coupled = self.accelerated
-        entries = component.mass_entries(values, NUMERIC)
-        mass = np.array([[entries.get((a, b), float(a == b)) for b in coupled] for a in coupled], float)
-        forces = np.array([results[f"der({n})"] for n in coupled])
-        rates = np.linalg.solve(mass, forces.reshape(len(coupled), -1)).reshape(forces.shape)
-        return np.stack([rates[coupled.index(n)] for n in run.rates])
+            known, late = signals[source], time - values[delay]
+            before = np.clip(np.searchsorted(time, late, side="right") - 1, 0, len(time) - 2)
+            slope = (np.diff(known) / np.diff(time))[before]
+            signals |= {name: np.interp(late, time, known), rate_of(name): np.where(late < time[0], 0.0, slope)}
+        return values | {n: x[run.places] for n, x in signals.items()}
 
     def largest(self, runs: Sequence[WeakFormRun]) -> float:
         """The largest angle of the component's elements."""

@@ -8,6 +8,7 @@ import pytest
 from fmus import InputError
 from motofmi.cli.main import main
 from motofmi.gap.estimation.fit_result import parameters_of
+from motofmi.gap.models.weak_form_model import WeakFormModel
 from motofmi.gap.preprocessing.weak_form import prepare_weak_form
 from motofmi.gap.selection.ties import equivalent
 from motofmi.recordings.reading import read_recording
@@ -114,6 +115,28 @@ def test_the_weak_form_of_a_rate_is_that_of_its_derivative():
     exact = run.tested(2 * np.pi * 1.3 * np.cos(2 * np.pi * 1.3 * time)[run.places])
     # The sums stand for integrals: their error is that of the midpoint rule at the ends, (w h)^2 / 24 of the largest.
     assert run.measured[0] == pytest.approx(exact, abs=2e-3 * np.abs(exact).max())
+
+
+@pytest.mark.parametrize("effect", ["no effect", "coulomb_friction.soft", "coulomb_friction.stribeck", "channel_delay.motor", "motor_gain.ratio"])
+def test_the_derivatives_of_the_weak_form_are_those_by_differences(tmp_path, effect):
+    experiment = vehicle_runs_experiment(components.vehicle(write_matrices(tmp_path / "bicycle.toml")))
+    (run,) = weak_runs([recording()], experiment)
+    model = WeakFormModel(experiment)
+    effects = [e for e in runs_effects(experiment.component) if f"{e.family}.{e.form}" == effect]
+    assert len(effects) == (effect != "no effect")
+    model = model.with_added_effects(*effects)
+    q = model.start()
+    q[len(experiment.free) :] += 0.1 * np.maximum(np.abs(q[len(experiment.free) :]), 0.01)  # no magnitude is zero
+    value, slopes = model.reduced(run, q)
+    assert value == pytest.approx(model.predicted(run, q), rel=1e-12)
+    for i, name in enumerate(model.names):
+        step = np.zeros(len(q))
+        # Central differences: their curvature and rounding are both near 1e-8. A delay moves samples over the kinks of
+        # the linear interpolation: one in 10^4 per 10^-6 s.
+        step[i] = 1e-6 if name.endswith("delay") else 1e-5 * max(abs(q[i]), 1e-2)
+        difference = (model.predicted(run, q + step) - model.predicted(run, q - step)) / (2 * step[i])
+        close = 1e-3 if name.endswith("delay") else 1e-6
+        assert slopes[:, i] == pytest.approx(difference, abs=close * np.abs(difference).max(initial=1e-9)), name
 
 
 @pytest.mark.slow
