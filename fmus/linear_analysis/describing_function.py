@@ -34,6 +34,15 @@ def linearise_by_describing_function(component: Component, motion: Mapping[str, 
         motion = {"vehicle.steer_rate": 0.5 * np.cos(phase)}
         linearise_by_describing_function(system, motion, **{"vehicle.speed": speeds})
     """
+    rest = linearise(component, **at)
+    return replace(rest, A=rest.A + change_by_motion(component, motion, **at))
+
+
+def change_by_motion(component: Component, motion: Mapping[str, np.ndarray], **at: Any) -> np.ndarray:
+    """The change dA (..., nx, nx) of the linearisation at rest by a motion; arguments and errors as above.
+
+    It is the same for all speeds of a vehicle where the nonlinear part is that of a device at its handlebar.
+    """
     for name in motion:
         if name not in component.states:
             raise unknown(f"state of {component.name}", name, component.states)
@@ -46,6 +55,6 @@ def linearise_by_describing_function(component: Component, motion: Mapping[str, 
     nonlinear = rates - x @ np.swapaxes(rest.A[..., places], -1, -2)
     size = np.sqrt(np.mean(x**2, axis=0)) + 1e-300
     slopes = np.linalg.pinv(x / size, rcond=ALIKE) / size[:, None]  # (k, n)
-    A = rest.A.copy()
-    A[..., places] += np.swapaxes(slopes @ (nonlinear - nonlinear.mean(axis=-2, keepdims=True)), -1, -2)
-    return replace(rest, A=A)
+    change = np.zeros_like(rest.A)
+    change[..., places] = np.swapaxes(slopes @ (nonlinear - nonlinear.mean(axis=-2, keepdims=True)), -1, -2)
+    return change

@@ -1,6 +1,7 @@
 """The rider as fitted, with the effects found: his value file, which every command accepts, and his FMU."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,7 +9,8 @@ import numpy as np
 from fmus.composition.value_files import value_file
 from fmus.declaration.component import Component
 from fmus.effects import Effect
-from fmus.linear_analysis.describing_function import linearise_by_describing_function
+from fmus.linear_analysis.describing_function import change_by_motion
+from fmus.linear_analysis.linearisation import StateSpace
 from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
 from motofmi.gap.estimation.fit_result import Fit, parameters_of
@@ -83,9 +85,8 @@ def effect_on_modes(
     without, with_it = (ridden(motorcycles.load(vehicle), rider) for rider in (base, augmented))
     linearised = {"before": over_speed(without), "after": over_speed(with_it)}
     if motion:
-        linearised["in_motion"] = lambda speeds: linearise_by_describing_function(
-            with_it, motion, **{"vehicle.speed": speeds}
-        )
+        change = change_by_motion(with_it, motion, **{"vehicle.speed": SPEEDS[0]})  # of the rider: at all speeds
+        linearised["in_motion"] = lambda speeds: _changed(linearised["after"](speeds), change)
 
     def found(labels: Sequence[str]) -> dict[str, Any]:
         each = {label: modes(linearised[label], SPEEDS) for label in labels}
@@ -95,6 +96,10 @@ def effect_on_modes(
     # The equations of a rider are differentiated once in each process.
     without_effects, with_effects = parallel_map(found, [("before",), tuple(linearised)[1:]], "modes")
     return {"speed": SPEEDS.tolist(), **without_effects, **with_effects}
+
+
+def _changed(rest: StateSpace, change: np.ndarray) -> StateSpace:
+    return replace(rest, A=rest.A + change)
 
 
 def _mode(mode: Any) -> Mapping[str, Any]:

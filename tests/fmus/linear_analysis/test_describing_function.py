@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fmus.linear_analysis.describing_function import linearise_by_describing_function
+from fmus.linear_analysis.describing_function import change_by_motion, linearise_by_describing_function
 from fmus.linear_analysis.linearisation import linearise
 from fmus.support.errors import InputError
 from rider_fmu import riders
@@ -80,6 +80,12 @@ def test_what_is_linear_stays_what_it_is():
     np.testing.assert_allclose(
         linearise_by_describing_function(system, SINE, **SPEEDS).A, linearise(system, **SPEEDS).A, rtol=1e-9, atol=1e-6
     )
+
+
+def test_what_the_motion_of_a_rider_adds_is_the_same_at_all_speeds():
+    system = ridden_by(SteeringFriction(), friction_torque=FRICTION)
+    slow, fast = change_by_motion(system, SINE, **SPEEDS)
+    np.testing.assert_allclose(fast, slow, rtol=1e-9, atol=1e-9 * np.abs(slow).max())  # rounding of the tyres' terms
 
 
 @pytest.mark.slow
