@@ -1,17 +1,21 @@
 """Mains interference: spectral lines of constant frequency and amplitude in a sensor, independent of the motion.
 
-    y(t) - a cos(2 pi f t) - b sin(2 pi f t)
+    y(t) - a cos(2 pi f t + phi(t))
+
+The phase phi is constant, or drifts with the frequency of the mains.
 
 In a swept run the response is at harmonics of the excitation, whose frequency changes. In a run of any component such a
-line would be fitted by an undamped additional body. The response to a periodic input has lines as well; therefore lines
-are removed only where no input has any. The amplitude of a randomly excited mode changes during the run, so that the
-mode is not removed.
+line would be fitted by an undamped additional body. The response to a periodic input has lines as well, at its
+harmonics, too; therefore lines are removed only where the lines of every input are negligible. In a closed loop an input
+contains the interference of the output. The amplitude of a randomly excited mode changes during the run, so that the mode
+is not removed.
 """
 
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 from scipy.ndimage import median_filter
 
 from motofmi.gap.preprocessing.harmonics import Reduction
@@ -22,11 +26,15 @@ MEDIAN_WIDTH = 2.0  # Hz around a line, over which its power is compared with th
 OUTSIDE_RATIO = 60.0  # power over that median outside harmonics: with noise alone, one line in 10^18 exceeds it
 OUTPUT_RATIO = 200.0  # the same ratio in a component's output, whose spectrum includes the response
 FAINTEST = 1e-10  # power over that of the strongest line below which it is due to rounding and leakage
+# Share of an input's power in its lines below which they are no excitation: a mode with a damping ratio of 0.5 % amplifies
+# them by 100, to a tenth of the response to the whole input.
+NEGLIGIBLE_INPUT = 1e-6
 LOBE_RATIO = 30.0  # power over that four to eight lines beside it, outside the main lobe of Hann's window
 LOWEST_FREQUENCY = 5.0  # Hz
 WINDOW_SHARE = 0.6  # least share of the windows in which a line exceeds the adjacent ones
 PARTS = 6  # parts of the run in which the amplitude of a line is compared
 AMPLITUDE_CHANGE = 0.3  # largest relative difference between the amplitude in a part and in the whole run
+DRIFT_PART = 2.0  # s, of the parts between which the phase of a line may drift: the mains frequency is within 0.05 Hz
 MOST_LINES = 5  # lines that are removed from one channel
 FEWEST_SAMPLES = 1000  # below them no line is removed
 
@@ -69,8 +77,10 @@ def without_mains_interference(
     recording: Recording, inputs: Sequence[str], outputs: Sequence[str]
 ) -> tuple[Recording, tuple[str, ...]]:
     """A uniformly sampled recording without mains interference in its outputs, and notes on the removed lines."""
-    excited = (_lines(recording[n], recording.rate).any() for n in inputs if varies(recording[n]))
-    if len(recording.time) < FEWEST_SAMPLES or any(excited):
+    periodic = (
+        _share_of_lines(recording[n], recording.rate) > NEGLIGIBLE_INPUT for n in inputs if varies(recording[n])
+    )
+    if len(recording.time) < FEWEST_SAMPLES or any(periodic):
         return recording, ()
     columns, notes = dict(recording.columns), []
     for name in outputs:
@@ -84,9 +94,20 @@ def without_mains_interference(
     return replace(recording, columns=columns), tuple(notes)
 
 
+def _share_of_lines(y: np.ndarray, rate: float) -> float:
+    """The share of the power of y (n,) in the isolated lines of its spectrum."""
+    power = _windowed_power(y)
+    lobes = np.convolve(_lines(y, rate), np.ones(5), "same") > 0  # Hann's lobe is four lines wide
+    return float(power[lobes].sum() / power.sum())
+
+
+def _windowed_power(y: np.ndarray) -> np.ndarray:
+    return np.abs(np.fft.rfft((y - y.mean()) * np.hanning(len(y)))) ** 2
+
+
 def _lines(y: np.ndarray, rate: float) -> np.ndarray:
     """The isolated lines of the spectrum of y (n,), as a mask."""
-    power = np.abs(np.fft.rfft((y - y.mean()) * np.hanning(len(y)))) ** 2
+    power = _windowed_power(y)
     beside = np.max([np.roll(power, k) for k in (*range(-8, -3), *range(4, 9))], axis=0)
     lines = power > np.maximum(OUTPUT_RATIO * _median_around(power, len(y), rate), LOBE_RATIO * beside)
     return lines & (power >= np.maximum(np.roll(power, 1), np.roll(power, -1)))
@@ -100,11 +121,27 @@ def _constant_line(y: np.ndarray, recording: Recording) -> tuple[float, np.ndarr
         near = np.linspace(i - 1, i + 1, 41) / n  # cycles per sample
         seen = np.abs(np.exp(-2j * np.pi * np.outer(near, np.arange(n))) @ ((y - y.mean()) * np.hanning(n)))
         turn = np.exp(2j * np.pi * near[np.argmax(seen)] * np.arange(n))
-        amplitude = _amplitude(y, turn)
-        parts = [_amplitude(y[k], turn[k]) for k in np.array_split(np.arange(n), PARTS)]
-        if all(abs(part - amplitude) < AMPLITUDE_CHANGE * abs(amplitude) for part in parts):
+        amplitude = _amplitude_over(y, turn, PARTS, drifts=False)
+        if amplitude is None:
+            amplitude = _amplitude_over(y, turn, max(PARTS, int(n / recording.rate / DRIFT_PART)), drifts=True)
+        if amplitude is not None:
             return float(near[np.argmax(seen)] * recording.rate), (amplitude * turn).real
     return None
+
+
+def _amplitude_over(y: np.ndarray, turn: np.ndarray, count: int, drifts: bool) -> np.ndarray | complex | None:
+    """The complex amplitude of y (n,) at a line: a number, or (n,) numbers of one size where its phase drifts; None
+    where it differs between so many parts."""
+    parts = np.array_split(np.arange(len(y)), count)
+    found = np.array([_amplitude(y[k], turn[k]) for k in parts])
+    if not drifts:
+        whole = _amplitude(y, turn)
+        return whole if np.all(np.abs(found - whole) < AMPLITUDE_CHANGE * abs(whole)) else None
+    size = np.mean(np.abs(found))
+    if np.any(np.abs(np.abs(found) - size) > AMPLITUDE_CHANGE * size):
+        return None
+    phase = CubicSpline([k.mean() for k in parts], np.unwrap(np.angle(found)), bc_type="natural")
+    return size * np.exp(1j * phase(np.arange(len(y))))
 
 
 def _amplitude(y: np.ndarray, turn: np.ndarray) -> complex:

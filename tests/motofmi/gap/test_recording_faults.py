@@ -155,6 +155,26 @@ def test_mains_in_the_sensor_of_a_component_are_taken_out():
     assert np.std(run.measured - known.measured) < 5 * white_noise(clean["angle"]) / np.sqrt(3000)
 
 
+@pytest.mark.slow
+def test_drifting_mains_that_a_controller_feeds_back_are_taken_out():
+    """The frequency drifts by 0.03 Hz in 30 s, and the torque contains a thousandth of the interference."""
+    clean = joint_run({}, "random", seed=5, duration=30.0)
+    phase = 2 * np.pi * (16.67 * clean.time + 0.03 * clean.time**2 / 60)
+    columns = {
+        "angle": clean["angle"] + 0.02 * np.sin(phase),
+        "torque": clean["torque"] + 5e-4 * clean["torque"].std() * np.sin(phase + 1.0),
+    }
+    test = input_output_experiment(DrivenJoint(), ["torque", "angle"])
+    run, known = (prepare_sampled_run(Recording("loop", clean.time, clean.columns | c, clean.units), test) for c in (columns, {}))
+    assert any("angle has mains interference at 16.6" in note for note in run.notes)
+    # 15 phases out of 3000 samples are estimated with the part of the motion at 16.67 Hz.
+    assert np.std(run.measured - known.measured) < 0.02 / np.sqrt(2) / 10
+    # A torque whose lines have a share of its power that excites the joint, as a periodic one has.
+    periodic = columns | {"torque": clean["torque"] + 0.01 * clean["torque"].std() * np.sin(phase + 1.0)}
+    excited = prepare_sampled_run(Recording("periodic", clean.time, clean.columns | periodic, clean.units), test)
+    assert not any("mains interference" in note for note in excited.notes)
+
+
 def response(what, rng):
     """Force and displacement (n,) of what has lines of its own."""
     time = np.arange(0, 60, 0.01)
