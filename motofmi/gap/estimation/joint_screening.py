@@ -23,7 +23,7 @@ from fmus.support.deadline import time_is_up
 from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
 from motofmi.gap.estimation.fit_result import Fit
-from motofmi.gap.estimation.screening import Direction, direction_of, shapes_of, span_of
+from motofmi.gap.estimation.screening import Direction, direction_of, shapes_of, simulated_again, span_of
 
 RIDGE = 1e-9  # added to the diagonal of the scaled normal equations, in which effects may be linearly dependent
 
@@ -49,6 +49,7 @@ def screen_pairs(found: Fit, effects: Sequence[type[Effect]]) -> list[PairSignat
     """
     basis = span_of(found)
     left = found.residuals - basis @ (basis.T @ found.residuals)
+    found, beside = simulated_again(found)
 
     def of_effect(effect: type[Effect]) -> list[Direction]:
         directions: list[Direction] = []
@@ -57,7 +58,7 @@ def screen_pairs(found: Fit, effects: Sequence[type[Effect]]) -> list[PairSignat
             for shape in shapes_of(found, effect) if not time_is_up() else ():
                 with suppress(InputError):  # the simulation diverges with these values
                     # A worker cannot return the class of an effect that was placed at an element.
-                    directions.append(replace(direction_of(found, model, effect, shape, basis), effect=Effect))
+                    directions.append(replace(direction_of(found, model, effect, shape, basis, beside), effect=Effect))
         return directions
 
     plain = [effect for effect in effects if effect.prior is None]

@@ -29,8 +29,12 @@ class BaseAndEffects:
         self.rows: list[Variable] = [self.component.table[n] for n in self.own]
         self.signs = np.array([np.sign(self.component.values[n]) for n in self.base])
 
-    def slopes(self, run: Any, q: np.ndarray) -> np.ndarray:
+    def simulate_again(self, run: Any, q: np.ndarray) -> None:
+        """Make the simulation of a run with q the last one, where a model has simulations."""
+
+    def slopes(self, run: Any, q: np.ndarray, beside: bool = False) -> np.ndarray:
         """The derivatives (m, np) of the predicted data of a run over its standard deviation."""
+        del beside
         return self.reduced(run, q)[1]  # type: ignore[attr-defined, no-any-return]  # of every model
 
     def unknowns(self, run: Any) -> int:

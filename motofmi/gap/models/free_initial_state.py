@@ -27,7 +27,9 @@ class FreeInitialStateModel(InitialStateModel):
 
     def with_added_effects(self, *effects: type[Effect], slopes_of_base: bool = True) -> "FreeInitialStateModel":
         """The model with further effects."""
-        return FreeInitialStateModel(self.experiment, [*self.effects, *effects], slopes_of_base)
+        joined = FreeInitialStateModel(self.experiment, [*self.effects, *effects], slopes_of_base)
+        joined.extended = self
+        return joined
 
     def largest(self, runs: Sequence[Any]) -> float:
         """The largest deflection of the component's spring in the runs."""
@@ -47,9 +49,15 @@ class FreeInitialStateModel(InitialStateModel):
         parts = self._solved(run, q, begun)
         return np.concatenate([part.output for part in parts]), np.concatenate([part.slopes for part in parts])
 
-    def slopes(self, run: Any, q: np.ndarray) -> np.ndarray:
+    def simulate_again(self, run: Any, q: np.ndarray) -> None:
+        if not self._at_known_initial(run, q):
+            raise InputError(f"{self.component.name}: {run.name} cannot be simulated from the known initial states")
+
+    def slopes(self, run: Any, q: np.ndarray, beside: bool = False) -> np.ndarray:
         """The derivatives (m, np) of `reduced`, at the initial states of the model that these effects were added to."""
-        return np.concatenate([part.slopes for part in self._at_known_initial(run, q) or self._solved(run, q)])
+        held = self.states_without(self.values(q)) if beside else 0
+        found = self._at_known_initial(run, q, held) or self._solved(run, q)
+        return np.concatenate([part.slopes for part in found])
 
     def from_rest(self, run: SampledRun, q: np.ndarray) -> np.ndarray:
         """The outputs (n, outputs) of segments that start at rest. Raises InputError where one cannot be simulated."""

@@ -91,8 +91,15 @@ class AnyModel(Protocol):
         run cannot be simulated.
         """
 
-    def slopes(self, run: Any, q: np.ndarray) -> np.ndarray:
-        """The derivatives (m, np) of `reduced` alone, at the initial states that are known of the run."""
+    def simulate_again(self, run: Any, q: np.ndarray) -> None:
+        """Make the simulation of a run with q the last one. Raises InputError where it cannot be simulated."""
+
+    def slopes(self, run: Any, q: np.ndarray, beside: bool = False) -> np.ndarray:
+        """The derivatives (m, np) of `reduced` alone, at the initial states that are known of the run.
+
+        beside says that the last simulation of the run was that of the model without the latest effects, for the same
+        values: where these effects are absent at q, it is the trajectory, and only their own states are simulated.
+        """
 
     def unknowns(self, run: Any) -> int:
         """The number of unknowns of the run alone that are eliminated."""
@@ -126,6 +133,7 @@ class HarmonicModel(BaseAndEffects):
         wanted = self.names if slopes_of_base else [self.own[i] for i in self.sizes]
         self.sensitive = [n for n in wanted if n in exact or n not in self.lags]
         self.by_outputs: dict[tuple[str, ...], Equations] = {}  # not every model is simulated
+        self.extended: HarmonicModel | None = None  # the model to which the latest effects were added
         self.found: dict[
             int, tuple[Recording, dict[str, np.ndarray]]
         ] = {}  # states of the last simulation, the guess of the next one
@@ -147,18 +155,44 @@ class HarmonicModel(BaseAndEffects):
     def with_added_effects(self, *effects: type[Effect], slopes_of_base: bool = True) -> "HarmonicModel":
         """The model with further effects."""
         joined = HarmonicModel(self.experiment, [*self.effects, *effects], slopes_of_base)
-        joined.found = dict(self.found)
+        joined.found, joined.extended = dict(self.found), self
         return joined
 
     def start_afresh(self, run: SteerTestRun) -> None:
         self.begun.discard(id(run.recording))
 
-    def outputs(self, run: SteerTestRun, q: np.ndarray, slopes: bool = True) -> tuple[np.ndarray, np.ndarray]:
-        """Simulated outputs (n, ny) over the whole run, as it measures them, and their slopes (n, ny, np)."""
+    def simulate_again(self, run: SteerTestRun, q: np.ndarray) -> None:
+        self.outputs(run, q, slopes=False)
+
+    def slopes(self, run: SteerTestRun, q: np.ndarray, beside: bool = False) -> np.ndarray:
+        held = self.states_without(self.values(q)) if beside else 0
+        return run.reduced(self.outputs(run, q, held=held)[1])
+
+    def states_without(self, values: Mapping[str, float]) -> int:
+        """The number of states of the model to which the latest effects were added, where these effects are absent for
+        these values, so that they do not change its motion; otherwise 0."""
+        without = self.extended
+        if without is None or self.lags:
+            return 0
+        added = [i for i in self.sizes if i >= len(without.own)]
+        states = without.component.states
+        absent = (
+            bool(added)
+            and not any(values[self.own[i]] for i in added)
+            and type(self.component) is type(without.component)
+            and self.component.states[: len(states)] == states
+        )
+        return len(states) if absent else 0
+
+    def outputs(
+        self, run: SteerTestRun, q: np.ndarray, slopes: bool = True, held: int = 0
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Simulated outputs (n, ny) over the whole run, as it measures them, and their slopes (n, ny, np). The first
+        `held` states are those of the last simulation."""
         values = self.values(q) | dict.fromkeys(self.durations, run.duration)
         whose, values_before, made = self.fresh.pop(id(run), (None, {}, None))
         if made is None or whose is not run or values_before != values:
-            made = self._simulated(run, values)
+            made = self._simulated(run, values, held)
             self.begun.add(id(run.recording))
             self.found[id(run.recording)] = (
                 run.recording,
@@ -200,12 +234,12 @@ class HarmonicModel(BaseAndEffects):
         self.start_afresh(run)
         return run.with_remaining_noise(self.outputs(run, q, slopes=False)[0])
 
-    def _simulated(self, run: SteerTestRun, values: Mapping[str, float]) -> Trajectory:
+    def _simulated(self, run: SteerTestRun, values: Mapping[str, float], held: int) -> Trajectory:
         """The trajectory of a run; in the first simulation by continuation in the magnitudes of
         effects, if necessary."""
         equations, motion = self._measuring(run), self._motion(run, values)
         try:
-            return simulate(equations, values, motion, self._guess(run))
+            return simulate(equations, values, motion, self._guess(run), held=held)
         except InputError:
             sizes = [self.own[i] for i in self.sizes if values[self.own[i]]]
             if id(run.recording) in self.begun or not sizes:

@@ -75,9 +75,10 @@ class InitialStateModel(SegmentedModel):
         )
         return self._last(run, index) + move
 
-    def _at_known_initial(self, run: SampledRun, q: np.ndarray) -> list[SegmentSolution]:
+    def _at_known_initial(self, run: SampledRun, q: np.ndarray, held: int = 0) -> list[SegmentSolution]:
         """Every segment from the initial states of this model, or of the one with the most of its effects, without a
-        search for better ones; none where the states of a segment are not known, or it cannot be simulated."""
+        search for better ones; none where the states of a segment are not known, or it cannot be simulated. The first
+        `held` states are those of the last simulation."""
         every, known = range(len(run.segments)), {}
         for i in every:
             contained = (run.guess.get((*self.own[:count], i)) for count in range(len(self.own), -1, -1))
@@ -85,7 +86,7 @@ class InitialStateModel(SegmentedModel):
             if "initial" not in guess:
                 return []
             known[i] = np.array([guess["initial"].get(n, 0.0) for n in self.equations.states])
-        found = self._segments(run, self._valued(run, q), known, steps=0)
+        found = self._segments(run, self._valued(run, q), known, steps=0, held=held)
         return [found[i] for i in every] if len(found) == len(every) else []
 
     def simulated_once(self, run: SampledRun, q: np.ndarray) -> dict[int, SegmentStart]:
@@ -187,11 +188,11 @@ class InitialStateModel(SegmentedModel):
         return x
 
     def _segments(
-        self, run: SampledRun, values: Mapping[str, float], initial: Initial, steps: int = STEPS
+        self, run: SampledRun, values: Mapping[str, float], initial: Initial, steps: int = STEPS, held: int = 0
     ) -> dict[int, SegmentSolution]:
         """Segments from the best initial states, by at most so many Gauss-Newton steps from guesses; those that cannot
         be simulated are left out."""
-        return self._refined(run, values, self._from(run, values, initial), steps)
+        return self._refined(run, values, self._from(run, values, initial, held), steps)
 
     def _refined(
         self, run: SampledRun, values: Mapping[str, float], best: dict[int, SegmentStart], steps: int = STEPS
@@ -250,11 +251,13 @@ class InitialStateModel(SegmentedModel):
         found[:, : len(self.base)] *= [values[n] for n in self.base]
         return found
 
-    def _from(self, run: SampledRun, values: Mapping[str, float], initial: Initial) -> dict[int, SegmentStart]:
+    def _from(
+        self, run: SampledRun, values: Mapping[str, float], initial: Initial, held: int = 0
+    ) -> dict[int, SegmentStart]:
         """Segments from initial states, each with the step to better ones; those that cannot be
         simulated are left out."""
         begun = {}
-        for indices, made, nodes in self.simulated_apart(run, list(initial), values, initial):
+        for indices, made, nodes in self.simulated_apart(run, list(initial), values, initial, held=held):
             for i, where in zip(indices, nodes.samples, strict=True):
                 unknown = 0 if self.experiment.from_rest else len(initial[i])
                 begun[i] = segment_start(run, i, initial[i], made, where, unknown)

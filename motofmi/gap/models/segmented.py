@@ -62,11 +62,11 @@ class SegmentedModel(HarmonicModel):
 
     def simulated(
         self, run: SampledRun, indices: Sequence[int], values: Mapping[str, float], initial: Initial, length: int = 0,
-        accuracy: float | None = None,
+        accuracy: float | None = None, held: int = 0,
     ) -> tuple[Trajectory, Nodes]:  # fmt: skip
         """Segments, or their first `length` samples, simulated from initial states; at every node.
 
-        accuracy is that of `simulate`.
+        accuracy and held are those of `simulate`.
 
         Raises InputError where one of several cannot be simulated with the others, or a single one neither from its
         last simulation nor, without one, piece by piece. A fit then takes a shorter step.
@@ -79,7 +79,9 @@ class SegmentedModel(HarmonicModel):
         begin = np.array([initial[i] for i in indices]).reshape(len(indices), len(states))
         guess = None if length or not states else self._guessed(run, indices, nodes)
         try:
-            made = simulate(self.equations, values, motion, guess, begin, with_initial=True, accuracy=accuracy)
+            made = simulate(
+                self.equations, values, motion, guess, begin, with_initial=True, accuracy=accuracy, held=held
+            )
         except InputError:
             if len(indices) > 1 or (not length and "states" in run.guess.get(indices[0], {})):
                 raise
@@ -91,18 +93,18 @@ class SegmentedModel(HarmonicModel):
         return made, nodes
 
     def simulated_apart(self, run: SampledRun, indices: Sequence[int], values: Mapping[str, float], initial: Initial,
-                        length: int = 0) -> Iterator[tuple[Sequence[int], Trajectory, Nodes]]:  # fmt: skip
+                        length: int = 0, held: int = 0) -> Iterator[tuple[Sequence[int], Trajectory, Nodes]]:  # fmt: skip
         """Segments simulated together where possible, else those that diverge without the others, and in halves where
         all do; those that cannot be simulated alone are left out."""
         if not indices:
             return
         try:
-            yield indices, *self.simulated(run, indices, values, initial, length)
+            yield indices, *self.simulated(run, indices, values, initial, length, held=held)
         except DivergenceError as error:
             middle, diverging = len(indices) // 2, {indices[k] for k in error.pieces}
             groups = [i for i in indices if i not in diverging], [i for i in indices if i in diverging]
             for group in groups if all(groups) else (indices[:middle], indices[middle:]) if middle else ():
-                yield from self.simulated_apart(run, group, values, initial, length)
+                yield from self.simulated_apart(run, group, values, initial, length, held)
 
     def _guessed(self, run: SampledRun, indices: Sequence[int], nodes: Nodes) -> np.ndarray:
         """The states (n, nx) of the segments' last simulation, their start values where there is none."""

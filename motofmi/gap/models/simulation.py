@@ -61,12 +61,13 @@ class Trajectory:
 @np.errstate(all="ignore")  # divergence raises an InputError
 def simulate(equations: Equations, values: Mapping[str, float], motion: Motion, start: np.ndarray | None = None,
              initial: np.ndarray | None = None, with_initial: bool = False,
-             accuracy: float | None = None) -> Trajectory:  # fmt: skip
+             accuracy: float | None = None, held: int = 0) -> Trajectory:  # fmt: skip
     """The trajectory for parameter values by name, from a guess of the states (n, nx), starting at `initial`
     (nx,) or (pieces, nx).
 
     accuracy is the largest last step of Newton's method over a state's rms; without it CONVERGED, or NOT_CONVERGED
-    where the steps become no smaller. Raises DivergenceError where it does not converge, or is not finite.
+    where the steps become no smaller. The first `held` states keep their guess: a trajectory that no further state
+    influences. Raises DivergenceError where it does not converge, or is not finite.
     """
     n, nx = len(motion.time), len(equations.states)
     x = np.zeros((nx, n)) if start is None else np.array(start.T, order="C")
@@ -77,14 +78,16 @@ def simulate(equations: Equations, values: Mapping[str, float], motion: Motion, 
     steps = Collocation(equations, nodes, middles, motion)
     first, second = (_Damping(n - 1, *each) for each in DAMPING)
     try:
-        return Trajectory(_converged(steps, x.copy(), first, accuracy), steps, with_initial)
+        return Trajectory(_converged(steps, x.copy(), first, accuracy, held), steps, with_initial)
     except DivergenceError:
         if not first.alternates:
             raise
-    return Trajectory(_converged(steps, x, second, accuracy), steps, with_initial)
+    return Trajectory(_converged(steps, x, second, accuracy, held), steps, with_initial)
 
 
-def _converged(steps: Collocation, x: np.ndarray, damping: "_Damping", accuracy: float | None) -> np.ndarray:
+def _converged(
+    steps: Collocation, x: np.ndarray, damping: "_Damping", accuracy: float | None, held: int
+) -> np.ndarray:
     """The states (n, nx) after Newton's method from a guess (nx, n), which is overwritten. Errors as `simulate`."""
     nx, linear, update = steps.nx, steps.equations.linear, np.inf
     for done in range(STEPS):
@@ -92,6 +95,7 @@ def _converged(steps: Collocation, x: np.ndarray, damping: "_Damping", accuracy:
         if not nx:
             break
         corrections = steps.corrections()
+        corrections[:, :held] = 0.0
         change = carried(steps.band, corrections.copy()).T
         size = root_mean_square(change)
         before, update = update, float(np.max(size / (root_mean_square(x) + size + 1e-12)))

@@ -1,6 +1,6 @@
 """Mains interference: spectral lines of constant frequency and amplitude in a sensor, independent of the motion.
 
-    y(t) - a cos(2 pi f t + phi(t))
+    y(t) - sum over k of a_k cos(k (2 pi f t + phi(t)) + phi_k)
 
 The phase phi is constant, or drifts with the frequency of the mains.
 
@@ -86,9 +86,11 @@ def without_mains_interference(
     for name in outputs:
         found: list[str] = []
         while len(found) < MOST_LINES and (line := _constant_line(columns[name], recording)):
-            frequency, wave = line
-            columns[name] = columns[name] - wave
+            frequency, turn = line
+            wave = (_amplitude(columns[name], turn) * turn).real
             found.append(f"{frequency:.4g} Hz ({np.sqrt(2) * np.std(wave):.2g} {recording.units[name]})")
+            for order in range(1, int(recording.rate / 2 / frequency) + 1):  # its harmonics drift with it
+                columns[name] = columns[name] - (_amplitude(columns[name], turn**order) * turn**order).real
         if found:
             notes.append(f"{recording.name}: {name} has mains interference at {', '.join(found)}, which is removed")
     return replace(recording, columns=columns), tuple(notes)
@@ -114,34 +116,33 @@ def _lines(y: np.ndarray, rate: float) -> np.ndarray:
 
 
 def _constant_line(y: np.ndarray, recording: Recording) -> tuple[float, np.ndarray] | None:
-    """The first line of y (n,) with constant amplitude: its frequency [Hz] and its signal (n,)."""
+    """The first line of y (n,) with constant amplitude: its frequency [Hz] and exp(i (2 pi f t + phi)) (n,)."""
     n = len(y)
     lines = np.flatnonzero(_lines(y, recording.rate))
     for i in lines[lines > LOWEST_FREQUENCY * n / recording.rate]:
         near = np.linspace(i - 1, i + 1, 41) / n  # cycles per sample
         seen = np.abs(np.exp(-2j * np.pi * np.outer(near, np.arange(n))) @ ((y - y.mean()) * np.hanning(n)))
         turn = np.exp(2j * np.pi * near[np.argmax(seen)] * np.arange(n))
-        amplitude = _amplitude_over(y, turn, PARTS, drifts=False)
-        if amplitude is None:
-            amplitude = _amplitude_over(y, turn, max(PARTS, int(n / recording.rate / DRIFT_PART)), drifts=True)
-        if amplitude is not None:
-            return float(near[np.argmax(seen)] * recording.rate), (amplitude * turn).real
+        for count, drifts in ((PARTS, False), (max(PARTS, int(n / recording.rate / DRIFT_PART)), True)):
+            drift = _phase_of_constant(y, turn, count, drifts)
+            if drift is not None:
+                return float(near[np.argmax(seen)] * recording.rate), turn * np.exp(1j * drift)
     return None
 
 
-def _amplitude_over(y: np.ndarray, turn: np.ndarray, count: int, drifts: bool) -> np.ndarray | complex | None:
-    """The complex amplitude of y (n,) at a line: a number, or (n,) numbers of one size where its phase drifts; None
-    where it differs between so many parts."""
+def _phase_of_constant(y: np.ndarray, turn: np.ndarray, count: int, drifts: bool) -> np.ndarray | None:
+    """The phase (n,) of a line of y (n,) with the same amplitude in so many parts; None where it differs."""
     parts = np.array_split(np.arange(len(y)), count)
     found = np.array([_amplitude(y[k], turn[k]) for k in parts])
-    if not drifts:
-        whole = _amplitude(y, turn)
-        return whole if np.all(np.abs(found - whole) < AMPLITUDE_CHANGE * abs(whole)) else None
-    size = np.mean(np.abs(found))
-    if np.any(np.abs(np.abs(found) - size) > AMPLITUDE_CHANGE * size):
+    whole = _amplitude(y, turn)
+    size = np.mean(np.abs(found)) if drifts else np.abs(whole)
+    differences = np.abs(np.abs(found) - size if drifts else found - whole)
+    if np.any(differences > AMPLITUDE_CHANGE * size):
         return None
+    if not drifts:
+        return np.full(len(y), np.angle(whole))
     phase = CubicSpline([k.mean() for k in parts], np.unwrap(np.angle(found)), bc_type="natural")
-    return size * np.exp(1j * phase(np.arange(len(y))))
+    return phase(np.arange(len(y)))
 
 
 def _amplitude(y: np.ndarray, turn: np.ndarray) -> complex:
