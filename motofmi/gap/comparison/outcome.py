@@ -198,9 +198,8 @@ def objection(
         )
     if (modes := unresolved_modes(model.fit)) is not None:
         return NOT_CLEAR, (
-            f"{withheld}: no run has an input, and none is long enough to resolve modes of {modes[0]:.4g} and "
-            f"{modes[1]:.4g} Hz (resolution {modes[2]:.2g} Hz): together they are not distinguishable from one mode whose "
-            "amplitude and frequency change. Give a run with an input."
+            f"{withheld}: no run has an input, and none is long enough to resolve {modes}: together they are not "
+            "distinguishable from a single one that changes with the amplitude. Give a run with an input."
         )
     if not model.judged_alone and len(model.validation) and model.validation_loss >= base.validation_loss:
         return NOT_CLEAR, f"{withheld}: the loss on the validation runs is not reduced."

@@ -16,6 +16,7 @@ from motofmi.gap.comparison.compare import Comparison
 from motofmi.gap.comparison.compared_model import ComparedModel
 from motofmi.gap.comparison.outcome import outcome
 from motofmi.gap.comparison.simplest_form import simplest_sufficient
+from motofmi.gap.comparison.unresolved_modes import Unresolved
 from motofmi.gap.criteria import Criteria
 from motofmi.recordings.recording import Recording
 
@@ -74,7 +75,7 @@ def test_an_effect_that_closes_the_same_share_is_tied_although_the_confidence_se
 
 def test_a_mode_that_no_run_resolves_leaves_and_the_others_are_compared(monkeypatch):
     def found_in(fit):
-        return (0.62, 0.64, 0.05) if HungBody in fit.model.effects else None
+        return Unresolved("modes", 0.62, 0.64, 0.05, "Hz") if HungBody in fit.model.effects else None
 
     monkeypatch.setattr("motofmi.gap.comparison.outcome.unresolved_modes", found_in)
     body, friction = model_with(HungBody, level=0.5, seed=1), model_with(CoulombFriction, level=1.0, seed=2)
