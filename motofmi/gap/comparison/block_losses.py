@@ -57,6 +57,21 @@ def partition(residuals: TimeResiduals, length: int | None = None) -> list[Block
     return blocks
 
 
+def divided(blocks: Sequence[Block], least: int) -> list[Block]:
+    """The blocks, in equal parts where there are fewer than `least`."""
+    parts = -(-least // len(blocks))
+    return [
+        (i, int(first), int(last))
+        for i, a, b in blocks
+        for first, last in pairwise(np.linspace(a, b, parts + 1).astype(int))
+    ]
+
+
+def standard_error(differences: np.ndarray) -> float:
+    """The standard error of the mean of differences (blocks,) between blocks; infinite of a single one."""
+    return float(differences.std(ddof=1) / np.sqrt(len(differences))) if len(differences) > 1 else np.inf
+
+
 def mean_squares(residuals: TimeResiduals, blocks: Sequence[Block]) -> np.ndarray:
     """The mean square (blocks,) of the residuals of each block [1]."""
     return np.array([np.mean(residuals.runs[i][a:b] ** 2) for i, a, b in blocks])

@@ -15,7 +15,7 @@ from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
 from motofmi.gap.comparison.adjusted_likelihood_ratio import adjusted_errors
 from motofmi.gap.comparison.band_dependence import LOWEST_PART, band_dependence
-from motofmi.gap.comparison.block_losses import left_out_mean_squares, mean_squares, partition
+from motofmi.gap.comparison.block_losses import divided, left_out_mean_squares, mean_squares, partition
 from motofmi.gap.comparison.residuals import Block, TimeResiduals, time_residuals
 from motofmi.gap.comparison.sandwich import sandwich_covariance
 from motofmi.gap.comparison.unresolved_modes import unresolved_modes
@@ -202,10 +202,14 @@ class CommonBlocks:
 
     def covariance(self, found: Fit) -> np.ndarray:
         """The covariance (parameters, parameters) of fitted values, with errors of the model: the sandwich over blocks,
-        and the squared differences of values that depend on the compared band."""
+        and the squared differences of values that depend on the compared band.
+
+        Of fewer blocks than a name needs, parts are taken, whose errors are correlated: too few do not show how much
+        the values vary."""
         whole, low = self.residuals(found), time_residuals(found, self.scale, LOWEST_PART)
-        of_band = band_dependence(whole, low, self.blocks, self.criteria.value_errors)
-        return sandwich_covariance(whole, self.blocks) + np.diag(of_band**2)
+        blocks = divided(self.blocks, self.criteria.fewest_fitted_blocks)
+        of_band = band_dependence(whole, low, blocks, self.criteria.value_errors)
+        return sandwich_covariance(whole, blocks) + np.diag(of_band**2)
 
     def is_disturbance(self, found: Fit) -> bool:
         """Whether a fit reduces the misfit by the free initial states of an effect without a magnitude.

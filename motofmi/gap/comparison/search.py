@@ -15,6 +15,7 @@ from fmus.effects import Effect
 from fmus.support.deadline import time_is_up
 from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
+from motofmi.gap.comparison.block_losses import standard_error
 from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import Candidate
@@ -154,7 +155,7 @@ def leading(blocks: CommonBlocks, fits: dict[Key, Fit]) -> tuple[list[Key], list
 def clearly_behind(losses: np.ndarray, best: np.ndarray) -> bool:
     """Whether the mean of losses (blocks,) exceeds that of the best by more than `CLEARLY_BEHIND` standard errors."""
     difference = losses - best
-    return bool(difference.mean() > CLEARLY_BEHIND * difference.std(ddof=1) / np.sqrt(len(difference)))
+    return bool(difference.mean() > CLEARLY_BEHIND * standard_error(difference))
 
 
 def _in_all_forms(families: Sequence[Sequence[Candidate]], base: Fit) -> list[Fit]:

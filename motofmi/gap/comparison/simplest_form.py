@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from motofmi.gap.comparison.block_losses import standard_error
 from motofmi.gap.comparison.compared_model import ComparedModel
 
 
@@ -22,7 +23,7 @@ def simplest_sufficient(forms: Sequence[ComparedModel]) -> ComparedModel:
 def within_one_error(losses: np.ndarray, best: np.ndarray) -> bool:
     """Whether the mean of losses (blocks,) is within one standard error of that of the best ones (blocks,)."""
     difference = losses - best
-    return bool(difference.mean() <= difference.std(ddof=1) / np.sqrt(len(difference)))
+    return bool(difference.mean() <= standard_error(difference))
 
 
 def one_per_families(models: Sequence[ComparedModel]) -> list[ComparedModel]:

@@ -6,7 +6,15 @@ from scipy.fft import dct, idct
 from scipy.signal import lfilter
 
 from motofmi.gap.comparison.band_dependence import band_dependence
-from motofmi.gap.comparison.block_losses import correlation_length, left_out_mean_squares, mean_squares, partition
+from motofmi.gap.comparison.block_losses import (
+    correlation_length,
+    divided,
+    left_out_mean_squares,
+    mean_squares,
+    partition,
+    standard_error,
+)
+from motofmi.gap.comparison.closable import closed_share
 from motofmi.gap.comparison.residuals import TimeResiduals
 from motofmi.gap.comparison.sandwich import sandwich_covariance
 
@@ -126,3 +134,31 @@ def test_a_parameter_without_influence_does_not_depend_on_the_band():
     columns, y = np.c_[random.normal(size=400), np.zeros(400)], random.normal(size=400)
     found = band_dependence(*in_low_part(columns, y), [(0, a, a + 40) for a in range(0, 400, 40)], 0.0)
     assert found[1] == 0.0 and np.all(np.isfinite(found))
+
+
+def test_a_single_block_gives_no_certainty():
+    before, after = np.array([1.0]), np.array([0.27])
+    share = closed_share(before, after, 0.0)
+    assert (share.share, share.low, share.high) == pytest.approx((0.73, -1.0, 1.0))
+    assert standard_error(before - after) == np.inf
+    two = np.array([1.0, 3.0])
+    assert standard_error(two) == pytest.approx(1.0)  # deviation sqrt(2) of n - 1, over sqrt(2)
+
+
+@pytest.mark.parametrize(("blocks", "least", "count"), [([(0, 0, 100)], 8, 8), ([(0, 0, 50), (1, 0, 30), (1, 30, 60)], 8, 9), ([(0, a, a + 10) for a in range(0, 90, 10)], 8, 9)])
+def test_blocks_are_divided_where_they_are_few(blocks, least, count):
+    parts = divided(blocks, least)
+    assert len(parts) == count >= least
+    covered = [(run, sample) for run, a, b in parts for sample in range(a, b)]
+    assert covered == [(run, sample) for run, a, b in blocks for sample in range(a, b)]
+
+
+def test_errors_from_one_block_are_those_of_its_parts():
+    """The gradient of a fit is zero over all samples: over one block the sandwich would be zero."""
+    random = np.random.default_rng(5)
+    columns, y = random.normal(size=(160, 2)), random.normal(size=160)
+    residuals = regression(columns, y)
+    assert np.abs(sandwich_covariance(residuals, [(0, 0, 160)])).max() < 1e-20
+    errors = np.sqrt(np.diag(sandwich_covariance(residuals, divided([(0, 0, 160)], 8))))
+    # White noise of deviation 1 on 160 samples: eight blocks know an error to a quarter.
+    assert errors == pytest.approx(np.full(2, 1 / np.sqrt(160)), rel=0.75)
