@@ -28,13 +28,21 @@ def headline(result: dict[str, Any]) -> str:
     if result["verdict"] == "tied":
         return "tied: the data do not decide between " + ", ".join(result["tied"]) + _closed(result) + _left(result)
     if result["verdict"] == "none":
-        why = "consistent with the noise" if result["complete"] else "sufficient"
-        return f"none: the model is {why}{_left(result)}"
+        return f"none: the model is {_sufficient(result)}{_left(result)}"
     if result["ended"]:
         return "unknown: the search was ended before its verdict" + _left(result)
     if result["disagreement"]:
         return "unknown: the fitted and the validation runs disagree on the base" + _left(result)
     return "unknown: an effect is missing, and none of the library is named" + _left(result)
+
+
+def _sufficient(result: dict[str, Any]) -> str:
+    """Why nothing is missing: the noise, or the tolerance, which the option replaces."""
+    if result["complete"]:
+        return "consistent with the noise"
+    share, tolerance = result["remainder"]["share"], result["criteria"]["tolerance"]
+    within = share is not None and share <= tolerance
+    return f"sufficient within the tolerance of {tolerance:.3g} (--tolerance)" if within else "sufficient"
 
 
 def _placed(effect: dict[str, Any]) -> str:

@@ -243,7 +243,7 @@ def _undetermined(model: ComparedModel, errors: np.ndarray, criteria: Criteria) 
     changed = f"an effect changes {name}, and " if name in model.fit.model.base else ""
     return (
         f"{_not_named(model)}, and the others are compared without {it}: {changed}{name} = {value:.3g} is within "
-        f"{criteria.value_errors:g} standard errors ({error:.2g}) of zero."
+        f"{criteria.value_errors:g} standard errors (of {error:.2g} each) of zero."
     )
 
 

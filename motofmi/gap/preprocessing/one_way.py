@@ -18,8 +18,8 @@ from motofmi.recordings.recording import Recording
 OTHER_WAY = 0.01  # share of the travel against the direction of the motion, below which a motion is one-way
 OSCILLATES = 0.5  # share of its range by which a rate returns that oscillates
 ONE_WAY = (
-    "{}: {} has one sign: the offset of its sensor is taken as zero, since it is not distinguishable from dry "
-    "friction; a run in the other direction would distinguish them"
+    "{}: {} has one sign: the offset of its sensor is taken as zero, since in a run of one direction it is not "
+    "distinguishable from dry friction"
 )
 
 

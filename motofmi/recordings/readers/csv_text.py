@@ -24,7 +24,7 @@ from motofmi.recordings.table import Format, Table, name_and_unit
 
 ROWS = 50_000  # rows of a block
 SAMPLE = 1 << 16  # bytes from which the layout is found
-EXAMPLE = "a header row such as 'time [s],steer_angle [rad],steer_torque [N.m]'"
+EXAMPLE = "a header row of names with units, such as 'time [s],angle [rad],torque [N.m]'"
 SKIPPED = ("#", "%", "sep=")  # how lines above the header begin: comments, and what a spreadsheet program writes
 MISSING = {"", "-", "--", "na", "n/a", "#n/a", "nan", "null", "none"}  # in lower case
 

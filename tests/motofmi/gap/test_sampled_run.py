@@ -94,7 +94,7 @@ def test_slopes_alone_are_those_of_the_reduced_output_without_further_simulation
 
     simulations = []
     simulated = FreeInitialStateModel.simulated
-    monkeypatch.setattr(FreeInitialStateModel, "simulated", lambda *given: simulations.append(1) or simulated(*given))
+    monkeypatch.setattr(FreeInitialStateModel, "simulated", lambda *given, **options: simulations.append(1) or simulated(*given, **options))
     monkeypatch.setattr(FreeInitialStateModel, "_extended", no_search)
     alone = model.slopes(run.with_initial_guesses(run.guess), q)
     assert len(simulations) == 1  # of all segments together

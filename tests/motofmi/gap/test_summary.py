@@ -43,7 +43,8 @@ def drawn(rng):
         "complete": bool(rng.random() < 0.5) and kind in ("named", "none"),
         "ended": "The time budget of 60 s ended." if rng.random() < 0.3 else None,
         "explained": {"share": share, "low": share - 0.1, "high": share + 0.1} if held and kind != "none" else None,
-        "remainder": {"rms": float(held_after if held else after), "share": float(rng.uniform(0, 1)), "unit": "rad", "nearest": None},
+        "remainder": {"rms": float(held_after if held else after), "share": float(rng.uniform(0, 1)) * 10.0 ** -int(rng.integers(4)), "unit": "rad", "nearest": None},
+        "criteria": {"tolerance": 0.01},
         "disagreement": None,
         "gap": {"rms": {"before": before, "after": after, "holdout_before": held_before if held else None,
                         "holdout_after": held_after if held else None, "unit": "rad"}},
@@ -65,6 +66,7 @@ def test_no_line_contradicts_the_numbers(seed):
         assert ("ended" in lines[0]) == bool(result["ended"])
     if result["verdict"] == "none" and not result["complete"]:
         assert "noise" not in lines[0]
+        assert ("tolerance" in lines[0]) == (result["remainder"]["share"] <= result["criteria"]["tolerance"])
     assert (f"{result['remainder']['rms']:.3g} rad (rms) is left" in lines[0])
 
 

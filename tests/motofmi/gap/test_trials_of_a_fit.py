@@ -48,7 +48,7 @@ def test_one_simulation_gives_the_residuals_after_the_search_to_first_order(monk
     model.reduced(run, known)
     near = known + 0.02
     simulations, simulated = [], FreeInitialStateModel.simulated
-    monkeypatch.setattr(FreeInitialStateModel, "simulated", lambda *given: simulations.append(1) or simulated(*given))
+    monkeypatch.setattr(FreeInitialStateModel, "simulated", lambda *given, **options: simulations.append(1) or simulated(*given, **options))
     begun = model.simulated_once(run, near)
     assert len(simulations) == 1  # of all segments together
     first = np.concatenate([segment.reduced for segment in begun.values()])

@@ -166,7 +166,7 @@ def test_a_gain_below_the_least_delta_bic_is_not_named(criterion, effects):
 
 def test_a_magnitude_within_its_error_is_not_named():
     found = decided([model_with(CoulombFriction, level=1.0, seed=1)], error=0.6)
-    assert found.verdict == "unknown" and "within 2 standard errors (0.6) of zero" in found.sentences[0]
+    assert found.verdict == "unknown" and "within 2 standard errors (of 0.6 each) of zero" in found.sentences[0]
 
 
 def test_an_effect_that_changes_a_stiffness_within_its_error_is_not_named():
@@ -181,7 +181,7 @@ def test_an_effect_that_changes_a_stiffness_within_its_error_is_not_named():
     found = outcome(model_with(level=10.0), [model], FLEXIBLE, MOTION, (BLOCKS, BLOCKS),
                     {id(model): np.array([0.6, 0.1])}, Criteria())  # fmt: skip
     assert found.verdict == "unknown" and found.standing[id(model)] == "magnitude not determined"
-    assert "an effect changes k, and k = 1 is within 2 standard errors (0.6) of zero" in found.sentences[0]
+    assert "an effect changes k, and k = 1 is within 2 standard errors (of 0.6 each) of zero" in found.sentences[0]
 
 
 def test_a_leading_effect_without_a_determined_magnitude_leaves_and_the_others_are_compared():
