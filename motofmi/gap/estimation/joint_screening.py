@@ -106,8 +106,10 @@ def _bounded_gain(
     normal: np.ndarray, gradient: np.ndarray, low: np.ndarray, high: np.ndarray
 ) -> tuple[float, np.ndarray]:
     """The largest decrease of x'Nx + 2 g'x below zero within bounds, and the x (k,) that reaches it."""
-    root = np.linalg.cholesky(normal + RIDGE * np.eye(len(normal)))
-    solved = lsq_linear(
-        root.T, np.linalg.solve(root, -gradient), (np.minimum(low, -1e-12), np.maximum(high, 1e-12)), method="bvls"
-    )
-    return float(-(solved.x @ normal @ solved.x + 2 * gradient @ solved.x)), solved.x
+    definite = normal + RIDGE * np.eye(len(normal))
+    low, high = np.minimum(low, -1e-12), np.maximum(high, 1e-12)
+    x = np.linalg.solve(definite, -gradient)
+    if np.any((x < low) | (x > high)):
+        root = np.linalg.cholesky(definite)
+        x = lsq_linear(root.T, np.linalg.solve(root, -gradient), (low, high), method="bvls").x
+    return float(-(x @ normal @ x + 2 * gradient @ x)), x
