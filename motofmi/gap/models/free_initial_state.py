@@ -50,7 +50,7 @@ class FreeInitialStateModel(InitialStateModel):
         return np.concatenate([part.output for part in parts]), np.concatenate([part.slopes for part in parts])
 
     def simulate_again(self, run: Any, q: np.ndarray) -> None:
-        if not self._at_known_initial(run, q):
+        if len(self._from(run, self._valued(run, q), self._known_initial(run))) < len(run.segments):
             raise InputError(f"{self.component.name}: {run.name} cannot be simulated from the known initial states")
 
     def slopes(self, run: Any, q: np.ndarray, beside: bool = False) -> np.ndarray:

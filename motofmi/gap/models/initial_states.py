@@ -76,18 +76,23 @@ class InitialStateModel(SegmentedModel):
         return self._last(run, index) + move
 
     def _at_known_initial(self, run: SampledRun, q: np.ndarray, held: int = 0) -> list[SegmentSolution]:
-        """Every segment from the initial states of this model, or of the one with the most of its effects, without a
-        search for better ones; none where the states of a segment are not known, or it cannot be simulated. The first
-        `held` states are those of the last simulation."""
-        every, known = range(len(run.segments)), {}
-        for i in every:
+        """Every segment from the known initial states, without a search for better ones; none where those of a segment
+        are not known, or it cannot be simulated. The first `held` states are those of the last simulation."""
+        every, known = range(len(run.segments)), self._known_initial(run)
+        found = self._segments(run, self._valued(run, q), known, steps=0, held=held)
+        return [found[i] for i in every] if len(found) == len(every) else []
+
+    def _known_initial(self, run: SampledRun) -> dict[int, np.ndarray]:
+        """The initial states (nx,) of the segments in this model, or in the one with the most of its effects; empty
+        where those of a segment are not known."""
+        known = {}
+        for i in range(len(run.segments)):
             contained = (run.guess.get((*self.own[:count], i)) for count in range(len(self.own), -1, -1))
             guess: dict[str, Any] = next(filter(None, contained), {})
             if "initial" not in guess:
-                return []
+                return {}
             known[i] = np.array([guess["initial"].get(n, 0.0) for n in self.equations.states])
-        found = self._segments(run, self._valued(run, q), known, steps=0, held=held)
-        return [found[i] for i in every] if len(found) == len(every) else []
+        return known
 
     def simulated_once(self, run: SampledRun, q: np.ndarray) -> dict[int, SegmentStart]:
         """Every segment simulated once, from initial states that are predicted linearly from the last ones; empty where

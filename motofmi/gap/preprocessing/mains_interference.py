@@ -35,6 +35,7 @@ WINDOW_SHARE = 0.6  # least share of the windows in which a line exceeds the adj
 PARTS = 6  # parts of the run in which the amplitude of a line is compared
 AMPLITUDE_CHANGE = 0.3  # largest relative difference between the amplitude in a part and in the whole run
 DRIFT_PART = 2.0  # s, of the parts between which the phase of a line may drift: the mains frequency is within 0.05 Hz
+MOST_HARMONICS = 5  # of a line, that are removed with it
 MOST_LINES = 5  # lines that are removed from one channel
 FEWEST_SAMPLES = 1000  # below them no line is removed
 
@@ -89,7 +90,8 @@ def without_mains_interference(
             frequency, turn = line
             wave = (_amplitude(columns[name], turn) * turn).real
             found.append(f"{frequency:.4g} Hz ({np.sqrt(2) * np.std(wave):.2g} {recording.units[name]})")
-            for order in range(1, int(recording.rate / 2 / frequency) + 1):  # its harmonics drift with it
+            highest = min(MOST_HARMONICS, int(recording.rate / 2 / frequency))
+            for order in range(1, highest + 1):  # its harmonics drift with it
                 columns[name] = columns[name] - (_amplitude(columns[name], turn**order) * turn**order).real
         if found:
             notes.append(f"{recording.name}: {name} has mains interference at {', '.join(found)}, which is removed")
