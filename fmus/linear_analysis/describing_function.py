@@ -12,36 +12,27 @@ Source: Gelb and Vander Velde, Multiple-Input Describing Functions and Nonlinear
 """
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from fmus.declaration.component import Component
-from fmus.linear_analysis.linearisation import StateSpace, linearise, rates_at
+from fmus.linear_analysis.linearisation import linearise, rates_at
 from fmus.support.errors import unknown
 
 ALIKE = 1e-6  # relative cutoff of singular values: combinations of states that move by less are not separated
 
 
-def linearise_by_describing_function(component: Component, motion: Mapping[str, np.ndarray], **at: Any) -> StateSpace:
-    """The component linearised about the motion of some of its states, (n,) points of each by name; the others are at
-    rest.
+def change_by_motion(component: Component, motion: Mapping[str, np.ndarray], **at: Any) -> np.ndarray:
+    """The change dA (..., nx, nx) of the linearisation at rest by the motion of some states, (n,) points of each by name;
+    the others are at rest.
 
-    `at` are numbers or arrays as in `linearise`. Raises InputError for a name that is no state of the component.
+    `at` are numbers or arrays as in `linearise`. The change is the same for all speeds of a vehicle where the nonlinear
+    part is that of a device at its handlebar. Raises InputError for a name that is no state of the component.
 
         phase = np.linspace(0, 2 * np.pi, 64, endpoint=False)
         motion = {"vehicle.steer_rate": 0.5 * np.cos(phase)}
-        linearise_by_describing_function(system, motion, **{"vehicle.speed": speeds})
-    """
-    rest = linearise(component, **at)
-    return replace(rest, A=rest.A + change_by_motion(component, motion, **at))
-
-
-def change_by_motion(component: Component, motion: Mapping[str, np.ndarray], **at: Any) -> np.ndarray:
-    """The change dA (..., nx, nx) of the linearisation at rest by a motion; arguments and errors as above.
-
-    It is the same for all speeds of a vehicle where the nonlinear part is that of a device at its handlebar.
+        linearise(system, **at).A + change_by_motion(system, motion, **at)
     """
     for name in motion:
         if name not in component.states:

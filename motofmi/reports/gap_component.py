@@ -10,7 +10,6 @@ from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.preprocessing.sampled_run import SampledRun
 from motofmi.gap.selection.result import Verdict
 from motofmi.recordings.resampling import LONG, varies
-from motofmi.recordings.spectra import short_time_spectra
 from motofmi.reports.charts import Axis, Cells, Chart, Curve, Panel
 from motofmi.reports.gap_before_after import shown_run, whiteness, without_and_with
 from motofmi.reports.gap_report import Pictures
@@ -119,15 +118,16 @@ def _responses(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[Chart, str]]
     inputs = [n for n in run.experiment.inputs if varies(run.recording[n])]
     if not inputs:
         return []
+    from scipy.signal import csd, welch  # noqa: PLC0415 - imported on use: it takes 0.5 s
+
     rate = run.recording.rate
     drive = np.concatenate([run.recording[inputs[0]][first:last] for first, last in run.segments])
     n = min(len(drive) // 4, 2048)
-    frequency, _, driving = short_time_spectra(drive, rate, n)
-    power = np.mean(np.abs(driving) ** 2, axis=1)
+    _, power = welch(drive, rate, nperseg=n)
     size, plane, difference, measured = [], [], [], np.zeros(0)
     for values, colour, label in _outputs(shown):
         style = "points" if label == MEASURED else "dashed" if colour == "base" else "line"
-        cross = np.mean(driving.conj() * short_time_spectra(values, rate, n)[2], axis=1)
+        frequency, cross = csd(drive, values, rate, nperseg=n)
         inside = (frequency > 0) & (frequency < run.reduction_band) & (power > DRIVEN * power.max())
         at, response = frequency[inside], (cross / power)[inside]
         size.append(Curve(label, at, np.abs(response), colour, style))
@@ -169,13 +169,15 @@ def _responses(shown: Sequence[tuple[Fit, str, str]]) -> list[tuple[Chart, str]]
 
 
 def _map(fit: Fit) -> Chart:
+    from scipy.signal import spectrogram  # noqa: PLC0415 - imported on use: it takes 0.5 s
+
     run: SampledRun = fit.runs[0]
     time, _, left = left_over(fit)
     length = int(np.clip(PERIODS * run.recording.rate / run.middle_frequency, SHORTEST, max(len(left) // 8, SHORTEST)))
-    frequency, middle, spectra = short_time_spectra(left, run.recording.rate, length)
+    frequency, middle, power = spectrogram(left, run.recording.rate, nperseg=length, noverlap=length // 2)
     inside = frequency <= run.reduction_band
     noise = 2 * run.densities[0](frequency[inside]) / run.recording.rate  # one-sided
-    z = np.abs(spectra[inside]) ** 2 / noise[:, None]
+    z = power[inside] / noise[:, None]
     rows, columns = (
         np.unique(np.linspace(0, size, most + 1).astype(int)) for size, most in zip(z.shape, (TALL, WIDE), strict=True)
     )

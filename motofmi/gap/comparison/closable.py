@@ -31,8 +31,8 @@ def closed_share(before: np.ndarray, after: np.ndarray, flexible: float) -> Shar
     """The share of the closable misfit that a model closes.
 
     before and after (blocks,) are the mean squares of the base and of the model on the same blocks, flexible is the
-    mean square after the flexible regression, in the same unit. One block says nothing about the interval, which is
-    then that of all shares.
+    mean square after the flexible regression, in the same unit. A single block does not determine an interval: it is
+    then that of all possible shares.
     """
     if len(before) < 2:
         return Share(float(_share(before.mean(), after.mean(), flexible)), -1.0, 1.0)

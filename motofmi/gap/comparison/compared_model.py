@@ -204,8 +204,8 @@ class CommonBlocks:
         """The covariance (parameters, parameters) of fitted values, with errors of the model: the sandwich over blocks,
         and the squared differences of values that depend on the compared band.
 
-        Of fewer blocks than a name needs, parts are taken, whose errors are correlated: too few do not show how much
-        the values vary."""
+        Fewer blocks than a name needs do not show how much the values vary: they are divided. The residuals of their
+        parts are correlated, so that these errors are underestimated."""
         whole, low = self.residuals(found), time_residuals(found, self.scale, LOWEST_PART)
         blocks = divided(self.blocks, self.criteria.fewest_fitted_blocks)
         of_band = band_dependence(whole, low, blocks, self.criteria.value_errors)

@@ -5,7 +5,7 @@
 Two modes that are closer beat with a period longer than the motion. Their sum is then not distinguishable from one mode
 whose amplitude and frequency change with the amplitude, as with dry friction or a nonlinear spring: the free initial
 states of a further body take the place of the effect. The ratio of two such decays changes by less than a factor of e over
-the motion, and their sum is one decay whose rate changes, as with quadratic drag. An input that excites the modes would
+the motion: their sum is not distinguishable from one decay whose rate changes, as with quadratic drag. An input that excites the modes would
 tell them apart.
 
 Source: Kay, Marple, Proc. IEEE 69 (1981) 1380-1419, for the resolution 1 / T (Rayleigh); Istratov, Vyvenko, Rev. Sci.
@@ -33,18 +33,18 @@ class Unresolved:
     unit: str
 
     def __str__(self) -> str:
-        return f"{self.what} of {self.first:.4g} and {self.second:.4g} {self.unit} (resolution {self.resolution:.2g} {self.unit})"
+        resolution = f"resolution {self.resolution:.2g} {self.unit}"
+        return f"{self.what} of {self.first:.4g} and {self.second:.4g} {self.unit} ({resolution})"
 
 
 def unresolved_modes(found: Fit) -> Unresolved | None:
     """The two closest modes of a fit with free runs; None where the longest run resolves them, an input varies, or no
-    effect has states of its own. Decays of the base alone are no matter of an effect."""
+    effect has states of its own. Decays are not compared where those of the base alone are not resolved."""
     model: Any = found.model
     if not any(effect.has_states() for effect in model.effects) or excited(found.runs):
         return None
     resolution = 1 / max(float(run.recording.time[-1] - run.recording.time[0]) for run in found.runs)
-    roots = poles(model, found.x)
-    of_base = poles(type(model)(model.experiment), found.x)
+    roots, of_base = (poles(each, found.x) for each in (model, type(model)(model.experiment)))
     if closest := _closest(roots[roots.imag > 0].imag / (2 * np.pi), resolution):
         return Unresolved("modes", *closest, resolution, "Hz")
     if (closest := _closest(_decays(roots), resolution)) and not _closest(_decays(of_base), resolution):

@@ -49,7 +49,7 @@ def screen_pairs(found: Fit, effects: Sequence[type[Effect]]) -> list[PairSignat
     """
     basis = span_of(found)
     left = found.residuals - basis @ (basis.T @ found.residuals)
-    found, beside = simulated_again(found)
+    found, from_last = simulated_again(found)
 
     def of_effect(effect: type[Effect]) -> list[Direction]:
         directions: list[Direction] = []
@@ -58,7 +58,9 @@ def screen_pairs(found: Fit, effects: Sequence[type[Effect]]) -> list[PairSignat
             for shape in shapes_of(found, effect) if not time_is_up() else ():
                 with suppress(InputError):  # the simulation diverges with these values
                     # A worker cannot return the class of an effect that was placed at an element.
-                    directions.append(replace(direction_of(found, model, effect, shape, basis, beside), effect=Effect))
+                    directions.append(
+                        replace(direction_of(found, model, effect, shape, basis, from_last), effect=Effect)
+                    )
         return directions
 
     plain = [effect for effect in effects if effect.prior is None]
@@ -106,10 +108,8 @@ def _bounded_gain(
     normal: np.ndarray, gradient: np.ndarray, low: np.ndarray, high: np.ndarray
 ) -> tuple[float, np.ndarray]:
     """The largest decrease of x'Nx + 2 g'x below zero within bounds, and the x (k,) that reaches it."""
-    definite = normal + RIDGE * np.eye(len(normal))
-    low, high = np.minimum(low, -1e-12), np.maximum(high, 1e-12)
-    x = np.linalg.solve(definite, -gradient)
-    if np.any((x < low) | (x > high)):
-        root = np.linalg.cholesky(definite)
-        x = lsq_linear(root.T, np.linalg.solve(root, -gradient), (low, high), method="bvls").x
-    return float(-(x @ normal @ x + 2 * gradient @ x)), x
+    root = np.linalg.cholesky(normal + RIDGE * np.eye(len(normal)))
+    solved = lsq_linear(
+        root.T, np.linalg.solve(root, -gradient), (np.minimum(low, -1e-12), np.maximum(high, 1e-12)), method="bvls"
+    )
+    return float(-(solved.x @ normal @ solved.x + 2 * gradient @ solved.x)), solved.x

@@ -61,7 +61,7 @@ def screen(found: Fit, effects: Iterable[type[Effect]], keep: int = 2) -> list[S
     """The best starting values, at most `keep`, of every effect on top of a fit; after a deadline none."""
     basis = span_of(found)
     left = found.residuals - basis @ (basis.T @ found.residuals)
-    found, beside = simulated_again(found)
+    found, from_last = simulated_again(found)
 
     def tried(part: tuple[type[Effect], list[dict[str, float]]]) -> list[tuple[float, np.ndarray]]:
         effect, shapes = part
@@ -77,7 +77,7 @@ def screen(found: Fit, effects: Iterable[type[Effect]], keep: int = 2) -> list[S
                 if effect.prior is not None:
                     signatures += _from_prior(found, effect, effect.prior)
                     continue
-                signatures.append(_signature(found, model, effect, shape, basis, left, beside))
+                signatures.append(_signature(found, model, effect, shape, basis, left, from_last))
         return signatures
 
     effects = list(effects)
@@ -151,9 +151,9 @@ def simulated_again(found: Fit) -> tuple[Fit, bool]:
 
 
 def _signature(found: Fit, model: AnyModel, effect: type[Effect], shape: dict[str, float], basis: np.ndarray,
-               left: np.ndarray, beside: bool) -> tuple[float, np.ndarray]:  # fmt: skip
+               left: np.ndarray, from_last: bool) -> tuple[float, np.ndarray]:  # fmt: skip
     """Gain and starting values of an effect for given nonlinear parameters."""
-    direction = direction_of(found, model, effect, shape, basis, beside)
+    direction = direction_of(found, model, effect, shape, basis, from_last)
     scale = np.linalg.norm(direction.slopes, axis=0) + 1e-12
     low, high = direction.low * scale, direction.high * scale
     solved = lsq_linear(direction.slopes / scale, -left, (np.minimum(low, -1e-12), np.maximum(high, 1e-12)))
@@ -161,12 +161,12 @@ def _signature(found: Fit, model: AnyModel, effect: type[Effect], shape: dict[st
 
 
 def direction_of(
-    found: Fit, model: AnyModel, effect: type[Effect], shape: dict[str, float], basis: np.ndarray, beside: bool
+    found: Fit, model: AnyModel, effect: type[Effect], shape: dict[str, float], basis: np.ndarray, from_last: bool
 ) -> Direction:
     """The direction of an effect on top of a fit, for given nonlinear parameters.
 
-    model is the fit's with the effect; basis (m, k) are orthonormal columns that span the fit's own derivatives; beside
-    is that of `AnyModel.slopes`. Raises InputError where the model cannot be simulated.
+    model is the fit's with the effect; basis (m, k) are orthonormal columns that span the fit's own derivatives;
+    from_last is that of `AnyModel.slopes`. Raises InputError where the model cannot be simulated.
     """
     own = effect.free_parameters()
     rows = [model.component.table[model.experiment.parameter(effect, n)] for n in own]
@@ -190,7 +190,7 @@ def direction_of(
     columns = []
     for index, run in enumerate(with_initial_guesses(found.runs, initial_guesses(found.runs))):
         q = np.concatenate([found.of_run(index)[:shared], evaluated_at])
-        columns.append(model.slopes(run, q, beside)[:, shared:])
+        columns.append(model.slopes(run, q, from_last)[:, shared:])
     sizes = [i for i, n in enumerate(own) if n not in effect.nonlinear_parameters()]
     slopes = np.zeros((len(basis), len(sizes)))
     slopes[: found.count] = np.concatenate(columns)[:, sizes]

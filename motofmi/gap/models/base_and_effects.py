@@ -32,9 +32,9 @@ class BaseAndEffects:
     def simulate_again(self, run: Any, q: np.ndarray) -> None:
         """Make the simulation of a run with q the last one, where a model has simulations."""
 
-    def slopes(self, run: Any, q: np.ndarray, beside: bool = False) -> np.ndarray:
+    def slopes(self, run: Any, q: np.ndarray, from_last: bool = False) -> np.ndarray:
         """The derivatives (m, np) of the predicted data of a run over its standard deviation."""
-        del beside
+        del from_last
         return self.reduced(run, q)[1]  # type: ignore[attr-defined, no-any-return]  # of every model
 
     def unknowns(self, run: Any) -> int:

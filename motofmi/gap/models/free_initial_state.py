@@ -53,9 +53,9 @@ class FreeInitialStateModel(InitialStateModel):
         if len(self._from(run, self._valued(run, q), self._known_initial(run))) < len(run.segments):
             raise InputError(f"{self.component.name}: {run.name} cannot be simulated from the known initial states")
 
-    def slopes(self, run: Any, q: np.ndarray, beside: bool = False) -> np.ndarray:
+    def slopes(self, run: Any, q: np.ndarray, from_last: bool = False) -> np.ndarray:
         """The derivatives (m, np) of `reduced`, at the initial states of the model that these effects were added to."""
-        held = self.states_without(self.values(q)) if beside else 0
+        held = self.states_without(self.values(q)) if from_last else 0
         found = self._at_known_initial(run, q, held) or self._solved(run, q)
         return np.concatenate([part.slopes for part in found])
 

@@ -94,11 +94,11 @@ class AnyModel(Protocol):
     def simulate_again(self, run: Any, q: np.ndarray) -> None:
         """Make the simulation of a run with q the last one. Raises InputError where it cannot be simulated."""
 
-    def slopes(self, run: Any, q: np.ndarray, beside: bool = False) -> np.ndarray:
+    def slopes(self, run: Any, q: np.ndarray, from_last: bool = False) -> np.ndarray:
         """The derivatives (m, np) of `reduced` alone, at the initial states that are known of the run.
 
-        beside says that the last simulation of the run was that of the model without the latest effects, for the same
-        values: where these effects are absent at q, it is the trajectory, and only their own states are simulated.
+        from_last says that the last simulation of the run was that of the model without the latest effects, for the same
+        values. Where these effects are absent at q they do not change this motion: only their own states are simulated.
         """
 
     def unknowns(self, run: Any) -> int:
@@ -164,8 +164,8 @@ class HarmonicModel(BaseAndEffects):
     def simulate_again(self, run: SteerTestRun, q: np.ndarray) -> None:
         self.outputs(run, q, slopes=False)
 
-    def slopes(self, run: SteerTestRun, q: np.ndarray, beside: bool = False) -> np.ndarray:
-        held = self.states_without(self.values(q)) if beside else 0
+    def slopes(self, run: SteerTestRun, q: np.ndarray, from_last: bool = False) -> np.ndarray:
+        held = self.states_without(self.values(q)) if from_last else 0
         return run.reduced(self.outputs(run, q, held=held)[1])
 
     def states_without(self, values: Mapping[str, float]) -> int:

@@ -66,8 +66,8 @@ def simulate(equations: Equations, values: Mapping[str, float], motion: Motion, 
     (nx,) or (pieces, nx).
 
     accuracy is the largest last step of Newton's method over a state's rms; without it CONVERGED, or NOT_CONVERGED
-    where the steps become no smaller. The first `held` states keep their guess: a trajectory that no further state
-    influences. Raises DivergenceError where it does not converge, or is not finite.
+    where the steps become no smaller. The first `held` states keep their guess: the trajectory without the others,
+    which do not influence it. Raises DivergenceError where it does not converge, or is not finite.
     """
     n, nx = len(motion.time), len(equations.states)
     x = np.zeros((nx, n)) if start is None else np.array(start.T, order="C")
@@ -85,9 +85,7 @@ def simulate(equations: Equations, values: Mapping[str, float], motion: Motion, 
     return Trajectory(_converged(steps, x, second, accuracy, held), steps, with_initial)
 
 
-def _converged(
-    steps: Collocation, x: np.ndarray, damping: "_Damping", accuracy: float | None, held: int
-) -> np.ndarray:
+def _converged(steps: Collocation, x: np.ndarray, damping: "_Damping", accuracy: float | None, held: int) -> np.ndarray:
     """The states (n, nx) after Newton's method from a guess (nx, n), which is overwritten. Errors as `simulate`."""
     nx, linear, update = steps.nx, steps.equations.linear, np.inf
     for done in range(STEPS):

@@ -5,9 +5,9 @@
 The phase phi is constant, or drifts with the frequency of the mains.
 
 In a swept run the response is at harmonics of the excitation, whose frequency changes. In a run of any component such a
-line would be fitted by an undamped additional body. The response to a periodic input has lines as well, at its
-harmonics, too; therefore lines are removed only where the lines of every input are negligible. In a closed loop an input
-contains the interference of the output. The amplitude of a randomly excited mode changes during the run, so that the mode
+line would be fitted by an undamped additional body. The response to a periodic input has lines as well, also
+at its harmonics; therefore lines are removed only where the lines of every input are negligible. In a closed loop an
+input contains the interference of the output. The amplitude of a randomly excited mode changes during the run, so that the mode
 is not removed.
 """
 
@@ -133,7 +133,10 @@ def _constant_line(y: np.ndarray, recording: Recording) -> tuple[float, np.ndarr
 
 
 def _phase_of_constant(y: np.ndarray, turn: np.ndarray, count: int, drifts: bool) -> np.ndarray | None:
-    """The phase (n,) of a line of y (n,) with the same amplitude in so many parts; None where it differs."""
+    """The phase (n,) of a line of y (n,) that has one amplitude in `count` parts; None where it does not.
+
+    turn (n,) is exp(2 pi i f t). Without drift the phase of the parts must be the same, too.
+    """
     parts = np.array_split(np.arange(len(y)), count)
     found = np.array([_amplitude(y[k], turn[k]) for k in parts])
     whole = _amplitude(y, turn)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fmus.linear_analysis.describing_function import change_by_motion, linearise_by_describing_function
+from fmus.linear_analysis.describing_function import change_by_motion
 from fmus.linear_analysis.linearisation import linearise
 from fmus.support.errors import InputError
 from rider_fmu import riders
@@ -26,16 +26,21 @@ def ridden_by(effect, **values):
     return ridden(motorcycles.load("sharp_1971"), rider)
 
 
+def in_motion_of(system, motion):
+    """The matrix A of the system linearised about a motion, at each speed."""
+    return linearise(system, **SPEEDS).A + change_by_motion(system, motion, **SPEEDS)
+
+
 def damping_added(system, motion):
     """The steer damping [N.m.s/rad] that slows the steer as the system's effect does in the given motion, at each
     speed."""
     row = system.states.index("vehicle.steer_rate")
     in_motion, plain = (
-        linearise_by_describing_function(system, motion, **SPEEDS),
-        linearise(ridden(motorcycles.load("sharp_1971"), riders.load("mean_2011")), **SPEEDS),
+        in_motion_of(system, motion),
+        linearise(ridden(motorcycles.load("sharp_1971"), riders.load("mean_2011")), **SPEEDS).A,
     )
     damped = linearise(ridden_by(SteerDamping(), damping=1.0), **SPEEDS)
-    return (in_motion.A - plain.A)[:, row, row] / (damped.A - plain.A)[:, row, row]
+    return (in_motion - plain)[:, row, row] / (damped.A - plain)[:, row, row]
 
 
 @pytest.mark.slow
@@ -63,10 +68,10 @@ def stiffened(motion, deflection):
     system = ridden_by(HardeningArms(), cubic_stiffness=cubic)
     columns = [system.states.index(n) for n in motion]
     in_motion, expected = (
-        linearise_by_describing_function(system, motion, **SPEEDS),
-        linearise(ridden(motorcycles.load("sharp_1971"), stiffer), **SPEEDS),
+        in_motion_of(system, motion),
+        linearise(ridden(motorcycles.load("sharp_1971"), stiffer), **SPEEDS).A,
     )
-    return in_motion.A[..., columns], expected.A[..., columns]
+    return in_motion[..., columns], expected[..., columns]
 
 
 @pytest.mark.slow
@@ -78,7 +83,7 @@ def test_a_cubic_spring_under_a_sine_stiffens_by_three_quarters_of_its_square():
 def test_what_is_linear_stays_what_it_is():
     system = ridden_by(SteerDamping(), damping=3.0)
     np.testing.assert_allclose(
-        linearise_by_describing_function(system, SINE, **SPEEDS).A, linearise(system, **SPEEDS).A, rtol=1e-9, atol=1e-6
+        in_motion_of(system, SINE), linearise(system, **SPEEDS).A, rtol=1e-9, atol=1e-6
     )
 
 
@@ -101,4 +106,4 @@ def test_states_that_move_in_proportion_share_what_motion_adds():
 
 def test_a_name_that_is_no_state_is_an_error():
     with pytest.raises(InputError, match=r"vehicle.steer_angl.*did you mean"):
-        linearise_by_describing_function(ridden_by(SteerDamping(), damping=1.0), {"vehicle.steer_angl": PHASE})
+        change_by_motion(ridden_by(SteerDamping(), damping=1.0), {"vehicle.steer_angl": PHASE})

@@ -9,19 +9,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.signal import butter, lfilter
 
 from fmus import Component, input, output, parameter, state
 from fmus.effects import load_folder
 from fmus.effects.placement import laws_at
-from fmus.mechanisms import MassSpringDamper
 from fmus.support import parallel
 from fmus.support.errors import InputError
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation import effect_fit, screening
-from motofmi.gap.estimation.fit_result import initial_guesses, with_initial_guesses
 from motofmi.gap.estimation.fitting import fit
-from motofmi.gap.estimation.screening import screen, shapes_of, simulated_again
+from motofmi.gap.estimation.screening import screen, shapes_of
 from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.collocation import Motion
 from motofmi.gap.models.equations import Equations
@@ -298,44 +295,6 @@ def test_all_shapes_of_an_effect_are_screened_however_they_are_shared_out(short_
         assert [s.effect for s in other] == [s.effect for s in seen[0]]
         # A trajectory begins where the last shape's ended, which moves it by its rounding.
         np.testing.assert_allclose([s.gain for s in other], [s.gain for s in seen[0]], rtol=1e-6, atol=1e-6)
-
-
-@pytest.mark.slow
-def test_absent_effects_have_the_derivatives_of_a_simulation_with_them(short_run):
-    """Of a rider on harmonics and of a mass over segments: what is held is what a simulation of all states gives."""
-    model = HarmonicModel(rig_experiment(RIG))
-    of_rig = fit(model, [short_run], model.start()), [e for e in rig_effects() if e.prior is None]
-    of_mass = of_a_mass(), laws_at(MassSpringDamper())
-    for found, library in (of_rig, of_mass):
-        again, beside = simulated_again(found)
-        assert beside
-        held = []
-        for effect in library:
-            model = again.model.with_added_effects(effect, slopes_of_base=False)
-            values = [r.start if n not in effect.nonlinear_parameters() and r.min > 0 else 0.0 if n in effect.magnitudes() else r.start
-                      for n, r in ((n, model.component.table[model.experiment.parameter(effect, n)]) for n in effect.free_parameters())]  # fmt: skip
-            q = np.concatenate([again.of_run(0)[: len(again.model.names)], values])
-            (copy,) = with_initial_guesses(again.runs, initial_guesses(again.runs))
-            of_held = model.slopes(copy, q, beside=True)
-            model.found = dict(again.model.found)
-            of_all = model.slopes(*with_initial_guesses(again.runs, initial_guesses(again.runs)), q)
-            # A step of Newton's method moves a trajectory by 1e-8 of its size at most (`simulation.CONVERGED`).
-            assert np.linalg.norm(of_held - of_all) < 1e-5 * np.linalg.norm(of_all) + 1e-9, effect
-            held.append((model.states_without(model.values(q)), effect.has_states()))
-        assert (len(again.model.component.states), True) in held and (len(again.model.component.states), False) in held
-
-
-def of_a_mass():
-    """A mass on a spring, pushed at random, whose spring hardens more than the fitted one."""
-    time, rng = np.arange(0, 20, 0.01), np.random.default_rng(3)
-    force = lfilter(*butter(2, 0.06), rng.standard_normal(len(time)))
-    states = solve_ivp(lambda t, x: [x[1], (np.interp(t, time, force) - x[1] - 40 * x[0] - 2e4 * x[0] ** 3) / 1.0],
-                       (0, time[-1]), [0, 0], t_eval=time, rtol=1e-8, atol=1e-12).y  # fmt: skip
-    recording = Recording("pushed", time, {"force": force, "displacement": states[0] + 1e-5 * rng.standard_normal(len(time))},
-                          {"force": "N", "displacement": "m"})  # fmt: skip
-    test = input_output_experiment(MassSpringDamper(), recording.columns)
-    model = FreeInitialStateModel(test)
-    return fit(model, [prepare_sampled_run(recording, test)], model.start())
 
 
 @pytest.mark.slow
