@@ -19,7 +19,7 @@ from motofmi.gap.comparison.block_losses import standard_error
 from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import Candidate
-from motofmi.gap.estimation.effect_fit import as_found, fit_each
+from motofmi.gap.estimation.effect_fit import as_found, fit_each, without_magnitudes
 from motofmi.gap.estimation.equation_error import EquationErrorFit
 from motofmi.gap.estimation.fit_result import Fit, PortableFit, initial_guesses, with_initial_guesses
 from motofmi.gap.estimation.fitting import fit
@@ -159,22 +159,29 @@ def clearly_behind(losses: np.ndarray, best: np.ndarray) -> bool:
 
 
 def _in_all_forms(families: Sequence[Sequence[Candidate]], base: Fit) -> list[Fit]:
-    """The fits of the forms of each family, each also from the values of the other form with the least chi-square."""
+    """The fits of the forms of each family, each also from the values of another form.
+
+    A form that contains a better one starts where it is equal to that one, so that it cannot end in a worse minimum.
+    Of the others the best one starts from the second, and all others from the best.
+    """
     forms: list[Candidate] = []
     pairs: list[tuple[int, Candidate]] = []  # the place of a form, and the one from whose values it starts
     for family in families:
         alike = sorted(family, key=lambda c: c.fit.chi2)
-        # The best form starts from the second, all others from the best.
-        starts = alike[1:2] + alike[:1] * (len(alike) - 1)
-        pairs += list(enumerate(starts, len(forms)))
+        pairs += [(len(forms), second) for second in alike[1:2]]
+        for rank, form in enumerate(alike[1:], 1):
+            contained = [c for c in alike[:rank] if set(c.fit.model.own) < set(form.fit.model.own)]
+            pairs.append((len(forms) + rank, (contained or alike)[0]))
         forms += alike
 
     def fit_again(pair: tuple[int, Candidate]) -> PortableFit | None:
         form, start = forms[pair[0]], pair[1]
         model, runs = form.fit.model, with_initial_guesses(base.runs, initial_guesses(start.fit.runs))
+        own = form.fit.x[: len(model.names)]
+        if set(start.fit.model.own) < set(model.own):
+            own = without_magnitudes(model, own)
         try:
-            values = as_found(model, start.fit, form.fit.x[: len(model.names)])
-            return PortableFit.of(fit(model, runs, values, beat=form.fit.chi2))
+            return PortableFit.of(fit(model, runs, as_found(model, start.fit, own), beat=form.fit.chi2))
         except InputError:
             return None
 

@@ -112,7 +112,7 @@ def _best_fit(found: Fit, signature: Signature, beat: float, known: Sequence[Fit
             break
     if best is None or best.chi2 > found.chi2:
         with suppress(InputError):
-            best = fit(model, found.runs, _without_size(found, model, signature), beat=beat)
+            best = fit(model, found.runs, _without_effect(found, model, signature), beat=beat)
     return best
 
 
@@ -179,10 +179,17 @@ def _smaller(model: AnyModel, signature: Signature) -> np.ndarray:
     return start
 
 
-def _without_size(found: Fit, model: AnyModel, signature: Signature) -> np.ndarray:
+def _without_effect(found: Fit, model: AnyModel, signature: Signature) -> np.ndarray:
     """A start with the fit and the least magnitude of the effect, from which no fit is worse than without it."""
-    shared, own, before = len(found.model.names), signature.start.copy(), len(found.model.own)
-    for i in model.sizes:
-        if i >= before:
-            own[i - before] = max(model.rows[i].min, 0.0)
+    shared = len(found.model.names)
+    own = without_magnitudes(model, np.concatenate([found.shared, signature.start]), len(found.model.own))[shared:]
     return np.concatenate([found.x[:shared], own, found.x[shared:]])
+
+
+def without_magnitudes(model: AnyModel, x: np.ndarray, first: int = 0) -> np.ndarray:
+    """The vector x of a model with the least magnitudes of effects, of all parameters of effects from `first` on."""
+    x = x.copy()
+    for i in model.sizes:
+        if i >= first:
+            x[len(model.base) + i] = max(model.rows[i].min, 0.0)
+    return x

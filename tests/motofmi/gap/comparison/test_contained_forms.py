@@ -1,0 +1,57 @@
+"""A form that contains another one has at most its misfit: the other one is among its values."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from fmus.effects.damping import CoulombFriction, StribeckFriction
+from fmus.mechanisms.pendulum import Pendulum
+from motofmi.gap.comparison.search import leading_models
+from motofmi.gap.estimation.candidate import Candidate
+from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.gap.models.free_initial_state import FreeInitialStateModel
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
+from motofmi.recordings.recording import Recording
+
+
+class EqualLosses:
+    """Blocks on which no fit is better than another one, and none is fitted again."""
+
+    def fitted_losses(self, found):
+        return np.zeros(8)
+
+    def is_disturbance(self, found):
+        return False
+
+    def refined(self, found):
+        return found
+
+    def refined_and_evaluated(self, fits, description):
+        return fits
+
+
+@pytest.fixture(scope="module")
+def base():
+    """A pendulum without friction, fitted to the decay of one with dry friction: q'' = -0.1 q' - 9.81 q - 0.2 sgn q'."""
+    time = np.arange(0, 10, 0.02)
+    angle = solve_ivp(lambda t, x: [x[1], -0.1 * x[1] - 9.81 * x[0] - 0.2 * np.tanh(x[1] / 0.02)], (0, 10), [0.8, 0.0],
+                      t_eval=time, rtol=1e-9, atol=1e-9).y[0]  # fmt: skip
+    noisy = angle + 1e-3 * np.random.default_rng(0).standard_normal(len(time))
+    experiment = input_output_experiment(Pendulum(), ["angle"])
+    run = prepare_sampled_run(Recording("swing", time, {"angle": noisy}, {"angle": "rad"}), experiment)
+    model = FreeInitialStateModel(experiment)
+    return fit(model, [run], model.start())
+
+
+def test_a_form_that_contains_a_better_one_is_fitted_from_where_it_equals_that_one(base):
+    coulomb, stribeck = (base.model.with_added_effects(effect) for effect in (CoulombFriction, StribeckFriction))
+    plain = fit(coulomb, base.runs, np.append(base.x, 0.1))
+    # The excess near standstill is so large that no motion can be simulated from these values.
+    poor = replace(base, model=stribeck, x=np.concatenate([base.x, [0.0, 1.0, 0.1]]))
+    candidates = [Candidate.gained(base, effect, found)
+                  for effect, found in ((CoulombFriction, plain), (StribeckFriction, poor))]  # fmt: skip
+    found = {len(one.model.own): one for one in leading_models(EqualLosses(), base, candidates)}
+    assert found[3].chi2 <= found[1].chi2 == pytest.approx(plain.chi2)
