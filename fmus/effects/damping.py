@@ -121,6 +121,7 @@ class LaggingFriction(SoftFriction):
     )
     following = state("1", "Friction relative to its maximum", symbol="z")
     starts: ClassVar = {"sliding_rate": (0.1, 0.4), "lag": (0.003, 0.03)}
+    initial_deviations: ClassVar = {"following": 1.0}
 
     @adds_to("der(following)")
     def follow(self, v, m):

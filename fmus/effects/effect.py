@@ -96,6 +96,8 @@ class Effect:
     both_ways: ClassVar[bool] = False  # its force is that of another law where the rate of its element has one sign
     starts: ClassVar[Mapping[str, tuple[float, ...]]] = {}
     relative: ClassVar[tuple[str, ...]] = ()  # parameters whose starting values are shares of the largest deflection
+    # standard deviations of the initial values, about zero, of states that the equations of the effect bound
+    initial_deviations: ClassVar[Mapping[str, float]] = {}
     at_least: ClassVar[Mapping[str, float]] = {}  # lower bounds of parameters, as shares of the largest deflection
     at_most: ClassVar[Mapping[str, float]] = {}  # upper bounds, likewise
     # lower bounds of rates over the sliding rate of dry friction that the experiment sets

@@ -37,6 +37,7 @@ class DahlHysteresis(Effect):
     width = parameter("rad", "Deflection at which the loop has closed", symbol="w", min=1e-6, start=0.02)
     sticking = state("1", "Force of the sticking part relative to its maximum", symbol="z")
     starts: ClassVar = {"width": (0.03, 0.1, 0.3, 1.0)}
+    initial_deviations: ClassVar = {"sticking": 1.0}
     relative: ClassVar = ("width",)
     at_least: ClassVar = {"width": NARROWEST}
 
@@ -81,6 +82,7 @@ class ShapedHysteresis(DahlHysteresis):
         "1", "Stiffening of the sticking part under load; 0 is Dahl's model", symbol="s", min=-1, max=2, start=1.0
     )
     starts: ClassVar = {"width": (0.3, 1.0), "shape": (1.3,)}
+    initial_deviations: ClassVar = {}  # a loop that stiffens is not bounded
 
     def loop(self, v, m):
         """w z' of the model (see the module's docstring)."""
@@ -125,6 +127,7 @@ class IwanHysteresis(Effect):
     middle = state("1", "Middle slider")
     wide = state("1", "Wide slider")
     starts: ClassVar = {"width": (0.03, 0.1, 0.3)}
+    initial_deviations: ClassVar = {"narrow": 1.0, "middle": 1.0, "wide": 1.0}
     relative: ClassVar = ("width",)
     at_least: ClassVar = {"width": NARROWEST}
 

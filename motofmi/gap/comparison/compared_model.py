@@ -28,7 +28,7 @@ from motofmi.gap.estimation.fit_result import (
     standard_errors,
     with_initial_guesses,
 )
-from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.estimation.fitting import fit, shape_at_least
 from motofmi.gap.preprocessing.sampled_run import ACCURACY, SampledRun
 from motofmi.gap.validation.before_after import on_validation_runs
 
@@ -212,13 +212,15 @@ class CommonBlocks:
         return sandwich_covariance(whole, blocks) + np.diag(of_band**2)
 
     def is_disturbance(self, found: Fit) -> bool:
-        """Whether a fit reduces the misfit by the free initial states of an effect without a magnitude.
+        """Whether a fit reduces the misfit by the free initial states of an effect without a magnitude, or is at the
+        least value of a shape, where it is another effect (see `shape_at_least`).
 
         An effect with states of its own does so even where its magnitude is not distinguishable from zero, and where
         its mode is not resolved (see `unresolved_modes`).
         """
-        with_states = any(effect.has_states() for effect in found.model.effects)
-        return with_states and (unresolved_modes(found) is not None or self.is_undetermined(found))
+        if not any(effect.has_states() for effect in found.model.effects):
+            return False
+        return bool(unresolved_modes(found) is not None or shape_at_least(found) or self.is_undetermined(found))
 
     def residuals(self, found: Fit) -> TimeResiduals:
         """The residuals of a fit over time, each output over the scale of the comparison."""

@@ -30,10 +30,11 @@ from motofmi.gap.comparison.superior_ability import superior_ability
 from motofmi.gap.comparison.unresolved_modes import unresolved_modes
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import undetermined_magnitude
+from motofmi.gap.estimation.fitting import shape_at_least
 
 OVER_TIME = "drift"  # the family of changes over the time of a run
 MEMBER, BEHIND, NOT_CLEAR, SMALL, UNDETERMINED, WITHHELD = STANDINGS = (
-    "in the confidence set", "behind", "gain not clear", "gain too small", "magnitude not determined", "withheld",
+    "in the confidence set", "behind", "gain not clear", "gain too small", "value not determined", "withheld",
 )  # fmt: skip
 
 
@@ -236,19 +237,30 @@ def _delta_bic(before: ComparedModel, model: ComparedModel) -> float:
 
 
 def _undetermined(model: ComparedModel, errors: np.ndarray, criteria: Criteria) -> str:
-    """The sentence on a model with a magnitude that is not distinguishable from zero; empty where all are."""
+    """The sentence on a model with a magnitude that is not distinguishable from zero, or with a shape at its least
+    value; empty without one."""
+    if name := shape_at_least(model.fit):
+        return (
+            f"{_not_named(model)}, and the others are compared without {_it(model)}: {name} = "
+            f"{model.fit.model.values(model.fit.shared)[name]:.3g} is at its least value, below which the effect is not "
+            "distinguishable from another one."
+        )
     if (found := undetermined_magnitude(model.fit, errors, criteria)) is None:
         return ""
-    (name, value, error), it = found, "it" if len(model.effects) == 1 else "them"
+    name, value, error = found
     changed = f"an effect changes {name}, and " if name in model.fit.model.base else ""
     return (
-        f"{_not_named(model)}, and the others are compared without {it}: {changed}{name} = {value:.3g} is within "
+        f"{_not_named(model)}, and the others are compared without {_it(model)}: {changed}{name} = {value:.3g} is within "
         f"{criteria.value_errors:g} standard errors (of {error:.2g} each) of zero."
     )
 
 
 def _effects_of(model: ComparedModel) -> str:
     return " and ".join(effect.family for effect in model.effects)
+
+
+def _it(model: ComparedModel) -> str:
+    return "it" if len(model.effects) == 1 else "them"
 
 
 def _not_named(model: ComparedModel) -> str:

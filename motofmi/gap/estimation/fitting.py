@@ -18,6 +18,7 @@ from motofmi.gap.estimation.fit_result import (
     Fit,
     deviations_of_runs,
     initial_guesses,
+    places_of,
     run_to_run_deviations,
     vector_of,
     with_initial_guesses,
@@ -28,7 +29,7 @@ from motofmi.gap.models.segment_unknowns import SegmentStart
 
 ITERATIONS = 40  # most iterations of a fit; about 20 are needed where a mode is far from its start
 ENOUGH = 0.05  # gain of chi-square by a step below which the fit ends
-AT_BOUND = 1e-6  # difference of logarithms within which a parameter is at its bound
+AT_BOUND = 1e-6  # relative difference within which a parameter is at its bound
 # Change of the residuals by a factor e in a parameter: below the first the data do not determine it, the second is that
 # of its new start, and the third bounds the factor.
 INSENSITIVE, SENSITIVE, LEAST_SENSITIVITY = 1.0, 10.0, 1e-3
@@ -53,6 +54,18 @@ def has_vanished_parameter(found: Fit) -> bool:
     gain of an effect."""
     low = _bounds(found.model, found.runs, len(found.x))[0]
     return bool(np.any(found.x[: len(found.model.base)] <= low[: len(found.model.base)] + AT_BOUND))
+
+
+def shape_at_least(found: Fit) -> str:
+    """The name of the first parameter of an effect that ended at its least share of the largest deflection
+    (`Effect.at_least`), below which the effect is not distinguishable from another one; empty where none did."""
+    places = [i for effect in found.model.effects for i in places_of(found, effect, tuple(effect.at_least))]
+    if places:
+        low = _bounds(found.model, found.runs, len(found.x))[0]
+    for place in places:
+        if found.x[place] <= low[place] * (1 + AT_BOUND):
+            return found.model.names[place]
+    return ""
 
 
 def fit(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray, frozen: Sequence[int] = (),

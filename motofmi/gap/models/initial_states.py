@@ -264,6 +264,6 @@ class InitialStateModel(SegmentedModel):
         begun = {}
         for indices, made, nodes in self.simulated_apart(run, list(initial), values, initial, held=held):
             for i, where in zip(indices, nodes.samples, strict=True):
-                unknown = 0 if self.experiment.from_rest else len(initial[i])
-                begun[i] = segment_start(run, i, initial[i], made, where, unknown)
+                deviations = np.zeros(0) if self.experiment.from_rest else self._initial_deviations
+                begun[i] = segment_start(run, i, initial[i], made, where, deviations)
         return begun

@@ -3,9 +3,16 @@
     r - T (T' r),   dm/dq - T (T' dm/dq)
 
 r are the residuals over the noise, and T is an orthonormal basis of their derivatives by the unknowns (variable
-projection).
+projection). An initial state of an effect that is bounded by the effect's equations has a normal prior of mean zero.
+Such states b are eliminated by their joint distribution with the data,
 
-Source: Golub, Pereyra, Inverse Problems 19 (2003) R1-R26.
+    (1 + B s s' B')^(-1/2) r = r - U f (U' r),   f = 1 - (1 + S^2)^(-1/2)
+
+B s = U S V' are the derivatives by these states, without what the other unknowns explain of them, times their standard
+deviations; f tends to 1 for a wide prior.
+
+Source: Golub, Pereyra, Inverse Problems 19 (2003) R1-R26; Gelman et al., Bayesian Data Analysis, 3rd ed. (2013),
+section 14.8, on a prior as further data.
 """
 
 from dataclasses import dataclass
@@ -23,14 +30,16 @@ OFFSET_SAMPLES = 64  # samples of a segment from which sensor offsets are elimin
 class SegmentStart:
     """A segment from initial states x (nx,): residuals left (m,) over the noise, and the directions of the unknowns.
 
-    step (nx,) is the Gauss-Newton step and gain its expected gain; chi2 excludes the offsets, rest is chi2 after the
-    step. made and samples are the trajectory that contains the segment, and its nodes there.
+    left are those at the means of the bounded states. step (nx,) is the Gauss-Newton step and gain its expected gain;
+    chi2 excludes the offsets, rest is chi2 after the step. made and samples are the trajectory that contains the
+    segment, and its nodes there.
     """
 
     x: np.ndarray
     left: np.ndarray
-    taken: np.ndarray  # (m, unknowns), orthonormal
-    states_of_taken: np.ndarray  # (nx, unknowns): the initial states whose change is each direction
+    taken: np.ndarray  # (m, k), orthonormal
+    shares: np.ndarray  # (k,): how much of each of these directions is eliminated, 1 without a prior
+    states_of_taken: np.ndarray  # (nx, k): the initial states whose change is each direction
     step: np.ndarray
     gain: float
     chi2: float
@@ -41,7 +50,11 @@ class SegmentStart:
     @property
     def reduced(self) -> np.ndarray:
         """The residuals (m,) over the noise after the step, to first order."""
-        return self.left - self.taken @ (self.taken.T @ self.left)
+        return self.without_unknowns(self.left)
+
+    def without_unknowns(self, of_data: np.ndarray) -> np.ndarray:
+        """A quantity (m, ...) without what the unknowns explain of it."""
+        return of_data - (self.taken * self.shares) @ (self.taken.T @ of_data)
 
 
 @dataclass(frozen=True)
@@ -57,11 +70,15 @@ class SegmentSolution:
 
 
 def segment_start(
-    run: SampledRun, index: int, x: np.ndarray, made: Trajectory, samples: slice, unknown: int
+    run: SampledRun, index: int, x: np.ndarray, made: Trajectory, samples: slice, deviations: np.ndarray
 ) -> SegmentStart:
-    """One segment of a trajectory from initial states x, of which the first `unknown` (all or none) are eliminated."""
+    """One segment of a trajectory from initial states x.
+
+    deviations (nx,) are the standard deviations of the prior of each initial state, infinite without one; it has no
+    entries where the initial states are known.
+    """
     (first, last), rows = run.segments[index], run.reduction.rows[index]
-    ny, deviation = run.measured.shape[1], run.deviation[rows]
+    ny, deviation, unknown = run.measured.shape[1], run.deviation[rows], len(deviations)
     offsets = np.eye(ny)[:, run.with_offset if last - first >= OFFSET_SAMPLES else []]
     stack = np.zeros((last - first, ny, 1 + unknown + offsets.shape[1]))
     stack[:, :, 0] = made.outputs[samples]
@@ -70,35 +87,62 @@ def segment_start(
     stack[:, :, 1 + unknown :] = offsets
     z = run.reduction.reduce(stack, index, first) / deviation[:, None]
     left, tangent = z[:, 0] - run.data[rows] / deviation, z[:, 1:]
-    u, size, vt = np.linalg.svd(tangent, full_matrices=False)
-    kept = size > RANK * size.max(initial=1e-300)
-    u, pull = u[:, kept], u[:, kept].T @ left
-    states_of_taken = np.zeros((len(x), int(np.sum(kept))))
-    states_of_taken[:unknown] = (vt[kept].T / size[kept])[:unknown]
-    step = -states_of_taken @ pull
+    bounded = np.isfinite(deviations)
+    prior = np.flatnonzero(bounded), deviations[bounded]
+    taken, shares, unknowns_of_taken = _eliminated(tangent, *prior)
+    at_means = left - tangent[:, prior[0]] @ x[prior[0]]
+    pull = taken.T @ at_means
+    step = -(unknowns_of_taken @ pull)[:unknown]
+    step[prior[0]] -= x[prior[0]]
+    reduced = at_means - taken @ (shares * pull)
     of_offsets = np.linalg.qr(tangent[:, unknown:])[0].T @ left
     return SegmentStart(
         x,
-        left,
-        u,
-        states_of_taken,
-        step,
-        gain=float(np.sum((tangent[:, :unknown] @ step[:unknown]) ** 2)),
-        chi2=float(left @ left - of_offsets @ of_offsets),
-        rest=float(left @ left - pull @ pull),
+        at_means,
+        taken,
+        shares,
+        np.concatenate([unknowns_of_taken[:unknown], np.zeros((len(x) - unknown, len(pull)))]),
+        np.concatenate([step, np.zeros(len(x) - unknown)]),
+        gain=float(np.sum((tangent[:, :unknown] @ step) ** 2) + np.sum((step[prior[0]] / prior[1]) ** 2)),
+        chi2=float(left @ left - of_offsets @ of_offsets + np.sum((x[prior[0]] / prior[1]) ** 2)),
+        rest=float(reduced @ reduced),
         made=made,
         samples=samples,
     )
 
 
+def _eliminated(
+    tangent: np.ndarray, bounded: np.ndarray, deviations: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Orthonormal directions (m, k) of the derivatives (m, unknowns), the share (k,) of each that is eliminated, and the
+    unknowns (unknowns, k) whose change is each direction; bounded (b,) are those with a prior.
+
+    The directions of the others come first. Those of the bounded ones, without them, are scaled by the deviations.
+    """
+    free = np.setdiff1d(np.arange(tangent.shape[1]), bounded)
+    u, size, vt = np.linalg.svd(tangent[:, free], full_matrices=False)
+    kept = size > RANK * size.max(initial=1e-300)
+    u, back = u[:, kept], vt[kept].T / size[kept]
+    scaled = tangent[:, bounded] * deviations
+    by_free = u.T @ scaled
+    further, size, vt = np.linalg.svd(scaled - u @ by_free, full_matrices=False)
+    of_bounded = vt.T * (size / (1 + size**2))
+    unknowns = np.zeros((tangent.shape[1], u.shape[1] + len(size)))
+    unknowns[free, : u.shape[1]] = back
+    unknowns[free, u.shape[1] :] = -back @ (by_free @ of_bounded)
+    unknowns[bounded, u.shape[1] :] = deviations[:, None] * of_bounded
+    shares = np.concatenate([np.ones(u.shape[1]), 1 - 1 / np.sqrt(1 + size**2)])
+    return np.hstack([u, further]), shares, unknowns
+
+
 def segment_solution(run: SampledRun, index: int, begun: SegmentStart, slopes: np.ndarray) -> SegmentSolution:
     """A segment with the derivatives (m, np) of its reduced output by all parameters, the unknowns eliminated."""
     rows, left = run.reduction.rows[index], begun.reduced
-    deviation, by_unknowns = run.deviation[rows], begun.taken.T @ slopes
+    deviation = run.deviation[rows]
     return SegmentSolution(
         x=begun.x + begun.step,
         output=run.data[rows] / deviation + left,
-        slopes=slopes - begun.taken @ by_unknowns,
+        slopes=begun.without_unknowns(slopes),
         misfit=float(np.mean((left * deviation) ** 2)),
-        x_slopes=-begun.states_of_taken @ by_unknowns,
+        x_slopes=-begun.states_of_taken @ (begun.taken.T @ slopes),
     )

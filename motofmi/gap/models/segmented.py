@@ -175,6 +175,16 @@ class SegmentedModel(HarmonicModel):
         return np.array([self.component.table[n].start for n in self.equations.states])
 
     @cached_property
+    def _initial_deviations(self) -> np.ndarray:
+        """The standard deviations (nx,) of the priors of the initial states, about zero; infinite without one."""
+        known = {
+            self.experiment.parameter(effect, n): deviation
+            for effect in self.effects
+            for n, deviation in effect.initial_deviations.items()
+        }
+        return np.array([known.get(n, np.inf) for n in self.equations.states])
+
+    @cached_property
     def _rates_of_states(self) -> dict[str, list[str]]:
         """The states that are the rate of a state, by its name."""
         return rates_of_states(self.component)

@@ -1,4 +1,4 @@
-"""A form that contains another one has at most its misfit: the other one is among its values."""
+"""A law that contains another one among its values: it has at most its misfit, and at these values it is the other."""
 
 from dataclasses import replace
 
@@ -7,10 +7,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from fmus.effects.damping import CoulombFriction, StribeckFriction
+from fmus.effects.hysteresis import DahlHysteresis
 from fmus.mechanisms.pendulum import Pendulum
 from motofmi.gap.comparison.search import leading_models
 from motofmi.gap.estimation.candidate import Candidate
-from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.estimation.fitting import fit, shape_at_least
 from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
@@ -55,3 +56,11 @@ def test_a_form_that_contains_a_better_one_is_fitted_from_where_it_equals_that_o
                   for effect, found in ((CoulombFriction, plain), (StribeckFriction, poor))]  # fmt: skip
     found = {len(one.model.own): one for one in leading_models(EqualLosses(), base, candidates)}
     assert found[3].chi2 <= found[1].chi2 == pytest.approx(plain.chi2)
+
+
+def test_a_loop_of_hysteresis_that_fits_dry_friction_ends_at_its_least_width(base):
+    model = base.model.with_added_effects(DahlHysteresis)
+    narrow = fit(model, base.runs, np.concatenate([base.x, [0.2, 0.05]]))
+    assert shape_at_least(narrow) == "hysteresis.width"
+    wide = fit(model, base.runs, np.concatenate([base.x, [0.2, 0.05]]), frozen=[len(base.x) + 1])
+    assert shape_at_least(wide) == shape_at_least(base) == ""

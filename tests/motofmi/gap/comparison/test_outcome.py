@@ -10,8 +10,10 @@ import pytest
 from fmus.declaration.elements import Element
 from fmus.effects.damping import CoulombFriction, CubicDamping, SoftFriction
 from fmus.effects.drift import Drift
+from fmus.effects.hysteresis import DahlHysteresis
 from fmus.effects.resonance import HungBody
 from fmus.effects.stiffness import Asymmetry, CubicHardening
+from motofmi.gap.comparison import outcome as outcome_module
 from motofmi.gap.comparison.compare import Comparison
 from motofmi.gap.comparison.compared_model import ComparedModel
 from motofmi.gap.comparison.outcome import outcome
@@ -180,7 +182,7 @@ def test_an_effect_that_changes_a_stiffness_within_its_error_is_not_named():
     model.fit.x = model.fit.shared = np.array([0.0, 1.0])
     found = outcome(model_with(level=10.0), [model], FLEXIBLE, MOTION, (BLOCKS, BLOCKS),
                     {id(model): np.array([0.6, 0.1])}, Criteria())  # fmt: skip
-    assert found.verdict == "unknown" and found.standing[id(model)] == "magnitude not determined"
+    assert found.verdict == "unknown" and found.standing[id(model)] == "value not determined"
     assert "an effect changes k, and k = 1 is within 2 standard errors (of 0.6 each) of zero" in found.sentences[0]
 
 
@@ -196,10 +198,25 @@ def test_a_leading_effect_without_a_determined_magnitude_leaves_and_the_others_a
     (said,) = found.sentences  # the pair leads the single effect, so that only the body's leaving changes the verdict
     assert said.startswith("extra_mode is not named, and the others are compared without it: extra_mode.inertia = 1e-06")
     assert found.standing[id(pair)] == "in the confidence set"
-    assert found.standing[id(body)] == found.standing[id(alone)] == "magnitude not determined"
+    assert found.standing[id(body)] == found.standing[id(alone)] == "value not determined"
     # With a determined magnitude it leads as before.
     assert outcome(base, [body, pair], FLEXIBLE, MOTION, (BLOCKS, BLOCKS), errors | {id(body): np.full(3, 1e-8)},
                    Criteria()).best is body  # fmt: skip
+
+
+def test_an_effect_at_the_least_value_of_a_shape_leaves_and_the_others_are_compared(monkeypatch):
+    """As a loop of hysteresis that closes at once, which is dry friction."""
+    loop, friction = model_with(DahlHysteresis, level=0.9, seed=2), model_with(CoulombFriction, level=1.0, seed=1)
+    at_least = {}
+    monkeypatch.setattr(outcome_module, "shape_at_least", lambda fit: at_least.get(id(fit), ""))
+    assert decided([loop, friction]).verdict == "tied"
+    at_least[id(loop.fit)] = "hysteresis.width"
+    found = decided([loop, friction])
+    assert found.verdict == "named" and found.best is friction and found.standing[id(loop)] == "value not determined"
+    assert found.sentences == [
+        "hysteresis is not named, and the others are compared without it: hysteresis.width = 1 is at its least value, "
+        "below which the effect is not distinguishable from another one."
+    ]
 
 
 def test_a_misfit_within_the_tolerance_is_none():
