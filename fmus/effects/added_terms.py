@@ -15,11 +15,17 @@ from fmus.expressions.symbolic_functions import SYMBOLIC
 LONGEST = 160  # characters of one equation
 
 
+SIGNALS = ("input", "output", "state")  # the elements of laws that are not placed at a force element
+
+
 class _Names:
     """Every quantity that a term reads, as a symbol of its name."""
 
+    def __init__(self, words: dict[str, str]):
+        self.words = words
+
     def __getattr__(self, name: str) -> sympy.Symbol:
-        return sympy.Symbol(name, real=True)
+        return sympy.Symbol(self.words.get(name, name), real=True)
 
     __getitem__ = __getattr__
 
@@ -29,9 +35,10 @@ def added_terms(effect: type[Effect]) -> list[str]:
     symbols."""
     equations: list[str] = []
     made: Any = effect()
+    words = _words(effect)
     for target, term in made.additions():
         try:
-            added = sympy.sympify(term(_Names(), SYMBOLIC)).evalf(4)
+            added = sympy.sympify(term(_Names(words), SYMBOLIC)).evalf(4)
         except (TypeError, ValueError, AttributeError, KeyError):  # a term that reads a table or calls other code
             return []
         text = re.sub(r"(?<!\*)\*(?!\*)", " ", str(added)).replace("**", "^").replace("Abs(", "abs(")
@@ -39,9 +46,16 @@ def added_terms(effect: type[Effect]) -> list[str]:
             return []
         state = re.fullmatch(r"der\((\w+)\)", target)
         own = state is not None and state[1] in effect.declared
+        target = re.sub(r"\w+", lambda word: words.get(word[0], word[0]), target)
         place = f"element {target}" if target in effect.declared else target
         equations += [f"{place} {'=' if own else '+='} {text}"] if added != 0 else []
     defined = {equation.split(" ")[0] for equation in equations}
     if any(row.role == "state" and f"der({n})" not in defined for n, row in effect.declared.items()):
         return []
     return sorted(dict.fromkeys(equations), key=lambda equation: equation.startswith("der("))
+
+
+def _words(effect: type[Effect]) -> dict[str, str]:
+    """The name of the signal at which a law acts, for its words `force` and `deflection`; none at other elements."""
+    at_signal = any(vars(law).get("element") in SIGNALS for law in effect.__mro__)
+    return dict.fromkeys(("force", "deflection"), effect.element) if at_signal else {}

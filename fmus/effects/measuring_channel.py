@@ -10,10 +10,10 @@ from fmus.effects.effect import Effect, adds_to
 
 
 class ChannelDelay(Effect):
-    """The measured force arrives later than the motion."""
+    """The output arrives later than the input: the measured force later than an imposed motion, for example."""
 
     family, form, part = "channel_delay", "delay", "channel"
-    delay = parameter("s", "Delay of the force against the motion", symbol="t_d", min=0, max=0.2, start=0.0)
+    delay = parameter("s", "Delay of the output against the input", symbol="t_d", min=0, max=0.2, start=0.0)
     lags = ("delay",)
 
 

@@ -11,6 +11,7 @@ from fmus.effects.measuring_channel import SensorNonlinearity, UnevenSensor
 class CubicSensor(SensorNonlinearity):
     """The sensor's gain changes with the square of its reading."""
 
+    element = "output"
     cubic_gain = parameter(
         "1", "Relative change of the gain at the largest reading", symbol="g_3", min=-0.33, max=1, start=0.05
     )
@@ -19,6 +20,7 @@ class CubicSensor(SensorNonlinearity):
 class QuadraticSensor(UnevenSensor):
     """The sensor's gain differs with the direction of its reading."""
 
+    element = "output"
     quadratic_gain = parameter(
         "1",
         "Relative change of the gain at the largest reading, odd in it",

@@ -1,7 +1,9 @@
 """Reduction of a recording to a lower sampling rate while it is read, block by block, to limit the memory.
 
 All columns, the time among them, pass the same linear-phase low-pass filter, so no column is delayed against
-another; then every k-th sample is kept. Filtered samples with a missing sample in the filter's length are missing.
+another; then every k-th sample is kept. Between samples that are further apart than usual, but within an interval of the
+reduced rate, the columns are interpolated linearly. Other samples are missing, and so are filtered samples with a
+missing one in the filter's length.
 """
 
 from collections.abc import Iterator
@@ -11,23 +13,26 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from fmus.support.errors import InputError
-from motofmi.recordings.time_stamps import coarse, interval
+from motofmi.recordings.time_stamps import LATE_STAMPS, coarse, interval
 
 PERIODS = 20  # length of the filter, in sampling intervals of the reduced rate
 
 
-def reduced(blocks: Iterator[np.ndarray], rate: float, time: int) -> tuple[np.ndarray, tuple[str, ...]]:
+def reduced(
+    blocks: Iterator[np.ndarray], rate: float, time: int, second: float = 1.0
+) -> tuple[np.ndarray, tuple[str, ...]]:
     """The rows (n, columns) of all blocks at about `rate` [Hz], not below it, and a note on what was done; time
-    is its column's place.
+    is its column's place, and second is how many of its units are a second.
 
-    NaN is a missing value, there and in the result. Raises InputError for a rate that is not positive.
+    NaN is a missing value, there and in the result. Raises InputError for a rate that is not positive, and where no
+    stretch between missing samples is as long as the filter.
     """
     if not rate > 0:
         raise InputError(f"rate = {rate:g} Hz; expected a positive sampling rate")
     first = next(blocks)
     stamps = first[np.isfinite(first[:, time]), time]
     step = interval(stamps) if len(stamps) > 1 else 0.0
-    given = 1 / (step or np.inf)
+    given = second / (step or np.inf)
     factor = int(given / rate * (1 + 1e-6))
     if factor < 2:
         return np.concatenate([first, *blocks]), ()
@@ -39,7 +44,7 @@ def reduced(blocks: Iterator[np.ndarray], rate: float, time: int) -> tuple[np.nd
     for block in chain([first], blocks):
         rows = np.concatenate([rest, block])
         if regular:
-            rows = _with_missing_rows(rows[np.isfinite(rows[:, time])], step, time)
+            rows = _with_missing_rows(rows[np.isfinite(rows[:, time])], step, time, factor * step)
         if len(rows) < len(taps):
             rest = rows
             continue
@@ -51,17 +56,29 @@ def reduced(blocks: Iterator[np.ndarray], rate: float, time: int) -> tuple[np.nd
         f"sample kept; transitions shorter than {factor / given:.2g} s, such as dry friction through zero rate, "
         "appear wider"
     )
-    return np.concatenate(kept), (note,)
+    result = np.concatenate(kept)
+    if len(result) and not np.any(np.isfinite(np.delete(result, time, axis=1))):
+        steps = np.diff(stamps) / second
+        raise InputError(
+            f"no {PERIODS / rate:.3g} s without a missing sample, as a reduction to {rate:g} Hz needs: the time stamps "
+            f"step by {steps.min():.3g} to {steps.max():.3g} s, {np.median(steps):.3g} s in the median. {LATE_STAMPS}"
+        )
+    return result, (note,)
 
 
-def _with_missing_rows(rows: np.ndarray, step: float, time: int) -> np.ndarray:
-    """The rows with a row of NaN, besides its time, for every sample [interval step, s] that is missing."""
-    missing = np.round(np.diff(rows[:, time]) / step).astype(int) - 1
-    if not np.any(missing > 0):
+def _with_missing_rows(rows: np.ndarray, step: float, time: int, longest: float) -> np.ndarray:
+    """The rows with a further row for every sample at an interval `step` that is missing.
+
+    Its time is interpolated, and so are its other values where the samples beside it are at most `longest` apart; all
+    others are NaN. step and longest are in the unit of the time.
+    """
+    apart = np.diff(rows[:, time])
+    missing = np.maximum(np.round(apart / step).astype(int) - 1, 0)
+    if not np.any(missing):
         return rows
-    after = np.repeat(np.arange(len(missing)), np.maximum(missing, 0)) + 1
-    filled = np.insert(rows, after, np.nan, axis=0)
-    stamps = filled[:, time]
-    unknown = np.isnan(stamps)
-    stamps[unknown] = np.interp(np.flatnonzero(unknown), np.flatnonzero(~unknown), stamps[~unknown])
-    return filled
+    of_row = np.repeat(np.arange(len(missing)), missing)
+    share = (np.arange(len(of_row)) - np.repeat(np.cumsum(missing) - missing, missing) + 1) / (missing[of_row] + 1)
+    between = rows[of_row] + share[:, None] * (rows[of_row + 1] - rows[of_row])
+    unknown = apart[of_row] > longest * (1 + 1e-6)
+    between[np.ix_(unknown, np.arange(rows.shape[1]) != time)] = np.nan
+    return np.insert(rows, of_row + 1, between, axis=0)

@@ -82,6 +82,7 @@ def _joined(recordings: Sequence[Recording]) -> Recording:
         warnings=(*_warnings(recordings), *(note for _, notes in made for note in notes)),
         gaps=tuple(sorted(gaps)),
         bridged=tuple(bridged),
+        joined=tuple(r.name for r in recordings),
         path=None,
     )
 

@@ -185,7 +185,8 @@ def _rows(table: Table, sources: Sequence[Source], rate: float | None) -> tuple[
     blocks = table.blocks if places == list(range(len(table.names))) else (block[:, places] for block in table.blocks)
     try:
         if rate is not None:
-            return reduced(iter(blocks), rate, [s.name for s in sources].index(TIME))
+            place = [s.name for s in sources].index(TIME)
+            return reduced(iter(blocks), rate, place, 1 / sources[place].factor)
         if table.expected_bytes > psutil.virtual_memory().available:
             raise MemoryError
         together = list(blocks)

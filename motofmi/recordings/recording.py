@@ -21,7 +21,7 @@ class Recording:
 
     gaps are the last recorded times before, and the first after, stretches [s] that are bridged but were not recorded;
     bridged are the same of stretches so short that a spline bridges them. unread are columns of the file without a
-    unit, which are not in `columns`. rig is the content of `rig.json`, file the name and
+    unit, which are not in `columns`, and joined are the names of the runs of which this one was made. rig is the content of `rig.json`, file the name and
     path the path of the file that the run was read from.
 
         run = read_recording("sweep.csv")
@@ -38,6 +38,7 @@ class Recording:
     file: str = ""
     bridged: tuple[tuple[float, float], ...] = ()
     unread: tuple[str, ...] = ()
+    joined: tuple[str, ...] = ()
     path: Path | None = None
 
     @cached_property

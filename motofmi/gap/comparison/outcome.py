@@ -31,6 +31,7 @@ from motofmi.gap.comparison.unresolved_modes import unresolved_modes
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import undetermined_magnitude
 from motofmi.gap.estimation.fitting import shape_at_least
+from motofmi.gap.preprocessing.sampled_run import excited
 
 OVER_TIME = "drift"  # the family of changes over the time of a run
 MEMBER, BEHIND, NOT_CLEAR, SMALL, UNDETERMINED, WITHHELD = STANDINGS = (
@@ -104,7 +105,8 @@ def outcome(
         return unknown
     if counts[0] < criteria.fewest_fitted_blocks:
         sentences.append(
-            f"{_not_named(accepted[0])}: a name needs {criteria.fewest_fitted_blocks} blocks of fitted runs."
+            f"{_not_named(accepted[0])}: a name needs {criteria.fewest_fitted_blocks} independent blocks of fitted "
+            f"runs, and there are {counts[0]}. Give more or longer runs."
         )
         return unknown
     inside, p = confidence_set(np.array([base.losses, *(m.losses for m in accepted)]), criteria.confidence_set_level)
@@ -192,11 +194,8 @@ def objection(
     """
     withheld, before, closed = _not_named(model), base, "the closable misfit"
     least = criteria.first_effect_delta_bic
-    if OVER_TIME in model.families and not len(model.validation) and len(model.fit.runs) < 2:
-        return NOT_CLEAR, (
-            f"{withheld}: in a single run a change over time is not distinguishable from an effect of another "
-            "kind. Give a second run, fitted or with --holdout."
-        )
+    if OVER_TIME in model.families and (why := _time_means_nothing(model)):
+        return NOT_CLEAR, f"{withheld}: {why}"
     if (modes := unresolved_modes(model.fit)) is not None:
         return NOT_CLEAR, (
             f"{withheld}: no run has an input, and none is long enough to resolve {modes}: together they are not "
@@ -228,6 +227,27 @@ def objection(
     if (gain := _delta_bic(before, model)) < least:
         return SMALL, f"{withheld}: the delta BIC on the fitted blocks is {gain:.3g}, less than {least:g}."
     return None
+
+
+def _time_means_nothing(model: ComparedModel) -> str:
+    """Why these runs do not show a change over time, with what would; empty where they do."""
+    runs = model.fit.runs
+    if not excited(runs):
+        return (
+            "no run has an input, so that the amplitude falls with the time, and a change over time is not "
+            "distinguishable from a force that depends on the amplitude. Give a run with an input."
+        )
+    if joined := next((run.recording.joined for run in runs if run.recording.joined), ()):
+        return (
+            f"{', '.join(joined)} are short and joined into one recording, so that its time is the order in which they "
+            "are given. Give longer runs."
+        )
+    if not len(model.validation) and len(runs) < 2:
+        return (
+            "in a single run a change over time is not distinguishable from an effect of another kind. Give a second "
+            "run, fitted or with --holdout."
+        )
+    return ""
 
 
 def _delta_bic(before: ComparedModel, model: ComparedModel) -> float:

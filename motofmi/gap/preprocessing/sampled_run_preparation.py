@@ -27,6 +27,7 @@ from motofmi.gap.preprocessing.sampled_run import (
 from motofmi.gap.preprocessing.undisturbed_intervals import uninterrupted
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.resampling import is_white, sensor_noise, uniform
+from motofmi.recordings.time_stamps import LATE_STAMPS
 
 FEWEST_SAMPLES = 200
 SEGMENT_PERIODS = 6.0  # periods of the motion's mean frequency in a segment
@@ -95,9 +96,11 @@ def sampled_run(
     margin = int(END_SHARE * len(time)) if experiment.imposed else 0
     intervals = [s for s in uninterrupted(~recording.broken, margin) if s[1] - s[0] >= SHORTEST_SEGMENT // 2]
     if not intervals:
+        longest = max(end - begin for begin, end in recording.gaps)
         raise InputError(
-            f"{recording.name}: fewer than {SHORTEST_SEGMENT // 2} consecutive samples between its gaps; record "
-            "without gaps, or cut the recording into parts without gaps"
+            f"{recording.name}: fewer than {SHORTEST_SEGMENT // 2} consecutive samples between its gaps, of up to "
+            f"{longest:.3g} s. Reduce it to a rate at which samples are further apart (--rate {1 / longest:.3g}, or "
+            f"less), or record without gaps. {LATE_STAMPS}"
         )
     compared = compared_samples(recording, experiment, limits)
     reduction = blocks_of(intervals, len(experiment.outputs), rate, band, compared)

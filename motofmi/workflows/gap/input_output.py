@@ -202,6 +202,7 @@ def limitations_of(found: Investigation, result: dict[str, Any], component: Comp
             name in best.model.own
             and name in [best.model.own[i] for i in best.model.sizes]
             and (value >= row.max or value <= row.min < 0)
+            and (row.min, row.max) != (0, 1)  # a share of 1 is the whole effect, as a hard limit
         ):
             sentences.append(
                 f"{name} was fitted to its bound {value:g}{'' if row.unit == '1' else ' ' + row.unit}: the "

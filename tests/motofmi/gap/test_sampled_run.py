@@ -15,6 +15,7 @@ from motofmi.gap.estimation.initial_fit import initial_fit
 from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.blocks import blocks_of
+from motofmi.gap.preprocessing.compared_samples import at_limits
 from motofmi.gap.preprocessing.flexible_noise_model import noise_density
 from motofmi.gap.preprocessing.noise_sources import known_noise
 from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
@@ -255,6 +256,21 @@ def test_segments_do_not_depend_on_the_sampling_rate(rate):
     # Hann's window is two lines of 1 / 12 Hz wide to each side
     assert run.middle_frequency == pytest.approx(0.7, abs=0.05)
     assert len(run.segments) == 1  # six periods are 8.6 s of 12
+
+
+@pytest.mark.parametrize(("returns", "left_out"), [(False, 0), (True, 1)])
+def test_a_steady_value_is_no_limit_of_a_sensor_unless_the_motion_returns_from_it(returns, left_out):
+    """Steps of a torque to which a coarse sensor responds with values that stay; and the same clipped during one of
+    them."""
+    time = np.arange(0, 12, 0.01)
+    torque = np.where(time < 4, 0.0, np.where(time < 8, 1.0, 0.3))
+    angle = np.interp(time, [4, 4.5, 8, 8.5], [0, 1, 1, 0.3])
+    if returns:
+        angle = np.minimum(angle + 0.5 * np.sin(2 * np.pi * 0.3 * (time - 4)) * ((time > 4) & (time < 6.5)), 1.0)
+        angle -= 0.2 * np.clip(time - 5.5, 0, 1) * (time < 8)
+    recording = Recording("steps", time, {"angle": np.round(angle, 2), "torque": torque}, {"angle": "rad", "torque": "N.m"})
+    limits, notes = at_limits(recording, input_output_experiment(DrivenJoint(), ["angle", "torque"]))
+    assert len(notes) == left_out == len(limits)
 
 
 def test_bridged_and_clipped_samples_are_not_compared():
