@@ -2,11 +2,11 @@
 
 Some are the best of all pairs of a library, selected jointly (`estimation.joint_screening`): neither effect of a pair
 needs to reduce the misfit alone. Others are a leading single effect with those of the largest gain beside it, since a
-linear estimate from the base is inaccurate where one effect is large. The forms of the best pair, and of those within
-one standard error of it, are selected jointly as well.
+linear estimate from the base is inaccurate where one effect is large. The forms of the best pair are selected jointly
+as well.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 
 import numpy as np
@@ -17,7 +17,7 @@ from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
 from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
 from motofmi.gap.comparison.search import LEADING_FAMILIES, leading
-from motofmi.gap.comparison.simplest_form import simplest_sufficient, within_one_error
+from motofmi.gap.comparison.simplest_form import simplest_sufficient
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.effect_fit import as_found, best_portable_fit, candidate_of
 from motofmi.gap.estimation.fit_result import Fit, PortableFit
@@ -27,7 +27,7 @@ from motofmi.gap.estimation.screening import Signature, screen
 
 JOINT_PAIRS = 3  # pairs of families with the largest joint gain, that are fitted
 SECOND_EFFECTS = 3  # effects that are fitted as the second of a pair, for each first effect
-OTHER_FORMS = 6  # pairs of other forms that are fitted, of every two families that lead
+OTHER_FORMS = 6  # pairs of other forms that are fitted, those with the fewest parameters
 
 Effects = frozenset[type[Effect]]
 
@@ -39,7 +39,7 @@ def pairs(
     library: Sequence[type[Effect]],
     criteria: Criteria,
 ) -> list[ComparedModel]:
-    """The leading pairs evaluated on the blocks, and those within one standard error of the best one in other forms.
+    """The leading pairs evaluated on the blocks, and the best of them in other forms.
 
     Other forms are left out where a single effect is sufficient by the one-standard-error rule (`simplest_form`).
     firsts are the single effects, the leading one first. An effect whose magnitude is not determined alone leads no
@@ -51,7 +51,7 @@ def pairs(
     joint = screen_pairs(base, plain)
     of_families = {s.families: s for s in reversed(joint)}
     chosen = sorted(of_families.values(), key=lambda s: -s.gain)[:JOINT_PAIRS]
-    fits = _fitted(chosen, {}, base, beat, _beside(firsts, plain), criteria)
+    fits = _fitted(chosen, [base], base, beat, _beside(firsts, plain), criteria)
     _, near = leading(blocks, fits)
     models = blocks.refined_and_evaluated([fits[effects] for effects in near[:LEADING_FAMILIES]], "comparing pairs")
     if not models:
@@ -59,24 +59,15 @@ def pairs(
     best = min(models, key=lambda m: m.losses.mean())
     if len(simplest_sufficient([*firsts, best]).effects) < 2:
         return models
-    leaders = {m.families: m.fit for m in models if within_one_error(m.losses, best.losses)}
-    others = [s for of_leader in leaders for s in _in_other_forms(of_leader, joint, fits)]
-    in_other_forms = _fitted(others, leaders, base, beat, [], criteria)
-    return models + blocks.refined_and_evaluated(list(in_other_forms.values()), "comparing forms of a pair")
-
-
-def _in_other_forms(
-    families: frozenset[str], joint: Sequence[PairSignature], fitted: Collection[Effects]
-) -> list[PairSignature]:
-    """The signatures of two families in forms that are not fitted yet, those with the fewest parameters."""
-    others = [s for s in joint if s.families == families and frozenset(s.effects) not in fitted]
+    others = [s for s in joint if s.families == best.families and frozenset(s.effects) not in fits]
     others.sort(key=lambda s: (sum(len(effect.free_parameters()) for effect in s.effects), -s.gain))
-    return others[:OTHER_FORMS]
+    in_other_forms = _fitted(others[:OTHER_FORMS], [best.fit, base], base, beat, [], criteria)
+    return models + blocks.refined_and_evaluated(list(in_other_forms.values()), "comparing forms of a pair")
 
 
 def _fitted(
     joint: Sequence[PairSignature],
-    known: Mapping[frozenset[str], Fit],
+    starts: Sequence[Fit],
     base: Fit,
     beat: float,
     beside: Sequence[tuple[Fit, Signature]],
@@ -84,11 +75,10 @@ def _fitted(
 ) -> dict[Effects, Fit]:
     """The fits of pairs: of joint signatures with less chi-square than the base, and of effects beside others with less
     than without them. All are fitted in one parallel step; of two fits of a pair the one with less chi-square is
-    kept. known are fits by their families, from whose values pairs of these families are fitted first."""
+    kept."""
 
     def fit_one(task: PairSignature | tuple[Fit, Signature]) -> PortableFit | None:
         if isinstance(task, PairSignature):
-            starts = [known[task.families], base] if task.families in known else [base]
             return _fit_pair(task, starts, base, beat)
         first, second = task
         return best_portable_fit(first, second, first.chi2 + criteria.clear_lead_delta_bic, [], criteria)

@@ -119,10 +119,13 @@ def _eliminated(
 
     The directions of the others come first. Those of the bounded ones, without them, are scaled by the deviations.
     """
-    free = np.setdiff1d(np.arange(tangent.shape[1]), bounded)
+    free = np.ones(tangent.shape[1], bool)
+    free[bounded] = False
     u, size, vt = np.linalg.svd(tangent[:, free], full_matrices=False)
     kept = size > RANK * size.max(initial=1e-300)
     u, back = u[:, kept], vt[kept].T / size[kept]
+    if not len(bounded):
+        return u, np.ones(u.shape[1]), back
     scaled = tangent[:, bounded] * deviations
     by_free = u.T @ scaled
     further, size, vt = np.linalg.svd(scaled - u @ by_free, full_matrices=False)

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 import motofmi as mf
-from fmus.effects.damping import CoulombFriction, CubicDamping, ProgressiveDamping
-from fmus.effects.hysteresis import DahlHysteresis
+from fmus.effects.damping import CoulombFriction
 from fmus.effects.stiffness import GeometricNonlinearity
 from fmus.mechanisms import Pendulum
 from fmus.support import parallel
@@ -65,38 +64,6 @@ def test_friction_and_drag_are_named_together_and_neither_where_there_is_none():
                     assert np.isfinite(value["standard_error"])
 
 
-def signature(*effects):
-    return SimpleNamespace(effects=effects, families=frozenset(e.family for e in effects), gain=1.0)
-
-
-@pytest.mark.parametrize(("behind", "expanded"), [(0.01, 2), (1.0, 1)])
-def test_pairs_within_one_standard_error_of_the_best_one_are_fitted_in_other_forms(monkeypatch, behind, expanded):
-    fitted_first = [signature(CubicDamping, DahlHysteresis), signature(CubicDamping, CoulombFriction)]
-    in_other_forms = [signature(ProgressiveDamping, DahlHysteresis), signature(ProgressiveDamping, CoulombFriction)]
-    scatter = np.random.default_rng(1).normal(size=20)
-    scatter -= scatter.mean()  # the standard error of the difference is 0.2
-    losses = {frozenset(s.effects): -2 + i * (behind + scatter) for i, s in enumerate(fitted_first)}
-    tasks = []
-
-    def fitted(joint, known, *others):
-        tasks.append((joint, known))
-        return {frozenset(s.effects): s.effects for s in joint}
-
-    def evaluated(fits, description):
-        return [SimpleNamespace(effects=effects, families=frozenset(e.family for e in effects), fit=effects, parameters=2,
-                                losses=losses.get(frozenset(effects))) for effects in fits]  # fmt: skip
-
-    monkeypatch.setattr(pair_search, "screen_pairs", lambda *_: [*fitted_first, *in_other_forms])
-    monkeypatch.setattr(pair_search, "leading", lambda blocks, fits: (list(fits), list(fits)))
-    monkeypatch.setattr(pair_search, "_fitted", fitted)
-    blocks = SimpleNamespace(refined_and_evaluated=evaluated, is_undetermined=lambda *_: False)
-    pair_search.pairs(blocks, SimpleNamespace(chi2=10.0), [], [], Criteria())
-    (_, known), (forms, leaders) = tasks
-    assert known == {} and {s.effects for s in forms} == {s.effects for s in in_other_forms[:expanded]}
-    # Each starts from the pair of the same families.
-    assert leaders == {s.families: s.effects for s in fitted_first[:expanded]}
-
-
 @pytest.mark.parametrize(("jointly", "beside"), [(5.0, 3.0), (3.0, 5.0), (20.0, 3.0)])
 def test_of_two_fits_of_a_pair_the_better_one_is_kept(monkeypatch, jointly, beside):
     """The linear estimate of a pair from the base can be a poor start: a chi-square of 20 is more than the base
@@ -106,9 +73,9 @@ def test_of_two_fits_of_a_pair_the_better_one_is_kept(monkeypatch, jointly, besi
         return SimpleNamespace(chi2=chi2, model=SimpleNamespace(effects=(GeometricNonlinearity, CoulombFriction)))
 
     base = SimpleNamespace(chi2=10.0, runs=[], model=SimpleNamespace(with_added_effects=lambda *effects: None))
-    joint = signature(GeometricNonlinearity, CoulombFriction)
+    joint = SimpleNamespace(effects=(GeometricNonlinearity, CoulombFriction))
     portable = SimpleNamespace(chi2=jointly, on=lambda model, runs: leaves(jointly))
     monkeypatch.setattr(pair_search, "parallel_map", lambda *arguments: [portable, None])
     monkeypatch.setattr(pair_search, "candidate_of", lambda *arguments: SimpleNamespace(fitted=True, fit=leaves(beside)))
-    (found,) = pair_search._fitted([joint], {}, base, np.inf, [(base, None)], Criteria()).values()
+    (found,) = pair_search._fitted([joint], [base], base, np.inf, [(base, None)], Criteria()).values()
     assert found.chi2 == min(jointly, beside)
