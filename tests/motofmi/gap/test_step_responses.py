@@ -96,7 +96,7 @@ def test_a_deflected_mass_that_is_released_is_no_step_response():
 
 
 @pytest.mark.parametrize(("forces", "fitted"), [((4.7, 9.4), True), ((4.7, -9.4), False), ((-4.7, -9.4), True)])
-def test_an_offset_that_stands_for_friction_is_not_fitted(forces, fitted):
+def test_no_offset_is_fitted_in_place_of_friction(forces, fitted):
     """In a run of one direction an offset and dry friction are the same constant force; runs of both tell them apart."""
     runs = [step_response(force, rate=1000.0) for force in forces]
     runs = [prepare_sampled_run(r, input_output_experiment(MassSpringDamper(), r.columns)) for r in runs]
