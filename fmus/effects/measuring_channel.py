@@ -10,7 +10,7 @@ from fmus.effects.effect import Effect, adds_to
 
 
 class ChannelDelay(Effect):
-    """The output arrives later than the input: the measured force later than an imposed motion, for example."""
+    """The output arrives later than the input."""
 
     family, form, part = "channel_delay", "delay", "channel"
     delay = parameter("s", "Delay of the output against the input", symbol="t_d", min=0, max=0.2, start=0.0)

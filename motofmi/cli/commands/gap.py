@@ -179,10 +179,9 @@ def show(result: dict[str, Any], screen: Screen) -> None:
     gap = result["gap"]
     for name, label in RUNS.items():
         if gap[name] is not None:
-            screen.print(
-                f"{label:>23}: reduced chi-square {gap[name]:.3f} (noise floor 1), rms {gap['rms'][name]:.3g} "
-                f"{gap['rms']['unit']}"
-            )
+            # A comparison of losses does not rest on the noise, by which chi-square weighs the frequencies.
+            chi2 = "" if result["compared"] else f"reduced chi-square {gap[name]:.3f} (noise floor 1), "
+            screen.print(f"{label:>23}: {chi2}rms {gap['rms'][name]:.3g} {gap['rms']['unit']}")
     if result["where"]:
         clearest = places(result, most=6)
         screen.table(clearest.headings, clearest.rows, "where the base deviates from the data")
