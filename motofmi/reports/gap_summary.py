@@ -33,7 +33,7 @@ def headline(result: dict[str, Any]) -> str:
         return "unknown: the search was ended before its verdict" + _left(result)
     if result["disagreement"]:
         return "unknown: the fitted and the validation runs disagree on the base" + _left(result)
-    return "unknown: the model is not sufficient, and no effect of the library is named" + _left(result)
+    return "unknown: the model is not sufficient, and none of the library is named" + _left(result)
 
 
 def _sufficient(result: dict[str, Any]) -> str:
