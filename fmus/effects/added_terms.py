@@ -13,8 +13,6 @@ from fmus.effects.effect import Effect
 from fmus.expressions.symbolic_functions import SYMBOLIC
 
 LONGEST = 160  # characters of one equation
-
-
 SIGNALS = ("input", "output", "state")  # the elements of laws that are not placed at a force element
 
 
@@ -56,6 +54,8 @@ def added_terms(effect: type[Effect]) -> list[str]:
 
 
 def _words(effect: type[Effect]) -> dict[str, str]:
-    """The name of the signal at which a law acts, for its words `force` and `deflection`; none at other elements."""
-    at_signal = any(vars(law).get("element") in SIGNALS for law in effect.__mro__)
-    return dict.fromkeys(("force", "deflection"), effect.element) if at_signal else {}
+    """The names of the signals at which a law acts, for its words `force` and `deflection`; none at other elements."""
+    if not any(vars(law).get("element") in SIGNALS for law in effect.__mro__):
+        return {}
+    deflection, _, force = effect.element.partition("_to_")
+    return {"deflection": deflection, "force": force or deflection}

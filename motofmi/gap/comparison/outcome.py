@@ -194,7 +194,7 @@ def objection(
     """
     withheld, before, closed = _not_named(model), base, "the closable misfit"
     least = criteria.first_effect_delta_bic
-    if OVER_TIME in model.families and (why := _time_means_nothing(model)):
+    if OVER_TIME in model.families and (why := _confounded_with_time(model)):
         return NOT_CLEAR, f"{withheld}: {why}"
     if (modes := unresolved_modes(model.fit)) is not None:
         return NOT_CLEAR, (
@@ -229,8 +229,9 @@ def objection(
     return None
 
 
-def _time_means_nothing(model: ComparedModel) -> str:
-    """Why these runs do not show a change over time, with what would; empty where they do."""
+def _confounded_with_time(model: ComparedModel) -> str:
+    """Why a change over time is confounded with another effect in these runs, and which runs would show it; empty where
+    it is not."""
     runs = model.fit.runs
     if not excited(runs):
         return (
