@@ -1,6 +1,7 @@
 """Checks of a recording: each fault is reported with its time and count; no value is changed."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ from fmus.support.errors import InputError
 from motofmi.recordings.channels import CHANNELS
 from motofmi.recordings.time_stamps import coarse, interval
 
+SETTLING = 50  # samples; channels that are constant for less may be the steps of a digital controller
 MORE = 2.5  # by what factor a limit is held more often and for longer than other values
 
 
@@ -87,7 +89,7 @@ def channel_warnings(time: np.ndarray, columns: Mapping[str, np.ndarray], units:
             continue
         for side, sign in (("upper", 1.0), ("lower", -1.0)):
             at = clipped(sign * values)
-            if len(at):
+            if len(at) and not is_steady(at, [y for other, y in columns.items() if other != name]):
                 found.append(
                     f"{name} seems clipped at its {side} limit {values[at[0]]:g} {units[name]}: {len(at)} samples, "
                     f"first at {time[at[0]]:g} s"
@@ -108,6 +110,24 @@ def rig_warnings(time: np.ndarray, rig: Mapping[str, Any]) -> list[str]:
             "wrong"
         ]
     return []
+
+
+def is_steady(at: np.ndarray, others: Sequence[np.ndarray]) -> bool:
+    """Whether most of the samples (k,) at a limit are steady values: in the second half of a long stretch over which all
+    other channels (n,) are constant the channel is still there, where a motion beyond a limit would come back.
+
+    Channels that never change are no evidence of a steady state.
+    """
+    varying = np.array([y for y in others if np.ptp(y) > 0])
+    if not len(varying):
+        return False
+    changes = np.flatnonzero(np.any(np.diff(varying) != 0, axis=0)) + 1
+    steady = 0
+    for first, last in pairwise([0, *changes.tolist(), varying.shape[1]]):
+        inside = at[(at >= first) & (at < last)]
+        if last - first >= SETTLING and np.count_nonzero(inside >= (first + last) / 2) > len(inside) / 2:
+            steady += len(inside)
+    return steady > len(at) / 2
 
 
 def clipped(values: np.ndarray) -> np.ndarray:

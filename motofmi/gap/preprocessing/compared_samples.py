@@ -1,15 +1,12 @@
 """Which samples of a run are compared: not missing ones, and not those at a limit of a sensor or stop."""
 
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
 
 import numpy as np
 
 from motofmi.gap.experiments.input_output import InputOutputExperiment
-from motofmi.recordings.quality import clipped
+from motofmi.recordings.quality import clipped, is_steady
 from motofmi.recordings.recording import Recording
-
-SETTLING = 50  # samples; inputs that are constant for less may be the steps of a digital controller
 
 
 def at_limits(
@@ -18,12 +15,12 @@ def at_limits(
     """The times [s] between which each output, or the imposed motion, stays at a limit, and notes on them."""
     found: dict[str, list[tuple[float, float]]] = {}
     notes = []
-    inputs = np.array([recording[name] for name in experiment.inputs if np.ptp(recording[name]) > 0])
+    inputs = [recording[name] for name in experiment.inputs]
     for name in dict.fromkeys([*experiment.outputs, *filter(None, [experiment.imposed])]):
         y, time = recording[name], recording.time
         for sign in (1.0, -1.0):
             at = clipped(sign * y)
-            if not len(at) or (name != experiment.imposed and _is_steady(at, inputs)):
+            if not len(at) or (name != experiment.imposed and is_steady(at, inputs)):
                 continue
             beside = np.concatenate([[-np.inf], time, [np.inf]])
             ends = np.split(at, np.flatnonzero(np.diff(at) > 1) + 1)
@@ -33,20 +30,6 @@ def at_limits(
                 "are left out of the comparison: the sensor or a stop may clip them"
             )
     return found, tuple(notes)
-
-
-def _is_steady(at: np.ndarray, inputs: np.ndarray) -> bool:
-    """Whether most of the samples (k,) at a limit are steady values: in the second half of a long stretch over which all
-    inputs (inputs, n) are constant the output is still there, where a motion beyond a limit would come back."""
-    if not len(inputs):
-        return False
-    changes = np.flatnonzero(np.any(np.diff(inputs) != 0, axis=0)) + 1
-    steady = 0
-    for first, last in pairwise([0, *changes.tolist(), inputs.shape[1]]):
-        inside = at[(at >= first) & (at < last)]
-        if last - first >= SETTLING and np.count_nonzero(inside >= (first + last) / 2) > len(inside) / 2:
-            steady += len(inside)
-    return steady > len(at) / 2
 
 
 def compared_samples(

@@ -7,6 +7,7 @@ import pytest
 
 from fmus.support.errors import InputError
 from motofmi.frequency_response.estimators import estimate
+from motofmi.recordings.quality import channel_warnings
 from motofmi.recordings.reading import read_recording
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.rig_file import read_rig
@@ -118,3 +119,14 @@ def test_a_quantised_signal_that_is_clipped_is_called_so(write):
     angle = 0.05 * np.sin(2 * np.pi * 0.5 * recording.time)
     recording.columns["steer_angle"][:] = 0.0005 * np.round(np.minimum(angle, 0.04) / 0.0005)
     warned(write(text(recording)), "steer_angle seems clipped at its upper limit 0.04 rad")
+
+
+@pytest.mark.parametrize(("command_varies", "called"), [(False, False), (True, True)])
+def test_a_speed_that_has_settled_under_a_constant_command_is_not_called_clipped(command_varies, called):
+    """A coarse tachometer that alternates between two levels at the end of a step response; with a command that varies
+    meanwhile its highest level is a limit."""
+    time = np.arange(0, 4, 0.002)
+    speed = 4 * np.round(15 * (1 - np.exp(-np.maximum(time - 1, 0) / 0.05))) - 4.0 * (np.arange(len(time)) % 7 == 0)
+    command = np.where(time < 1, 0.0, 2.0) + 0.1 * command_varies * np.sin(20 * time)
+    found = channel_warnings(time, {"speed": speed, "command": command}, {"speed": "rad/s", "command": "V"})
+    assert any("speed seems clipped at its upper limit" in warning for warning in found) == called
