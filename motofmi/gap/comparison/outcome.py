@@ -31,7 +31,6 @@ from motofmi.gap.comparison.unresolved_modes import unresolved_modes
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import undetermined_magnitude
 from motofmi.gap.estimation.fitting import shape_at_least
-from motofmi.gap.preprocessing.sampled_run import excited
 
 OVER_TIME = "drift"  # the family of changes over the time of a run
 MEMBER, BEHIND, NOT_CLEAR, SMALL, UNDETERMINED, WITHHELD = STANDINGS = (
@@ -233,11 +232,6 @@ def _confounded_with_time(model: ComparedModel) -> str:
     """Why a change over time is confounded with another effect in these runs, and which runs would show it; empty where
     it is not."""
     runs = model.fit.runs
-    if not excited(runs):
-        return (
-            "no run has an input, so that the amplitude falls with the time, and a change over time is not "
-            "distinguishable from a force that depends on the amplitude. Give a run with an input."
-        )
     if joined := next((run.recording.joined for run in runs if run.recording.joined), ()):
         return (
             f"{', '.join(joined)} are short and joined into one recording, so that its time is the order in which they "

@@ -6,6 +6,8 @@ A law is no candidate where the recorded motion does not distinguish it from oth
   its force is that of friction and drag.
 - The start of a deflection that is not recorded is unknown, and while its rate has one sign it only grows: its laws can
   be any function of the distance covered.
+- Without an input the amplitude falls with the time: a damper or spring that changes over time has the response of one
+  that depends on the amplitude, and while a rate keeps its sign a sensor that drifts steadily has that of dry friction.
 - The error of an angle's sensor repeats with every revolution, where the laws of a sensor grow with the reading.
 """
 
@@ -15,11 +17,13 @@ from typing import Any
 import numpy as np
 
 from fmus.effects import Effect
+from fmus.effects.drift import Drift
+from fmus.effects.output_channel import SensorDrift
 from fmus.effects.placement import laws_at
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.experiments.input_output import InputOutputExperiment
 from motofmi.gap.preprocessing.one_way import is_one_way, keeps_direction
-from motofmi.gap.preprocessing.sampled_run import SampledRun
+from motofmi.gap.preprocessing.sampled_run import SampledRun, excited
 
 ONE_WAY = (
     "{}: the motion is never reversed. Not candidates there: {}; they are not distinguishable from friction and "
@@ -32,6 +36,12 @@ UNSEEN = (
 REVOLUTIONS = (
     "{}: the angle exceeds a revolution. Laws of its sensor are no candidates: the error of an encoder repeats with "
     "every revolution."
+)
+
+
+UNDRIVEN = (
+    "No run has an input, so that the amplitude falls with the time. Not candidates: {}; they are not distinguishable "
+    "from friction and drag. A run with an input would distinguish them."
 )
 
 
@@ -52,7 +62,8 @@ def candidate_laws(
     period = float(np.median([1 / run.middle_frequency for run in runs]))
     library = laws_at(experiment.component, largest_rate, inputs, outputs, states, period)
     kept, sentences = _distinguishable(library, found)
-    return kept, [*sentences, *(REVOLUTIONS.format(name) for name in turning)]
+    kept, of_time = _without_changes_over_time(kept, runs)
+    return kept, [*sentences, *of_time, *(REVOLUTIONS.format(name) for name in turning)]
 
 
 def _distinguishable(library: Sequence[type[Effect]], found: Fit) -> tuple[list[type[Effect]], list[str]]:
@@ -73,6 +84,18 @@ def _distinguishable(library: Sequence[type[Effect]], found: Fit) -> tuple[list[
     every = [effect for laws in left_out.values() for effect in laws]
     kept = [effect for effect in library if effect not in every]
     return kept, [s.format(motion, _listed(laws, kept)) for (s, motion), laws in left_out.items()]
+
+
+def _without_changes_over_time(
+    library: Sequence[type[Effect]], runs: Sequence[SampledRun]
+) -> tuple[list[type[Effect]], list[str]]:
+    """The laws without those that free runs do not distinguish from others, and a sentence where there are any."""
+    if excited(runs):
+        return list(library), []
+    over_time = (Drift, SensorDrift) if all(run.direction for run in runs) else (Drift,)
+    left_out = [effect for effect in library if issubclass(effect, over_time)]
+    kept = [effect for effect in library if effect not in left_out]
+    return kept, [UNDRIVEN.format(_listed(left_out, kept))] if left_out else []
 
 
 def _listed(left_out: Sequence[type[Effect]], kept: Sequence[type[Effect]]) -> str:
