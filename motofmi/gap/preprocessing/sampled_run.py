@@ -250,11 +250,6 @@ def interpolated_inputs(recording: Recording, experiment: InputOutputExperiment,
     return InterpolatedInputs(functions, (float(time[0]), float(time[-1])))
 
 
-def move_both_ways(runs: Sequence[SampledRun]) -> bool:
-    """Whether every run moves one way, and they do not all move the same way."""
-    return {run.direction for run in runs} == {-1.0, 1.0}
-
-
 def excited(runs: Sequence[SampledRun]) -> bool:
     """Whether any recorded input excites the component; otherwise only ratios of its parameters are identifiable."""
     return not all(is_free(run.recording, run.experiment.inputs) for run in runs)
