@@ -9,7 +9,9 @@ from scipy.integrate import solve_ivp
 from fmus.effects.damping import CoulombFriction, StribeckFriction
 from fmus.effects.hysteresis import DahlHysteresis
 from fmus.mechanisms.pendulum import Pendulum
+from motofmi.gap.comparison.compared_model import CommonBlocks
 from motofmi.gap.comparison.search import leading_models
+from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import Candidate
 from motofmi.gap.estimation.fitting import fit, shape_at_least
 from motofmi.gap.experiments.input_output import input_output_experiment
@@ -62,5 +64,8 @@ def test_a_form_that_contains_a_better_one_is_fitted_from_where_it_equals_that_o
 def test_a_loop_of_hysteresis_that_fits_dry_friction_ends_at_its_least_width(base, start):
     plain = fit(base.model.with_added_effects(CoulombFriction), base.runs, np.append(base.x, 0.1))
     model, x = base.model.with_added_effects(DahlHysteresis), np.append(plain.x, start)
-    assert shape_at_least(fit(model, base.runs, x)) == "hysteresis.width"
-    assert shape_at_least(fit(model, base.runs, x, frozen=[len(plain.x)])) == shape_at_least(base) == ""
+    narrow, wide = fit(model, base.runs, x), fit(model, base.runs, x, frozen=[len(plain.x)])
+    assert shape_at_least(narrow) == "hysteresis.width"
+    assert shape_at_least(wide) == shape_at_least(base) == ""
+    blocks = CommonBlocks(plain, [], Criteria())
+    assert blocks.is_disturbance(narrow)  # it leads no family, and its blocks are not those of the comparison
