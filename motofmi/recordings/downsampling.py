@@ -1,8 +1,8 @@
 """Reduction of a recording to a lower sampling rate while it is read, block by block, to limit the memory.
 
 All columns, the time among them, pass the same linear-phase low-pass filter, so no column is delayed against
-another; then every k-th sample is kept. Between samples that are further apart than usual, but within an interval of the
-reduced rate, the columns are interpolated linearly. Other samples are missing, and so are filtered samples with a
+another; then every k-th sample is kept. Between samples that are further apart than usual, but within an interval of
+the reduced rate, the columns are interpolated linearly. Other samples are missing, and so are filtered samples with a
 missing one in the filter's length.
 """
 

@@ -113,8 +113,8 @@ def rig_warnings(time: np.ndarray, rig: Mapping[str, Any]) -> list[str]:
 
 
 def is_steady(at: np.ndarray, others: Sequence[np.ndarray]) -> bool:
-    """Whether most of the samples (k,) at a limit are steady values: in the second half of a long stretch over which all
-    other channels (n,) are constant the channel is still there, where a motion beyond a limit would come back.
+    """Whether most of the samples (k,) at a limit are steady values: in the second half of a long stretch over which
+    all other channels (n,) are constant the channel is still there, where a motion beyond a limit would come back.
 
     Channels that never change are no evidence of a steady state.
     """

@@ -61,11 +61,13 @@ def read_recording(path: str | Path, mapping: Mapping[str, str] | None = None, r
         raise InputError(f"{path} is a folder; give the recordings in it, as in {path / '*.csv'}")
     rig = read_rig(path.parent)
     with opened(path) as table:
-        sources, notes = _sources(table, mapping or {}, quantities)
+        mapping = dict(mapping or {})
+        sources, notes = _sources(table, mapping, quantities)
+        left_out = {_column(table, c) for c, target in mapping.items() if target == UNUSED}
         if TIME not in (s.name for s in sources):
-            table = with_time(table, _sampling_rate(rig, table.names))
-            sources, notes = _sources(table, mapping or {}, quantities)
-        left_out = {_column(table, c) for c, target in (mapping or {}).items() if target == UNUSED}
+            table = with_time(table, _sampling_rate(rig, table.names), left_out)
+            mapping = {c: target for c, target in mapping.items() if target != UNUSED}
+            sources, notes = _sources(table, mapping, quantities)
         unread = tuple(n for n in table.names if n not in left_out and n not in {s.column for s in sources})
         rows, reduction = _rows(table, sources, rate)
         values = {s.name: y if s.factor == 1 else y * s.factor for s, y in zip(sources, rows.T, strict=True)}

@@ -1,7 +1,7 @@
 """The common form of what readers of files return, and how a reader declares itself."""
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -74,14 +74,16 @@ def with_unit(name: str, given: str) -> str:
     return f"{name} [{given}]" if given else name
 
 
-def with_time(table: Table, rate: float) -> Table:
-    """The table with a column `time` [s] of rows at a sampling rate [Hz], the first at 0."""
+def with_time(table: Table, rate: float, left_out: Collection[str] = ()) -> Table:
+    """The table with a column `time` [s] of rows at a sampling rate [Hz], the first at 0, and without some columns."""
+    kept = [i for i, name in enumerate(table.names) if name not in left_out]
 
     def blocks() -> Iterator[np.ndarray]:
         first = 0
         for block in table.blocks:
-            yield np.column_stack([np.arange(first, first + len(block)) / rate, block])
+            yield np.column_stack([np.arange(first, first + len(block)) / rate, block[:, kept]])
             first += len(block)
 
     share = 1 + 1 / len(table.names)
-    return Table(["time", *table.names], ["s", *table.units], blocks(), share * table.expected_bytes)
+    names, units = ([column[i] for i in kept] for column in (table.names, table.units))
+    return Table(["time", *names], ["s", *units], blocks(), share * table.expected_bytes)

@@ -4,8 +4,8 @@ import numpy as np
 
 EQUAL = 1e-3  # relative to the rounding: steps with a smaller difference are equal
 LATE_STAMPS = (
-    "If the samples were taken at a regular rate and only stamped late, leave the time out (--map TIME=unused, with "
-    'its column) and give the rate in rig.json beside the file: {"sampling": {"value": 100, "unit": "Hz"}}'
+    "If the samples were taken at a regular rate and only their time stamps are late, leave out the column of the time "
+    '(--map time=unused) and give the rate in rig.json beside the file: {"sampling": {"value": 100, "unit": "Hz"}}'
 )
 ENOUGH = 20  # least number of long steps, and of short ones, to distinguish rounding from missing samples
 

@@ -212,8 +212,8 @@ class CommonBlocks:
         return sandwich_covariance(whole, blocks) + np.diag(of_band**2)
 
     def is_disturbance(self, found: Fit) -> bool:
-        """Whether a fit reduces the misfit by the free initial states of an effect without a magnitude, or is at the
-        least value of a shape, where it is another effect (see `shape_at_least`).
+        """Whether a fit reduces the misfit by the free initial states of an effect without a magnitude, or has an
+        effect at the least value of its shape, where it is not distinguishable from another one (see `shape_at_least`).
 
         An effect with states of its own does so even where its magnitude is not distinguishable from zero, and where
         its mode is not resolved (see `unresolved_modes`).

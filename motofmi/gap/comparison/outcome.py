@@ -257,16 +257,16 @@ def _undetermined(model: ComparedModel, errors: np.ndarray, criteria: Criteria) 
     if name := shape_at_least(model.fit):
         return (
             f"{_not_named(model)}, and the others are compared without {_it(model)}: {name} = "
-            f"{model.fit.model.values(model.fit.shared)[name]:.3g} is at its least value, below which the effect is not "
-            "distinguishable from another one."
+            f"{model.fit.model.values(model.fit.shared)[name]:.3g} is at its least value, below which the effect is "
+            "not distinguishable from another one."
         )
     if (found := undetermined_magnitude(model.fit, errors, criteria)) is None:
         return ""
     name, value, error = found
     changed = f"an effect changes {name}, and " if name in model.fit.model.base else ""
     return (
-        f"{_not_named(model)}, and the others are compared without {_it(model)}: {changed}{name} = {value:.3g} is within "
-        f"{criteria.value_errors:g} standard errors (of {error:.2g} each) of zero."
+        f"{_not_named(model)}, and the others are compared without {_it(model)}: {changed}{name} = {value:.3g} is "
+        f"within {criteria.value_errors:g} standard errors (of {error:.2g} each) of zero."
     )
 
 

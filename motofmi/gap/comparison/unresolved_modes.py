@@ -4,9 +4,9 @@
 
 Two modes that are closer beat with a period longer than the motion. Their sum is then not distinguishable from one mode
 whose amplitude and frequency change with the amplitude, as with dry friction or a nonlinear spring: the free initial
-states of a further body take the place of the effect. The ratio of two such decays changes by less than a factor of e over
-the motion: their sum is not distinguishable from one decay whose rate changes, as with quadratic drag. An input that excites the modes would
-tell them apart.
+states of a further body take the place of the effect. The ratio of two such decays changes by less than a factor of e
+over the motion: their sum is not distinguishable from one decay whose rate changes, as with quadratic drag. An input
+that excites the modes would distinguish them.
 
 Source: Kay, Marple, Proc. IEEE 69 (1981) 1380-1419, for the resolution 1 / T (Rayleigh); Istratov, Vyvenko, Rev. Sci.
 Instrum. 70 (1999) 1233-1257, for decays.

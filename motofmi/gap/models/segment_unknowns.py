@@ -114,8 +114,8 @@ def segment_start(
 def _eliminated(
     tangent: np.ndarray, bounded: np.ndarray, deviations: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Orthonormal directions (m, k) of the derivatives (m, unknowns), the share (k,) of each that is eliminated, and the
-    unknowns (unknowns, k) whose change is each direction; bounded (b,) are those with a prior.
+    """Orthonormal directions (m, k) of the derivatives (m, unknowns), the share (k,) of each that is eliminated, and
+    the unknowns (unknowns, k) whose change is each direction; bounded (b,) are those with a prior.
 
     The directions of the others come first. Those of the bounded ones, without them, are scaled by the deviations.
     """

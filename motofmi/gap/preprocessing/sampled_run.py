@@ -201,15 +201,13 @@ class SampledRun:
         return np.array([name not in alone for name in self.experiment.outputs])
 
     @property
-    def direction(self) -> float:
-        """The sign of the rate of an element that moves one way, recorded or that of a recorded deflection; else 0."""
+    def moves_one_way(self) -> bool:
+        """Whether the rate of an element has one sign: a recorded one, or that of a recorded deflection."""
         deflections = {element.deflection for element in self.experiment.component.elements.values()}
-        rates = [self.recording[n] for n in sorted(self.one_way_rates)]
-        rates += [
-            np.concatenate([np.diff(self.recording[n][first:last]) for first, last in self.intervals])
-            for n in sorted(deflections & self.recording.columns.keys())
-        ]
-        return next((float(np.sign(np.sum(rate))) for rate in rates if is_one_way(rate)), 0.0)
+        recorded = [self.recording[n] for n in deflections if n in self.recording.columns]
+        return bool(self.one_way_rates) or any(
+            is_one_way(np.concatenate([np.diff(y[first:last]) for first, last in self.intervals])) for y in recorded
+        )
 
     @property
     def motion_variance(self) -> np.ndarray:

@@ -225,7 +225,7 @@ def limitations_of(found: Investigation, result: dict[str, Any], component: Comp
                 + ("the data are fitted as well without it." if vanished else "is a column's unit wrong?")
             )
     for run, zeros in zip(best.runs, sensor_offsets_of(best), strict=True):
-        friction = ", dry friction (the rate has one sign)" if run.direction else ""
+        friction = ", dry friction (the rate has one sign)" if run.moves_one_way else ""
         for name in found.experiment.sensor_offsets:
             value, error = zeros[sensor_offset_parameter(name)]
             if abs(value) > criteria.sensor_offset_errors * error:

@@ -68,8 +68,7 @@ def test_a_single_short_recording_is_refused_with_what_to_do():
 def test_pushes_in_one_direction_move_one_way(forces, one_way):
     """The ramp back, in the gap between the recordings, does not count."""
     (run,), _ = with_short_joined([step_response(force) for force in forces], 1000)
-    direction = prepare_sampled_run(run, input_output_experiment(MassSpringDamper(), run.columns)).direction
-    assert direction == (1.0 if one_way else 0.0)
+    assert prepare_sampled_run(run, input_output_experiment(MassSpringDamper(), run.columns)).moves_one_way == one_way
 
 
 @pytest.mark.parametrize(("change", "varying"), [(1e-15, False), (0.5, True)])
@@ -93,9 +92,3 @@ def test_a_deflected_mass_that_is_released_is_no_step_response():
     start = np.log([1.0, 101.0, 2.0])
     runs = [prepare_sampled_run(each, experiment) for each in (released, opposite)]
     assert fit_from_rest(fit(model, runs, start)) is None
-
-
-@pytest.mark.parametrize("force", [4.7, -4.7])
-def test_the_direction_of_a_run_is_the_sign_of_its_rate(force):
-    run = step_response(force, rate=1000.0)
-    assert prepare_sampled_run(run, input_output_experiment(MassSpringDamper(), run.columns)).direction == np.sign(force)

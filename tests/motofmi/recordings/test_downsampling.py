@@ -21,7 +21,8 @@ def written(path, time, unit="s"):
 @pytest.mark.parametrize("unit", ["ms", "min"])
 def test_the_rate_is_in_hertz_whatever_the_unit_of_the_time_is(tmp_path, unit):
     time = np.arange(0, 10, 0.001)
-    in_seconds, other = (read_recording(written(tmp_path / f"{u}.csv", time, u), rate=100, quantities=ANGLE) for u in ("s", unit))
+    files = (written(tmp_path / f"{u}.csv", time, u) for u in ("s", unit))
+    in_seconds, other = (read_recording(file, rate=100, quantities=ANGLE) for file in files)
     assert other.rate == pytest.approx(100, rel=1e-6)
     assert any(w.startswith("reduced from 1000 Hz to 100 Hz") for w in other.warnings)
     np.testing.assert_allclose(other["angle"], in_seconds["angle"], atol=1e-7)  # nine digits are written
@@ -40,5 +41,9 @@ def test_stamps_of_bursts_are_refused_with_what_to_do(tmp_path):
     """Samples at 260 Hz that arrive by 13 about every 50 ms."""
     arrived = np.arange(0, 10, 0.05) + 0.01 * np.random.default_rng(1).uniform(size=200)
     time = np.repeat(arrived, 13) + np.tile(0.001 * np.arange(13), 200)
-    with pytest.raises(InputError, match=r"no 0.4 s without a missing sample.*stamped late, leave the time out"):
-        read_recording(written(tmp_path / "bursts.csv", time), rate=50, quantities=ANGLE)
+    file = written(tmp_path / "bursts.csv", time)
+    with pytest.raises(InputError, match=r"no 0.4 s without a missing sample.*leave out the column of the time"):
+        read_recording(file, rate=50, quantities=ANGLE)
+    (tmp_path / "rig.json").write_text('{"sampling": {"value": 260, "unit": "Hz"}}')
+    run = read_recording(file, {"time": "unused"}, quantities=ANGLE)
+    assert run.rate == pytest.approx(260) and len(run.time) == len(time) and run.unread == ()
