@@ -126,8 +126,8 @@ def outcome(
     equal = _with_equal_ones(members, accepted, base, flexible, criteria)
     if added := equal[len(members) :]:
         sentences.append(
-            f"{' and '.join(_effects_of(m) for m in added)} {'is' if len(added) == 1 else 'are'} tied: the same share "
-            f"of the closable misfit is closed within {criteria.equal_share:.0%}, with no more parameters."
+            f"{' and '.join(_effects_of(m) for m in added)} {'is' if len(added) == 1 else 'are'} tied: as much of the "
+            f"closable misfit is closed (at most {criteria.equal_share:.0%} less), with no more parameters."
         )
     members = equal
     best = min(members, key=lambda m: m.losses.mean())
@@ -170,12 +170,17 @@ def _with_equal_ones(
     flexible: float,
     criteria: Criteria,
 ) -> list[ComparedModel]:
-    """The members, and models that close the same share of the closable misfit with no more parameters."""
+    """The members, and models that close as much of the closable misfit with no more effects and parameters.
+
+    A single effect does not tie with a pair that contains it.
+    """
     best = min(members, key=lambda m: m.losses.mean())
     near = [
         m
         for m in accepted
-        if len(m.effects) == len(best.effects) and closes_as_much(m, best, base, flexible, criteria.equal_share)
+        if len(m.effects) <= len(best.effects)
+        and not m.families < best.families
+        and closes_as_much(m, best, base, flexible, criteria.equal_share)
     ]
     return list({id(m): m for m in (*members, *near)}.values())
 

@@ -122,8 +122,8 @@ def _further_forms(signatures: Sequence[Signature]) -> list[Signature]:
 def leading_models(blocks: CommonBlocks, base: Fit, singles: Sequence[Candidate]) -> list[ComparedModel]:
     """The forms of the leading families, evaluated on all blocks.
 
-    Effects that are clearly behind the leading one on the fitted blocks are left out: they cannot be in the model
-    confidence set. A disturbance (`CommonBlocks.is_disturbance`) leads nothing; where it has the least loss it is the
+    Effects that are clearly behind the leading one are left out: they cannot be in the model confidence set.
+    A disturbance (`CommonBlocks.is_disturbance`) leads nothing; where it has the least loss it is the
     last of the models. A form is also fitted from the best form of its family, which it may contain or be contained in.
     """
     fits_of = {id(c): c.fit for c in singles}
@@ -139,7 +139,9 @@ def leading(blocks: CommonBlocks, fits: dict[Key, Fit]) -> tuple[list[Key], list
     """The keys of fits in the order of their mean loss on fitted blocks, and those that are not clearly behind the best
     one that is no disturbance.
 
-    The best one is refined before it is judged; the refined fit takes its place in fits.
+    The best one is refined before it is judged; the refined fit takes its place in fits. Fits that are clearly behind
+    it on fitted blocks, but not far, are judged on validation blocks as well: a few fitted runs with similar inputs may
+    not show the difference of two effects that the validation runs show.
     """
     losses = {key: loss for key, found in fits.items() if (loss := blocks.fitted_losses(found)) is not None}
     order = sorted(losses, key=lambda key: losses[key].mean())
@@ -149,7 +151,27 @@ def leading(blocks: CommonBlocks, fits: dict[Key, Fit]) -> tuple[list[Key], list
             fits[key] = blocks.refined(fits[key])
         if not blocks.is_disturbance(fits[key]):
             real.append(key)
-    return order, [key for key in real if not clearly_behind(losses[key], losses[real[0]])]
+    near = [key for key in real if not clearly_behind(losses[key], losses[real[0]])]
+    best = losses[real[0]].mean() if real else 0.0
+    behind = [key for key in real if key not in near and losses[key].mean() < best + np.log(FAR_BEHIND)]
+    if blocks.validation and behind:
+        near += _not_behind_on_all([fits[key] for key in (real[0], *behind)], blocks, behind)
+    return order, near
+
+
+def _not_behind_on_all(fits: Sequence[Fit], blocks: CommonBlocks, keys: Sequence[Key]) -> list[Key]:
+    """The keys of the fits after the first that are not clearly behind the first one on fitted and validation blocks
+    together."""
+
+    def losses_of(found: Fit) -> np.ndarray | None:
+        model = blocks.evaluated(found)
+        return None if model is None else model.losses
+
+    best, *others = parallel_map(losses_of, fits, "validating effects")
+    if best is None:
+        return []
+    every = zip(keys, others, strict=True)
+    return [key for key, losses in every if losses is not None and not clearly_behind(losses, best)]
 
 
 def clearly_behind(losses: np.ndarray, best: np.ndarray) -> bool:

@@ -92,7 +92,7 @@ def _without_changes_over_time(
     """The laws without those that free runs do not distinguish from others, and a sentence where there are any."""
     if excited(runs):
         return list(library), []
-    over_time = (Drift, SensorDrift) if all(run.moves_one_way for run in runs) else (Drift,)
+    over_time = (Drift, SensorDrift) if all(run.direction for run in runs) else (Drift,)
     left_out = [effect for effect in library if issubclass(effect, over_time)]
     kept = [effect for effect in library if effect not in left_out]
     return kept, [UNDRIVEN.format(_listed(left_out, kept))] if left_out else []

@@ -201,13 +201,15 @@ class SampledRun:
         return np.array([name not in alone for name in self.experiment.outputs])
 
     @property
-    def moves_one_way(self) -> bool:
-        """Whether the rate of an element has one sign: a recorded one, or that of a recorded deflection."""
+    def direction(self) -> float:
+        """The sign of the rate of an element that moves one way, recorded or that of a recorded deflection; else 0."""
         deflections = {element.deflection for element in self.experiment.component.elements.values()}
-        recorded = [self.recording[n] for n in deflections if n in self.recording.columns]
-        return bool(self.one_way_rates) or any(
-            is_one_way(np.concatenate([np.diff(y[first:last]) for first, last in self.intervals])) for y in recorded
-        )
+        rates = [self.recording[n] for n in sorted(self.one_way_rates)]
+        rates += [
+            np.concatenate([np.diff(self.recording[n][first:last]) for first, last in self.intervals])
+            for n in sorted(deflections & self.recording.columns.keys())
+        ]
+        return next((float(np.sign(np.sum(rate))) for rate in rates if is_one_way(rate)), 0.0)
 
     @property
     def motion_variance(self) -> np.ndarray:
@@ -246,6 +248,11 @@ def interpolated_inputs(recording: Recording, experiment: InputOutputExperiment,
         motion = motion_functions(time, recording[experiment.imposed], rate, kind)
         functions |= {name or experiment.imposed: function for name, function in motion.items()}
     return InterpolatedInputs(functions, (float(time[0]), float(time[-1])))
+
+
+def move_both_ways(runs: Sequence[SampledRun]) -> bool:
+    """Whether every run moves one way, and they do not all move the same way."""
+    return {run.direction for run in runs} == {-1.0, 1.0}
 
 
 def excited(runs: Sequence[SampledRun]) -> bool:

@@ -28,7 +28,7 @@ from motofmi.gap.estimation.fitting import fit, fit_or_none
 from motofmi.gap.estimation.stages import Stage, running
 from motofmi.gap.estimation.unit_plausibility import common_factor
 from motofmi.gap.experiments.input_output import InputOutputExperiment
-from motofmi.gap.preprocessing.sampled_run import SHORTEST_SEGMENT, SampledRun, excited
+from motofmi.gap.preprocessing.sampled_run import SHORTEST_SEGMENT, SampledRun, excited, move_both_ways
 from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.gap.selection.by_comparison import in_units_of_residuals, verdict_by_comparison, with_remaining_noise
 from motofmi.gap.selection.chi_square_conditions import (
@@ -240,7 +240,13 @@ def in_shorter_segments(run: SampledRun) -> SampledRun:
 
 
 def offset_priors(runs: Sequence[SampledRun]) -> dict[str, float]:
-    """The prior standard deviation of each input's sensor offset, in the unit of the input."""
+    """The prior standard deviation of each input's sensor offset, in the unit of the input.
+
+    Where every run moves one way, an offset of each run takes the place of dry friction. There are none then, if runs
+    in both directions show the friction.
+    """
+    if move_both_ways(runs):
+        return {}
     inputs = runs[0].experiment.inputs
     deviations = {n: [float(np.std(run.recording[n])) for run in runs if varies(run.recording[n])] for n in inputs}
     return {n: OFFSET_PRIOR * max(every) for n, every in deviations.items() if every}

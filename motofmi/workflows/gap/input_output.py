@@ -13,7 +13,7 @@ from motofmi.gap.experiment_design.scaled_runs import scaled_runs
 from motofmi.gap.experiments.input_output import InputOutputExperiment, input_output_experiment
 from motofmi.gap.experiments.sensor_offset import sensor_offset_parameter
 from motofmi.gap.localisation.sampled_places import cells
-from motofmi.gap.preprocessing.sampled_run import SampledRun, excited
+from motofmi.gap.preprocessing.sampled_run import SampledRun, excited, move_both_ways
 from motofmi.gap.preprocessing.sampled_run_preparation import FEWEST_SAMPLES, prepare_sampled_run
 from motofmi.gap.preprocessing.work_of_inputs import note_on_signs
 from motofmi.gap.selection.any_component import Investigation, investigate
@@ -39,6 +39,10 @@ NONE_IS_WEAK = (
 NO_UNIT = (
     "A state has the unit 1, so that the laws of mechanics (friction, drag, a further body) are no candidates; where "
     "it is an angle, a displacement or their rate, give its unit in the class and in the columns."
+)
+BOTH_WAYS = (
+    "Every run moves one way, some forwards and some backwards: no offset of an input is fitted, since in each of them "
+    "it would take the place of dry friction."
 )
 FROM_REST = (
     "The runs are step responses, and begin at rest: their initial states are known. With free initial states a "
@@ -90,6 +94,7 @@ class InputOutput(Kind):
                 if anchor
                 else []
             )
+        self.notes += [BOTH_WAYS] if excited(runs) and move_both_ways(runs) else []
         self.experiment, self.runs, self.noise = experiment, runs, given.rig_contents.get("noise", {})
 
     def verdict(self, on_progress: Callable[[Verdict], None]) -> Verdict:
@@ -225,7 +230,7 @@ def limitations_of(found: Investigation, result: dict[str, Any], component: Comp
                 + ("the data are fitted as well without it." if vanished else "is a column's unit wrong?")
             )
     for run, zeros in zip(best.runs, sensor_offsets_of(best), strict=True):
-        friction = ", dry friction (the rate has one sign)" if run.moves_one_way else ""
+        friction = ", dry friction (the rate has one sign)" if run.direction else ""
         for name in found.experiment.sensor_offsets:
             value, error = zeros[sensor_offset_parameter(name)]
             if abs(value) > criteria.sensor_offset_errors * error:

@@ -42,7 +42,7 @@ def fit_with(*effects, reduced):
             from_rest=False, outputs=["angle"], component=SimpleNamespace(elements={"spring": None}, states=[]),
         ),
     )  # fmt: skip
-    run = SimpleNamespace(name="run", noise_source="given", moves_one_way=False)
+    run = SimpleNamespace(name="run", noise_source="given", direction=0.0)
     return SimpleNamespace(
         model=model, runs=[run], reduced=reduced, chi2=reduced * FREEDOM, freedom=FREEDOM, count=FREEDOM, penalty=0.0, shared=None,
         x=np.full(len(names), 0.1), covariance=lambda: 0.01 * np.eye(len(names)), residuals=np.zeros(0),
@@ -190,7 +190,7 @@ def test_what_an_investigation_doubts_is_said(factor, missed, said):
 def test_a_constant_torque_may_be_friction_where_the_rate_has_one_sign(monkeypatch, one_way, said):
     found = fit_with(reduced=1.0)
     found.model.experiment.sensor_offsets = {"torque": 0.1}
-    found.runs[0].moves_one_way, found.runs[0].recording = one_way, SimpleNamespace(units={"torque": "N.m"})
+    found.runs[0].direction, found.runs[0].recording = float(one_way), SimpleNamespace(units={"torque": "N.m"})
     offsets = [{sensor_offset_parameter("torque"): (-0.03, 1e-5)}]
     monkeypatch.setattr("motofmi.workflows.gap.input_output.sensor_offsets_of", lambda _: offsets)
     assert any(sentence.endswith(said) for sentence in doubts(found))

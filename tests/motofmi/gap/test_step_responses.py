@@ -68,7 +68,8 @@ def test_a_single_short_recording_is_refused_with_what_to_do():
 def test_pushes_in_one_direction_move_one_way(forces, one_way):
     """The ramp back, in the gap between the recordings, does not count."""
     (run,), _ = with_short_joined([step_response(force) for force in forces], 1000)
-    assert prepare_sampled_run(run, input_output_experiment(MassSpringDamper(), run.columns)).moves_one_way == one_way
+    prepared = prepare_sampled_run(run, input_output_experiment(MassSpringDamper(), run.columns))
+    assert bool(prepared.direction) == one_way
 
 
 @pytest.mark.parametrize(("change", "varying"), [(1e-15, False), (0.5, True)])
@@ -92,3 +93,14 @@ def test_a_deflected_mass_that_is_released_is_no_step_response():
     start = np.log([1.0, 101.0, 2.0])
     runs = [prepare_sampled_run(each, experiment) for each in (released, opposite)]
     assert fit_from_rest(fit(model, runs, start)) is None
+
+
+@pytest.mark.parametrize(("forces", "fitted"), [((4.7, 9.4), True), ((4.7, -9.4), False), ((-4.7, -9.4), True)])
+def test_no_offset_is_fitted_in_place_of_friction(forces, fitted):
+    """In a run of one direction an offset and dry friction are the same constant force; runs of both tell them apart."""
+    runs = [step_response(force, rate=1000.0) for force in forces]
+    runs = [prepare_sampled_run(r, input_output_experiment(MassSpringDamper(), r.columns)) for r in runs]
+    for run in runs:
+        run.recording.columns["force"][:10] = 0.0  # an input that varies
+    assert [run.direction for run in runs] == [np.sign(force) for force in forces]
+    assert bool(offset_priors(runs)) == fitted

@@ -71,8 +71,20 @@ def test_an_effect_that_closes_the_same_share_is_tied_although_the_confidence_se
     first = model_with(CoulombFriction, level=1.0, seed=1)
     found = decided([first, model_with(CubicHardening, level=1.02, seed=1)])
     assert found.verdict == "tied"
-    assert any("hardening_stiffness is tied: the same share" in s for s in found.sentences)
+    assert any("hardening_stiffness is tied: as much of the closable misfit is closed" in s for s in found.sentences)
     assert decided([first, model_with(CubicHardening, level=1.2, seed=1)]).verdict == "named"
+
+
+def test_a_single_effect_that_closes_more_on_validation_runs_is_tied_with_a_pair():
+    """The pair has much less loss on the fitted runs alone, as with a few runs of similar inputs."""
+    pair = model_with(CubicHardening, Asymmetry, level=2.0, seed=1)
+    pair.fitted[:] = 0.01 * pair.fitted
+    single = model_with(CoulombFriction, level=0.5, seed=2)
+    single.fitted[:] = 2.0 * single.fitted
+    found = decided([pair, single])
+    assert found.verdict == "tied" and found.members == [pair, single]
+    contained = model_with(CubicHardening, level=2.0, seed=3)  # what the pair adds is judged by its gain beside it
+    assert single in decided([pair, single, contained]).members and contained not in found.members
 
 
 def test_a_mode_that_no_run_resolves_leaves_and_the_others_are_compared(monkeypatch):
