@@ -28,6 +28,9 @@ from motofmi.gap.estimation.screening import Signature, screen
 JOINT_PAIRS = 3  # pairs of families with the largest joint gain, that are fitted
 SECOND_EFFECTS = 3  # effects that are fitted as the second of a pair, for each first effect
 OTHER_FORMS = 6  # pairs of other forms that are fitted, those with the fewest parameters
+# Ratio of chi-square of the base to that of the best single effect above which no pair is fitted from the base: a
+# linear estimate from a base that is so far from the data is no start, and the pairs beside single effects have one.
+FAR_BASE = 1e4
 
 Effects = frozenset[type[Effect]]
 
@@ -50,7 +53,7 @@ def pairs(
     plain = [effect for effect in library if not (effect.flexible or effect.at_one)]
     joint = screen_pairs(base, plain)
     of_families = {s.families: s for s in reversed(joint)}
-    chosen = sorted(of_families.values(), key=lambda s: -s.gain)[:JOINT_PAIRS]
+    chosen = sorted(of_families.values(), key=lambda s: -s.gain)[: JOINT_PAIRS if base.chi2 < FAR_BASE * beat else 0]
     fits = _fitted(chosen, [base], base, beat, _beside(firsts, plain), criteria)
     _, near = leading(blocks, fits)
     models = blocks.refined_and_evaluated([fits[effects] for effects in near[:LEADING_FAMILIES]], "comparing pairs")

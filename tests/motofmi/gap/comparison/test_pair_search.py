@@ -79,3 +79,18 @@ def test_of_two_fits_of_a_pair_the_better_one_is_kept(monkeypatch, jointly, besi
     monkeypatch.setattr(pair_search, "candidate_of", lambda *arguments: SimpleNamespace(fitted=True, fit=leaves(beside)))
     (found,) = pair_search._fitted([joint], [base], base, np.inf, [(base, None)], Criteria()).values()
     assert found.chi2 == min(jointly, beside)
+
+
+@pytest.mark.parametrize(("ratio", "fitted"), [(0.5, 1), (2.0, 0)])
+def test_no_pair_is_fitted_from_a_base_that_is_far_from_the_data(monkeypatch, ratio, fitted):
+    base = SimpleNamespace(chi2=ratio * pair_search.FAR_BASE, runs=[])
+    single = SimpleNamespace(fit=SimpleNamespace(chi2=1.0))
+    blocks = SimpleNamespace(is_undetermined=lambda *_: False, refined_and_evaluated=lambda *_: [])
+    joint = SimpleNamespace(effects=(GeometricNonlinearity, CoulombFriction), families=frozenset(MISSING), gain=1.0)
+    chosen = []
+    monkeypatch.setattr(pair_search, "screen_pairs", lambda *_: [joint])
+    monkeypatch.setattr(pair_search, "_beside", lambda *_: [])
+    monkeypatch.setattr(pair_search, "leading", lambda *_: ([], []))
+    monkeypatch.setattr(pair_search, "_fitted", lambda pairs, *_: chosen.extend(pairs) or {})
+    assert pair_search.pairs(blocks, base, [single], [], Criteria()) == []
+    assert len(chosen) == fitted
