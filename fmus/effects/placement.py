@@ -109,7 +109,8 @@ def _at_signal(law: type[Effect], component: Component, name: str, level: float,
     """
     scale = dict.fromkeys(law.relative_to_level, level)
     scale |= dict.fromkeys(law.relative_to_period if period < inf else (), period)
-    times = {n: replace(law.declared[n], max=period) for n in law.relative_to_period}
+    times = {n: replace(row, max=period, start=min(row.start, period))
+             for n, row in law.declared.items() if n in law.relative_to_period}  # fmt: skip
     return _placed(law, name, f"{law.form}_{name}", _scaled(law, scale),
                    **_rows(law, component.table[name].unit, level), **times)
 

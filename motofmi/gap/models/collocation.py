@@ -47,11 +47,11 @@ def inner_times(time: np.ndarray, formula: ImplicitFormula = HERMITE_SIMPSON) ->
 
 
 class DivergenceError(InputError):
-    """A simulation that diverges, with the indices of the pieces that do."""
+    """A simulation that diverges, with the indices of the pieces that do, and the states (n, nx) of the others."""
 
-    def __init__(self, message: str, pieces: np.ndarray):
+    def __init__(self, message: str, pieces: np.ndarray, states: np.ndarray):
         super().__init__(message)
-        self.pieces = pieces
+        self.pieces, self.states = pieces, states
 
 
 class Collocation:
@@ -64,13 +64,14 @@ class Collocation:
         self.n, self.nx = len(nodes["time"]), len(equations.states)
         self.begins, self.transitions = motion.begins, motion.begins[1:] - 1
         self.lengths = np.diff([*self.begins, self.n])  # nodes of each piece
+        self.piece = np.repeat(np.arange(len(self.begins)), self.lengths)  # of each node
         self.at_middle: dict[str, Any] = {}
         self.inverse: dict[str, Any] = {}
 
     def divergence(self, pieces: np.ndarray) -> DivergenceError:
         """The error that these pieces (pieces,), true or false, diverge; all, where none is found to."""
         found = np.flatnonzero(pieces if pieces.any() else ~pieces)
-        return DivergenceError(f"{self.equations.component.name}: the simulation diverges", found)
+        return DivergenceError(f"{self.equations.component.name}: the simulation diverges", found, self.x.T)
 
     def bounded(self, made: np.ndarray) -> np.ndarray:
         """The array (n, ...) itself. Raises DivergenceError where it exceeds LARGEST."""
@@ -93,12 +94,19 @@ class Collocation:
 
     def relative(self, change: np.ndarray, x: np.ndarray) -> np.ndarray:
         """The root mean square of each state's change (nx, n-1) in a piece, over that of the state x (nx, n) and of its
-        change in all pieces: the largest of all states (pieces,)."""
-        power = np.add.reduceat(change**2, self.begins, axis=1) / (self.lengths - 1)
-        return np.max(np.sqrt(power) / (root_mean_square(x) + root_mean_square(change) + 1e-12)[:, None], axis=0)
+        change: the largest of all states (pieces,).
+
+        That of the state is the one in the piece or, where it is larger, the median of all pieces: a piece at rest needs
+        no further steps, and one that diverges does not end those of the others.
+        """
+        size = np.sqrt(np.add.reduceat(change**2, self.begins, axis=1) / (self.lengths - 1))
+        level = np.sqrt(np.add.reduceat(x**2, self.begins, axis=1) / self.lengths)
+        level = np.maximum(level, np.median(level, axis=1, keepdims=True))
+        return np.max(size / (level + size + 1e-12), axis=0)
 
     def evaluate(self, x: np.ndarray) -> None:
         """Rates, outputs and derivatives at the nodes of a trajectory (nx, n)."""
+        self.x = x
         self.at_nodes = self.nodes | dict(zip(self.equations.states, x, strict=True))
         self.rows, self.slopes = self.equations(self.at_nodes)
         rates = {(i, 0): f for i, f in enumerate(self.rows[: self.nx])}

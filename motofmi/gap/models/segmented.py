@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -62,11 +63,12 @@ class SegmentedModel(HarmonicModel):
 
     def simulated(
         self, run: SampledRun, indices: Sequence[int], values: Mapping[str, float], initial: Initial, length: int = 0,
-        accuracy: float | None = None, held: int = 0,
+        accuracy: float | None = None, held: int = 0, begun: Mapping[int, np.ndarray] = MappingProxyType({}),
     ) -> tuple[Trajectory, Nodes]:  # fmt: skip
         """Segments, or their first `length` samples, simulated from initial states; at every node.
 
-        accuracy and held are those of `simulate`.
+        accuracy and held are those of `simulate`. begun are guesses of the states (nodes, nx), of all segments or of
+        none; without them those of the last simulation are taken.
 
         Raises InputError where one of several cannot be simulated with the others, or a single one neither from its
         last simulation nor, without one, piece by piece. A fit then takes a shorter step.
@@ -77,7 +79,9 @@ class SegmentedModel(HarmonicModel):
         at, between = (self._inputs(run, t - self.lag(values, t), values) for t in times)
         motion = Motion(nodes.time, at, between, nodes.begins, formula)
         begin = np.array([initial[i] for i in indices]).reshape(len(indices), len(states))
-        guess = None if length or not states else self._guessed(run, indices, nodes)
+        guess = np.concatenate([begun[i] for i in indices]) if begun else None
+        if guess is None and states and not length:
+            guess = self._guessed(run, indices, nodes)
         try:
             made = simulate(
                 self.equations, values, motion, guess, begin, with_initial=True, accuracy=accuracy, held=held
@@ -92,19 +96,26 @@ class SegmentedModel(HarmonicModel):
                 run.guess.setdefault(i, {})["states"] = dict(zip(states, made.states[a:b].T.copy(), strict=True))
         return made, nodes
 
-    def simulated_apart(self, run: SampledRun, indices: Sequence[int], values: Mapping[str, float], initial: Initial,
-                        length: int = 0, held: int = 0) -> Iterator[tuple[Sequence[int], Trajectory, Nodes]]:  # fmt: skip
-        """Segments simulated together where possible, else those that diverge without the others, and in halves where
-        all do; those that cannot be simulated alone are left out."""
+    def simulated_apart(
+        self, run: SampledRun, indices: Sequence[int], values: Mapping[str, float], initial: Initial, length: int = 0,
+        held: int = 0, begun: Mapping[int, np.ndarray] = MappingProxyType({}),
+    ) -> Iterator[tuple[Sequence[int], Trajectory, Nodes]]:  # fmt: skip
+        """Segments simulated together, but for those that diverge, which are simulated one by one until one of them
+        diverges alone as well: that one and the others are left out."""
         if not indices:
             return
         try:
-            yield indices, *self.simulated(run, indices, values, initial, length, held=held)
+            yield indices, *self.simulated(run, indices, values, initial, length, held=held, begun=begun)
         except DivergenceError as error:
-            middle, diverging = len(indices) // 2, {indices[k] for k in error.pieces}
-            groups = [i for i in indices if i not in diverging], [i for i in indices if i in diverging]
-            for group in groups if all(groups) else (indices[:middle], indices[middle:]) if middle else ():
-                yield from self.simulated_apart(run, group, values, initial, length, held)
+            diverging = [indices[k] for k in error.pieces]
+            last = np.split(error.states, nodes_of(run, indices, length).begins[1:])
+            others = {i: states for i, states in zip(indices, last, strict=True) if i not in diverging}
+            yield from self.simulated_apart(run, list(others), values, initial, length, held, others)
+            for i in diverging if len(indices) > 1 else ():
+                alone = list(self.simulated_apart(run, [i], values, initial, length, held))
+                yield from alone
+                if not alone:
+                    break
 
     def _guessed(self, run: SampledRun, indices: Sequence[int], nodes: Nodes) -> np.ndarray:
         """The states (n, nx) of the segments' last simulation, their start values where there is none."""

@@ -86,36 +86,53 @@ def simulate(equations: Equations, values: Mapping[str, float], motion: Motion, 
 
 
 def _converged(steps: Collocation, x: np.ndarray, damping: "_Damping", accuracy: float | None, held: int) -> np.ndarray:
-    """The states (n, nx) after Newton's method from a guess (nx, n), which is overwritten. Errors as `simulate`."""
-    nx, linear, update = steps.nx, steps.equations.linear, np.inf
+    """The states (n, nx) after Newton's method from a guess (nx, n), which is overwritten. Errors as `simulate`.
+
+    Every piece has steps of its own: one that has converged keeps its states, and one whose states are no longer finite
+    returns to the guess and is given up.
+    """
+    nx, linear, guess = steps.nx, steps.equations.linear, x.copy()
+    update = np.full(len(steps.begins), np.inf)
+    open_, lost = np.ones(len(update), bool), np.zeros(len(update), bool)
     for done in range(STEPS):
         steps.evaluate(x)
         if not nx:
             break
         corrections = steps.corrections()
         corrections[:, :held] = 0.0
+        corrections[~open_[steps.piece[1:]]] = 0.0
         change = carried(steps.band, corrections.copy()).T
-        size = root_mean_square(change)
-        before, update = update, float(np.max(size / (root_mean_square(x) + size + 1e-12)))
-        if not np.isfinite(update):
-            raise steps.divergence(~steps.finite(corrections))
-        settled = update < (accuracy or CONVERGED)
-        cycle = done >= damping.begin and CONVERGED < update < NOT_CONVERGED
-        if cycle and damping.after(corrections / (root_mean_square(x) + 1e-300)).min() < 1:
-            change = carried(steps.band, corrections * damping.factors[:, None]).T
-        x[:, 1:] += change if settled or update < max(0.5 * before, NOT_CONVERGED) else 0.5 * change
-        if settled:
-            steps.update_outputs(change)
-            break
+        before, update = update, steps.relative(change, x)
+        if not np.all(np.isfinite(update)):
+            infinite = ~steps.finite(corrections)
+            lost |= infinite
+            open_ &= ~infinite
+            if not done or not open_.any():
+                raise steps.divergence(lost)
+            x[:, infinite[steps.piece]] = guess[:, infinite[steps.piece]]
+            update = before
+            continue
+        cycle = open_ & (CONVERGED < update) & (update < NOT_CONVERGED) & (done >= damping.begin)
+        if cycle.any() and damping.after(corrections / (root_mean_square(x) + 1e-300)).min() < 1:
+            factors = np.where(cycle[steps.piece[1:]], damping.factors, 1.0)
+            change = carried(steps.band, corrections * factors[:, None]).T
+        settled = open_ & (update < (accuracy or CONVERGED))
+        share = np.where(settled | (update < np.maximum(0.5 * before, NOT_CONVERGED)), 1.0, 0.5)
+        x[:, 1:] += share[steps.piece[1:]] * change
         # With a kink between samples Newton's method converges no further.
-        kink = not accuracy and update < 1e-3 and before < 1e-2 and update > 0.2 * before
-        if kink or linear:
-            steps.evaluate(x)
+        kink = open_ & (update < 1e-3) & (before < 1e-2) & (update > 0.2 * before) & (not accuracy)
+        open_ &= ~(settled | kink)
+        if linear or not open_.any():
+            if np.any(kink & ~settled) or linear:
+                steps.evaluate(x)
+            else:
+                steps.update_outputs(change)
             break
     else:
-        if accuracy or update > NOT_CONVERGED:
-            raise steps.divergence(steps.relative(change, x) > NOT_CONVERGED)
+        lost |= open_ & (bool(accuracy) | (update > NOT_CONVERGED))
         steps.evaluate(x)
+    if lost.any():
+        raise steps.divergence(lost)
     return x.T
 
 

@@ -95,6 +95,15 @@ def test_times_are_bounded_by_the_period_where_one_is_known():
     assert set(longest().values()) == {np.inf}
 
 
+def test_a_motion_that_is_faster_than_the_usual_lag_has_laws_of_lags():
+    """The start value of a time constant is within its bound, which is the period."""
+    every = laws_at(Tanks(), 1.0, {"pump": 10.0}, {"level": 0.4}, RANGES, period=0.02)
+    lags = [effect for effect in every if effect.family in ("input_lag", "sensor_lag")]
+    assert len(lags) == 2
+    for effect in lags:
+        assert Tanks().with_effects(effect()).values[f"{effect.family}.time_constant"] == 0.02
+
+
 class Motor(Component):
     """A motor whose current is a state beside deflection and rate."""
 

@@ -53,6 +53,9 @@ def test_the_pieces_that_diverge_are_known(infinite):
     with pytest.raises(DivergenceError, match="Escape: the simulation diverges") as raised:
         pieces(initial)
     assert raised.value.pieces.tolist() == infinite
+    t, others = np.arange(STEPS + 1) * STEP, np.setdiff1d(np.arange(5), infinite)
+    exact = np.tile(0.5 / (1 - 0.5 * t), (len(others), 1))  # see above for the tolerance
+    assert raised.value.states[:, 0].reshape(5, -1)[others] == pytest.approx(exact, rel=1e-6)
 
 
 @pytest.mark.slow
