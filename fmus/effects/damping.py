@@ -110,6 +110,8 @@ class SoftFriction(CoulombFriction):
     relative_to_rate: ClassVar = ("sliding_rate",)
     # samples and simulation steps do not resolve a narrower transition
     at_least_sliding: ClassVar = {"sliding_rate": 0.1}
+    # tanh(2) = 0.96: a force that is not developed at the largest rate is a damper, tanh(r/s) = r/s - r^3/(3 s^3)
+    at_most_of_rate: ClassVar = {"sliding_rate": 0.5}
 
 
 class LaggingFriction(SoftFriction):

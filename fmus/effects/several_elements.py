@@ -66,6 +66,7 @@ def at_several_elements(law: type[Effect], at_one: tuple[type[Effect], ...]) -> 
         "starts": at_one[0].starts,
         "given": law.given,
         "at_least_sliding": law.at_least_sliding,
+        "at_most_of_rate": law.at_most_of_rate,
     }
     return type(law.__name__, (AtSeveralElements,), own | {n: rows[n] for n in magnitudes_first})
 

@@ -28,7 +28,7 @@ from motofmi.gap.estimation.fit_result import (
     standard_errors,
     with_initial_guesses,
 )
-from motofmi.gap.estimation.fitting import fit, shape_at_least
+from motofmi.gap.estimation.fitting import fit, shape_at_bound
 from motofmi.gap.preprocessing.sampled_run import ACCURACY, SampledRun
 from motofmi.gap.validation.before_after import on_validation_runs
 
@@ -213,14 +213,14 @@ class CommonBlocks:
 
     def is_disturbance(self, found: Fit) -> bool:
         """Whether a fit reduces the misfit by the free initial states of an effect without a magnitude, or has an
-        effect at the least value of its shape, where it is not distinguishable from another one (see `shape_at_least`).
+        effect whose shape is at a bound, where it is not distinguishable from another one (see `shape_at_bound`).
 
         An effect with states of its own does so even where its magnitude is not distinguishable from zero, and where
         its mode is not resolved (see `unresolved_modes`).
         """
         if not any(effect.has_states() for effect in found.model.effects):
             return False
-        return bool(unresolved_modes(found) is not None or shape_at_least(found) or self.is_undetermined(found))
+        return bool(unresolved_modes(found) is not None or shape_at_bound(found) or self.is_undetermined(found))
 
     def residuals(self, found: Fit) -> TimeResiduals:
         """The residuals of a fit over time, each output over the scale of the comparison."""

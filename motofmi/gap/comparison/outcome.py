@@ -30,7 +30,7 @@ from motofmi.gap.comparison.superior_ability import superior_ability
 from motofmi.gap.comparison.unresolved_modes import unresolved_modes
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import undetermined_magnitude
-from motofmi.gap.estimation.fitting import shape_at_least
+from motofmi.gap.estimation.fitting import shape_at_bound
 
 OVER_TIME = "drift"  # the family of changes over the time of a run
 MEMBER, BEHIND, NOT_CLEAR, SMALL, UNDETERMINED, WITHHELD = STANDINGS = (
@@ -257,12 +257,13 @@ def _delta_bic(before: ComparedModel, model: ComparedModel) -> float:
 
 
 def _undetermined(model: ComparedModel, errors: np.ndarray, criteria: Criteria) -> str:
-    """The sentence on a model with a magnitude that is not distinguishable from zero, or with a shape at its least
-    value; empty without one."""
-    if name := shape_at_least(model.fit):
+    """The sentence on a model with a magnitude that is not distinguishable from zero, or with a shape at its bound;
+    empty without one."""
+    if at_bound := shape_at_bound(model.fit):
+        name, end = at_bound
         return (
             f"{_not_named(model)}, and the others are compared without {_it(model)}: {name} = "
-            f"{model.fit.model.values(model.fit.shared)[name]:.3g} is at its least value, below which the effect is "
+            f"{model.fit.model.values(model.fit.shared)[name]:.3g} is at its {end} value, beyond which the effect is "
             "not distinguishable from another one."
         )
     if (found := undetermined_magnitude(model.fit, errors, criteria)) is None:

@@ -7,7 +7,9 @@ A law is no candidate where the recorded motion does not distinguish it from oth
 - The start of a deflection that is not recorded is unknown, and while its rate has one sign it only grows: its laws can
   be any function of the distance covered.
 - Without an input the amplitude falls with the time: a damper or spring that changes over time has the response of one
-  that depends on the amplitude, and while a rate keeps its sign a sensor that drifts steadily has that of dry friction.
+  that depends on the amplitude. While a rate keeps its sign, a sensor that drifts steadily has the response of dry
+  friction, and one whose gain depends on the reading that of a drag: for v' = -f(v) and y = g(v), y' = -h(y) with
+  h = g' f.
 - The error of an angle's sensor repeats with every revolution, where the laws of a sensor grow with the reading.
 """
 
@@ -16,9 +18,10 @@ from typing import Any
 
 import numpy as np
 
-from fmus.effects import Effect
+from fmus.effects import Effect, sensor
 from fmus.effects.drift import Drift
-from fmus.effects.output_channel import SensorDrift
+from fmus.effects.library import declared_by
+from fmus.effects.output_channel import ClippedSensor, SensorDrift
 from fmus.effects.placement import laws_at
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.experiments.input_output import InputOutputExperiment
@@ -62,8 +65,8 @@ def candidate_laws(
     period = float(np.median([1 / run.middle_frequency for run in runs]))
     library = laws_at(experiment.component, largest_rate, inputs, outputs, states, period)
     kept, sentences = _distinguishable(library, found)
-    kept, of_time = _without_changes_over_time(kept, runs)
-    return kept, [*sentences, *of_time, *(REVOLUTIONS.format(name) for name in turning)]
+    kept, undriven = _without_undriven_ones(kept, runs)
+    return kept, [*sentences, *undriven, *(REVOLUTIONS.format(name) for name in turning)]
 
 
 def _distinguishable(library: Sequence[type[Effect]], found: Fit) -> tuple[list[type[Effect]], list[str]]:
@@ -86,14 +89,16 @@ def _distinguishable(library: Sequence[type[Effect]], found: Fit) -> tuple[list[
     return kept, [s.format(motion, _listed(laws, kept)) for (s, motion), laws in left_out.items()]
 
 
-def _without_changes_over_time(
+def _without_undriven_ones(
     library: Sequence[type[Effect]], runs: Sequence[SampledRun]
 ) -> tuple[list[type[Effect]], list[str]]:
     """The laws without those that free runs do not distinguish from others, and a sentence where there are any."""
     if excited(runs):
         return list(library), []
-    over_time = (Drift, SensorDrift) if all(run.direction for run in runs) else (Drift,)
-    left_out = [effect for effect in library if issubclass(effect, over_time)]
+    left: list[type[Effect]] = [Drift]
+    if all(run.direction for run in runs):
+        left += [SensorDrift, ClippedSensor, *declared_by(sensor)]
+    left_out = [effect for effect in library if issubclass(effect, tuple(left))]
     kept = [effect for effect in library if effect not in left_out]
     return kept, [UNDRIVEN.format(_listed(left_out, kept))] if left_out else []
 
@@ -120,7 +125,7 @@ def _one_way_elements(found: Fit) -> set[str]:
             (deflection, name)
             for (deflection, name), rate in zip(model.moving, rates, strict=False)  # without elements rates are zero
             if (name in run.one_way_rates if name in recorded else is_one_way(rate))
-            and (deflection not in recorded or keeps_direction(recorded[deflection]))
+            and (deflection == name or deflection not in recorded or keeps_direction(recorded[deflection]))
         }
     elements = model.experiment.component.elements.items()
     return {name for name, e in elements if (e.deflection or e.rate, e.rate) in one_way}

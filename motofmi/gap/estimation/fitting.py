@@ -56,16 +56,18 @@ def has_vanished_parameter(found: Fit) -> bool:
     return bool(np.any(found.x[: len(found.model.base)] <= low[: len(found.model.base)] + AT_BOUND))
 
 
-def shape_at_least(found: Fit) -> str:
-    """The name of the first parameter of an effect that ended at its least share of the largest deflection
-    (`Effect.at_least`), below which the effect is not distinguishable from another one; empty where none did."""
-    places = [i for effect in found.model.effects for i in places_of(found, effect, tuple(effect.at_least))]
-    if places:
-        low = _bounds(found.model, found.runs, len(found.x))[0]
-    for place in places:
-        if found.x[place] <= low[place] * (1 + AT_BOUND):
-            return found.model.names[place]
-    return ""
+def shape_at_bound(found: Fit) -> tuple[str, str] | None:
+    """The first parameter of an effect that ended at its least share of the largest deflection (`Effect.at_least`) or at
+    its largest share of the largest rate (`Effect.at_most_of_rate`), beyond which the effect is not distinguishable
+    from another one: its name, and which of them; None where none did."""
+    ends = {"least": "at_least", "largest": "at_most_of_rate"}
+    places = [(i, end) for effect in found.model.effects for end, bounded in ends.items()
+              for i in places_of(found, effect, tuple(getattr(effect, bounded)))]  # fmt: skip
+    low, high = _bounds(found.model, found.runs, len(found.x)) if places else (found.x, found.x)
+    for i, end in places:
+        if found.x[i] <= low[i] * (1 + AT_BOUND) if end == "least" else found.x[i] >= high[i] * (1 - AT_BOUND):
+            return found.model.names[i], end
+    return None
 
 
 def fit(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray, frozen: Sequence[int] = (),
@@ -122,15 +124,21 @@ def _bounds(model: AnyModel, runs: Sequence[AnyRun], total: int) -> tuple[np.nda
     shares_of_values = {n: LEAST_SHARE * abs(model.component.values[n]) for n in model.base}
     least_values = {n: min(LEAST_VALUE, share) if share > 0 else LEAST_VALUE for n, share in shares_of_values.items()}
     low = [np.log(max(table[n].min, x)) for n, x in least_values.items()]
-    sliding = getattr(model.experiment, "sliding_rate", 0.0)
-    rates = {
-        model.experiment.parameter(e, n): k * sliding for e in model.effects for n, k in e.at_least_sliding.items()
-    }
-    low += [max(r.min, least * largest, rates.get(n, -np.inf)) for n, (r, least, _) in zip(model.own, own, strict=True)]
-    high = [np.log(table[n].max) for n in model.base] + [min(r.max, most * largest) for r, _, most in own]
+    sliding = _rates(model, "at_least_sliding", getattr(model.experiment, "sliding_rate", 0.0))
+    low += [
+        max(r.min, least * largest, sliding.get(n, -np.inf)) for n, (r, least, _) in zip(model.own, own, strict=True)
+    ]
+    fast = _rates(model, "at_most_of_rate", getattr(model.experiment, "largest_rate", np.inf))
+    high = [np.log(table[n].max) for n in model.base]
+    high += [min(r.max, most * largest, fast.get(n, np.inf)) for n, (r, _, most) in zip(model.own, own, strict=True)]
     places, sizes = deviations_of_runs(model, total)
     rest = np.where(places < len(model.base), 1.0, LARGEST_OFFSET * sizes)
     return np.concatenate([low, -rest]), np.concatenate([high, rest])
+
+
+def _rates(model: AnyModel, bounded: str, rate: float) -> dict[str, float]:
+    """The bounds, by the name of the parameter, that an attribute of the effects gives as shares of a rate."""
+    return {model.experiment.parameter(e, n): k * rate for e in model.effects for n, k in getattr(e, bounded).items()}
 
 
 def _reach(model: AnyModel, x: np.ndarray) -> np.ndarray:

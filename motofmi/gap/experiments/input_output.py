@@ -6,6 +6,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from math import inf
 
 from fmus.composition.added_force import with_force_element
 from fmus.declaration.component import Component
@@ -27,7 +28,8 @@ class InputOutputExperiment:
     """A component with the columns of its recordings: recorded `inputs` and measured `outputs`.
 
     imposed is the state that is given instead of the input `outputs[0]`; "" where the component runs forward. given
-    holds parameters of effects that the experiment sets, largest is the largest measured deflection [rad or m].
+    holds parameters of effects that the experiment sets, largest is the largest measured deflection [rad or m] and
+    largest_rate the largest rate of it, infinite where it is not known yet.
     sensor_offsets holds the standard deviation of each input's sensor offset, which differs from run to run. own_values
     says whether the component's values are a user's: those that ship are starting values and no expectation. from_rest
     says that every stretch of a recording begins at rest, so that its initial states are known.
@@ -40,6 +42,7 @@ class InputOutputExperiment:
     imposed: str = ""
     given: Mapping[str, float] = field(default_factory=dict)
     largest: float = 1.0
+    largest_rate: float = inf
     measured_effects: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     sensor_offsets: Mapping[str, float] = field(default_factory=dict)
     own_values: bool = True
@@ -89,7 +92,10 @@ class InputOutputExperiment:
         share of that rate on."""
         share = SLIDING_IMPOSED if self.imposed else SLIDING
         return replace(
-            self, largest=deflection, given={**self.given, SLIDING_RATE: max(share * rate, LEAST_SLIDING_RATE)}
+            self,
+            largest=deflection,
+            largest_rate=rate,
+            given={**self.given, SLIDING_RATE: max(share * rate, LEAST_SLIDING_RATE)},
         )
 
 

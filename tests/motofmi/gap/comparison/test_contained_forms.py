@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from fmus.effects.damping import CoulombFriction, StribeckFriction
+from fmus.effects.damping import CoulombFriction, SoftFriction, StribeckFriction
 from fmus.effects.hysteresis import DahlHysteresis
 from fmus.mechanisms.pendulum import Pendulum
 from motofmi.gap.comparison.compared_model import CommonBlocks
 from motofmi.gap.comparison.search import leading_models
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import Candidate
-from motofmi.gap.estimation.fitting import fit, shape_at_least
+from motofmi.gap.estimation.fitting import fit, shape_at_bound
 from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
@@ -67,7 +67,20 @@ def test_a_loop_of_hysteresis_that_fits_dry_friction_ends_at_its_least_width(bas
     plain = fit(base.model.with_added_effects(CoulombFriction), base.runs, np.append(base.x, 0.1))
     model, x = base.model.with_added_effects(DahlHysteresis), np.append(plain.x, start)
     narrow, wide = fit(model, base.runs, x), fit(model, base.runs, x, frozen=[len(plain.x)])
-    assert shape_at_least(narrow) == "hysteresis.width"
-    assert shape_at_least(wide) == shape_at_least(base) == ""
+    assert shape_at_bound(narrow) == ("hysteresis.width", "least")
+    assert shape_at_bound(wide) is shape_at_bound(base) is None
     blocks = CommonBlocks(plain, [], Criteria())
     assert blocks.is_disturbance(narrow)  # it leads no family, and its blocks are not those of the comparison
+
+
+@pytest.mark.parametrize(
+    ("sliding_rate", "at_bound"), [(1.2, None), (1.25, ("coulomb_friction.sliding_rate", "largest"))]
+)
+def test_friction_that_no_rate_develops_is_a_damper(base, sliding_rate, at_bound):
+    """The transition through zero rate is at most as wide as half of the largest rate, here 2.5 rad/s."""
+    model = FreeInitialStateModel(base.model.experiment.scaled(0.8, 2.5)).with_added_effects(SoftFriction)
+    x = np.append(base.x, [0.1, sliding_rate])
+    kept = fit(model, base.runs, x, frozen=range(len(x)))
+    assert shape_at_bound(kept) == at_bound
+    beyond = fit(model, base.runs, np.append(base.x, [0.1, 1.0]))
+    assert beyond.model.values(beyond.shared)["coulomb_friction.sliding_rate"] <= 1.25

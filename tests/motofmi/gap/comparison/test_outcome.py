@@ -225,18 +225,19 @@ def test_a_leading_effect_without_a_determined_magnitude_leaves_and_the_others_a
                    Criteria()).best is body  # fmt: skip
 
 
-def test_an_effect_at_the_least_value_of_a_shape_leaves_and_the_others_are_compared(monkeypatch):
+@pytest.mark.parametrize("end", ["least", "largest"])
+def test_an_effect_with_a_shape_at_its_bound_leaves_and_the_others_are_compared(monkeypatch, end):
     """As a loop of hysteresis that closes at once, which is dry friction."""
     loop, friction = model_with(DahlHysteresis, level=0.9, seed=2), model_with(CoulombFriction, level=1.0, seed=1)
-    at_least = {}
-    monkeypatch.setattr(outcome_module, "shape_at_least", lambda fit: at_least.get(id(fit), ""))
+    at_bound = {}
+    monkeypatch.setattr(outcome_module, "shape_at_bound", lambda fit: at_bound.get(id(fit)))
     assert decided([loop, friction]).verdict == "tied"
-    at_least[id(loop.fit)] = "hysteresis.width"
+    at_bound[id(loop.fit)] = "hysteresis.width", end
     found = decided([loop, friction])
     assert found.verdict == "named" and found.best is friction and found.standing[id(loop)] == "value not determined"
     assert found.sentences == [
-        "hysteresis is not named, and the others are compared without it: hysteresis.width = 1 is at its least value, "
-        "below which the effect is not distinguishable from another one."
+        "hysteresis is not named, and the others are compared without it: hysteresis.width = 1 is at its "
+        f"{end} value, beyond which the effect is not distinguishable from another one."
     ]
 
 
