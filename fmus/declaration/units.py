@@ -69,9 +69,15 @@ SYMBOLS = {
     "dps": (pi / 180, (0, 0, -1, 0, 0, 1)),
     "V": (1.0, (1, 2, -3, -1, 0, 0)),
     "mV": (1e-3, (1, 2, -3, -1, 0, 0)),
+    "Ohm": (1.0, (1, 2, -3, -2, 0, 0)),
+    "H": (1.0, (1, 2, -2, -2, 0, 0)),
+    "mH": (1e-3, (1, 2, -2, -2, 0, 0)),
     "1": (1.0, (0, 0, 0, 0, 0, 0)),
     "%": (1e-2, (0, 0, 0, 0, 0, 0)),
 }
+
+# Units with an offset, which no factor converts.
+WITH_OFFSET = {"degC": "K", "°C": "K", "degF": "K"}
 
 # Raised digits, and both characters for micro.
 PLAIN = str.maketrans("⁻¹²³⁴µμ", "-1234uu")
@@ -110,6 +116,9 @@ def unit(name: str) -> Unit:
 
         unit("N.m.s/rad").factor, unit("km/h").factor     # 1.0, 0.2777...
     """
+    if name.strip() in WITH_OFFSET:
+        raise InputError(f"the unit [{name}] has an offset, which is not converted: use {WITH_OFFSET[name.strip()]}, in the "
+                         "columns and in the component alike")  # fmt: skip
     factor, exponents = 1.0, [0] * len(BASE)
     written = re.sub(r"(?<=[\w°]) +(?=[A-Za-z°])", ".", name.strip()).replace(" ", "").translate(PLAIN)
     for part, side in enumerate(written.split("/")):

@@ -122,13 +122,17 @@ def _further_forms(signatures: Sequence[Signature]) -> list[Signature]:
 def leading_models(blocks: CommonBlocks, base: Fit, singles: Sequence[Candidate]) -> list[ComparedModel]:
     """The forms of the leading families, evaluated on all blocks.
 
-    Effects that are clearly behind the leading one are left out: they cannot be in the model confidence set.
-    A disturbance (`CommonBlocks.is_disturbance`) leads nothing; where it has the least loss it is the
-    last of the models. A form is also fitted from the best form of its family, which it may contain or be contained in.
+    Effects that are clearly behind the leading one, on fitted blocks and on all together, are left out: they cannot be
+    in the model confidence set. A disturbance (`CommonBlocks.is_disturbance`) leads nothing; where it has the least
+    loss it is the last of the models. A form is also fitted from the best form of its family, which it may contain or
+    be contained in.
     """
     fits_of = {id(c): c.fit for c in singles}
     order, near = leading(blocks, fits_of)
     fitted = {id(c): replace(c, fit=fits_of[id(c)]) for c in singles}
+    best = {fitted[key].family: key for key in reversed(order) if not blocks.is_disturbance(fits_of[key])}
+    others = [key for family, key in best.items() if family not in {fitted[key].family for key in near}]
+    near += not_behind_on_all(blocks, fits_of, near[:1], others)
     families = list(dict.fromkeys(fitted[key].family for key in near))[:LEADING_FAMILIES]
     fits = _in_all_forms([[fitted[key] for key in order if fitted[key].family == family] for family in families], base)
     withheld = [fitted[key].fit for key in order[:1] if key not in near]
@@ -139,9 +143,7 @@ def leading(blocks: CommonBlocks, fits: dict[Key, Fit]) -> tuple[list[Key], list
     """The keys of fits in the order of their mean loss on fitted blocks, and those that are not clearly behind the best
     one that is no disturbance.
 
-    The best one is refined before it is judged; the refined fit takes its place in fits. Fits that are clearly behind
-    it on fitted blocks, but not far, are judged on validation blocks as well: a few fitted runs with similar inputs may
-    not show the difference of two effects that the validation runs show.
+    The best one is refined before it is judged; the refined fit takes its place in fits.
     """
     losses = {key: loss for key, found in fits.items() if (loss := blocks.fitted_losses(found)) is not None}
     order = sorted(losses, key=lambda key: losses[key].mean())
@@ -151,27 +153,31 @@ def leading(blocks: CommonBlocks, fits: dict[Key, Fit]) -> tuple[list[Key], list
             fits[key] = blocks.refined(fits[key])
         if not blocks.is_disturbance(fits[key]):
             real.append(key)
-    near = [key for key in real if not clearly_behind(losses[key], losses[real[0]])]
-    best = losses[real[0]].mean() if real else 0.0
-    behind = [key for key in real if key not in near and losses[key].mean() < best + np.log(FAR_BEHIND)]
-    if blocks.validation and behind:
-        near += _not_behind_on_all([fits[key] for key in (real[0], *behind)], blocks, behind)
-    return order, near
+    return order, [key for key in real if not clearly_behind(losses[key], losses[real[0]])]
 
 
-def _not_behind_on_all(fits: Sequence[Fit], blocks: CommonBlocks, keys: Sequence[Key]) -> list[Key]:
-    """The keys of the fits after the first that are not clearly behind the first one on fitted and validation blocks
-    together."""
+def not_behind_on_all(
+    blocks: CommonBlocks, fits: dict[Key, Fit], leader: Sequence[Key], others: Sequence[Key]
+) -> list[Key]:
+    """The keys of others that are not far behind the leader, if there is one, on the fitted blocks, and not clearly
+    behind it on fitted and validation blocks together.
 
-    def losses_of(found: Fit) -> np.ndarray | None:
-        model = blocks.evaluated(found)
+    A few fitted runs with similar inputs may not show the difference of two effects that the validation runs show.
+    """
+    known = {key: loss for key in (*leader, *others) if (loss := blocks.fitted_losses(fits[key])) is not None}
+    if not (blocks.validation and leader and leader[0] in known):
+        return []
+    far = known[leader[0]].mean() + np.log(FAR_BEHIND)
+    near = [key for key in others if key in known and known[key].mean() < far]
+
+    def losses_of(key: Key) -> np.ndarray | None:
+        model = blocks.evaluated(fits[key])
         return None if model is None else model.losses
 
-    best, *others = parallel_map(losses_of, fits, "validating effects")
+    best, *losses = parallel_map(losses_of, [leader[0], *near], "validating effects") if near else [None]
     if best is None:
         return []
-    every = zip(keys, others, strict=True)
-    return [key for key, losses in every if losses is not None and not clearly_behind(losses, best)]
+    return [k for k, loss in zip(near, losses, strict=True) if loss is not None and not clearly_behind(loss, best)]
 
 
 def clearly_behind(losses: np.ndarray, best: np.ndarray) -> bool:

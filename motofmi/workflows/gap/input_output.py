@@ -13,6 +13,7 @@ from motofmi.gap.experiment_design.scaled_runs import scaled_runs
 from motofmi.gap.experiments.input_output import InputOutputExperiment, input_output_experiment
 from motofmi.gap.experiments.sensor_offset import sensor_offset_parameter
 from motofmi.gap.localisation.sampled_places import cells
+from motofmi.gap.preprocessing.recorded_rates import require_rates
 from motofmi.gap.preprocessing.sampled_run import SampledRun, excited, move_both_ways
 from motofmi.gap.preprocessing.sampled_run_preparation import FEWEST_SAMPLES, prepare_sampled_run
 from motofmi.gap.preprocessing.work_of_inputs import note_on_signs
@@ -72,6 +73,7 @@ class InputOutput(Kind):
         columns = _common_columns(every)
         unused = require_inputs(self.component, every, columns, given.impose)
         require_motion(self.component, every, columns, given.impose)
+        require_rates(self.component, every, given.impose)
         experiment = replace(
             input_output_experiment(self.component, columns, given.impose, given.free),
             own_values=not ships(self.component),

@@ -35,6 +35,10 @@ DEFINITIONS = {
     "µm": (1e-6, (0, 1, 0, 0, 0, 0)),
     "μs": (1e-6, (0, 0, 1, 0, 0, 0)),
     "mA": (1e-3, (0, 0, 0, 1, 0, 0)),
+    "Ohm": (1.0, (1, 2, -3, -2, 0, 0)),
+    "V.s/A": (1.0, (1, 2, -2, -2, 0, 0)),
+    "H": (1.0, (1, 2, -2, -2, 0, 0)),
+    "mH": (1e-3, (1, 2, -2, -2, 0, 0)),
     "rev/min": (2 * pi / 60, (0, 0, -1, 0, 0, 1)),
     "bar.cm2": (10.0, (1, 1, -2, 0, 0, 0)),
     "kPa": (1e3, (1, -1, -2, 0, 0, 0)),
@@ -88,6 +92,12 @@ def test_an_unknown_unit_is_named_with_the_known_symbols(name):
     with pytest.raises(InputError, match=r"known symbols: .*kg.*rad") as error:
         unit(name)
     assert f"[{name}]" in str(error.value) and "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("name", ["degC", "°C", "degF", " degC "])
+def test_a_temperature_with_an_offset_is_refused_with_the_unit_to_use(name):
+    with pytest.raises(InputError, match=r"has an offset, which is not converted: use K, in the columns and in the"):
+        unit(name)
 
 
 def test_things_of_different_kinds_are_not_converted():

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from motofmi.gap.comparison.search import FAR_BEHIND, leading
+from motofmi.gap.comparison.search import FAR_BEHIND, leading, not_behind_on_all
 
 BLOCKS = 12
 SCATTER = 0.05 * np.random.default_rng(0).normal(size=2 * BLOCKS)  # of the logarithmic losses of each fit
@@ -42,5 +42,7 @@ class Losses:
 )
 def test_a_fit_that_is_clearly_behind_on_fitted_blocks_is_judged_on_validation_blocks(validation, near):
     fitted = {"first": 0.0, "second": 0.8, "far off": 1.1 * np.log(FAR_BEHIND)}
-    order, found = leading(Losses(fitted, validation), {name: name for name in fitted})
-    assert order == list(fitted) and found == near
+    blocks, fits = Losses(fitted, validation), {name: name for name in fitted}
+    order, found = leading(blocks, fits)
+    assert order == list(fitted) and found == ["first"]
+    assert [*found, *not_behind_on_all(blocks, fits, found, order[1:])] == near
