@@ -63,7 +63,15 @@ def _closed(result: dict[str, Any]) -> str:
     if share["share"] <= 0:
         return f"; on {where} it closes nothing of the closable misfit"
     interval = f"[{share['low']:.1%}, {share['high']:.1%}]"
-    return f"; closes {share['share']:.1%} {interval} of the closable misfit on {where}"
+    return f"; {_beside(result)}closes {share['share']:.1%} {interval} of the closable misfit on {where}"
+
+
+def _beside(result: dict[str, Any]) -> str:
+    """Where an effect is named that the best of several pairs has in common, the other effect of that pair: shares and
+    rms refer to both."""
+    named = {effect["name"] for effect in result["effects"]}
+    others = [e["name"] for model in result["alternatives"][:1] for e in model["effects"] if e["name"] not in named]
+    return f"with {' and '.join(others)}, one of several possible second effects, it " if named and others else ""
 
 
 def _left(result: dict[str, Any]) -> str:

@@ -133,6 +133,11 @@ def outcome(
     best = min(members, key=lambda m: m.losses.mean())
     verdict = "named" if frozenset.intersection(*(m.families for m in members)) else "tied"
     share = closed_share(base.reported, best.reported, flexible)
+    if share.low <= 0 < share.share:
+        sentences.append(
+            "The 95 % interval of the closed share contains zero: a few blocks hold most of the mean square. The verdict "
+            "rests on the gain in logarithmic loss per block, whose 95 % interval is above zero."
+        )
     standing |= dict.fromkeys(map(id, members), MEMBER)
     return Outcome(verdict, best, members, accepted[0], share, sentences, standing)
 

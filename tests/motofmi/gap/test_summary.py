@@ -81,6 +81,15 @@ def test_an_effect_at_one_of_several_elements_is_named_with_the_element():
     assert headline(result).startswith("named: coulomb_friction (shoulder and elbow);")
 
 
+def test_the_share_of_a_pair_is_not_said_of_the_effect_that_several_pairs_have_in_common():
+    drawings = (drawn(np.random.default_rng(seed)) for seed in range(300))
+    result = next(r for r in drawings if r["verdict"] == "named" and (r["explained"] or {"share": 0})["share"] > 0)
+    assert "with " not in headline(result)
+    pairs = [{"effects": [*result["effects"], {"name": name}], "closed": 0.9} for name in ("asymmetry", "backlash")]
+    text = headline(result | {"alternatives": pairs})
+    assert "; with asymmetry, one of several possible second effects, it closes" in text
+
+
 @pytest.mark.parametrize("seed", range(50))
 def test_the_longer_bar_is_the_larger_misfit(seed):
     result = drawn(np.random.default_rng(seed))

@@ -61,6 +61,19 @@ def test_an_effect_that_leads_is_named():
     assert found.sentences == []
 
 
+@pytest.mark.parametrize("rare", [False, True])
+def test_an_interval_of_the_share_that_contains_zero_is_explained(rare):
+    """A single block of the validation runs has nearly all of the mean square."""
+    friction, base = model_with(CoulombFriction, level=1.0, seed=1), model_with(level=10.0)
+    if rare:
+        base.validation[0], friction.validation[0] = 3000.0, 2000.0
+        base.validation[1], friction.validation[1] = 200.0, 500.0
+    errors = {id(friction): np.full(1, 0.1)}
+    found = outcome(base, [friction], FLEXIBLE, MOTION, (BLOCKS, BLOCKS), errors, Criteria())
+    assert found.verdict == "named" and (found.share.low <= 0) == rare
+    assert any("of the closed share contains zero" in s for s in found.sentences) == rare
+
+
 def test_effects_that_lead_in_turn_are_tied():
     found = decided([model_with(CoulombFriction, level=1.0, seed=1), model_with(CubicHardening, level=1.0, seed=2)])
     assert found.verdict == "tied" and {c.effects[0] for c in found.members} == {CoulombFriction, CubicHardening}
