@@ -49,7 +49,8 @@ def select_in_rounds(
         report = on_progress if round_ == 0 else _report_nothing
         try:
             verdict = select_model(base.model, prepared, library, checked, report, known, criteria)
-        except InputError:  # no simulation of the last best fit with less noise: the verdict of the last round remains
+        except InputError as error:  # with less noise the last best fit may not be simulated: its verdict remains
+            verdict = verdict if round_ else verdict.as_unknown(f"No effect is named: {error}.")
             break
         on_progress(verdict)
         known.append(verdict.best)

@@ -138,3 +138,17 @@ def test_an_adequate_fit_that_cannot_be_simulated_again_is_followed_by_the_other
     monkeypatch.setattr(any_component, "leaves_noise", lambda *_: True)
     monkeypatch.setattr(noise_rounds, "with_noise_left_by", diverges_first)
     assert [e["name"] for e in gap_of_friction()["effects"]] == ["coulomb_friction"]
+
+
+def test_a_search_that_no_model_can_be_simulated_for_says_so(monkeypatch):
+    """Nothing can be compared, and the search by chi-square diverges in its first round."""
+
+    def diverges(*given, **options):
+        raise InputError("the simulation of swing diverges from 2 to 3 s")
+
+    monkeypatch.setattr(any_component, "leaves_noise", lambda *_: False)
+    monkeypatch.setattr(any_component, "compare", lambda *_: None)
+    monkeypatch.setattr(noise_rounds, "select_model", diverges)
+    found = gap_of_friction()
+    assert found["verdict"] == "unknown"
+    assert found["reason"] == "No effect is named: the simulation of swing diverges from 2 to 3 s."
