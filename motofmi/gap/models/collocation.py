@@ -64,7 +64,6 @@ class Collocation:
         self.n, self.nx = len(nodes["time"]), len(equations.states)
         self.begins, self.transitions = motion.begins, motion.begins[1:] - 1
         self.lengths = np.diff([*self.begins, self.n])  # nodes of each piece
-        self.piece = np.repeat(np.arange(len(self.begins)), self.lengths)  # of each node
         self.at_middle: dict[str, Any] = {}
         self.inverse: dict[str, Any] = {}
 
@@ -92,15 +91,16 @@ class Collocation:
             found.append(bool(np.all(np.abs(carried(band, corrections[begin:end].copy())) < LARGEST)))
         return np.array(found)
 
-    def relative(self, change: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """The root mean square of each state's change (nx, n-1) in a piece, over that of the state x (nx, n) and of its
-        change: the largest of all states (pieces,).
+    def relative(self, change: np.ndarray, x: np.ndarray, begins: np.ndarray) -> np.ndarray:
+        """The root mean square of each state's change (nx, n-1) in a group of pieces, over that of the state x (nx, n) and
+        of its change: the largest of all states (groups,). begins are the first nodes of the groups.
 
-        That of the state is the one in the piece or, where it is larger, the median of all pieces: a piece at rest needs
+        That of the state is the one in the group or, where it is larger, the median of all groups: a piece at rest needs
         no further steps, and one that diverges does not end those of the others.
         """
-        size = np.sqrt(np.add.reduceat(change**2, self.begins, axis=1) / (self.lengths - 1))
-        level = np.sqrt(np.add.reduceat(x**2, self.begins, axis=1) / self.lengths)
+        lengths = np.diff([*begins, self.n])
+        size = np.sqrt(np.add.reduceat(change**2, begins, axis=1) / (lengths - 1))
+        level = np.sqrt(np.add.reduceat(x**2, begins, axis=1) / lengths)
         level = np.maximum(level, np.median(level, axis=1, keepdims=True))
         return np.max(size / (level + size + 1e-12), axis=0)
 

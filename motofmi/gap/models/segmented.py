@@ -15,7 +15,7 @@ from motofmi.gap.models.collocation import DivergenceError, Motion, inner_times
 from motofmi.gap.models.equations import rate_of
 from motofmi.gap.models.harmonic_model import HarmonicModel
 from motofmi.gap.models.implicit_formulas import HERMITE_SIMPSON, ImplicitFormula, formula_for
-from motofmi.gap.models.simulation import Trajectory, simulate
+from motofmi.gap.models.simulation import MANY_PIECES, Trajectory, simulate
 from motofmi.gap.preprocessing.sampled_run import SampledRun
 
 PIECE, SMALLEST_PIECE = 128, 1  # steps of a piece, where a trajectory is simulated piece by piece
@@ -100,18 +100,27 @@ class SegmentedModel(HarmonicModel):
         self, run: SampledRun, indices: Sequence[int], values: Mapping[str, float], initial: Initial, length: int = 0,
         held: int = 0, begun: Mapping[int, np.ndarray] = MappingProxyType({}),
     ) -> Iterator[tuple[Sequence[int], Trajectory, Nodes]]:  # fmt: skip
-        """Segments simulated together, but for those that diverge, which are simulated one by one until one of them
-        diverges alone as well: that one and the others are left out."""
+        """Segments simulated together where possible, else those that diverge without the others, and in halves where
+        all do; those that cannot be simulated alone are left out.
+
+        Of many segments those that diverge are known from one simulation. They are simulated one by one until one of
+        them diverges alone as well: that one and the rest are left out.
+        """
         if not indices:
             return
         try:
             yield indices, *self.simulated(run, indices, values, initial, length, held=held, begun=begun)
         except DivergenceError as error:
-            diverging = [indices[k] for k in error.pieces]
+            diverging, middle = [indices[k] for k in error.pieces], len(indices) // 2
             last = np.split(error.states, nodes_of(run, indices, length).begins[1:])
             others = {i: states for i, states in zip(indices, last, strict=True) if i not in diverging}
+            if len(indices) < MANY_PIECES:
+                groups = (list(others), diverging) if others else (indices[:middle], indices[middle:])
+                for group in groups if middle else ():
+                    yield from self.simulated_apart(run, group, values, initial, length, held)
+                return
             yield from self.simulated_apart(run, list(others), values, initial, length, held, others)
-            for i in diverging if len(indices) > 1 else ():
+            for i in diverging:
                 alone = list(self.simulated_apart(run, [i], values, initial, length, held))
                 yield from alone
                 if not alone:

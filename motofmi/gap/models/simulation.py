@@ -5,6 +5,8 @@ The states at all samples are solved for together by Newton's method. The matrix
 banded triangular solve, and the same matrix gives dx/dp of every parameter: cost is linear in samples. Several pieces
 of a recording, each with its own initial states, form one trajectory without transitions between them.
 
+The pieces converge together or, where many do not, each by itself.
+
 Where a mass sticks, the correction of one simulation step alternates from one side of zero rate to the other and
 does not decrease. The corrections of such steps are damped one by one, each further as long as it changes its sign. Where
 this does not converge, the simulation is tried once more with earlier and gentler damping, which is slower.
@@ -28,6 +30,9 @@ STEPS = 30  # of Newton's method
 # Steps after which corrections that alternate are damped, and the ratio of their factors from one step to the next: first,
 # where a slow convergence ends before, and in the second attempt.
 DAMPING = ((12, 2.0), (6, 1.4))
+# Pieces from which those that diverge are found in one simulation in which each converges by itself; of fewer ones the
+# groups that converge together are found sooner.
+MANY_PIECES = 16
 LEAST_FACTOR = 2.0**-12  # on the correction of a step that alternates
 NOT_CONVERGED = 0.1  # step over a state's rms above which the trajectory has not converged
 SHORTEST = 1 / 256  # least step of the continuation, as a share of the magnitude
@@ -76,23 +81,30 @@ def simulate(equations: Equations, values: Mapping[str, float], motion: Motion, 
     nodes = {**values, "time": motion.time, **motion.at}
     middles = {**values, "time": inner_times(motion.time, motion.formula), **motion.between}
     steps = Collocation(equations, nodes, middles, motion)
-    first, second = (_Damping(n - 1, *each) for each in DAMPING)
-    try:
-        return Trajectory(_converged(steps, x.copy(), first, accuracy, held), steps, with_initial)
-    except DivergenceError:
-        if not first.alternates:
-            raise
-    return Trajectory(_converged(steps, x, second, accuracy, held), steps, with_initial)
+    together = np.zeros(1, int)
+    for begins in (together, motion.begins)[: 1 + (len(motion.begins) >= MANY_PIECES)]:
+        for each in DAMPING:
+            damping = _Damping(n - 1, *each)
+            try:
+                return Trajectory(_converged(steps, x.copy(), begins, damping, accuracy, held), steps, with_initial)
+            except DivergenceError as error:
+                diverged = error
+                if not damping.alternates:
+                    break
+    raise diverged
 
 
-def _converged(steps: Collocation, x: np.ndarray, damping: "_Damping", accuracy: float | None, held: int) -> np.ndarray:
+def _converged(
+    steps: Collocation, x: np.ndarray, begins: np.ndarray, damping: "_Damping", accuracy: float | None, held: int
+) -> np.ndarray:
     """The states (n, nx) after Newton's method from a guess (nx, n), which is overwritten. Errors as `simulate`.
 
-    Every piece has steps of its own: one that has converged keeps its states, and one whose states are no longer finite
-    returns to the guess and is given up.
+    Groups of pieces, with the first nodes `begins`, converge by themselves: a group that has converged keeps its states,
+    and one whose states are no longer finite returns to the guess and is given up.
     """
     nx, linear, guess = steps.nx, steps.equations.linear, x.copy()
-    update = np.full(len(steps.begins), np.inf)
+    group = np.repeat(np.arange(len(begins)), np.diff([*begins, steps.n]))  # of each node
+    update = np.full(len(begins), np.inf)
     open_, lost = np.ones(len(update), bool), np.zeros(len(update), bool)
     for done in range(STEPS):
         steps.evaluate(x)
@@ -100,25 +112,27 @@ def _converged(steps: Collocation, x: np.ndarray, damping: "_Damping", accuracy:
             break
         corrections = steps.corrections()
         corrections[:, :held] = 0.0
-        corrections[~open_[steps.piece[1:]]] = 0.0
+        corrections[~open_[group[1:]]] = 0.0
         change = carried(steps.band, corrections.copy()).T
-        before, update = update, steps.relative(change, x)
+        before, update = update, steps.relative(change, x, begins)
         if not np.all(np.isfinite(update)):
             infinite = ~steps.finite(corrections)
+            if len(begins) == 1:
+                raise steps.divergence(infinite)
             lost |= infinite
             open_ &= ~infinite
             if not done or not open_.any():
                 raise steps.divergence(lost)
-            x[:, infinite[steps.piece]] = guess[:, infinite[steps.piece]]
+            x[:, infinite[group]] = guess[:, infinite[group]]
             update = before
             continue
         cycle = open_ & (CONVERGED < update) & (update < NOT_CONVERGED) & (done >= damping.begin)
         if cycle.any() and damping.after(corrections / (root_mean_square(x) + 1e-300)).min() < 1:
-            factors = np.where(cycle[steps.piece[1:]], damping.factors, 1.0)
+            factors = np.where(cycle[group[1:]], damping.factors, 1.0)
             change = carried(steps.band, corrections * factors[:, None]).T
         settled = open_ & (update < (accuracy or CONVERGED))
         share = np.where(settled | (update < np.maximum(0.5 * before, NOT_CONVERGED)), 1.0, 0.5)
-        x[:, 1:] += share[steps.piece[1:]] * change
+        x[:, 1:] += share[group[1:]] * change
         # With a kink between samples Newton's method converges no further.
         kink = open_ & (update < 1e-3) & (before < 1e-2) & (update > 0.2 * before) & (not accuracy)
         open_ &= ~(settled | kink)
@@ -132,7 +146,8 @@ def _converged(steps: Collocation, x: np.ndarray, damping: "_Damping", accuracy:
         lost |= open_ & (bool(accuracy) | (update > NOT_CONVERGED))
         steps.evaluate(x)
     if lost.any():
-        raise steps.divergence(lost)
+        apart = len(begins) == len(steps.begins)
+        raise steps.divergence(lost if apart else steps.relative(change, x, steps.begins) > NOT_CONVERGED)
     return x.T
 
 
