@@ -77,7 +77,7 @@ SYMBOLS = {
 }
 
 # Units with an offset, which no factor converts.
-WITH_OFFSET = {"degC": "K", "°C": "K", "degF": "K"}
+WITH_OFFSET = ("degC", "°C", "degF")
 
 # Raised digits, and both characters for micro.
 PLAIN = str.maketrans("⁻¹²³⁴µμ", "-1234uu")
@@ -117,7 +117,7 @@ def unit(name: str) -> Unit:
         unit("N.m.s/rad").factor, unit("km/h").factor     # 1.0, 0.2777...
     """
     if name.strip() in WITH_OFFSET:
-        raise InputError(f"the unit [{name}] has an offset, which is not converted: use {WITH_OFFSET[name.strip()]}, in the "
+        raise InputError(f"the unit [{name}] has an offset, which is not converted: use K, in the "
                          "columns and in the component alike")  # fmt: skip
     factor, exponents = 1.0, [0] * len(BASE)
     written = re.sub(r"(?<=[\w°]) +(?=[A-Za-z°])", ".", name.strip()).replace(" ", "").translate(PLAIN)

@@ -135,8 +135,8 @@ def outcome(
     share = closed_share(base.reported, best.reported, flexible)
     if share.low <= 0 < share.share:
         sentences.append(
-            "The 95 % interval of the closed share contains zero: a few blocks hold most of the mean square. The verdict "
-            "rests on the gain in logarithmic loss per block, whose 95 % interval is above zero."
+            "The 95 % interval of the closed share contains zero: the mean square is mostly that of a few blocks. The "
+            "verdict rests on the gain in logarithmic loss per block, whose 95 % interval is above zero."
         )
     standing |= dict.fromkeys(map(id, members), MEMBER)
     return Outcome(verdict, best, members, accepted[0], share, sentences, standing)

@@ -122,7 +122,7 @@ def _further_forms(signatures: Sequence[Signature]) -> list[Signature]:
 def leading_models(blocks: CommonBlocks, base: Fit, singles: Sequence[Candidate]) -> list[ComparedModel]:
     """The forms of the leading families, evaluated on all blocks.
 
-    Effects that are clearly behind the leading one, on fitted blocks and on all together, are left out: they cannot be
+    Effects that are clearly behind the leading one on fitted blocks, and on all together, are left out: they cannot be
     in the model confidence set. A disturbance (`CommonBlocks.is_disturbance`) leads nothing; where it has the least
     loss it is the last of the models. A form is also fitted from the best form of its family, which it may contain or
     be contained in.
@@ -132,7 +132,8 @@ def leading_models(blocks: CommonBlocks, base: Fit, singles: Sequence[Candidate]
     fitted = {id(c): replace(c, fit=fits_of[id(c)]) for c in singles}
     best = {fitted[key].family: key for key in reversed(order) if not blocks.is_disturbance(fits_of[key])}
     others = [key for family, key in best.items() if family not in {fitted[key].family for key in near}]
-    near += not_behind_on_all(blocks, fits_of, near[:1], others)
+    if near and blocks.validation:
+        near += not_behind_on_all(blocks, fits_of, near[0], others)
     families = list(dict.fromkeys(fitted[key].family for key in near))[:LEADING_FAMILIES]
     fits = _in_all_forms([[fitted[key] for key in order if fitted[key].family == family] for family in families], base)
     withheld = [fitted[key].fit for key in order[:1] if key not in near]
@@ -156,25 +157,23 @@ def leading(blocks: CommonBlocks, fits: dict[Key, Fit]) -> tuple[list[Key], list
     return order, [key for key in real if not clearly_behind(losses[key], losses[real[0]])]
 
 
-def not_behind_on_all(
-    blocks: CommonBlocks, fits: dict[Key, Fit], leader: Sequence[Key], others: Sequence[Key]
-) -> list[Key]:
-    """The keys of others that are not far behind the leader, if there is one, on the fitted blocks, and not clearly
-    behind it on fitted and validation blocks together.
+def not_behind_on_all(blocks: CommonBlocks, fits: dict[Key, Fit], leader: Key, others: Sequence[Key]) -> list[Key]:
+    """The keys of others that are not far behind the leader on the fitted blocks, and not clearly behind it on fitted
+    and validation blocks together.
 
     A few fitted runs with similar inputs may not show the difference of two effects that the validation runs show.
     """
-    known = {key: loss for key in (*leader, *others) if (loss := blocks.fitted_losses(fits[key])) is not None}
-    if not (blocks.validation and leader and leader[0] in known):
+    fitted = {key: blocks.fitted_losses(fits[key]) for key in (leader, *others)}
+    levels = {key: loss.mean() for key, loss in fitted.items() if loss is not None}
+    near = [key for key in others if key in levels and levels[key] < levels[leader] + np.log(FAR_BEHIND)]
+    if not near:
         return []
-    far = known[leader[0]].mean() + np.log(FAR_BEHIND)
-    near = [key for key in others if key in known and known[key].mean() < far]
 
     def losses_of(key: Key) -> np.ndarray | None:
         model = blocks.evaluated(fits[key])
         return None if model is None else model.losses
 
-    best, *losses = parallel_map(losses_of, [leader[0], *near], "validating effects") if near else [None]
+    best, *losses = parallel_map(losses_of, [leader, *near], "validating effects")
     if best is None:
         return []
     return [k for k, loss in zip(near, losses, strict=True) if loss is not None and not clearly_behind(loss, best)]

@@ -40,8 +40,6 @@ REVOLUTIONS = (
     "{}: the angle exceeds a revolution. Laws of its sensor are no candidates: the error of an encoder repeats with "
     "every revolution."
 )
-
-
 UNDRIVEN = (
     "No run has an input, so that the amplitude falls with the time. Not candidates: {}; they are not distinguishable "
     "from friction and drag. A run with an input would distinguish them."
@@ -65,7 +63,7 @@ def candidate_laws(
     period = float(np.median([1 / run.middle_frequency for run in runs]))
     library = laws_at(experiment.component, largest_rate, inputs, outputs, states, period)
     kept, sentences = _distinguishable(library, found)
-    kept, undriven = _without_undriven_ones(kept, runs)
+    kept, undriven = _without_those_of_driven_runs(kept, runs)
     return kept, [*sentences, *undriven, *(REVOLUTIONS.format(name) for name in turning)]
 
 
@@ -89,16 +87,16 @@ def _distinguishable(library: Sequence[type[Effect]], found: Fit) -> tuple[list[
     return kept, [s.format(motion, _listed(laws, kept)) for (s, motion), laws in left_out.items()]
 
 
-def _without_undriven_ones(
+def _without_those_of_driven_runs(
     library: Sequence[type[Effect]], runs: Sequence[SampledRun]
 ) -> tuple[list[type[Effect]], list[str]]:
     """The laws without those that free runs do not distinguish from others, and a sentence where there are any."""
     if excited(runs):
         return list(library), []
-    left: list[type[Effect]] = [Drift]
+    confounded: list[type[Effect]] = [Drift]
     if all(run.direction for run in runs):
-        left += [SensorDrift, ClippedSensor, *declared_by(sensor)]
-    left_out = [effect for effect in library if issubclass(effect, tuple(left))]
+        confounded += [SensorDrift, ClippedSensor, *declared_by(sensor)]
+    left_out = [effect for effect in library if issubclass(effect, tuple(confounded))]
     kept = [effect for effect in library if effect not in left_out]
     return kept, [UNDRIVEN.format(_listed(left_out, kept))] if left_out else []
 

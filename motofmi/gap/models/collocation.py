@@ -47,11 +47,11 @@ def inner_times(time: np.ndarray, formula: ImplicitFormula = HERMITE_SIMPSON) ->
 
 
 class DivergenceError(InputError):
-    """A simulation that diverges, with the indices of the pieces that do, and the states (n, nx) of the others."""
+    """A simulation that diverges, with the indices of the pieces that do."""
 
-    def __init__(self, message: str, pieces: np.ndarray, states: np.ndarray):
+    def __init__(self, message: str, pieces: np.ndarray):
         super().__init__(message)
-        self.pieces, self.states = pieces, states
+        self.pieces = pieces
 
 
 class Collocation:
@@ -70,7 +70,7 @@ class Collocation:
     def divergence(self, pieces: np.ndarray) -> DivergenceError:
         """The error that these pieces (pieces,), true or false, diverge; all, where none is found to."""
         found = np.flatnonzero(pieces if pieces.any() else ~pieces)
-        return DivergenceError(f"{self.equations.component.name}: the simulation diverges", found, self.x.T)
+        return DivergenceError(f"{self.equations.component.name}: the simulation diverges", found)
 
     def bounded(self, made: np.ndarray) -> np.ndarray:
         """The array (n, ...) itself. Raises DivergenceError where it exceeds LARGEST."""
@@ -106,7 +106,6 @@ class Collocation:
 
     def evaluate(self, x: np.ndarray) -> None:
         """Rates, outputs and derivatives at the nodes of a trajectory (nx, n)."""
-        self.x = x
         self.at_nodes = self.nodes | dict(zip(self.equations.states, x, strict=True))
         self.rows, self.slopes = self.equations(self.at_nodes)
         rates = {(i, 0): f for i, f in enumerate(self.rows[: self.nx])}

@@ -2,9 +2,8 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from itertools import pairwise
-from types import MappingProxyType
+from functools import cached_property, partial
+from itertools import chain, pairwise, takewhile
 from typing import Any
 
 import numpy as np
@@ -63,12 +62,11 @@ class SegmentedModel(HarmonicModel):
 
     def simulated(
         self, run: SampledRun, indices: Sequence[int], values: Mapping[str, float], initial: Initial, length: int = 0,
-        accuracy: float | None = None, held: int = 0, begun: Mapping[int, np.ndarray] = MappingProxyType({}),
+        accuracy: float | None = None, held: int = 0,
     ) -> tuple[Trajectory, Nodes]:  # fmt: skip
         """Segments, or their first `length` samples, simulated from initial states; at every node.
 
-        accuracy and held are those of `simulate`. begun are guesses of the states (nodes, nx), of all segments or of
-        none; without them those of the last simulation are taken.
+        accuracy and held are those of `simulate`.
 
         Raises InputError where one of several cannot be simulated with the others, or a single one neither from its
         last simulation nor, without one, piece by piece. A fit then takes a shorter step.
@@ -79,9 +77,7 @@ class SegmentedModel(HarmonicModel):
         at, between = (self._inputs(run, t - self.lag(values, t), values) for t in times)
         motion = Motion(nodes.time, at, between, nodes.begins, formula)
         begin = np.array([initial[i] for i in indices]).reshape(len(indices), len(states))
-        guess = np.concatenate([begun[i] for i in indices]) if begun else None
-        if guess is None and states and not length:
-            guess = self._guessed(run, indices, nodes)
+        guess = None if length or not states else self._guessed(run, indices, nodes)
         try:
             made = simulate(
                 self.equations, values, motion, guess, begin, with_initial=True, accuracy=accuracy, held=held
@@ -96,10 +92,8 @@ class SegmentedModel(HarmonicModel):
                 run.guess.setdefault(i, {})["states"] = dict(zip(states, made.states[a:b].T.copy(), strict=True))
         return made, nodes
 
-    def simulated_apart(
-        self, run: SampledRun, indices: Sequence[int], values: Mapping[str, float], initial: Initial, length: int = 0,
-        held: int = 0, begun: Mapping[int, np.ndarray] = MappingProxyType({}),
-    ) -> Iterator[tuple[Sequence[int], Trajectory, Nodes]]:  # fmt: skip
+    def simulated_apart(self, run: SampledRun, indices: Sequence[int], values: Mapping[str, float], initial: Initial,
+                        length: int = 0, held: int = 0) -> Iterator[tuple[Sequence[int], Trajectory, Nodes]]:  # fmt: skip
         """Segments simulated together where possible, else those that diverge without the others, and in halves where
         all do; those that cannot be simulated alone are left out.
 
@@ -109,22 +103,18 @@ class SegmentedModel(HarmonicModel):
         if not indices:
             return
         try:
-            yield indices, *self.simulated(run, indices, values, initial, length, held=held, begun=begun)
+            yield indices, *self.simulated(run, indices, values, initial, length, held=held)
         except DivergenceError as error:
-            diverging, middle = [indices[k] for k in error.pieces], len(indices) // 2
-            last = np.split(error.states, nodes_of(run, indices, length).begins[1:])
-            others = {i: states for i, states in zip(indices, last, strict=True) if i not in diverging}
+            diverging = [indices[k] for k in error.pieces]
+            others, middle = [i for i in indices if i not in diverging], len(indices) // 2
+            apart = partial(self.simulated_apart, run, values=values, initial=initial, length=length, held=held)
             if len(indices) < MANY_PIECES:
-                groups = (list(others), diverging) if others else (indices[:middle], indices[middle:])
-                for group in groups if middle else ():
-                    yield from self.simulated_apart(run, group, values, initial, length, held)
+                halves = (indices[:middle], indices[middle:]) if middle else ()
+                yield from chain.from_iterable(map(apart, (others, diverging) if others and diverging else halves))
                 return
-            yield from self.simulated_apart(run, list(others), values, initial, length, held, others)
-            for i in diverging:
-                alone = list(self.simulated_apart(run, [i], values, initial, length, held))
-                yield from alone
-                if not alone:
-                    break
+            yield from apart(others)
+            alone = (list(apart([i])) for i in diverging)
+            yield from chain.from_iterable(takewhile(bool, alone))
 
     def _guessed(self, run: SampledRun, indices: Sequence[int], nodes: Nodes) -> np.ndarray:
         """The states (n, nx) of the segments' last simulation, their start values where there is none."""

@@ -5,7 +5,7 @@ The states at all samples are solved for together by Newton's method. The matrix
 banded triangular solve, and the same matrix gives dx/dp of every parameter: cost is linear in samples. Several pieces
 of a recording, each with its own initial states, form one trajectory without transitions between them.
 
-The pieces converge together or, where many do not, each by itself.
+All pieces have the same steps of Newton's method. Where many pieces do not converge, each has steps of its own.
 
 Where a mass sticks, the correction of one simulation step alternates from one side of zero rate to the other and
 does not decrease. The corrections of such steps are damped one by one, each further as long as it changes its sign. Where
@@ -30,8 +30,8 @@ STEPS = 30  # of Newton's method
 # Steps after which corrections that alternate are damped, and the ratio of their factors from one step to the next: first,
 # where a slow convergence ends before, and in the second attempt.
 DAMPING = ((12, 2.0), (6, 1.4))
-# Pieces from which those that diverge are found in one simulation in which each converges by itself; of fewer ones the
-# groups that converge together are found sooner.
+# Pieces from which each converges by itself where they do not converge together: one simulation then shows which of them
+# diverge. With fewer pieces, repeated simulations of those that do not diverge take less time.
 MANY_PIECES = 16
 LEAST_FACTOR = 2.0**-12  # on the correction of a step that alternates
 NOT_CONVERGED = 0.1  # step over a state's rms above which the trajectory has not converged
@@ -99,8 +99,8 @@ def _converged(
 ) -> np.ndarray:
     """The states (n, nx) after Newton's method from a guess (nx, n), which is overwritten. Errors as `simulate`.
 
-    Groups of pieces, with the first nodes `begins`, converge by themselves: a group that has converged keeps its states,
-    and one whose states are no longer finite returns to the guess and is given up.
+    begins are the first nodes of groups of pieces. Each group converges by itself: it then keeps its states, and where
+    they are no longer finite it returns to its guess and takes no further steps.
     """
     nx, linear, guess = steps.nx, steps.equations.linear, x.copy()
     group = np.repeat(np.arange(len(begins)), np.diff([*begins, steps.n]))  # of each node
@@ -130,14 +130,13 @@ def _converged(
         if cycle.any() and damping.after(corrections / (root_mean_square(x) + 1e-300)).min() < 1:
             factors = np.where(cycle[group[1:]], damping.factors, 1.0)
             change = carried(steps.band, corrections * factors[:, None]).T
-        settled = open_ & (update < (accuracy or CONVERGED))
+        settled, kink = _ended(update, before, accuracy)
         share = np.where(settled | (update < np.maximum(0.5 * before, NOT_CONVERGED)), 1.0, 0.5)
         x[:, 1:] += share[group[1:]] * change
-        # With a kink between samples Newton's method converges no further.
-        kink = open_ & (update < 1e-3) & (before < 1e-2) & (update > 0.2 * before) & (not accuracy)
+        changed = linear or bool(np.any(open_ & kink & ~settled))  # by more than to first order
         open_ &= ~(settled | kink)
         if linear or not open_.any():
-            if np.any(kink & ~settled) or linear:
+            if changed:
                 steps.evaluate(x)
             else:
                 steps.update_outputs(change)
@@ -149,6 +148,13 @@ def _converged(
         apart = len(begins) == len(steps.begins)
         raise steps.divergence(lost if apart else steps.relative(change, x, steps.begins) > NOT_CONVERGED)
     return x.T
+
+
+def _ended(update: np.ndarray, before: np.ndarray, accuracy: float | None) -> tuple[np.ndarray, np.ndarray]:
+    """Whether each group (groups,) has converged, and whether it converges no further since a kink is between samples,
+    by its last two steps over the states."""
+    kink = (update < 1e-3) & (before < 1e-2) & (update > 0.2 * before) & (not accuracy)
+    return update < (accuracy or CONVERGED), kink
 
 
 def simulate_by_continuation(

@@ -2,8 +2,9 @@
 
     x(t_2) - x(t_1) = k integral of y dt + o (t_2 - t_1),   k = 1
 
-k differs from 1 where a sign or a unit of a column is wrong, o is the offset of the rate's sensor. It is estimated by least
-squares over intervals. Noise, drift and lags of the sensors reduce the correlation of both sides, which is required.
+k differs from 1 where a sign or a unit of a column is wrong, and o is the offset of the rate's sensor. Both follow from
+least squares over intervals of equal length. Noise, drift and lags of the sensors reduce the correlation of both sides:
+without it nothing is concluded.
 """
 
 from collections.abc import Sequence
@@ -17,15 +18,17 @@ from fmus.support.errors import InputError
 from motofmi.gap.experiments.state_rates import rates_of_states
 from motofmi.recordings.recording import Recording
 
-INTERVALS = (20, 200)  # of a recording: long ones for noise, short ones for drift; those of the larger correlation
+# Numbers of equal intervals of a recording: in long ones noise is small beside the change, in short ones drift is. Those
+# with the larger correlation are taken.
+INTERVALS = (20, 200)
 CORRELATED = 0.9  # correlation [1] of both sides from which their ratio is that of the columns
-MOST = 2.0  # ratio, or its inverse, above which it is no error of a sensor's scale
+MOST = 2.0  # ratio, or its inverse, from which it is a wrong unit and not the error of a sensor's scale
 
 
 def require_rates(component: Component, runs: Sequence[Recording], imposed: str = "") -> None:
     """Raises InputError where a recorded state and its recorded rate contradict each other by their sign or unit.
 
-    An imposed state and its rate are those of the motion, which is prepared elsewhere.
+    The rate of an imposed state is not compared with it.
     """
     rows = component.table
     for name, rates in rates_of_states(component).items():

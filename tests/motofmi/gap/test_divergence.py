@@ -11,6 +11,7 @@ from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.collocation import DivergenceError, Motion
 from motofmi.gap.models.equations import Equations
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
+from motofmi.gap.models.segmented import SegmentedModel
 from motofmi.gap.models.simulation import simulate
 from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from tests.simulators.hidden_joint import joint_run
@@ -53,9 +54,42 @@ def test_the_pieces_that_diverge_are_known(infinite):
     with pytest.raises(DivergenceError, match="Escape: the simulation diverges") as raised:
         pieces(initial)
     assert raised.value.pieces.tolist() == infinite
-    t, others = np.arange(STEPS + 1) * STEP, np.setdiff1d(np.arange(5), infinite)
-    exact = np.tile(0.5 / (1 - 0.5 * t), (len(others), 1))  # see above for the tolerance
-    assert raised.value.states[:, 0].reshape(5, -1)[others] == pytest.approx(exact, rel=1e-6)
+
+
+def test_of_many_pieces_all_that_diverge_are_known_at_once():
+    """The largest initial values overflow in the first steps of Newton's method, the others later or not at all."""
+    infinite = np.arange(0, 24, 3)
+    initial = np.full(24, 0.5)
+    initial[infinite] = np.geomspace(1.02, 1e60, len(infinite))
+    with pytest.raises(DivergenceError) as raised:
+        pieces(initial)
+    assert raised.value.pieces.tolist() == infinite.tolist()
+
+
+class Diverging(SegmentedModel):
+    """Segments of which some diverge, together with others or alone as well; the simulations are counted."""
+
+    def __init__(self, together, alone):
+        self.together, self.alone, self.simulations = together, alone, []
+
+    def simulated(self, run, indices, values, initial, length=0, **options):
+        self.simulations.append(indices)
+        diverging = [k for k, i in enumerate(indices) if i in (self.alone if len(indices) == 1 else self.together)]
+        if diverging:
+            raise DivergenceError("diverges", np.array(diverging))
+        return None, None
+
+
+@pytest.mark.parametrize(("alone", "found", "simulations"), [
+    ([], {5, 11, 17}, 5),  # all, those that do not diverge, and each of the three
+    ([5, 11, 17], set(), 3),  # the first of the three diverges alone: the others are not tried
+    ([11], {5}, 4),
+])  # fmt: skip
+def test_of_many_segments_those_that_diverge_are_simulated_alone(alone, found, simulations):
+    model, every = Diverging([5, 11, 17], alone), list(range(40))
+    yielded = [indices for indices, *_ in model.simulated_apart(None, every, {}, {})]
+    assert yielded[0] == [i for i in every if i not in (5, 11, 17)]
+    assert {i for some in yielded[1:] for i in some} == found and len(model.simulations) == simulations
 
 
 @pytest.mark.slow

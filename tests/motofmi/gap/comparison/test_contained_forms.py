@@ -23,7 +23,7 @@ from motofmi.recordings.recording import Recording
 class EqualLosses:
     """Blocks on which no fit is better than another one, and none is fitted again."""
 
-    validation = ()
+    validation = ()  # without validation runs nothing else is compared
 
     def fitted_losses(self, found):
         return np.zeros(8)
@@ -82,5 +82,3 @@ def test_friction_that_no_rate_develops_is_a_damper(base, sliding_rate, at_bound
     x = np.append(base.x, [0.1, sliding_rate])
     kept = fit(model, base.runs, x, frozen=range(len(x)))
     assert shape_at_bound(kept) == at_bound
-    beyond = fit(model, base.runs, np.append(base.x, [0.1, 1.0]))
-    assert beyond.model.values(beyond.shared)["coulomb_friction.sliding_rate"] <= 1.25

@@ -5,7 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from motofmi.gap.comparison.search import FAR_BEHIND, leading, not_behind_on_all
+from fmus.effects.damping import CoulombFriction, CubicDamping
+from fmus.effects.stiffness import CubicHardening
+from motofmi.gap.comparison import search
+from motofmi.gap.comparison.search import FAR_BEHIND, leading, leading_models, not_behind_on_all
+from motofmi.gap.estimation.candidate import Candidate
 
 BLOCKS = 12
 SCATTER = 0.05 * np.random.default_rng(0).normal(size=2 * BLOCKS)  # of the logarithmic losses of each fit
@@ -30,19 +34,31 @@ class Losses:
     def refined(self, found):
         return found
 
+    def refined_and_evaluated(self, fits, description):
+        return fits
+
 
 @pytest.mark.parametrize(
     ("validation", "near"),
     [
-        ({}, ["first"]),
         ({"first": 0.0, "second": -0.9, "far off": -9.0}, ["first", "second"]),
         ({"first": 0.0, "second": 0.5, "far off": 0.5}, ["first"]),
     ],
-    ids=["no validation runs", "ahead on them", "behind on them"],
+    ids=["ahead on them", "behind on them"],
 )
 def test_a_fit_that_is_clearly_behind_on_fitted_blocks_is_judged_on_validation_blocks(validation, near):
     fitted = {"first": 0.0, "second": 0.8, "far off": 1.1 * np.log(FAR_BEHIND)}
     blocks, fits = Losses(fitted, validation), {name: name for name in fitted}
     order, found = leading(blocks, fits)
     assert order == list(fitted) and found == ["first"]
-    assert [*found, *not_behind_on_all(blocks, fits, found, order[1:])] == near
+    assert [*found, *not_behind_on_all(blocks, fits, "first", order[1:])] == near
+
+
+@pytest.mark.parametrize(("of_second", "compared"), [(-0.9, ["first", "second"]), (0.5, ["first"])])
+def test_an_effect_that_leads_on_validation_runs_is_compared(monkeypatch, of_second, compared):
+    monkeypatch.setattr(search, "_in_all_forms", lambda families, base: [c.fit for some in families for c in some])
+    fitted = {"first": 0.0, "second": 0.8, "far off": 1.1 * np.log(FAR_BEHIND)}
+    blocks = Losses(fitted, {"first": 0.0, "second": of_second, "far off": -9.0})
+    effects = (CubicHardening, CoulombFriction, CubicDamping)
+    singles = [Candidate(effect, name, 1.0, 1.0) for effect, name in zip(effects, fitted, strict=True)]
+    assert leading_models(blocks, None, singles) == compared
