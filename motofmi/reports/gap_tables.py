@@ -118,12 +118,18 @@ def _effects(result: dict[str, Any]) -> Table:
 
 
 def candidates(result: dict[str, Any], most: int | None = None) -> Table:
-    """The candidates that reduce chi-square, at most so many, with what each closes alone on validation runs."""
-    rows = [(c["name"], c["form"], f"{c['delta_chi2']:.1f}", f"{c['delta_bic']:.1f}", f"{c['probability']:.3f}",
-             _percent(c.get("validation")))
+    """The candidates that reduce chi-square, at most so many, with what each closes alone on validation runs.
+
+    The probability follows from the delta BIC and assumes residuals that are independent. Models are compared on blocks
+    where they are not; the table then has no probability.
+    """
+    independent = not result.get("compared")
+    rows = [(c["name"], c["form"], f"{c['delta_chi2']:.1f}", f"{c['delta_bic']:.1f}",
+             *([f"{c['probability']:.3f}"] if independent else []), _percent(c.get("validation")))
             for c in result["candidates"][:most] if c["delta_chi2"] > 0]  # fmt: skip
+    chance = ["probability"] if independent else []
     return Table(
-        ("candidate", "form", "delta chi-square", "delta BIC", "probability", "closed on validation runs [%]"), rows
+        ("candidate", "form", "delta chi-square", "delta BIC", *chance, "closed on validation runs [%]"), rows
     )
 
 

@@ -24,6 +24,7 @@ def test_a_tie_names_its_members_the_next_experiment_and_the_limits():
     assert not any(table.rows for table in section.tables)  # nothing was found, so that no table says what
     (candidates,) = statistics_section(TIED).tables
     assert [row[0] for row in candidates.rows] == ["drift"]  # what gains nothing is left out
+    assert dict(zip(candidates.headings, candidates.rows[0], strict=True))["probability"] == "0.600"
 
 
 def test_what_is_unknown_says_what_is_nearest():
@@ -72,6 +73,7 @@ def test_the_table_of_a_comparison_has_what_each_model_closes_on_validation_runs
     section = statistics_section({**TIED, "candidates": candidates, "compared": models})
     alone, together = section.tables
     assert [row[-1] for row in alone.rows] == ["90.0", ""] and "validation" in alone.headings[-1]
+    assert "probability" not in alone.headings and alone.rows[0] == ("coulomb_friction", "coulomb", "9.0", "4.0", "90.0")
     assert together.rows == [
         ("coulomb_friction (coulomb) and drift (both)", "-3.00", "-2.50", "95.0", "in the confidence set"),
         ("base", "0.00", "", "", "base"),
