@@ -77,6 +77,12 @@ def stage(description: str) -> Iterator[None]:
             _write(f"{_line(part)}, ended")
 
 
+def say(sentence: str) -> None:
+    """Write a sentence on the work that runs; nothing outside a stage."""
+    if _PARTS:
+        _write(f"{_names()}: {sentence}")
+
+
 @contextmanager
 def _shown(part: _Part) -> Iterator[None]:
     """The part is the innermost one; the first opens the display."""

@@ -14,6 +14,8 @@ from motofmi.gap.selection.result import Verdict
 def alternatives(verdict: Verdict) -> list[dict[str, Any]]:
     """The members of a tie, or the nearest model where nothing is named; empty where all is named or nothing missing.
 
+    Where the misfit is within the tolerance it is the model that would reduce it.
+
     Each has its effects with form, equations and parameters, and closed, the share of the closable misfit [1] that it
     closes on validation runs (without them: on blocks that are left out of the fit); None where chi-square decided.
     """
@@ -24,7 +26,7 @@ def alternatives(verdict: Verdict) -> list[dict[str, Any]]:
             fits = [verdict.best]
         return [_alternative(fit, None, verdict.criteria.value_errors) for fit in fits]
     models = found.outcome.members if verdict.tied else []
-    if verdict.verdict == "unknown" and found.outcome.nearest:
+    if verdict.verdict in ("unknown", "none") and found.outcome.nearest:
         models = [found.outcome.nearest]
     return [
         _alternative(

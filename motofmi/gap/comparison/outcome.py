@@ -43,8 +43,8 @@ class Outcome:
     """The verdict of a comparison: `named`, `tied`, `none` or `unknown`.
 
     best is the model that the verdict selects (the base for `none` and `unknown`), members are the models that are
-    named or tied, nearest is the model with the least loss, share is the share of the closable misfit that best (for
-    `unknown`: nearest) closes, and sentences are limitations. standing holds what became of each model, by its id: one
+    named or tied, nearest is the model with the least loss (for `none`: without objections), share is the share of the
+    closable misfit that best (for `unknown`: nearest) closes, and sentences are limitations. standing holds what became of each model, by its id: one
     of `STANDINGS`. disagreement is the limitation that nothing is named because the runs disagree on the base.
     """
 
@@ -96,7 +96,7 @@ def outcome(
             f"The base misses {closable:.2%} of the motion (rms) beyond what a flexible model leaves, which is within "
             f"the tolerance of {criteria.tolerance:.2%}."
         )
-        return Outcome("none", base, [], nearest, None, sentences, standing)
+        return Outcome("none", base, [], next(iter(accepted), None), None, sentences, standing)
     if not accepted:
         sentences += [objections[id(m)][1] for m in better[:1]]
         if not (better or without):

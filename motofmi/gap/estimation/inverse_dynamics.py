@@ -2,7 +2,7 @@
 with their rates and accelerations, and the efforts that they require are compared with the recorded ones.
 
     x'' = f(x, x', u; theta),   f affine in u
-    u = -B^-1 (f(x, x', 0; theta) - x''),   B = df/du
+    u = -B^-1 (f(x, x', 0; theta) - x''),   B = df/du,   du/dtheta = -B^-1 df/dtheta
 
 The efforts are linear in masses, dampings, stiffnesses and the magnitudes of effects, and no motion is simulated: the
 result hardly depends on the starting values, and errors do not grow over time where the motion is unstable. The noise
@@ -35,6 +35,7 @@ from motofmi.gap.preprocessing.segments import LEAST_LENGTH
 from motofmi.recordings.resampling import varies
 
 LARGEST_CHANGE = np.log(1e4)  # of the logarithm of a parameter of the base
+TOLERANCE = 1e-6  # relative change of chi-square, and of the parameters, at which a fit of starting values ends
 
 
 @dataclass(frozen=True)
@@ -52,11 +53,21 @@ class ImposedMotions:
     def residuals(self, equations: Equations, values: dict[str, float]) -> np.ndarray:
         """The required less the recorded efforts (m,), each over its rms, in the band in which all motions are
         resolved."""
-        scale = self.recorded.std(axis=0)
-        return self.reduction.reduce((self.required(equations, values) - self.recorded) / scale)
+        return self._reduced(self.required(equations, values)[0] - self.recorded)
 
-    def required(self, equations: Equations, values: dict[str, float]) -> np.ndarray:
-        """The efforts (n, k) that the motions require."""
+    def slopes(self, equations: Equations, values: dict[str, float]) -> np.ndarray:
+        """The derivatives (m, np) of the residuals by the parameters of the equations."""
+        required, by_effort = self.required(equations, values)
+        known = {**values, **self.known, **dict(zip(self.efforts, required.T, strict=True))}
+        rates = np.zeros((*required.shape, len(equations.parameters)))
+        places = {equations.states.index(n): row for row, n in enumerate(self.rates)}
+        for (i, k), slope in equations.slopes(known).items():
+            if i in places:
+                rates[:, places[i], k] = slope
+        return self._reduced(-np.linalg.solve(by_effort, rates))
+
+    def required(self, equations: Equations, values: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
+        """The efforts (n, k) that the motions require, and the derivatives (n, k, k) of the accelerations by them."""
         size, places = len(self.acceleration), [equations.states.index(n) for n in self.rates]
 
         def accelerations(effort: str = "") -> np.ndarray:
@@ -66,8 +77,13 @@ class ImposedMotions:
             return np.column_stack([np.broadcast_to(rates[i], size) for i in places])
 
         unforced = accelerations()
-        slopes = np.stack([accelerations(n) - unforced for n in self.efforts], axis=-1)
-        return np.linalg.solve(slopes, (self.acceleration - unforced)[..., None])[..., 0]
+        by_effort = np.stack([accelerations(n) - unforced for n in self.efforts], axis=-1)
+        return np.linalg.solve(by_effort, (self.acceleration - unforced)[..., None])[..., 0], by_effort
+
+    def _reduced(self, efforts: np.ndarray) -> np.ndarray:
+        """Efforts (n, k, ...) over the rms of the recorded ones, as coefficients (m, ...) in the compared band."""
+        scale = self.recorded.std(axis=0)
+        return self.reduction.reduce(efforts / scale.reshape(-1, *(1,) * (efforts.ndim - 2)))
 
 
 def imposed_motions(model: FreeInitialStateModel, runs: Sequence[SampledRun]) -> list[ImposedMotions]:
@@ -119,16 +135,26 @@ def inverse_dynamics_fit(
         if i >= len(model.base):
             low[i], high[i] = (getattr(model.rows[i - len(model.base)], bound) for bound in ("min", "max"))
 
-    def residuals(free: np.ndarray) -> np.ndarray:
+    def vector(free: np.ndarray) -> np.ndarray:
         x = start.copy()
         x[fitted] = free
-        values = model.values(x)
+        return x
+
+    def residuals(free: np.ndarray) -> np.ndarray:
+        values = model.values(vector(free))
         return np.concatenate([each.residuals(model.equations, values) for each in motions])
+
+    def slopes(free: np.ndarray) -> np.ndarray:
+        values = model.values(vector(free))
+        of_logarithms = np.array([values[n] if n in model.base else 1.0 for n in model.names])
+        by_parameter = np.concatenate([each.slopes(model.equations, values) for each in motions])
+        return (by_parameter * of_logarithms)[:, fitted]
 
     with suppress(InputError, ValueError, np.linalg.LinAlgError), np.errstate(all="ignore"):
         begin = np.clip(start, np.nextafter(low, np.inf), np.nextafter(high, -np.inf))
-        found = least_squares(residuals, begin[fitted], bounds=(low[fitted], high[fitted]), x_scale="jac")
-        x = start.copy()
-        x[fitted] = found.x
-        return x, 2 * float(found.cost)
+        found = least_squares(
+            residuals, begin[fitted], jac=slopes, bounds=(low[fitted], high[fitted]), x_scale="jac", ftol=TOLERANCE,
+            xtol=TOLERANCE,
+        )
+        return vector(found.x), 2 * float(found.cost)
     return None

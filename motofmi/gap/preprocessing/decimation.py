@@ -1,11 +1,13 @@
 """The decimation of recordings whose sampling rate is far above the frequencies of what is compared."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from motofmi.gap.experiments.input_output import InputOutputExperiment
-from motofmi.gap.preprocessing.free_decay import highest_of_motion, is_free
+from motofmi.gap.preprocessing.free_decay import highest_of_motion, is_free, nearly_highest
 from motofmi.gap.preprocessing.input_interpolation import compared_motion
-from motofmi.gap.preprocessing.sampled_run import compared_band
+from motofmi.gap.preprocessing.sampled_run import SampledRun, compared_band
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.resampling import slower
 
@@ -14,6 +16,7 @@ OVERSAMPLING = 20  # sampling rate over the highest frequency above which a reco
 # acceleration's amplitude is noise.
 OVERSAMPLING_OF_MOTION = 8
 MOST_SAMPLES = 6000  # samples above which a recording is decimated
+MANY_SAMPLES = 20_000  # of all runs together, above which the search may take more than a minute
 
 
 def decimated(recording: Recording, experiment: InputOutputExperiment) -> tuple[Recording, tuple[str, ...]]:
@@ -41,3 +44,19 @@ def decimated(recording: Recording, experiment: InputOutputExperiment) -> tuple[
         f"{highest:.3g} Hz"
     )
     return slower(recording, factor), (note,)
+
+
+def advice_on_rate(runs: Sequence[SampledRun]) -> str:
+    """The sentence on runs with many samples whose outputs have little power at high frequencies; empty without them.
+
+    Such runs were not decimated, since their outputs exceed the noise at high frequencies, too.
+    """
+    samples = sum(len(run.measured) for run in runs)
+    highest = max(nearly_highest(y, run.recording.rate) for run in runs for y in run.measured.T)
+    rate = float(f"{OVERSAMPLING * highest:.2g}")
+    if samples <= MANY_SAMPLES or rate > min(run.recording.rate for run in runs) / 2:
+        return ""
+    return (
+        f"{samples} samples may take minutes. 99.9 % of the variance of the outputs lies below {highest:.3g} Hz: "
+        f"--rate {rate:g} reduces the samples; --time limits the search."
+    )

@@ -31,10 +31,14 @@ def highest_of_motion(values: np.ndarray, rate: float, free: bool) -> float:
     highest = highest_frequency(values, rate)
     if not (free and oscillates(values)):
         return highest
+    return min(highest, max(HARMONICS * mean_frequency(values, rate), nearly_highest(values, rate)))
+
+
+def nearly_highest(values: np.ndarray, rate: float) -> float:
+    """The frequency [Hz] beyond which a signal (n,) has a share of `FURTHER_MODES` of its power; 0 for a constant."""
     frequency, power = _windowed_power(values, rate)
     beyond = np.cumsum(power[::-1])[::-1] / max(power.sum(), 1e-300)
-    further = float(frequency[np.flatnonzero(beyond > FURTHER_MODES)[-1]]) if power.sum() else 0.0
-    return min(highest, max(HARMONICS * mean_frequency(values, rate), further))
+    return float(frequency[np.flatnonzero(beyond > FURTHER_MODES)[-1]]) if power.sum() else 0.0
 
 
 def mean_frequency(values: np.ndarray, rate: float) -> float:

@@ -1,7 +1,8 @@
 """Model selection by chi-square where the noise is not known: in rounds, each with the noise of the result before.
 
 Without other information the noise is what a flexible model leaves of the residuals of the best fit (see
-`flexible_noise_model`). A better fit leaves less noise, so the selection is repeated until the noise changes little.
+`flexible_noise_model`). A better fit leaves less noise, so the selection is repeated until the noise changes little, or
+nothing is named since the best model is not adequate.
 """
 
 from collections.abc import Callable, Sequence
@@ -12,6 +13,7 @@ import numpy as np
 from fmus.effects import Effect
 from fmus.support.errors import InputError
 from motofmi.gap.criteria import Criteria
+from motofmi.gap.estimation.candidate import adequate
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.estimation.stages import Stage, running
 from motofmi.gap.preprocessing.sampled_run import SampledRun
@@ -34,7 +36,8 @@ def select_in_rounds(
     known: Sequence[Fit] = (),
     adequate: Fit | None = None,
 ) -> Verdict:
-    """The verdict of model selection, repeated with the noise of its result until the noise changes little.
+    """The verdict of model selection, repeated with the noise of its result until the noise changes little, or the best
+    model is not adequate.
 
     known are fits of effects that are starts of the search, the most promising last. The first noise is that which
     `adequate` leaves, a fit whose residuals are consistent with noise; without it, or where it cannot be simulated
@@ -55,7 +58,9 @@ def select_in_rounds(
         on_progress(verdict)
         known.append(verdict.best)
         before, prepared = prepared, list(verdict.best.runs)
-        if _change(before, prepared) < NOISE_CHANGE:
+        # The noise only decreases from round to round, so that an inadequate model remains so.
+        remains = verdict.verdict == "unknown" and not adequate(verdict.best, criteria)
+        if remains or _change(before, prepared) < NOISE_CHANGE:
             break
     return verdict
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from fmus.declaration.component import Component
+from fmus.support.progress import say
 from motofmi.gap.estimation.fit_result import parameters_of, sensor_offsets_of, undetermined
 from motofmi.gap.estimation.from_rest import are_step_responses
 from motofmi.gap.estimation.unit_plausibility import parameters_with_force_or_mass
@@ -13,6 +14,7 @@ from motofmi.gap.experiment_design.scaled_runs import scaled_runs
 from motofmi.gap.experiments.input_output import InputOutputExperiment, input_output_experiment
 from motofmi.gap.experiments.sensor_offset import sensor_offset_parameter
 from motofmi.gap.localisation.sampled_places import cells
+from motofmi.gap.preprocessing.decimation import advice_on_rate
 from motofmi.gap.preprocessing.recorded_rates import require_rates
 from motofmi.gap.preprocessing.sampled_run import SampledRun, excited, move_both_ways
 from motofmi.gap.preprocessing.sampled_run_preparation import FEWEST_SAMPLES, prepare_sampled_run
@@ -85,6 +87,9 @@ class InputOutput(Kind):
         notes = [*(note for r in recordings for note in r.warnings), *(note for r in runs for note in r.notes)]
         self.signs = [note for r in (*recordings, *self.validation) for note in note_on_signs(experiment.component, r)]
         self.notes = [*self.signs, *joined, *joined_validation, *notes, *unused]
+        if advice := advice_on_rate(runs):
+            say(advice)
+            self.notes.append(advice)
         if not (excited(runs) or are_step_responses(runs)):
             experiment, anchor = anchored(experiment)
             runs = [replace(run, experiment=experiment) for run in runs]

@@ -54,6 +54,13 @@ def test_items_of_a_stage_are_shown_under_its_name(capsys, monkeypatch):
     assert re.fullmatch(r"single effects after [12] s, ended", lines[-1])
 
 
+def test_a_sentence_is_written_at_once_under_the_name_of_the_stage(capsys):
+    progress.say("nothing runs")
+    with progress.stage("gap"):
+        progress.say("25000 samples may take minutes.")
+        assert capsys.readouterr().err == "gap: 25000 samples may take minutes.\n"
+
+
 def test_no_more_time_is_left_than_a_deadline_leaves(capsys, monkeypatch):
     monkeypatch.setattr(progress, "SECONDS", 0.3)
     with deadline(1.2):

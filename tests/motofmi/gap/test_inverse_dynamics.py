@@ -55,6 +55,19 @@ def test_the_friction_of_a_joint_is_found_by_inverse_dynamics():
     assert left < 0.1 * alone
 
 
+def test_the_slopes_of_the_required_efforts_are_their_differences():
+    experiment, runs = prepared(held_pendulum("run", seed=1, duration=3.0))
+    model = FreeInitialStateModel(experiment).with_added_effects(FRICTION[0])
+    (motion,) = imposed_motions(model, runs)
+    values = model.values(model.start()) | {experiment.parameter(FRICTION[0], "friction_torque"): 0.1}
+    slopes = motion.slopes(model.equations, values)
+    for place, name in enumerate(model.equations.parameters):
+        step = 1e-5 * max(abs(values[name]), 0.1)
+        either = [motion.residuals(model.equations, values | {name: values[name] + sign * step}) for sign in (1, -1)]
+        # Central differences: the error is of the second order in a step of 1e-5.
+        assert slopes[:, place] == pytest.approx((either[0] - either[1]) / (2 * step), rel=1e-5, abs=1e-6)
+
+
 def test_one_degree_of_freedom_or_an_undriven_one_is_not_imposed():
     recording = held_pendulum("run", seed=1, duration=3.0)
     experiment, runs = prepared(recording)

@@ -15,6 +15,7 @@ from motofmi.gap.estimation.initial_fit import stable_segments
 from motofmi.gap.estimation.starting_values import poles
 from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
+from motofmi.gap.preprocessing.decimation import advice_on_rate
 from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run, sampled_run
 from motofmi.recordings.recording import Recording
 from tests.simulators.double_pendulum import TRUE, DoublePendulum
@@ -34,6 +35,24 @@ def test_a_recording_is_decimated_by_the_band_of_its_output_not_of_its_noisy_inp
     kept = np.abs(np.fft.rfft(run.measured[:, 0] * np.hanning(len(run.measured)))) * 4 / len(run.measured)
     frequency = np.fft.rfftfreq(len(run.measured), 1 / run.recording.rate)
     assert kept[np.argmin(np.abs(frequency - 4.0))] == pytest.approx(0.02, rel=0.02)  # half a bin of a Hann window
+
+
+@pytest.mark.parametrize(("duration", "share"), [(25.0, 0.01), (25.0, 0.1), (15.0, 0.01)])
+def test_many_samples_with_little_power_at_high_frequencies_are_advised_to_be_reduced(duration, share):
+    """60 Hz exceeds the noise, so that the recording is not decimated; with 10 % of the amplitude it is 1 % of the
+    power, and with 15,000 samples the search is short."""
+    time = np.arange(0, duration, 0.001)
+    displacement = 0.1 * np.sin(2 * np.pi * 0.5 * time) + 0.1 * share * np.sin(2 * np.pi * 60.0 * time)
+    columns = {"force": np.sin(2 * np.pi * 0.5 * time), "displacement": displacement}
+    noisy = columns | {"displacement": displacement + 1e-6 * np.random.default_rng(5).standard_normal(len(time))}
+    recording = Recording("fast", time, noisy, {"force": "N", "displacement": "m"})
+    run = prepare_sampled_run(recording, input_output_experiment(MassSpringDamper(), recording.columns))
+    assert len(run.measured) == len(time)
+    said = advice_on_rate([run])
+    if duration > 20 and share < 0.1:
+        assert "25000 samples" in said and 10 <= float(said.split("--rate ")[1].split()[0]) <= 20
+    else:
+        assert said == ""
 
 
 def test_poles_of_a_base_whose_fit_has_left_its_bounds_are_those_at_the_bounds():

@@ -39,7 +39,7 @@ def drawn(rng):
         "closest": {"name": NAMES[0], "delta_bic": 5.0} if kind == "unknown" and rng.random() < 0.8 else None,
         "reason": "No effect is named: few blocks." if kind == "unknown" and rng.random() < 0.5 else None,
         "alternatives": [{"effects": [effect], "closed": share if rng.random() < 0.5 else None}] * int(rng.integers(8))
-        if kind == "tied" else [{"effects": [effect], "closed": share}] * (kind == "unknown" and rng.random() < 0.5),
+        if kind == "tied" else [{"effects": [effect], "closed": share}] * (kind in ("unknown", "none") and rng.random() < 0.5),
         "complete": bool(rng.random() < 0.5) and kind in ("named", "none"),
         "ended": "The time budget of 60 s ended." if rng.random() < 0.3 else None,
         "explained": {"share": share, "low": share - 0.1, "high": share + 0.1} if held and kind != "none" else None,
@@ -67,6 +67,9 @@ def test_no_line_contradicts_the_numbers(seed):
     if result["verdict"] == "none" and not result["complete"]:
         assert "noise" not in lines[0]
         assert ("tolerance" in lines[0]) == (result["remainder"]["share"] <= result["criteria"]["tolerance"])
+    if result["verdict"] == "none":  # what is within the tolerance is shown with its share, and not named
+        assert len(nearest(result)) == len(result["alternatives"])
+        assert all(line.startswith("not named") and "closes" in line for line in nearest(result))
     assert (f"{result['remainder']['rms']:.3g} rad (rms) is left" in lines[0])
 
 

@@ -173,6 +173,7 @@ def test_a_misfit_within_the_tolerance_is_none():
         model_with(level=0.0025), small, 1e-6, MOTION, (BLOCKS, BLOCKS), {id(small[0]): np.full(1, 0.1)}, Criteria()
     )
     assert found.verdict == "none" and "within the tolerance of 1.00%" in found.sentences[-1]
+    assert found.nearest is small[0] and found.best is not small[0]  # not named, and shown
     strict = Criteria(tolerance=0.001)
     found = outcome(
         model_with(level=0.0025), small, 1e-6, MOTION, (BLOCKS, BLOCKS), {id(small[0]): np.full(1, 0.1)}, strict
