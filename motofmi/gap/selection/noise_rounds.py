@@ -34,18 +34,18 @@ def select_in_rounds(
     on_progress: OnProgress,
     criteria: Criteria,
     known: Sequence[Fit] = (),
-    adequate: Fit | None = None,
+    consistent: Fit | None = None,
 ) -> Verdict:
     """The verdict of model selection, repeated with the noise of its result until the noise changes little, or the best
     model is not adequate.
 
     known are fits of effects that are starts of the search, the most promising last. The first noise is that which
-    `adequate` leaves, a fit whose residuals are consistent with noise; without it, or where it cannot be simulated
+    `consistent` leaves, a fit whose residuals are consistent with noise; without it, or where it cannot be simulated
     again, that of the best single effect.
     """
     verdict, known = Verdict("unknown", base, base, criteria=criteria), list(known)
     with running(Stage.NOISE):
-        prepared = (adequate and _again_left_by(adequate)) or with_noise_of_best_effect(base, library, known, criteria)
+        prepared = (consistent and _again_left_by(consistent)) or with_noise_of_best_effect(base, library, known, criteria)
     for round_ in range(MOST_ROUNDS):
         checked = with_noise_of(prepared[0], validation_runs)
         # Intermediate verdicts of a later round contain less than the final verdict of the round before.

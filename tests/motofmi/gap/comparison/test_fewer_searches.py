@@ -1,5 +1,7 @@
 """Searches that the comparison leaves out: their results are known, or they cannot change the verdict."""
 
+from dataclasses import replace
+
 import pytest
 
 from fmus.support.errors import InputError
@@ -124,6 +126,23 @@ def test_a_pair_that_leaves_noise_gives_the_noise_of_the_search(monkeypatch):
     monkeypatch.setattr(noise_rounds, "with_noise_of_best_effect", lambda *_: pytest.fail("another search"))
     gap_of_friction()
     assert [len(found.model.effects) for found in given] == [2]
+
+
+@pytest.mark.parametrize("explained", [True, False])
+def test_no_further_round_follows_where_the_noise_only_decreases(monkeypatch, explained):
+    """With less noise an inadequate model remains inadequate; of an adequate one a further round decides."""
+    rounds, original = [], noise_rounds.select_model
+
+    def noted(*given):
+        found = original(*given)
+        rounds.append(found)
+        return replace(found.as_unknown(), best=found.best if explained else found.base)
+
+    monkeypatch.setattr(any_component, "leaves_noise", lambda *_: True)
+    monkeypatch.setattr(noise_rounds, "select_model", noted)
+    monkeypatch.setattr(noise_rounds, "NOISE_CHANGE", 0.0)
+    gap_of_friction()
+    assert len(rounds) == (noise_rounds.MOST_ROUNDS if explained else 1)
 
 
 def test_an_adequate_fit_that_cannot_be_simulated_again_is_followed_by_the_other_search(monkeypatch):
