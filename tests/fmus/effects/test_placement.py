@@ -263,7 +263,7 @@ def test_efforts_belong_to_their_rates_for_any_mass_matrix(seed):
             return {f"der(angle_{i})": v[f"rate_{i}"] for i in range(3)} | rows
 
     chain = with_force_element(Chain())
-    of_rates = {element.rate: chain.forces[element.force] for element in chain.elements.values()}
+    of_rates = {element.rate: chain.points[element.force][0] for element in chain.elements.values()}
     assert of_rates == {f"rate_{i}": f"torque_{i}" for i in range(3)}
 
 
@@ -278,6 +278,55 @@ def test_a_damper_with_another_coefficient_in_each_direction_has_a_force_of_one_
     states, drive = np.array([0.1, rate]), np.zeros(1)
     change = joined.derivatives(states, drive)[0] - base.derivatives(states, drive)[0]
     assert change == pytest.approx([0.0, -force / 2.0], rel=1e-12)
+
+
+class VoltageCrane(Component):
+    """A trolley that a motor drives by its voltage, and a load on a rod: the trolley's position is no state."""
+
+    gain = parameter("m/V.s2", "Acceleration of the trolley per voltage", start=0.25)
+    pull = parameter("m/s2", "Pull of the load on the trolley, per angle", start=0.7)
+    length = parameter("m", "Length of the rod", min=0.1, start=2.0)
+    voltage = input("V", "Voltage of the motor")
+    velocity = state("m/s", "Velocity of the trolley", exposed=True)
+    angle = state("rad", "Angle of the load", exposed=True)
+    rate = state("rad/s", "Rate of the load")
+
+    def equations(self, v, m):
+        acceleration = v.gain * v.voltage + v.pull * v.angle
+        return {"der(velocity)": acceleration, "der(angle)": v.rate,
+                "der(rate)": -(9.81 * v.angle + acceleration) / v.length}  # fmt: skip
+
+
+def test_friction_of_a_point_that_a_voltage_drives_acts_on_what_hangs_at_it():
+    """v' = g u + p q - F, and the load is accelerated by -v' / l, with friction F of 0.15 N per kg of the trolley."""
+    crane = with_force_element(VoltageCrane())
+    laws = by_name(laws_at(crane))
+    assert {e.rate for e in crane.elements.values()} == {"velocity"}
+    rubbing = crane.with_effects(laws["coulomb_friction.coulomb"]())
+    assert rubbing.table["coulomb_friction.friction_torque"].unit == "N/kg"
+    joined = rubbing.with_values(**{"coulomb_friction.friction_torque": 0.15, "gain": 0.5})
+    change, _ = joined.derivatives(np.array([3.0, 0.1, 0.2]), np.array([2.0]))
+    trolley = 0.5 * 2.0 + 0.7 * 0.1 - 0.15
+    assert change == pytest.approx([trolley, 0.2, -(9.81 * 0.1 + trolley) / 2.0], rel=1e-12)
+
+
+def test_a_force_drives_the_velocity_along_it_and_not_the_load_that_hangs_there():
+    """A short rod turns by more per force than the cart moves."""
+
+    class Cart(Component):
+        """A cart with a load on a short rod, whose angle increases with the force."""
+
+        force = input("N", "Force at the cart")
+        angle = state("rad", "Angle of the load", exposed=True)
+        velocity = state("m/s", "Velocity of the cart", exposed=True)
+        rate = state("rad/s", "Rate of the load")
+
+        def equations(self, v, m):
+            acceleration = v.force / 2.0
+            return {"der(angle)": v.rate, "der(velocity)": acceleration,
+                    "der(rate)": acceleration / 0.1 - 98.1 * v.angle}  # fmt: skip
+
+    assert {(e.deflection, e.rate) for e in with_force_element(Cart()).elements.values()} == {("", "velocity")}
 
 
 class Drum(Component):
