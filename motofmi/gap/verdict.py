@@ -10,6 +10,7 @@ from fmus.effects import Effect
 from fmus.effects.added_terms import added_terms
 from motofmi.gap.alternatives import alternatives, reason, with_errors
 from motofmi.gap.compared import closed_alone, compared
+from motofmi.gap.comparison.outcome import WEAKER
 from motofmi.gap.estimation.candidate import Candidate, adequate, reduced_by_noise
 from motofmi.gap.estimation.fit_result import parameters_of, parameters_of_effect, undetermined
 from motofmi.gap.localisation.harmonic_places import cells as of_harmonics
@@ -88,6 +89,10 @@ def _limitations(verdict: Verdict) -> list[str]:
                 f"A second effect is missing besides {name}: one of "
                 f"{', '.join(dict.fromkeys(c.family for c in verdict.tied))}."
             )
+    if verdict.verdict == "tied" and not verdict.comparison:
+        tied = list(dict.fromkeys(c.family for c in verdict.tied))
+        beside = {e.family for c in verdict.tied for e in c.fit.model.effects} - set(tied)
+        sentences += [WEAKER.format(name, " or ".join(tied)) for name in sorted(beside)]
     if verdict.outside_library and not verdict.comparison:
         law, name = (
             verdict.outside_library,

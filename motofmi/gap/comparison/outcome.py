@@ -2,7 +2,8 @@
 
     base in the set                           no effect is distinguishable from none
     single effects in the set                 named if they are of one family, tied otherwise
-    only pairs in the set                     the families that all pairs share are named
+    only pairs in the set                     the families that all pairs share are named, unless each other family
+                                              explains more alone
 
 Models with a magnitude that is not distinguishable from zero leave first, so that the others are compared without them.
 The library as a whole must be better than the base, on the fitted runs and on the validation runs alone: of many
@@ -33,6 +34,10 @@ from motofmi.gap.estimation.candidate import undetermined_magnitude
 from motofmi.gap.estimation.fitting import shape_at_bound
 
 OVER_TIME = "drift"  # the family of changes over the time of a run
+WEAKER = (
+    "{} is in all tied models and is not named: alone it explains less than each of the effects between which the data "
+    "do not decide ({})."
+)
 MEMBER, BEHIND, NOT_CLEAR, SMALL, UNDETERMINED, WITHHELD = STANDINGS = (
     "in the confidence set", "behind", "gain not clear", "gain too small", "value not determined", "withheld",
 )  # fmt: skip
@@ -131,7 +136,11 @@ def outcome(
         )
     members = equal
     best = min(members, key=lambda m: m.losses.mean())
-    verdict = "named" if frozenset.intersection(*(m.families for m in members)) else "tied"
+    common = frozenset.intersection(*(m.families for m in members))
+    if common and (others := _weaker_alone(common, members, models)):
+        sentences.append(WEAKER.format(" and ".join(common), " or ".join(sorted(others))))
+        common = frozenset()
+    verdict = "named" if common else "tied"
     share = closed_share(base.reported, best.reported, flexible)
     if share.low <= 0 < share.share:
         sentences.append(
@@ -140,6 +149,17 @@ def outcome(
         )
     standing |= dict.fromkeys(map(id, members), MEMBER)
     return Outcome(verdict, best, members, accepted[0], share, sentences, standing)
+
+
+def _weaker_alone(
+    common: frozenset[str], members: Sequence[ComparedModel], models: Sequence[ComparedModel]
+) -> frozenset[str]:
+    """The other families of the members, where each of them alone has less loss than what the members have in common;
+    empty otherwise."""
+    alone = {m.families: float(m.losses.mean()) for m in one_per_families(models) if len(m.effects) == 1}
+    others = frozenset().union(*(m.families for m in members)) - common
+    losses = [alone.get(frozenset((family,)), np.inf) for family in others]
+    return others if losses and max(losses) < alone.get(common, np.inf) else frozenset()
 
 
 def few_blocks(counts: tuple[int, int], criteria: Criteria) -> list[str]:

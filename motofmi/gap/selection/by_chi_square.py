@@ -3,8 +3,10 @@
 from collections.abc import Sequence
 from functools import partial
 
+import numpy as np
+
 from motofmi.gap.criteria import Criteria
-from motofmi.gap.estimation.candidate import Candidate, adequate, best_of, one_each
+from motofmi.gap.estimation.candidate import Candidate, adequate, best_of, one_each, ranked
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.selection.pairs import Pair, shared_families
 from motofmi.gap.selection.result import Verdict
@@ -51,11 +53,17 @@ def rivals(best: Candidate, first: Sequence[Candidate], criteria: Criteria) -> l
 
 
 def of_pairs(base: Fit, found: Pair, pairs: Sequence[Pair], first: list[Candidate], criteria: Criteria) -> Verdict:
-    """Both effects where all pairs are of the same families; else the effect that all contain, with the others tied."""
+    """Both effects where all pairs are of the same families; else the effect that all contain, with the others tied.
+
+    The effect that all contain is not named where each of the others alone has a larger delta BIC.
+    """
     families = shared_families(pairs)
     if len(families) == 2:
         return Verdict("named", base, found.second.fit, [*found.members], [], first, criteria=criteria)
     members = [c for pair in pairs for c in pair.members]
     certain = next(c for c in members if c.family in families)
     tied = [c for c in members if c.family not in families]
+    alone = {c.family: c.delta_bic for c in reversed(ranked(first))}
+    if min(alone.get(c.family, -np.inf) for c in tied) > alone.get(certain.family, -np.inf):
+        return Verdict("tied", base, found.second.fit, [], tied, first, criteria=criteria)
     return Verdict("named", base, found.second.fit, [certain], tied, first, criteria=criteria)

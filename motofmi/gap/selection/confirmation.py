@@ -38,7 +38,7 @@ def _confirmed(verdict: Verdict, validation: ValidationRuns) -> Verdict:
         return replace(
             verdict,
             verdict="named",
-            effects=left,
+            effects=[*left, *_beside(left[0], verdict.candidates)],
             tied=[],
             best=left[0].fit,
             unspecified_form=left[0].effect.flexible,
@@ -71,6 +71,12 @@ def _confirmed_name(verdict: Verdict, validation: ValidationRuns) -> Verdict:
                 replaced_forms=_replaced([named[0]], [form]),
             )
     return replace(verdict.as_unknown(), rejected=[" and ".join(c.family for c in named)])
+
+
+def _beside(found: Candidate, candidates: Sequence[Candidate]) -> list[Candidate]:
+    """The other effects of the fit of a candidate, as candidates with that fit."""
+    others = [c for c in candidates if c.family != found.family and c.effect in found.fit.model.effects]
+    return [replace(c, fit=found.fit) for c in others]
 
 
 def _replaced(before: Sequence[Candidate], after: Sequence[Candidate]) -> list[str]:

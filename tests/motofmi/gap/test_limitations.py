@@ -93,6 +93,21 @@ def test_a_pair_whose_second_effect_is_one_of_several_names_the_first_and_lists_
     assert any("A second effect is missing besides coulomb_friction: one of progressive_damping, extra_mode" in s for s in said_of(found))
 
 
+def test_an_effect_that_all_pairs_contain_is_not_named_where_the_others_explain_more():
+    """Drag and a body explain most, each alone; friction explains what either of them leaves."""
+    weak = candidate(CoulombFriction, reduced=4.9, delta_bic=20.0)
+    strong = [candidate(effect, reduced=1.2, delta_bic=2000.0) for effect in (ProgressiveDamping, HungBody)]
+    pairs = [Pair(one, candidate(CoulombFriction, reduced=1.0, delta_bic=50.0)) for one in strong]
+    found = of_pairs(BASE, pairs[0], pairs, [*strong, weak], Criteria())
+    assert found.verdict == "tied" and not found.effects
+    assert [c.family for c in found.tied] == ["progressive_damping", "extra_mode"]
+    both = [fit_with(CoulombFriction, c.effect, reduced=1.0) for c in found.tied]
+    found = replace(found, tied=[replace(c, fit=fit) for c, fit in zip(found.tied, both, strict=True)])
+    assert any(s.startswith("coulomb_friction is in all tied models and is not named") for s in said_of(found))
+    strongest = of_pairs(BASE, pairs[0], pairs, [*strong, candidate(CoulombFriction, reduced=1.1, delta_bic=3000.0)], Criteria())
+    assert strongest.verdict == "named" and [c.family for c in strongest.effects] == ["coulomb_friction"]
+
+
 def test_a_value_within_its_error_is_not_reported():
     found = of_one(BASE, [candidate(CoulombFriction, reduced=1.0, delta_bic=4000.0)], Criteria())
     assert found.verdict == "named"

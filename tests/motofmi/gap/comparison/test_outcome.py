@@ -86,6 +86,18 @@ def test_two_effects_are_named_where_neither_does_alone():
     assert found.verdict == "named" and found.best is pair
 
 
+@pytest.mark.parametrize("strong", [True, False])
+def test_what_all_pairs_have_in_common_is_named_unless_each_of_the_others_explains_more(strong):
+    """Friction beside either of two dampers; alone, friction has more loss than both or less than both."""
+    pairs = [model_with(CoulombFriction, other, level=0.5, seed=i) for i, other in enumerate((CubicDamping, Asymmetry))]
+    alone = [model_with(CoulombFriction, level=2.0 if strong else 8.0, seed=3)]
+    alone += [model_with(other, level=3.0, seed=4 + i) for i, other in enumerate((CubicDamping, Asymmetry))]
+    found = decided([*pairs, *alone])
+    assert found.verdict == ("named" if strong else "tied") and {id(m) for m in found.members} == set(map(id, pairs))
+    said = "coulomb_friction is in all tied models and is not named: alone it explains less"
+    assert any(s.startswith(said) for s in found.sentences) is not strong
+
+
 def test_a_second_effect_that_closes_little_of_the_rest_is_not_named():
     pair = model_with(CoulombFriction, CubicDamping, level=0.95, seed=1, scatter=0.01)
     found = decided([model_with(CoulombFriction, level=1.0, seed=1, scatter=0.01), pair])
