@@ -141,6 +141,11 @@ def is_force(name: str) -> bool:
     return unit(name).exponents in (unit("N").exponents, unit("N.m").exponents)
 
 
+def is_inertia(name: str) -> bool:
+    """Whether a unit is one of mass or of a moment of inertia. Raises InputError for an unknown symbol."""
+    return unit(name).exponents in (unit("kg").exponents, unit("kg.m2").exponents)
+
+
 def convert(value: float, given: str, wanted: str) -> float:
     """A value in the unit `given`, converted to the unit `wanted`. Raises InputError when the dimensions differ."""
     return value * unit(given).to(unit(wanted))

@@ -54,13 +54,19 @@ def units_of(names: Iterable[str]) -> dict[str, str]:
 
 
 def channel_name(column: str, expected: Iterable[str]) -> str:
-    """The channel name of a column: its own, an alias of it, or the same in other letters ("Steer
-    Angle"); else its own."""
+    """The expected name of a column: its own, the same in other letters ("Steer Angle"), or that of the channel of
+    which it is an alias; else its own."""
     expected = set(expected)
     if column in expected:
         return column
-    plain = re.sub(r"[\s.-]+", "_", column.strip()).lower()
-    return next((c.name for c in CHANNELS.values() if c.name in expected and plain in (c.name, *c.aliases)), column)
+    plain, of_letters = _plain(column), {_plain(name): name for name in sorted(expected)}
+    alias = next((c.name for c in CHANNELS.values() if c.name in expected and plain in c.aliases), column)
+    return of_letters.get(plain, alias)
+
+
+def _plain(name: str) -> str:
+    """A name in lower case, with underscores between its words."""
+    return re.sub(r"[\s.-]+", "_", name.strip()).lower()
 
 
 def si_unit(name: str) -> str:

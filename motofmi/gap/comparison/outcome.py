@@ -294,9 +294,9 @@ def _undetermined(model: ComparedModel, errors: np.ndarray, criteria: Criteria) 
     if (found := undetermined_magnitude(model.fit, errors, criteria)) is None:
         return ""
     name, value, error = found
-    changed = f"an effect changes {name}, and " if name in model.fit.model.base else ""
+    beside = f"beside {_it(model)} " if name in model.fit.model.base else ""
     return (
-        f"{_not_named(model)}, and the others are compared without {_it(model)}: {changed}{name} = {value:.3g} is "
+        f"{_not_named(model)}, and the others are compared without {_it(model)}: {beside}{name} = {value:.3g} is "
         f"within {criteria.value_errors:g} standard errors (of {error:.2g} each) of zero."
     )
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fmus.declaration.units import is_inertia
 from fmus.effects import Effect
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.fit_result import Fit, parameters_of, places_of, standard_errors, undetermined
@@ -74,12 +75,13 @@ def undetermined_magnitude(found: Fit, errors: np.ndarray, criteria: Criteria) -
 
     errors (parameters,) are the standard errors of x. Of several magnitudes at one element only one needs to be, but an
     effect must act at each of its elements. An effect that changes a stiffness or damping of the base is not
-    distinguishable from zero where this parameter is not, as a spring without stiffness whose force saturates.
+    distinguishable from zero where this parameter is not, as a spring without stiffness whose force saturates. A
+    further body takes the place of the base where no inertia of the base is distinguishable from zero beside it.
     """
     parameters, names = parameters_of(found, errors), found.model.names
     for effect in found.model.effects:
         at_each = [places_of(found, effect, magnitudes) for magnitudes in effect.magnitudes_by_element()]
-        for places in (*at_each, _changed_by(found, effect)):
+        for places in (*at_each, _changed_by(found, effect), _inertias_beside(found, effect)):
             values = {names[i]: parameters[names[i]] for i in places}
             if places and len(undetermined(values, criteria.value_errors)) == len(places):
                 return names[places[0]], *values[names[places[0]]][:2]
@@ -107,6 +109,13 @@ def _changed_by(found: Fit, effect: type[Effect]) -> list[int]:
     names = {word: getattr(element, word, "") for word in ("stiffness", "damping") if word not in effect.declared}
     fitted = {word: found.model.names.index(name) for word, name in names.items() if name in found.model.base}
     return [place for word, place in fitted.items() if word in effect.reads()]
+
+
+def _inertias_beside(found: Fit, effect: type[Effect]) -> list[int]:
+    """The indices in x of the inertias of the base beside an effect that adds one."""
+    table, model = found.model.component.table, found.model
+    adds = any(is_inertia(effect.declared[n].unit) for n in effect.magnitudes())
+    return [model.names.index(n) for n in model.base if is_inertia(table[n].unit)] if adds else []
 
 
 def by_chance(freedom: float, criteria: Criteria) -> float:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fmus.effects.damping import CoulombFriction
+from fmus.effects.resonance import HungBody
 from fmus.effects.stiffness import AddedSpring, Asymmetry, CubicHardening
 from fmus.mechanisms.mass_spring_damper import MassSpringDamper
 from motofmi.gap.criteria import Criteria
@@ -46,6 +47,16 @@ def test_an_effect_on_a_stiffness_that_may_be_zero_has_no_determined_magnitude(r
     errors[found.model.names.index("spring_stiffness")] = relative
     said = undetermined_magnitude(found, errors, Criteria())
     assert said == (pytest.approx(("spring_stiffness", 300.0, 300.0 * relative)) if undetermined else None)
+
+
+@pytest.mark.parametrize(("relative", "undetermined"), [(0.49, False), (0.51, True)])
+def test_a_body_that_takes_the_place_of_the_mass_has_no_determined_magnitude(relative, undetermined):
+    """At 0.51, two standard errors of the mass are 2.04 kg; the body's own inertia is determined."""
+    found = fitted(HungBody)
+    errors = np.full(len(found.model.names), 1e-6)
+    errors[found.model.names.index("mass")] = relative
+    said = undetermined_magnitude(found, errors, Criteria())
+    assert said == (pytest.approx(("mass", 2.0, 2.0 * relative)) if undetermined else None)
 
 
 @pytest.mark.parametrize("effect", [CubicHardening, CoulombFriction, SecondSpring])

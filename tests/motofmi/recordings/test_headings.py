@@ -19,11 +19,26 @@ def table(heading, *columns):
     return [heading, *(",".join(map(str, row)) for row in zip(*columns, strict=True))]
 
 
-@pytest.mark.parametrize("heading", ["time [s],force (V),force (N)", "time [s],force [V],force [N]"])
+@pytest.mark.parametrize(
+    "heading", ["time [s],force (V),force (N)", "time [s],force [V],force [N]", "Time [s],Force [V],Force [N]"]
+)
 def test_of_two_columns_of_one_name_that_with_the_expected_dimension_is_used(write, heading):
     run = read_recording(write(table(heading, TIME, FORCE / 40, FORCE)), quantities=QUANTITIES)
     np.testing.assert_array_equal(run["force"], FORCE)
-    np.testing.assert_array_equal(run["force [V]"], FORCE / 40)
+    (voltage,) = (y for n, y in run.columns.items() if n.lower() == "force [v]")
+    np.testing.assert_array_equal(voltage, FORCE / 40)
+
+
+@pytest.mark.parametrize("heading", ["Spring Force", "spring-force", "SPRING_FORCE"])
+def test_an_expected_name_in_other_letters_is_that_quantity(write, heading):
+    path = write(table(f"time [s],{heading} [kN]", TIME, FORCE / 1000))
+    run = read_recording(path, quantities={"time": "s", "spring_force": "N"})
+    np.testing.assert_allclose(run["spring_force"], FORCE, rtol=1e-12)  # a product and a quotient
+
+
+def test_a_name_in_its_own_letters_comes_before_one_in_others(write):
+    path = write(table("time [s],Force [N],force [N]", TIME, 2 * FORCE, FORCE))
+    np.testing.assert_array_equal(read_recording(path, quantities=QUANTITIES)["force"], FORCE)
 
 
 def test_columns_of_one_name_are_mapped_with_their_units(write):

@@ -33,7 +33,7 @@ def test_an_effect_that_changes_a_stiffness_within_its_error_is_not_named():
     found = outcome(model_with(level=10.0), [model], FLEXIBLE, MOTION, (BLOCKS, BLOCKS),
                     {id(model): np.array([0.6, 0.1])}, Criteria())  # fmt: skip
     assert found.verdict == "unknown" and found.standing[id(model)] == "value not determined"
-    assert "an effect changes k, and k = 1 is within 2 standard errors (of 0.6 each) of zero" in found.sentences[0]
+    assert "beside it k = 1 is within 2 standard errors (of 0.6 each) of zero" in found.sentences[0]
 
 
 def test_a_leading_effect_without_a_determined_magnitude_leaves_and_the_others_are_compared():
