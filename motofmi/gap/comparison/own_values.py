@@ -22,6 +22,7 @@ from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
 from motofmi.gap.comparison.residuals import time_residuals
 from motofmi.gap.comparison.sandwich import sandwich_covariance
 from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.estimation.frequency_domain_fit import frequency_domain_start
 
 
 def disagreement(base: ComparedModel, best: ComparedModel, flexible: float, blocks: CommonBlocks) -> str:
@@ -46,18 +47,32 @@ def disagreement(base: ComparedModel, best: ComparedModel, flexible: float, bloc
 
 def with_own_values(base: ComparedModel, flexible: float, blocks: CommonBlocks) -> ComparedModel | None:
     """The base fitted to the validation runs alone; None without these, where they cannot be simulated, and after a
-    deadline. A fit that cannot close as much as runs that disagree need is ended early."""
+    deadline. A fit that cannot close as much as runs that disagree need is ended early.
+
+    It starts from the fitted values and, where these are too far, as for a machine with another frequency, from those
+    that fit the validation runs in the frequency domain.
+    """
     if not blocks.validation_blocks or time_is_up():
         return None
     missed = float(base.validation.mean())
     least = min((flexible + blocks.criteria.least_share * max(missed - flexible, 0.0)) / missed, 1.0)
     try:
         before = fit(base.fit.model, blocks.validation, base.fit.shared, iterations=0)
-        found = fit(base.fit.model, before.runs, before.x, beat=least * before.chi2)
+        enough = least * before.chi2
+        found = fit(base.fit.model, before.runs, before.x, beat=enough)
+        if found.chi2 > enough and (start := _by_frequency(base, blocks)) is not None:
+            found = min(found, fit(base.fit.model, blocks.validation, start, beat=enough), key=lambda each: each.chi2)
         validation = left_out_mean_squares(time_residuals(found, blocks.scale), blocks.validation_blocks)
     except (InputError, ValueError, np.linalg.LinAlgError):
         return None
     return replace(base, fit=found, validation=validation)
+
+
+def _by_frequency(base: ComparedModel, blocks: CommonBlocks) -> np.ndarray | None:
+    """The fitted values (parameters,) with those of the base that fit the validation runs in the frequency domain; None
+    where there are none."""
+    logarithms = frequency_domain_start(base.fit.model, blocks.validation)
+    return None if logarithms is None else np.concatenate([logarithms, base.fit.shared[len(logarithms) :]])
 
 
 def _amplitudes(base: ComparedModel, blocks: CommonBlocks) -> str:

@@ -6,6 +6,8 @@ A law is no candidate where the recorded motion does not distinguish it from oth
   its force is that of friction and drag.
 - The start of a deflection that is not recorded is unknown, and while its rate has one sign it only grows: its laws can
   be any function of the distance covered.
+- The motion is taken about its mean in each run. Where the means differ by more than the motion itself and the base has
+  no spring, a law of the deflection would have another centre in each run, and a spring has one.
 - Without an input the amplitude falls with the time: a damper or spring that changes over time has the response of one
   that depends on the amplitude. While a rate keeps its sign, a sensor that drifts steadily has the response of dry
   friction, and one whose gain depends on the reading that of a drag: for v' = -f(v) and y = g(v), y' = -h(y) with
@@ -36,6 +38,10 @@ UNSEEN = (
     "{} is not recorded, and its rate has one sign. Not candidates there: {}; they can be any "
     "function of the distance covered. A run in the other direction would distinguish them."
 )
+CENTRES = (
+    "{}: the runs are about {:.3g} and {:.3g} {}, further apart than they move, and the base has no spring. Not "
+    "candidates there: {}; they would have another centre in each run."
+)
 REVOLUTIONS = (
     "{}: the angle exceeds a revolution. Laws of its sensor are no candidates: the error of an encoder repeats with "
     "every revolution."
@@ -63,8 +69,9 @@ def candidate_laws(
     period = float(np.median([1 / run.middle_frequency for run in runs]))
     library = laws_at(experiment.component, largest_rate, inputs, outputs, states, period)
     kept, sentences = _distinguishable(library, found)
+    kept, centres = _with_one_centre(kept, found)
     kept, undriven = _without_those_of_driven_runs(kept, runs)
-    return kept, [*sentences, *undriven, *(REVOLUTIONS.format(name) for name in turning)]
+    return kept, [*sentences, *centres, *undriven, *(REVOLUTIONS.format(name) for name in turning)]
 
 
 def _distinguishable(library: Sequence[type[Effect]], found: Fit) -> tuple[list[type[Effect]], list[str]]:
@@ -85,6 +92,23 @@ def _distinguishable(library: Sequence[type[Effect]], found: Fit) -> tuple[list[
     every = [effect for laws in left_out.values() for effect in laws]
     kept = [effect for effect in library if effect not in every]
     return kept, [s.format(motion, _listed(laws, kept)) for (s, motion), laws in left_out.items()]
+
+
+def _with_one_centre(library: Sequence[type[Effect]], found: Fit) -> tuple[list[type[Effect]], list[str]]:
+    """The laws without those of a deflection that has another centre in each run, and a sentence for each element that
+    loses some. Laws with states, as a hysteresis, have no centre."""
+    experiment, left_out, sentences = found.model.experiment, list[type[Effect]](), list[str]()
+    for name, element in experiment.component.elements.items():
+        recorded = [run.recording[element.deflection] for run in found.runs
+                    if not element.stiffness and element.deflection in run.recording.columns]  # fmt: skip
+        means = [float(np.mean(y)) for y in recorded] or [0.0]
+        largest = max((float(np.max(np.abs(y - np.mean(y)))) for y in recorded), default=0.0)
+        laws = [e for e in library if e.element == name and "deflection" in e.reads() and not e.has_states()]
+        if max(means) - min(means) > 2 * largest and laws:
+            left_out += laws
+            unit, kept = experiment.component.table[element.deflection].unit, [e for e in library if e not in laws]
+            sentences.append(CENTRES.format(element.deflection, min(means), max(means), unit, _listed(laws, kept)))
+    return [effect for effect in library if effect not in left_out], sentences
 
 
 def _without_those_of_driven_runs(

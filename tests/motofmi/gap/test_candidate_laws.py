@@ -61,6 +61,34 @@ def test_a_hysteresis_is_a_candidate_only_where_a_motion_is_reversed():
     assert not any("the motion is never reversed" in each for each in there_and_back.left_out)
 
 
+class Rail(Component):
+    """A cart on a rail without a spring."""
+
+    mass = parameter("kg", "mass", min=0.1, start=2.0)
+    damping = parameter("N.s/m", "viscous friction", min=0, start=1.0)
+    force = input("N", "force")
+    position = state("m", "position", exposed=True)
+    velocity = state("m/s", "velocity")
+
+    def equations(self, v, m):
+        return {"der(position)": v.velocity, "der(velocity)": (v.force - v.damping * v.velocity) / v.mass}
+
+
+@pytest.mark.parametrize(("places", "left_out"), [((0.3, 0.5), True), ((0.3, 0.31), False), ((0.3,), False)])
+def test_a_spring_without_one_centre_in_all_runs_is_no_candidate(places, left_out):
+    """The cart moves by 20 mm to either side of its place in each run."""
+    runs = []
+    for i, place in enumerate(places):
+        position = place + 0.02 * np.sin(TIME) + 1e-5 * np.random.default_rng(i).standard_normal(len(TIME))
+        columns = {"force": -0.04 * np.sin(TIME), "position": position}
+        runs.append(Recording(f"run_{i}", TIME, columns, {"force": "N", "position": "m"}))
+    experiment = input_output_experiment(Rail(), ["force", "position"])
+    found = fitted_base(experiment, [prepare_sampled_run(run, experiment) for run in runs], {}, (), Criteria())
+    assert ("hardening_stiffness" not in families(found)) == left_out
+    assert {"coulomb_friction", "hysteresis"} <= families(found)  # they have no centre
+    assert any("have another centre in each run" in each for each in found.left_out) == left_out
+
+
 @pytest.mark.parametrize("turns, expected", [(0.9, True), (1.1, False)])
 def test_an_angle_beyond_a_revolution_has_no_sensor_nonlinearity(turns, expected):
     base = base_of(Wheel(), turning(2 * np.pi * turns * np.sin(TIME[:500])))
