@@ -9,7 +9,8 @@ A law is no candidate where the recorded motion does not distinguish it from oth
 - The motion is taken about its mean in each run. Where the means differ by more than the motion itself and the base has
   no spring, a law of the deflection would have another centre in each run, and a spring has one.
 - Without an input the amplitude falls with the time: a damper or spring that changes over time has the response of one
-  that depends on the amplitude. While a rate keeps its sign, a sensor that drifts steadily has the response of dry
+  that depends on the amplitude. So has a hysteresis, whose describing function is a stiffness and a damping that depend
+  on the amplitude (Iwan, J. Appl. Mech. 32 (1965) 921-925). While a rate keeps its sign, a sensor that drifts steadily has the response of dry
   friction, and one whose gain depends on the reading that of a drag: for v' = -f(v) and y = g(v), y' = -h(y) with
   h = g' f.
 - The error of an angle's sensor repeats with every revolution, where the laws of a sensor grow with the reading.
@@ -22,6 +23,7 @@ import numpy as np
 
 from fmus.effects import Effect, sensor
 from fmus.effects.drift import Drift
+from fmus.effects.hysteresis import DahlHysteresis
 from fmus.effects.library import declared_by
 from fmus.effects.output_channel import ClippedSensor, SensorDrift
 from fmus.effects.placement import laws_at
@@ -38,6 +40,7 @@ UNSEEN = (
     "{} is not recorded, and its rate has one sign. Not candidates there: {}; they can be any "
     "function of the distance covered. A run in the other direction would distinguish them."
 )
+HYSTERESIS = DahlHysteresis.family
 CENTRES = (
     "{}: the runs are about {:.3g} and {:.3g} {}, further apart than they move, and the base has no spring. Not "
     "candidates there: {}; they would have another centre in each run."
@@ -48,7 +51,8 @@ REVOLUTIONS = (
 )
 UNDRIVEN = (
     "No run has an input, so that the amplitude falls with the time. Not candidates: {}; they are not distinguishable "
-    "from friction and drag. A run with an input would distinguish them."
+    "from friction, drag and springs whose stiffness changes with the deflection. A run with an input would distinguish "
+    "them."
 )
 
 
@@ -117,7 +121,7 @@ def _without_those_of_driven_runs(
     """The laws without those that free runs do not distinguish from others, and a sentence where there are any."""
     if excited(runs):
         return list(library), []
-    confounded: list[type[Effect]] = [Drift]
+    confounded: list[type[Effect]] = [Drift, *(e for e in library if e.family == HYSTERESIS)]
     if all(run.direction for run in runs):
         confounded += [SensorDrift, ClippedSensor, *declared_by(sensor)]
     left_out = [effect for effect in library if issubclass(effect, tuple(confounded))]

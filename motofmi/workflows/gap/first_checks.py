@@ -11,6 +11,7 @@ from fmus.declaration.component import Component
 from fmus.declaration.units import unit
 from fmus.support.errors import InputError
 from motofmi.gap.experiments.experiment import with_imposed_state
+from motofmi.gap.preprocessing.one_way import oscillates
 from motofmi.recordings.reading import UNUSED
 from motofmi.recordings.recording import Recording
 
@@ -78,6 +79,24 @@ def require_motion(
             f"these columns are not used: {', '.join(map(repr, likely))}; if one of them is the {name}, add "
             f'--map "{which}={name} [{unit_of_it}]" with the unit that the file has'
         )
+
+
+def notes_on_degrees(component: Component, recordings: Sequence[Recording]) -> list[str]:
+    """A note for every recorded angle that swings by more than a revolution to each side: its numbers may be degrees.
+
+    A shaft that turns on in one direction swings to no side.
+    """
+    angles = [n for n in (*component.states, *component.outputs) if component.table[n].unit == "rad"]
+    notes = []
+    for run in recordings:
+        for name in dict.fromkeys(n for n in angles if n in run.columns):
+            swing = float(np.max(np.abs(run[name] - np.mean(run[name]))))
+            if swing > 2 * np.pi and oscillates(run[name]):
+                notes.append(
+                    f"{run.file or run.name}: {name} swings by {swing:.3g} rad, {swing / (2 * np.pi):.2g} revolutions. If "
+                    f'these numbers are degrees, state it: {name} [deg] in the heading, or --map "COLUMN={name} [deg]".'
+                )
+    return notes
 
 
 def require_start(component: Component, imposed: str = "") -> None:

@@ -29,7 +29,13 @@ from motofmi.reports.gap_report import Pictures
 from motofmi.reports.report import Section
 from motofmi.workflows.components import ships
 from motofmi.workflows.gap.augmented_component import component_of, fitted_component, own_modes
-from motofmi.workflows.gap.first_checks import require_distinct, require_inputs, require_motion, require_start
+from motofmi.workflows.gap.first_checks import (
+    notes_on_degrees,
+    require_distinct,
+    require_inputs,
+    require_motion,
+    require_start,
+)
 from motofmi.workflows.gap.fitted_model import FittedModel
 from motofmi.workflows.gap.given import Given
 from motofmi.workflows.gap.kind import Kind
@@ -42,6 +48,9 @@ NONE_IS_WEAK = (
 NO_UNIT = (
     "A state has the unit 1, so that the laws of mechanics (friction, drag, a further body) are no candidates; where "
     "it is an angle, a displacement or their rate, give its unit in the class and in the columns."
+)
+ANCHORED = (
+    "No input is recorded, or all inputs are zero: only ratios of parameters are identifiable, with {} as given."
 )
 BOTH_WAYS = (
     "Every run moves one way, some forwards and some backwards: no offset of an input is fitted, since in each of them "
@@ -85,22 +94,16 @@ class InputOutput(Kind):
         self.validation, joined_validation = with_short_joined(self.validation, FEWEST_SAMPLES)
         runs = [prepare_sampled_run(r, experiment) for r in recordings]
         notes = [*(note for r in recordings for note in r.warnings), *(note for r in runs for note in r.notes)]
+        notes += [f"{r.name}: {note}" for r in self.validation for note in r.warnings if note not in notes]
         self.signs = [note for r in (*recordings, *self.validation) for note in note_on_signs(experiment.component, r)]
-        self.notes = [*self.signs, *joined, *joined_validation, *notes, *unused]
-        if advice := advice_on_rate(runs):
-            say(advice)
-            self.notes.append(advice)
+        at_once = [*notes_on_degrees(self.component, every), *filter(None, [advice_on_rate(runs)])]
+        for sentence in at_once:
+            say(sentence)
+        self.notes = [*self.signs, *at_once, *joined, *joined_validation, *notes, *unused]
         if not (excited(runs) or are_step_responses(runs)):
             experiment, anchor = anchored(experiment)
             runs = [replace(run, experiment=experiment) for run in runs]
-            self.notes += (
-                [
-                    "No input is recorded, or all inputs are zero: only ratios of parameters are identifiable, with "
-                    f"{anchor} as given."
-                ]
-                if anchor
-                else []
-            )
+            self.notes += [ANCHORED.format(anchor)] if anchor else []
         self.notes += [BOTH_WAYS] if excited(runs) and move_both_ways(runs) else []
         self.experiment, self.runs, self.noise = experiment, runs, given.rig_contents.get("noise", {})
 

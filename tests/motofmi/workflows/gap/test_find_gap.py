@@ -1,6 +1,7 @@
 """`find_gap` from Python: recordings as objects, a result that writes nothing unless asked to, and errors before any fit."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,8 @@ from fmus.support.plain_json import to_json
 from motofmi.cli.main import main
 from motofmi.gap.criteria import Criteria
 from motofmi.recordings.reading import write_recording
+from motofmi.workflows.gap.given import Given
+from motofmi.workflows.gap.input_output import InputOutput
 from tests.motofmi.json_schemas import check_against_schema
 from tests.simulators.hidden_joint import joint_run
 
@@ -94,6 +97,13 @@ def test_saved_it_is_what_the_command_writes(found, runs, tmp_path):
 def test_criteria_decide(runs):
     strict = mf.find_gap(runs[0], component="driven_joint", criteria=Criteria(first_effect_delta_bic=1e9))
     assert strict.verdict != "named" and strict.to_dict()["criteria"]["first_effect_delta_bic"] == 1e9
+
+
+def test_faults_of_the_sampling_of_a_validation_run_are_notes_with_its_name(runs):
+    fit, held = runs
+    jittered = replace(held, warnings=("sampling jitter of 3 % of the interval",))
+    prepared = InputOutput(Given([fit], [jittered], component=DrivenJoint()))
+    assert "held: sampling jitter of 3 % of the interval" in prepared.notes
 
 
 @pytest.mark.slow

@@ -12,7 +12,13 @@ from fmus.support.errors import InputError
 from motofmi.recordings.reading import read_recording
 from motofmi.recordings.recording import Recording
 from motofmi.workflows.components import component, ships
-from motofmi.workflows.gap.first_checks import require_distinct, require_inputs, require_motion, require_start
+from motofmi.workflows.gap.first_checks import (
+    notes_on_degrees,
+    require_distinct,
+    require_inputs,
+    require_motion,
+    require_start,
+)
 
 TIME = np.arange(0, 4, 0.01)
 
@@ -51,6 +57,18 @@ def test_an_output_without_a_column_is_asked_for():
     with pytest.raises(InputError, match=r'no column is the imposed angle .*--map "deflection=angle'):
         require_motion(DrivenJoint(), [run({"torque": "N.m", "deflection": "deg"})], ["torque", "deflection"], "angle")
     require_motion(DrivenJoint(), [run({"torque": "N.m", "rate": "rad/s"})], ["torque", "rate"])
+
+
+@pytest.mark.parametrize(
+    ("angle", "doubtful"),
+    [(16.0 * np.sin(3 * TIME), True), (0.28 * np.sin(3 * TIME), False), (5.0 + 16.0 * TIME, False), (5.0 + 16.0 * TIME + np.sin(9 * TIME), False)],
+)
+def test_a_swing_of_revolutions_may_be_in_degrees(angle, doubtful):
+    """16 deg labelled rad; a shaft that turns on by ten revolutions, evenly or not, is no swing."""
+    recording = Recording("swing", TIME, {"angle": angle, "torque": np.zeros(len(TIME))}, {"angle": "rad", "torque": "N.m"})
+    said = notes_on_degrees(DrivenJoint(), [recording])
+    assert bool(said) == doubtful
+    assert not said or ("swings by 16" in said[0] and '--map "COLUMN=angle [deg]"' in said[0])
 
 
 def test_unused_columns_alone_are_a_note():
