@@ -49,8 +49,9 @@ class Outcome:
 
     best is the model that the verdict selects (the base for `none` and `unknown`), members are the models that are
     named or tied, nearest is the model with the least loss (for `none`: without objections), share is the share of the
-    closable misfit that best (for `unknown`: nearest) closes, and sentences are limitations. standing holds what became of each model, by its id: one
-    of `STANDINGS`. disagreement is the limitation that nothing is named because the runs disagree on the base.
+    closable misfit that best (for `unknown`: nearest) closes, and sentences are limitations. standing holds what became
+    of each model, by its id: one of `STANDINGS`. disagreement is the limitation that nothing is named because the runs
+    disagree on the base.
     """
 
     verdict: str

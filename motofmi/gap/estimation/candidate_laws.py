@@ -9,10 +9,10 @@ A law is no candidate where the recorded motion does not distinguish it from oth
 - The motion is taken about its mean in each run. Where the means differ by more than the motion itself and the base has
   no spring, a law of the deflection would have another centre in each run, and a spring has one.
 - Without an input the amplitude falls with the time: a damper or spring that changes over time has the response of one
-  that depends on the amplitude. So has a hysteresis, whose describing function is a stiffness and a damping that depend
-  on the amplitude (Iwan, J. Appl. Mech. 32 (1965) 921-925). While a rate keeps its sign, a sensor that drifts steadily has the response of dry
-  friction, and one whose gain depends on the reading that of a drag: for v' = -f(v) and y = g(v), y' = -h(y) with
-  h = g' f.
+  that depends on the amplitude. So has a hysteresis: for a slowly changing amplitude it is a stiffness and a damping
+  that depend on it (Caughey, J. Appl. Mech. 27 (1960) 640-643). While a rate keeps its sign, a sensor that drifts
+  steadily has the response of dry friction, and one whose gain depends on the reading that of a drag: for v' = -f(v)
+  and y = g(v), y' = -h(y) with h = g' f.
 - The error of an angle's sensor repeats with every revolution, where the laws of a sensor grow with the reading.
 """
 
@@ -51,8 +51,8 @@ REVOLUTIONS = (
 )
 UNDRIVEN = (
     "No run has an input, so that the amplitude falls with the time. Not candidates: {}; they are not distinguishable "
-    "from friction, drag and springs whose stiffness changes with the deflection. A run with an input would distinguish "
-    "them."
+    "from friction, drag and springs whose stiffness changes with the deflection. A run with an input would "
+    "distinguish them."
 )
 
 

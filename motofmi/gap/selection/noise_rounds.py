@@ -45,7 +45,8 @@ def select_in_rounds(
     """
     verdict, known = Verdict("unknown", base, base, criteria=criteria), list(known)
     with running(Stage.NOISE):
-        prepared = (consistent and _again_left_by(consistent)) or with_noise_of_best_effect(base, library, known, criteria)
+        again = _again_left_by(consistent) if consistent else None
+        prepared = again or with_noise_of_best_effect(base, library, known, criteria)
     for round_ in range(MOST_ROUNDS):
         checked = with_noise_of(prepared[0], validation_runs)
         # Intermediate verdicts of a later round contain less than the final verdict of the round before.

@@ -93,8 +93,8 @@ def notes_on_degrees(component: Component, recordings: Sequence[Recording]) -> l
             swing = float(np.max(np.abs(run[name] - np.mean(run[name]))))
             if swing > 2 * np.pi and oscillates(run[name]):
                 notes.append(
-                    f"{run.file or run.name}: {name} swings by {swing:.3g} rad, {swing / (2 * np.pi):.2g} revolutions. If "
-                    f'these numbers are degrees, state it: {name} [deg] in the heading, or --map "COLUMN={name} [deg]".'
+                    f"{run.file or run.name}: {name} swings by {swing:.3g} rad, {swing / (2 * np.pi):.2g} revolutions. "
+                    f'If these numbers are degrees, state it: {name} [deg] in the heading, or --map "COLUMN={name} [deg]".'
                 )
     return notes
 

@@ -92,8 +92,8 @@ def test_a_spring_without_one_centre_in_all_runs_is_no_candidate(places, left_ou
 @pytest.mark.parametrize("pushed", [False, True])
 def test_a_hysteresis_is_a_candidate_only_where_an_input_drives_the_motion(pushed):
     """In a free decay its describing function is that of a spring and a damper that depend on the amplitude."""
-    position = 0.02 * np.exp(-0.1 * TIME) * np.cos(3 * TIME) + 1e-5 * np.random.default_rng(5).standard_normal(len(TIME))
-    columns = {"position": position} | ({"force": np.cos(3 * TIME)} if pushed else {})
+    noise = 1e-5 * np.random.default_rng(5).standard_normal(len(TIME))
+    columns = {"position": 0.02 * np.exp(-0.1 * TIME) * np.cos(3 * TIME) + noise} | ({"force": np.cos(3 * TIME)} if pushed else {})
     base = base_of(Rail(), Recording("run", TIME, columns, {"force": "N", "position": "m"}))
     assert ("hysteresis" in families(base)) == pushed
     assert any("hysteresis" in each and "No run has an input" in each for each in base.left_out) is not pushed

@@ -104,7 +104,8 @@ def test_an_effect_that_all_pairs_contain_is_not_named_where_the_others_explain_
     both = [fit_with(CoulombFriction, c.effect, reduced=1.0) for c in found.tied]
     found = replace(found, tied=[replace(c, fit=fit) for c, fit in zip(found.tied, both, strict=True)])
     assert any(s.startswith("coulomb_friction is in all tied models and is not named") for s in said_of(found))
-    strongest = of_pairs(BASE, pairs[0], pairs, [*strong, candidate(CoulombFriction, reduced=1.1, delta_bic=3000.0)], Criteria())
+    stronger = candidate(CoulombFriction, reduced=1.1, delta_bic=3000.0)
+    strongest = of_pairs(BASE, pairs[0], pairs, [*strong, stronger], Criteria())
     assert strongest.verdict == "named" and [c.family for c in strongest.effects] == ["coulomb_friction"]
 
 

@@ -59,13 +59,14 @@ def test_an_output_without_a_column_is_asked_for():
     require_motion(DrivenJoint(), [run({"torque": "N.m", "rate": "rad/s"})], ["torque", "rate"])
 
 
-@pytest.mark.parametrize(
-    ("angle", "doubtful"),
-    [(16.0 * np.sin(3 * TIME), True), (0.28 * np.sin(3 * TIME), False), (5.0 + 16.0 * TIME, False), (5.0 + 16.0 * TIME + np.sin(9 * TIME), False)],
-)
+@pytest.mark.parametrize(("angle", "doubtful"), [
+    (16.0 * np.sin(3 * TIME), True), (0.28 * np.sin(3 * TIME), False),
+    (5.0 + 16.0 * TIME, False), (5.0 + 16.0 * TIME + np.sin(9 * TIME), False),
+])  # fmt: skip
 def test_a_swing_of_revolutions_may_be_in_degrees(angle, doubtful):
     """16 deg labelled rad; a shaft that turns on by ten revolutions, evenly or not, is no swing."""
-    recording = Recording("swing", TIME, {"angle": angle, "torque": np.zeros(len(TIME))}, {"angle": "rad", "torque": "N.m"})
+    columns = {"angle": angle, "torque": np.zeros(len(TIME))}
+    recording = Recording("swing", TIME, columns, {"angle": "rad", "torque": "N.m"})
     said = notes_on_degrees(DrivenJoint(), [recording])
     assert bool(said) == doubtful
     assert not said or ("swings by 16" in said[0] and '--map "COLUMN=angle [deg]"' in said[0])
