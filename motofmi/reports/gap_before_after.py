@@ -19,7 +19,10 @@ LAGS = 20
 
 
 def label_of_best(verdict: Verdict) -> str:
-    """The label of the curves of the best model; nothing is found where the verdict is unknown or tied."""
+    """The label of the curves of the best model, which is the base where no effect is in it; nothing is found where the
+    verdict is unknown or tied."""
+    if not verdict.best.model.effects:
+        return "base"
     found = {"unknown": "with the nearest effects", "tied": "with one of the tied models"}
     return found.get(verdict.verdict, "with the effects found")
 

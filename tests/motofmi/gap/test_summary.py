@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from fmus.effects.damping import CoulombFriction
 from motofmi.gap import verdict
 from motofmi.gap.alternatives import with_errors
 from motofmi.gap.criteria import Criteria
@@ -171,7 +172,13 @@ def test_a_base_within_the_tolerance_is_not_said_to_have_no_better_effect(by_tol
     [("named", "with the effects found"), ("unknown", "with the nearest effects"), ("tied", "with one of the tied models")],
 )
 def test_the_best_model_is_labelled_by_what_the_verdict_says_of_it(kind, label):
-    assert label_of_best(SimpleNamespace(verdict=kind)) == label
+    best = SimpleNamespace(model=SimpleNamespace(effects=(CoulombFriction,)))
+    assert label_of_best(SimpleNamespace(verdict=kind, best=best)) == label
+
+
+def test_a_best_model_without_effects_is_the_base():
+    best = SimpleNamespace(model=SimpleNamespace(effects=()))
+    assert label_of_best(SimpleNamespace(verdict="none", best=best)) == "base"
 
 
 def test_a_tie_shows_each_model_with_its_values_and_share():
