@@ -101,10 +101,10 @@ def with_force_element(component: Component) -> Component:
     moving = [n for n in component.states if unit(table[n].unit).exponents in PER_INERTIA]
     deflection_of = dict.fromkeys(moving, "") | {str(x): n for n, x in rates.items() if str(x) in component.states}
     efforts = [n for n in component.inputs if is_force(table[n].unit)]
-    other = not efforts
-    if other and form.coupled:
+    forced = bool(efforts)
+    if not forced and form.coupled:
         return component
-    if other and len(moving) == 1:
+    if not forced and len(moving) == 1:
         return WithAddedForce(component, "", deflection_of[moving[0]], moving[0])
     efforts = efforts or [n for n in component.inputs if unit(table[n].unit).exponents not in MOTIONS]
     # NumPy numbers give inf or nan, and no exception, where the equations are not defined at the start values.
@@ -119,7 +119,9 @@ def with_force_element(component: Component) -> Component:
         driven = [n for n in driven if _along(table[effort].unit, table[n].unit)] or driven
         changes = {(effort, n): float(changed[f"der({n})"] - rest[f"der({n})"]) for n in driven}
         slopes |= {pair: change if np.isfinite(change) else 1.0 for pair, change in changes.items()}
-    pairs = [next(iter(slopes))] if other and slopes and len(efforts) == 1 else _driven(efforts, slopes)
+    # The units of accelerations by an input that is no force may differ: the first one that it drives is taken.
+    first = next((pair for pair, slope in slopes.items() if slope), None)
+    pairs = [first] if first and not forced and len(efforts) == 1 else _driven(efforts, slopes)
     points = [(effort, deflection_of[rate], rate) for effort, rate in pairs]
     return WithAddedForce(component, *points[0], further=tuple(points[1:])) if points else component
 

@@ -10,6 +10,7 @@ left-out blocks.
 Source: Chow, Econometrica 28 (1960) 591-605, who compares sums of squares in the same way.
 """
 
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -61,7 +62,9 @@ def with_own_values(base: ComparedModel, flexible: float, blocks: CommonBlocks) 
         enough = least * before.chi2
         found = fit(base.fit.model, before.runs, before.x, beat=enough)
         if found.chi2 > enough and (start := _by_frequency(base, blocks)) is not None:
-            found = min(found, fit(base.fit.model, blocks.validation, start, beat=enough), key=lambda each: each.chi2)
+            with suppress(InputError):  # it cannot be simulated from there
+                other = fit(base.fit.model, blocks.validation, start, beat=enough)
+                found = min(found, other, key=lambda each: each.chi2)
         validation = left_out_mean_squares(time_residuals(found, blocks.scale), blocks.validation_blocks)
     except (InputError, ValueError, np.linalg.LinAlgError):
         return None

@@ -42,8 +42,8 @@ UNSEEN = (
 )
 HYSTERESIS = DahlHysteresis.family
 CENTRES = (
-    "{}: the runs are about {:.3g} and {:.3g} {}, further apart than they move, and the base has no spring. Not "
-    "candidates there: {}; they would have another centre in each run."
+    "{}: the means of the runs, {:.3g} to {:.3g} {}, differ by more than the motion about them, and the base has no "
+    "spring. Not candidates there: {}; they would have another centre in each run."
 )
 REVOLUTIONS = (
     "{}: the angle exceeds a revolution. Laws of its sensor are no candidates: the error of an encoder repeats with "

@@ -109,6 +109,24 @@ def test_an_effect_that_all_pairs_contain_is_not_named_where_the_others_explain_
     assert strongest.verdict == "named" and [c.family for c in strongest.effects] == ["coulomb_friction"]
 
 
+def test_of_tied_pairs_the_one_that_validation_confirms_is_named_with_both_effects():
+    weak = candidate(CoulombFriction, reduced=4.9, delta_bic=20.0)
+    tied = [Candidate(e, fit_with(CoulombFriction, e, reduced=1.0), 2000.0, 2000.0) for e in (ProgressiveDamping, HungBody)]
+    found = Verdict("tied", BASE, tied[0].fit, [], tied, [*tied, weak])
+
+    class RejectsBodies:
+        criteria = Criteria()
+
+        def reject(self, base, fit, unspecified_form=False):
+            return HungBody in fit.model.effects
+
+    named = with_validation(found, RejectsBodies())
+    assert named.verdict == "named" and named.rejected == ["extra_mode"]
+    assert [(c.family, c.fit) for c in named.effects] == [
+        ("progressive_damping", tied[0].fit), ("coulomb_friction", tied[0].fit),
+    ]  # fmt: skip
+
+
 def test_a_value_within_its_error_is_not_reported():
     found = of_one(BASE, [candidate(CoulombFriction, reduced=1.0, delta_bic=4000.0)], Criteria())
     assert found.verdict == "named"
