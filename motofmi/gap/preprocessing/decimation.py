@@ -57,6 +57,6 @@ def advice_on_rate(runs: Sequence[SampledRun]) -> str:
     if samples <= MANY_SAMPLES or rate > min(run.recording.rate for run in runs) / 2:
         return ""
     return (
-        f"The search over {samples} samples may take minutes. 99.9 % of the variance of the outputs lies below {highest:.3g} Hz: "
-        f"--rate {rate:g} reduces the samples; --time limits the search."
+        f"The search over {samples} samples may take minutes. 99.9 % of the variance of the outputs lies below "
+        f"{highest:.3g} Hz: --rate {rate:g} reduces the samples; --time limits the search."
     )
