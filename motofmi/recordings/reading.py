@@ -84,9 +84,11 @@ def read_recording(path: str | Path, mapping: Mapping[str, str] | None = None, r
         *channel_warnings(time, columns, units),
         *rig_warnings(time, rig),
     )
+    headings = {s.name: s.column for s in sources if s.name != s.column}
+    negated = frozenset(s.name for s in sources if s.factor < 0)
     return Recording(
         run_name(path), time, columns, {name: units[name] for name in columns}, warnings, rig, file=path.name,
-        unread=unread, path=path,
+        headings=headings, negated=negated, unread=unread, path=path,
     )
 
 

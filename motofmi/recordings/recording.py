@@ -20,9 +20,10 @@ class Recording:
     """One run: time (n,) [s] and named columns (n,) in SI, their units, and warnings about them.
 
     gaps are the last recorded times before, and the first after, stretches [s] that are bridged but were not recorded;
-    bridged are the same of stretches so short that a spline bridges them. unread are columns of the file without a
-    unit, which are not in `columns`, and joined are the names of the runs of which this one was made. rig is the content of `rig.json`, file the name and
-    path the path of the file that the run was read from.
+    bridged are the same of stretches so short that a spline bridges them. headings are the names in the file of the
+    columns that have another name here, and negated those whose sign was reversed. unread are columns of the file
+    without a unit, which are not in `columns`, and joined are the names of the runs of which this one was made. rig is
+    the content of `rig.json`, file the name and path the path of the file that the run was read from.
 
         run = read_recording("sweep.csv")
         run["steer_torque"], run.units["steer_torque"], run.warnings
@@ -37,6 +38,8 @@ class Recording:
     gaps: tuple[tuple[float, float], ...] = ()
     file: str = ""
     bridged: tuple[tuple[float, float], ...] = ()
+    headings: dict[str, str] = field(default_factory=dict)
+    negated: frozenset[str] = frozenset()
     unread: tuple[str, ...] = ()
     joined: tuple[str, ...] = ()
     path: Path | None = None
@@ -65,6 +68,11 @@ class Recording:
         """The samples without gaps, in one slice for each stretch."""
         edges = np.flatnonzero(np.diff(np.concatenate([[True], self.broken, [True]])))
         return tuple(slice(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True))
+
+    def option(self, column: str, unit: str = "") -> str:
+        """The option that reads a column in another unit, or without one, with the other sign."""
+        target = f"{column} [{unit}]" if unit else column if column in self.negated else f"-{column}"
+        return f'--map "{self.headings.get(column, column)}={target}"'
 
     def from_zero(self) -> "Recording":
         """The recording with its first sample at time zero."""

@@ -64,5 +64,5 @@ def _require(ratio: float, run: Recording, name: str, rate: str) -> None:
         raise InputError(
             f"{run.file or run.name}: {rate} is the rate of {name}, and {name} changes by {ratio:.3g} times its "
             f"integral; expected 1. A sign or a unit of the two columns is wrong: give it with "
-            f'--map "COLUMN=-{rate}" or --map "COLUMN={name} [deg]"'
+            f"{run.option(rate)} or {run.option(name, 'deg')}"
         )

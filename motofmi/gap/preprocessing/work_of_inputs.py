@@ -32,7 +32,7 @@ def note_on_signs(component: Component, run: Recording) -> list[str]:
             notes.append(
                 f"{run.file or run.name}: the work of {effort} is negative in each of {PARTS} parts of the run "
                 f"({parts.sum():.3g} J in total), which a passive component does not allow. If the sensor measures the "
-                f'reaction, reverse its sign: --map "COLUMN=-{effort}".'
+                f"reaction, reverse its sign: {run.option(effort)}."
             )
     return notes
 

@@ -94,7 +94,7 @@ def notes_on_degrees(component: Component, recordings: Sequence[Recording]) -> l
             if swing > 2 * np.pi and oscillates(run[name]):
                 notes.append(
                     f"{run.file or run.name}: {name} swings by {swing:.3g} rad, {swing / (2 * np.pi):.2g} revolutions. "
-                    f'If these numbers are degrees, state it: {name} [deg] in the heading, or --map "COLUMN={name} [deg]".'
+                    f"If these numbers are degrees, state it: {name} [deg] in the heading, or {run.option(name, 'deg')}."
                 )
     return notes
 

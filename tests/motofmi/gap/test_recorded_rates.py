@@ -43,7 +43,7 @@ def test_a_wrong_sign_or_unit_is_refused_with_the_ratio(factor, errors):
     (ratio,) = re.findall(r"changes by (\S+) times", str(error.value))
     # noise of up to a twelfth of the rate, and a constant rate across the gap
     assert float(ratio) == pytest.approx(1 / factor, rel=0.1)
-    assert '--map "COLUMN=-rate"' in str(error.value)
+    assert '--map "rate=-rate" or --map "angle=angle [deg]"' in str(error.value)
 
 
 def test_an_imposed_angle_is_not_compared_with_its_rate():

@@ -53,7 +53,7 @@ def test_the_force_of_a_reaction_is_noted_with_the_option():
     right, wrong = shaken_damper(), shaken_damper(sign=-1.0)
     assert note_on_signs(MassSpringDamper(), right) == []
     (note,) = note_on_signs(MassSpringDamper(), wrong)
-    assert '--map "COLUMN=-force"' in note and "reaction" in note
+    assert '--map "force=-force"' in note and "reaction" in note
 
 
 def test_nothing_is_named_with_the_force_of_a_reaction_and_the_sign_is_the_reason():

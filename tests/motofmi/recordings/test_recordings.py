@@ -70,6 +70,16 @@ def test_columns_are_mapped_and_get_units(write):
         read_recording(write(lines), {"Pott": "steer_angle"})
 
 
+@pytest.mark.parametrize("target, reverse", [("steer_torque", "-steer_torque"), ("-steer_torque", "steer_torque")])
+def test_the_option_that_reverses_a_column_names_its_heading(write, target, reverse):
+    path = write(text(good(), "time [s],steer_angle [rad],Load Cell [N.m]"))
+    recording = read_recording(path, {"Load Cell": target})
+    assert recording.option("steer_torque") == f'--map "Load Cell={reverse}"'
+    assert recording.option("steer_angle", "deg") == '--map "steer_angle=steer_angle [deg]"'
+    again = read_recording(path, {"Load Cell": reverse})
+    np.testing.assert_array_equal(again["steer_torque"], -recording["steer_torque"])
+
+
 def test_semicolons_comments_and_a_byte_order_mark(write):
     lines = [line.replace(",", ";") for line in text(good())]
     lines[0] = "\ufeff" + lines[0]

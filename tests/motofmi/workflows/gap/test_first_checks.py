@@ -69,7 +69,7 @@ def test_a_swing_of_revolutions_may_be_in_degrees(angle, doubtful):
     recording = Recording("swing", TIME, columns, {"angle": "rad", "torque": "N.m"})
     said = notes_on_degrees(DrivenJoint(), [recording])
     assert bool(said) == doubtful
-    assert not said or ("swings by 16" in said[0] and '--map "COLUMN=angle [deg]"' in said[0])
+    assert not said or ("swings by 16" in said[0] and '--map "angle=angle [deg]"' in said[0])
 
 
 def test_unused_columns_alone_are_a_note():
