@@ -19,7 +19,8 @@ from motofmi.reports.gap_report import Pictures
 from motofmi.workflows.gap.augmented_rider import effect_on_modes, rider_of
 from motofmi.workflows.gap.given import Given
 from motofmi.workflows.gap.imposed_motion import OnRig
-from motofmi.workflows.gap.input_output import limitations_of, result_of
+from motofmi.workflows.gap.input_output import result_of
+from motofmi.workflows.gap.limitations import limitations_of
 
 OVER_TIME = ("The imposed angle is no swept or stepped sine: the runs are compared over time, where the noise is not "
              "known separately. A sweep is more informative (motofmi gap --plan).")  # fmt: skip

@@ -6,13 +6,11 @@ from typing import Any
 
 from fmus.declaration.component import Component
 from fmus.support.progress import say
-from motofmi.gap.estimation.fit_result import parameters_of, sensor_offsets_of, undetermined
 from motofmi.gap.estimation.from_rest import are_step_responses
 from motofmi.gap.estimation.unit_plausibility import parameters_with_force_or_mass
 from motofmi.gap.experiment_design.next_experiment import next_experiment
 from motofmi.gap.experiment_design.scaled_runs import scaled_runs
 from motofmi.gap.experiments.input_output import InputOutputExperiment, input_output_experiment
-from motofmi.gap.experiments.sensor_offset import sensor_offset_parameter
 from motofmi.gap.localisation.sampled_places import cells
 from motofmi.gap.preprocessing.decimation import advice_on_rate
 from motofmi.gap.preprocessing.recorded_rates import require_rates
@@ -39,16 +37,8 @@ from motofmi.workflows.gap.first_checks import (
 from motofmi.workflows.gap.fitted_model import FittedModel
 from motofmi.workflows.gap.given import Given
 from motofmi.workflows.gap.kind import Kind
+from motofmi.workflows.gap.limitations import limitations_of
 
-FLEXIBLE = ("The noise is not known (no repeated runs, no noise in rig.json): it is estimated by the residuals of a "
-            "flexible model, so a reduced chi-square of 1 means consistent with that model.")  # fmt: skip
-NONE_IS_WEAK = (
-    "none means that no effect of the library improves the model; residuals of the flexible model count as noise."
-)
-NO_UNIT = (
-    "A state has the unit 1, so that the laws of mechanics (friction, drag, a further body) are no candidates; where "
-    "it is an angle, a displacement or their rate, give its unit in the class and in the columns."
-)
 ANCHORED = (
     "No input is recorded, or all inputs are zero: only ratios of parameters are identifiable, with {} as given."
 )
@@ -56,13 +46,6 @@ BOTH_WAYS = (
     "Every run moves one way, some forwards and some backwards: no offset of an input is fitted, since in each of them "
     "it would take the place of dry friction."
 )
-FROM_REST = (
-    "The runs are step responses, and begin at rest: their initial states are known. With free initial states a "
-    "constant input would have no influence."
-)
-OTHER_UNIT = ("All parameters with force or mass in their unit were fitted to {:.3g} times their start values: is a "
-              "column's unit wrong (deg for rad, kN for N, mm for m)? Nothing is named. If all units are right, give "
-              "better start values: --component FILE.toml.")  # fmt: skip
 
 
 class InputOutput(Kind):
@@ -182,79 +165,3 @@ def _said_once(notes: Sequence[str], runs: Sequence[str]) -> list[str]:
         run = next((n for n in runs if note.startswith(f"{n}: ")), "")
         names.setdefault(note.removeprefix(f"{run}: ") if run else note, []).append(run)
     return [f"{', '.join(of)}: {note}" if any(of) else note for note, of in names.items()]
-
-
-def limitations_of(found: Investigation, result: dict[str, Any], component: Component, held: bool) -> list[str]:
-    """The limitations of an investigation of a component, in sentences. held: whether there are validation runs."""
-    sentences = []
-    if result["noise_source"] == "flexible_model":
-        sentences.append(FLEXIBLE)
-        compared = found.verdict.comparison
-        if result["verdict"] == "none" and not (compared and compared.outcome.verdict == "none"):  # by the tolerance
-            sentences.append(NONE_IS_WEAK)
-    if found.experiment.from_rest:
-        sentences.append(FROM_REST)
-    if found.factor != 1.0:
-        sentences.append(OTHER_UNIT.format(found.factor))
-    sentences += [
-        f"{n} keeps its value: at the frequencies of these runs it is not distinguishable from a stiffness."
-        for n in found.fixed_inertias
-    ]
-    sentences += found.left_out
-    bearing = found.experiment.component
-    if not bearing.elements and any(bearing.table[n].unit == "1" for n in bearing.states):
-        sentences.append(NO_UNIT)
-    criteria = found.verdict.criteria
-    if found.missed > criteria.slow_noise_share:
-        sentences.append(
-            f"{100 * found.missed:.0f} % (rms) of the recorded {' or '.join(found.experiment.outputs)} in the fitted "
-            "runs is not explained by the best model: too much to be called noise."
-        )
-    best = found.verdict.best
-    base = {n: p for n, p in parameters_of(best).items() if n in best.model.base}
-    vanishing = undetermined(base, criteria.value_errors)
-    for name in vanishing if len(vanishing) < len(base) else []:  # the verdict has a sentence on all of them
-        value, error, of_unit = base[name]
-        sentences.append(
-            f"{name} = {value:.3g} {of_unit} is not distinguishable from zero (standard error {error:.2g}). If the "
-            "component has no such element, set it to 0 in a value file: --component FILE.toml."
-        )
-    rows, far = best.model.component.table, criteria.implausible_factor
-    for name, (value, _, _) in parameters_of(best).items():
-        row, start = rows[name], abs(component.values.get(name, 0.0))
-        if (
-            name in best.model.own
-            and name in [best.model.own[i] for i in best.model.sizes]
-            and (value >= row.max or value <= row.min < 0)
-            and (row.min, row.max) != (0, 1)  # a share of 1 is the whole effect, as a hard limit
-        ):
-            sentences.append(
-                f"{name} was fitted to its bound {value:g}{'' if row.unit == '1' else ' ' + row.unit}: the "
-                "effect does not fit well"
-                + (", or a column's unit is wrong." if found.experiment.own_values else ".")
-            )
-        if found.experiment.own_values and name in best.model.base and start and not 1 / far < abs(value) / start < far:
-            vanished = row.min <= 0 and abs(value) < start / far
-            sentences.append(
-                f"{name} was fitted to {value:.3g} {row.unit}, far from its start value {start:.3g}: "
-                + ("the data are fitted as well without it." if vanished else "is a column's unit wrong?")
-            )
-    for run, zeros in zip(best.runs, sensor_offsets_of(best), strict=True):
-        friction = ", dry friction (the rate has one sign)" if run.direction else ""
-        for name in found.experiment.sensor_offsets:
-            value, error = zeros[sensor_offset_parameter(name)]
-            if abs(value) > criteria.sensor_offset_errors * error:
-                sentences.append(f"The {name} of {run.name} is fitted as the recorded values plus {value:.2g} "
-                                 f"{run.recording.units[name]} (standard error {error:.1g}): a sensor offset"
-                                 f"{friction}, or another constant input.")  # fmt: skip
-    gap = result["gap"]
-    share = criteria.validation_warning_share
-    by_chi_square = found.verdict.comparison is None and result["verdict"] == "named"
-    if held and by_chi_square and gap["holdout_after"] - 1 > (1 - share) * (gap["holdout_before"] - 1):
-        sentences.append(
-            f"On the validation run the effect closes less than {share:.0%} of the gap: it may be specific to the "
-            "fitted runs."
-        )
-    if not held:
-        sentences.append("No validation run: the verdict is not checked on data that were not used.")
-    return sentences

@@ -24,7 +24,7 @@ from motofmi.gap.selection.confirmation import with_validation
 from motofmi.gap.selection.pairs import Pair
 from motofmi.gap.selection.result import Verdict
 from motofmi.gap.validation.validation_run import ValidationRuns
-from motofmi.workflows.gap.input_output import limitations_of
+from motofmi.workflows.gap.limitations import limitations_of
 
 FREEDOM = 10_000
 
@@ -175,9 +175,9 @@ def doubts(found, factor=1.0, missed=0.0, **values):
 @pytest.mark.parametrize("values, absent", [((0.1, 1.0), True), ((1.0, 1.0), False), ((0.1, 0.1), False)])
 def test_a_value_that_may_be_zero_is_said_unless_all_are(monkeypatch, values, absent):
     """Each has a standard error of 0.1; where none is determined, the verdict has a sentence of its own."""
-    monkeypatch.setattr("motofmi.workflows.gap.input_output.sensor_offsets_of", lambda found: [{} for _ in found.runs])
+    monkeypatch.setattr("motofmi.workflows.gap.limitations.sensor_offsets_of", lambda found: [{} for _ in found.runs])
     parameters = {"stiffness": (values[0], 0.1, "N.m/rad"), "damping": (values[1], 0.1, "N.m.s/rad")}
-    monkeypatch.setattr("motofmi.workflows.gap.input_output.parameters_of", lambda found: parameters)
+    monkeypatch.setattr("motofmi.workflows.gap.limitations.parameters_of", lambda found: parameters)
     found = fit_with(reduced=1.0)
     found.model.base = list(parameters)
     found.model.component.table |= {n: SimpleNamespace(unit=p[2], min=0.0, max=np.inf) for n, p in parameters.items()}
@@ -205,7 +205,7 @@ def test_runs_that_are_taken_to_begin_at_rest_are_said(from_rest):
 
 @pytest.fixture
 def without_sensor_offsets(monkeypatch):
-    monkeypatch.setattr("motofmi.workflows.gap.input_output.sensor_offsets_of", lambda found: [{} for _ in found.runs])
+    monkeypatch.setattr("motofmi.workflows.gap.limitations.sensor_offsets_of", lambda found: [{} for _ in found.runs])
 
 
 @pytest.mark.usefixtures("without_sensor_offsets")
@@ -226,7 +226,7 @@ def test_a_constant_torque_may_be_friction_where_the_rate_has_one_sign(monkeypat
     found.model.experiment.sensor_offsets = {"torque": 0.1}
     found.runs[0].direction, found.runs[0].recording = float(one_way), SimpleNamespace(units={"torque": "N.m"})
     offsets = [{sensor_offset_parameter("torque"): (-0.03, 1e-5)}]
-    monkeypatch.setattr("motofmi.workflows.gap.input_output.sensor_offsets_of", lambda _: offsets)
+    monkeypatch.setattr("motofmi.workflows.gap.limitations.sensor_offsets_of", lambda _: offsets)
     assert any(sentence.endswith(said) for sentence in doubts(found))
 
 

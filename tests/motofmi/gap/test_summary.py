@@ -21,7 +21,7 @@ from motofmi.gap.selection.result import Verdict
 from motofmi.reports.gap_before_after import label_of_best
 from motofmi.reports.gap_summary import bars, headline, laws, nearest, next_run
 from motofmi.workflows.components import component, ships
-from motofmi.workflows.gap.input_output import limitations_of
+from motofmi.workflows.gap.limitations import limitations_of
 from tests.simulators.hidden_joint import joint_run
 
 NAMES = ("coulomb_friction", "hysteresis", "drift")

@@ -1,0 +1,140 @@
+"""The limitations of a verdict on the recordings of a component: what it rests on, and values that need attention."""
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from fmus.declaration.component import Component
+from fmus.declaration.variables import Variable
+from motofmi.gap.criteria import Criteria
+from motofmi.gap.estimation.fit_result import Fit, parameters_of, sensor_offsets_of, undetermined
+from motofmi.gap.experiments.sensor_offset import sensor_offset_parameter
+from motofmi.gap.selection.any_component import Investigation
+
+FLEXIBLE = ("The noise is not known (no repeated runs, no noise in rig.json): it is estimated by the residuals of a "
+            "flexible model, so a reduced chi-square of 1 means consistent with that model.")  # fmt: skip
+NONE_IS_WEAK = (
+    "none means that no effect of the library improves the model; residuals of the flexible model count as noise."
+)
+NO_UNIT = (
+    "A state has the unit 1, so that the laws of mechanics (friction, drag, a further body) are no candidates; where "
+    "it is an angle, a displacement or their rate, give its unit in the class and in the columns."
+)
+FROM_REST = (
+    "The runs are step responses, and begin at rest: their initial states are known. With free initial states a "
+    "constant input would have no influence."
+)
+OTHER_UNIT = ("All parameters with force or mass in their unit were fitted to {:.3g} times their start values: is a "
+              "column's unit wrong (deg for rad, kN for N, mm for m)? Nothing is named. If all units are right, give "
+              "better start values: --component FILE.toml.")  # fmt: skip
+
+
+def limitations_of(found: Investigation, result: dict[str, Any], component: Component, held: bool) -> list[str]:
+    """The limitations of an investigation of a component, in sentences. held: whether there are validation runs."""
+    best, criteria = found.verdict.best, found.verdict.criteria
+    return [
+        *_on_the_noise(found, result),
+        *_on_the_base(found),
+        *_on_base_values(best, criteria),
+        *_on_bounds(best, found.experiment.own_values),
+        *(_on_start_values(best, component, criteria) if found.experiment.own_values else ()),
+        *_on_sensor_offsets(best, found.experiment.sensor_offsets, criteria),
+        *_on_validation(found, result, held),
+    ]
+
+
+def _on_the_noise(found: Investigation, result: dict[str, Any]) -> Iterator[str]:
+    """The source of the noise, where it was not known."""
+    if result["noise_source"] != "flexible_model":
+        return
+    yield FLEXIBLE
+    compared = found.verdict.comparison
+    if result["verdict"] == "none" and not (compared and compared.outcome.verdict == "none"):  # by the tolerance
+        yield NONE_IS_WEAK
+
+
+def _on_the_base(found: Investigation) -> Iterator[str]:
+    """What was assumed of the base, what was left out, and how much no model explains."""
+    if found.experiment.from_rest:
+        yield FROM_REST
+    if found.factor != 1.0:
+        yield OTHER_UNIT.format(found.factor)
+    for name in found.fixed_inertias:
+        yield f"{name} keeps its value: at the frequencies of these runs it is not distinguishable from a stiffness."
+    yield from found.left_out
+    bearing = found.experiment.component
+    if not bearing.elements and any(bearing.table[n].unit == "1" for n in bearing.states):
+        yield NO_UNIT
+    if found.missed > found.verdict.criteria.slow_noise_share:
+        yield (
+            f"{100 * found.missed:.0f} % (rms) of the recorded {' or '.join(found.experiment.outputs)} in the fitted "
+            "runs is not explained by the best model: too much to be called noise."
+        )
+
+
+def _on_base_values(best: Fit, criteria: Criteria) -> Iterator[str]:
+    """Values of the base that are not distinguishable from zero; where all are, the verdict has a sentence on them."""
+    base = {n: p for n, p in parameters_of(best).items() if n in best.model.base}
+    vanishing = undetermined(base, criteria.value_errors)
+    for name in vanishing if len(vanishing) < len(base) else []:
+        value, error, unit = base[name]
+        yield (
+            f"{name} = {value:.3g} {unit} is not distinguishable from zero (standard error {error:.2g}). If the "
+            "component has no such element, set it to 0 in a value file: --component FILE.toml."
+        )
+
+
+def _on_bounds(best: Fit, own_values: bool) -> Iterator[str]:
+    """Magnitudes of effects that were fitted to one of their bounds."""
+    rows, own = best.model.component.table, best.model.own
+    for name in (own[i] for i in best.model.sizes):
+        value = parameters_of(best)[name][0]
+        if _at_bound(value, rows[name]):
+            unit = "" if rows[name].unit == "1" else f" {rows[name].unit}"
+            cause = ", or a column's unit is wrong" if own_values else ""
+            yield f"{name} was fitted to its bound {value:g}{unit}: the effect does not fit well{cause}."
+
+
+def _at_bound(value: float, row: Variable) -> bool:
+    """Whether a magnitude is at a bound; a share of 1 is the whole effect, as a hard limit."""
+    return (value >= row.max or value <= row.min < 0) and (row.min, row.max) != (0, 1)
+
+
+def _on_start_values(best: Fit, component: Component, criteria: Criteria) -> Iterator[str]:
+    """Values of the base that were fitted far from those of the component."""
+    far = criteria.implausible_factor
+    for name, (value, _, unit) in parameters_of(best).items():
+        start = abs(component.values.get(name, 0.0))
+        if name not in best.model.base or not start or 1 / far < abs(value) / start < far:
+            continue
+        vanished = best.model.component.table[name].min <= 0 and abs(value) < start / far
+        yield f"{name} was fitted to {value:.3g} {unit}, far from its start value {start:.3g}: " + (
+            "the data are fitted as well without it." if vanished else "is a column's unit wrong?"
+        )
+
+
+def _on_sensor_offsets(best: Fit, columns: Iterable[str], criteria: Criteria) -> Iterator[str]:
+    """Offsets of sensors that are distinguishable from zero."""
+    for run, offsets in zip(best.runs, sensor_offsets_of(best), strict=True):
+        friction = ", dry friction (the rate has one sign)" if run.direction else ""
+        for name in columns:
+            value, error = offsets[sensor_offset_parameter(name)]
+            if abs(value) > criteria.sensor_offset_errors * error:
+                yield (
+                    f"The {name} of {run.name} is fitted as the recorded values plus {value:.2g} "
+                    f"{run.recording.units[name]} (standard error {error:.1g}): a sensor offset{friction}, or another "
+                    "constant input."
+                )
+
+
+def _on_validation(found: Investigation, result: dict[str, Any], held: bool) -> Iterator[str]:
+    """What the validation runs show of a name by chi-square, or that there are none."""
+    if not held:
+        yield "No validation run: the verdict is not checked on data that were not used."
+        return
+    gap, share = result["gap"], found.verdict.criteria.validation_warning_share
+    by_chi_square = found.verdict.comparison is None and result["verdict"] == "named"
+    if by_chi_square and gap["holdout_after"] - 1 > (1 - share) * (gap["holdout_before"] - 1):
+        yield (
+            f"On the validation run the effect closes less than {share:.0%} of the gap: it may be specific to the "
+            "fitted runs."
+        )
