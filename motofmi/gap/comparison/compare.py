@@ -14,7 +14,8 @@ from fmus.support.errors import InputError
 from motofmi.gap.comparison.adjusted_likelihood_ratio import adjusted_errors
 from motofmi.gap.comparison.closable import closed_share, closes_as_much, flexible_mean_square, low_of_mean
 from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
-from motofmi.gap.comparison.outcome import MEMBER, NOT_CLEAR, SMALL, WITHHELD, Outcome, outcome
+from motofmi.gap.comparison.objections import MEMBER, NOT_CLEAR, SMALL, WITHHELD
+from motofmi.gap.comparison.outcome import Outcome, outcome
 from motofmi.gap.comparison.outside_library import sufficient_law, with_values
 from motofmi.gap.comparison.own_values import disagreement
 from motofmi.gap.comparison.pair_search import pairs

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from fmus.effects import Effect
 from fmus.effects.added_terms import added_terms
 from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
-from motofmi.gap.comparison.outcome import objection
+from motofmi.gap.comparison.objections import objection
 from motofmi.gap.comparison.search import FAR_BEHIND
 from motofmi.gap.comparison.simplest_form import simplest_sufficient, within_one_error
 from motofmi.gap.estimation.fit_result import parameters_of_effect

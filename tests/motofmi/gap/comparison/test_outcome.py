@@ -70,7 +70,7 @@ def test_a_mode_that_no_run_resolves_leaves_and_the_others_are_compared(monkeypa
     def found_in(fit):
         return Unresolved("modes", 0.62, 0.64, 0.05, "Hz") if HungBody in fit.model.effects else None
 
-    monkeypatch.setattr("motofmi.gap.comparison.outcome.unresolved_modes", found_in)
+    monkeypatch.setattr("motofmi.gap.comparison.objections.unresolved_modes", found_in)
     body, friction = model_with(HungBody, level=0.5, seed=1), model_with(CoulombFriction, level=1.0, seed=2)
     found = decided([body, friction])
     assert found.verdict == "named" and found.best is friction

@@ -10,7 +10,7 @@ from fmus.effects.damping import CoulombFriction, CubicDamping
 from fmus.effects.hysteresis import DahlHysteresis
 from fmus.effects.resonance import HungBody
 from fmus.effects.stiffness import Asymmetry
-from motofmi.gap.comparison import outcome as outcome_module
+from motofmi.gap.comparison import objections
 from motofmi.gap.comparison.outcome import outcome
 from motofmi.gap.criteria import Criteria
 from tests.motofmi.gap.comparison.constructed_models import BLOCKS, FLEXIBLE, MOTION, decided, model_with
@@ -59,7 +59,7 @@ def test_an_effect_with_a_shape_at_its_bound_leaves_and_the_others_are_compared(
     """As a loop of hysteresis that closes at once, which is dry friction."""
     loop, friction = model_with(DahlHysteresis, level=0.9, seed=2), model_with(CoulombFriction, level=1.0, seed=1)
     at_bound = {}
-    monkeypatch.setattr(outcome_module, "shape_at_bound", lambda fit: at_bound.get(id(fit)))
+    monkeypatch.setattr(objections, "shape_at_bound", lambda fit: at_bound.get(id(fit)))
     assert decided([loop, friction]).verdict == "tied"
     at_bound[id(loop.fit)] = "hysteresis.width", end
     found = decided([loop, friction])
