@@ -40,7 +40,15 @@ def values_by_inverse_dynamics(model: FreeInitialStateModel, runs: Sequence[Samp
 
 
 def first_values(model: FreeInitialStateModel, runs: Sequence[SampledRun]) -> Iterator[np.ndarray]:
-    """The other starting vectors, the most promising first, computed on demand."""
+    """The other starting vectors, each once, the most promising first, computed on demand."""
+    tried: list[np.ndarray] = []
+    for x in _starting_vectors(model, runs):
+        if not any(np.allclose(x, other) for other in tried):
+            tried.append(x)
+            yield x
+
+
+def _starting_vectors(model: FreeInitialStateModel, runs: Sequence[SampledRun]) -> Iterator[np.ndarray]:
     own = model.start()
     base = np.arange(len(own)) < len(model.base)
     by_frequency = frequency_domain_start(model, runs)

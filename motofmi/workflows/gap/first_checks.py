@@ -99,6 +99,18 @@ def notes_on_degrees(component: Component, recordings: Sequence[Recording]) -> l
     return notes
 
 
+def notes_on_zeros(component: Component, free: Sequence[str]) -> list[str]:
+    """A note on the parameters that keep the value 0, as those of an element that the component does not have; none
+    where the fitted parameters are given."""
+    rows = component.rows("parameter")
+    zero = [n for n, row in rows.items() if row.tunable and component.values[n] == 0 and not free]
+    return [
+        f"{n} is 0 in {component.title} and is not fitted, since a fit starts from values that are not 0. If the machine "
+        "has it, give a start value, as in parameter(..., start=1.0), or --component FILE.toml."
+        for n in zero
+    ]
+
+
 def require_start(component: Component, imposed: str = "") -> None:
     """Raises InputError unless state derivatives and outputs are finite at rest and a tunable parameter is not 0."""
     seen = with_imposed_state(component, imposed, component.inputs[0], []) if imposed else component

@@ -29,6 +29,7 @@ from motofmi.workflows.components import ships
 from motofmi.workflows.gap.augmented_component import component_of, fitted_component, own_modes
 from motofmi.workflows.gap.first_checks import (
     notes_on_degrees,
+    notes_on_zeros,
     require_distinct,
     require_inputs,
     require_motion,
@@ -79,7 +80,8 @@ class InputOutput(Kind):
         notes = [*(note for r in recordings for note in r.warnings), *(note for r in runs for note in r.notes)]
         notes += [f"{r.name}: {note}" for r in self.validation for note in r.warnings if note not in notes]
         self.signs = [note for r in (*recordings, *self.validation) for note in note_on_signs(experiment.component, r)]
-        at_once = [*notes_on_degrees(self.component, every), *filter(None, [advice_on_rate(runs)])]
+        zeros = [] if ships(self.component) else notes_on_zeros(self.component, given.free)
+        at_once = [*notes_on_degrees(self.component, every), *zeros, *filter(None, [advice_on_rate(runs)])]
         for sentence in at_once:
             say(sentence)
         self.notes = [*self.signs, *at_once, *joined, *joined_validation, *notes, *unused]

@@ -3,6 +3,8 @@
 The recordings are simulated by scipy's `solve_ivp`; free motions are exact solutions of linear equations.
 """
 
+from itertools import combinations
+
 import numpy as np
 import pytest
 from scipy.linalg import expm
@@ -12,12 +14,20 @@ from fmus.mechanisms import MassSpringDamper
 from motofmi.gap.estimation.frequency_domain_fit import frequency_domain_start
 from motofmi.gap.estimation.initial_fit import initial_fit
 from motofmi.gap.estimation.local_polynomial import local_polynomial_response
+from motofmi.gap.estimation.starting_values import first_values
 from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.sampled_run import SampledRun
 from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.recordings.recording import Recording
-from tests.simulators.other_components import Accelerometer, TwoCarts, accelerometer_run, carts_run
+from tests.simulators.other_components import (
+    Accelerometer,
+    Tanks,
+    TwoCarts,
+    accelerometer_run,
+    carts_run,
+    tanks_run,
+)
 
 CARTS = {
     "mass": 1.3,
@@ -48,6 +58,14 @@ def values_from(component: Component, recording: Recording, free: tuple[str, ...
 @pytest.fixture(scope="module")
 def carts() -> Recording:
     return carts_run("carts", 1)
+
+
+def test_every_start_is_tried_once():
+    """Tanks have no stiffness to be multiplied: that start would be tried five times."""
+    model, run = prepared(Tanks(), tanks_run("tanks", 1))
+    starts = list(first_values(model, [run]))
+    assert len(starts) > 1
+    assert not any(np.allclose(one, other) for one, other in combinations(starts, 2))
 
 
 @pytest.mark.slow

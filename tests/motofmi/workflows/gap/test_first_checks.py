@@ -7,13 +7,14 @@ import pytest
 
 from fmus.declaration.component import Component
 from fmus.declaration.variables import input, parameter, state
-from fmus.mechanisms import DrivenJoint
+from fmus.mechanisms import DrivenJoint, MassSpringDamper
 from fmus.support.errors import InputError
 from motofmi.recordings.reading import read_recording
 from motofmi.recordings.recording import Recording
 from motofmi.workflows.components import component, ships
 from motofmi.workflows.gap.first_checks import (
     notes_on_degrees,
+    notes_on_zeros,
     require_distinct,
     require_inputs,
     require_motion,
@@ -94,6 +95,12 @@ class Massless(Component):
 
     def equations(self, v, m):
         return {"der(speed)": v.force / v.mass}
+
+
+@pytest.mark.parametrize(("free", "named"), [((), ["spring_damping"]), (("mass",), [])])
+def test_a_parameter_of_zero_that_is_not_fitted_is_named(free, named):
+    undamped = MassSpringDamper(mass=2.0, spring_stiffness=50.0, spring_damping=0.0)
+    assert [note.split()[0] for note in notes_on_zeros(undamped, free)] == named
 
 
 def test_a_parameter_of_zero_from_which_nothing_starts_is_named():
