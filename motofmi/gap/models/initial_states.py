@@ -20,8 +20,9 @@ from motofmi.gap.models.segment_unknowns import (
     RANK,
     SegmentSolution,
     SegmentStart,
-    segment_solution,
-    segment_start,
+    groups,
+    segment_solutions,
+    segment_starts,
 )
 from motofmi.gap.models.segmented import Initial, SegmentedModel
 from motofmi.gap.preprocessing.sampled_run import SampledRun
@@ -214,11 +215,13 @@ class InitialStateModel(SegmentedModel):
                 else:  # worse, or it cannot be simulated
                     moves[i] = SHORTER * moves[i]
         lags = {name: self._later(run, values, name, best) for name in self.lags}
-        fitted_to_the_end = {}
-        for i in (i for i in best if all(i in later for later in lags.values())):
-            with suppress(InputError):  # derivatives that are not finite
-                slopes = self._slopes(run, values, i, best[i], {name: later[i] for name, later in lags.items()})
-                fitted_to_the_end[i] = segment_solution(run, i, best[i], slopes)
+        fitted_to_the_end: dict[int, SegmentSolution] = {}
+        delayed = [i for i in best if all(i in later for later in lags.values())]
+        for made in {id(best[i].made): best[i].made for i in delayed}.values():
+            for alike in groups(run, {i for i in delayed if best[i].made is made}):
+                with suppress(InputError):  # derivatives that are not finite
+                    slopes = self._slopes(run, values, alike, best, lags)
+                    fitted_to_the_end |= segment_solutions(run, alike, best, slopes)
         return fitted_to_the_end
 
     def _predict_states(self, run: SampledRun, changes: Mapping[int, tuple[SegmentStart, np.ndarray]]) -> None:
@@ -235,25 +238,29 @@ class InitialStateModel(SegmentedModel):
         self, run: SampledRun, values: Mapping[str, float], lag: str, best: Mapping[int, SegmentStart]
     ) -> dict[int, np.ndarray]:
         """The derivatives (m,) by a delay."""
-        slopes, x = {}, {i: begun.x for i, begun in best.items()}
+        slopes: dict[int, np.ndarray] = {}
+        x = {i: begun.x for i, begun in best.items()}
         for indices, made, nodes in self.simulated_apart(run, list(best), {**values, lag: values[lag] + DELAY_STEP}, x):
-            for i, where in zip(indices, nodes.samples, strict=True):
-                change = (made.outputs[where] - best[i].made.outputs[best[i].samples])[:, :, None] / DELAY_STEP
-                slopes[i] = (
-                    run.reduction.reduce(change, i, run.segments[i][0])[:, 0] / run.deviation[run.reduction.rows[i]]
-                )
+            where = dict(zip(indices, nodes.samples, strict=True))
+            for alike in groups(run, where):
+                change = np.array([made.outputs[where[i]] - best[i].made.outputs[best[i].samples] for i in alike])
+                rows = np.array([run.reduction.rows[i] for i in alike])
+                of_data = run.reduction.reduce_segments(change / DELAY_STEP, alike) / run.deviation[rows]
+                slopes |= dict(zip(alike, of_data, strict=True))
         return slopes
 
-    def _slopes(self, run: SampledRun, values: Mapping[str, float], index: int, begun: SegmentStart,
-                lags: Mapping[str, np.ndarray]) -> np.ndarray:  # fmt: skip
-        """The derivatives (m, np) of a segment's reduced output over the noise; lags holds those (m,) by delays."""
-        rows, first = run.reduction.rows[index], run.segments[index][0]
-        found = np.zeros((len(rows), len(self.names)))
-        slopes = run.reduction.reduce(begun.made.slopes[begun.samples], index, first)
-        found[:, [self.names.index(n) for n in self.equations.parameters]] = slopes / run.deviation[rows][:, None]
-        for name, slope in lags.items():
-            found[:, self.names.index(name)] = slope
-        found[:, : len(self.base)] *= [values[n] for n in self.base]
+    def _slopes(self, run: SampledRun, values: Mapping[str, float], alike: Sequence[int],
+                best: Mapping[int, SegmentStart], lags: Mapping[str, Mapping[int, np.ndarray]]) -> np.ndarray:  # fmt: skip
+        """The derivatives (segments, m, np) of the reduced outputs of segments that are alike, over the noise; lags
+        holds those (m,) by delays."""
+        rows = np.array([run.reduction.rows[i] for i in alike])
+        found = np.zeros((*rows.shape, len(self.names)))
+        slopes = np.array([best[i].made.slopes[best[i].samples] for i in alike])
+        of_data = run.reduction.reduce_segments(slopes, alike) / run.deviation[rows][..., None]
+        found[..., [self.names.index(n) for n in self.equations.parameters]] = of_data
+        for name, by_delay in lags.items():
+            found[..., self.names.index(name)] = [by_delay[i] for i in alike]
+        found[..., : len(self.base)] *= [values[n] for n in self.base]
         return found
 
     def _from(
@@ -261,9 +268,8 @@ class InitialStateModel(SegmentedModel):
     ) -> dict[int, SegmentStart]:
         """Segments from initial states, each with the step to better ones; those that cannot be
         simulated are left out."""
-        begun = {}
+        begun: dict[int, SegmentStart] = {}
+        deviations = np.zeros(0) if self.experiment.from_rest else self._initial_deviations
         for indices, made, nodes in self.simulated_apart(run, list(initial), values, initial, held=held):
-            for i, where in zip(indices, nodes.samples, strict=True):
-                deviations = np.zeros(0) if self.experiment.from_rest else self._initial_deviations
-                begun[i] = segment_start(run, i, initial[i], made, where, deviations)
+            begun |= segment_starts(run, initial, made, dict(zip(indices, nodes.samples, strict=True)), deviations)
         return begun

@@ -47,24 +47,45 @@ class Blocks:
         """First and last sample of every block, once for every output."""
         return [(first, last, None) for first, last, _ in self.spans for _ in range(self.outputs)]
 
-    def reduce(self, y: np.ndarray, segment: int | None = None, offset: int = 0) -> np.ndarray:
-        """The coefficients (m, ...) of signals (n, outputs, ...) that begin at sample `offset`.
+    def reduce(self, y: np.ndarray) -> np.ndarray:
+        """The coefficients (m, ...) of the signals (n, outputs, ...) of a run."""
+        return np.concatenate(
+            [self._coefficients(y[None, first:last], [first], kept)[0] for first, last, kept in self.spans]
+        )
 
-        They are those of one segment, if it is given; its signals begin at the segment's first sample.
-        """
-        parts = []
-        for first, last, kept in self.spans if segment is None else self._spans_of[segment]:
-            samples = self._compared_samples(y[first - offset : last - offset], first, last)
-            block = dct(samples, axis=0, norm="ortho")[:kept]
-            parts.append(np.moveaxis(block, 1, 0).reshape(self.outputs * kept, *y.shape[2:]))
-        return np.concatenate(parts)
+    def reduce_segments(self, y: np.ndarray, segments: Sequence[int]) -> np.ndarray:
+        """The coefficients (segments, m, ...) of the signals (segments, n, outputs, ...) of segments that are `alike`."""
+        spans = [self._spans_of[segment] for segment in segments]
+        begins = [of[0][0] for of in spans]
+        return np.concatenate(
+            [
+                self._coefficients(
+                    y[:, first - begins[0] : last - begins[0]], [begin + first - begins[0] for begin in begins], kept
+                )
+                for first, last, kept in spans[0]
+            ],
+            axis=1,
+        )
 
-    def _compared_samples(self, y: np.ndarray, first: int, last: int) -> np.ndarray:
-        """The samples (n, outputs, ...) of a block, zero where they are not compared."""
-        if self.compared is None:
-            return y
-        compared = self.compared[first:last]
-        return np.where(compared.reshape(*compared.shape, *(1,) * (y.ndim - 2)), y, 0.0)
+    def _coefficients(self, y: np.ndarray, firsts: Sequence[int], kept: int) -> np.ndarray:
+        """The first coefficients (blocks, outputs * kept, ...) of the signals (blocks, n, outputs, ...) of blocks of one
+        length, which begin at the samples firsts. Samples that are not compared are zero."""
+        if self.compared is not None:
+            compared = np.stack([self.compared[first : first + y.shape[1]] for first in firsts])
+            y = np.where(compared.reshape(*compared.shape, *(1,) * (y.ndim - 3)), y, 0.0)
+        block = dct(y, axis=1, norm="ortho")[:, :kept]
+        return np.moveaxis(block, 2, 1).reshape(len(y), self.outputs * kept, *y.shape[3:])
+
+    @cached_property
+    def alike(self) -> list[list[int]]:
+        """The segments in groups, in each of which all have blocks of the same lengths."""
+        groups: dict[tuple, list[int]] = {}
+        for segment, spans in enumerate(self._spans_of):
+            begin = spans[0][0]
+            groups.setdefault(tuple((first - begin, last - begin, kept) for first, last, kept in spans), []).append(
+                segment
+            )
+        return list(groups.values())
 
     @cached_property
     def _spans_of(self) -> list[list[tuple[int, int, int]]]:

@@ -65,7 +65,7 @@ def residuals(run, model, q):
 
 def test_the_misfit_is_that_of_the_best_initial_states_with_the_penalty_of_the_prior(recorded):
     run, model, time, force = recorded
-    (segment,) = run.segments
+    assert len(run.segments) == 1
 
     def states(unknowns):
         return np.array([0.01, 0.1, 1.0, 0.01]) * (unknowns - 1)  # of order one, for the finite differences
@@ -73,7 +73,7 @@ def test_the_misfit_is_that_of_the_best_initial_states_with_the_penalty_of_the_p
     def every_residual(unknowns):
         *x0, offset = states(unknowns)
         left = shaken(time, force, x0) + offset - run.measured[:, 0]
-        return np.append(run.reduction.reduce(left[:, None, None], 0, segment[0])[:, 0] / run.deviation, x0[2])
+        return np.append(run.reduction.reduce_segments(left[None, :, None], [0])[0] / run.deviation, x0[2])
 
     expected = least_squares(every_residual, np.ones(4), diff_step=1e-4)
     state, error = states(expected.x)[2], np.sqrt(np.linalg.inv(expected.jac.T @ expected.jac)[2, 2])

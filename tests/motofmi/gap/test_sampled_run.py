@@ -31,7 +31,7 @@ def test_cosines_of_blocks_are_orthonormal():
     y = np.random.default_rng(0).standard_normal((1000, 2))
     assert np.linalg.norm(blocks.reduce(y)) == pytest.approx(np.linalg.norm(y), rel=1e-12)
     assert len(blocks.columns) == len(blocks.reduce(y))
-    assert blocks.reduce(y[700:], 1, 700) == pytest.approx(blocks.reduce(y)[-600:])
+    assert blocks.reduce_segments(y[None, 700:], [1])[0] == pytest.approx(blocks.reduce(y)[-600:])
 
 
 def test_noise_is_found_beside_what_features_explain():

@@ -15,10 +15,12 @@ from motofmi.gap.estimation.initial_fit import stable_segments
 from motofmi.gap.estimation.starting_values import poles
 from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
+from motofmi.gap.models.segment_unknowns import groups, segment_solutions, segment_starts
 from motofmi.gap.preprocessing.decimation import advice_on_rate
 from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run, sampled_run
 from motofmi.recordings.recording import Recording
 from tests.simulators.double_pendulum import TRUE, DoublePendulum
+from tests.simulators.other_components import TwoCarts, carts_run
 
 
 def test_a_recording_is_decimated_by_the_band_of_its_output_not_of_its_noisy_input():
@@ -170,3 +172,27 @@ def test_the_motion_of_a_joint_that_turns_on_and_on_is_that_in_a_segment():
     run = sampled_run(recording, input_output_experiment(DrivenJoint(), ["torque", "angle"])).cut(length)
     assert {last - first for first, last in run.segments} == {length}
     assert run.motion_variance == pytest.approx([0.5**2 * (length**2 - 1) / 12], rel=1e-9)  # rounding
+
+
+def test_segments_that_are_computed_together_are_those_computed_alone():
+    """Segments of 111 and 112 samples, of which some samples are not compared."""
+    recording = carts_run("carts", 2)
+    experiment = input_output_experiment(TwoCarts(), recording.columns)
+    run = sampled_run(recording, experiment, limits={"position": [(2.0, 2.3)]}).cut(110)
+    assert len({last - first for first, last in run.segments}) == 2 and run.reduction.compared is not None
+    model = FreeInitialStateModel(experiment)
+    x0 = {i: model.first_states(run, i) for i in range(len(run.segments))}
+    made, nodes = model.simulated(run, list(x0), model.values(model.start()), x0)
+    samples, unbounded = dict(zip(x0, nodes.samples, strict=True)), np.full(4, np.inf)
+    together = segment_starts(run, x0, made, samples, unbounded)
+    slopes = {i: made.slopes[where] for i, where in samples.items()}
+    for alike in groups(run, x0):
+        of_data = run.reduction.reduce_segments(np.array([slopes[i] for i in alike]), alike)
+        solved = segment_solutions(run, alike, together, of_data)
+        for i in alike:
+            alone = segment_starts(run, {i: x0[i]}, made, {i: samples[i]}, unbounded)
+            assert alone[i].reduced == pytest.approx(together[i].reduced, abs=1e-9 * np.abs(together[i].reduced).max())
+            assert alone[i].step == pytest.approx(together[i].step, rel=1e-6, abs=1e-9)
+            (one,) = segment_solutions(run, [i], alone, run.reduction.reduce_segments(slopes[i][None], [i])).values()
+            assert one.slopes == pytest.approx(solved[i].slopes, abs=1e-9 * np.abs(solved[i].slopes).max())
+            assert one.x_slopes == pytest.approx(solved[i].x_slopes, rel=1e-6, abs=1e-9)
