@@ -123,8 +123,7 @@ class InitialStateModel(SegmentedModel):
             self._complete(every, run, found)
             return [found[i] for i in every]
         initial_guesses = [self._known(run, i) for i in every]
-        at_rest = [float(np.mean(run.data[rows] ** 2)) for rows in run.reduction.rows]
-        noise = [float(np.mean(run.deviation[rows] ** 2)) for rows in run.reduction.rows]
+        at_rest, noise = run.powers_of_segments
         usual = [
             RESTART_RATIO * min(guess.get("misfit", n), rest)
             for guess, n, rest in zip(initial_guesses, noise, at_rest, strict=True)

@@ -187,6 +187,13 @@ class SampledRun:
         ).with_densities(self.densities, self.noise_source)
 
     @cached_property
+    def powers_of_segments(self) -> tuple[list[float], list[float]]:
+        """The mean squares of the data and of their standard deviation, of every segment."""
+        rows = self.reduction.rows
+        data, noise = ([float(np.mean(y[of] ** 2)) for of in rows] for y in (self.data, self.deviation))
+        return data, noise
+
+    @cached_property
     def middle_frequency(self) -> float:
         """The power-weighted mean frequency [Hz] of the first output, where it exceeds its noise."""
         return max(mean_frequency(self.measured[:, 0], self.recording.rate), 2 / self.duration)
