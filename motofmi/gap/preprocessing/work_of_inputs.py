@@ -4,7 +4,8 @@
 
 A passive component that oscillates dissipates energy, so that each part of a recording in which its stored energy
 changes little has W >= 0. The sensor of a test rig often measures the reaction instead, and W < 0. If the sign of W
-were accidental, all of n parts would be negative with the probability 2^-n (sign test).
+were accidental, all of n parts would be negative with the probability 2^-n (sign test). The parts have equal lengths of
+the path: none is at standstill, where W = 0.
 
 Source: Willems, Arch. Rational Mech. Anal. 45 (1972) 321-351, for passivity.
 """
@@ -38,13 +39,14 @@ def note_on_signs(component: Component, run: Recording) -> list[str]:
 
 
 def work(run: Recording, effort: str, deflection: str, rate: str) -> np.ndarray:
-    """The work (PARTS,) [J] of a recorded effort in equal parts of a run, by the recorded deflection or else the rate;
-    zeros where the motion keeps its direction."""
+    """The work (PARTS,) [J] of a recorded effort in parts of a run with equal paths, by the recorded deflection or else
+    the rate; zeros where the motion keeps its direction."""
     recorded = deflection in run.columns
     travel = run[deflection] if recorded else cumulative_trapezoid(run[rate], run.time, initial=0.0)
     if keeps_direction(travel):
         return np.zeros(PARTS)
-    edges = np.linspace(0, len(travel) - 1, PARTS + 1).astype(int)
+    path = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(travel)))])
+    edges = np.searchsorted(path, np.linspace(0, path[-1], PARTS + 1))
     return np.diff(cumulative_trapezoid(run[effort], travel, initial=0.0)[edges])
 
 

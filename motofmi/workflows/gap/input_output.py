@@ -81,10 +81,10 @@ class InputOutput(Kind):
         notes += [f"{r.name}: {note}" for r in self.validation for note in r.warnings if note not in notes]
         self.signs = [note for r in (*recordings, *self.validation) for note in note_on_signs(experiment.component, r)]
         zeros = [] if ships(self.component) else notes_on_zeros(self.component, given.free)
-        at_once = [*notes_on_degrees(self.component, every), *zeros, *filter(None, [advice_on_rate(runs)])]
+        at_once = [*self.signs, *notes_on_degrees(self.component, every), *zeros, *filter(None, [advice_on_rate(runs)])]
         for sentence in at_once:
             say(sentence)
-        self.notes = [*self.signs, *at_once, *joined, *joined_validation, *notes, *unused]
+        self.notes = [*at_once, *joined, *joined_validation, *notes, *unused]
         if not (excited(runs) or are_step_responses(runs)):
             experiment, anchor = anchored(experiment)
             runs = [replace(run, experiment=experiment) for run in runs]
@@ -102,11 +102,13 @@ class InputOutput(Kind):
             self.validation,
             criteria=self.given.criteria,
         )
+        if self.signs:  # with a force of the wrong sign no name applies
+            self.found = replace(self.found, verdict=self.found.verdict.as_unknown())
         return self.found.verdict
 
     def contents(self, verdict: Verdict) -> dict[str, Any]:
         result = result_of(verdict, self.notes)
-        if result["reason"] and self.signs:  # with a force of the wrong sign no other reason applies
+        if self.signs:
             result["reason"] = self.signs[0]
         return result
 

@@ -56,6 +56,14 @@ def test_the_force_of_a_reaction_is_noted_with_the_option():
     assert '--map "force=-force"' in note and "reaction" in note
 
 
+def test_a_standstill_at_the_end_does_not_hide_a_reaction():
+    wrong = shaken_damper(sign=-1.0)
+    rest = np.full(500, wrong["displacement"][-1]), np.zeros(500)
+    columns = {n: np.concatenate([wrong[n], y]) for n, y in zip(("displacement", "force"), rest, strict=True)}
+    longer = replace(wrong, time=np.arange(len(columns["force"])) * TIME[1], columns=columns)
+    assert len(note_on_signs(MassSpringDamper(), longer)) == 1
+
+
 def test_nothing_is_named_with_the_force_of_a_reaction_and_the_sign_is_the_reason():
     runs = []
     for seed in (1, 2):
