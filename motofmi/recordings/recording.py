@@ -74,6 +74,10 @@ class Recording:
         target = f"{column} [{unit}]" if unit else column if column in self.negated else f"-{column}"
         return f'--map "{self.headings.get(column, column)}={target}"'
 
+    def parts(self, column: str) -> list[np.ndarray]:
+        """The values of a column in each stretch without gaps."""
+        return [self[column][stretch] for stretch in self.stretches]
+
     def from_zero(self) -> "Recording":
         """The recording with its first sample at time zero."""
         first = float(self.time[0])

@@ -146,12 +146,12 @@ def _one_way_elements(found: Fit) -> set[str]:
     one_way = set(model.moving)
     for index, run in enumerate(found.runs):
         _, _, rates, _ = model.residuals_and_motion(run, found.of_run(index))
-        recorded = run.recording.columns
+        recorded, parts = run.recording.columns, run.recording.parts
         one_way &= {
             (deflection, name)
             for (deflection, name), rate in zip(model.moving, rates, strict=False)  # without elements rates are zero
             if (name in run.one_way_rates if name in recorded else is_one_way(rate))
-            and (deflection == name or deflection not in recorded or keeps_direction(recorded[deflection]))
+            and (deflection == name or deflection not in recorded or all(map(keeps_direction, parts(deflection))))
         }
     elements = model.experiment.component.elements.items()
     return {name for name, e in elements if (e.deflection or e.rate, e.rate) in one_way}

@@ -30,7 +30,7 @@ def one_way_rates(recording: Recording, elements: Iterable[Element], free: bool 
     return frozenset(
         name
         for name in rates
-        if is_one_way(recording[name]) and not (free and oscillates(recording[name]))
+        if is_one_way(recording[name]) and not (free and any(map(oscillates, recording.parts(name))))
     )
 
 

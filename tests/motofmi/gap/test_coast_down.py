@@ -3,12 +3,15 @@
     v' = -(f + k v^2):   v = sqrt(f / k) tan(atan(v0 sqrt(k / f)) - sqrt(f k) t)
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import motofmi as mf
 from fmus import Component, parameter, state
 from motofmi.gap.preprocessing.one_way import one_way_rates
+from motofmi.recordings.joined import with_short_joined
 from motofmi.recordings.recording import Recording
 from tests import as_study
 
@@ -73,3 +76,13 @@ def test_a_rate_has_one_sign_apart_from_noise_about_standstill():
     assert one_way(speed) == one_way(-speed) == {"velocity"}
     assert one_way(speed - 0.52) == {"velocity"}  # noise of 0.01 about zero at the end
     assert one_way(wave) == one_way(speed - 5.0) == frozenset()
+
+
+def test_the_speed_of_joined_coast_downs_does_not_oscillate():
+    """From the end of one to the begin of the next it returns by its whole range."""
+    short = [replace(coast_down("both", seed, 20.0), time=4.0 * coast_down("both", seed, 20.0).time) for seed in (1, 2)]
+    (joined,), _ = with_short_joined([Recording(r.name, r.time[:150], {"velocity": r["speed"][:150]}, {"velocity": "m/s"}) for r in short], 200)
+    elements = mf.mechanism("mass_spring_damper").elements.values()
+    assert one_way_rates(joined, elements, free=True) == {"velocity"}
+    wave = replace(joined, columns={"velocity": 5 + np.sin(joined.time)})
+    assert one_way_rates(wave, elements, free=True) == frozenset()
