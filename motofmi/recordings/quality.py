@@ -81,15 +81,19 @@ def sampling_warnings(time: np.ndarray) -> list[str]:
 
 
 def channel_warnings(time: np.ndarray, columns: Mapping[str, np.ndarray], units: Mapping[str, str]) -> list[str]:
-    """Constant channels, clipping, and values outside the range of handlebar tests."""
+    """Constant channels, clipping, and values outside the range of handlebar tests.
+
+    A signal that is at one or the other of its limits most of the time is a command between two levels, and not clipped.
+    """
     found = []
     for name, values in columns.items():
         if np.ptp(values) == 0:
             found.append(f"{name} is constant at {values[0]:g} {units[name]}")
             continue
-        for side, sign in (("upper", 1.0), ("lower", -1.0)):
-            at = clipped(sign * values)
-            if len(at) and not is_steady(at, [y for other, y in columns.items() if other != name]):
+        limits = {side: clipped(sign * values) for side, sign in (("upper", 1.0), ("lower", -1.0))}
+        switched = all(map(len, limits.values())) and sum(map(len, limits.values())) > len(values) / 2
+        for side, at in limits.items():
+            if len(at) and not switched and not is_steady(at, [y for other, y in columns.items() if other != name]):
                 found.append(
                     f"{name} seems clipped at its {side} limit {values[at[0]]:g} {units[name]}: {len(at)} samples, "
                     f"first at {time[at[0]]:g} s"

@@ -56,6 +56,17 @@ def test_clipping(write):
     )
 
 
+@pytest.mark.parametrize(("share", "called"), [(0.5, False), (0.2, True)])
+def test_a_command_between_two_levels_is_not_called_clipped(share, called):
+    """A random binary command, and one that is ramped between its levels most of the time."""
+    time = np.arange(4000) / RATE
+    levels = np.repeat(np.random.default_rng(2).choice([-1.0, 1.0], 40), 100)
+    held = np.arange(4000) % 100 < 200 * share
+    ramped = np.where(held, levels, levels * (1 - np.random.default_rng(3).uniform(0, 1, 4000)))
+    found = channel_warnings(time, {"fan": levels if share == 0.5 else ramped}, {"fan": "V"})
+    assert any("clipped" in each for each in found) == called
+
+
 @pytest.mark.parametrize("step", [0.0, 0.0002, 0.002])
 def test_quantised_sine_is_not_called_clipped(write, step):
     recording = good()
