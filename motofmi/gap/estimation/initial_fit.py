@@ -20,7 +20,7 @@ from motofmi.gap.estimation.starting_values import MAX_ITERATIONS, first_values,
 from motofmi.gap.experiments.state_rates import rates_of_states
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.flexible_noise_model import Density
-from motofmi.gap.preprocessing.input_interpolation import INTERPOLATIONS, is_rough
+from motofmi.gap.preprocessing.input_interpolation import INTERPOLATIONS, is_held, is_rough
 from motofmi.gap.preprocessing.sampled_run import SampledRun
 from motofmi.gap.preprocessing.segments import LEAST_LENGTH
 
@@ -138,11 +138,11 @@ def stable_segments(model: FreeInitialStateModel, x: np.ndarray, run: SampledRun
 
 
 def with_best_interpolation(model: FreeInitialStateModel, found: Fit) -> Fit:
-    """The fit with that interpolation of the inputs that fits best, where an input is rough between its samples."""
+    """The fit with that interpolation of the inputs that fits best, where an input is rough between its samples, or
+    held between changes."""
     runs = found.runs
-    if not any(
-        is_rough(run.recording[n]) for run in runs for n in run.experiment.inputs if n != run.experiment.imposed
-    ):
+    inputs = [run.recording[n] for run in runs for n in run.experiment.inputs if n != run.experiment.imposed]
+    if not any(is_rough(values) or is_held(values) for values in inputs):
         return found
     others = [[run.with_interpolation(kind) for run in runs] for kind in INTERPOLATIONS[1:]]
     fits = parallel_map(

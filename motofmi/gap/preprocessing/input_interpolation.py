@@ -118,6 +118,11 @@ def is_rough(values: np.ndarray) -> bool:
     return float(power[len(power) // 2 :].sum()) > ROUGH_SHARE * float(power.sum())
 
 
+def is_held(values: np.ndarray) -> bool:
+    """Whether an input (n,) changes in fewer than half of its sampling intervals, as a command in steps."""
+    return bool(0 < np.count_nonzero(np.diff(values)) < (len(values) - 1) / 2)
+
+
 def motion_functions(
     time: np.ndarray, values: np.ndarray, rate: str, kind: str = INTERPOLATIONS[0]
 ) -> dict[str, Callable]:

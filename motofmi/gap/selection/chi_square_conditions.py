@@ -93,9 +93,11 @@ def unless_doubtful(
             "give one with --holdout."
         )
     if verdict.unspecified_form and sum(effect.family == name for effect in library) == 1:
+        gap = verdict.validation_gap
+        on_validation = f", {gap[1].chi2:.3g} on validation runs" if gap else ""
         return verdict.as_unknown(
-            f"{name} is not named: it is not adequate (reduced chi-square {verdict.best.reduced:.3g}), and as an "
-            "effect with a single form it reduces most kinds of misfit."
+            f"{name} is not named: it is not adequate (reduced chi-square {verdict.best.reduced:.3g}{on_validation}), "
+            "and as an effect with a single form it reduces most kinds of misfit."
         )
     return verdict
 

@@ -5,7 +5,32 @@ from time import process_time
 import numpy as np
 import pytest
 
-from motofmi.gap.preprocessing.input_interpolation import input_function, motion_functions, unresolved_input
+from fmus import Component, input, parameter, state
+from motofmi.gap.criteria import Criteria
+from motofmi.gap.estimation.base_fit import fitted_base, with_interpolation_errors
+from motofmi.gap.estimation.initial_fit import initial_fit
+from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.gap.models.free_initial_state import FreeInitialStateModel
+from motofmi.gap.preprocessing.input_interpolation import (
+    input_function,
+    is_held,
+    is_rough,
+    motion_functions,
+    unresolved_input,
+)
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
+from motofmi.recordings.recording import Recording
+
+
+class Lag(Component):
+    """A first-order lag."""
+
+    time_constant = parameter("s", "Time constant", min=1e-3, start=0.3)
+    command = input("V", "Command")
+    response = state("V", "Response", exposed=True)
+
+    def equations(self, v, m):
+        return {"der(response)": (v.command - v.response) / v.time_constant}
 
 
 @pytest.mark.parametrize("samples", [4000, 100_000])
@@ -34,6 +59,46 @@ def test_the_time_of_an_imposed_motion_is_proportional_to_its_samples():
         return min(taken)
 
     assert seconds(48_000) < 10 * seconds(12_000)
+
+
+def test_an_input_that_changes_in_steps_is_held():
+    steps = np.repeat(np.random.default_rng(1).uniform(-1, 1, 40), 25)
+    assert is_held(steps) and not is_held(np.sin(0.1 * np.arange(1000))) and not is_held(np.ones(1000))
+
+
+def test_the_base_is_fitted_with_the_interpolation_of_a_command_in_steps():
+    """Held between samples, the exact response of y' = (u - y) / T from one sample to the next is that of a constant.
+    A square wave of 1 s has 1 % of its power in the upper half of the spectrum at 100 Hz."""
+    time, lag = np.arange(0, 30, 0.01), 0.2
+    command = np.sign(np.sin(2 * np.pi * time + 0.1))
+    response = np.zeros(len(time))
+    for k in range(1, len(time)):
+        response[k] = command[k - 1] + (response[k - 1] - command[k - 1]) * np.exp(-0.01 / lag)
+    noisy = response + 1e-4 * np.random.default_rng(2).standard_normal(len(time))
+    recording = Recording("steps", time, {"command": command, "response": noisy}, {"command": "V", "response": "V"})
+    experiment = input_output_experiment(Lag(), ["command", "response"])
+    found = initial_fit(FreeInitialStateModel(experiment), [prepare_sampled_run(recording, experiment)])
+    assert not is_rough(command)
+    assert found.runs[0].kind == "held"
+    assert np.exp(found.x[0]) == pytest.approx(lag, rel=2e-3)  # 0.5 % of the half sample by which lines are early
+
+
+def test_validation_runs_have_the_uncertainty_of_the_input_that_fitted_runs_have():
+    """The samples of a sawtooth do not show when it falls between them."""
+    time = np.arange(0, 20, 0.01)
+    command = 2 * (time % 1.0) - 1
+    response = np.zeros(len(time))
+    for k in range(1, len(time)):
+        mean = (command[k] + command[k - 1]) / 2
+        response[k] = mean + (response[k - 1] - mean) * np.exp(-0.01 / 0.2)
+    noisy = response + 1e-5 * np.random.default_rng(1).standard_normal(len(time))
+    recording = Recording("saw", time, {"command": command, "response": noisy}, {"command": "V", "response": "V"})
+    run = prepare_sampled_run(recording, input_output_experiment(Lag(), ["command", "response"]))
+    base = fitted_base(run.experiment, [run], {}, [], Criteria()).fit
+    (validation,) = with_interpolation_errors(base, [run])
+    assert run.input_variance is None and base.runs[0].kind == "smooth"
+    # 5 %: that of the fitted run is from before the last fit
+    assert np.sum(validation.input_variance) == pytest.approx(np.sum(base.runs[0].input_variance), rel=0.05)
 
 
 def test_a_held_input_keeps_its_amplitude():
