@@ -13,6 +13,7 @@ from fmus.effects import Effect
 from fmus.support.deadline import time_is_up
 from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
+from motofmi.gap.comparison.active_bounds import at_zero
 from motofmi.gap.comparison.adjusted_likelihood_ratio import adjusted_errors
 from motofmi.gap.comparison.band_dependence import LOWEST_PART, band_dependence
 from motofmi.gap.comparison.block_losses import divided, left_out_mean_squares, mean_squares, partition
@@ -202,14 +203,19 @@ class CommonBlocks:
 
     def covariance(self, found: Fit) -> np.ndarray:
         """The covariance (parameters, parameters) of fitted values, with errors of the model: the sandwich over blocks,
-        and the squared differences of values that depend on the compared band.
+        and the squared differences of values that depend on the compared band. Parameters at an active bound are fixed
+        for the errors of all others.
 
         Fewer blocks than a name needs do not show how much the values vary: they are divided. The residuals of their
         parts are correlated, so that these errors are underestimated."""
-        whole, low = self.residuals(found), time_residuals(found, self.scale, LOWEST_PART)
+        every, fixed = (self.residuals(found), time_residuals(found, self.scale, LOWEST_PART)), at_zero(found)
         blocks = divided(self.blocks, self.criteria.fewest_fitted_blocks)
+        whole, low = (residuals.with_fixed(fixed) for residuals in every)
         of_band = band_dependence(whole, low, blocks, self.criteria.value_errors)
-        return sandwich_covariance(whole, blocks) + np.diag(of_band**2)
+        covariance = sandwich_covariance(whole, blocks) + np.diag(of_band**2)
+        if len(fixed):
+            covariance[fixed, fixed] = np.diag(sandwich_covariance(every[0], blocks))[fixed]
+        return covariance
 
     def is_disturbance(self, found: Fit) -> bool:
         """Whether a fit reduces the misfit by the free initial states of an effect without a magnitude, or has an

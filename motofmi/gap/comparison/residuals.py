@@ -5,7 +5,7 @@ time, from which the effects of initial states and sensor offsets are already el
 the root mean square of its noise's standard deviations, so that outputs of different units have equal weight.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.fft import idct
@@ -27,6 +27,13 @@ class TimeResiduals:
     slopes: list[np.ndarray]
     scale: np.ndarray
     priors: np.ndarray
+
+    def with_fixed(self, places: np.ndarray) -> "TimeResiduals":
+        """The residuals where some parameters are not fitted."""
+        slopes, priors = [run.copy() for run in self.slopes], self.priors.copy()
+        for each in (*slopes, priors):
+            each[..., places] = 0.0
+        return replace(self, slopes=slopes, priors=priors)
 
     @property
     def lengths(self) -> list[int]:

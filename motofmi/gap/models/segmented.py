@@ -150,6 +150,7 @@ class SegmentedModel(HarmonicModel):
                 length //= 2
         return states
 
+    @np.errstate(all="ignore")  # slopes that are not finite make the simulation diverge, which raises an InputError
     def _formula(self, values: Mapping[str, float], step: float) -> ImplicitFormula:
         """The implicit formula for these values and a simulation step [s], by the component's slopes at rest."""
         states = self.equations.states
