@@ -19,7 +19,7 @@ from motofmi.gap.comparison.closable import closed_share, log_gain_low
 from motofmi.gap.comparison.compared_model import ComparedModel
 from motofmi.gap.comparison.unresolved_modes import unresolved_modes
 from motofmi.gap.criteria import Criteria
-from motofmi.gap.estimation.candidate import undetermined_magnitude
+from motofmi.gap.estimation.candidate import magnitudes_at_bounds, undetermined_magnitude
 from motofmi.gap.estimation.fitting import shape_at_bound
 
 OVER_TIME = "drift"  # the family of changes over the time of a run
@@ -101,14 +101,20 @@ def _delta_bic(before: ComparedModel, model: ComparedModel) -> float:
 
 
 def undetermined(model: ComparedModel, errors: np.ndarray, criteria: Criteria) -> str:
-    """The sentence on a model with a magnitude that is not distinguishable from zero, or with a shape at its bound;
-    empty without one."""
+    """The sentence on a model with a magnitude that is not distinguishable from zero or at its bound, or with a shape
+    at its bound; empty without one."""
     if at_bound := shape_at_bound(model.fit):
         name, end = at_bound
         return (
             f"{not_named(model)}, and the others are compared without {_it(model)}: {name} = "
             f"{model.fit.model.values(model.fit.shared)[name]:.3g} is at its {end} value, beyond which the effect is "
             "not distinguishable from another one."
+        )
+    if at_bounds := magnitudes_at_bounds(model.fit):
+        name, value = next(iter(at_bounds.items()))
+        return (
+            f"{not_named(model)}, and the others are compared without {_it(model)}: {name} = {value:.3g} is at its bound, "
+            "so that the effect does not fit well."
         )
     if (found := undetermined_magnitude(model.fit, errors, criteria)) is None:
         return ""

@@ -88,6 +88,20 @@ def undetermined_magnitude(found: Fit, errors: np.ndarray, criteria: Criteria) -
     return None
 
 
+def magnitudes_at_bounds(found: Fit) -> dict[str, float]:
+    """The magnitudes of effects that were fitted to one of their bounds, by name: the effect does not fit well.
+
+    A share of 1 is the whole effect, as a hard limit.
+    """
+    names, table = found.model.names, found.model.component.table
+    values = {names[i]: float(found.x[i]) for effect in found.model.effects for i in magnitudes_of(found, effect)}
+    return {
+        n: value
+        for n, value in values.items()
+        if (value >= table[n].max or value <= table[n].min < 0) and (table[n].min, table[n].max) != (0, 1)
+    }
+
+
 def has_determined_magnitudes(found: Fit, criteria: Criteria) -> bool:
     """Whether the data determine the magnitude of every effect.
 

@@ -93,14 +93,31 @@ class FreeInitialStateModel(InitialStateModel):
         be simulated.
         """
         initial = self._found_initial(run, q)
-        values, residuals = self._valued(run, q), []
+        values = self._valued(run, q)
+        residuals = [
+            np.where(compared, left - run.with_offset * offset, 0.0)
+            for left, compared, offset in self._without_mean(run, values, initial)
+        ]
+        deflections, rates, linear = self._signals(run, values, initial)
+        return np.concatenate(residuals), deflections, rates, linear
+
+    def offsets_of_outputs(self, run: SampledRun, q: np.ndarray) -> np.ndarray:
+        """The mean (outputs,) over the segments of the fitted offset of each output; zero for one without an offset.
+        Raises InputError where the run cannot be simulated."""
+        segments = self._without_mean(run, self._valued(run, q), self._found_initial(run, q))
+        return run.with_offset * np.mean([offset for _, _, offset in segments], axis=0)
+
+    def _without_mean(
+        self, run: SampledRun, values: Mapping[str, float], initial: Initial
+    ) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+        """Of every segment: recorded minus simulated outputs (n, outputs), which of them are compared, and the means
+        (outputs,) of these."""
+        found = []
         for (first, last), (outputs, _) in zip(run.segments, self._traces(run, values, initial), strict=True):
             left = run.measured[first:last] - outputs
             counts = np.ones_like(left, bool) if run.reduction.compared is None else run.reduction.compared[first:last]
-            offset = run.with_offset * np.sum(left * counts, axis=0) / np.maximum(counts.sum(axis=0), 1)
-            residuals.append(np.where(counts, left - offset, 0.0))
-        deflections, rates, linear = self._signals(run, values, initial)
-        return np.concatenate(residuals), deflections, rates, linear
+            found.append((left, counts, np.sum(left * counts, axis=0) / np.maximum(counts.sum(axis=0), 1)))
+        return found
 
     def ranges_of_states(self, run: SampledRun, q: np.ndarray) -> dict[str, tuple[float, float]]:
         """The least and the largest value of each state over the segments. Raises InputError where the run cannot be

@@ -4,10 +4,11 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from fmus.declaration.component import Component
-from fmus.declaration.variables import Variable
 from motofmi.gap.criteria import Criteria
+from motofmi.gap.estimation.candidate import magnitudes_at_bounds
 from motofmi.gap.estimation.fit_result import Fit, parameters_of, sensor_offsets_of, undetermined
 from motofmi.gap.experiments.sensor_offset import sensor_offset_parameter
+from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.selection.any_component import Investigation
 
 FLEXIBLE = ("The noise is not known (no repeated runs, no noise in rig.json): it is estimated by the residuals of a "
@@ -38,6 +39,7 @@ def limitations_of(found: Investigation, result: dict[str, Any], component: Comp
         *_on_bounds(best, found.experiment.own_values),
         *(_on_start_values(best, component, criteria) if found.experiment.own_values else ()),
         *_on_sensor_offsets(best, found.experiment.sensor_offsets, criteria),
+        *_on_output_offsets(best),
         *_on_validation(found, result, held),
     ]
 
@@ -85,18 +87,11 @@ def _on_base_values(best: Fit, criteria: Criteria) -> Iterator[str]:
 
 def _on_bounds(best: Fit, own_values: bool) -> Iterator[str]:
     """Magnitudes of effects that were fitted to one of their bounds."""
-    rows, own = best.model.component.table, best.model.own
-    for name in (own[i] for i in best.model.sizes):
-        value = parameters_of(best)[name][0]
-        if _at_bound(value, rows[name]):
-            unit = "" if rows[name].unit == "1" else f" {rows[name].unit}"
-            cause = ", or a column's unit is wrong" if own_values else ""
-            yield f"{name} was fitted to its bound {value:g}{unit}: the effect does not fit well{cause}."
-
-
-def _at_bound(value: float, row: Variable) -> bool:
-    """Whether a magnitude is at a bound; a share of 1 is the whole effect, as a hard limit."""
-    return (value >= row.max or value <= row.min < 0) and (row.min, row.max) != (0, 1)
+    for name, value in magnitudes_at_bounds(best).items():
+        of_unit = best.model.component.table[name].unit
+        unit = "" if of_unit == "1" else f" {of_unit}"
+        cause = ", or a column's unit is wrong" if own_values else ""
+        yield f"{name} was fitted to its bound {value:g}{unit}: the effect does not fit well{cause}."
 
 
 def _on_start_values(best: Fit, component: Component, criteria: Criteria) -> Iterator[str]:
@@ -123,6 +118,23 @@ def _on_sensor_offsets(best: Fit, columns: Iterable[str], criteria: Criteria) ->
                     f"The {name} of {run.name} is fitted as the recorded values plus {value:.2g} "
                     f"{run.recording.units[name]} (standard error {error:.1g}): a sensor offset{friction}, or another "
                     "constant input."
+                )
+
+
+def _on_output_offsets(best: Fit) -> Iterator[str]:
+    """Fitted offsets of outputs that are larger than the motion (rms): the simulation alone is far from the recorded
+    values then."""
+    model: Any = best.model
+    if not isinstance(model, FreeInitialStateModel) or model.experiment.imposed:
+        return
+    for index, run in enumerate(best.runs):
+        offsets = model.offsets_of_outputs(run, best.of_run(index))
+        for name, offset, motion in zip(run.experiment.outputs, offsets, run.motion_variance**0.5, strict=True):
+            if abs(offset) > motion:
+                yield (
+                    f"The {name} of {run.name} is compared up to a constant: the recorded values are those of the model "
+                    f"plus {offset:.3g} {run.recording.units[name]}, an offset of its sensor or an equilibrium that the "
+                    "component does not have."
                 )
 
 

@@ -8,6 +8,8 @@ import json
 import numpy as np
 import pytest
 
+import motofmi as mf
+from fmus import Component, parameter, state
 from fmus.mechanisms import DrivenJoint, MassSpringDamper
 from motofmi.cli.main import main
 from motofmi.gap.experiments.input_output import input_output_experiment
@@ -69,3 +71,25 @@ def test_what_anchors_the_scale_of_all_forces():
     assert (kept, [f.name for f in fewer.free]) == ("inertia", ["damping", "stiffness"])
     held = input_output_experiment(MassSpringDamper(), ["displacement"], free=["spring_damping"])
     assert anchored(held) == (held, "mass and spring_stiffness")
+
+
+class Chamber(Component):
+    """A chamber that leaks to the surroundings, whose pressure is the zero of the gauge."""
+
+    leakage = parameter("1/s", "Rate of the leak", min=0, start=0.01)
+    pressure = state("Pa", "Pressure", exposed=True, start=1e5)
+
+    def equations(self, v, m):
+        return {"der(pressure)": -v.leakage * v.pressure}
+
+
+def test_a_decay_to_a_pressure_that_the_component_does_not_have_is_said():
+    """p = 7.49e5 + 1.6e4 exp(-0.02 t) Pa; without the constant the component falls to a third in the 140 s."""
+    time = np.arange(0, 140, 0.2)
+    noise = 50 * np.random.default_rng(6).standard_normal(len(time))
+    recording = Recording("leak", time, {"pressure": 7.49e5 + 1.6e4 * np.exp(-0.02 * time) + noise}, {"pressure": "Pa"})
+    found = mf.find_gap(recording, component=Chamber())
+    assert found.verdict == "none"
+    (said,) = [s for s in found.limitations if "is compared up to a constant" in s]
+    offset = float(said.split("plus ")[1].split(" Pa")[0])
+    assert offset == pytest.approx(7.49e5, rel=2e-3)  # three printed digits

@@ -234,7 +234,6 @@ def test_a_constant_torque_may_be_friction_where_the_rate_has_one_sign(monkeypat
 @pytest.mark.parametrize(("low", "high", "said"), [(-1.0, 0.1, True), (0.1, 1.0, False), (-0.5, 0.5, False)])
 def test_a_magnitude_at_its_bound_is_said_unless_the_bound_is_that_of_no_effect(low, high, said):
     found = fit_with(CoulombFriction, reduced=1.0)
-    found.model.sizes = range(len(found.model.own))
     for row in found.model.component.table.values():
         row.min, row.max = low, high
     assert any("was fitted to its bound 0.1 N.m" in sentence for sentence in doubts(found)) is said

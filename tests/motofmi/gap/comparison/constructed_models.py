@@ -24,7 +24,8 @@ def model_with(*effects, level, seed=0, scatter=0.1, blocks=BLOCKS, value=1.0):
     value."""
     names = [f"{e.family}.{n}" for e in effects for n in e.free_parameters()]
     experiment = SimpleNamespace(parameter=lambda effect, n: f"{effect.family}.{n}")
-    component = SimpleNamespace(elements={}, table={n: SimpleNamespace(unit="1") for n in names})
+    unbounded = {n: SimpleNamespace(unit="1", min=-np.inf, max=np.inf) for n in names}
+    component = SimpleNamespace(elements={}, table=unbounded)
     model = SimpleNamespace(names=names, own=names, base=[], experiment=experiment, effects=effects,
                             component=component, values=lambda x: dict(zip(names, x, strict=True)))  # fmt: skip
     squares = level * np.exp(scatter * np.random.default_rng(seed).normal(size=2 * blocks))

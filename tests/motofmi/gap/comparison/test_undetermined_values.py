@@ -21,6 +21,19 @@ def test_a_magnitude_within_its_error_is_not_named():
     assert found.verdict == "unknown" and "within 2 standard errors (of 0.6 each) of zero" in found.sentences[0]
 
 
+@pytest.mark.parametrize(("low", "high", "verdict"), [
+    (0.0, 1.0, "named"), (0.0, np.inf, "named"), (-1.0, 1.0, "unknown"), (1.0, 2.0, "named"),
+])  # fmt: skip
+def test_a_magnitude_at_its_bound_is_not_named_unless_it_is_a_whole_share(low, high, verdict):
+    """The magnitude is 1 +- 0.1."""
+    model = model_with(CoulombFriction, level=1.0, seed=1)
+    for row in model.fit.model.component.table.values():
+        row.min, row.max = low, high
+    found = decided([model])
+    assert found.verdict == verdict
+    assert any("= 1 is at its bound, so that the effect does not fit well." in s for s in found.sentences) == (verdict != "named")
+
+
 def test_an_effect_that_changes_a_stiffness_within_its_error_is_not_named():
     """The stiffness is exp(0) = 1 with a relative error of 0.6; the ratio of the two sides is determined."""
     model = model_with(Asymmetry, level=1.0, seed=1)
