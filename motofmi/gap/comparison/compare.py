@@ -180,11 +180,14 @@ def _with_law_outside(compared: Comparison, library: Sequence[type[Effect]], blo
     if law is None or any(closes_as_much(m, law, base, flexible, equal) for m in compared.models):
         return compared
     law.fit.sandwich = blocks.covariance(law.fit)
-    share = closed_share(base.reported, law.reported, flexible).share
+    share, of_selected = (closed_share(base.reported, m.reported, flexible).share for m in (law, selected))
+    inside = " and ".join(e.family for e in selected.effects) or "the base"
+    ahead = "The missing effect is outside the library."
+    if of_selected > share - equal:
+        ahead = f"The data do not decide between {inside} and a law outside the library, which has fewer parameters."
     withheld = _withheld(compared, (
-        f"The missing effect is outside the library. {with_values(law)} This law closes {share:.0%} of the closable "
-        f"misfit, and is sufficient in place of {' and '.join(e.family for e in selected.effects) or 'the base'} "
-        f"(mean logarithmic loss {law.losses.mean():.3g} for {selected.losses.mean():.3g})."
+        f"{ahead} {with_values(law)} This law closes {share:.0%} of the closable misfit, and is sufficient in place of "
+        f"{inside} (mean logarithmic loss {law.losses.mean():.3g} for {selected.losses.mean():.3g})."
     ))  # fmt: skip
     outcome = replace(withheld.outcome, standing=withheld.outcome.standing | {id(law): MEMBER})
     models = sorted([*compared.models, law], key=lambda m: m.losses.mean())

@@ -57,9 +57,11 @@ def objection(
         closed = f"what {effects_of(before) or 'the base'} leaves"
         least = criteria.second_effect_delta_bic if before.effects else least
     if (low := log_gain_low(before, model)) <= 0:
+        few = closed_share(before.out_of_sample, model.out_of_sample, flexible).low > 0
         return NOT_CLEAR, (
             f"{withheld}: the gain on data that were not used is not clear (95 % interval of the gain in "
-            f"logarithmic loss from {low:.2g})."
+            f"logarithmic loss, in which every block counts alike, from {low:.2g})."
+            + (" Blocks with the largest misfit improve, and others do not." if few else "")
         )
     share = min(
         (closed_share(getattr(before, data), getattr(model, data), flexible) for data in ("out_of_sample", "reported")),

@@ -118,9 +118,10 @@ class _Compared:
         return found | {key: kind for key, (kind, _) in self.objections.items()}
 
     def undetermined_ahead(self) -> list[str]:
-        """The sentences on undetermined models with less loss than all accepted ones."""
+        """The sentences on undetermined models with less loss than all accepted ones, that on the least loss last: the
+        last sentence is the reason of an `unknown`."""
         least = self.accepted[0].losses.mean() if self.accepted else np.inf
-        return [self.undetermined[id(m)] for m in self.only_undetermined if m.losses.mean() < least]
+        return [self.undetermined[id(m)] for m in reversed(self.only_undetermined) if m.losses.mean() < least]
 
     def within_tolerance(self, motion: float) -> str:
         """The sentence where the base misses no more than the tolerance; empty otherwise."""

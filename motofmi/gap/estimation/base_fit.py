@@ -101,18 +101,6 @@ def on_segments_like(base: Fit, starts: Sequence[EquationErrorFit], runs: Sequen
     return [_on_segments_of(model, x, run) for run in runs]
 
 
-def with_interpolation_errors(base: Fit, runs: Sequence[SampledRun]) -> list[SampledRun]:
-    """Validation runs with the variance due to their inputs between the samples, as that of the fitted runs of a base;
-    one that cannot be simulated is left as it is."""
-    model: Any = base.model
-    found = []
-    for run in runs:
-        with suppress(InputError):
-            run = _with_interpolation_error(model, run, base.shared)
-        found.append(run)
-    return found if base.runs[0].kind == INTERPOLATIONS[0] else list(runs)
-
-
 def _on_segments_of(model: Any, x: np.ndarray, run: SampledRun) -> SampledRun:
     """The run itself where its segments are short enough for the model; else on shorter ones, in their band."""
     stable = stable_segments(model, x, run)

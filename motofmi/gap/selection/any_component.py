@@ -16,12 +16,7 @@ from fmus.support.errors import InputError
 from motofmi.gap.comparison.compare import Comparison, compare
 from motofmi.gap.comparison.search import single_effects
 from motofmi.gap.criteria import Criteria
-from motofmi.gap.estimation.base_fit import (
-    fitted_base,
-    fitted_values,
-    on_segments_like,
-    with_interpolation_errors,
-)
+from motofmi.gap.estimation.base_fit import fitted_base, fitted_values, on_segments_like
 from motofmi.gap.estimation.candidate import (
     Candidate,
     noise_is_known,
@@ -108,7 +103,7 @@ def investigate(
             base, starts = found.fit, found.starts
             left_out.extend(found.left_out)
             prepared = [prepare_sampled_run(recording, base.model.experiment) for recording in validation]
-            validation_runs = with_interpolation_errors(base, on_segments_like(base, starts, prepared))
+            validation_runs = on_segments_like(base, starts, prepared)
             report(_undecided(base, validation_runs, criteria))
         return _selected(base, [*found.candidates, *more_effects], starts, validation_runs, report, criteria)
 

@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 
 from fmus import Component, input, parameter, state
-from motofmi.gap.criteria import Criteria
-from motofmi.gap.estimation.base_fit import fitted_base, with_interpolation_errors
 from motofmi.gap.estimation.initial_fit import initial_fit
 from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
@@ -81,24 +79,6 @@ def test_the_base_is_fitted_with_the_interpolation_of_a_command_in_steps():
     assert not is_rough(command)
     assert found.runs[0].kind == "held"
     assert np.exp(found.x[0]) == pytest.approx(lag, rel=2e-3)  # 0.5 % of the half sample by which lines are early
-
-
-def test_validation_runs_have_the_uncertainty_of_the_input_that_fitted_runs_have():
-    """The samples of a sawtooth do not show when it falls between them."""
-    time = np.arange(0, 20, 0.01)
-    command = 2 * (time % 1.0) - 1
-    response = np.zeros(len(time))
-    for k in range(1, len(time)):
-        mean = (command[k] + command[k - 1]) / 2
-        response[k] = mean + (response[k - 1] - mean) * np.exp(-0.01 / 0.2)
-    noisy = response + 1e-5 * np.random.default_rng(1).standard_normal(len(time))
-    recording = Recording("saw", time, {"command": command, "response": noisy}, {"command": "V", "response": "V"})
-    run = prepare_sampled_run(recording, input_output_experiment(Lag(), ["command", "response"]))
-    base = fitted_base(run.experiment, [run], {}, [], Criteria()).fit
-    (validation,) = with_interpolation_errors(base, [run])
-    assert run.input_variance is None and base.runs[0].kind == "smooth"
-    # 5 %: that of the fitted run is from before the last fit
-    assert np.sum(validation.input_variance) == pytest.approx(np.sum(base.runs[0].input_variance), rel=0.05)
 
 
 def test_a_held_input_keeps_its_amplitude():

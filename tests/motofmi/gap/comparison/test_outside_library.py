@@ -123,5 +123,8 @@ def test_a_budget_that_ends_while_laws_are_compared_leaves_the_verdict_of_the_li
     found = mf.find_gap(
         runs[0], validation=runs[1], component="mass_spring_damper", impose="displacement", time=1000
     ).to_dict()
-    assert {e["name"] for e in found["effects"]} == {"sensor_nonlinearity", "coulomb_friction"}
+    nearest, *_ = found["compared"]
+    assert {e["name"] for e in nearest["effects"]} == {"sensor_nonlinearity", "coulomb_friction"}
+    assert found["verdict"] == "unknown"  # a gain of the sensor at its bound is not named
+    assert all(e["name"] != "outside_library" for row in found["compared"] for e in row["effects"])
     assert "was not compared with effects outside the library" in found["limitations"][0]

@@ -34,6 +34,13 @@ def test_a_magnitude_at_its_bound_is_not_named_unless_it_is_a_whole_share(low, h
     assert any("= 1 is at its bound, so that the effect does not fit well." in s for s in found.sentences) == (verdict != "named")
 
 
+def test_the_last_sentence_is_on_the_nearest_of_undetermined_effects():
+    models = [model_with(CoulombFriction, level=1.0, seed=1), model_with(CubicDamping, level=3.0, seed=2)]
+    found = decided(models, error=0.6)
+    assert found.nearest is models[0] and found.sentences[-1].startswith("coulomb_friction is not named")
+    assert found.sentences[-2].startswith("progressive_damping is not named")
+
+
 def test_an_effect_that_changes_a_stiffness_within_its_error_is_not_named():
     """The stiffness is exp(0) = 1 with a relative error of 0.6; the ratio of the two sides is determined."""
     model = model_with(Asymmetry, level=1.0, seed=1)
