@@ -13,6 +13,8 @@ A law is no candidate where the recorded motion does not distinguish it from oth
   that depend on it (Caughey, J. Appl. Mech. 27 (1960) 640-643). While a rate keeps its sign, a sensor that drifts
   steadily has the response of dry friction, and one whose gain depends on the reading that of a drag: for v' = -f(v)
   and y = g(v), y' = -h(y) with h = g' f.
+- The torque of gravity follows the sine of an angle, whose linear part is a stiffness. Where nothing in the base depends
+  on the angle, that part is missing as well.
 - The error of an angle's sensor repeats with every revolution, where the laws of a sensor grow with the reading.
 """
 
@@ -21,12 +23,15 @@ from typing import Any
 
 import numpy as np
 
+from fmus.declaration.component import Component
 from fmus.effects import Effect, sensor
 from fmus.effects.drift import Drift
 from fmus.effects.hysteresis import DahlHysteresis
 from fmus.effects.library import declared_by
 from fmus.effects.output_channel import ClippedSensor, SensorDrift
 from fmus.effects.placement import laws_at
+from fmus.effects.stiffness import GravityTorque
+from fmus.linear_analysis.linearisation import linearise
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.experiments.input_output import InputOutputExperiment
 from motofmi.gap.preprocessing.one_way import is_one_way, keeps_direction
@@ -44,6 +49,10 @@ HYSTERESIS = DahlHysteresis.family
 CENTRES = (
     "{}: the means of the runs, {:.3g} to {:.3g} {}, differ by more than the motion about them, and the base has no "
     "spring. Not candidates there: {}; they would have another centre in each run."
+)
+NO_RESTORING = (
+    "{}: nothing in the base depends on it. Not candidate there: {}; the torque of gravity has a linear part, which the "
+    "base does not have either."
 )
 REVOLUTIONS = (
     "{}: the angle exceeds a revolution. Laws of its sensor are no candidates: the error of an encoder repeats with "
@@ -74,8 +83,9 @@ def candidate_laws(
     library = laws_at(experiment.component, largest_rate, inputs, outputs, states, period)
     kept, sentences = _distinguishable(library, found)
     kept, centres = _with_one_centre(kept, found)
+    kept, free = _with_restoring_force(kept, experiment.component)
     kept, undriven = _without_those_of_driven_runs(kept, runs)
-    return kept, [*sentences, *centres, *undriven, *(REVOLUTIONS.format(name) for name in turning)]
+    return kept, [*sentences, *centres, *free, *undriven, *(REVOLUTIONS.format(name) for name in turning)]
 
 
 def _distinguishable(library: Sequence[type[Effect]], found: Fit) -> tuple[list[type[Effect]], list[str]]:
@@ -113,6 +123,20 @@ def _with_one_centre(library: Sequence[type[Effect]], found: Fit) -> tuple[list[
             unit, kept = experiment.component.table[element.deflection].unit, [e for e in library if e not in laws]
             sentences.append(CENTRES.format(element.deflection, min(means), max(means), unit, _listed(laws, kept)))
     return [effect for effect in library if effect not in left_out], sentences
+
+
+def _with_restoring_force(
+    library: Sequence[type[Effect]], component: Component
+) -> tuple[list[type[Effect]], list[str]]:
+    """The laws without the torque of gravity on a deflection on which nothing in the component depends, as the heading
+    of a ship, and a sentence for each."""
+    states, slopes, kept, sentences = list(component.states), linearise(component).A, list(library), list[str]()
+    for name, element in component.elements.items():
+        laws = [e for e in kept if e.element == name and issubclass(e, GravityTorque)]
+        if laws and element.deflection in states and not np.any(slopes[:, states.index(element.deflection)]):
+            kept = [effect for effect in kept if effect not in laws]
+            sentences.append(NO_RESTORING.format(element.deflection, _listed(laws, kept)))
+    return kept, sentences
 
 
 def _without_those_of_driven_runs(

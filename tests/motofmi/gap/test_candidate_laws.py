@@ -160,3 +160,22 @@ def test_changes_over_time_are_candidates_only_where_the_amplitude_is_not_the_ti
     assert ("damping_asymmetry" in families(base)) == (shape == "swing")
     said = [each for each in base.left_out if each.startswith("No run has an input")]
     assert bool(said) == bool(left_out) and all(name in said[0] for name in left_out)
+
+
+class Vane(Wheel):
+    """A wheel with the weight of a vane, of which the equations have the linear part alone."""
+
+    weight = parameter("1/s2", "Torque of gravity per unit of inertia", min=0, start=1.0)
+
+    def equations(self, v, m):
+        return {"der(angle)": v.rate, "der(rate)": -v.decay * v.rate - v.weight * v.angle}
+
+
+@pytest.mark.parametrize(("component", "candidate"), [(Wheel(), False), (Vane(), True)])
+def test_the_sine_of_gravity_is_a_candidate_where_the_base_has_its_linear_part(component, candidate):
+    """Both declare no stiffness; a heading has no restoring force."""
+    noise = 1e-3 * np.random.default_rng(3).standard_normal(len(TIME))
+    found = base_of(component, turning(np.sin(TIME) + noise))
+    assert ("geometric_nonlinearity" in families(found)) == candidate
+    said = [s for s in found.left_out if s.startswith("angle: nothing in the base depends on it.")]
+    assert len(said) == (not candidate) and all("geometric_nonlinearity" in s for s in said)
