@@ -83,7 +83,7 @@ def sampling_warnings(time: np.ndarray) -> list[str]:
 def channel_warnings(time: np.ndarray, columns: Mapping[str, np.ndarray], units: Mapping[str, str]) -> list[str]:
     """Constant channels, clipping, and values outside the range of handlebar tests.
 
-    A signal that is at one or the other of its limits most of the time is a command between two levels, and not clipped.
+    A signal that is at one or the other of its limits most of the time is a command between two levels, not clipped.
     """
     found = []
     for name, values in columns.items():

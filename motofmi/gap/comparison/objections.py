@@ -115,8 +115,8 @@ def undetermined(model: ComparedModel, errors: np.ndarray, criteria: Criteria) -
     if at_bounds := magnitudes_at_bounds(model.fit):
         name, value = next(iter(at_bounds.items()))
         return (
-            f"{not_named(model)}, and the others are compared without {_it(model)}: {name} = {value:.3g} is at its bound, "
-            "so that the effect does not fit well."
+            f"{not_named(model)}, and the others are compared without {_it(model)}: {name} = {value:.3g} is at its "
+            "bound, so that the effect does not fit well."
         )
     if (found := undetermined_magnitude(model.fit, errors, criteria)) is None:
         return ""

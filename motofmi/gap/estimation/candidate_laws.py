@@ -13,8 +13,8 @@ A law is no candidate where the recorded motion does not distinguish it from oth
   that depend on it (Caughey, J. Appl. Mech. 27 (1960) 640-643). While a rate keeps its sign, a sensor that drifts
   steadily has the response of dry friction, and one whose gain depends on the reading that of a drag: for v' = -f(v)
   and y = g(v), y' = -h(y) with h = g' f.
-- The torque of gravity follows the sine of an angle, whose linear part is a stiffness. Where nothing in the base depends
-  on the angle, that part is missing as well.
+- The torque of gravity follows the sine of an angle, whose linear part is a stiffness. Where nothing in the base
+  depends on the angle, that part is missing as well.
 - The error of an angle's sensor repeats with every revolution, where the laws of a sensor grow with the reading.
 """
 
@@ -51,8 +51,8 @@ CENTRES = (
     "spring. Not candidates there: {}; they would have another centre in each run."
 )
 NO_RESTORING = (
-    "{}: nothing in the base depends on it. Not candidate there: {}; the torque of gravity has a linear part, which the "
-    "base does not have either."
+    "{}: nothing in the base depends on it. Not candidate there: {}; the torque of gravity has a linear part, which "
+    "the base does not have either."
 )
 REVOLUTIONS = (
     "{}: the angle exceeds a revolution. Laws of its sensor are no candidates: the error of an encoder repeats with "

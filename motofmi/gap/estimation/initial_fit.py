@@ -70,7 +70,7 @@ def _alike(one: Fit, other: Fit) -> bool:
 def _from_start(
     model: FreeInitialStateModel, runs: Sequence[SampledRun], start: np.ndarray, beat: float
 ) -> Iterator[Fit]:
-    """The fits from a start that can be simulated: over all intervals, over the longer ones, over whole segments only."""
+    """The fits from a start that can be simulated: over all intervals, the longer ones, whole segments only."""
 
     def staged(periods: Sequence[float]) -> tuple[PortableFit | None, np.ndarray]:
         x = start

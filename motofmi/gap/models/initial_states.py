@@ -248,8 +248,14 @@ class InitialStateModel(SegmentedModel):
                 slopes |= dict(zip(alike, of_data, strict=True))
         return slopes
 
-    def _slopes(self, run: SampledRun, values: Mapping[str, float], alike: Sequence[int],
-                best: Mapping[int, SegmentStart], lags: Mapping[str, Mapping[int, np.ndarray]]) -> np.ndarray:  # fmt: skip
+    def _slopes(
+        self,
+        run: SampledRun,
+        values: Mapping[str, float],
+        alike: Sequence[int],
+        best: Mapping[int, SegmentStart],
+        lags: Mapping[str, Mapping[int, np.ndarray]],
+    ) -> np.ndarray:
         """The derivatives (segments, m, np) of the reduced outputs of segments that are alike, over the noise; lags
         holds those (m,) by delays."""
         rows = np.array([run.reduction.rows[i] for i in alike])

@@ -54,7 +54,7 @@ class Blocks:
         )
 
     def reduce_segments(self, y: np.ndarray, segments: Sequence[int]) -> np.ndarray:
-        """The coefficients (segments, m, ...) of the signals (segments, n, outputs, ...) of segments that are `alike`."""
+        """The coefficients (segments, m, ...) of the signals (segments, n, outputs, ...) of `alike` segments."""
         spans = [self._spans_of[segment] for segment in segments]
         begins = [of[0][0] for of in spans]
         return np.concatenate(
@@ -68,8 +68,8 @@ class Blocks:
         )
 
     def _coefficients(self, y: np.ndarray, firsts: Sequence[int], kept: int) -> np.ndarray:
-        """The first coefficients (blocks, outputs * kept, ...) of the signals (blocks, n, outputs, ...) of blocks of one
-        length, which begin at the samples firsts. Samples that are not compared are zero."""
+        """The first coefficients (blocks, outputs * kept, ...) of the signals (blocks, n, outputs, ...) of blocks of
+        one length, which begin at the samples firsts. Samples that are not compared are zero."""
         if self.compared is not None:
             compared = np.stack([self.compared[first : first + y.shape[1]] for first in firsts])
             y = np.where(compared.reshape(*compared.shape, *(1,) * (y.ndim - 3)), y, 0.0)

@@ -94,7 +94,8 @@ def notes_on_degrees(component: Component, recordings: Sequence[Recording]) -> l
             if swing > 2 * np.pi and oscillates(run[name]):
                 notes.append(
                     f"{run.file or run.name}: {name} swings by {swing:.3g} rad, {swing / (2 * np.pi):.2g} revolutions. "
-                    f"If these numbers are degrees, state it: {name} [deg] in the heading, or {run.option(name, 'deg')}."
+                    f"If these numbers are degrees, state it: {name} [deg] in the heading, or "
+                    f"{run.option(name, 'deg')}."
                 )
     return notes
 
@@ -105,8 +106,8 @@ def notes_on_zeros(component: Component, free: Sequence[str]) -> list[str]:
     rows = component.rows("parameter")
     zero = [n for n, row in rows.items() if row.tunable and component.values[n] == 0 and not free]
     return [
-        f"{n} is 0 in {component.title} and is not fitted, since a fit starts from values that are not 0. If the machine "
-        "has it, give a start value, as in parameter(..., start=1.0), or --component FILE.toml."
+        f"{n} is 0 in {component.title} and is not fitted, since a fit starts from values that are not 0. If the "
+        "machine has it, give a start value, as in parameter(..., start=1.0), or --component FILE.toml."
         for n in zero
     ]
 

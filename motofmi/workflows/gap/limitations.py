@@ -132,9 +132,9 @@ def _on_output_offsets(best: Fit) -> Iterator[str]:
         for name, offset, motion in zip(run.experiment.outputs, offsets, run.motion_variance**0.5, strict=True):
             if abs(offset) > motion:
                 yield (
-                    f"The {name} of {run.name} is compared up to a constant: the recorded values are those of the model "
-                    f"plus {offset:.3g} {run.recording.units[name]}, an offset of its sensor or an equilibrium that the "
-                    "component does not have."
+                    f"The {name} of {run.name} is compared up to a constant: the recorded values are those of the "
+                    f"model plus {offset:.3g} {run.recording.units[name]}, an offset of its sensor or an equilibrium "
+                    "that the component does not have."
                 )
 
 

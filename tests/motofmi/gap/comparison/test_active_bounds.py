@@ -51,7 +51,8 @@ def test_a_vanished_damper_does_not_widen_the_error_of_a_force_that_it_could_rep
     found = fit(model, [run], start)
     names = [model.names[i] for i in at_zero(found)]
     assert ("spring_damping" in names) == (damping < 0)
-    error = standard_errors(CommonBlocks(found, [], Criteria()).covariance(found))[model.names.index("hysteresis.force")]
+    covariance = CommonBlocks(found, [], Criteria()).covariance(found)
+    error = standard_errors(covariance)[model.names.index("hysteresis.force")]
     value = model.values(found.shared)["hysteresis.force"]
     expected = FORCE + min(damping, 0.0) * SPEED
     assert value == pytest.approx(expected, abs=4 * error + 0.02 * FORCE)  # 2 %: the rounded turning points

@@ -31,7 +31,8 @@ def test_a_magnitude_at_its_bound_is_not_named_unless_it_is_a_whole_share(low, h
         row.min, row.max = low, high
     found = decided([model])
     assert found.verdict == verdict
-    assert any("= 1 is at its bound, so that the effect does not fit well." in s for s in found.sentences) == (verdict != "named")
+    said = [s for s in found.sentences if "= 1 is at its bound, so that the effect does not fit well." in s]
+    assert len(said) == (verdict != "named")
 
 
 def test_the_last_sentence_is_on_the_nearest_of_undetermined_effects():
