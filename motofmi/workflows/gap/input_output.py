@@ -108,8 +108,8 @@ class InputOutput(Kind):
 
     def contents(self, verdict: Verdict) -> dict[str, Any]:
         result = result_of(verdict, self.notes)
-        if self.signs:
-            result["reason"] = self.signs[0]
+        if self.signs:  # nor is any effect the nearest one
+            result |= {"reason": self.signs[0], "closest": None, "alternatives": []}
         return result
 
     def limitations(self, verdict: Verdict, contents: dict[str, Any]) -> list[str]:

@@ -74,6 +74,7 @@ def test_nothing_is_named_with_the_force_of_a_reaction_and_the_sign_is_the_reaso
         runs.append(Recording(f"run_{seed}", time, columns, units))
     found = mf.find_gap(runs[0], validation=runs[1], component="mass_spring_damper", impose="displacement")
     assert found.verdict == "unknown" and "reverse its sign" in found.reason
+    assert found.to_dict()["closest"] is None and found.alternatives == []
 
 
 def test_a_recorded_rate_shows_the_sign_as_a_deflection_does():
