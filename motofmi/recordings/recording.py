@@ -70,7 +70,7 @@ class Recording:
         return tuple(slice(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True))
 
     def option(self, column: str, unit: str = "") -> str:
-        """The option that reads a column in another unit, or without one, with the other sign."""
+        """The `--map` option that gives a column another unit; without a unit, the one that reverses its sign."""
         target = f"{column} [{unit}]" if unit else column if column in self.negated else f"-{column}"
         return f'--map "{self.headings.get(column, column)}={target}"'
 

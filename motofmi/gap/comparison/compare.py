@@ -14,7 +14,7 @@ from fmus.support.errors import InputError
 from motofmi.gap.comparison.adjusted_likelihood_ratio import adjusted_errors
 from motofmi.gap.comparison.closable import closed_share, closes_as_much, flexible_mean_square, low_of_mean
 from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
-from motofmi.gap.comparison.objections import MEMBER, NOT_CLEAR, SMALL, WITHHELD
+from motofmi.gap.comparison.objections import MEMBER, NOT_CLEAR, SMALL, WITHHELD, effects_of
 from motofmi.gap.comparison.outcome import Outcome, outcome
 from motofmi.gap.comparison.outside_library import sufficient_law, with_values
 from motofmi.gap.comparison.own_values import disagreement
@@ -181,7 +181,7 @@ def _with_law_outside(compared: Comparison, library: Sequence[type[Effect]], blo
         return compared
     law.fit.sandwich = blocks.covariance(law.fit)
     share, of_selected = (closed_share(base.reported, m.reported, flexible).share for m in (law, selected))
-    inside = " and ".join(e.family for e in selected.effects) or "the base"
+    inside = effects_of(selected) or "the base"
     ahead = "The missing effect is outside the library."
     if of_selected > share - equal:
         ahead = f"The data do not decide between {inside} and a law outside the library, which has fewer parameters."

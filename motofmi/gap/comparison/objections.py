@@ -61,7 +61,7 @@ def objection(
         return NOT_CLEAR, (
             f"{withheld}: the gain on data that were not used is not clear (95 % interval of the gain in "
             f"logarithmic loss, in which every block counts alike, from {low:.2g})."
-            + (" Blocks with the largest misfit improve, and others do not." if few else "")
+            + (" The mean square falls in the blocks where it is largest, and not in most others." if few else "")
         )
     share = min(
         (closed_share(getattr(before, data), getattr(model, data), flexible) for data in ("out_of_sample", "reported")),

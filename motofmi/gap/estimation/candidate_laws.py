@@ -51,7 +51,7 @@ CENTRES = (
     "spring. Not candidates there: {}; they would have another centre in each run."
 )
 NO_RESTORING = (
-    "{}: nothing in the base depends on it. Not candidate there: {}; the torque of gravity has a linear part, which "
+    "{}: nothing in the base depends on it. Not a candidate there: {}; the torque of gravity has a linear part, which "
     "the base does not have either."
 )
 REVOLUTIONS = (

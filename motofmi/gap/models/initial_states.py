@@ -243,7 +243,7 @@ class InitialStateModel(SegmentedModel):
             where = dict(zip(indices, nodes.samples, strict=True))
             for alike in groups(run, where):
                 change = np.array([made.outputs[where[i]] - best[i].made.outputs[best[i].samples] for i in alike])
-                rows = np.array([run.reduction.rows[i] for i in alike])
+                rows = run.reduction.rows_of(alike)
                 of_data = run.reduction.reduce_segments(change / DELAY_STEP, alike) / run.deviation[rows]
                 slopes |= dict(zip(alike, of_data, strict=True))
         return slopes
@@ -258,7 +258,7 @@ class InitialStateModel(SegmentedModel):
     ) -> np.ndarray:
         """The derivatives (segments, m, np) of the reduced outputs of segments that are alike, over the noise; lags
         holds those (m,) by delays."""
-        rows = np.array([run.reduction.rows[i] for i in alike])
+        rows = run.reduction.rows_of(alike)
         found = np.zeros((*rows.shape, len(self.names)))
         slopes = np.array([best[i].made.slopes[best[i].samples] for i in alike])
         of_data = run.reduction.reduce_segments(slopes, alike) / run.deviation[rows][..., None]
@@ -276,5 +276,7 @@ class InitialStateModel(SegmentedModel):
         begun: dict[int, SegmentStart] = {}
         deviations = np.zeros(0) if self.experiment.from_rest else self._initial_deviations
         for indices, made, nodes in self.simulated_apart(run, list(initial), values, initial, held=held):
-            begun |= segment_starts(run, initial, made, dict(zip(indices, nodes.samples, strict=True)), deviations)
+            where = dict(zip(indices, nodes.samples, strict=True))
+            for alike in groups(run, where):
+                begun |= segment_starts(run, {i: initial[i] for i in alike}, made, where, deviations)
         return begun

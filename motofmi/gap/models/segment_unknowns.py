@@ -61,6 +61,12 @@ class SegmentSolution:
     x_slopes: np.ndarray
 
 
+def groups(run: SampledRun, segments: Container[int]) -> Iterator[list[int]]:
+    """Those of some segments whose arrays have the same shapes, together."""
+    of_run = ([i for i in alike if i in segments] for alike in run.reduction.alike)
+    return (alike for alike in of_run if alike)
+
+
 def segment_starts(
     run: SampledRun,
     initial: Mapping[int, np.ndarray],
@@ -68,31 +74,12 @@ def segment_starts(
     samples: Mapping[int, slice],
     deviations: np.ndarray,
 ) -> dict[int, SegmentStart]:
-    """The segments of a trajectory, each from its initial states (nx,).
+    """Segments of a trajectory that are alike (see `groups`), each from its initial states (nx,).
 
     samples are the nodes of each in the trajectory. deviations (nx,) are the standard deviations of the prior of each
-    initial state, infinite without one; it has no entries where the initial states are known.
+    initial state, infinite without one; it has no entries where the initial states are known. The first axis of all
+    arrays is that of the segments.
     """
-    found: dict[int, SegmentStart] = {}
-    for alike in groups(run, samples):
-        found |= _alike_starts(run, {i: initial[i] for i in alike}, made, samples, deviations)
-    return found
-
-
-def groups(run: SampledRun, segments: Container[int]) -> Iterator[list[int]]:
-    """Those of some segments whose arrays have the same shapes, together."""
-    of_run = ([i for i in alike if i in segments] for alike in run.reduction.alike)
-    return (alike for alike in of_run if alike)
-
-
-def _alike_starts(
-    run: SampledRun,
-    initial: Mapping[int, np.ndarray],
-    made: Trajectory,
-    samples: Mapping[int, slice],
-    deviations: np.ndarray,
-) -> dict[int, SegmentStart]:
-    """`segment_starts` of segments that are alike. The first axis of all arrays is that of the segments."""
     alike, x = list(initial), np.array(list(initial.values()))
     length, ny, unknown = int(np.subtract(*run.segments[alike[0]][::-1])), run.measured.shape[1], len(deviations)
     offsets = np.eye(ny)[:, run.with_offset if length >= OFFSET_SAMPLES else []]
@@ -102,7 +89,7 @@ def _alike_starts(
         slopes = made.initial_slopes
         stack[..., 1 : 1 + unknown] = [slopes[samples[i]] for i in alike]  # type: ignore[index]  # asked for by states
     stack[..., 1 + unknown :] = offsets
-    rows = np.array([run.reduction.rows[i] for i in alike])
+    rows = run.reduction.rows_of(alike)
     z = run.reduction.reduce_segments(stack, alike) / run.deviation[rows][..., None]
     left, tangent = z[..., 0] - run.data[rows] / run.deviation[rows], z[..., 1:]
     bounded = np.isfinite(deviations)
@@ -176,7 +163,7 @@ def segment_solutions(
         np.array([getattr(begun[i], name) for i in alike]) for name in ("taken", "shares", "states_of_taken", "reduced")
     )
     of_taken = taken.transpose(0, 2, 1) @ slopes
-    rows = np.array([run.reduction.rows[i] for i in alike])
+    rows = run.reduction.rows_of(alike)
     deviation = run.deviation[rows]
     output = run.data[rows] / deviation + reduced
     left = slopes - taken @ (shares[..., None] * of_taken)

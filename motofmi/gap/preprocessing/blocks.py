@@ -101,6 +101,10 @@ class Blocks:
         owners = np.repeat(self.segment_of, [kept * self.outputs for _, _, kept in self.spans])
         return [np.flatnonzero(owners == segment) for segment in range(max(self.segment_of) + 1)]
 
+    def rows_of(self, segments: Sequence[int]) -> np.ndarray:
+        """The indices (segments, m) of the coefficients of `alike` segments."""
+        return np.array([self.rows[segment] for segment in segments])
+
     def deviations(self, densities: Sequence) -> np.ndarray:
         """The standard deviation (m,) of every coefficient, from the noise density of each output, in its unit."""
         every = {last - first for first, last, _ in self.spans}

@@ -184,9 +184,9 @@ def test_segments_that_are_computed_together_are_those_computed_alone():
     x0 = {i: model.first_states(run, i) for i in range(len(run.segments))}
     made, nodes = model.simulated(run, list(x0), model.values(model.start()), x0)
     samples, unbounded = dict(zip(x0, nodes.samples, strict=True)), np.full(4, np.inf)
-    together = segment_starts(run, x0, made, samples, unbounded)
     slopes = {i: made.slopes[where] for i, where in samples.items()}
     for alike in groups(run, x0):
+        together = segment_starts(run, {i: x0[i] for i in alike}, made, samples, unbounded)
         of_data = run.reduction.reduce_segments(np.array([slopes[i] for i in alike]), alike)
         solved = segment_solutions(run, alike, together, of_data)
         for i in alike:

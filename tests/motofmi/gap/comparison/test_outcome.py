@@ -12,6 +12,7 @@ from fmus.effects.drift import Drift
 from fmus.effects.resonance import HungBody
 from fmus.effects.stiffness import Asymmetry, CubicHardening
 from motofmi.gap.comparison.compare import Comparison
+from motofmi.gap.comparison.objections import objection
 from motofmi.gap.comparison.outcome import outcome
 from motofmi.gap.comparison.simplest_form import simplest_sufficient
 from motofmi.gap.comparison.unresolved_modes import Unresolved
@@ -268,3 +269,14 @@ def test_a_pair_without_a_clear_gain_on_enough_validation_blocks_is_not_searched
     found = outcome(base, models, FLEXIBLE, MOTION, (BLOCKS, BLOCKS), {id(m): np.full(2, 0.1) for m in models}, Criteria())
     assert found.standing[id(fitted_only)] == "gain not clear"
     assert len(Comparison(found, base, models, FLEXIBLE, MOTION, (BLOCKS, BLOCKS)).clear_pairs()) == kept
+
+
+@pytest.mark.parametrize(("large", "said"), [(1000.0, True), (1.0, False)])
+def test_a_gain_in_few_blocks_alone_is_said_to_be_one(large, said):
+    """Every fifth block has 100 times less misfit, and the others four times as much."""
+    squares = np.where(np.arange(BLOCKS) % 5 == 0, large, 1.0)
+    after = np.where(squares > 1, squares / 100, 4.0)
+    base, model = model_with(level=1.0), model_with(CoulombFriction, level=1.0)
+    base, model = (replace(m, fitted=y, validation=y) for m, y in ((base, squares), (model, after)))
+    kind, sentence = objection(base, model, [model], FLEXIBLE, Criteria())
+    assert kind == "gain not clear" and ("falls in the blocks where it is largest" in sentence) == said
