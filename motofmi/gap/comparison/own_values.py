@@ -2,10 +2,10 @@ r"""Whether the runs disagree on the base: its values fitted to the validation r
 
     base, values a in fitted and b in validation runs   against   base and effects, the same values in all runs
 
-Runs of another machine, load or temperature have other values of the base, and an effect may stand for the difference.
-The runs disagree where the base with values of its own in the validation runs leaves there clearly less than the
-effects with their fitted values, and less than `Criteria.least_share` of the closable misfit. Its losses are those of
-left-out blocks.
+Runs of another machine, load, temperature or unit have other values of the base, and an effect may stand for the
+difference. The runs disagree where the base with values of its own in the validation runs leaves there clearly less
+than the effects with their fitted values, and closes more than `Criteria.explained_share` of what these leave. Its
+losses are those of left-out blocks.
 
 Source: Chow, Econometrica 28 (1960) 591-605, who compares sums of squares in the same way.
 """
@@ -32,12 +32,12 @@ def disagreement(base: ComparedModel, best: ComparedModel, flexible: float, bloc
 
     flexible [1] is the mean square after a flexible regression, over the squared scale of the comparison.
     """
-    own = with_own_values(base, flexible, blocks)
+    own = with_own_values(base, best, flexible, blocks)
     if own is None or log_gain_low(best, own) <= 0:
         return ""
-    share = closed_share(base.validation, own.validation, flexible).share
-    if share <= 1 - blocks.criteria.least_share:
+    if closed_share(best.validation, own.validation, flexible).share <= blocks.criteria.explained_share:
         return ""
+    share = closed_share(base.validation, own.validation, flexible).share
     effects = " and ".join(effect.family for effect in best.effects) or "the base"
     return (
         "No effect is named: the fitted and the validation runs disagree on the base. With values of its own in the "
@@ -46,20 +46,22 @@ def disagreement(base: ComparedModel, best: ComparedModel, flexible: float, bloc
     )
 
 
-def with_own_values(base: ComparedModel, flexible: float, blocks: CommonBlocks) -> ComparedModel | None:
+def with_own_values(
+    base: ComparedModel, best: ComparedModel, flexible: float, blocks: CommonBlocks
+) -> ComparedModel | None:
     """The base fitted to the validation runs alone; None without these, where they cannot be simulated, and after a
-    deadline. A fit that cannot close as much as runs that disagree need is ended early.
+    deadline. A fit that cannot close as much of what `best` leaves as runs that disagree need is ended early.
 
     It starts from the fitted values and, where these are too far, as for a machine with another frequency, from those
     that fit the validation runs in the frequency domain.
     """
     if not blocks.validation_blocks or time_is_up():
         return None
-    missed = float(base.validation.mean())
-    least = min((flexible + blocks.criteria.least_share * max(missed - flexible, 0.0)) / missed, 1.0)
+    left = max(float(best.validation.mean()) - flexible, 0.0)
+    least = (flexible + (1 - blocks.criteria.explained_share) * left) / float(base.validation.mean())
     try:
         before = fit(base.fit.model, blocks.validation, base.fit.shared, iterations=0)
-        enough = least * before.chi2
+        enough = min(least, 1.0) * before.chi2
         found = fit(base.fit.model, before.runs, before.x, beat=enough)
         if found.chi2 > enough and (start := _by_frequency(base, blocks)) is not None:
             with suppress(InputError):  # it cannot be simulated from there
@@ -79,15 +81,17 @@ def _by_frequency(base: ComparedModel, blocks: CommonBlocks) -> np.ndarray | Non
 
 
 def _amplitudes(base: ComparedModel, blocks: CommonBlocks) -> str:
-    """The advice on the runs, with the rms of the first output in fitted and in validation runs."""
-    fitted, validation = (
-        np.sqrt(np.mean([run.motion_variance[0] for run in runs])) for runs in (base.fit.runs, blocks.validation)
-    )
+    """The advice on the runs, with the rms about the mean of every input and output in fitted and in validation runs."""
     run = base.fit.runs[0]
-    name = run.experiment.outputs[0]
+    names = [*run.experiment.outputs, *run.experiment.inputs]
+    sides = [
+        {n: float(np.sqrt(np.mean([each.recording[n].var() for each in runs]))) for n in names}
+        for runs in (base.fit.runs, blocks.validation)
+    ]
+    rms = ", ".join(f"{sides[0][n]:.3g} and {sides[1][n]:.3g} {run.recording.units[n]} ({n})" for n in names)
     return (
-        f"The {name} has {fitted:.3g} and {validation:.3g} {run.recording.units[name]} (rms) there. Give runs of one "
-        "machine in one condition; where only their amplitude differs, fit runs of both amplitudes."
+        f"The rms of the columns in the fitted and in the validation runs is {rms}. Give runs of one machine in one "
+        "condition, with correct units; where only their amplitude differs, fit runs of both amplitudes."
     )
 
 

@@ -144,6 +144,9 @@ def _on_validation(found: Investigation, result: dict[str, Any], held: bool) -> 
         yield "No validation run: the verdict is not checked on data that were not used."
         return
     gap, share = result["gap"], found.verdict.criteria.validation_warning_share
+    if gap["holdout_after"] is None and not result["ended"]:
+        yield "The rms on the validation runs is not stated: with the fitted values they cannot be simulated."
+        return
     by_chi_square = found.verdict.comparison is None and result["verdict"] == "named"
     if by_chi_square and gap["holdout_after"] - 1 > (1 - share) * (gap["holdout_before"] - 1):
         yield (

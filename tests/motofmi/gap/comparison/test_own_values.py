@@ -2,12 +2,15 @@
 
 import re
 
+import numpy as np
 import pytest
 
 import motofmi as mf
+from motofmi.recordings.recording import Recording
 from tests import as_study
 from tests.few_laws import FAMILIES, only_families
 from tests.simulators.swings import swing
+from tests.simulators.three_sines import three_sines
 
 VALUES = {"J": 0.1, "k": 4.0, "c": 0.003, "T_c": 0.0, "c_2": 0.0}
 
@@ -24,6 +27,36 @@ def test_nothing_is_named_where_the_validation_run_is_of_another_pendulum(monkey
     values = re.search(r"gravity_stiffness is ([\d.]+) .*? and ([\d.]+) ", result["disagreement"])
     assert [float(value) for value in values.groups()] == pytest.approx([4.0, stiffness], rel=2e-3)  # friction adds 1e-3
     assert result["disagreement"] in result["limitations"]
-    amplitudes = re.search(r"The angle has ([\d.]+) and ([\d.]+) rad \(rms\)", result["disagreement"])
+    amplitudes = re.search(r"is ([\d.]+) and ([\d.]+) rad \(angle\)", result["disagreement"])
     # Two decaying swings from 0.5 and 0.3 rad, and one from 0.4 rad: below their starts over sqrt(2)
     assert all(0.05 < float(rms) < 0.3 for rms in amplitudes.groups())
+
+
+def sliding(name: str, width: float, labelled: float, seed: int) -> Recording:
+    """20 s at 100 Hz of a mass of 1 kg along three sines: force with a spring of 20 N/width that slides at 20 N, and
+    noise; the recorded displacement [m] is multiplied by `labelled`."""
+    generator, time = np.random.default_rng(seed), np.arange(2000) / 100
+    x, v, a = three_sines(generator, time)
+    held, stretched = [], 0.0
+    for step in np.diff(x, prepend=x[0]):
+        stretched = min(max(stretched + step / width, -1.0), 1.0)
+        held.append(stretched)
+    force = a + 2 * v + 10 * x + 20 * np.array(held) + 0.3 * generator.standard_normal(len(time))
+    return Recording(name, time, {"force": force, "displacement": labelled * x}, {"force": "N", "displacement": "m"})
+
+
+@pytest.mark.parametrize(("width", "labelled"), [(0.02, 1 / 25.4), (0.3, 1000.0)])
+def test_a_wrong_unit_in_the_validation_run_gets_no_name(monkeypatch, width, labelled):
+    """With a width of 0.02 m no linear base of its own closes 90 % of the misfit. With 0.3 m nothing slides: the base is
+    complete, and a factor of 1000 leaves a misfit that is a thousand times the motion."""
+    only_families(monkeypatch, ("hysteresis", "coulomb_friction", "drift"))
+    result = mf.find_gap(
+        [sliding("fitted", width, 1.0, 1)], validation=[sliding("held", width, labelled, 2)],
+        component="mass_spring_damper", impose="displacement",
+    ).to_dict()  # fmt: skip
+    assert result["verdict"] == "unknown" and not result["effects"]
+    values = re.search(r"(spring_\w+) is ([\d.e+]+) .*? and ([\d.e+]+) ", result["disagreement"])
+    # A force in N over a displacement that is labelled wrongly; 10 % where the runs rub over different paths
+    assert float(values[2]) / float(values[3]) == pytest.approx(labelled, rel=0.1)
+    rms = re.search(r"([\d.]+) and ([\d.]+) m \(displacement\)", result["disagreement"])
+    assert float(rms[2]) / float(rms[1]) == pytest.approx(labelled, rel=0.1)  # both are three sines
