@@ -16,7 +16,7 @@ class MassSpringDamper(Component):
     mass = parameter("kg", "Moving mass", symbol="m", min=1e-6, max=1e6,
                      start=1.0)  # type: ignore[assignment]  # rows leave the class
     spring_stiffness = parameter("N/m", "Stiffness of the spring", symbol="k", min=0, max=1e9, start=400.0)
-    spring_damping = parameter("N.s/m", "Damping beside the spring", symbol="c", min=0, max=1e7, start=2.0)
+    spring_damping = parameter("N.s/m", "Damping beside the spring", symbol="c", min=0, max=1e9, start=2.0)
     force = input("N", "Force on the mass", symbol="F")
     displacement = state("m", "Displacement of the mass", symbol="x", exposed=True)
     velocity = state("m/s", "Velocity of the mass", symbol="v", exposed=True)

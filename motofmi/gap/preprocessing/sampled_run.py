@@ -58,6 +58,7 @@ class SampledRun:
     noise_from_model: bool = False
     kind: str = INTERPOLATIONS[0]  # interpolation of the inputs
     one_way_rates: frozenset[str] = frozenset()  # recorded rates of elements that have one sign
+    without_offsets: bool = False  # the offsets of the outputs' sensors are taken as zero
     input_variance: np.ndarray | None = None  # (m,) variance due to the inputs between their samples
     # (n,) the longest segment [samples] at each sample over which an unstable free motion does not grow too far
     stable_length: np.ndarray | None = None
@@ -201,6 +202,8 @@ class SampledRun:
     @property
     def with_offset(self) -> np.ndarray:
         """Whether the offset of each output's sensor is unknown (outputs,); see `one_way` for the others."""
+        if self.without_offsets:
+            return np.zeros(len(self.experiment.outputs), bool)
         elements = self.experiment.component.elements.values()
         alone = {
             e.rate for e in elements if e.rate in self.one_way_rates and e.deflection not in self.recording.columns

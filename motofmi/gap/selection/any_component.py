@@ -94,6 +94,9 @@ def investigate(
     it cannot add one. Raises InputError where the base cannot be fitted.
     """
     experiment = experiment.with_sensor_offsets(offset_priors(runs))
+    # An offset of the effort in each run would take the place of dry friction, see `offset_priors`.
+    without_offsets = bool(experiment.imposed) and move_both_ways(runs)
+    runs = [replace(run, without_offsets=without_offsets) for run in runs]
 
     left_out: list[str] = []
 
@@ -103,6 +106,7 @@ def investigate(
             base, starts = found.fit, found.starts
             left_out.extend(found.left_out)
             prepared = [prepare_sampled_run(recording, base.model.experiment) for recording in validation]
+            prepared = [replace(run, without_offsets=without_offsets) for run in prepared]
             validation_runs = on_segments_like(base, starts, prepared)
             report(_undecided(base, validation_runs, criteria))
         return _selected(base, [*found.candidates, *more_effects], starts, validation_runs, report, criteria)

@@ -1,0 +1,48 @@
+"""Dry friction from strokes of one direction each, as in friction tests of robot joints and linear drives."""
+
+import numpy as np
+import pytest
+
+import motofmi as mf
+from motofmi.recordings.recording import Recording
+from tests.few_laws import only_families
+
+MASS, DAMPING = 2.0, 20.0  # kg, N.s/m
+SPEEDS = (0.05, 0.15, 0.3)  # m/s, mean of a stroke
+OFFSET = 0.5  # N
+
+
+def stroke(speed: float, friction: float, seed: int, offset: float = 0.0) -> Recording:
+    """10 s at 100 Hz of a displacement whose speed changes by 60 % about its mean: force with noise of 0.05 N."""
+    time = np.arange(1000) / 100
+    turn, share = 2 * np.pi * 0.7, 0.6
+    rate = speed * (1 + share * np.sin(turn * time))
+    x = speed * (time + share * (1 - np.cos(turn * time)) / turn)
+    force = MASS * speed * share * turn * np.cos(turn * time) + DAMPING * rate + friction * np.sign(speed) + offset
+    force += 0.05 * np.random.default_rng(seed).standard_normal(len(time))
+    return Recording(f"stroke_{seed}", time, {"force": force, "displacement": x}, {"force": "N", "displacement": "m"})
+
+
+def gap(directions, friction, monkeypatch, offset=0.0):
+    only_families(monkeypatch)
+    speeds = [sign * speed for sign in directions for speed in SPEEDS]
+    runs = [stroke(speed, friction, seed, offset) for seed, speed in enumerate(speeds)]
+    held = [stroke(sign * 0.2, friction, 90 + sign, offset) for sign in directions]
+    component = mf.mechanism("mass_spring_damper", spring_stiffness=0.0, mass=MASS, spring_damping=DAMPING)
+    return mf.find_gap(runs, validation=held, component=component, impose="displacement")
+
+
+@pytest.mark.parametrize("friction", [0.0, 3.0])
+def test_strokes_in_both_directions_show_dry_friction(monkeypatch, friction):
+    found = gap((1, -1), friction, monkeypatch)
+    assert found.verdict == ("named" if friction else "none")
+    assert [e["name"] for e in found.effects] == ["coulomb_friction"] * bool(friction)
+    if friction:
+        value = found.effects[0]["parameters"]["friction_torque"]
+        assert value["value"] == pytest.approx(friction, abs=4 * value["standard_error"])
+    assert any("no offset of an input, or of the effort of an imposed motion" in each for each in found.limitations)
+
+
+def test_strokes_in_one_direction_do_not(monkeypatch):
+    """A constant friction is an offset of the force there."""
+    assert gap((1,), 3.0, monkeypatch, OFFSET).verdict == "none"
