@@ -2,7 +2,8 @@
 
 A unit is written as in Modelica, without parentheses: `N.m.s/rad`, `kg.m2`, `1`. Everything after the slash is the
 denominator. A unit is defined by its factor to SI and its exponents of the SI base units, which are also the entries of
-an FMI model description. Recordings may also have the notation of laboratories: `N·m`, `N-m`, `m/s²`, `°/s`.
+an FMI model description. Recordings may also have the notation of laboratories: `N·m`, `N-m`, `m/s²`, `°/s`, `RPM`,
+`degrees`.
 
 Factors of the foot, inch, pound and pound-force: NIST Special Publication 811 (2008), Appendix B.8.
 """
@@ -76,6 +77,14 @@ SYMBOLS = {
     "%": (1e-2, (0, 0, 0, 0, 0, 0)),
 }
 
+# Words for symbols, and symbols in capitals, as recordings have them; in lower case and without a plural s. Case
+# distinguishes prefixes (mPa, MPa), so that no other symbol is read without regard to it.
+SPELLINGS = {
+    **{symbol: symbol for symbol in ("rpm", "deg", "rad", "rev", "sec", "mph", "psi", "dps", "bar")},
+    "degree": "deg", "radian": "rad", "second": "s", "minute": "min", "metre": "m", "meter": "m", "inch": "in",
+    "inche": "in", "newton": "N", "volt": "V", "amp": "A", "ampere": "A", "kilogram": "kg", "pascal": "Pa", "ohm": "Ohm",
+}  # fmt: skip
+
 # Units with an offset, which no factor converts.
 WITH_OFFSET = ("degC", "°C", "degF")
 
@@ -124,13 +133,14 @@ def unit(name: str) -> Unit:
     for part, side in enumerate(written.split("/")):
         for token in re.split(r"[.*·⋅]|-(?=[^\d])", side):
             match = re.fullmatch(r"(1|%|°|[A-Za-z]+)(?:\^?(-?\d+))?", token)
-            if match is None or match[1] not in SYMBOLS:
+            symbol = match and (match[1] if match[1] in SYMBOLS else SPELLINGS.get(match[1].lower().removesuffix("s")))
+            if match is None or symbol is None:
                 raise InputError(
                     f"unknown unit [{name}] at {token!r} ({PARENTHESES if '(' in name else ''}"
                     f"known symbols: {' '.join(sorted(SYMBOLS))})"
                 )
             power = int(match[2] or 1) * (-1 if part else 1)
-            scale, powers = SYMBOLS[match[1]]
+            scale, powers = SYMBOLS[symbol]
             factor *= scale**power
             exponents = [e + power * p for e, p in zip(exponents, powers, strict=True)]
     return Unit(name, factor, tuple(exponents))

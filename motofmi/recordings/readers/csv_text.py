@@ -2,11 +2,13 @@
 
 What an instrument writes above the names, in rows with another number of cells, is left out. Dates with times, and
 times of a day (ISO 8601), are read as seconds from the first one. numpy parses the numbers. pandas parses three times
-as fast, but takes half a second to import, which is the time of 15 MB. Only blocks with missing values, dates or faults
-are read cell by cell.
+as fast, but takes half a second to import, which is the time of 15 MB. Only blocks with missing values, dates, quotes or
+faults are read cell by cell.
 """
 
 import codecs
+import csv
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -87,22 +89,31 @@ def _layout(head: bytes, whole: bool) -> Layout:
     if not rows:
         raise InputError(f"the file is empty; expected {EXAMPLE}")
     above, heading = (rows := _from_names(rows)).pop(0)
-    delimiter = max(",;\t", key=heading.count)
-    headings = tuple(name.strip().strip('"') for name in heading.split(delimiter))
+    delimiter = max(",;\t", key=_without_quoted(heading).count)
+    headings = tuple(name.strip().strip('"') for name in _cells(heading, delimiter))
     if all(_is_number(name) for name in headings):
         raise InputError(f"line {above} holds numbers, expected {EXAMPLE}")
     names, units = (tuple(part) for part in zip(*map(name_and_unit, headings), strict=True))
-    if rows and _holds_units(cells := rows[0][1].split(delimiter)) and len(cells) == len(names):
+    if rows and _holds_units(cells := _cells(rows[0][1], delimiter)) and len(cells) == len(names):
         above = rows.pop(0)[0]
         units = tuple(given or _bare(cell) for given, cell in zip(units, cells, strict=True))
-    first = rows[0][1].split(delimiter) if rows else []
+    first = _cells(rows[0][1], delimiter) if rows else []
     first = first if len(first) == len(names) else [""] * len(names)
-    decimal_comma = delimiter != "," and _decimal_comma([row for _, row in rows], delimiter)
+    decimal_comma = _decimal_comma([row for _, row in rows if delimiter != "," or '"' in row], delimiter)
     dates = {i: stamp for i, cell in enumerate(first) if not _is_number(cell) and (stamp := _date(cell)) is not None}
     units = tuple("s" if i in dates else given for i, given in enumerate(units))
     layout = Layout(encoding, above, delimiter, decimal_comma, headings, names, units, (), dates)
     used = tuple(i for i, name in enumerate(names) if name and (units[i] or layout.number(first[i], i) is not None))
     return replace(layout, used=used)
+
+
+def _cells(line: str, delimiter: str) -> list[str]:
+    """The cells of a line; in a quoted one the delimiter is a character like any other."""
+    return next(csv.reader([line], delimiter=delimiter, skipinitialspace=True)) if '"' in line else line.split(delimiter)
+
+
+def _without_quoted(line: str) -> str:
+    return re.sub('"[^"]*"', "", line)
 
 
 def _from_names(rows: list[tuple[int, str]]) -> list[tuple[int, str]]:
@@ -111,8 +122,9 @@ def _from_names(rows: list[tuple[int, str]]) -> list[tuple[int, str]]:
     Then the samples begin where all rows have as many cells as the last one, and more than half of the cells of the
     first of them are numbers or dates; the names are in the row before, above those of the units.
     """
-    delimiter = next((mark for mark in ";\t" if mark in rows[-1][1]), ",")  # commas may be those of decimals
-    cells = [line.split(delimiter) for _, line in rows]
+    # commas may be those of decimals
+    delimiter = next((mark for mark in ";\t" if mark in _without_quoted(rows[-1][1])), ",")
+    cells = [_cells(line, delimiter) for _, line in rows]
     alike = [len(row) == len(cells[-1]) for row in cells]
     first = len(rows) - alike[::-1].index(False) if not all(alike) else 0
     if alike[0] or len(cells[-1]) < 2:
@@ -182,7 +194,7 @@ def _is_number(text: str) -> bool:
 def _decimal_comma(rows: list[str], delimiter: str) -> bool:
     """Whether numbers have decimal commas. Raises InputError where some have points, as separators of
     thousands also are."""
-    cells = [cell for row in rows for cell in row.split(delimiter)] if any("," in row for row in rows) else []
+    cells = [cell for row in rows for cell in _cells(row, delimiter)] if any("," in row for row in rows) else []
     found = any(_has_mark(cell, ",") for cell in cells)
     if found and any(_has_mark(cell, ".") for cell in cells):
         raise InputError(
@@ -214,7 +226,7 @@ def _block(lines: list[str], above: int, layout: Layout) -> np.ndarray:
     """The numbers (n, columns) of lines below others."""
     columns = None if len(layout.used) == len(layout.names) else layout.used
     rows = (line.replace(",", ".") for line in lines) if layout.decimal_comma else lines
-    if not layout.first_dates:
+    if not layout.first_dates and '"' not in lines[0]:
         with suppress(ValueError):
             block = np.loadtxt(rows, delimiter=layout.delimiter, usecols=columns, ndmin=2, comments=None)
             if block.shape[1] == len(layout.used):
@@ -229,7 +241,7 @@ def _cell_by_cell(lines: list[str], above: int, layout: Layout) -> np.ndarray:
     for number, line in enumerate(lines, above + 1):
         if not line.strip():
             continue
-        cells = line.rstrip("\n").split(layout.delimiter)
+        cells = _cells(line.rstrip("\n"), layout.delimiter)
         if len(cells) != len(layout.names):
             raise InputError(f"line {number} has {len(cells)} columns, the header has {len(layout.names)}")
         values = [layout.number(cells[i], i) for i in layout.used]

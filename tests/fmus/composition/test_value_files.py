@@ -58,7 +58,7 @@ def test_a_path_will_do_for_a_name(library, tmp_path):
     ("torso_inertia = 0.7", "torso_inertia = { unit = 'kg.m2' }", r"torso_inertia needs a number \[kg\.m2\]"),
     ("torso_inertia = 0.7", "torso_inertia = { value = 0.7, unti = 'kg.m2' }", r"unknown key of torso_inertia 'unti', did you mean 'unit'\?"),
     ('"N.m/deg"', '"N.m/(deg.s)"', r"unknown unit \[N\.m/\(deg\.s\)\] .*a unit has no parentheses: .* as in 1/V\.s"),
-    ('"N.m/deg"', '"N.m/degree"', r"unknown unit \[N\.m/degree\] at 'degree' \(known symbols: .*deg"),
+    ('"N.m/deg"', '"N.m/grade"', r"unknown unit \[N\.m/grade\] at 'grade' \(known symbols: .*deg"),
     ('"N.m/deg"', '"N.m"', r"unit \[N\.m\] cannot be converted to \[N\.m/rad\]"),
     ("[printed]", "[prints]", r"unknown key 'prints', did you mean 'printed'\? \(valid: about, .*\) in mine\.toml"),
     ('"PassiveRider"', '"ActiveRider"', r"unknown component in mine 'ActiveRider', did you mean 'PassiveRider'\?"),

@@ -74,6 +74,14 @@ def test_conversions(given, wanted, value):
     assert convert(180.0, given, wanted) == pytest.approx(value, rel=1e-15)
 
 
+@pytest.mark.parametrize(
+    "written, symbols",
+    [("RPM", "rpm"), ("Degrees/second", "deg/s"), ("N.inch", "N.in"), ("Volts", "V"), ("PSI", "psi"), ("ohms", "Ohm")],
+)
+def test_words_and_capitals_are_read_as_symbols(written, symbols):
+    assert (unit(written).factor, unit(written).exponents) == (unit(symbols).factor, unit(symbols).exponents)
+
+
 @pytest.mark.slow
 @given(st.sampled_from(sorted(SYMBOLS)), st.sampled_from(sorted(SYMBOLS)), st.integers(1, 4), st.floats(-1e6, 1e6))
 def test_there_and_back_is_the_same(first, second, power, value):
@@ -87,7 +95,7 @@ def test_there_and_back_is_the_same(first, second, power, value):
     assert unit(name).exponents == tuple(product)
 
 
-@pytest.mark.parametrize("name", ["furlong", "N.m/", "", "kg^", "kg-", "m//s2x"])
+@pytest.mark.parametrize("name", ["furlong", "N.m/", "", "kg^", "kg-", "m//s2x", "mPa", "MNm", "S"])
 def test_an_unknown_unit_is_named_with_the_known_symbols(name):
     with pytest.raises(InputError, match=r"known symbols: .*kg.*rad") as error:
         unit(name)

@@ -104,3 +104,15 @@ def test_rows_are_counted_over_all_blocks(write, tmp_path):
     (tmp_path / "rig.json").write_text(json.dumps({"sampling": {"value": 100, "unit": "Hz"}}))
     run = read_recording(path)
     np.testing.assert_allclose(run.time, run["force"] / 100.0, rtol=1e-14)
+
+
+@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
+@pytest.mark.parametrize("mark", [".", ","])
+def test_the_delimiter_in_a_quoted_cell_is_a_character(write, delimiter, mark):
+    """As spreadsheet programs write headings with commas, and numbers with decimal commas between commas."""
+    heading = delimiter.join(["time [s]", '"Wheel, Speed [RPM]"', '"force [N]"'])
+    values = zip(TIME, FORCE, 2 * FORCE, strict=True)
+    rows = [delimiter.join(f'"{x!r}"'.replace(".", mark) for x in map(float, row)) for row in values]
+    run = read_recording(write([heading, *rows]), {"Wheel, Speed": "speed"}, quantities={"time": "s", "force": "N"})
+    np.testing.assert_allclose(run["speed"], FORCE * np.pi / 30, rtol=1e-12)  # a product
+    np.testing.assert_array_equal(run["force"], 2 * FORCE)
