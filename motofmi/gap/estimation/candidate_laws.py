@@ -161,7 +161,8 @@ def _listed(left_out: Sequence[type[Effect]], kept: Sequence[type[Effect]]) -> s
 
 
 def _one_way_elements(found: Fit) -> set[str]:
-    """The elements whose rate has one sign in every run: the recorded one, else that of the fit.
+    """The elements whose rate has one sign in every run: the recorded one, else that of the fit; that of an imposed
+    motion has one in every segment.
 
     Where the deflection is recorded, it must keep its direction as well: a free base without stiffness never turns
     back, and the machine may have a spring.
@@ -169,6 +170,9 @@ def _one_way_elements(found: Fit) -> set[str]:
     model: Any = found.model
     one_way = set(model.moving)
     for index, run in enumerate(found.runs):
+        if imposed := run.experiment.imposed:
+            one_way = {each for each in one_way if each[0] == imposed and 0.0 not in run.directions}
+            continue
         _, _, rates, _ = model.residuals_and_motion(run, found.of_run(index))
         recorded, parts = run.recording.columns, run.recording.parts
         one_way &= {

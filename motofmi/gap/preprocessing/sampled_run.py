@@ -219,7 +219,15 @@ class SampledRun:
             np.concatenate([np.diff(self.recording[n][first:last]) for first, last in self.intervals])
             for n in sorted(deflections & self.recording.columns.keys())
         ]
-        return next((float(np.sign(np.sum(rate))) for rate in rates if is_one_way(rate)), 0.0)
+        return next(filter(None, map(_direction, rates)), 0.0)
+
+    @property
+    def directions(self) -> set[float]:
+        """The direction of the run; those of its segments where the motion is imposed, since each has an offset there."""
+        if not self.experiment.imposed:
+            return {self.direction}
+        motion = self.recording[self.experiment.imposed]
+        return {_direction(np.diff(motion[first:last])) for first, last in self.segments}
 
     @property
     def motion_variance(self) -> np.ndarray:
@@ -261,8 +269,13 @@ def interpolated_inputs(recording: Recording, experiment: InputOutputExperiment,
 
 
 def move_both_ways(runs: Sequence[SampledRun]) -> bool:
-    """Whether every run moves one way, and they do not all move the same way."""
-    return {run.direction for run in runs} == {-1.0, 1.0}
+    """Whether every run, or every segment of an imposed motion, moves one way, and they do not all move the same way."""
+    return set().union(*(run.directions for run in runs)) == {-1.0, 1.0}
+
+
+def _direction(rate: np.ndarray) -> float:
+    """The sign of a rate (n,) that moves one way; else 0."""
+    return float(np.sign(np.sum(rate))) if is_one_way(rate) else 0.0
 
 
 def excited(runs: Sequence[SampledRun]) -> bool:

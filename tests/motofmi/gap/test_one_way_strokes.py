@@ -1,11 +1,14 @@
 """Dry friction from strokes of one direction each, as in friction tests of robot joints and linear drives."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import motofmi as mf
+from motofmi.recordings.reading import write_recording
 from motofmi.recordings.recording import Recording
-from tests.few_laws import only_families
+from tests.few_laws import FAMILIES, only_families
 
 MASS, DAMPING = 2.0, 20.0  # kg, N.s/m
 SPEEDS = (0.05, 0.15, 0.3)  # m/s, mean of a stroke
@@ -23,13 +26,25 @@ def stroke(speed: float, friction: float, seed: int, offset: float = 0.0) -> Rec
     return Recording(f"stroke_{seed}", time, {"force": force, "displacement": x}, {"force": "N", "displacement": "m"})
 
 
+def there_and_back(folder: Path, speed: float, friction: float, seed: int) -> Path:
+    """A file with two strokes in opposite directions, and a pause of 3 s between them that was not recorded."""
+    there, back = stroke(speed, friction, seed), stroke(-speed, friction, seed + 50)
+    begin = {"force": 0.0, "displacement": float(there["displacement"][-1])}
+    columns = {n: np.concatenate([there[n], begin[n] + back[n]]) for n in begin}
+    both = Recording(f"both_{seed}", np.concatenate([there.time, back.time + 13.0]), columns, there.units)
+    write_recording(both, folder / f"{both.name}.csv")
+    return folder / f"{both.name}.csv"
+
+
+SLIDE = mf.mechanism("mass_spring_damper", spring_stiffness=0.0, mass=MASS, spring_damping=DAMPING)
+
+
 def gap(directions, friction, monkeypatch, offset=0.0):
     only_families(monkeypatch)
     speeds = [sign * speed for sign in directions for speed in SPEEDS]
     runs = [stroke(speed, friction, seed, offset) for seed, speed in enumerate(speeds)]
     held = [stroke(sign * 0.2, friction, 90 + sign, offset) for sign in directions]
-    component = mf.mechanism("mass_spring_damper", spring_stiffness=0.0, mass=MASS, spring_damping=DAMPING)
-    return mf.find_gap(runs, validation=held, component=component, impose="displacement")
+    return mf.find_gap(runs, validation=held, component=SLIDE, impose="displacement")
 
 
 @pytest.mark.parametrize("friction", [0.0, 3.0])
@@ -46,3 +61,16 @@ def test_strokes_in_both_directions_show_dry_friction(monkeypatch, friction):
 def test_strokes_in_one_direction_do_not(monkeypatch):
     """A constant friction is an offset of the force there."""
     assert gap((1,), 3.0, monkeypatch, OFFSET).verdict == "none"
+
+
+def test_so_do_parts_of_a_run_between_gaps(monkeypatch, tmp_path):
+    """A hysteresis has the response of dry friction where no part is reversed."""
+    only_families(monkeypatch, (*FAMILIES, "hysteresis"))
+    runs = [there_and_back(tmp_path, speed, 3.0, seed) for seed, speed in enumerate(SPEEDS)]
+    held = there_and_back(tmp_path, 0.2, 3.0, 9)
+    found = mf.find_gap(runs, validation=held, component=SLIDE, impose="displacement")
+    [effect] = found.effects
+    assert any("displacement: the motion is never reversed." in each for each in found.limitations)
+    value = effect["parameters"]["friction_torque"]
+    assert effect["name"] == "coulomb_friction"
+    assert value["value"] == pytest.approx(3.0, abs=4 * value["standard_error"])
