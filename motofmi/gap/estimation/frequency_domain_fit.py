@@ -136,6 +136,13 @@ class FrequencyDomainProblem:
                               max_nfev=60, xtol=1e-6, ftol=1e-6)  # fmt: skip
         return found.x, float(found.cost)
 
+    def is_alias(self, theta: np.ndarray) -> bool:
+        """Whether a free motion without inputs oscillates above half the sampling rate, where the samples are those of a
+        slower one as well."""
+        values = dict(zip(self.names, self.signs * np.exp(theta), strict=True))
+        fastest = np.max(np.abs(np.linalg.eigvals(linearise(self.component, **values, **self.at).A).imag))
+        return not self.inputs and bool(fastest * max(run.interval for run in self.runs) > np.pi)
+
     def rescaled(self, factor: float) -> np.ndarray:
         """The start with time slower by a factor."""
         return self.start + np.log(factor) * self.seconds
@@ -163,14 +170,15 @@ def _best(problem: FrequencyDomainProblem) -> np.ndarray:
         if problem.inputs and (response := local_polynomial_response(run.omega, run.inputs, run.outputs)) is not None
     ]
     scales = np.logspace(-DECADES, DECADES, GRID)
-    cost = [float(np.sum(problem.of_spectra(problem.rescaled(s)[None], bool(measured)) ** 2)) for s in scales]
-    starts = [problem.rescaled(scales[i]) for i in np.argsort(cost)[:REFINED]]
+    rescaled = [x for x in map(problem.rescaled, scales) if not problem.is_alias(x)] or [problem.start]
+    cost = [float(np.sum(problem.of_spectra(x[None], bool(measured)) ** 2)) for x in rescaled]
+    starts = [rescaled[i] for i in np.argsort(cost)[:REFINED]]
     if measured:
         begun = [problem.rescaled(s) for s in np.logspace(-DECADES, DECADES, LOG_STARTS)] + starts
         ends = [problem.minimised(lambda t: problem.of_logarithms(measured, t), x, "soft_l1") for x in begun]
         starts = [x for x, _ in sorted(ends, key=lambda end: end[1])[:REFINED]]
     ends = [problem.minimised(problem.of_spectra, x) for x in starts]
-    return min(ends, key=lambda end: end[1])[0]
+    return min(ends, key=lambda end: (problem.is_alias(end[0]), end[1]))[0]
 
 
 def _spectra(run: SampledRun, inputs: Sequence[str], scale: np.ndarray) -> _Spectra:

@@ -38,6 +38,7 @@ from motofmi.gap.selection.chi_square_conditions import (
     missed_share,
     unless_doubtful,
     unless_sufficient,
+    unless_unclear,
 )
 from motofmi.gap.selection.noise_rounds import OnProgress, select_in_rounds, with_noise_of
 from motofmi.gap.selection.result import Verdict
@@ -165,6 +166,10 @@ def _selected(
         verdict = select_in_rounds(base, library, validation_runs, on_progress, criteria, known)
         return unless_doubtful(verdict, library, validation_runs, criteria)
 
+    def confirmed(verdict: Verdict) -> Verdict:
+        """The verdict by chi-square, where nothing is against it."""
+        return unless_doubtful(unless_unclear(unless_sufficient(verdict)), library, validation_runs, criteria)
+
     def report_unknown(verdict: Verdict) -> None:
         """Noise that follows from the result is known at the end only: no name before."""
         conclude = verdict.conclude
@@ -181,7 +186,7 @@ def _selected(
     if chi_square_tried:
         verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria, known, continued)
         if decisive(verdict, single, continued is not None, criteria):
-            return unless_doubtful(unless_sufficient(verdict), library, validation_runs, criteria)
+            return confirmed(verdict)
     shorter, singles, compared_runs = in_units_of_residuals(best, shorter, singles, compared_runs)
 
     def decided(compared: Comparison) -> Verdict:
@@ -200,7 +205,7 @@ def _selected(
         verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria, known, pair)
         chi_square_tried = True
         if decisive(verdict, single, continued is not None, criteria):
-            return unless_doubtful(unless_sufficient(verdict), library, validation_runs, criteria)
+            return confirmed(verdict)
     if compared is not None:
         of_blocks = decided(compared)
         # What the search by chi-square withholds is not named by the comparison.
@@ -208,7 +213,7 @@ def _selected(
         return verdict if named else of_blocks
     if not chi_square_tried:
         verdict = select_in_rounds(base, library, validation_runs, report_unknown, criteria, known)
-    return unless_doubtful(unless_sufficient(verdict), library, validation_runs, criteria)
+    return confirmed(verdict)
 
 
 def _single_effects(

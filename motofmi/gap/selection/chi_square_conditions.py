@@ -16,6 +16,7 @@ from motofmi.gap.estimation.candidate import adequate, has_determined_magnitudes
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.preprocessing.sampled_run import SampledRun
+from motofmi.gap.remainder import explained
 from motofmi.gap.selection.noise_rounds import with_noise_left_by, with_noise_of
 from motofmi.gap.selection.result import Verdict
 from motofmi.gap.validation.before_after import on_validation_runs
@@ -117,6 +118,18 @@ def unless_sufficient(verdict: Verdict) -> Verdict:
         verdict="none",
         best=base,
         validation_gap=gap and (gap[0], gap[0]),
+    )
+
+
+def unless_unclear(verdict: Verdict) -> Verdict:
+    """The verdict by chi-square where the noise follows from the result; `unknown` where the validation runs do not show
+    the gain: the 95 % interval of the closed share of their closable misfit contains zero."""
+    share = explained(verdict) if verdict.verdict in ("named", "tied") else None
+    if share is None or share["low"] > 0:
+        return verdict
+    return verdict.as_unknown(
+        f"No effect is named: the gain of {verdict.names} on the validation runs is not clear ({share['share']:.1%} of the "
+        f"closable misfit, 95 % interval from {share['low']:.1%})."
     )
 
 

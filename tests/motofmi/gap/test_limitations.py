@@ -165,6 +165,18 @@ def test_a_doubtful_name_is_withheld(unspecified, reduced, said):
     assert found.verdict == "unknown" and said in said_of(found)[0]
 
 
+@pytest.mark.parametrize(("low", "verdict"), [(-0.01, "unknown"), (0.01, "tied")])
+def test_what_validation_runs_do_not_show_is_not_named(monkeypatch, low, verdict):
+    monkeypatch.setattr(
+        chi_square_conditions, "explained", lambda found: {"share": 0.107, "low": low, "high": 1.0}
+    )
+    effects = [candidate(effect, reduced=1.2, delta_bic=15.0) for effect in (CoulombFriction, HungBody)]
+    found = chi_square_conditions.unless_unclear(Verdict("tied", BASE, effects[0].fit, [], effects))
+    assert found.verdict == verdict
+    said = "the gain of coulomb_friction or extra_mode on the validation runs is not clear (10.7% of the closable misfit"
+    assert any(said in each for each in said_of(found)) == (verdict == "unknown")
+
+
 def doubts(found, factor=1.0, missed=0.0, **values):
     """The limitations of an investigation of a component with these values that ended with a fit."""
     searched = Investigation(Verdict("unknown", found, found), found.model.experiment, factor, missed)
