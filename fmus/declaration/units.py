@@ -146,6 +146,11 @@ def unit(name: str) -> Unit:
     return Unit(name, factor, tuple(exponents))
 
 
+def written(value: str, name: str) -> str:
+    """A number as text with its unit, which is left out where it is 1."""
+    return value if name == "1" else f"{value} {name}"
+
+
 def is_force(name: str) -> bool:
     """Whether a unit is one of force or of torque. Raises InputError for an unknown symbol."""
     return unit(name).exponents in (unit("N").exponents, unit("N.m").exponents)

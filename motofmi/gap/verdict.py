@@ -81,9 +81,10 @@ def _limitations(verdict: Verdict) -> list[str]:
     if verdict.verdict == "named" and len(verdict.effects) == 1:
         name = verdict.effects[0].family
         if same := equivalent(verdict.best, verdict.effects[0], verdict.candidates, verdict.criteria):
-            sentences.append(f"From torque and angle alone {' or '.join(same)} is not distinguishable from {name}: "
-                             "they differ only in the "
-                             "sign that each must have and in the prior knowledge of the base.")  # fmt: skip
+            sentences.append(
+                f"In these recordings {' or '.join(same)} is not distinguishable from {name}: they differ only in the sign "
+                "that each must have and in the prior knowledge of the base."
+            )
         if verdict.tied:
             sentences.append(
                 f"A second effect is missing besides {name}: one of "

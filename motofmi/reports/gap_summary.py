@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from scipy.sparse.csgraph import connected_components
 
+from fmus.declaration.units import written
+
 SHOWN = 5  # models of a tie that are shown
 BAR = 40  # characters of the longer bar
 # What a reader who does not know the verdicts' names reads instead of them.
@@ -141,8 +143,8 @@ def _values(effect: dict[str, Any]) -> str:
 
 
 def _value(name: str, parameter: dict[str, Any]) -> str:
-    unit = "" if parameter["unit"] == "1" else f" {parameter['unit']}"
-    return f"{name} = {parameter['value']:.4g} +- {error_text(parameter)}{unit}"
+    value = f"{parameter['value']:.4g} +- {error_text(parameter)}"
+    return f"{name} = {written(value, parameter['unit'])}"
 
 
 def error_text(parameter: Mapping[str, Any]) -> str:

@@ -105,26 +105,24 @@ def _delta_bic(before: ComparedModel, model: ComparedModel) -> float:
 def undetermined(model: ComparedModel, errors: np.ndarray, criteria: Criteria) -> str:
     """The sentence on a model with a magnitude that is not distinguishable from zero or at its bound, or with a shape
     at its bound; empty without one."""
+    begin, values = f"{not_named(model)}, and the others are compared without {_it(model)}:", model.fit.model.values
     if at_bound := shape_at_bound(model.fit):
         name, end = at_bound
         return (
-            f"{not_named(model)}, and the others are compared without {_it(model)}: {name} = "
-            f"{model.fit.model.values(model.fit.shared)[name]:.3g} is at its {end} value, beyond which the effect is "
-            "not distinguishable from another one."
+            f"{begin} {name} = {values(model.fit.shared)[name]:.3g} is at its {end} value, beyond which the effect is not "
+            "distinguishable from another one."
         )
     if at_bounds := magnitudes_at_bounds(model.fit):
         name, value = next(iter(at_bounds.items()))
-        return (
-            f"{not_named(model)}, and the others are compared without {_it(model)}: {name} = {value:.3g} is at its "
-            "bound, so that the effect does not fit well."
-        )
+        return f"{begin} {name} = {value:.3g} is at its bound, so that the effect does not fit well."
     if (found := undetermined_magnitude(model.fit, errors, criteria)) is None:
         return ""
     name, value, error = found
-    beside = f"beside {_it(model)} " if name in model.fit.model.base else ""
+    begin += f" beside {_it(model)}" if name in model.fit.model.base else ""
+    if not np.isfinite(error):
+        return f"{begin} {name} has no influence on these runs."
     return (
-        f"{not_named(model)}, and the others are compared without {_it(model)}: {beside}{name} = {value:.3g} is "
-        f"within {criteria.value_errors:g} standard errors (of {error:.2g} each) of zero."
+        f"{begin} {name} = {value:.3g} is within {criteria.value_errors:g} standard errors (of {error:.2g} each) of zero."
     )
 
 

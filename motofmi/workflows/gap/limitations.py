@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from fmus.declaration.component import Component
+from fmus.declaration.units import written
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import magnitudes_at_bounds
 from motofmi.gap.estimation.fit_result import Fit, parameters_of, sensor_offsets_of, undetermined
@@ -80,18 +81,17 @@ def _on_base_values(best: Fit, criteria: Criteria) -> Iterator[str]:
     for name in vanishing if len(vanishing) < len(base) else []:
         value, error, unit = base[name]
         yield (
-            f"{name} = {value:.3g} {unit} is not distinguishable from zero (standard error {error:.2g}). If the "
-            "component has no such element, set it to 0 in a value file: --component FILE.toml."
+            f"{name} = {written(f'{value:.3g}', unit)} is not distinguishable from zero (standard error {error:.2g}). If "
+            "the component has no such element, set it to 0 in a value file: --component FILE.toml."
         )
 
 
 def _on_bounds(best: Fit, own_values: bool) -> Iterator[str]:
     """Magnitudes of effects that were fitted to one of their bounds."""
     for name, value in magnitudes_at_bounds(best).items():
-        of_unit = best.model.component.table[name].unit
-        unit = "" if of_unit == "1" else f" {of_unit}"
+        bound = written(f"{value:g}", best.model.component.table[name].unit)
         cause = ", or a column's unit is wrong" if own_values else ""
-        yield f"{name} was fitted to its bound {value:g}{unit}: the effect does not fit well{cause}."
+        yield f"{name} was fitted to its bound {bound}: the effect does not fit well{cause}."
 
 
 def _on_start_values(best: Fit, component: Component, criteria: Criteria) -> Iterator[str]:
@@ -102,7 +102,7 @@ def _on_start_values(best: Fit, component: Component, criteria: Criteria) -> Ite
         if name not in best.model.base or not start or 1 / far < abs(value) / start < far:
             continue
         vanished = best.model.component.table[name].min <= 0 and abs(value) < start / far
-        yield f"{name} was fitted to {value:.3g} {unit}, far from its start value {start:.3g}: " + (
+        yield f"{name} was fitted to {written(f'{value:.3g}', unit)}, far from its start value {start:.3g}: " + (
             "the data are fitted as well without it." if vanished else "is a column's unit wrong?"
         )
 

@@ -129,7 +129,7 @@ def test_effects_that_differ_only_by_the_sign_are_reported_with_the_named_one():
     verdict = select_model(HarmonicModel(rig_experiment(RIG)), [run], LINEAR)
     assert [c.family for c in verdict.effects] == ["steer_damping"]
     assert set(equivalent(verdict.best, verdict.effects[0], verdict.candidates)) == {"cross_inertia", "steer_stiffness"}
-    said = [s for s in as_result(verdict, "N.m")["limitations"] if s.startswith("From torque and angle alone ")]
+    said = [s for s in as_result(verdict, "N.m")["limitations"] if s.startswith("In these recordings ")]
     assert len(said) == 1 and "is not distinguishable from steer_damping" in said[0]
 
 

@@ -16,9 +16,13 @@ from motofmi.gap.criteria import Criteria
 from tests.motofmi.gap.comparison.constructed_models import BLOCKS, FLEXIBLE, MOTION, decided, model_with
 
 
-def test_a_magnitude_within_its_error_is_not_named():
-    found = decided([model_with(CoulombFriction, level=1.0, seed=1)], error=0.6)
-    assert found.verdict == "unknown" and "within 2 standard errors (of 0.6 each) of zero" in found.sentences[0]
+@pytest.mark.parametrize(("error", "said"), [
+    (0.6, "friction_torque = 1 is within 2 standard errors (of 0.6 each) of zero."),
+    (np.inf, "friction_torque has no influence on these runs."),
+])  # fmt: skip
+def test_a_magnitude_within_its_error_is_not_named(error, said):
+    found = decided([model_with(CoulombFriction, level=1.0, seed=1)], error=error)
+    assert found.verdict == "unknown" and found.sentences[0].endswith(said)
 
 
 @pytest.mark.parametrize(("low", "high", "verdict"), [
