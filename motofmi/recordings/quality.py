@@ -117,20 +117,22 @@ def rig_warnings(time: np.ndarray, rig: Mapping[str, Any]) -> list[str]:
 
 
 def is_steady(at: np.ndarray, others: Sequence[np.ndarray]) -> bool:
-    """Whether most of the samples (k,) at a limit are steady values: in the second half of a long stretch over which
-    all other channels (n,) are constant the channel is still there, where a motion beyond a limit would come back.
+    """Whether most of the samples (k,) at a limit are steady values: in the second half of a stretch over which all
+    other channels (n,) are constant the channel is still there, where a motion beyond a limit would come back.
 
-    Channels that never change are no evidence of a steady state.
+    The stretch is long, or the channel leaves the limit in the next one: during the steps of a digital controller it
+    stays at a limit over several of them. Channels that never change are no evidence of a steady state.
     """
     varying = np.array([y for y in others if np.ptp(y) > 0])
     if not len(varying):
         return False
     changes = np.flatnonzero(np.any(np.diff(varying) != 0, axis=0)) + 1
-    steady = 0
-    for first, last in pairwise([0, *changes.tolist(), varying.shape[1]]):
+    steady, following = 0, False
+    for first, last in reversed(list(pairwise([0, *changes.tolist(), varying.shape[1]]))):
         inside = at[(at >= first) & (at < last)]
-        if last - first >= SETTLING and np.count_nonzero(inside >= (first + last) / 2) > len(inside) / 2:
-            steady += len(inside)
+        stays = np.count_nonzero(inside >= (first + last) / 2) > len(inside) / 2
+        steady += len(inside) if stays and (last - first >= SETTLING or not following) else 0
+        following = stays
     return steady > len(at) / 2
 
 

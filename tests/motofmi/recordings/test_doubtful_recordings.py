@@ -141,3 +141,17 @@ def test_a_speed_that_has_settled_under_a_constant_command_is_not_called_clipped
     command = np.where(time < 1, 0.0, 2.0) + 0.1 * command_varies * np.sin(20 * time)
     found = channel_warnings(time, {"speed": speed, "command": command}, {"speed": "rad/s", "command": "V"})
     assert any("speed seems clipped at its upper limit" in warning for warning in found) == called
+
+
+@pytest.mark.parametrize(("commands", "limit", "called"), [
+    (np.tile([0.3, 1.0, 0.1, 0.4, 0.2], 6), np.inf, False),
+    (np.sin(np.arange(60) / 3), 0.7, True),
+])  # fmt: skip
+def test_a_slowly_sampled_position_at_rest_is_not_called_clipped(commands, limit, called):
+    """20 samples at each command, which the position reaches after three; a stop holds it over several commands."""
+    command = np.repeat(commands, 20)
+    reached = np.concatenate([command[:3], command[:-3]])
+    position = np.minimum(np.convolve(reached, np.ones(3) / 3, "same"), limit)
+    found = channel_warnings(np.arange(len(command)) / 10, {"position": position, "command": command},
+                             {"position": "rad", "command": "rad"})  # fmt: skip
+    assert any("position seems clipped at its upper limit" in warning for warning in found) == called
