@@ -130,7 +130,7 @@ def is_steady(at: np.ndarray, others: Sequence[np.ndarray]) -> bool:
     steady, following = 0, False
     for first, last in reversed(list(pairwise([0, *changes.tolist(), varying.shape[1]]))):
         inside = at[(at >= first) & (at < last)]
-        stays = np.count_nonzero(inside >= (first + last) / 2) > len(inside) / 2
+        stays = bool(np.count_nonzero(inside >= (first + last) / 2) > len(inside) / 2)
         steady += len(inside) if stays and (last - first >= SETTLING or not following) else 0
         following = stays
     return steady > len(at) / 2

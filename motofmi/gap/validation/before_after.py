@@ -141,9 +141,8 @@ def before_and_after(
 
 
 def floor(runs: Sequence[AnyRun]) -> float:
-    """The rms of the noise in the data, in the unit of the output."""
-    power = sum(float(np.sum(r.deviation[: _first_output(r)] ** 2)) for r in runs)
-    return float(np.sqrt(power / sum(_samples(r) for r in runs)))
+    """The rms of the noise in the data of the first output, in its unit."""
+    return _rms_of_first_output(runs, [run.deviation for run in runs])
 
 
 def motion_rms(runs: Sequence[AnyRun]) -> float:
@@ -151,24 +150,25 @@ def motion_rms(runs: Sequence[AnyRun]) -> float:
     variances = [run.motion_variance[0] for run in runs if hasattr(run, "motion_variance")]
     if variances:
         return float(np.sqrt(np.mean(variances)))
-    power = sum(float(np.sum(run.data[: _first_output(run)] ** 2)) for run in runs)
-    return float(np.sqrt(power / sum(_samples(run) for run in runs)))
+    return _rms_of_first_output(runs, [run.data for run in runs])
 
 
 def _rms(found: Fit) -> float:
-    power, first = 0.0, 0
-    for run in found.runs:
-        last = first + len(run.data)
-        power += float(np.sum((found.residuals[first:last] * run.deviation)[: _first_output(run)] ** 2))
-        first = last
-    return float(np.sqrt(power / sum(_samples(r) for r in found.runs)))
+    ends = np.cumsum([len(run.data) for run in found.runs])[:-1]
+    residuals = np.split(found.residuals[: found.count], ends)
+    return _rms_of_first_output(found.runs, [r * run.deviation for r, run in zip(residuals, found.runs, strict=True)])
 
 
-def _first_output(run: Any) -> int:
-    """The number of data of the first output; other outputs have other units."""
-    return len(run.effort.data) if hasattr(run, "effort") else len(run.data)
-
-
-def _samples(run: Any) -> int:
-    """The number of samples behind the data; without a recording that of the data."""
-    return sum(last - first for first, last, _ in run.reduction.bases) if hasattr(run, "reduction") else len(run.data)
+def _rms_of_first_output(runs: Sequence[Any], data: Sequence[np.ndarray]) -> float:
+    """The rms of the first output over the samples of runs, from data (m,) of each; other outputs have other units."""
+    power, samples = 0.0, 0
+    for run, values in zip(runs, data, strict=True):
+        if hasattr(run, "effort"):
+            first, bases = np.arange(len(values)) < len(run.effort.data), run.reduction.bases
+        elif hasattr(run, "reduction"):
+            first, bases = np.array([c.degree == 0 for c in run.reduction.columns]), run.reduction.spans
+        else:
+            first, bases = np.ones(len(values), bool), [(0, len(values), None)]
+        power += float(np.sum(values[first] ** 2))
+        samples += sum(end - begin for begin, end, _ in bases)
+    return float(np.sqrt(power / samples))

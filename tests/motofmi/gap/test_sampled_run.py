@@ -21,6 +21,7 @@ from motofmi.gap.preprocessing.noise_sources import known_noise
 from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.gap.selection.candidate_search import search_candidates
 from motofmi.gap.selection.noise_rounds import with_noise_of_best_effect
+from motofmi.gap.validation.before_after import misfit_of
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.resampling import is_white, white_noise
 from tests.simulators.hidden_joint import joint_run
@@ -302,3 +303,21 @@ def test_white_noise_is_no_motion_unless_an_input_explains_it():
     drive, noise = rng.standard_normal((2, 2000))
     assert is_white(noise) and is_white(noise, [drive])
     assert not is_white(np.roll(drive, 1) + 0.5 * noise, [drive]) and not is_white(np.cumsum(noise))
+
+
+def test_the_rms_of_a_misfit_is_that_of_the_first_output():
+    """The second output has another unit, and noise that is a thousand times as large in numbers."""
+    rng, time = np.random.default_rng(1), np.arange(0, 20, 0.02)
+    x = 0.02 * np.cos(3.0 * time)
+    v = -0.06 * np.sin(3.0 * time)
+    noise = {"displacement": 1e-4, "velocity": 0.1}
+    columns = {n: y + noise[n] * rng.standard_normal(len(time)) for n, y in (("displacement", x), ("velocity", v))}
+    recording = Recording("oscillator", time, columns, {"displacement": "m", "velocity": "m/s"})
+    component = MassSpringDamper(mass=1.0, spring_stiffness=9.0, spring_damping=1e-6)
+    experiment = input_output_experiment(component, list(columns), free=("spring_stiffness",))
+    assert experiment.outputs == ("displacement", "velocity")
+    run = prepare_sampled_run(recording, experiment)
+    found = fit(FreeInitialStateModel(experiment), [run], FreeInitialStateModel(experiment).start(), iterations=0)
+    # The rms of white noise in the compared share of the band; 10 % as some hundred coefficients are random
+    compared = np.sqrt(sum(kept for *_, kept in run.reduction.spans) / len(time))
+    assert misfit_of(found).rms == pytest.approx(1e-4 * compared, rel=0.1)
