@@ -71,7 +71,8 @@ def _period(drive: np.ndarray) -> int:
         return 0
     period = int(fallen[0] + np.argmax(correlation[fallen[0] : last]))
     repeats = centred[period:] - centred[:-period]
-    return period if np.std(repeats) < REPETITION_ERROR * np.std(centred) else 0
+    # About zero: a ramp differs from itself by a constant.
+    return period if np.mean(repeats**2) < (REPETITION_ERROR * np.std(centred)) ** 2 else 0
 
 
 def _over_runs(run: SampledRun, runs: Sequence[SampledRun]) -> list[Density] | None:
@@ -84,7 +85,7 @@ def _over_runs(run: SampledRun, runs: Sequence[SampledRun]) -> list[Density] | N
         same = _excitation(other)
         if same.shape != drive.shape:
             continue
-        if np.all(np.std(same - drive, axis=0) < REPETITION_ERROR * np.std(drive, axis=0)):
+        if np.all(np.mean((same - drive) ** 2, axis=0) < (REPETITION_ERROR * np.std(drive, axis=0)) ** 2):
             left = (run.measured - other.measured) / np.sqrt(2)
             return [noise_density(y, [], run.recording.rate) for y in left.T]
     return None

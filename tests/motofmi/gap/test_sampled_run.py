@@ -67,6 +67,22 @@ def test_repeated_periods_give_the_noise():
     assert run.deviation == pytest.approx(0.02)
 
 
+def test_a_ramp_is_no_repetition():
+    """One part of it differs from another by a constant, and so does a second run with an offset."""
+    time = np.arange(0, 24, 0.01)
+    noise = 1e-3 * np.random.default_rng(4).standard_normal((2, len(time)))
+    test = input_output_experiment(DrivenJoint(), ["torque", "angle"])
+    runs = [
+        prepare_sampled_run(
+            Recording(f"ramp_{k}", time, {"torque": 0.2 * time + 5 * k, "angle": 0.02 * time + k + noise[k]},
+                      {"torque": "N.m", "angle": "rad"}),
+            test,
+        )
+        for k in range(2)
+    ]  # fmt: skip
+    assert [run.noise_source for run in known_noise(runs, {})] == ["flexible_model"] * 2
+
+
 def test_slopes_of_the_reduced_output_with_the_initial_states_taken_out():
     run_ = joint_run({}, duration=6.0)
     test = input_output_experiment(DrivenJoint(inertia=0.09, stiffness=13.0, damping=0.15), list(run_.columns))
