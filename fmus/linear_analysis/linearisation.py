@@ -123,7 +123,10 @@ def linearise(component: Component, **at: Any) -> StateSpace:
     coupled = [i for i, state in enumerate(component.states) if any(state in place for place in form.mass)]
     if coupled:
         mass = _mass_matrix(component, values)[..., coupled, :][..., coupled]
-        rates[..., coupled, :] = _solve(mass, rates[..., coupled, :])
+        solved = _solve(mass, rates[..., coupled, :])
+        if solved.ndim > rates.ndim:  # an array that only the mass matrix depends on
+            rates = np.array(np.broadcast_to(rates, (*solved.shape[:-2], *rates.shape[-2:])))
+        rates[..., coupled, :] = solved
     return StateSpace(rates[..., :nx], rates[..., nx:], outputs[..., :nx], outputs[..., nx:],
                       component.states, component.inputs, component.outputs)  # fmt: skip
 

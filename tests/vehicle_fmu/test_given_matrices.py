@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import motofmi as mf
 from fmus import InputError, linearise
 from fmus.effects.library import applicable_effects
 from motofmi.workflows import components
@@ -69,3 +70,22 @@ def test_effects_act_on_torques_and_inertias(tmp_path):
 def test_a_file_that_cannot_be_used_is_refused_with_its_fault(tmp_path, changed, expected):
     with pytest.raises(InputError, match=expected):
         from_matrices(written(tmp_path, **changed))
+
+
+@pytest.mark.parametrize("damping", [0.0, 2.0])
+def test_what_measured_eigenvalues_show_beside_the_matrices_is_named(tmp_path, damping):
+    """Weave of the benchmark bicycle with a steering damper; the matrices have no free parameter."""
+    rng, error, rows = np.random.default_rng(2), 0.02, ["speed [m/s],mode,real [1/s],imag [1/s],real_se [1/s],imag_se [1/s]"]
+    steering = np.diag([0.0, damping])
+    for v in np.arange(4.5, 9.1, 0.5):
+        A = np.block([[np.zeros((2, 2)), np.eye(2)],
+                      [-np.linalg.solve(M, 9.81 * K0 + v**2 * K2), -np.linalg.solve(M, v * C1 + steering)]])  # fmt: skip
+        weave = max(np.linalg.eigvals(A), key=lambda x: x.imag) + error * (rng.normal() + 1j * rng.normal())
+        rows.append(f"{v},weave,{weave.real:.5f},{weave.imag:.5f},{error},{error}")
+    (tmp_path / "weave.csv").write_text("\n".join(rows))
+    found = mf.find_gap(tmp_path / "weave.csv", vehicle=str(written(tmp_path)))
+    assert [e["name"] for e in found.effects] == ["steer_damping"] * bool(damping)
+    assert found.verdict == ("named" if damping else "none")
+    if damping:
+        value = found.effects[0]["parameters"]["damping"]
+        assert value["value"] == pytest.approx(damping, abs=4 * value["standard_error"])

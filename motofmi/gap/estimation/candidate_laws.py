@@ -54,10 +54,6 @@ NO_RESTORING = (
     "{}: nothing in the base depends on it. Not a candidate there: {}; the torque of gravity has a linear part, which "
     "the base does not have either."
 )
-NO_ELEMENT = (
-    "No state of the component has the unit of a deflection (m, rad) or of its rate (m/s, rad/s). Not candidates: the laws "
-    "of friction, springs and dampers."
-)
 REVOLUTIONS = (
     "{}: the angle exceeds a revolution. Laws of its sensor are no candidates: the error of an encoder repeats with "
     "every revolution."
@@ -89,9 +85,7 @@ def candidate_laws(
     kept, centres = _with_one_centre(kept, found)
     kept, free = _with_restoring_force(kept, experiment.component)
     kept, undriven = _without_those_of_driven_runs(kept, runs)
-    without = [] if experiment.component.elements else [NO_ELEMENT]
-    turned = [REVOLUTIONS.format(name) for name in turning]
-    return kept, [*without, *sentences, *centres, *free, *undriven, *turned]
+    return kept, [*sentences, *centres, *free, *undriven, *(REVOLUTIONS.format(name) for name in turning)]
 
 
 def _distinguishable(library: Sequence[type[Effect]], found: Fit) -> tuple[list[type[Effect]], list[str]]:

@@ -267,4 +267,4 @@ def _priors(model: AnyModel, total: int) -> tuple[np.ndarray, np.ndarray]:
         if name in model.names:
             rows[-1][model.names.index(name)] = 1 / error
         known.append(value / error)
-    return np.array(rows).reshape(-1, total), np.array(known)
+    return np.array(rows).reshape(len(rows), total), np.array(known)

@@ -43,7 +43,8 @@ class LinearModel(BaseAndEffects):
             for i, (n, c) in enumerate(zip(self.names, perturbed.T, strict=True))
         }
         space = linearise(self.component, **{**self.component.values, **every, self.experiment.over: at})
-        matrices = [getattr(space, name) for name in "ABCD"]
+        shape = len(perturbed), len(at)  # less where no parameter acts on a matrix
+        matrices = [np.broadcast_to(m, (*shape, *m.shape[-2:])) for m in (space.A, space.B, space.C, space.D)]
         here = dict(zip("ABCD", (m[0] for m in matrices), strict=True))
         slopes = dict(
             zip(

@@ -5,6 +5,7 @@ from typing import Any
 
 from fmus.declaration.component import Component
 from fmus.declaration.units import written
+from fmus.support.errors import InputError
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import magnitudes_at_bounds
 from motofmi.gap.estimation.fit_result import Fit, parameters_of, sensor_offsets_of, undetermined
@@ -20,6 +21,10 @@ NONE_IS_WEAK = (
 NO_UNIT = (
     "A state has the unit 1, so that the laws of mechanics (friction, drag, a further body) are no candidates; where "
     "it is an angle, a displacement or their rate, give its unit in the class and in the columns."
+)
+NO_ELEMENT = (
+    "No state of the component has the unit of a deflection (m, rad) or of its rate (m/s, rad/s), so that the laws of "
+    "mechanics (friction, drag, a further body) are no candidates."
 )
 FROM_REST = (
     "The runs are step responses, and begin at rest: their initial states are known. With free initial states a "
@@ -65,8 +70,8 @@ def _on_the_base(found: Investigation) -> Iterator[str]:
         yield f"{name} keeps its value: at the frequencies of these runs it is not distinguishable from a stiffness."
     yield from found.left_out
     bearing = found.experiment.component
-    if not bearing.elements and any(bearing.table[n].unit == "1" for n in bearing.states):
-        yield NO_UNIT
+    if not bearing.elements and bearing.states:
+        yield NO_UNIT if any(bearing.table[n].unit == "1" for n in bearing.states) else NO_ELEMENT
     if found.missed > found.verdict.criteria.slow_noise_share:
         yield (
             f"{100 * found.missed:.0f} % (rms) of the recorded {' or '.join(found.experiment.outputs)} in the fitted "
@@ -128,7 +133,10 @@ def _on_output_offsets(best: Fit) -> Iterator[str]:
     if not isinstance(model, FreeInitialStateModel) or model.experiment.imposed:
         return
     for index, run in enumerate(best.runs):
-        offsets = model.offsets_of_outputs(run, best.of_run(index))
+        try:
+            offsets = model.offsets_of_outputs(run, best.of_run(index))
+        except InputError:  # a model that nearly diverges may do so from other initial states
+            continue
         for name, offset, motion in zip(run.experiment.outputs, offsets, run.motion_variance**0.5, strict=True):
             if abs(offset) > motion:
                 yield (

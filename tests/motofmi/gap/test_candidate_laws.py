@@ -99,27 +99,6 @@ def test_a_hysteresis_is_a_candidate_only_where_an_input_drives_the_motion(pushe
     assert any("hysteresis" in each and "No run has an input" in each for each in base.left_out) is not pushed
 
 
-class Boom(Component):
-    """The boom of a seismometer by the voltage of its coil, which is proportional to its rate."""
-
-    stiffness = parameter("1/s2", "Stiffness per unit of inertia", min=0, start=2.0)
-    decay = parameter("1/s", "Damping per unit of inertia", min=0, start=0.05)
-    swing = state("V.s", "Deflection times the constant of the coil")
-    coil = state("V", "Voltage", exposed=True)
-
-    def equations(self, v, m):
-        return {"der(swing)": v.coil, "der(coil)": -v.stiffness * v.swing - v.decay * v.coil}
-
-
-def test_a_component_in_other_units_has_no_laws_of_mechanical_elements():
-    noise = 1e-3 * np.random.default_rng(3).standard_normal(len(TIME))
-    run = Recording("boom", TIME, {"coil": np.exp(-0.03 * TIME) * np.cos(1.5 * TIME) + noise}, {"coil": "V"})
-    base = base_of(Boom(), run)
-    assert not {"coulomb_friction", "hardening_stiffness", "progressive_damping"} & families(base)
-    assert any("has the unit of a deflection (m, rad) or of its rate (m/s, rad/s)" in each for each in base.left_out)
-    assert not any("unit of a deflection" in each for each in base_of(Wheel(), slowing(3, 12.0)).left_out)
-
-
 @pytest.mark.parametrize("turns, expected", [(0.9, True), (1.1, False)])
 def test_an_angle_beyond_a_revolution_has_no_sensor_nonlinearity(turns, expected):
     base = base_of(Wheel(), turning(2 * np.pi * turns * np.sin(TIME[:500])))

@@ -269,14 +269,17 @@ def test_a_value_far_from_its_start_asks_for_the_unit_unless_it_vanished(start, 
 
 @pytest.mark.usefixtures("without_sensor_offsets")
 @pytest.mark.parametrize(
-    ("unit", "elements", "said"), [("1", {}, True), ("m", {}, False), ("1", {"spring": None}, False)]
-)
-def test_a_state_without_a_unit_has_no_laws_of_mechanics_which_is_said(unit, elements, said):
+    ("unit", "elements", "said"),
+    [("1", {}, "A state has the unit 1"), ("V", {}, "No state of the component has the unit of a deflection"),
+     ("1", {"spring": None}, "")],
+)  # fmt: skip
+def test_a_state_in_other_units_has_no_laws_of_mechanics_which_is_said(unit, elements, said):
     found = fit_with(reduced=1.0)
     found.model.experiment.component = SimpleNamespace(
         elements=elements, states=["level"], table={"level": SimpleNamespace(unit=unit)}
     )
-    assert any(sentence.startswith("A state has the unit 1") for sentence in doubts(found)) is said
+    of_units = [sentence for sentence in doubts(found) if "the laws of mechanics" in sentence]
+    assert len(of_units) == bool(said) and all(sentence.startswith(said) for sentence in of_units)
 
 
 def test_values_within_their_errors_of_zero_are_not_reported():
