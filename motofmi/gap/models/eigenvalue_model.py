@@ -5,7 +5,7 @@ r"""Base and effects as eigenvalues over an input, matched to the measured ones,
 A measured eigenvalue whose mode has a name is matched by mode shape: to the computed one with the largest modal overlap
 with the mode of that name in the base, |(w_0' v) (w' v_0)| with w_0' v_0 = w' v = 1 on the common states, which does
 not depend on the units of the states. One without a name is matched by distance. All eigenvalues measured at one input
-are assigned together.
+are assigned together; those of one name at one input are repeated measurements of one eigenvalue.
 
 Source: Lancaster, Numer. Math. 6 (1964) 377-387.
 """
@@ -60,13 +60,18 @@ class EigenvalueModel(LinearModel):
         cost = np.where(candidates.imag < 0, EXCLUDED, cost)
         chosen = np.empty(len(place), int)
         for k in range(place.max() + 1):
-            rows = np.flatnonzero(place == k)
+            repeats: dict[str | int, list[int]] = {}  # rows of one name are repeated measurements of one mode
+            for row in np.flatnonzero(place == k).tolist():
+                repeats.setdefault(run.mode[row] or row, []).append(row)
+            rows = list(repeats.values())
             if len(rows) > values.shape[1]:
                 raise InputError(
-                    f"{run.name}: {len(rows)} eigenvalues at {run.over[rows[0]]:g}, the model has {values.shape[1]}"
+                    f"{run.name}: {len(rows)} eigenvalues at {run.over[rows[0][0]]:g}, the model has {values.shape[1]}; "
+                    "repeated measurements of one eigenvalue need the same name in the column mode"
                 )
-            measured, computed = linear_sum_assignment(cost[rows])
-            chosen[rows[measured]] = computed
+            measured, computed = linear_sum_assignment([cost[each].mean(axis=0) for each in rows])
+            for group, column in zip(measured, computed, strict=True):
+                chosen[rows[group]] = column
         return chosen
 
 

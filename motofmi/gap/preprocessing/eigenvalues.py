@@ -3,7 +3,8 @@
     speed [m/s], mode, real [1/s], imag [1/s], real_se [1/s], imag_se [1/s]
 
 Units may be left out, and other units are converted: rad/s or Hz (times 2 pi) of the imaginary part, km/h of the speed.
-A row is one eigenvalue with Im >= 0; a real root has imag 0, which is then not compared. `mode` may be empty.
+A row is one eigenvalue with Im >= 0; a real root has imag 0, which is then not compared. `mode` may be empty. Rows with
+one speed and one name of a mode are repeated measurements.
 """
 
 import csv

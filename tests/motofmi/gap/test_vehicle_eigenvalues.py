@@ -176,3 +176,22 @@ def test_a_base_with_a_very_small_parameter_is_fitted_from_its_values(tmp_path):
     place = model.base.index("vehicle.front_product_of_inertia")
     # The data do not depend on it: it keeps its value, and not the least value of other parameters.
     assert np.exp(found.x[place]) == pytest.approx(1e-9, rel=1e-3)
+
+
+def test_repeated_rows_of_a_mode_are_one_eigenvalue(tmp_path):
+    """Each row twice, with errors of both signs: both have the prediction of the single row."""
+    once = read_eigenvalues(measured(tmp_path, {}, seed=3))
+    rows = [EXAMPLE]
+    for shift in (0.02, -0.02):
+        rows += [f"{v},{m},{x.real + shift},{x.imag},{s},{w}" for v, m, x, s, w in zip(
+            once.over, once.mode, once.value, once.real_error, once.imag_error, strict=True)]  # fmt: skip
+    (tmp_path / "twice.csv").write_text("\n".join(rows))
+    experiment = vehicle_experiment(motorcycles.load("sharp_1971"))
+    model = EigenvalueModel(experiment)
+
+    def predicted(run):
+        named = with_mode_names(run, experiment)
+        parts = model.reduced(named, model.start())[0] * named.deviation
+        return parts[: len(run.value)]  # the real parts
+
+    np.testing.assert_allclose(predicted(read_eigenvalues(tmp_path / "twice.csv")), np.tile(predicted(once), 2), rtol=1e-12)
