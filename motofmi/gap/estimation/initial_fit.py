@@ -8,6 +8,7 @@ component stay cut into intervals over which its free motion grows by at most GR
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from fmus.support.deadline import time_is_up
 from fmus.support.errors import InputError
 from fmus.support.parallel import in_turn, parallel_map
 from motofmi.gap.estimation.fit_result import Fit, PortableFit
-from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.estimation.fitting import fit, fit_or_none
 from motofmi.gap.estimation.starting_values import MAX_ITERATIONS, first_values, poles, values_by_inverse_dynamics
 from motofmi.gap.experiments.state_rates import rates_of_states
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
@@ -144,7 +145,7 @@ def with_best_interpolation(model: FreeInitialStateModel, found: Fit) -> Fit:
     inputs = [run.recording[n] for run in runs for n in run.experiment.inputs if n != run.experiment.imposed]
     if not any(is_rough(values) or is_held(values) for values in inputs):
         return found
-    others = [[run.with_interpolation(kind) for run in runs] for kind in INTERPOLATIONS[1:]]
+    others = [[run.with_interpolation(kind) for run in runs] for kind in INTERPOLATIONS if kind != runs[0].kind]
     fits = parallel_map(
         lambda other: PortableFit.of(fit(model, other, found.x)), others, "fitting with other interpolations"
     )
@@ -152,6 +153,20 @@ def with_best_interpolation(model: FreeInitialStateModel, found: Fit) -> Fit:
         if portable is not None and portable.chi2 < CLOSER * found.chi2:
             found = portable.on(model, other)
     return found
+
+
+def in_interpolation_of(best: Fit, base: Fit) -> Fit | None:
+    """A base with the interpolation of the inputs that fits best with an effect, which the misfit of the base may hide;
+    None where it is that of the base, or where the base cannot be simulated with it."""
+    model: Any = best.model
+    kind = with_best_interpolation(model, best).runs[0].kind
+    if kind == base.runs[0].kind:
+        return None
+    runs = [
+        replace(run.with_interpolation(kind), input_variance=None).with_densities(run.densities, run.noise_source)
+        for run in base.runs
+    ]
+    return fit_or_none(base.model, runs, base.x)
 
 
 def equal_noise(runs: Sequence[SampledRun], found: Fit) -> list[SampledRun]:

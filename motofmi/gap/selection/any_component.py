@@ -25,6 +25,7 @@ from motofmi.gap.estimation.candidate import (
 from motofmi.gap.estimation.equation_error import EquationErrorFit
 from motofmi.gap.estimation.fit_result import Fit, parameters_of, undetermined
 from motofmi.gap.estimation.fitting import fit, fit_or_none
+from motofmi.gap.estimation.initial_fit import in_interpolation_of
 from motofmi.gap.estimation.stages import Stage, running
 from motofmi.gap.estimation.unit_plausibility import common_factor
 from motofmi.gap.experiments.input_output import InputOutputExperiment
@@ -175,9 +176,14 @@ def _selected(
         conclude = verdict.conclude
         on_progress(replace(verdict.as_unknown(), conclude=conclude and (lambda: conclude().as_unknown())))
 
-    shorter = fit(base.model, [in_shorter_segments(run) for run in base.runs], base.x)
-    compared_runs = [in_shorter_segments(run) for run in with_noise_of(shorter.runs[0], validation_runs)]
-    best, singles = _single_effects(shorter, library, starts, compared_runs, on_progress, criteria)
+    for last in (False, True):
+        shorter = fit(base.model, [in_shorter_segments(run) for run in base.runs], base.x)
+        compared_runs = [in_shorter_segments(run) for run in with_noise_of(shorter.runs[0], validation_runs)]
+        best, singles = _single_effects(shorter, library, starts, compared_runs, on_progress, criteria)
+        again = None if last else in_interpolation_of(best, base)
+        if again is None:
+            break
+        base = again
     with running(Stage.NOISE):
         continued = fit_or_none(best.model, base.runs, best.x)
         single, known = continued or best, [continued] if continued else []

@@ -1,0 +1,59 @@
+"""Voltage steps to a motor whose amplifier has a dead zone, from the exact solution between two steps:
+
+w' = K d(u) - c w,   d(u) = sign(u) max(|u| - u_0, 0):   w = w_s + (w_0 - w_s) exp(-c t),   w_s = K d(u) / c
+"""
+
+import numpy as np
+import pytest
+
+import motofmi as mf
+from fmus import Component, input, parameter, state
+from motofmi.recordings.recording import Recording
+
+GAIN, DAMPING, HALF_WIDTH = 40.0, 5.0, 0.6  # rad/V.s2, 1/s, V
+HOLD, RATE = 2.0, 100.0  # s, Hz
+
+
+class Motor(Component):
+    """A motor by its speed."""
+
+    gain = parameter("rad/V.s2", "Acceleration per voltage", min=0, start=30.0)
+    damping = parameter("1/s", "Damping per inertia", min=0, start=3.0)
+    voltage = input("V", "Voltage")
+    speed = state("rad/s", "Speed", exposed=True)
+
+    def equations(self, v, m):
+        return {"der(speed)": v.gain * v.voltage - v.damping * v.speed}
+
+
+def steps(name: str, levels: tuple[float, ...], half_width: float, seed: int) -> Recording:
+    """Each voltage for 2 s, with noise of 0.05 rad/s on the speed."""
+    after = np.arange(int(HOLD * RATE)) / RATE
+    speed, parts = 0.0, []
+    for level in levels:
+        final = GAIN / DAMPING * np.sign(level) * max(abs(level) - half_width, 0.0)
+        parts.append(final + (speed - final) * np.exp(-DAMPING * after))
+        speed = final + (speed - final) * np.exp(-DAMPING * HOLD)
+    noise = 0.05 * np.random.default_rng(seed).standard_normal(len(after) * len(levels))
+    columns = {"voltage": np.repeat(levels, len(after)), "speed": np.concatenate(parts) + noise}
+    return Recording(name, np.arange(len(noise)) / RATE, columns, {"voltage": "V", "speed": "rad/s"})
+
+
+@pytest.mark.parametrize("half_width", [0.0, HALF_WIDTH])
+def test_the_interpolation_of_an_input_is_chosen_with_the_effect(half_width):
+    """With a dead zone the misfit of the base hides how the voltage passes between its samples: half a sample of delay
+    beside friction was named."""
+    runs = [
+        steps(name, levels, half_width, seed)
+        for seed, (name, levels) in enumerate({
+            "first": (0, 2, 0, -2, 0, 4, 0, -4, 0, 1, 0, -1, 0),
+            "second": (0, -3, 0, 3, 0, 1.2, 0, -1.2, 0, 5, 0, -5, 0),
+            "held": (0, 2.5, 0, -2.5, 0, 4.5, 0, -4.5, 0, 1.4, 0, -1.4, 0),
+        }.items())
+    ]  # fmt: skip
+    found = mf.find_gap(runs[:2], validation=runs[2], component=Motor())
+    assert [e["name"] for e in found.effects] == ["dead_zone"] * bool(half_width)
+    if half_width:
+        value = found.effects[0]["parameters"]["half_width"]
+        assert value["value"] == pytest.approx(half_width, abs=4 * value["standard_error"])
+        assert value["standard_error"] < 0.01
