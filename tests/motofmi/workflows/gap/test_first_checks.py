@@ -55,7 +55,7 @@ def test_an_output_without_a_column_is_asked_for():
     message = "no column is an output of DrivenJoint .*'position', 'velocity'.*--map \"COLUMN=angle \\[rad\\]\""
     with pytest.raises(InputError, match=message):
         require_motion(DrivenJoint(), [recording], ["torque"])
-    with pytest.raises(InputError, match=r'no column is the imposed angle .*--map "deflection=angle'):
+    with pytest.raises(InputError, match=r'no column is the imposed angle .*--map "deflection=angle"$'):  # in its deg
         require_motion(DrivenJoint(), [run({"torque": "N.m", "deflection": "deg"})], ["torque", "deflection"], "angle")
     require_motion(DrivenJoint(), [run({"torque": "N.m", "rate": "rad/s"})], ["torque", "rate"])
 
