@@ -316,8 +316,12 @@ def _signals(component: Component) -> dict[str, Element]:
     }
 
 
+PER_INERTIA = {"m/s2": "N/kg", "rad/s2": "N.m/kg.m2"}  # forces per unit of inertia that are written as accelerations
+
+
 def _placed(row: Variable, name: str, force: str) -> Variable:
     """The row at an element whose force has the unit `force`: N.m or N, or N.m/kg.m2 or N/kg per unit of inertia."""
+    force = PER_INERTIA.get(force, force)
     translational = force in ("N", "N/kg")
     unit = row.unit.replace("N.m", "N").replace("kg.m2", "kg").replace("rad", "m") if translational else row.unit
     inertia = {"N/kg": "kg", "N.m/kg.m2": "kg.m2"}.get(force, "")

@@ -207,9 +207,10 @@ class Normalised(Isolated):
         return {"der(position)": v.velocity, "der(velocity)": -v.pull}
 
 
-def test_units_of_laws_at_a_force_element_in_another_unit_remain_as_declared():
-    coulomb = by_name(laws_at(Normalised()))["coulomb_friction.coulomb"]
-    assert Normalised().with_effects(coulomb()).table["coulomb_friction.friction_torque"].unit == "N.m"
+def test_the_laws_at_a_force_that_is_written_as_an_acceleration_are_per_unit_of_mass():
+    coulomb, soft = (by_name(laws_at(Normalised()))[f"coulomb_friction.{form}"] for form in ("coulomb", "soft"))
+    assert Normalised().with_effects(coulomb()).table["coulomb_friction.friction_torque"].unit == "N/kg"
+    assert Normalised().with_effects(soft()).table["coulomb_friction.sliding_rate"].unit == "m/s"
 
 
 class Arms(Component):
