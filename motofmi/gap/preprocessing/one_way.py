@@ -45,6 +45,11 @@ def keeps_direction(deflection: np.ndarray) -> bool:
     return _largest_return(deflection) < OTHER_WAY
 
 
+def direction_of(deflection: np.ndarray) -> float:
+    """The sign of the way of a deflection (n,) that keeps its direction; else 0. Noise of its sensor is no return."""
+    return float(np.sign(deflection[-1] - deflection[0])) if keeps_direction(deflection) else 0.0
+
+
 def oscillates(values: np.ndarray) -> bool:
     """Whether a signal (n,) returns by `OSCILLATES` of its range or more."""
     return _largest_return(values) >= OSCILLATES

@@ -24,7 +24,7 @@ from motofmi.gap.preprocessing.input_interpolation import (
     input_function,
     motion_functions,
 )
-from motofmi.gap.preprocessing.one_way import is_one_way
+from motofmi.gap.preprocessing.one_way import direction_of, is_one_way
 from motofmi.gap.preprocessing.segments import LEAST_LENGTH, segments_of
 from motofmi.recordings.recording import Recording
 
@@ -213,13 +213,15 @@ class SampledRun:
     @property
     def direction(self) -> float:
         """The sign of the rate of an element that moves one way, recorded or that of a recorded deflection; else 0."""
-        deflections = {element.deflection for element in self.experiment.component.elements.values()}
-        rates = [self.recording[n] for n in sorted(self.one_way_rates)]
-        rates += [
-            np.concatenate([np.diff(self.recording[n][first:last]) for first, last in self.intervals])
-            for n in sorted(deflections & self.recording.columns.keys())
-        ]
-        return next(filter(None, map(_direction, rates)), 0.0)
+        for name in sorted(self.one_way_rates):
+            if is_one_way(self.recording[name]):
+                return float(np.sign(np.sum(self.recording[name])))
+        for name in sorted({e.deflection for e in self.experiment.component.elements.values()}):
+            if name in self.recording.columns:
+                ways = {direction_of(self.recording[name][first:last]) for first, last in self.intervals}
+                if len(ways) == 1 and ways != {0.0}:
+                    return ways.pop()
+        return 0.0
 
     @property
     def directions(self) -> set[float]:
@@ -227,7 +229,7 @@ class SampledRun:
         if not self.experiment.imposed:
             return {self.direction}
         motion = self.recording[self.experiment.imposed]
-        return {_direction(np.diff(motion[first:last])) for first, last in self.segments}
+        return {direction_of(motion[first:last]) for first, last in self.segments}
 
     @property
     def motion_variance(self) -> np.ndarray:
@@ -271,11 +273,6 @@ def interpolated_inputs(recording: Recording, experiment: InputOutputExperiment,
 def move_both_ways(runs: Sequence[SampledRun]) -> bool:
     """Whether every run, or every segment of an imposed motion, moves one way, and they do not all move the same way."""
     return set().union(*(run.directions for run in runs)) == {-1.0, 1.0}
-
-
-def _direction(rate: np.ndarray) -> float:
-    """The sign of a rate (n,) that moves one way; else 0."""
-    return float(np.sign(np.sum(rate))) if is_one_way(rate) else 0.0
 
 
 def excited(runs: Sequence[SampledRun]) -> bool:
