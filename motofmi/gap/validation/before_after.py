@@ -82,12 +82,14 @@ def _begins_of(known: Fit, runs: Sequence[AnyRun]) -> list[tuple[np.ndarray, Any
 def _begun(found: Fit, run: AnyRun, criteria: Criteria) -> tuple[np.ndarray, AnyRun]:
     """Starting values of a run's deviations, and the run with the initial guesses that were found with them.
 
-    With a hardening spring, a large sensor offset gives several minima. Parameters are fixed, so that the best fit of a
-    run alone is that of all runs together: it is continued, since its search for initial states takes most of the time.
+    With a hardening spring, or the limit of a signal, a large sensor offset gives several minima; with laws of the rate
+    alone there is one. Parameters are fixed, so that the best fit of a run alone is that of all runs together: it is
+    continued, since its search for initial states takes most of the time.
     """
     places = run_to_run_deviations(found.model.experiment)
     offsets = np.array([deviation if place >= len(found.model.base) else 0.0 for place, deviation in places.items()])
-    if not offsets.any() or not found.model.effects:
+    read = [effect.reads() for effect in found.model.effects]
+    if not offsets.any() or all("rate" in each and "deflection" not in each for each in read):
         return np.zeros(len(places)), run
     shared, best = len(found.model.names), None
 
