@@ -15,7 +15,7 @@ from motofmi.gap.estimation.candidate import Candidate, adequate, reduced_by_noi
 from motofmi.gap.estimation.fit_result import parameters_of, parameters_of_effect, undetermined
 from motofmi.gap.localisation.harmonic_places import cells as of_harmonics
 from motofmi.gap.localisation.locating import Cells, locate
-from motofmi.gap.remainder import complete, explained, remainder
+from motofmi.gap.selection.remainder import complete, explained, remainder
 from motofmi.gap.selection.result import Verdict
 from motofmi.gap.selection.ties import equivalent
 from motofmi.gap.validation.before_after import floor, misfit_of

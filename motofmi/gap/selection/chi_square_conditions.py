@@ -16,8 +16,8 @@ from motofmi.gap.estimation.candidate import adequate, has_determined_magnitudes
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.preprocessing.sampled_run import SampledRun
-from motofmi.gap.remainder import explained
 from motofmi.gap.selection.noise_rounds import with_noise_left_by, with_noise_of
+from motofmi.gap.selection.remainder import explained
 from motofmi.gap.selection.result import Verdict
 from motofmi.gap.validation.before_after import on_validation_runs
 from motofmi.recordings.resampling import sensor_noise
