@@ -77,12 +77,15 @@ SYMBOLS = {
     "%": (1e-2, (0, 0, 0, 0, 0, 0)),
 }
 
-# Words for symbols, and symbols in capitals, as recordings have them; in lower case and without a plural s. Case
-# distinguishes prefixes (mPa, MPa), so that no other symbol is read without regard to it.
+# Words for symbols, and symbols in capitals, as recordings have them, in lower case. Case distinguishes prefixes
+# (mPa, MPa), so that no other symbol is read without regard to it.
+_WORDS = {
+    "degree": "deg", "radian": "rad", "second": "s", "minute": "min", "metre": "m", "meter": "m", "newton": "N",
+    "volt": "V", "amp": "A", "ampere": "A", "kilogram": "kg", "pascal": "Pa", "ohm": "Ohm",
+}  # fmt: skip
 SPELLINGS = {
     **{symbol: symbol for symbol in ("rpm", "deg", "rad", "rev", "sec", "mph", "psi", "dps", "bar")},
-    "degree": "deg", "radian": "rad", "second": "s", "minute": "min", "metre": "m", "meter": "m", "inch": "in",
-    "inche": "in", "newton": "N", "volt": "V", "amp": "A", "ampere": "A", "kilogram": "kg", "pascal": "Pa", "ohm": "Ohm",
+    **_WORDS, **{f"{word}s": symbol for word, symbol in _WORDS.items()}, "inch": "in", "inches": "in",
 }  # fmt: skip
 
 # Units with an offset, which no factor converts.
@@ -133,7 +136,7 @@ def unit(name: str) -> Unit:
     for part, side in enumerate(written.split("/")):
         for token in re.split(r"[.*·⋅]|-(?=[^\d])", side):
             match = re.fullmatch(r"(1|%|°|[A-Za-z]+)(?:\^?(-?\d+))?", token)
-            symbol = match and (match[1] if match[1] in SYMBOLS else SPELLINGS.get(match[1].lower().removesuffix("s")))
+            symbol = match and (match[1] if match[1] in SYMBOLS else SPELLINGS.get(match[1].lower()))
             if match is None or symbol is None:
                 raise InputError(
                     f"unknown unit [{name}] at {token!r} ({PARENTHESES if '(' in name else ''}"

@@ -82,8 +82,8 @@ def _limitations(verdict: Verdict) -> list[str]:
         name = verdict.effects[0].family
         if same := equivalent(verdict.best, verdict.effects[0], verdict.candidates, verdict.criteria):
             sentences.append(
-                f"In these recordings {' or '.join(same)} is not distinguishable from {name}: they differ only in the sign "
-                "that each must have and in the prior knowledge of the base."
+                f"In these recordings {' or '.join(same)} is not distinguishable from {name}: they differ only in the "
+                "sign that each must have and in the prior knowledge of the base."
             )
         if verdict.tied:
             sentences.append(

@@ -117,7 +117,7 @@ def _compared(blocks: CommonBlocks, compared_base: ComparedModel, models: Sequen
     errors = {id(m): adjusted_errors(m.fit, standard_errors(covariances[id(m)]), simpler, least) for m in models}
     counts = (len(blocks.blocks), len(blocks.validation_blocks))
     motion = _motion_mean_square(blocks.validation or compared_base.fit.runs, blocks.scale)
-    # Constant outputs leave the motion: no flexible model leaves more, however far the compared models are from the data.
+    # Constant outputs leave the motion: no flexible model leaves more, however far the compared models are from it.
     flexible = min(_flexible_mean_square(compared_base, models, blocks), motion)
     result = outcome(compared_base, models, flexible, motion, counts, errors, blocks.criteria)
     for model in models:

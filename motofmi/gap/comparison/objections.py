@@ -109,8 +109,8 @@ def undetermined(model: ComparedModel, errors: np.ndarray, criteria: Criteria) -
     if at_bound := shape_at_bound(model.fit):
         name, end = at_bound
         return (
-            f"{begin} {name} = {values(model.fit.shared)[name]:.3g} is at its {end} value, beyond which the effect is not "
-            "distinguishable from another one."
+            f"{begin} {name} = {values(model.fit.shared)[name]:.3g} is at its {end} value, beyond which the effect is "
+            "not distinguishable from another one."
         )
     if at_bounds := magnitudes_at_bounds(model.fit):
         name, value = next(iter(at_bounds.items()))
@@ -121,9 +121,8 @@ def undetermined(model: ComparedModel, errors: np.ndarray, criteria: Criteria) -
     begin += f" beside {_it(model)}" if name in model.fit.model.base else ""
     if not np.isfinite(error):
         return f"{begin} {name} has no influence on these runs."
-    return (
-        f"{begin} {name} = {value:.3g} is within {criteria.value_errors:g} standard errors (of {error:.2g} each) of zero."
-    )
+    within = f"{criteria.value_errors:g} standard errors (of {error:.2g} each)"
+    return f"{begin} {name} = {value:.3g} is within {within} of zero."
 
 
 def effects_of(model: ComparedModel) -> str:

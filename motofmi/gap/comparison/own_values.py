@@ -81,7 +81,7 @@ def _by_frequency(base: ComparedModel, blocks: CommonBlocks) -> np.ndarray | Non
 
 
 def _amplitudes(base: ComparedModel, blocks: CommonBlocks) -> str:
-    """The advice on the runs, with the rms about the mean of every input and output in fitted and in validation runs."""
+    """The advice on the runs, with the rms about the mean of every input and output in fitted and validation runs."""
     run = base.fit.runs[0]
     names = [*run.experiment.outputs, *run.experiment.inputs]
     sides = [

@@ -57,8 +57,8 @@ def has_vanished_parameter(found: Fit) -> bool:
 
 
 def shape_at_bound(found: Fit) -> tuple[str, str] | None:
-    """The first parameter of an effect that ended at its least share of the largest deflection (`Effect.at_least`) or at
-    its largest share of the largest rate (`Effect.at_most_of_rate`), beyond which the effect is not distinguishable
+    """The first parameter of an effect that ended at its least share of the largest deflection (`Effect.at_least`) or
+    at its largest share of the largest rate (`Effect.at_most_of_rate`), beyond which the effect is not distinguishable
     from another one: its name, and "least" or "largest"; None where none did."""
     ends = {"least": "at_least", "largest": "at_most_of_rate"}
     places = [(i, end) for effect in found.model.effects for end, bounded in ends.items()

@@ -137,8 +137,8 @@ class FrequencyDomainProblem:
         return found.x, float(found.cost)
 
     def is_alias(self, theta: np.ndarray) -> bool:
-        """Whether a free motion without inputs oscillates above half the sampling rate, where the samples are those of a
-        slower one as well."""
+        """Whether a free motion without inputs oscillates above half the sampling rate: a slower one has the same
+        samples."""
         values = dict(zip(self.names, self.signs * np.exp(theta), strict=True))
         fastest = np.max(np.abs(np.linalg.eigvals(linearise(self.component, **values, **self.at).A).imag))
         return not self.inputs and bool(fastest * max(run.interval for run in self.runs) > np.pi)

@@ -66,8 +66,8 @@ class EigenvalueModel(LinearModel):
             rows = list(repeats.values())
             if len(rows) > values.shape[1]:
                 raise InputError(
-                    f"{run.name}: {len(rows)} eigenvalues at {run.over[rows[0][0]]:g}, the model has {values.shape[1]}; "
-                    "repeated measurements of one eigenvalue need the same name in the column mode"
+                    f"{run.name}: {len(rows)} eigenvalues at {run.over[rows[0][0]]:g}, the model has "
+                    f"{values.shape[1]}; repeated measurements of one eigenvalue need the same name in the column mode"
                 )
             measured, computed = linear_sum_assignment([cost[each].mean(axis=0) for each in rows])
             for group, column in zip(measured, computed, strict=True):

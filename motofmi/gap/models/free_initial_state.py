@@ -134,8 +134,9 @@ class FreeInitialStateModel(InitialStateModel):
         missing = [i for i in range(len(run.segments)) if (*self.own, i) not in run.guess]
         if missing:
             raise InputError(
-                f"{self.component.name}: no initial states were found with which {run.name} can be simulated; are inputs "
-                "and outputs exchanged, is a unit wrong, or are the start values far from those of the recorded component?"
+                f"{self.component.name}: no initial states were found with which {run.name} can be simulated; are "
+                "inputs and outputs exchanged, is a unit wrong, or are the start values far from those of the recorded "
+                "component?"
             )
         return {i: self._last(run, i) for i in range(len(run.segments))}
 

@@ -46,7 +46,7 @@ def keeps_direction(deflection: np.ndarray) -> bool:
 
 
 def direction_of(deflection: np.ndarray) -> float:
-    """The sign of the way of a deflection (n,) that keeps its direction; else 0. Noise of its sensor is no return."""
+    """The sign of the change of a deflection (n,) that keeps its direction; else 0."""
     return float(np.sign(deflection[-1] - deflection[0])) if keeps_direction(deflection) else 0.0
 
 

@@ -225,7 +225,7 @@ class SampledRun:
 
     @property
     def directions(self) -> set[float]:
-        """The direction of the run; those of its segments where the motion is imposed, since each has an offset there."""
+        """The direction of the run; where the motion is imposed those of its segments, since each has an offset."""
         if not self.experiment.imposed:
             return {self.direction}
         motion = self.recording[self.experiment.imposed]
@@ -271,7 +271,7 @@ def interpolated_inputs(recording: Recording, experiment: InputOutputExperiment,
 
 
 def move_both_ways(runs: Sequence[SampledRun]) -> bool:
-    """Whether every run, or every segment of an imposed motion, moves one way, and they do not all move the same way."""
+    """Whether every run, or every segment of an imposed motion, moves one way, and not all move the same way."""
     return set().union(*(run.directions for run in runs)) == {-1.0, 1.0}
 
 

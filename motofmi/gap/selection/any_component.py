@@ -176,14 +176,16 @@ def _selected(
         conclude = verdict.conclude
         on_progress(replace(verdict.as_unknown(), conclude=conclude and (lambda: conclude().as_unknown())))
 
-    for last in (False, True):
+    def searched(base: Fit) -> tuple[Fit, list[SampledRun], Fit, list[Candidate]]:
+        """The base and the validation runs in shorter segments, the best single effect, and all single effects."""
         shorter = fit(base.model, [in_shorter_segments(run) for run in base.runs], base.x)
         compared_runs = [in_shorter_segments(run) for run in with_noise_of(shorter.runs[0], validation_runs)]
-        best, singles = _single_effects(shorter, library, starts, compared_runs, on_progress, criteria)
-        again = None if last else in_interpolation_of(best, base)
-        if again is None:
-            break
+        return shorter, compared_runs, *_single_effects(shorter, library, starts, compared_runs, on_progress, criteria)
+
+    shorter, compared_runs, best, singles = searched(base)
+    if (again := in_interpolation_of(best, base)) is not None:
         base = again
+        shorter, compared_runs, best, singles = searched(base)
     with running(Stage.NOISE):
         continued = fit_or_none(best.model, base.runs, best.x)
         single, known = continued or best, [continued] if continued else []

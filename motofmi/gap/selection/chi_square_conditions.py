@@ -26,8 +26,8 @@ from motofmi.recordings.resampling import sensor_noise
 # sensors with a low-pass filter.
 WHITE_NOISE_FACTOR = 1.5
 SUFFICIENT = (
-    "{} would reduce chi-square, but the base is consistent with the noise, and misses {:.2%} of the motion (rms), which "
-    "is within the tolerance of {:.2%}."
+    "{} would reduce chi-square, but the base is consistent with the noise, and misses {:.2%} of the motion (rms), "
+    "which is within the tolerance of {:.2%}."
 )
 
 
@@ -122,14 +122,14 @@ def unless_sufficient(verdict: Verdict) -> Verdict:
 
 
 def unless_unclear(verdict: Verdict) -> Verdict:
-    """The verdict by chi-square where the noise follows from the result; `unknown` where the validation runs do not show
-    the gain: the 95 % interval of the closed share of their closable misfit contains zero."""
+    """The verdict by chi-square where the noise follows from the result; `unknown` where the validation runs do not
+    show the gain: the 95 % interval of the closed share of their closable misfit contains zero."""
     share = explained(verdict) if verdict.verdict in ("named", "tied") else None
     if share is None or share["low"] > 0:
         return verdict
     return verdict.as_unknown(
-        f"No effect is named: the gain of {verdict.names} on the validation runs is not clear ({share['share']:.1%} of the "
-        f"closable misfit, 95 % interval from {share['low']:.1%})."
+        f"No effect is named: the gain of {verdict.names} on the validation runs is not clear ({share['share']:.1%} of "
+        f"the closable misfit, 95 % interval from {share['low']:.1%})."
     )
 
 

@@ -2,8 +2,8 @@
 
 What an instrument writes above the names, in rows with another number of cells, is left out. Dates with times, and
 times of a day (ISO 8601), are read as seconds from the first one. numpy parses the numbers. pandas parses three times
-as fast, but takes half a second to import, which is the time of 15 MB. Only blocks with missing values, dates, quotes or
-faults are read cell by cell.
+as fast, but takes half a second to import, which is the time of 15 MB. Only blocks with missing values, dates, quotes
+or faults are read cell by cell.
 """
 
 import codecs
@@ -109,7 +109,9 @@ def _layout(head: bytes, whole: bool) -> Layout:
 
 def _cells(line: str, delimiter: str) -> list[str]:
     """The cells of a line; in a quoted one the delimiter is a character like any other."""
-    return next(csv.reader([line], delimiter=delimiter, skipinitialspace=True)) if '"' in line else line.split(delimiter)
+    if '"' not in line:
+        return line.split(delimiter)
+    return next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
 
 
 def _without_quoted(line: str) -> str:

@@ -75,10 +75,12 @@ def require_motion(
         what = f"the imposed {imposed}" if imposed else f"an output of {component.title}"
         which = likely[0] if len(likely) == 1 else "COLUMN"
         given = all(_same_dimension(spare[n], unit_of_it) for n in likely)  # the headings state the unit
-        option = f'--map "{which}={name}"' if given else f'--map "{which}={name} [{unit_of_it}]" with the unit that it has'
+        option = f'--map "{which}={name}"'
+        if not given:
+            option = f'--map "{which}={name} [{unit_of_it}]" with the unit that the file has'
         raise InputError(
-            f"{first.file or first.name}: no column is {what} ({', '.join(f'{n} [{u}]' for n, u in units.items())}), but "
-            f"these columns are not used: {', '.join(map(repr, likely))}; if one of them is the {name}, add {option}"
+            f"{first.file or first.name}: no column is {what} ({', '.join(f'{n} [{u}]' for n, u in units.items())}), "
+            f"but these columns are not used: {', '.join(map(repr, likely))}; if one of them is the {name}, add {option}"
         )
 
 

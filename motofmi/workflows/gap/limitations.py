@@ -86,8 +86,8 @@ def _on_base_values(best: Fit, criteria: Criteria) -> Iterator[str]:
     for name in vanishing if len(vanishing) < len(base) else []:
         value, error, unit = base[name]
         yield (
-            f"{name} = {written(f'{value:.3g}', unit)} is not distinguishable from zero (standard error {error:.2g}). If "
-            "the component has no such element, set it to 0 in a value file: --component FILE.toml."
+            f"{name} = {written(f'{value:.3g}', unit)} is not distinguishable from zero (standard error {error:.2g}). "
+            "If the component has no such element, set it to 0 in a value file: --component FILE.toml."
         )
 
 
@@ -153,7 +153,10 @@ def _on_validation(found: Investigation, result: dict[str, Any], held: bool) -> 
         return
     gap, share = result["gap"], found.verdict.criteria.validation_warning_share
     if gap["holdout_after"] is None and not result["ended"]:
-        yield "The rms on the validation runs is not stated: with the fitted values they cannot be simulated."
+        yield (
+            "The rms on the validation runs is not stated: with the fitted values no initial states were found from "
+            "which the simulation is near them."
+        )
         return
     by_chi_square = found.verdict.comparison is None and result["verdict"] == "named"
     if by_chi_square and gap["holdout_after"] - 1 > (1 - share) * (gap["holdout_before"] - 1):

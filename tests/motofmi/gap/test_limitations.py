@@ -177,6 +177,19 @@ def test_what_validation_runs_do_not_show_is_not_named(monkeypatch, low, verdict
     assert any(said in each for each in said_of(found)) == (verdict == "unknown")
 
 
+@pytest.mark.usefixtures("without_sensor_offsets")
+@pytest.mark.parametrize(("held", "ended", "said"), [(True, None, True), (True, "The time is used up.", False), (False, None, False)])
+def test_an_rms_on_validation_runs_that_is_missing_is_said(held, ended, said):
+    found = fit_with(reduced=1.0)
+    result = {
+        "noise_source": "given", "verdict": "unknown", "ended": ended,
+        "gap": {"holdout_before": None, "holdout_after": None},
+    }  # fmt: skip
+    searched = Investigation(Verdict("unknown", found, found), found.model.experiment)
+    sentences = limitations_of(searched, result, SimpleNamespace(values={}), held)
+    assert any(each.startswith("The rms on the validation runs is not stated") for each in sentences) == said
+
+
 def doubts(found, factor=1.0, missed=0.0, **values):
     """The limitations of an investigation of a component with these values that ended with a fit."""
     searched = Investigation(Verdict("unknown", found, found), found.model.experiment, factor, missed)

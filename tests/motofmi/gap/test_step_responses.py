@@ -18,6 +18,7 @@ from motofmi.gap.preprocessing.sampled_run import excited
 from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.gap.selection.any_component import investigate, offset_priors
 from motofmi.recordings.joined import with_short_joined
+from motofmi.recordings.recording import Recording
 from tests import as_study
 from tests.simulators.step_responses import DAMPING, FRICTION, MASS, RATE, step_response
 
@@ -104,3 +105,14 @@ def test_no_offset_is_fitted_in_place_of_friction(forces, fitted):
         run.recording.columns["force"][:10] = 0.0  # an input that varies
     assert [run.direction for run in runs] == [np.sign(force) for force in forces]
     assert bool(offset_priors(runs)) == fitted
+
+
+@pytest.mark.parametrize(("swing", "direction"), [(0.0, -1.0), (0.1, 0.0)])
+def test_noise_of_a_slowly_moving_sensor_is_no_change_of_direction(swing, direction):
+    """From one sample to the next the motion advances by 0.3 mm, less than the noise of 1 mm."""
+    time = np.arange(1000) / 100
+    noise = 1e-3 * np.random.default_rng(5).uniform(-1, 1, len(time))
+    columns = {"force": -time, "displacement": -0.03 * time + swing * np.sin(time) + noise}
+    recording = Recording("slow", time, columns, {"force": "N", "displacement": "m"})
+    run = prepare_sampled_run(recording, input_output_experiment(MassSpringDamper(), list(columns)))
+    assert run.direction == direction
