@@ -15,6 +15,9 @@
     [supplement]    numbers for analyses beyond the component's equations, as under [parameters], in SI units
     [printed]    numbers of the source to compare with
     [about]      anything else that is known
+
+Reading a file with `component_file` executes that Python file, and reading one that names `effects` executes every
+Python file of its `effects_folder` (SECURITY.md). Without these two keys nothing is executed.
 """
 
 import json
@@ -184,7 +187,8 @@ def _plain(name: str, entry: Any, file: str) -> float:
 
 
 def _effects(contents: Mapping[str, Any], effects: Sequence[type[Effect]], file: str) -> tuple[Effect, ...]:
-    if contents.get("effects_folder"):
+    # A fitted model has the folder of the search even if no effect was found: nothing in it is needed then.
+    if contents.get("effects") and contents.get("effects_folder"):
         effects = [*effects, *load_folder(Path(file).parent / contents["effects_folder"])]
     known = {f"{e.family}.{e.form}": e for e in effects}
     for name in contents.get("effects", []):

@@ -10,6 +10,7 @@ from urllib.parse import unquote, urlsplit
 from xml.etree import ElementTree as Xml
 
 from fmus.support.errors import InputError
+from fmus.support.untrusted_archive import unsafe_xml
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
@@ -87,10 +88,8 @@ class Package:
 
     def _parsed(self, archive: zipfile.ZipFile, member: str, element: str) -> Xml.Element:
         data = self._bytes(archive, member, LARGEST_XML, element)
-        # Without its zero bytes, UTF-16 and UTF-32 of ASCII text read like ASCII.
-        text = data.replace(b"\0", b"").upper()
-        if b"<!DOCTYPE" in text or b"<!ENTITY" in text:
-            raise self.refused(element, f"{member} declares a document type or entities, which SSP does not use")
+        if reason := unsafe_xml(data):
+            raise self.refused(element, f"{member} {reason}")
         try:
             return Xml.fromstring(data)
         except (Xml.ParseError, ValueError, LookupError) as error:  # the last two for encodings

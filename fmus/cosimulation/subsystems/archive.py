@@ -12,6 +12,7 @@ import fmpy
 from fmpy.model_description import ModelDescription
 
 from fmus.support.errors import InputError
+from fmus.support.untrusted_archive import refuse_unsafe
 
 VERSIONS = ("2", "3")
 
@@ -47,7 +48,7 @@ class Archive:
 def open_archive(path: str | Path) -> Archive:
     """The archive at a path, extracted into a folder that is removed at the end of the process.
 
-    Raises InputError when it is no co-simulation FMU of FMI 2 or 3.
+    Raises InputError when it is no co-simulation FMU of FMI 2 or 3, and when it must not be unpacked.
     """
     path = Path(path)
     try:
@@ -66,9 +67,12 @@ def _open_archive(path: Path, modified: float) -> Archive:
     folder = Path(tempfile.mkdtemp(prefix="fmu-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     try:
+        refuse_unsafe(path)
         description = fmpy.read_model_description(str(path), validate=False)
         fmpy.extract(str(path), str(folder))
         root = ElementTree.parse(folder / "modelDescription.xml").getroot()
+    except InputError:
+        raise
     except Exception as error:  # fmpy raises whatever zip and XML readers raise
         raise InputError(f"{path} is not an FMU that can be read: {error}") from None
     if description.coSimulation is None:

@@ -11,13 +11,13 @@ import zipfile
 
 import pytest
 
-from fmus.checks import archive as before_unpacking
 from fmus.checks.check import Limits
 from fmus.checks.check import check as every_check
 from fmus.export.build import archive, binaries, build, source_contents
 from fmus.export.compilers import host, host_compiler
 from fmus.export.interface import Interface
 from fmus.support.errors import InputError
+from fmus.support.untrusted_archive import LARGEST_MEMBER
 from rider_fmu import riders
 from tests import ROOT, as_study
 from tests.importer import COMPONENTS
@@ -182,7 +182,7 @@ def test_an_oversized_member_is_refused_before_unpacking(sound, tmp_path):
     assert "times its size" in found.message
     data = bytearray(path.read_bytes())
     place = data.rfind(b"resources/zeros") - 46  # the entry in the central directory; its size is 24 bytes in
-    struct.pack_into("<I", data, place + 24, before_unpacking.LARGEST_MEMBER + 1)
+    struct.pack_into("<I", data, place + 24, LARGEST_MEMBER + 1)
     path.write_bytes(data)
     assert "more than" in check(path)[0].message
 
@@ -195,6 +195,14 @@ def test_external_entities_are_refused_before_unpacking(encoding, sound, tmp_pat
     )
     (found,) = check(with_member(sound, tmp_path, "extra/other.xml", text.encode(encoding)))
     assert "declares a document type" in found.message
+
+
+def test_entities_in_an_encoding_that_does_not_read_like_ascii_are_refused(sound, tmp_path):
+    """lxml, with which fmpy reads the description, decodes UTF-7."""
+    hidden = '<!DOCTYPE a [<!ENTITY b "c">]><a/>'.replace("<", "+ADw-").replace("!", "+ACE-")
+    data = b'<?xml version="1.0" encoding="UTF-7"?>' + hidden.encode()
+    (found,) = check(with_member(sound, tmp_path, "extra/other.xml", data))
+    assert found.message == "has the encoding UTF-7; expected UTF-8"
 
 
 @pytest.mark.slow
@@ -237,7 +245,7 @@ def test_an_archive_without_members_and_damaged_ones(sound, tmp_path):
     (lambda xml: xml.replace(b'fmiVersion="2.0"', b'fmiVersion="1.0"'), "fmiVersion '1.0' is not checked (valid: 2.0, 3.0)"),
     (lambda xml: xml.replace(b'fmiVersion="2.0"', b""), "fmiVersion None is not checked (valid: 2.0, 3.0)"),
     (lambda xml: xml.replace(b"Passive", b"\xff\xfe"), "is no XML: not well-formed"),
-    (lambda xml: xml.replace(b"UTF-8", b"klingon"), "is no XML: "),
+    (lambda xml: xml.replace(b"UTF-8", b"klingon"), "has the encoding KLINGON; expected UTF-8"),
     (lambda xml: b"", "is no XML: no element found"),
 ])  # fmt: skip
 def test_a_description_that_cannot_be_read_is_one_error(change, message, sound, tmp_path):

@@ -124,3 +124,18 @@ def test_what_ships_gives_every_parameter_without_an_honest_default(library_, na
     component, given = library_.load(name), library_.contents(name)["parameters"]
     left_out = {n for n in component.rows("parameter") if n not in given}
     assert all(component.values[n] == 0 for n in left_out), left_out
+
+
+@pytest.mark.parametrize("named", [False, True])
+def test_a_folder_of_effects_is_executed_only_where_the_file_names_effects(named, library, tmp_path):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "any.py").write_text(
+        "from pathlib import Path\n\nfrom fmus import Effect, adds_to, parameter\n\n"
+        "Path(__file__).with_suffix('.executed').touch()\n\n\n"
+        "class Preload(Effect):\n    family, form = 'preload', 'constant'\n"
+        "    torque = parameter('N.m', 'Torque', start=2.0)\n\n"
+        "    @adds_to('arm_torque')\n    def constant(self, v, m):\n        return v.torque\n"
+    )
+    given = 'effects_folder = "mine"\n' + 'effects = ["preload.constant"]\n' * named
+    rider = library(given + GOOD).load(tmp_path / "mine.toml")
+    assert (tmp_path / "mine" / "any.executed").exists() == ("preload.torque" in rider.values) == named

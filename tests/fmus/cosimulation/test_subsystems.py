@@ -1,12 +1,15 @@
 """Any FMU as a subsystem: its capabilities, its outputs, and what it refuses."""
 
 import re
+import tempfile
 import zipfile
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+import motofmi as mf
+from fmus.cosimulation.ssp import read_ssp, write_ssp
 from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem, model_description
 from fmus.export.build import build
 from fmus.support.errors import InputError, SimulationError
@@ -151,6 +154,41 @@ def test_what_is_no_fmu_is_named(tmp_path):
     (tmp_path / "text.fmu").write_text("no archive")
     with pytest.raises(InputError, match=r"text\.fmu is not an FMU that can be read"):
         model_description(tmp_path / "text.fmu")
+
+
+ENTITIES = '<?xml version="1.0"?><!DOCTYPE a [<!ENTITY b "c">]><a>&b;</a>'
+UNSAFE = {
+    r"resources/zeros: unpacks to \d+ times its size": {"resources/zeros": bytes(2**24)},
+    r"extra/other\.xml: declares a document type or entities": {"extra/other.xml": ENTITIES},
+    r"outside\.txt: the path leaves the folder": {"../outside.txt": "x"},
+    r"the path leaves the folder of the archive, and 1 more fault": {"../a.txt": "x", "../b.txt": "x"},
+}
+
+
+@pytest.mark.parametrize(
+    "opened",
+    [model_description, FmuSubsystem, mf.simulate, mf.modes, mf.cosimulate, read_ssp],
+    ids=lambda opened: opened.__name__,
+)
+@pytest.mark.parametrize("reason", UNSAFE)
+def test_an_unsafe_archive_is_refused_before_it_is_unpacked(reason, opened, tmp_path, monkeypatch):
+    path = tmp_path / "unsafe.fmu"
+    path.write_bytes(build(RIDER, tmp_path).path.read_bytes())
+    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in UNSAFE[reason].items():
+            archive.writestr(name, data)
+    if opened is read_ssp:
+        write_ssp(tmp_path / "safe.ssp", {"rider": build(RIDER, tmp_path).path}, {})
+        with zipfile.ZipFile(tmp_path / "safe.ssp") as safe, zipfile.ZipFile(tmp_path / "unsafe.ssp", "w") as archive:
+            for name in safe.namelist():
+                archive.writestr(name, path.read_bytes() if name.endswith(".fmu") else safe.read(name))
+        path = tmp_path / "unsafe.ssp"
+    (tmp_path / "temporary").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    with pytest.raises(InputError, match=rf"\.fmu is not an FMU that can be read: .*{reason}.*; nothing was unpacked"):
+        opened(path)
+    unpacked = [p for p in (tmp_path / "temporary").rglob("*") if p.is_file() and p.suffix != ".fmu"]
+    assert unpacked == [] and not (tmp_path / "outside.txt").exists()
 
 
 def test_a_missing_platform_is_named(tmp_path):
