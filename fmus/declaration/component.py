@@ -17,7 +17,7 @@ import numpy as np
 from fmus.declaration.elements import Element
 from fmus.declaration.variables import Variable
 from fmus.expressions.functions import NUMERIC
-from fmus.support.errors import InputError, unknown
+from fmus.support.errors import InputError, NotApplicableError, unknown
 from fmus.support.notebook import html
 
 SHOWN = "_shown"  # suffix of the sensor reading of an exposed state; the name without it is the true value
@@ -234,7 +234,8 @@ class Component:
     def complete(self, results: dict[str, Any]) -> dict[str, Any]:
         """The results of `run`, checked.
 
-        Raises InputError where a rate or an output is missing or is not in the table.
+        Raises InputError where a rate or an output is missing or is not in the table, NotApplicableError where an
+        effect adds to what the component does not have.
         """
         expected = {f"der({n})" for n in self.states} | set(self.rows("output", "calculated"))
         returned = set(results) - set(self.rows("local")) - set(self.states)
@@ -243,13 +244,11 @@ class Component:
             raise InputError(
                 f"equations of {self.title}: missing: {missing or 'nothing'}, not in its table: {extra or 'nothing'}"
             )
+        targets = {*results, *self.rows("input", "parameter")}
+        targets |= {f"mass({row},{column})" for row in self.states for column in self.states}
         for target in self.additions:
-            if (
-                target not in results
-                and target not in self.rows("input", "parameter")
-                and not target.startswith("mass(")
-            ):
-                raise InputError(f"an effect adds to {target!r}, which {self.title} does not have")
+            if target.replace(" ", "") not in targets:
+                raise NotApplicableError(f"an effect adds to {target!r}, which {self.title} does not have")
         return results
 
     def mass_entries(self, values: Mapping[str, Any], m: Any) -> dict[tuple[str, str], Any]:

@@ -34,7 +34,7 @@ from fmus.declaration.variables import Variable, input, output
 from fmus.effects.delay import delay_states
 from fmus.effects.prior import LogNormalPrior
 from fmus.expressions.functions import NUMERIC
-from fmus.support.errors import InputError, unknown
+from fmus.support.errors import NotApplicableError, unknown
 
 
 def adds_to(*targets: str) -> Callable[[Callable], Callable]:
@@ -189,7 +189,7 @@ class Effect:
         rows = {prefix + n: _placed(row, prefix + n, force) for n, row in self.declared.items()}
         clash = component.table.keys() & rows.keys()
         if clash:
-            raise InputError(
+            raise NotApplicableError(
                 f"effect {type(self).__name__} and {component.title} both declare {', '.join(sorted(clash))}"
             )
         component.table.update(rows)
@@ -227,7 +227,7 @@ class Effect:
         """
         elements = {**_signals(component), **component.elements}
         if place not in elements:
-            raise unknown(f"element of {component.title}", place, elements)
+            raise unknown(f"element of {component.title}", place, elements, NotApplicableError)
         return {f.name: name for f in fields(Element) if (name := getattr(elements[place], f.name))}
 
     def _words(self, component: Component) -> dict[str, str]:
@@ -246,7 +246,7 @@ class Effect:
     def _join_delayed(self, component: Component, name: str, source: str, delay: str, view: "_Names") -> None:
         key = view.prefix + name
         if source not in component.table:
-            raise unknown(f"quantity of {component.title}", source, component.table)
+            raise unknown(f"quantity of {component.title}", source, component.table, NotApplicableError)
         row = component.table[source]
         if self.exact_delays:
             component.table[key] = input(row.unit, f"{row.description}, delayed").named(key)

@@ -20,7 +20,7 @@ from fmus.effects import Effect
 from fmus.effects.prior import LogNormalPrior
 from fmus.interfaces.handlebar import TORQUES, HandlebarDevice
 from fmus.interfaces.posture_inertia import POSTURE
-from fmus.support.errors import InputError
+from fmus.support.errors import InputError, NotApplicableError
 
 INERTIA = {"added_steer_inertia": "port_inertia"}  # of the vehicle, and of the device
 
@@ -38,7 +38,7 @@ class DeviceEffect(Effect):
         """Add the device. Raises InputError for a component that has no handlebar port."""
         missing = [n for n in TORQUES if n not in component.inputs]
         if missing:
-            raise InputError(f"{component.title} has no handlebar port: {', '.join(missing)} is missing")
+            raise NotApplicableError(f"{component.title} has no handlebar port: {', '.join(missing)} is missing")
         self.bare = type(component)(component.name)
         super().join(component)
 

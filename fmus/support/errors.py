@@ -15,6 +15,10 @@ class InputError(ValueError):
     """
 
 
+class NotApplicableError(InputError):
+    """An effect does not apply to a component: it lacks what the effect needs, or has variables of these names."""
+
+
 class MissingToolError(RuntimeError):
     """A tool outside Python is missing, such as a C compiler. The message says how to install it."""
 
@@ -23,7 +27,9 @@ class SimulationError(RuntimeError):
     """A simulation cannot continue. The message says where, when and what to change; the exit status is 1."""
 
 
-def unknown(kind: str, given: object, valid: Iterable[str]) -> InputError:
+def unknown(
+    kind: str, given: object, valid: Iterable[str], error: type[InputError] = InputError
+) -> InputError:
     """The error for a name that does not exist. It gives the kind, the most similar name, which may be given without
     the kind before its colon, and all valid names.
 
@@ -33,4 +39,4 @@ def unknown(kind: str, given: object, valid: Iterable[str]) -> InputError:
     whole = {n.rpartition(":")[2]: n for n in names} | {n: n for n in names}
     near = get_close_matches(str(given), whole, n=1)
     hint = f", did you mean {whole[near[0]]!r}?" if near else ""
-    return InputError(f"unknown {kind} {str(given)!r}{hint} (valid: {', '.join(names) or 'none'})")
+    return error(f"unknown {kind} {str(given)!r}{hint} (valid: {', '.join(names) or 'none'})")

@@ -75,28 +75,24 @@ def read_eigenvalues(path: str | Path) -> MeasuredEigenvalues:
     Raises InputError with the line, what was given and what was expected.
     """
     path = Path(path)
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            lines = [
-                row for row in csv.reader(file) if any(cell.strip() for cell in row) and not row[0].startswith("#")
-            ]
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"cannot read {path}: {getattr(error, 'strerror', None) or error}") from None
-    if len(lines) < 1 + FEWEST_ROWS:
+    rows = _rows(path)
+    if len(rows) < 1 + FEWEST_ROWS:
         raise InputError(
-            f"{path}: {max(len(lines) - 1, 0)} eigenvalues; expected at least {FEWEST_ROWS} below the header {EXAMPLE}"
+            f"{path}: {max(len(rows) - 1, 0)} eigenvalues; expected at least {FEWEST_ROWS} below the header {EXAMPLE}"
         )
-    places = _columns(path, lines[0])
-    names = [row[places["mode"][0]].strip() if "mode" in places else "" for row in lines[1:]]
-    numbers = {n: np.array([_number(path, i, row, n, *places[n]) for i, row in enumerate(lines[1:], 2)]) for n in UNITS}
+    header, *rows = rows
+    places = _columns(path, header.cells)
+    names = [row.cell(places["mode"][0]) if "mode" in places else "" for row in rows]
+    numbers = {n: np.array([_number(path, row, n, *places[n]) for row in rows]) for n in UNITS}
     value = numbers["real"] + 1j * np.abs(numbers["imag"])
     real_error = numbers["real_se"]
     imag_error = np.where(value.imag > 0, numbers["imag_se"], 1.0)
     for name, errors in (("real_se", real_error), ("imag_se", imag_error)):
         if not (errors > 0).all():
-            row = int(np.flatnonzero(~(errors > 0))[0])
+            first = int(np.flatnonzero(~(errors > 0))[0])
             raise InputError(
-                f"{path}: line {row + 2}, {name} is {errors[row]:g}; expected a standard error above zero [1/s]"
+                f"{path}: line {rows[first].line}, {name} is {errors[first]:g}; expected a standard error above zero "
+                "[1/s]"
             )
     return MeasuredEigenvalues(path.name, numbers["speed"], tuple(names), value, real_error, imag_error)
 
@@ -111,6 +107,29 @@ def has_eigenvalues(path: str | Path) -> bool:
     return {"real", "imag"} <= {name_and_unit(cell)[0] for cell in header.split(",")}
 
 
+@dataclass(frozen=True)
+class _Row:
+    """A row with the number of its line in the file, comments and empty lines counted."""
+
+    line: int
+    cells: Sequence[str]
+
+    def cell(self, place: int) -> str:
+        """The text of a cell; empty where the row is shorter."""
+        return self.cells[place].strip() if place < len(self.cells) else ""
+
+
+def _rows(path: Path) -> list[_Row]:
+    """The rows of a file that are neither comments nor empty, the header first."""
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            reader = csv.reader(file)
+            every = [_Row(reader.line_num, cells) for cells in reader]
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"cannot read {path}: {getattr(error, 'strerror', None) or error}") from None
+    return [row for row in every if any(cell.strip() for cell in row.cells) and not row.cells[0].startswith("#")]
+
+
 def _columns(path: Path, header: Sequence[str]) -> dict[str, tuple[int, str]]:
     """The index and the unit of each column."""
     found = {}
@@ -123,18 +142,18 @@ def _columns(path: Path, header: Sequence[str]) -> dict[str, tuple[int, str]]:
     return found
 
 
-def _number(path: Path, line: int, row: Sequence[str], name: str, place: int, given: str) -> float:
+def _number(path: Path, row: _Row, name: str, place: int, given: str) -> float:
     """The number in a row of a file, in the unit of its column; the error of a missing imaginary part is 0."""
-    cell = row[place].strip() if place < len(row) else ""
+    cell = row.cell(place)
     if not cell and name == "imag_se":
         return 0.0
     try:
         value = _converted(float(cell), given, name)
     except ValueError as error:
         reason = str(error) if isinstance(error, InputError) else f"{cell!r} is not a number"
-        raise InputError(f"{path}: line {line}, column {name}: {reason}") from None
+        raise InputError(f"{path}: line {row.line}, column {name}: {reason}") from None
     if not np.isfinite(value):
-        raise InputError(f"{path}: line {line}, column {name}: {cell!r} is not finite")
+        raise InputError(f"{path}: line {row.line}, column {name}: {cell!r} is not finite")
     return value
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from fmus.declaration.component import Component
 from fmus.effects import Effect
-from fmus.effects.library import applicable_effects
+from fmus.effects.library import applicable_effects, obstacle
 from fmus.support.errors import unknown
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.experiments.experiment import FreeParameter
@@ -80,6 +80,13 @@ def vehicle_effects(vehicle: Component, own: Sequence[type[Effect]] = (), linear
         for e in applicable_effects(vehicle, [*VEHICLE_EFFECTS, *own])
         if not (linear and (e.family in (*NONLINEAR, *OF_INPUTS) or not getattr(e, "linear", True)))
     ]
+
+
+def not_applicable(vehicle: Component, own: Sequence[type[Effect]]) -> list[str]:
+    """A sentence on each of a user's own effects that does not apply to the vehicle. Raises InputError as `obstacle`
+    does."""
+    reasons = {effect: obstacle(vehicle, effect) for effect in own}
+    return [f"{e.family}.{e.form} is left out: {reason}." for e, reason in reasons.items() if reason]
 
 
 def vehicle_runs_experiment(

@@ -21,7 +21,13 @@ from motofmi.workflows.gap.augmented_vehicle import effect_on_modes, fitted_devi
 from motofmi.workflows.gap.fitted_model import FittedModel
 from motofmi.workflows.gap.given import Given
 from motofmi.workflows.gap.kind import Kind
-from motofmi.workflows.gap.vehicle import NONLINEAR, vehicle_effects, vehicle_experiment, with_mode_names
+from motofmi.workflows.gap.vehicle import (
+    NONLINEAR,
+    not_applicable,
+    vehicle_effects,
+    vehicle_experiment,
+    with_mode_names,
+)
 
 SPEEDS = 60  # number of speeds at which the eigenvalues of rivals are compared
 
@@ -39,6 +45,7 @@ class VehicleEigenvalues(Kind):
     def __init__(self, given: Given) -> None:
         self.given, self.vehicle, self.device = given, given.base_vehicle, given.base_device
         self.experiment = vehicle_experiment(self.vehicle, self.device, given.free)
+        self.left_out = not_applicable(self.vehicle, given.own_effects)
         self.measured, self.validation = (
             [with_mode_names(each, self.experiment) for each in given.spectra(use)]
             for use in ("recordings", "validation")
@@ -54,7 +61,7 @@ class VehicleEigenvalues(Kind):
         return as_result(verdict, "1/s", "given", cells)
 
     def limitations(self, verdict: Verdict, contents: dict[str, Any]) -> list[str]:
-        return limitations(self.vehicle, self.measured, self.validation)
+        return [*limitations(self.vehicle, self.measured, self.validation), *self.left_out]
 
     def next_experiment(self, verdict: Verdict) -> dict[str, Any] | None:
         return next_measurement(verdict, self.experiment)
@@ -105,7 +112,10 @@ def limitations(
 def next_measurement(verdict: Verdict, experiment: VehicleOverSpeedExperiment) -> dict[str, Any] | None:
     """The speed at which the rivals' eigenvalues differ most, with the expected delta chi-square of one measurement.
 
-    None if there are no rivals. Rivals are the tied effects, or the base for a weakly named effect.
+        (difference of the real parts / their standard error)^2 + (difference of the imaginary parts / theirs)^2
+
+    Imaginary parts of a mode that does not oscillate in the data have no error, and are not compared. None if there are
+    no rivals. Rivals are the tied effects, or the base for a weakly named effect.
     """
     rivals: list[Fit] = [c.fit for c in verdict.tied]
     if verdict.verdict == "named" and verdict.effects[0].delta_bic < verdict.criteria.weak_name_delta_bic:
@@ -119,16 +129,26 @@ def next_measurement(verdict: Verdict, experiment: VehicleOverSpeedExperiment) -
         rows = [i for i, m in enumerate(run.mode) if m == mode]
         first, last = run.over[rows].min(), run.over[rows].max()
         speeds = np.linspace(first, min(1.2 * last, top), SPEEDS)
-        error = float(np.median(run.real_error[rows]))
+        real_error, imag_error = _errors(run, rows)
         followed = [_followed(f, speeds, run.over[rows[0]], run.value[rows[0]]) for f in rivals]
-        apart = np.min([np.abs(a - b) ** 2 for i, a in enumerate(followed) for b in followed[i + 1 :]],
-                       axis=0) / error**2
+        differences = [a - b for i, a in enumerate(followed) for b in followed[i + 1 :]]
+        apart = np.min([(d.real / real_error) ** 2 + (d.imag / imag_error) ** 2 for d in differences], axis=0)
         best = int(apart.argmax())
+        of_imag = f" of the real and {imag_error:.2g} 1/s of the imaginary part" if np.isfinite(imag_error) else ""
         proposals.append({"experiment": "speed", "sentence": f"Measure {mode or 'the mode'} at {speeds[best]:.3g} m/s, "
-                                                             f"with a standard error of {error:.2g} 1/s as before.",
+                                                             f"with a standard error of {real_error:.2g} 1/s{of_imag} "
+                                                             "as before.",
                           "speed": float(speeds[best]), "mode": mode,
                           "expected_delta_chi2": float(apart[best])})  # fmt: skip
     return max(proposals, key=lambda p: p["expected_delta_chi2"]) | {"alternatives": proposals}
+
+
+def _errors(run: MeasuredEigenvalues, rows: Sequence[int]) -> tuple[float, float]:
+    """The usual standard errors [1/s] of the real and the imaginary part in rows; that of an imaginary part that was
+    not measured is infinite."""
+    oscillating = [i for i in rows if run.oscillates[i]]
+    imag_error = float(np.median(run.imag_error[oscillating])) if oscillating else np.inf
+    return float(np.median(run.real_error[rows])), imag_error
 
 
 def _followed(found: Fit, speeds: np.ndarray, start: float, value: complex) -> np.ndarray:

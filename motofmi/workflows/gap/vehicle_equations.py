@@ -54,13 +54,14 @@ class VehicleEquations(OnVehicle):
             runs_effects(self.vehicle, self.given.own_effects),
             on_progress,
             self.given.criteria,
+            self.left_out.append,
         )
 
     def contents(self, verdict: Verdict) -> dict[str, Any]:
         return with_matrix_entries(as_result(verdict, "rad/s2", "flexible_model", cells), verdict, self.experiment)
 
     def limitations(self, verdict: Verdict, contents: dict[str, Any]) -> list[str]:
-        return [*limitations([*self.runs, *self.validation], verdict.criteria), *self.unvalidated(contents)]
+        return [*limitations([*self.runs, *self.validation], verdict.criteria), *self.unused(contents)]
 
     def pictures(self, verdict: Verdict) -> Pictures:
         given = as_given(verdict.base.model.experiment, verdict.best.runs[:1])
@@ -90,12 +91,14 @@ def runs_effects(vehicle: Component, own: Sequence[type[Effect]] = ()) -> list[t
 def verdict_on_runs(experiment: VehicleOverSpeedExperiment, runs: Sequence[WeakFormRun],
                     validation: Sequence[WeakFormRun], library: Sequence[type[Effect]],
                     on_progress: Callable[[Verdict], None] = lambda verdict: None,
-                    criteria: Criteria = Criteria()) -> Verdict:  # fmt: skip
+                    criteria: Criteria = Criteria(),
+                    on_left_out: Callable[[str], None] = lambda sentence: None) -> Verdict:  # fmt: skip
     """The verdict on runs, with the disturbance of each estimated.
 
     By feedback the motion depends on the disturbance, which biases the equations like a small linear effect: a linear
-    effect that explains less than `weak_form_linear_share` of the disturbance is not named. Inputs are either held
-    between samples or interpolated, whichever leaves the smaller disturbance.
+    effect that explains less than `weak_form_linear_share` of the disturbance is not named. It is left out of a further
+    selection, and on_left_out is called with a sentence on it. Inputs are either held between samples or interpolated,
+    whichever leaves the smaller disturbance.
     """
     model = WeakFormModel(experiment)
     prepared_runs = [
@@ -107,10 +110,14 @@ def verdict_on_runs(experiment: VehicleOverSpeedExperiment, runs: Sequence[WeakF
         prepared_runs, key=lambda each: sum(np.log(d(r.frequency)).sum() for r in each[0] for d in r.densities)
     )
     verdict = select_model(model, prepared, library, checked, on_progress, criteria=criteria)
-    least = criteria.weak_form_linear_share * verdict.base.count
+    count, least = verdict.base.count, criteria.weak_form_linear_share
     while doubtful := {
-        c.family for c in (*verdict.effects, *verdict.tied) if c.family not in NONLINEAR and c.delta_chi2 < least
+        c.family: c.delta_chi2 / count
+        for c in (*verdict.effects, *verdict.tied)
+        if c.family not in NONLINEAR and c.delta_chi2 < least * count
     }:
+        for family, share in doubtful.items():
+            on_left_out(f"{family} is left out: it explains {share:.3g} of the disturbance, less than {least:g}.")
         library = [e for e in library if e.family not in doubtful]
         verdict = select_model(model, prepared, library, checked, on_progress, criteria=criteria)
     return verdict

@@ -10,7 +10,7 @@ from fmus.declaration.component import Component
 from fmus.effects import Effect
 from fmus.support.errors import InputError
 from motofmi.gap.criteria import Criteria
-from motofmi.gap.estimation.candidate import one_each
+from motofmi.gap.estimation.candidate import Candidate, one_each
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.experiments.experiment import FreeParameter
@@ -65,7 +65,13 @@ class VehiclePredictions(OnVehicle):
 
     def verdict(self, on_progress: Callable[[Verdict], None]) -> Verdict:
         return verdict_on_predictions(
-            self.experiment, self.runs, self.validation, self.library, on_progress, self.given.criteria
+            self.experiment,
+            self.runs,
+            self.validation,
+            self.library,
+            on_progress,
+            self.given.criteria,
+            self.left_out.append,
         )
 
     def contents(self, verdict: Verdict) -> dict[str, Any]:
@@ -75,7 +81,7 @@ class VehiclePredictions(OnVehicle):
 
     def limitations(self, verdict: Verdict, contents: dict[str, Any]) -> list[str]:
         every = [*self.runs, *self.validation]
-        return [*notes_of(every), *limitations(self.experiment, every, verdict.criteria), *self.unvalidated(contents)]
+        return [*notes_of(every), *limitations(self.experiment, every, verdict.criteria), *self.unused(contents)]
 
     def pictures(self, verdict: Verdict) -> Pictures:
         return Pictures([], [(prediction_spectra(verdict), CAPTION)])
@@ -168,11 +174,13 @@ def predictable_effects(
 def verdict_on_predictions(experiment: VehicleOverSpeedExperiment, runs: Sequence[PredictedRun],
                            validation: Sequence[PredictedRun], library: Sequence[type[Effect]],
                            on_progress: Callable[[Verdict], None] = lambda verdict: None,
-                           criteria: Criteria = Criteria()) -> Verdict:  # fmt: skip
+                           criteria: Criteria = Criteria(),
+                           on_left_out: Callable[[str], None] = lambda sentence: None) -> Verdict:  # fmt: skip
     """The verdict on runs, with the disturbances of each estimated.
 
     First estimates of disturbances and sensor noise are fitted together with the base. A linear effect that explains
-    less than `prediction_linear_share` of the noise is not named.
+    less than `prediction_linear_share` of the noise is not named. on_left_out is called with a sentence on effects that
+    are left out for it, and on validation runs that cannot be used.
     """
     model = PredictorModel(with_disturbances(with_run_to_run_spread(experiment), runs[0].outputs))
     base = _base(model, runs)
@@ -185,38 +193,58 @@ def verdict_on_predictions(experiment: VehicleOverSpeedExperiment, runs: Sequenc
         second_effect_delta_bic=least_share(prepared, criteria) * count,
         second_effect_share=criteria.prediction_second_effect_share,
     )
-    verdict = _selected(model, prepared, library, validation, on_progress, criteria)
+    verdict = _selected(model, prepared, library, validation, on_progress, criteria, on_left_out)
     if doubtful := _doubtful(verdict):
-        rest = [e for e in library if e.family not in doubtful]
-        again = _selected(model, prepared, rest, validation, on_progress, criteria)
+        on_left_out(_sentence_on(doubtful, verdict))
+        families = {c.family for c in doubtful}
+        rest = [e for e in library if e.family not in families]
+        again = _selected(model, prepared, rest, validation, on_progress, criteria, on_left_out)
         verdict = replace(again, candidates=again.candidates or verdict.candidates)
     return verdict
 
 
 def _selected(model: PredictorModel, runs: Sequence[PredictedRun], library: Sequence[type[Effect]],
              validation: Sequence[PredictedRun], on_progress: Callable[[Verdict], None],
-             criteria: Criteria) -> Verdict:  # fmt: skip
+             criteria: Criteria, on_left_out: Callable[[str], None]) -> Verdict:  # fmt: skip
     """The verdict; without validation if the fitted vehicle cannot be predicted in the validation runs."""
     try:
         return select_model(model, runs, library, validation, on_progress, criteria=criteria)
-    except InputError:
+    except InputError as error:
         if not validation:
             raise
-        return select_model(model, runs, library, (), on_progress, criteria=criteria)
+        # An error that the validation runs did not cause is raised again.
+        verdict = select_model(model, runs, library, (), on_progress, criteria=criteria)
+        on_left_out(f"{', '.join(r.name for r in validation)}: not used for validation, because of an error: {error}.")
+        return verdict
 
 
-def _doubtful(verdict: Verdict) -> set[str]:
-    """Families with a gain that small errors of the base can cause, if the verdict names or ties one of them; else
-    none.
+def _doubtful(verdict: Verdict) -> list[Candidate]:
+    """Candidates with a gain that small errors of the base can cause, if the verdict names or ties one of their
+    families; else none.
 
     By such errors each parameter may gain `least_share` of the noise's power. A nonlinear effect is doubtful only if it
     is also hardly better than the best linear one.
     """
     least = least_share(verdict.base.runs, verdict.criteria) * verdict.base.count
     linear = max((c.delta_bic for c in verdict.candidates if c.fitted and c.family not in NONLINEAR), default=-np.inf)
-    weak = {c.family for c in one_each(verdict.candidates) if c.delta_chi2 < least * len(c.effect.free_parameters())
-            and (c.family not in NONLINEAR or c.delta_bic < linear + verdict.criteria.tie_delta_bic)}  # fmt: skip
-    return weak if weak & {c.family for c in (*verdict.effects, *verdict.tied)} else set()
+    weak = [c for c in one_each(verdict.candidates) if c.delta_chi2 < least * len(c.effect.free_parameters())
+            and (c.family not in NONLINEAR or c.delta_bic < linear + verdict.criteria.tie_delta_bic)]  # fmt: skip
+    selected = {c.family for c in (*verdict.effects, *verdict.tied)}
+    return weak if any(c.family in selected for c in weak) else []
+
+
+def _sentence_on(doubtful: Sequence[Candidate], verdict: Verdict) -> str:
+    """The sentence on candidates that are left out because of their gain."""
+    least, count = least_share(verdict.base.runs, verdict.criteria), verdict.base.count
+    gains = [
+        f"{c.family} gains {100 * max(c.delta_chi2, 0.0) / count:.3g} % ({n} parameter{'s' if n > 1 else ''})"
+        for c in doubtful
+        for n in [len(c.effect.free_parameters())]
+    ]
+    return (
+        f"Left out are effects that gain less than {100 * least:g} % of the noise's power for each of their "
+        f"parameters: {', '.join(gains)}."
+    )
 
 
 def least_share(runs: Sequence[PredictedRun], criteria: Criteria) -> float:

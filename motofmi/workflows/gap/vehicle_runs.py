@@ -13,6 +13,7 @@ from motofmi.workflows.gap.augmented_vehicle import fitted_device, fitted_of, fi
 from motofmi.workflows.gap.fitted_model import FittedModel
 from motofmi.workflows.gap.given import Given
 from motofmi.workflows.gap.kind import Kind
+from motofmi.workflows.gap.vehicle import not_applicable
 
 UNVALIDATED = (
     "No validation run, or none that could be predicted: the verdict is not checked on data that were not used."
@@ -20,7 +21,10 @@ UNVALIDATED = (
 
 
 class OnVehicle(Kind):
-    """A vehicle with recorded speed and at least one recorded output."""
+    """A vehicle with recorded speed and at least one recorded output.
+
+    left_out are sentences on effects and validation runs that are not used; the search adds to them.
+    """
 
     title = "The gap between vehicle and recorded runs"
     place = "equation or output"
@@ -31,6 +35,7 @@ class OnVehicle(Kind):
 
     def __init__(self, given: Given) -> None:
         self.given, self.vehicle, self.device = given, given.base_vehicle, given.base_device
+        self.left_out = not_applicable(self.vehicle, given.own_effects)
         quantities = self.quantities(given)
         self.recordings = given.runs("recordings", quantities), given.runs("validation", quantities)
 
@@ -45,9 +50,10 @@ class OnVehicle(Kind):
         quantities = cls.quantities(given)
         return [*given.runs("recordings", quantities), *given.runs("validation", quantities)]
 
-    def unvalidated(self, contents: dict[str, Any]) -> list[str]:
-        """The limitation that applies if no validation run was compared."""
-        return [UNVALIDATED] if contents["gap"]["holdout_after"] is None else []
+    def unused(self, contents: dict[str, Any]) -> list[str]:
+        """What was left out, and the limitation that applies if no validation run was compared."""
+        unvalidated = [UNVALIDATED] if contents["gap"]["holdout_after"] is None else []
+        return [*dict.fromkeys(self.left_out), *unvalidated]
 
     def model(self, verdict: Verdict) -> FittedModel:
         source = f"Fitted to {', '.join(r.name for r in self.recordings[0])}"

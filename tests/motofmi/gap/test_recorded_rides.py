@@ -1,6 +1,7 @@
 """The gap workflow on runs of a motorcycle of which only some states are recorded: what is named, and its size."""
 
 import json
+from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -8,7 +9,9 @@ import pytest
 from fmus import InputError
 from fmus.composition.value_files import value_file
 from motofmi.cli.main import main
+from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.fit_result import parameters_of
+from motofmi.gap.preprocessing.predicted_run import PredictedRun
 from motofmi.recordings.reading import read_recording
 from motofmi.workflows.gap.vehicle import vehicle_runs_experiment
 from motofmi.workflows.gap.vehicle_predictions import (
@@ -31,6 +34,36 @@ def investigated(folder, seed, hidden, speed=20.0, duration=60.0, **logged):
     runs = predicted_runs([read_recording(file)], experiment)
     library = [e for e in predictable_effects(base, experiment, runs) if e.family in RIVALS]
     return verdict_on_predictions(experiment, runs, [], library)
+
+
+class WithoutPrediction(PredictedRun):
+    """A run in which no vehicle can be predicted."""
+
+    @property
+    def data(self):
+        raise InputError(f"known: the prediction of {self.name} diverges")
+
+
+@pytest.mark.slow
+def test_effects_and_validation_runs_that_are_left_out_are_said_with_the_reason(tmp_path):
+    base, real, rng = motorcycles(1)
+    file = write_ride(tmp_path / "run.csv", ride(rng, real, 20.0, {"motor": 2}, 26.0, gain=STEERED), rng)
+    experiment, said = vehicle_runs_experiment(base), []
+    (run,) = predicted_runs([read_recording(file)], experiment)
+    library = [
+        e for e in predictable_effects(base, experiment, [run]) if (e.family, e.form) == ("channel_delay", "motor")
+    ]
+    verdict = verdict_on_predictions(
+        experiment, [run], [WithoutPrediction(**{f.name: getattr(run, f.name) for f in fields(run)})], library,
+        criteria=Criteria(prediction_linear_share=0.9), on_left_out=said.append,
+    )  # fmt: skip
+    assert verdict.verdict != "named" and verdict.candidates[0].family == "channel_delay"
+    gain = 100 * verdict.candidates[0].delta_chi2 / verdict.base.count
+    assert set(said) == {
+        "run: not used for validation, because of an error: known: the prediction of run diverges.",
+        "Left out are effects that gain less than 90 % of the noise's power for each of their parameters: "
+        f"channel_delay gains {gain:.3g} % (1 parameter).",
+    }
 
 
 @pytest.mark.study

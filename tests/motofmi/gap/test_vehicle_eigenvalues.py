@@ -9,13 +9,16 @@ import pytest
 from benchmarks.gap_vehicle import case
 from fmus import InputError, linearise
 from motofmi.cli.main import main
+from motofmi.gap.estimation.candidate import Candidate
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.models.eigenvalue_model import EigenvalueModel
 from motofmi.gap.preprocessing.eigenvalues import EXAMPLE, read_eigenvalues
-from motofmi.workflows.gap.vehicle import vehicle_experiment, with_mode_names
+from motofmi.gap.selection.result import Verdict
+from motofmi.workflows.gap.vehicle import vehicle_effects, vehicle_experiment, with_mode_names
+from motofmi.workflows.gap.vehicle_eigenvalues import next_measurement
 from tests.motofmi.json_schemas import check_against_schema
 from tests.simulators.hidden_vehicle import SHARP, known_to, matrix, spectrum, write
-from vehicle_fmu import motorcycles
+from vehicle_fmu import modes, motorcycles, over_speed, ridden
 
 SPEEDS = np.arange(8.0, 57.0, 4.0)
 
@@ -163,6 +166,61 @@ def test_a_file_that_cannot_be_used_is_refused_with_its_fault(tmp_path, change, 
     Path(path).write_text(text)
     with pytest.raises(InputError, match=expected):
         read_eigenvalues(path)
+
+
+LAST = "speed,real,imag,real_se,imag_se,mode"  # a short row has no mode
+
+
+def test_a_row_without_its_last_cell_has_no_mode(tmp_path):
+    path = tmp_path / "eigenvalues.csv"
+    path.write_text("\n".join([LAST, *["10,-1,20,0.1,0.1,weave"] * 3, "11,-1,20,0.1,0.1"]))
+    assert read_eigenvalues(path).mode == ("weave", "weave", "weave", "")
+
+
+@pytest.mark.parametrize("row, expected", [
+    ("10,x,20,0.1,0.1,weave", "line 7, column real: 'x' is not a number"),
+    ("10,inf,20,0.1,0.1,weave", "line 7, column real: 'inf' is not finite"),
+    ("10,-1,20,0.1,0,weave", "line 7, imag_se is 0; expected a standard error above zero"),
+    ("10", "line 7, column real: '' is not a number"),
+])  # fmt: skip
+def test_a_message_has_the_line_of_the_file(row, expected, tmp_path):
+    path = tmp_path / "eigenvalues.csv"
+    good = "10,-1,20,0.1,0.1,weave"
+    path.write_text("\n".join(["# of a ride", "", LAST, good, "# second run", good, row, good, good]))
+    with pytest.raises(InputError, match=expected):
+        read_eigenvalues(path)
+
+
+@pytest.mark.parametrize("oscillates", [True, False])
+def test_the_next_measurement_weighs_each_part_by_its_own_error(oscillates, tmp_path):
+    """Rivals are the vehicle with two steering dampers; the eigenvalues of each follow from its own matrices."""
+    vehicle, mode = motorcycles.load("sharp_1971"), "weave" if oscillates else "capsize"
+    errors, path = (0.2, 0.05), tmp_path / "eigenvalues.csv"
+    speeds = np.linspace(10.0, 20.0, 5)
+    shown = [modes(over_speed(ridden(vehicle)), np.array([v]))[mode].eigenvalue[0] for v in speeds]
+    path.write_text("\n".join([EXAMPLE, *(f"{v},{mode},{x.real},{oscillates * abs(x.imag)},{errors[0]},{errors[1]}"
+                                           for v, x in zip(speeds, shown, strict=True))]))  # fmt: skip
+    experiment = vehicle_experiment(vehicle)
+    run = with_mode_names(read_eigenvalues(path), experiment)
+    damping = next(e for e in vehicle_effects(vehicle) if e.family == "steer_damping" and e.prior is None)
+    model = EigenvalueModel(experiment).with_added_effects(damping)
+    rivals = []
+    for size in (1.0, 4.0):
+        start = model.start()
+        start[model.names.index("vehicle.steer_damping.damping")] = size
+        rivals.append(fit(model, [run], start, frozen=range(len(start))))
+    tied = [Candidate(damping, found, 0.0, 0.0) for found in rivals]
+    proposed = next_measurement(Verdict("tied", rivals[0], rivals[0], tied=tied), experiment)
+    one, other = (
+        modes(over_speed(ridden(vehicle.with_effects(damping()).with_values(**{"steer_damping.damping": size}))),
+              np.array([proposed["speed"]]))[mode].eigenvalue[0]
+        for size in (1.0, 4.0)
+    )  # fmt: skip
+    difference = one - other
+    expected = (difference.real / errors[0]) ** 2 + oscillates * (difference.imag / errors[1]) ** 2
+    assert proposed["expected_delta_chi2"] == pytest.approx(expected, rel=1e-6)
+    said = "0.2 1/s of the real and 0.05 1/s of the imaginary part" if oscillates else "0.2 1/s"
+    assert f"with a standard error of {said} as before" in proposed["sentence"]
 
 
 @pytest.mark.slow

@@ -1,12 +1,15 @@
 """The gap workflow on recorded runs of a vehicle whose states are measured: an unstable bicycle under closed-loop control."""
 
 import json
+import re
 
 import numpy as np
 import pytest
 
+import motofmi as mf
 from fmus import InputError
 from motofmi.cli.main import main
+from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.fit_result import parameters_of
 from motofmi.gap.models.weak_form_model import WeakFormModel
 from motofmi.gap.preprocessing.weak_form import prepare_weak_form
@@ -40,6 +43,28 @@ def test_where_nothing_is_hidden_nothing_is_named(tmp_path, seed):
     # 2000 numbers: their reduced chi-square has a deviation of 0.03, and the disturbance is estimated from the same
     # run.
     assert verdict.base.reduced == pytest.approx(1.0, abs=0.1)
+
+
+def test_an_effect_that_explains_too_little_is_left_out_and_that_is_said_with_its_share(tmp_path):
+    rng, said = np.random.default_rng(21), []
+    file = write_ride(tmp_path / "run.csv", ride(rng, bicycle(rng, SHARE), duration=60.0, damping=0.15))
+    experiment = vehicle_runs_experiment(components.vehicle(write_matrices(tmp_path / "bicycle.toml")))
+    runs = weak_runs([read_recording(file)], experiment)
+    damping = [e for e in runs_effects(experiment.component) if e.family == "steer_damping"]
+    named = verdict_on_runs(experiment, runs, [], damping, criteria=Criteria(weak_form_linear_share=0.01))
+    assert named.names == "steer_damping"
+    share = named.effects[0].delta_chi2 / named.base.count
+    verdict = verdict_on_runs(experiment, runs, [], damping, on_left_out=said.append)
+    assert verdict.verdict in ("none", "unknown") and not verdict.candidates
+    assert said == [f"steer_damping is left out: it explains {share:.3g} of the disturbance, less than 0.2."]
+
+
+def test_the_limitations_name_what_is_left_out(tmp_path):
+    rng = np.random.default_rng(21)
+    file = write_ride(tmp_path / "run.csv", ride(rng, bicycle(rng, SHARE), duration=60.0, damping=0.15))
+    found = mf.find_gap(file, vehicle=write_matrices(tmp_path / "bicycle.toml"))
+    said = r"steer_damping is left out: it explains 0\.\d+ of the disturbance, less than 0\.2\."
+    assert [s for s in found.limitations if re.fullmatch(said, s)]
 
 
 @pytest.mark.study
