@@ -20,6 +20,7 @@ from motofmi.gap.estimation.initial_fit import equal_noise, with_best_interpolat
 from motofmi.gap.estimation.starting_values import first_values
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.sampled_run import SampledRun
+from motofmi.recordings.resampling import sensor_noise
 
 # Ratio of the misfit's standard deviation to that of the motion, from which on the motion is not the response to the
 # inputs. It is 1 for a mass that is released from a deflection.
@@ -29,6 +30,7 @@ CONSTANT = 0.1
 # Ratio of the first rate of an interval to its rms, below which the interval begins at rest. A mass with a time
 # constant of one sampling interval reaches, over the first one, a mean of 0.37 of its final rate.
 AT_REST = 0.4
+ABOVE_NOISE = 10.0  # ratio of the rms of these differences to the noise, from which on they are those of the motion
 TINY = 1e-300  # least standard deviation by which is divided: an output may be constant in an interval
 
 
@@ -81,17 +83,26 @@ def _has_constant_inputs(run: SampledRun) -> bool:
 def _begins_at_rest(run: SampledRun) -> bool:
     """Whether every interval begins at rest, by those outputs that are deflections or rates of elements.
 
-    The first difference of a deflection, and the first value of a rate, are compared with the rms of their interval.
+    The first rate, of a deflection by differences, is compared with the rms of its interval.
     """
     elements = list(run.experiment.component.elements.values())
     rates = {element.rate for element in elements}
     known = rates | {element.deflection for element in elements}
     seen = [(name, y) for name, y in zip(run.experiment.outputs, run.measured.T, strict=True) if name in known]
     return bool(seen) and all(
-        _first_share(y[first:last] if name in rates else np.diff(y[first:last])) < AT_REST
+        _first_share(y[first:last] if name in rates else _rates_of(y[first:last])) < AT_REST
         for name, y in seen
         for first, last in run.intervals
     )
+
+
+def _rates_of(y: np.ndarray) -> np.ndarray:
+    """The differences of a deflection (n,) over the fewest samples in which it changes by more than its noise, such as
+    the step of an encoder."""
+    noise, lag = sensor_noise(y), 1
+    while lag < len(y) // 4 and np.std(y[lag:] - y[:-lag]) < ABOVE_NOISE * noise:
+        lag *= 2
+    return y[lag:] - y[:-lag]
 
 
 def _first_share(rate: np.ndarray) -> float:

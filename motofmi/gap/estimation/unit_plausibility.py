@@ -14,6 +14,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from fmus.declaration.component import Component
+from fmus.declaration.units import BASE, unit
 from motofmi.gap.criteria import Criteria
 
 UNITS = (180 / np.pi, 1e3, 1e6)  # degrees per radian, k or m, M
@@ -23,7 +24,8 @@ def parameters_with_force_or_mass(component: Component) -> list[str]:
     """The parameters with force or mass in their unit that are not 0: without a known force only their
     ratios are identifiable."""
     rows = component.rows("parameter")
-    return [n for n, row in rows.items() if component.values[n] and any(word in row.unit for word in ("N", "kg"))]
+    mass = BASE.index("kg")
+    return [n for n, row in rows.items() if component.values[n] and unit(row.unit).exponents[mass]]
 
 
 def common_factor(component: Component, found: Mapping[str, float], criteria: Criteria) -> float:

@@ -67,7 +67,7 @@ class FreeInitialStateModel(InitialStateModel):
     def unknowns(self, run: Any) -> int:
         """The number of unknown initial states and sensor offsets of all segments."""
         offsets = sum(last - first >= OFFSET_SAMPLES for first, last in run.segments)
-        states = 0 if self.experiment.from_rest else len(run.segments) * len(self.equations.states)
+        states = 0 if run.experiment.from_rest else len(run.segments) * len(self.equations.states)
         return states + offsets * int(np.sum(run.with_offset))
 
     def with_remaining_noise(self, run: Any, q: np.ndarray) -> Any:
@@ -128,7 +128,7 @@ class FreeInitialStateModel(InitialStateModel):
 
     def _found_initial(self, run: SampledRun, q: np.ndarray) -> dict[int, np.ndarray]:
         """The best initial states of every segment."""
-        if self.experiment.from_rest:
+        if run.experiment.from_rest:
             return self._at_rest(run)
         self.reduced(run, q)
         missing = [i for i in range(len(run.segments)) if (*self.own, i) not in run.guess]

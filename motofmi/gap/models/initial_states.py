@@ -102,7 +102,7 @@ class InitialStateModel(SegmentedModel):
         Raises InputError where a segment cannot be simulated.
         """
         every = range(len(run.segments))
-        if self.experiment.from_rest or not all("initial" in self._known(run, i) for i in every):
+        if run.experiment.from_rest or not all("initial" in self._known(run, i) for i in every):
             return {}
         found = self._from(run, self._valued(run, q), {i: self._predicted(run, i, q) for i in every})
         self._complete(every, run, found)
@@ -118,7 +118,7 @@ class InitialStateModel(SegmentedModel):
         large, the step of the fit is too long. Raises InputError where a segment cannot be simulated.
         """
         every, values = range(len(run.segments)), self._valued(run, q)
-        if self.experiment.from_rest:
+        if run.experiment.from_rest:
             found = self._segments(run, values, self._at_rest(run), steps=0)
             self._complete(every, run, found)
             return [found[i] for i in every]
@@ -274,7 +274,7 @@ class InitialStateModel(SegmentedModel):
         """Segments from initial states, each with the step to better ones; those that cannot be
         simulated are left out."""
         begun: dict[int, SegmentStart] = {}
-        deviations = np.zeros(0) if self.experiment.from_rest else self._initial_deviations
+        deviations = np.zeros(0) if run.experiment.from_rest else self._initial_deviations
         for indices, made, nodes in self.simulated_apart(run, list(initial), values, initial, held=held):
             where = dict(zip(indices, nodes.samples, strict=True))
             for alike in groups(run, where):

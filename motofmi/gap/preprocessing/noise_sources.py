@@ -45,9 +45,10 @@ def _excitation(run: SampledRun) -> np.ndarray:
 
 
 def _over_periods(run: SampledRun) -> list[Density] | None:
-    """The noise densities of the outputs from the differences between periods; None where the input is not periodic."""
+    """The noise densities of the outputs from the differences between periods; None where the inputs have no
+    common period."""
     drive = _excitation(run)
-    period = _period(drive[:, 0]) if drive.shape[1] else 0
+    period = _period(drive) if drive.shape[1] else 0
     if not period:
         return None
     settled = run.measured[len(run.measured) % period + period :]
@@ -58,21 +59,26 @@ def _over_periods(run: SampledRun) -> list[Density] | None:
 
 
 def _period(drive: np.ndarray) -> int:
-    """The period of an excitation (n,) in whole samples; 0 where it has none, or too few of them."""
+    """The common period of excitations (n, k), none of them constant, in whole samples; 0 where they have none, or too
+    few of them.
+
+    It has the least mean square difference between samples one period apart. Source: de Cheveigne, Kawahara, J. Acoust.
+    Soc. Am. 111 (2002) 1917-1930.
+    """
     n = len(drive)
-    centred = drive - drive.mean()
-    spectrum = np.abs(np.fft.rfft(centred, 2 * n)) ** 2
-    correlation = np.fft.irfft(spectrum)[:n] / np.maximum(np.arange(n, 0, -1), 1) * n
+    scaled = (drive - drive.mean(axis=0)) / drive.std(axis=0)
+    power = np.sum(scaled**2, axis=1)
+    spectrum = np.sum(np.abs(np.fft.rfft(scaled, 2 * n, axis=0)) ** 2, axis=1)
+    ends = np.cumsum(power)[::-1] + np.cumsum(power[::-1])[::-1]
+    differences = (ends - 2 * np.fft.irfft(spectrum)[:n]) / np.arange(n, 0, -1)
     last = n // (FEWEST_PERIODS + 1)
-    if last < 8 or correlation[0] <= 0:
+    different = np.flatnonzero(differences[:last] > drive.shape[1])
+    if last < 8 or not len(different):
         return 0
-    fallen = np.flatnonzero(correlation[:last] < 0.5 * correlation[0])
-    if not len(fallen):
-        return 0
-    period = int(fallen[0] + np.argmax(correlation[fallen[0] : last]))
-    repeats = centred[period:] - centred[:-period]
+    period = int(different[0] + np.argmin(differences[different[0] : last]))
+    repeats = np.mean((scaled[period:] - scaled[:-period]) ** 2, axis=0)
     # About zero: a ramp differs from itself by a constant.
-    return period if np.mean(repeats**2) < (REPETITION_ERROR * np.std(centred)) ** 2 else 0
+    return period if np.all(repeats < REPETITION_ERROR**2) else 0
 
 
 def _over_runs(run: SampledRun, runs: Sequence[SampledRun]) -> list[Density] | None:

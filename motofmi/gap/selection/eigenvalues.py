@@ -5,7 +5,6 @@ without an adequate form is not named with an unspecified form; the verdict is `
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 from fmus.effects import Effect
 from motofmi.gap.criteria import Criteria
@@ -14,6 +13,11 @@ from motofmi.gap.models.eigenvalue_model import EigenvalueModel
 from motofmi.gap.preprocessing.eigenvalues import MeasuredEigenvalues
 from motofmi.gap.selection.model_selection import select_model
 from motofmi.gap.selection.result import Verdict
+
+NO_FORM = (
+    "{} is not named: no form of it in the library is consistent with the errors of the eigenvalues, and of a linear "
+    "system there is no other form."
+)
 
 
 def select_model_for_eigenvalues(
@@ -30,6 +34,4 @@ def select_model_for_eigenvalues(
     Raises InputError where the base cannot be fitted.
     """
     verdict = select_model(EigenvalueModel(experiment), runs, library, validation, on_progress, criteria=criteria)
-    if verdict.unspecified_form:
-        return replace(verdict, verdict="unknown", effects=[], unspecified_form=False)
-    return verdict
+    return verdict.as_unknown(NO_FORM.format(verdict.names)) if verdict.unspecified_form else verdict

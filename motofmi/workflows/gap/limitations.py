@@ -11,7 +11,7 @@ from motofmi.gap.estimation.candidate import magnitudes_at_bounds
 from motofmi.gap.estimation.fit_result import Fit, parameters_of, sensor_offsets_of, undetermined
 from motofmi.gap.experiments.sensor_offset import sensor_offset_parameter
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
-from motofmi.gap.selection.any_component import Investigation
+from motofmi.gap.selection.any_component import Investigation, sentence_on_slow_noise
 
 FLEXIBLE = ("The noise is not known (no repeated runs, no noise in rig.json): it is estimated by the residuals of a "
             "flexible model, so a reduced chi-square of 1 means consistent with that model.")  # fmt: skip
@@ -30,9 +30,6 @@ FROM_REST = (
     "The runs are step responses, and begin at rest: their initial states are known. With free initial states a "
     "constant input would have no influence."
 )
-OTHER_UNIT = ("All parameters with force or mass in their unit were fitted to {:.3g} times their start values: is a "
-              "column's unit wrong (deg for rad, kN for N, mm for m)? Nothing is named. If all units are right, give "
-              "better start values: --component FILE.toml.")  # fmt: skip
 
 
 def limitations_of(found: Investigation, result: dict[str, Any], component: Component, held: bool) -> list[str]:
@@ -64,19 +61,15 @@ def _on_the_base(found: Investigation) -> Iterator[str]:
     """What was assumed of the base, what was left out, and how much no model explains."""
     if found.experiment.from_rest:
         yield FROM_REST
-    if found.factor != 1.0:
-        yield OTHER_UNIT.format(found.factor)
     for name in found.fixed_inertias:
         yield f"{name} keeps its value: at the frequencies of these runs it is not distinguishable from a stiffness."
     yield from found.left_out
     bearing = found.experiment.component
     if not bearing.elements and bearing.states:
         yield NO_UNIT if any(bearing.table[n].unit == "1" for n in bearing.states) else NO_ELEMENT
-    if found.missed > found.verdict.criteria.slow_noise_share:
-        yield (
-            f"{100 * found.missed:.0f} % (rms) of the recorded {' or '.join(found.experiment.outputs)} in the fitted "
-            "runs is not explained by the best model: too much to be called noise."
-        )
+    slow_noise = sentence_on_slow_noise(found.missed, found.experiment.outputs)
+    if found.missed > found.verdict.criteria.slow_noise_share and found.verdict.withheld != slow_noise:
+        yield slow_noise
 
 
 def _on_base_values(best: Fit, criteria: Criteria) -> Iterator[str]:

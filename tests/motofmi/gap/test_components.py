@@ -7,13 +7,15 @@ import numpy as np
 import pytest
 
 from fmus.composition.added_force import WithAddedForce
+from fmus.declaration.variables import parameter
 from fmus.effects.placement import laws_at
 from fmus.mechanisms import DrivenJoint, MassSpringDamper, Pendulum, TwoMass, mechanisms
 from motofmi.cli.main import main
+from motofmi.gap.alternatives import reason
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.fit_result import parameters_of
 from motofmi.gap.estimation.fitting import fit
-from motofmi.gap.estimation.unit_plausibility import common_factor
+from motofmi.gap.estimation.unit_plausibility import common_factor, parameters_with_force_or_mass
 from motofmi.gap.experiment_design.next_experiment import next_experiment
 from motofmi.gap.experiment_design.scaled_runs import scaled_runs
 from motofmi.gap.experiments.input_output import input_output_experiment
@@ -273,3 +275,26 @@ def test_a_component_that_is_far_but_not_by_one_factor_has_its_units_right():
     )  # 130 is no unit's factor
     assert common_factor(joint, {"inertia": 9.5, "damping": 20.0, "stiffness": 950.0}, Criteria()) == 1.0  # nor is 95
     assert common_factor(joint, {"inertia": 0.7, "damping": 2.0, "stiffness": 90.0}, Criteria()) == 1.0
+
+
+@pytest.mark.study
+def test_the_reason_of_an_unknown_is_the_unit_that_may_be_wrong():
+    """The friction is not named while kN may be labelled N; the joint has the parameters of its recording."""
+    run = joint_run({"friction": 0.4}, "random", 1)
+    run.columns["torque"] /= 1e3
+    joint = DrivenJoint().with_values(inertia=JOINT["J"], damping=JOINT["c"], stiffness=JOINT["k"])
+    verdict = asked(joint, [run])
+    assert verdict.verdict == "unknown" and not verdict.effects
+    assert "0.001 times their start values: is a column's unit wrong" in reason(verdict, [])
+
+
+@pytest.mark.parametrize("unit_of_it", ["N.m/rad", "kg.m2", "W", "Pa", "J", "V"])
+def test_what_scales_with_an_unknown_force_has_mass_in_its_unit(unit_of_it):
+    class Scaled(DrivenJoint):
+        other = parameter(unit_of_it, "A parameter", start=1.0)
+
+    class Specific(DrivenJoint):
+        other = parameter(f"{unit_of_it}/kg", "The same per mass", start=1.0)
+
+    assert "other" in parameters_with_force_or_mass(Scaled())
+    assert "other" not in parameters_with_force_or_mass(Specific())

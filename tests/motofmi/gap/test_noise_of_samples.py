@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
+from fmus.declaration.variables import input
 from fmus.mechanisms import DrivenJoint, MassSpringDamper
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.experiments.input_output import input_output_experiment
@@ -13,6 +15,15 @@ from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_ru
 from motofmi.gap.validation.before_after import misfit_of
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.resampling import is_white, white_noise
+
+
+class TwoTorques(DrivenJoint):
+    """A joint with torques at both ends."""
+
+    other_torque = input("N.m", "Torque on the other end")
+
+    def equations(self, v, m):
+        return {"der(angle)": v.rate, "der(rate)": (v.torque + v.other_torque - v.stiffness * v.angle) / v.inertia}
 
 
 def test_noise_is_found_beside_what_features_explain():
@@ -45,6 +56,24 @@ def test_repeated_periods_give_the_noise():
     (run,) = known_noise([run], {"angle": 0.02})
     assert run.noise_source == "given"
     assert run.deviation == pytest.approx(0.02)
+
+
+def test_the_response_to_a_second_input_is_no_noise():
+    """One input is periodic, the other one random: the recording repeats only where both do."""
+    rng, time = np.random.default_rng(4), np.arange(0, 24, 0.01)
+    sources = {False: rng.standard_normal(len(time)), True: np.cos(2 * np.pi * 0.5 * time)}
+    test = input_output_experiment(TwoTorques(), ["torque", "other_torque", "angle"])
+
+    def source_of_noise(*repeats):
+        first, second = (sources[each] for each in repeats)
+        angle = lfilter([0.1], [1, -0.9], first + second) + 0.01 * rng.standard_normal(len(time))
+        columns = {"torque": first, "other_torque": second, "angle": angle}
+        units = {"torque": "N.m", "other_torque": "N.m", "angle": "rad"}
+        (run,) = known_noise([prepare_sampled_run(Recording("run", time, columns, units), test)], {})
+        return run.noise_source
+
+    assert source_of_noise(True, False) == source_of_noise(False, True) == "flexible_model"
+    assert source_of_noise(True, True) == "repeats"
 
 
 def test_a_ramp_is_no_repetition():

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lsim
 
 import motofmi as mf
 from fmus.effects.damping import CubicDamping
@@ -58,6 +59,23 @@ def test_a_model_without_any_determined_value_is_not_called_sufficient():
     verdict = investigate(experiment, [prepare_sampled_run(run, experiment)], library=[CubicDamping]).verdict
     assert verdict.verdict == "unknown"
     assert "do not test the model" in verdict.withheld and "--component FILE.toml" in verdict.withheld
+
+
+@pytest.mark.slow
+def test_a_validation_run_that_begins_in_mid_swing_has_free_initial_states():
+    """The recording of one step of the force, fitted from rest up to 4 s and compared from there on."""
+    time, noise = np.arange(0, 12, 0.01), 2e-5 * np.random.default_rng(2).standard_normal(1200)
+    force = np.full(len(time), 5.0)
+    displacement = lsim(([1.0], [2.0, 1.2, 200.0]), force, time)[1] + noise
+    units = {"force": "N", "displacement": "m"}
+    fitted, validation = (
+        Recording(name, time[part], {"force": force[part], "displacement": displacement[part]}, units)
+        for name, part in (("fitted", slice(400)), ("validation", slice(430, None)))
+    )
+    found = mf.find_gap([fitted], validation=validation, component="mass_spring_damper").to_dict()
+    assert any("begin at rest" in sentence for sentence in found["limitations"])
+    # The noise is 0.3 % of the motion after 4.3 s.
+    assert found["verdict"] == "none" and found["remainder"]["share"] < 0.01
 
 
 def test_a_single_short_recording_is_refused_with_what_to_do():

@@ -8,7 +8,7 @@ from fmus.support.errors import InputError
 from motofmi.gap.comparison.compared_model import CommonBlocks
 from motofmi.gap.estimation.fit_result import initial_guesses, with_initial_guesses
 from motofmi.gap.models.initial_states import InitialStateModel
-from motofmi.gap.selection import any_component, by_comparison, noise_rounds
+from motofmi.gap.selection import by_comparison, noise_rounds, staged_selection
 from motofmi.gap.validation import before_after
 from tests.few_laws import only_families
 from tests.motofmi.gap.comparison.test_leader_diverges import gap_of_friction
@@ -23,7 +23,7 @@ def few_laws(monkeypatch):
 def validated(monkeypatch):
     """The arguments of the misfit before and after, of a comparison on blocks that names friction."""
     kept, original = [], by_comparison.before_and_after
-    monkeypatch.setattr(any_component, "leaves_noise", lambda *_: False)
+    monkeypatch.setattr(staged_selection, "leaves_noise", lambda *_: False)
     monkeypatch.setattr(by_comparison, "before_and_after", lambda *given: kept.append(given) or original(*given))
     assert [e["name"] for e in gap_of_friction()["effects"]] == ["coulomb_friction"]
     return kept[-1]
@@ -60,7 +60,7 @@ def test_initial_states_on_validation_runs_are_first_those_of_the_leading_model(
         original(blocks, leading, *given)
         made.append((blocks, leading, with_initial_guesses(blocks.validation, initial_guesses(blocks.validation))))
 
-    monkeypatch.setattr(any_component, "leaves_noise", lambda *_: False)
+    monkeypatch.setattr(staged_selection, "leaves_noise", lambda *_: False)
     monkeypatch.setattr(CommonBlocks, "__init__", noted)
     gap_of_friction()
     blocks, leading, blocks.validation = made[0]  # as they were before any model was compared
@@ -85,7 +85,7 @@ def test_other_forms_of_a_pair_are_left_out_where_a_single_effect_is_sufficient(
         compared.append(description)
         return original(blocks, fits, description)
 
-    monkeypatch.setattr(any_component, "leaves_noise", lambda *_: False)
+    monkeypatch.setattr(staged_selection, "leaves_noise", lambda *_: False)
     monkeypatch.setattr(CommonBlocks, "refined_and_evaluated", noted)
     gap_of_friction()
     assert "comparing pairs" in compared and "comparing forms of a pair" not in compared
@@ -93,36 +93,36 @@ def test_other_forms_of_a_pair_are_left_out_where_a_single_effect_is_sufficient(
 
 @pytest.mark.parametrize("simulated", [True, False])
 def test_chi_square_is_searched_first_only_where_the_best_effect_can_be_simulated(monkeypatch, simulated):
-    order, continued = [], any_component.fit_or_none
+    order, continued = [], staged_selection.fit_or_none
     for name in ("select_in_rounds", "compare"):
-        original = getattr(any_component, name)
+        original = getattr(staged_selection, name)
 
         def noted(*given, name=name, original=original):
             order.append(name)
             return original(*given)
 
-        monkeypatch.setattr(any_component, name, noted)
-    monkeypatch.setattr(any_component, "leaves_noise", lambda *_: True)
-    monkeypatch.setattr(any_component, "fit_or_none", lambda *given: continued(*given) if simulated else None)
+        monkeypatch.setattr(staged_selection, name, noted)
+    monkeypatch.setattr(staged_selection, "leaves_noise", lambda *_: True)
+    monkeypatch.setattr(staged_selection, "fit_or_none", lambda *given: continued(*given) if simulated else None)
     assert [e["name"] for e in gap_of_friction()["effects"]] == ["coulomb_friction"]
     assert order[0] == ("select_in_rounds" if simulated else "compare")
 
 
 def test_the_noise_that_an_adequate_fit_leaves_needs_no_other_search(monkeypatch):
-    monkeypatch.setattr(any_component, "leaves_noise", lambda *_: True)
+    monkeypatch.setattr(staged_selection, "leaves_noise", lambda *_: True)
     monkeypatch.setattr(noise_rounds, "with_noise_of_best_effect", lambda *_: pytest.fail("another search"))
     assert [e["name"] for e in gap_of_friction()["effects"]] == ["coulomb_friction"]
 
 
 def test_a_pair_that_leaves_noise_gives_the_noise_of_the_search(monkeypatch):
-    given, original = [], any_component.select_in_rounds
+    given, original = [], staged_selection.select_in_rounds
 
     def noted(*arguments):
         given.append(arguments[-1])
         return original(*arguments)
 
-    monkeypatch.setattr(any_component, "leaves_noise", lambda found, *_: len(found.model.effects) == 2)
-    monkeypatch.setattr(any_component, "select_in_rounds", noted)
+    monkeypatch.setattr(staged_selection, "leaves_noise", lambda found, *_: len(found.model.effects) == 2)
+    monkeypatch.setattr(staged_selection, "select_in_rounds", noted)
     monkeypatch.setattr(noise_rounds, "with_noise_of_best_effect", lambda *_: pytest.fail("another search"))
     gap_of_friction()
     assert [len(found.model.effects) for found in given] == [2]
@@ -138,7 +138,7 @@ def test_no_further_round_follows_where_the_noise_only_decreases(monkeypatch, ex
         rounds.append(found)
         return replace(found.as_unknown(), best=found.best if explained else found.base)
 
-    monkeypatch.setattr(any_component, "leaves_noise", lambda *_: True)
+    monkeypatch.setattr(staged_selection, "leaves_noise", lambda *_: True)
     monkeypatch.setattr(noise_rounds, "select_model", noted)
     monkeypatch.setattr(noise_rounds, "NOISE_CHANGE", 0.0)
     gap_of_friction()
@@ -154,7 +154,7 @@ def test_an_adequate_fit_that_cannot_be_simulated_again_is_followed_by_the_other
             raise InputError("the simulation diverges")
         return original(found)
 
-    monkeypatch.setattr(any_component, "leaves_noise", lambda *_: True)
+    monkeypatch.setattr(staged_selection, "leaves_noise", lambda *_: True)
     monkeypatch.setattr(noise_rounds, "with_noise_left_by", diverges_first)
     assert [e["name"] for e in gap_of_friction()["effects"]] == ["coulomb_friction"]
 
@@ -165,8 +165,8 @@ def test_a_search_that_no_model_can_be_simulated_for_says_so(monkeypatch):
     def diverges(*given, **options):
         raise InputError("the simulation of swing diverges from 2 to 3 s")
 
-    monkeypatch.setattr(any_component, "leaves_noise", lambda *_: False)
-    monkeypatch.setattr(any_component, "compare", lambda *_: None)
+    monkeypatch.setattr(staged_selection, "leaves_noise", lambda *_: False)
+    monkeypatch.setattr(staged_selection, "compare", lambda *_: None)
     monkeypatch.setattr(noise_rounds, "select_model", diverges)
     found = gap_of_friction()
     assert found["verdict"] == "unknown"

@@ -28,7 +28,7 @@ def gap_of_friction():
 
 @pytest.fixture(autouse=True)
 def compared_on_blocks(monkeypatch):
-    monkeypatch.setattr("motofmi.gap.selection.any_component.leaves_noise", lambda *_: False)
+    monkeypatch.setattr("motofmi.gap.selection.staged_selection.leaves_noise", lambda *_: False)
     only_families(monkeypatch)
 
 

@@ -72,7 +72,7 @@ class OneSidedDamping(Effect):
 
 
 def test_an_effect_of_ones_own_with_the_term_of_a_law_is_named(tmp_path, monkeypatch):
-    monkeypatch.setattr("motofmi.gap.selection.any_component.leaves_noise", lambda *_: False)  # compared on blocks
+    monkeypatch.setattr("motofmi.gap.selection.staged_selection.leaves_noise", lambda *_: False)  # compared on blocks
     monkeypatch.setattr("motofmi.gap.comparison.compare.pairs", lambda *_: [])
     refined = CommonBlocks.refined_and_evaluated
 
