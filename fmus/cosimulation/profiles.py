@@ -94,7 +94,7 @@ def read_profile(path: str | Path) -> tuple[np.ndarray, dict[str, np.ndarray], d
     Raises InputError for a file without a column `time`, with a value that is not a number, or that cannot be read.
     """
     try:
-        with open(path, newline="", encoding="utf-8") as file:
+        with open(path, newline="", encoding="utf-8-sig") as file:
             header, *rows = [row for row in csv.reader(file) if row]
     except (OSError, ValueError, UnicodeDecodeError) as error:
         raise InputError(

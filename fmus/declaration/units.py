@@ -164,6 +164,11 @@ def is_inertia(name: str) -> bool:
     return unit(name).exponents in (unit("kg").exponents, unit("kg.m2").exponents)
 
 
+def is_stiffness(name: str) -> bool:
+    """Whether a unit is one of stiffness, against a displacement or an angle. Raises InputError for an unknown symbol."""
+    return unit(name).exponents in (unit("N/m").exponents, unit("N.m/rad").exponents)
+
+
 def convert(value: float, given: str, wanted: str) -> float:
     """A value in the unit `given`, converted to the unit `wanted`. Raises InputError when the dimensions differ."""
     return value * unit(given).to(unit(wanted))

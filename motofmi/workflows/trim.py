@@ -68,8 +68,8 @@ class Trim:
         >>> found
         Trim(tum_2020 without a device at 30 m/s: lean 0 to 30 deg; weave, wobble, capsize, rear_wobble, bounce, pitch,
         front_hop, rear_hop, fork_bending)
-        >>> found["yaw_rate"].round(3), found["weave"].eigenvalue.real.round(1)
-        (array([0.   , 0.153]), array([-3.8, -3.7]))
+        >>> found["yaw_rate"][1:].round(3), found["weave"].eigenvalue.real.round(1)
+        (array([0.153]), array([-3.8, -3.7]))
         >>> found.to_dataframe().columns[3]
         'steer_torque [N.m]'
         >>> list(found.to_dict())[:5], found.title

@@ -191,8 +191,10 @@ def outcome(
 
 def _named_or_tied(of: _Compared, inside: Sequence[ComparedModel], sentences: list[str]) -> Outcome:
     """The verdict from the models of a confidence set without the base, to the sentences of which it adds."""
-    if of.better[0] is not of.accepted[0] and id(of.better[0]) in of.objections:
-        sentences.append(of.objections[id(of.better[0])][1])
+    # The sufficient form of a family may have more loss than the base, so that no model need be better.
+    ahead = next(iter(of.better), of.accepted[0])
+    if ahead is not of.accepted[0] and id(ahead) in of.objections:
+        sentences.append(of.objections[id(ahead)][1])
     fewest = min(len(m.effects) for m in inside)
     alone = [m for m in inside if len(m.effects) == fewest]
     members = _with_equal_ones(alone, of.accepted, of.base, of.flexible, of.criteria)

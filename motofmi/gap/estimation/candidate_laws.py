@@ -59,9 +59,9 @@ REVOLUTIONS = (
     "every revolution."
 )
 UNDRIVEN = (
-    "No run has an input, so that the amplitude falls with the time. Not candidates: {}; they are not distinguishable "
-    "from friction, drag and springs whose stiffness changes with the deflection. A run with an input would "
-    "distinguish them."
+    "No run has an input that varies, so that the amplitude falls with the time. Not candidates: {}; they are not "
+    "distinguishable from friction, drag and springs whose stiffness changes with the deflection. A run with an input "
+    "would distinguish them."
 )
 
 

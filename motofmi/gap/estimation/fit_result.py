@@ -58,8 +58,10 @@ class Fit:
 
     def covariance(self) -> np.ndarray:
         """The covariance of x: the one that includes errors of the model, where it was computed."""
-        if self.sandwich is not None:
-            return self.sandwich
+        return self.covariance_by_model() if self.sandwich is None else self.sandwich
+
+    def covariance_by_model(self) -> np.ndarray:
+        """The covariance (J'J)^-1 of x, where the model is true and the noise known."""
         scale = np.linalg.norm(self.jacobian, axis=0) + 1e-12
         u = np.linalg.pinv(self.jacobian / scale, rcond=1e-9)
         return (u @ u.T) / np.outer(scale, scale)
@@ -83,7 +85,7 @@ class Fit:
             k_eff = tr[I (I + P)^-1] = k - tr(P C)
 
         I is the information of the data with the base projected out, P that of the prior and C the covariance of the
-        fit: the trace of the hat matrix of these parameters.
+        fit without errors of the model: the trace of the hat matrix of these parameters.
 
         Source: Ye, J. Am. Statist. Assoc. 93 (1998) 120-131; Spiegelhalter, Best, Carlin, van der Linde, J. R. Statist.
         Soc. B 64 (2002) 583-639, p_D of the normal linear model.
@@ -93,7 +95,8 @@ class Fit:
             return float(len(own))
         places = places_of(self, effect, effect.prior.names)
         slopes = effect.prior.slopes(self.x[places])
-        return len(own) - float(np.sum((slopes.T @ slopes) * self.covariance()[np.ix_(places, places)]))
+        prior_information = slopes.T @ slopes
+        return len(own) - float(np.sum(prior_information * self.covariance_by_model()[np.ix_(places, places)]))
 
     def spared(self, effect: type[Effect]) -> float:
         """By how much the penalty is smaller, as the prior determines parameters of an effect of this fit."""

@@ -113,7 +113,6 @@ def fit_or_none(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray) -> F
 
 
 def _bounds(model: AnyModel, runs: Sequence[AnyRun], total: int) -> tuple[np.ndarray, np.ndarray]:
-    table = model.component.table
     shares = {
         model.experiment.parameter(e, n): (e.at_least.get(n, -np.inf), e.at_most.get(n, np.inf))
         for e in model.effects
@@ -123,13 +122,14 @@ def _bounds(model: AnyModel, runs: Sequence[AnyRun], total: int) -> tuple[np.nda
     own = [(r, *shares.get(n, (-np.inf, np.inf))) for n, r in zip(model.own, model.rows, strict=True)]
     shares_of_values = {n: LEAST_SHARE * abs(model.component.values[n]) for n in model.base}
     least_values = {n: min(LEAST_VALUE, share) if share > 0 else LEAST_VALUE for n, share in shares_of_values.items()}
-    low = [np.log(max(table[n].min, x)) for n, x in least_values.items()]
+    smallest, greatest = model.magnitudes
+    low = list(np.log(np.maximum(smallest, list(least_values.values()))))
     sliding = _rates(model, "at_least_sliding", getattr(model.experiment, "sliding_rate", 0.0))
     low += [
         max(r.min, least * largest, sliding.get(n, -np.inf)) for n, (r, least, _) in zip(model.own, own, strict=True)
     ]
     fast = _rates(model, "at_most_of_rate", getattr(model.experiment, "largest_rate", np.inf))
-    high = [np.log(table[n].max) for n in model.base]
+    high = list(np.log(greatest))
     high += [min(r.max, most * largest, fast.get(n, np.inf)) for n, (r, _, most) in zip(model.own, own, strict=True)]
     places, sizes = deviations_of_runs(model, total)
     rest = np.where(places < len(model.base), 1.0, LARGEST_OFFSET * sizes)

@@ -61,9 +61,9 @@ class FrequencyDomainProblem:
         self.names, self.signs, self.start = list(model.base), model.signs, model.start()[: len(model.base)]
         rows = [self.component.table[n] for n in self.names]
         self.seconds = np.array([unit(r.unit).exponents[BASE.index("s")] for r in rows], float)
-        low = [np.log(max(r.min, 1e-12)) if s > 0 else -np.inf for r, s in zip(rows, self.signs, strict=True)]
-        high = [np.log(r.max) if s > 0 else np.inf for r, s in zip(rows, self.signs, strict=True)]
-        self.low, self.high = np.maximum(low, self.start - FAR), np.minimum(high, self.start + FAR)
+        smallest, greatest = model.magnitudes
+        self.low = np.maximum(np.log(np.maximum(smallest, 1e-12)), self.start - FAR)
+        self.high = np.minimum(np.log(greatest), self.start + FAR)
         self.inputs = [n for n in experiment.inputs if any(varies(run.recording[n]) for run in runs)]
         self.outputs = list(experiment.outputs)
         scale = np.sqrt(np.mean([run.measured.var(axis=0) for run in runs], axis=0))

@@ -12,10 +12,9 @@ resonance identifies both.
 import numpy as np
 
 from fmus.composition.imposed_motion import ImposedMotion
+from fmus.declaration.units import is_inertia
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.fit_result import Fit
-
-INERTIA = ("kg", "kg.m2")
 
 
 def inseparable_inertias(found: Fit, criteria: Criteria) -> list[str]:
@@ -27,5 +26,5 @@ def inseparable_inertias(found: Fit, criteria: Criteria) -> list[str]:
     slopes = slopes / (np.linalg.norm(slopes, axis=0) + 1e-300)
     cosines = np.abs(slopes.T @ slopes) - np.eye(len(base))
     return [
-        n for i, n in enumerate(base) if table[n].unit in INERTIA and cosines[i].max() > criteria.inseparable_cosine
+        n for i, n in enumerate(base) if is_inertia(table[n].unit) and cosines[i].max() > criteria.inseparable_cosine
     ]

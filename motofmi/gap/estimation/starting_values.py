@@ -20,6 +20,7 @@ import numpy as np
 
 from fmus.composition.imposed_motion import ImposedMotion
 from fmus.declaration.component import Component
+from fmus.declaration.units import is_stiffness
 from fmus.linear_analysis.linearisation import linearise
 from fmus.support.errors import InputError
 from motofmi.gap.estimation.equation_error import effort_model
@@ -58,9 +59,7 @@ def _starting_vectors(model: FreeInitialStateModel, runs: Sequence[SampledRun]) 
     yield from _imposed(model, runs)
     as_far = own + too_large(model, runs, own) * base
     yield as_far
-    stiff = np.array(
-        [model.component.table[n].unit in ("N.m/rad", "N/m") for n in model.base] + [False] * len(model.own)
-    )
+    stiff = np.array([is_stiffness(model.component.table[n].unit) for n in model.base] + [False] * len(model.own))
     yield from (x + shift * stiff for x in (as_far, own) for shift in (STIFFER, -STIFFER))
 
 

@@ -8,7 +8,7 @@ from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.experiment_design.discrimination import Prediction, predict_run
 from motofmi.gap.experiment_design.next_experiment import Proposal
-from motofmi.gap.preprocessing.sampled_run import SampledRun
+from motofmi.gap.preprocessing.sampled_run import SampledRun, excited
 
 MAX_ITERATIONS = 60  # of a refit: one effect approximates another along a narrow valley of chi-square
 
@@ -45,7 +45,7 @@ class ScaledRun:
 def scaled_runs(found: Fit) -> Sequence[Proposal]:
     """The first run again at twice and at half the excitation; none where nothing drives it."""
     run: SampledRun = found.runs[0]
-    if not run.experiment.inputs:
+    if not excited([run]):
         return []
     excitation = "imposed motion" if run.experiment.imposed else "excitation"
     return [ScaledRun(name, f"Repeat the run at {factor:g} times the {excitation}: "

@@ -36,16 +36,9 @@ def cells(run: SampledRun, z: np.ndarray) -> Iterator[Place]:
             yield place(run, z[output == index], f"output {name}", float(index), float(index), "1")
     yield from _along(run, z, "frequency", "Hz", frequency, PARTS)
     yield from _along(run, z, "time", "s", time, PARTS)
-    spans = run.reduction.bases
-    size = np.array(
-        [
-            np.ptp(run.measured[first:last, i % len(run.experiment.outputs)]) / 2
-            for i, (first, last, _) in enumerate(spans)
-        ]
-    )
-    yield from _along(
-        run, z, "amplitude", run.recording.units[run.experiment.outputs[0]], size[[c.window for c in columns]], SIZES
-    )
+    motion = run.motion_at(run.recording.time)[0]
+    size = np.array([np.ptp(motion[first:last]) / 2 for first, last, _ in run.reduction.bases])
+    yield from _along(run, z, "amplitude", run.unit, size[[c.window for c in columns]], SIZES)
     yield from _directions(run, z)
 
 

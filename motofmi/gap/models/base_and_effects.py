@@ -29,6 +29,14 @@ class BaseAndEffects:
         self.rows: list[Variable] = [self.component.table[n] for n in self.own]
         self.signs = np.array([np.sign(self.component.values[n]) for n in self.base])
 
+    @property
+    def magnitudes(self) -> tuple[np.ndarray, np.ndarray]:
+        """The least and the largest absolute value (nb,) that the declared bounds of each parameter of the base allow
+        with its sign."""
+        rows = [self.component.table[n] for n in self.base]
+        ends = [(r.min, r.max) if s > 0 else (-r.max, -r.min) for r, s in zip(rows, self.signs, strict=True)]
+        return np.array([max(low, 0.0) for low, _ in ends]), np.array([high for _, high in ends])
+
     def simulate_again(self, run: Any, q: np.ndarray) -> None:
         """Make the simulation of a run with q the last one, where a model has simulations."""
 

@@ -115,9 +115,8 @@ def first_guess(run: PredictedRun, driven: DisturbedVehicle) -> np.ndarray:
 @np.errstate(all="ignore")  # a diverging prediction has a low likelihood
 def estimated(run: PredictedRun, driven: DisturbedVehicle, inputs: np.ndarray) -> np.ndarray:
     """psi of a run with inputs (n, nu), for a given vehicle."""
-    middle = first_guess(run, driven)
-    j = driven.forces
-    spread = np.concatenate([np.full(2 * j, SPREAD), np.full(j, CORNER_SPREAD), np.full(len(middle) - 3 * j, SPREAD)])
+    guess, j = first_guess(run, driven), driven.forces
+    spread = np.concatenate([np.full(2 * j, SPREAD), np.full(j, CORNER_SPREAD), np.full(len(guess) - 3 * j, SPREAD)])
 
     def minus_twice_log_likelihood(noise: np.ndarray) -> float:
         made = driven.discrete(noise, run.step, run.exactly_held)
@@ -130,12 +129,12 @@ def estimated(run: PredictedRun, driven: DisturbedVehicle, inputs: np.ndarray) -
         value = float(np.einsum("ki,ij,kj->", left, np.linalg.inv(mean), left)) + len(left) * float(
             np.linalg.slogdet(mean)[1]
         )
-        return value + float(np.sum(((noise - middle) / spread) ** 2)) if np.isfinite(value) else NO_PREDICTION
+        return value + float(np.sum(((noise - guess) / spread) ** 2)) if np.isfinite(value) else NO_PREDICTION
 
-    shift = np.concatenate([np.full(j, 2.0), np.ones(j), np.zeros(len(middle) - 2 * j)])
-    middle = min((middle + s * shift for s in SCAN), key=minus_twice_log_likelihood)
+    shift = np.concatenate([np.full(j, 2.0), np.ones(j), np.zeros(len(guess) - 2 * j)])
+    start = min((guess + s * shift for s in SCAN), key=minus_twice_log_likelihood)
     options = {"maxiter": 60, "ftol": 2e-6, "eps": DIFFERENCE_STEP}
-    return minimize(minus_twice_log_likelihood, middle, method="L-BFGS-B", options=options).x
+    return minimize(minus_twice_log_likelihood, start, method="L-BFGS-B", options=options).x
 
 
 def predicted(run: PredictedRun, made: Discrete, K: np.ndarray, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

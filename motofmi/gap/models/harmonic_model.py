@@ -68,6 +68,10 @@ class AnyModel(Protocol):
     rows: list[Variable]
     sizes: list[int]
 
+    @property
+    def magnitudes(self) -> tuple[np.ndarray, np.ndarray]:
+        """The least and the largest absolute value (nb,) of each parameter of the base."""
+
     def with_added_effects(self, *effects: type[Effect], slopes_of_base: bool = True) -> "AnyModel":
         """The model with further effects; without `slopes_of_base`, columns of `reduced` other than by
         magnitudes may be zero.

@@ -14,6 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from fmus.support.errors import InputError
 from motofmi.gap.preprocessing.flexible_noise_model import Density
 from motofmi.gap.preprocessing.predicted_run import PredictedRun
 
@@ -24,9 +25,12 @@ VARYING_SPEED = 0.02  # relative range of the speed from which the gains may cha
 
 
 def with_best_prediction(run: PredictedRun, inputs: np.ndarray, features: Sequence[np.ndarray]) -> PredictedRun:
-    """The run with the error spectra of the best prediction from inputs (n, nu) and nonlinear features (n,) each."""
+    """The run with the error spectra of the best prediction from inputs (n, nu) and nonlinear features (n,) each.
+
+    Raises InputError where the run has too few samples for the fewest lags.
+    """
     best, errors, scale = np.inf, np.zeros_like(run.measured), 1.0
-    for lags in LAGS:
+    for lags in reversed(LAGS):
         tried, count, used = _regression_errors(run, inputs, features, lags)
         if used <= 2 * count:
             continue
@@ -34,6 +38,11 @@ def with_best_prediction(run: PredictedRun, inputs: np.ndarray, features: Sequen
         criterion = used * float(np.linalg.slogdet(covariance)[1]) + 2 * count * tried.shape[1]
         if criterion < best:
             best, errors, scale = criterion, tried, used / (used - count)
+    if not np.isfinite(best):
+        raise InputError(
+            f"{run.name}: {used} samples are too few for the noise of its predictions, which needs more than "
+            f"{2 * count}. Record longer runs, or with a higher sampling rate."
+        )
     taken = np.nan_to_num(errors)
     within = taken[run.compared]
     mixing = np.linalg.inv(np.linalg.cholesky(within.T @ within / len(within)))

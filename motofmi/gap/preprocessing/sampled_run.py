@@ -138,8 +138,15 @@ class SampledRun:
     def scaled(self, factor: float) -> "SampledRun":
         """The run with its inputs and outputs multiplied by a factor, as for a linear component."""
         measured = factor * self.measured
+        columns = {name: factor * column for name, column in self.recording.columns.items()}
         return replace(
-            self, inputs=self.inputs.scaled(factor), measured=measured, data=self.reduction.reduce(measured), guess={}
+            self,
+            recording=replace(self.recording, columns=columns),
+            inputs=self.inputs.scaled(factor),
+            interpolated={},
+            measured=measured,
+            data=self.reduction.reduce(measured),
+            guess={},
         )
 
     def cut(self, length: int) -> "SampledRun":

@@ -53,8 +53,8 @@ def prepare_sampled_run(recording: Recording, experiment: InputOutputExperiment)
     notes = (*bridged, *clipping, *interference, *notes_of_rate)
     if min(recorded, len(recording.time)) < FEWEST_SAMPLES:
         raise InputError(
-            f"{recording.name}: {len(recording.time)} samples are too few to separate noise from a gap; expected at "
-            f"least {FEWEST_SAMPLES}; record for longer or with a higher sampling rate, or give several such "
+            f"{recording.name}: {min(recorded, len(recording.time))} samples are too few to separate noise from a gap; "
+            f"expected at least {FEWEST_SAMPLES}; record for longer or with a higher sampling rate, or give several such "
             "recordings of one sampling rate, which are joined"
         )
     for name in experiment.outputs:

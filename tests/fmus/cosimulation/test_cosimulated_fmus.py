@@ -56,7 +56,7 @@ def test_modes_of_a_nonlinear_device_have_names_where_it_starts(tmp_path):
 
 def test_inputs_from_a_file_are_converted_and_checked(tmp_path):
     file = tmp_path / "in.csv"
-    file.write_text("time [s],speed [km/h]\n0,72\n2,36\n")
+    file.write_text("\ufefftime [s],speed [km/h]\n0,72\n2,36\n", "utf-8")  # with the byte order mark of a spreadsheet
     times, columns, units = read_profile(file)
     assert times.tolist() == [0, 2] and columns["speed"].tolist() == [72, 36] and units == {"speed": "km/h"}
     converter = Converter(IDENTITY, ("m/s", "m/s"))

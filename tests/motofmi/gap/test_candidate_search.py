@@ -178,7 +178,8 @@ def test_a_fit_that_may_only_step_is_not_given_up_for_a_short_one(start, beat, r
     run = SimpleNamespace(data=shape, deviation=np.full(50, 0.01))
     model = SimpleNamespace(
         names=["gain"], base=["gain"], own=[], rows=[], sizes=[], effects=(), unknowns=lambda run: 0,
-        experiment=SimpleNamespace(free=[FreeParameter("gain")], measured_effects={}), component=SimpleNamespace(table={"gain": SimpleNamespace(min=0.0, max=10.0)}, values={"gain": 0.0}),
+        magnitudes=(np.zeros(1), np.full(1, 10.0)), component=SimpleNamespace(table={}, values={"gain": 0.0}),
+        experiment=SimpleNamespace(free=[FreeParameter("gain")], measured_effects={}),
         reduced=lambda run, q: (np.exp(q[0]) * shape / run.deviation, np.exp(q[0]) * (shape / run.deviation)[:, None]))  # fmt: skip
     found = fit(model, [run], np.log([start]), beat=beat)
     assert (abs(np.exp(found.x[0]) - 1.0) < 1e-4) == reached

@@ -135,6 +135,7 @@ def test_a_step_that_reaches_its_bounds_goes_on():
         """chi-square of two parameters that almost make up for each other, far from the start."""
 
         base, own, names, sizes, effects = [], ["a", "b"], ["a", "b"], [], ()
+        magnitudes = np.zeros(0), np.zeros(0)
 
         def __init__(self):
             rows = {n: type("Row", (), {"min": 0.0, "max": 1e6})() for n in self.own}

@@ -8,13 +8,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lsim
 
 import motofmi as mf
+from fmus.declaration.component import Component
+from fmus.declaration.variables import input, parameter, state
 from fmus.effects.damping import CoulombFriction
 from fmus.mechanisms import DrivenJoint, MassSpringDamper
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.base_fit import fitted_base, fitted_values
+from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.estimation.frequency_domain_fit import frequency_domain_start
 from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.recordings.recording import Recording
 from tests.simulators.hidden_mechanisms import simulate
@@ -43,6 +49,34 @@ def test_the_stiffness_of_the_base_gets_the_sign_of_the_data(stiffness):
     # stiffness is determined least: it is a small part of the torque.
     assert found["stiffness"] == pytest.approx(stiffness, rel=0.005)
     assert found["inertia"] == pytest.approx(JOINT["J"], rel=0.005)
+
+
+class Amplifier(Component):
+    """A gain of either sign, with a delay of first order."""
+
+    gain = parameter("1", "Gain", min=-1000.0, max=10.0, start=-1.0)
+    corner = parameter("1/s", "Corner frequency", min=0.0, max=100.0, start=3.0)
+    drive = input("V", "Input")
+    voltage = state("V", "Output", exposed=True)
+
+    def equations(self, v, m):
+        return {"der(voltage)": v.corner * (v.gain * v.drive - v.voltage)}
+
+
+def test_the_bounds_of_a_negative_parameter_are_those_of_its_sign():
+    """The gain of -50 is within its bounds of -1000 and 10."""
+    time, rng = np.arange(0, 10, 0.01), np.random.default_rng(1)
+    drive = np.cos(3 * time) + np.cos(7 * time + 1)
+    _, voltage, _ = lsim((-50.0 * 5.0, [1.0, 5.0]), drive, time)
+    columns = {"drive": drive, "voltage": voltage + 0.01 * rng.standard_normal(len(time))}
+    experiment = input_output_experiment(Amplifier(), list(columns))
+    run = prepare_sampled_run(Recording("driven", time, columns, dict.fromkeys(columns, "V")), experiment)
+    model = FreeInitialStateModel(experiment)
+    assert [list(ends) for ends in model.magnitudes] == [[0.0, 0.0], [1000.0, 100.0]]
+    for start in (model.start(), frequency_domain_start(model, [run])):
+        found = fit(model, [run], start)
+        # The noise is 0.1 % of the output, in 1000 samples.
+        assert model.values(found.shared)["gain"] == pytest.approx(-50.0, rel=1e-3)
 
 
 def test_a_spring_that_cannot_be_negative_keeps_its_sign():

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fmus.effects.damping import CoulombFriction, CubicDamping, SoftFriction
+from fmus.effects.damping import CoulombFriction, CubicDamping, SoftFriction, StribeckFriction
 from fmus.effects.drift import Drift
 from fmus.effects.resonance import HungBody
 from fmus.effects.stiffness import Asymmetry, CubicHardening
@@ -280,3 +280,13 @@ def test_a_gain_in_few_blocks_alone_is_said_to_be_one(large, said):
     base, model = (replace(m, fitted=y, validation=y) for m, y in ((base, squares), (model, after)))
     kind, sentence = objection(base, model, [model], FLEXIBLE, Criteria())
     assert kind == "gain not clear" and ("falls in the blocks where it is largest" in sentence) == said
+
+
+def test_the_form_of_an_effect_may_have_more_loss_than_the_base_although_the_effect_is_named():
+    """The simplest sufficient form has one block with a large misfit, by its mean square worse than the base."""
+    base, form = model_with(level=10.0), model_with(CoulombFriction, level=8.8)
+    flexible = model_with(StribeckFriction, level=9.0)
+    form.fitted[3] = 8.8 * np.exp(6)
+    errors = {id(m): np.full(len(m.fit.model.names), 0.1) for m in (form, flexible)}
+    found = outcome(base, [flexible, form], 8.0, MOTION, (BLOCKS, BLOCKS), errors, Criteria())
+    assert found.verdict in ("named", "unknown") and found.nearest.families == {"coulomb_friction"}

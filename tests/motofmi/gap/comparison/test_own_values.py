@@ -1,14 +1,19 @@
 """Fitted and validation runs of two pendulums: nothing is named, and the value that differs is stated."""
 
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import motofmi as mf
+from fmus.effects.damping import CoulombFriction
+from motofmi.gap.comparison import own_values
+from motofmi.gap.criteria import Criteria
 from motofmi.recordings.recording import Recording
 from tests import as_study
 from tests.few_laws import FAMILIES, only_families
+from tests.motofmi.gap.comparison.constructed_models import FLEXIBLE, model_with
 from tests.simulators.swings import swing
 from tests.simulators.three_sines import three_sines
 
@@ -30,6 +35,18 @@ def test_nothing_is_named_where_the_validation_run_is_of_another_pendulum(monkey
     amplitudes = re.search(r"is ([\d.]+) and ([\d.]+) rad \(angle\)", result["disagreement"])
     # Two decaying swings from 0.5 and 0.3 rad, and one from 0.4 rad: below their starts over sqrt(2)
     assert all(0.05 < float(rms) < 0.3 for rms in amplitudes.groups())
+
+
+@pytest.mark.parametrize(("level", "disagree"), [(9.0, False), (1.0, True)])
+def test_values_of_their_own_are_compared_with_the_base_where_effects_leave_more(monkeypatch, level, disagree):
+    """An effect leaves ten times the misfit of the base in the validation runs: any values would be better."""
+    base, best, own = model_with(level=10.0), model_with(CoulombFriction, level=1.0, seed=1), model_with(level=level, seed=2)
+    best.validation[:] = 100.0
+    monkeypatch.setattr(own_values, "with_own_values", lambda *_: own)
+    monkeypatch.setattr(own_values, "_difference", lambda *_: "")
+    monkeypatch.setattr(own_values, "_amplitudes", lambda *_: "")
+    blocks = SimpleNamespace(criteria=Criteria())
+    assert bool(own_values.disagreement(base, best, FLEXIBLE, blocks)) == disagree
 
 
 def sliding(name: str, width: float, labelled: float, seed: int) -> Recording:
