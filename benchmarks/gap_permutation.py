@@ -31,8 +31,9 @@ from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.base_fit import fitted_base
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
-from motofmi.gap.selection.any_component import in_shorter_segments, offset_priors
+from motofmi.gap.selection.any_component import offset_priors
 from motofmi.gap.selection.noise_rounds import with_noise_of
+from motofmi.gap.selection.staged_selection import in_shorter_segments
 from motofmi.gap.validation.before_after import on_validation_runs
 from motofmi.workflows.gap.given import Given
 from motofmi.workflows.gap.input_output import InputOutput
