@@ -7,11 +7,13 @@ implementation). Inputs being held over a step, the continuous model follows fro
 
     exp([[A, B], [0, 0]] h) = [[Phi, Gamma], [0, 1]]
 
-The model is linearised about the FMU's start. It contains only modes that are observable from the outputs.
+The model is linearised about the FMU's start. It contains only modes that are observable from the outputs. A mode of Phi
+that vanishes within one step, such as outputs that an FMU computes at its steps alone, has no continuous one: its static
+gain is part of D (residualisation: Fernando, Nicholson, IEEE Trans. Autom. Control 27 (1982) 466-468).
 """
 
 import numpy as np
-from scipy.linalg import logm
+from scipy.linalg import logm, schur, solve_sylvester
 
 from fmus.cosimulation.subsystems.fmu_instance import FmuInstance
 from fmus.linear_analysis.linearisation import StateSpace
@@ -19,6 +21,7 @@ from fmus.linear_analysis.linearisation import StateSpace
 STEP = 4e-3  # s: resolves motions up to some tens of Hz
 LENGTH = 60  # of the Hankel matrix in steps
 PULSE = 1e-3
+VANISHED = 1e-6  # eigenvalues of Phi below are those of motions that end within a step
 RANK = 1e-8  # singular values below this share of the largest are rounding
 
 
@@ -45,11 +48,26 @@ def era(subsystem: FmuInstance, step: float = STEP) -> StateSpace:
     import control  # noqa: PLC0415 - imported on use: it takes longer than the co-simulation
 
     model, _ = control.eigensys_realization(responses / scale[:, None, None], order, LENGTH, LENGTH)
+    Phi, Gamma, C, static = _without_vanishing_modes(model.A, model.B, scale[:, None] * model.C)
+    order = len(Phi)
     blocks = np.eye(order + len(subsystem.inputs))
-    blocks[:order] = np.hstack([model.A, model.B])
+    blocks[:order] = np.hstack([Phi, Gamma])
     rates = logm(blocks).real / step
-    return StateSpace(rates[:order, :order], rates[:order, order:], scale[:, None] * model.C, direct,
+    return StateSpace(rates[:order, :order], rates[:order, order:], C, direct + static,
                       tuple(f"state_{k + 1}" for k in range(order)), subsystem.inputs, subsystem.outputs)  # fmt: skip
+
+
+def _without_vanishing_modes(
+    Phi: np.ndarray, Gamma: np.ndarray, C: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Phi, Gamma and C of the modes that last for more than one step, and the static gain (ny, nu) of the others."""
+    form, basis, k = schur(Phi, output="real", sort=lambda real, imag: np.hypot(real, imag) > VANISHED)
+    coupling = solve_sylvester(form[:k, :k], -form[k:, k:], -form[:k, k:])  # makes the form block-diagonal
+    Gamma, C = basis.T @ Gamma, C @ basis
+    lasting = Gamma[:k] - coupling @ Gamma[k:]
+    vanishing = C[:, :k] @ coupling + C[:, k:]
+    static = vanishing @ np.linalg.solve(np.eye(len(Phi) - k) - form[k:, k:], Gamma[k:])
+    return form[:k, :k], lasting, C[:, :k], static
 
 
 def _impulse_responses(twin: FmuInstance, step: float) -> np.ndarray:
