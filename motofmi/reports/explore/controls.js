@@ -105,7 +105,7 @@ class Controls {
       this.changed([side]);
     };
     const slider = element("input", { type: "range", id, min: low, max: high, step: "any", value: now * factor, oninput: () => write(slider.value, slider), onkeydown: (event) => this.step(event, slider, low, high, write) });
-    const number = element("input", { type: "number", step: "any", value: text(now), "aria-label": `${row.description}, value`, onchange: () => write(number.value, number) });
+    const number = element("input", { type: "number", step: "any", value: text(now), "aria-label": `${row.description}, value`, onchange: () => { write(number.value, number); number.value = text(settings.value(side, key)); } });
     line.classList.toggle("changed", key in settings[side].values);
     line.append(element("label", { for: id, title: key }, row.description), slider, number, element("span", { class: "unit" }, unit));
     return line;

@@ -75,6 +75,18 @@ def test_the_keyboard_moves_a_slider_and_its_number(page):
 
 
 @in_browser
+def test_a_number_beside_a_slider_shows_the_value_that_is_used(page):
+    """A number outside of the parameter's bounds is replaced by the bound, an empty one by the value before."""
+    number = page.window.locator("#p-vehicle-trail + input")
+    for typed in ("1e9", ""):
+        number.fill(typed)
+        number.press("Enter")
+        page.drawn()
+        used = page.window.evaluate("page.settings.value(page.settings.edit, 'vehicle.trail')")
+        assert used < 1e9 and float(number.input_value()) == pytest.approx(used, rel=1e-4)  # five digits are shown
+
+
+@in_browser
 def test_an_address_reproduces_the_view(browser, written, page):
     address = "#view=speed&speed=42.5&side=A&mode=wobble&A=reference_2011;damper_low_2011;device.damping:9&B=benchmark_bicycle;none"
     again = Opened(browser, written.path, address)
