@@ -11,6 +11,7 @@ from motofmi.reports.sweep_sensitivity import sensitivity_section
 
 FILE = "report.html"
 FAILED = "failed"
+CAPSIZE = "Capsize is slow, and riders stabilise it: it has no map."
 Figures = Sequence[tuple[Shown, str]]
 
 
@@ -57,6 +58,8 @@ def _of_modes(dataset: Any, table: Any, links: RunLinks | None) -> tuple[str, Fi
     else:
         answer, figures, sections = "No mode that oscillates is unstable in any run.", over_speed[:1], []
         over_speed = over_speed[1:]
+    if int((table["capsize_bands"] > 0).sum()):
+        answer += f" {_sentence(table, 'capsize')} {CAPSIZE}"
     if over_speed:
         sections.append(Section("Quantiles over the runs", [], over_speed))
     found = sensitivity_section(dataset, table)
