@@ -14,8 +14,8 @@ from fmus.export.reference_folder import FOLDER, MANIFEST, REPLAY
 from fmus.support.sandbox import ONE_THREAD, run_limited
 
 STAGE = "replay"
-INSIDE = """from fmus.support.sandbox import leave_network
-leave_network()
+INSIDE = """from fmus.support.sandbox import enter_sandbox
+enter_sandbox()
 import sys
 from fmus.checks.replay.replayed import inside
 inside(sys.argv[1])

@@ -46,7 +46,7 @@ def run_as(kinds: list[str], folder: Path, limits: Limits, network: bool = False
     Modules are imported from where this process imports them, never from the FMU's folder.
     """
     with tempfile.TemporaryDirectory(prefix="trials-", ignore_cleanup_errors=True) as work:
-        code = "from fmus.support.sandbox import leave_network; leave_network(); " if not network else ""
+        code = f"from fmus.support.sandbox import enter_sandbox; enter_sandbox(network={network}); "
         code += "import sys; from fmus.checks.trial_runner import main; main(*sys.argv[1:])"
         command = [sys.executable, "-P", "-c", code, str(folder), work, ",".join(kinds)]
         command += [str(limits.time), str(limits.memory), str(limits.file_size)]

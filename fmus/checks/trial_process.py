@@ -23,6 +23,7 @@ from fmus.checks.model import Model
 from fmus.checks.problem import Problem
 from fmus.checks.trial import Trial
 from fmus.support.modules import modules_in
+from fmus.support.parent import end_with
 from fmus.support.sandbox import Limits, limit_resources
 
 TRIALS = {m.__name__.rpartition(".")[2]: m for m in sorted(modules_in("fmus.checks.trials"), key=lambda m: m.PLACE)}
@@ -64,8 +65,10 @@ def start(name: str, kind: str, place: Place, model: Model, limits: Limits) -> S
     if not hasattr(os, "fork"):
         child = subprocess.Popen([sys.executable, "-P", "-c", ALONE, name, kind, str(place.folder), str(place.work)])
         return Started(child.poll, child.kill)
+    runner = os.getpid()
     process = os.fork()
     if not process:
+        end_with(runner)
         limit_resources(limits)
         _perform(name, kind, place, model)
 
@@ -82,6 +85,7 @@ def start(name: str, kind: str, place: Place, model: Model, limits: Limits) -> S
 
 def alone(name: str, kind: str, folder: str, work: str) -> None:
     """A trial in a process that is no copy of the runner."""
+    end_with(os.getppid())
     model = Model(Xml.parse(Path(folder) / FILE).getroot())
     _perform(name, kind, Place(Path(folder), Path(work)), model)
 

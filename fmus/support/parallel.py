@@ -14,21 +14,19 @@ import os
 import signal
 import sys
 import tempfile
-import threading
-import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, wait
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
 import cloudpickle
 import loky
-import psutil
 
 from fmus.support.deadline import Deadline, current, current_deadline
 from fmus.support.errors import unknown
+from fmus.support.parent import watch
 from fmus.support.progress import track
 
 T = TypeVar("T")
@@ -228,14 +226,4 @@ def _run(key: str, folder: str, index: int) -> Any:
 def _follow(parent: int) -> None:
     """Interrupts are handled by the parent process; where that is killed, its workers end, too."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
-
-
-def _end_with(parent: int) -> None:
-    if os.name == "posix":  # an orphan has another parent at once, also while the killed process is a zombie
-        while os.getppid() == parent:
-            time.sleep(0.2)
-    else:
-        with suppress(psutil.NoSuchProcess):
-            psutil.Process(parent).wait()
-    os._exit(1)
+    watch(parent)

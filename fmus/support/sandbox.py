@@ -19,13 +19,17 @@ from dataclasses import dataclass
 
 import psutil
 
+from fmus.support.parent import end_with
+
 try:
     import fcntl
     import resource
 except ImportError:  # on Windows
     fcntl = resource = None  # type: ignore[assignment]
 
-MARK = "MOTOFMI_SANDBOX"  # an environment variable that processes inherit, by which they are found again
+# An environment variable that processes inherit, by which they are found again: the process that started the first of
+# them, and a random word.
+MARK = "MOTOFMI_SANDBOX"
 CLONE_NEWUSER, CLONE_NEWNET, PR_SET_CHILD_SUBREAPER = 0x10000000, 0x40000000, 36  # linux/sched.h, linux/prctl.h
 SIOCGIFFLAGS, SIOCSIFFLAGS, IFF_UP = 0x8913, 0x8914, 1  # linux/sockios.h, linux/if.h
 POLL = 0.5  # s, between two looks at the memory in use
@@ -43,6 +47,14 @@ class Limits:
     time: float = 60.0
     memory: int = 4 * 2**30
     file_size: int = 2**30
+
+
+def enter_sandbox(network: bool = False) -> None:
+    """The first call in a process of `run_limited`, while it has one thread: it leaves the network, and ends with the
+    process that started it."""
+    if not network:
+        leave_network()
+    end_with(int(os.environ[MARK].partition("-")[0]))
 
 
 def limit_resources(limits: Limits) -> None:
@@ -126,7 +138,7 @@ def run_limited(
 
     Its standard error is shown or dropped.
     """
-    mark = secrets.token_hex(8)
+    mark = f"{os.getpid()}-{secrets.token_hex(8)}"
     variables = {**os.environ, **(environment or {}), MARK: mark}
     errors = None if show_errors else subprocess.DEVNULL
     pipe = subprocess.PIPE

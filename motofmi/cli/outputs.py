@@ -4,7 +4,9 @@ Whether a file can be written is checked before the command computes anything.
 """
 
 import argparse
-from collections.abc import Callable, Sequence
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -71,15 +73,29 @@ def present(command: Any, result: dict[str, Any], json_file: Path | None, writte
     `written` are the files that the command wrote; they are listed at the end.
     """
     if json_file == STANDARD_OUTPUT:
-        print(to_json(result))
+        with _standard_output():
+            print(to_json(result))
         return
     if json_file:
         write_text(json_file, to_json(result) + "\n")
-    screen = Screen()
-    if hasattr(command, "show"):
-        command.show(result, screen)
-    for files in described(written):
-        screen.print(f"written: {files}")
+    with _standard_output():
+        screen = Screen()
+        if hasattr(command, "show"):
+            command.show(result, screen)
+        for files in described(written):
+            screen.print(f"written: {files}")
+
+
+@contextmanager
+def _standard_output() -> Iterator[None]:
+    """Everything is written at the end. An error of the system gets the name of the output, which it lacks."""
+    try:
+        yield
+        sys.stdout.flush()
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, error.filename or "standard output") from None
 
 
 def described(written: Sequence[Path]) -> list[str]:

@@ -17,11 +17,13 @@ import re
 import sys
 import warnings
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from fmus.support.errors import InputError, MissingToolError, SimulationError, unknown
 from fmus.support.files import files_written
+from fmus.support.foreign_code import exits_reported
 from motofmi.cli import outputs
 from motofmi.cli.listing import commands
 from motofmi.cli.parser import Parser, fill
@@ -43,7 +45,8 @@ def _run(words: Sequence[str], written: Sequence[Path]) -> int:
         command = command_named(words[0])
         program = f"motofmi {words[0]}"
         options = fill(Parser(prog=program), command).options(_with_negative_values(words[1:]))
-        with command_line(Command([program, *words[1:]], written, _later(options))):
+        with (command_line(Command([program, *words[1:]], written, _later(options))),
+              exits_reported(partial(_ended, program, hasattr(options, "sandbox")))):  # fmt: skip
             result = command.run(options)
         outputs.present(command, _with_units(command, result), options.json, written)
         return command.exit_status(result) if hasattr(command, "exit_status") else 0
@@ -56,11 +59,19 @@ def _run(words: Sequence[str], written: Sequence[Path]) -> int:
     except BrokenPipeError:
         raise
     except OSError as error:
-        return _report_error(program, f"{error.filename or ''}: {error.strerror or error}", 2)
+        named = f"{error.filename}: " if error.filename else ""
+        return _report_error(program, f"{named}{error.strerror or error}", 2)
     except KeyboardInterrupt:
         left = outputs.described([path for path in written if path.exists()])
         return _report_error(program, f"interrupted; written: {', '.join(left) or 'nothing'}",
                          INTERRUPTED)
+
+
+def _ended(program: str, has_sandbox: bool, fmus: Sequence[str]) -> str:
+    """The message when one of the FMUs that were called has ended the process."""
+    fmu = fmus[0] if len(fmus) == 1 else f"one of the FMUs {', '.join(fmus)}"
+    advice = "run it with --sandbox" if has_sandbox else "it cannot be used; motofmi check shows the call"
+    return f"{program}: {fmu} ended the process of motofmi: {advice}"
 
 
 def _later(options: Any) -> list[Path]:

@@ -21,8 +21,8 @@ from fmus.support.sandbox import Limits, Outcome, limit_resources, run_limited, 
 LIMITS = Limits(time=3600.0)
 ERRORS = {error.__name__: error for error in (InputError, MissingToolError, SimulationError)}
 # The network is left before anything else is imported, while the process has one thread.
-INSIDE = """from fmus.support.sandbox import leave_network
-leave_network()
+INSIDE = """from fmus.support.sandbox import enter_sandbox
+enter_sandbox()
 from motofmi.cli.sandboxed import inside
 inside()
 """

@@ -81,6 +81,8 @@ def check(
     """
     paths = [Path(path) for path in ([fmus] if isinstance(fmus, str | Path) else fmus)]
     for path in paths:
+        if path.is_dir():
+            raise InputError(f"{path} is a folder; give paths of .fmu archives, all in the folder as {path}/*.fmu")
         if not path.is_file():
             raise InputError(f"there is no file {path}; give the path of an .fmu archive")
     for name, value, unit in (("time_limit", time_limit, "s"), ("memory", memory, "MiB")):

@@ -19,6 +19,7 @@ from fmus.cosimulation.subsystems.fmi_calls import Calls, Calls2, Calls3
 from fmus.cosimulation.subsystems.stated_units import described_unit, stated_units
 from fmus.cosimulation.subsystems.typed_values import REAL, Value, typed
 from fmus.support.errors import InputError, SimulationError, unknown
+from fmus.support.foreign_code import entered
 
 SHOWN = 6  # so many names of inputs, and of outputs, are in the repr
 CALLS: dict[str, Callable[[str, Mapping[str, str], Sequence[int]], Calls]] = {"2": Calls2, "3": Calls3}
@@ -102,6 +103,7 @@ class FmuInstance:
     # Lifetime ------------------------------------------------------------------------------------------------------
 
     def _instance(self) -> Calls:
+        entered(str(self.path))
         try:
             return CALLS[self._archive.version](self.name, self._archive.library, self._moving)
         except Exception as error:  # fmpy raises plain exceptions for a missing platform or a failed instance
@@ -192,6 +194,10 @@ class FmuInstance:
     def exchange(self, inputs: np.ndarray) -> np.ndarray:
         self._inputs.values[:] = inputs
         self.calls.set(*self._inputs.call)
+        return self.present_outputs()
+
+    def present_outputs(self) -> np.ndarray:
+        """The outputs (ny,) without setting an input before."""
         self.calls.get(*self._outputs.call)
         return self._outputs.values
 

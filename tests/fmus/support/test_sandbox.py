@@ -1,6 +1,8 @@
 """A process with limits: it ends with all that it has started, and reaches no network."""
 
 import os
+import signal
+import subprocess
 import sys
 import time
 
@@ -53,6 +55,44 @@ def test_what_the_process_has_started_ends_with_it(way, tmp_path):
     outcome = python(LEFT.format(how=WAYS[way].format(mark=mark), mark=mark), time=25.0)
     assert outcome.status == 0 and outcome.output.strip().endswith(mark.encode()) and time.monotonic() - began < 20
     assert not [p for p in psutil.process_iter(["cmdline"]) if mark in (p.info["cmdline"] or []) and p.status() != psutil.STATUS_ZOMBIE]
+
+
+STARTER = """
+import sys
+from fmus.support.sandbox import Limits, run_limited
+run_limited([sys.executable, "-c", {code!r}], Limits(time=60.0))
+"""
+BUSY = """
+from fmus.support.sandbox import enter_sandbox
+enter_sandbox()
+import ctypes, os, pathlib
+pathlib.Path({path!r} + "_").write_text(str(os.getpid()))
+os.rename({path!r} + "_", {path!r})
+ctypes.CDLL(None).sleep(60)
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL], ids=["terminated", "killed"])
+def test_the_process_ends_with_the_one_that_started_it(number, tmp_path):
+    path = tmp_path / "pid"
+    code = STARTER.format(code=BUSY.format(path=str(path)))
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    with subprocess.Popen([sys.executable, "-c", code], env=environment) as starter:
+        until(path.exists)
+        child = psutil.Process(int(path.read_text()))
+        starter.send_signal(number)
+    try:
+        until(lambda: not child.is_running() or child.status() == psutil.STATUS_ZOMBIE)
+    finally:
+        if child.is_running():
+            child.kill()
+
+
+def until(condition, patience=15.0):
+    began = time.monotonic()
+    while not condition():
+        assert time.monotonic() - began < patience
+        time.sleep(0.05)
 
 
 LIMITED = """

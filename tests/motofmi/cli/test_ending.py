@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -90,6 +91,31 @@ def test_a_reader_that_stops_ends_the_command_quietly(arguments):
     os.close(reading)  # as `| head` does once it has seen enough
     assert process.communicate(timeout=PATIENCE)[1] == ""
     assert process.returncode == 141  # 128 + SIGPIPE, as other programs end
+
+
+FULL = Path("/dev/full")
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not FULL.exists(), reason="a device that is full")
+@pytest.mark.parametrize(
+    ("arguments", "program"),
+    [(("modes",), "motofmi modes"), (("modes", "--json", "-"), "motofmi modes"), (("help",), "motofmi")],
+)
+def test_an_output_that_is_full_is_named(arguments, program):
+    with FULL.open("w") as full:
+        process = started(*arguments, stdout=full)
+        err = process.communicate(timeout=PATIENCE)[1]
+    assert (process.returncode, err) == (2, f"{program}: standard output: No space left on device\n")
+
+
+@pytest.mark.slow
+def test_characters_that_the_output_cannot_encode_are_replaced(tmp_path):
+    ascii_only = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    process = started("modes", "--speed", "5", "--csv", tmp_path / "\xfc.csv", env=ascii_only)
+    out, err = process.communicate(timeout=PATIENCE)
+    assert (process.returncode, err) == (0, "")
+    assert out.endswith("\\xfc.csv\n")
 
 
 def lines_of(capsys):

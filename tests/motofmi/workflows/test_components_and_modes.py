@@ -48,6 +48,7 @@ WRONG = {
     "version": (lambda: mf.build("damper:7.5", fmi=4), "unknown FMI version '4'"),
     "set of several": (lambda: mf.build(["damper:7.5", "damper:5"], set={"damping": 1.0}), "single component"),
     "no file": (lambda: mf.check("nowhere.fmu"), "there is no file nowhere.fmu"),
+    "folder": (lambda: mf.check("."), r"\. is a folder; give paths of \.fmu archives, .* \./\*\.fmu"),
 }
 
 
