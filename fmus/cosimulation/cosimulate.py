@@ -33,7 +33,7 @@ from fmus.cosimulation.results import Rows, heading
 from fmus.cosimulation.step_control import SEGMENT, StepControl
 from fmus.cosimulation.subsystems.subsystem import Subsystem
 from fmus.interfaces.handlebar import CONJUGATE_RATES, unbound_inertia
-from fmus.support.errors import InputError, SimulationError
+from fmus.support.errors import EndRequestedError, InputError, SimulationError
 from fmus.support.progress import track
 
 LARGEST = 1e9  # a signal that exceeds this many times the largest start value, or 1, has diverged
@@ -143,42 +143,41 @@ def _loop(
     limit = LARGEST * max(1.0, step * count, begin, float(np.abs(loop.outputs).max(initial=0.0)))
     chunks = range(0, count, chunk)
     for first in track(chunks, "co-simulation", len(chunks)) if len(chunks) > 1 else chunks:
-        size, failure = min(chunk, count - first), ""
+        size, failure, advised = min(chunk, count - first), "", True
         times = begin + (first + np.arange(size + 1)) * step
         try:
             loop.steps(profile.at(times), block[:size, 1:], end_inputs[:size])
         except SimulationError as error:
-            failure = str(error)
+            failure, advised = str(error), not isinstance(error, EndRequestedError)
         done = loop.done
         block[:done, 0] = times[1 : done + 1]
         if not (block[:done].max(initial=0.0) <= limit and block[:done].min(initial=0.0) >= -limit):
             wild = ~(np.abs(block[:done, 1:]).max(axis=1) <= limit)
-            done, failure = int(wild.argmax()) + 1, "the signals diverge"
+            done, failure, advised = int(wild.argmax()) + 1, "the signals diverge", True
         rows.write(block[:done])
         for bond in watched:
             bond.add(block[:done, 1:], end_inputs[:done], step)
         if failure:
-            raise SimulationError(_diagnosis(failure, watched, begin + (first + done) * step, step))
+            advice = f"; take a smaller step than {step:g} s or a coupling of higher order" if advised else ""
+            raise SimulationError(_diagnosis(failure, watched, begin + (first + done) * step) + advice)
 
 
-def _diagnosis(failure: str, watched: list[PowerBond], time: float, step: float) -> str:
+def _diagnosis(failure: str, watched: list[PowerBond], time: float) -> str:
     worst = max(watched, key=lambda bond: abs(bond.energy), default=None)
     bond = (
         f" at {worst.name} ({worst.energy:.3g} J added by the coupling, {worst.exchanged:.3g} J exchanged)"
         if worst
         else ""
     )
-    return (
-        f"stopped at {time:.6g} s{bond}: {failure}; take a smaller step than {step:g} s or a coupling of higher order"
-    )
+    return f"stopped at {time:.6g} s{bond}: {failure}"
 
 
 def steps(step: float, duration: float) -> tuple[float, int]:
     """The step [s] that divides the duration, at most as large as the one given, and how many there are."""
+    if not (np.isfinite(duration) and duration > 0):  # first, because a step that is not given is at most the duration
+        raise InputError(f"duration = {duration:g} s: a duration must be positive and finite, as in 5")
     if not (np.isfinite(step) and step > 0):
         raise InputError(f"step = {step:g} s: a step must be positive and finite, as in 0.001")
-    if not (np.isfinite(duration) and duration > 0):
-        raise InputError(f"duration = {duration:g} s: a duration must be positive and finite, as in 5")
     if step > duration:
         raise InputError(f"step = {step:g} s is longer than the duration of {duration:g} s")
     count = int(np.ceil(duration / step * (1 - 1e-9)))

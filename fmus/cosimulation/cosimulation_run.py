@@ -25,6 +25,7 @@ class CosimulationRun:
     longest [s] the extremes. predicted holds the eigenvalues of the coupled simulation beside the exact ones; it is
     None where a subsystem cannot be linearised, and then meets_tolerance, too. meets_tolerance says whether every
     mode's error is within the tolerance; where not, advice is one sentence with a coupling or a step that meets it.
+    notes are sentences on a run of a single FMU: an end that the FMU asked for, variables without a column.
 
         >>> run = mf.simulate("damper:7.5", inputs={"time": [0, 1], "steer_rate": [1, 1]}, step=0.01, duration=0.1)
         >>> run.keys()[-1], run.units["damper_7_5.handlebar_torque"]
@@ -51,6 +52,7 @@ class CosimulationRun:
     longest: float
     meets_tolerance: bool | None = None
     advice: str | None = None
+    notes: tuple[str, ...] = ()
 
     @property
     def units(self) -> dict[str, str]:

@@ -91,16 +91,24 @@ def split_units(columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray, dict[str
 def read_profile(path: str | Path) -> tuple[np.ndarray, dict[str, np.ndarray], dict[str, str]]:
     """Times (n,) [s], columns by name, and units by name, from a CSV file with a header.
 
+    Columns are separated by commas, or by semicolons where the header has no comma; the decimal sign is then a point or
+    a comma.
+
     Raises InputError for a file without a column `time`, with a value that is not a number, or that cannot be read.
     """
     try:
         with open(path, newline="", encoding="utf-8-sig") as file:
-            header, *rows = [row for row in csv.reader(file) if row]
+            lines = file.read().splitlines()
+        first = next((line for line in lines if line.strip()), "")
+        semicolons = ";" in first and "," not in first
+        header, *rows = [row for row in csv.reader(lines, delimiter=";" if semicolons else ",") if row]
     except (OSError, ValueError, UnicodeDecodeError) as error:
         raise InputError(
             f"cannot read inputs from {path}: {getattr(error, 'strerror', None) or 'it has no header and rows'}"
         ) from None
     try:
+        if semicolons:
+            rows = [[cell.replace(",", ".") for cell in row] for row in rows]
         table = np.array(rows, float).reshape(len(rows), len(header))
     except ValueError:
         raise InputError(

@@ -17,6 +17,8 @@ from fmus.cosimulation.polynomials import COEFFICIENTS
 from fmus.cosimulation.profiles import Profile
 from fmus.cosimulation.results import Rows, heading
 from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem
+from fmus.cosimulation.subsystems.other_outputs import OtherOutputs
+from fmus.support.errors import EndRequestedError
 from fmus.support.progress import track
 
 STEP, DURATION = 0.001, 5.0  # s, where neither the caller nor the FMU's default experiment names any
@@ -29,8 +31,9 @@ def simulate(fmu: FmuSubsystem, step: float | None = None, duration: float | Non
     """Run an FMU from where it is to `duration` [s], with inputs by name as columns (n,) at ascending times (n,) [s].
 
     units are those of columns, where they are not those of the inputs. The rows hold inputs and outputs, to the CSV
-    file `out` or in the run. Raises InputError for a column that is no input and for a step or a duration that is not
-    positive, SimulationError when the FMU fails.
+    file `out` or in the run; numbers, Booleans and enumerations have columns, arrays one for each element. The run ends
+    where the FMU asks for it. Its notes state that, and the variables without a column. Raises InputError for a column
+    that is no input and for a step or a duration that is not positive, SimulationError when the FMU fails.
     """
     experiment = fmu.description.defaultExperiment
     if duration is None:
@@ -41,19 +44,36 @@ def simulate(fmu: FmuSubsystem, step: float | None = None, duration: float | Non
     network = Network({fmu.name: fmu}, {})
     profile = Profile.over_time(network, np.zeros(1) if times is None else times, columns or {}, units)
     names = [*network.inputs, *network.outputs]
-    rows = Rows(["time [s]", *(heading(name, fmu.unit_of(name.partition(".")[2])) for name in names)], out, count + 1)
+    others = OtherOutputs(fmu)
+    notes = others.notes
+    titles = [heading(name, fmu.unit_of(name.partition(".")[2])) for name in names]
+    titles += [
+        heading(f"{fmu.name}.{name}", fmu.unit_of(variable))
+        for name, variable in zip(others.names, others.variables, strict=True)
+    ]
+    rows = Rows(["time [s]", *titles], out, count + 1)
     coefficients = np.zeros((COEFFICIENTS, len(fmu.inputs)))
     inputs = profile.at(np.zeros(1))[0]
-    block = [np.concatenate([[0.0], inputs, fmu.exchange(inputs)])]
+    block = [np.concatenate([[0.0], inputs, fmu.exchange(inputs), others.read()])]
     began = perf_counter()
     try:
         for k in track(range(count), "simulation", count):
             following = profile.at(np.array([(k + 1) * step]))[0]
             rise = following - inputs
             coefficients[0], coefficients[1] = (inputs, rise) if fmu.input_order else (inputs + rise / 2, 0.0)
-            fmu.step(coefficients, step)
+            try:
+                fmu.step(coefficients, step)
+            except EndRequestedError as end:
+                early = f", before the duration of {duration:g} s" if end.time < (1 - 1e-9) * duration else ""
+                notes = (f"{end}{early}", *notes)
+                count = k
+                if end.time > (k + 1e-9) * step:  # part of a step, or a whole one
+                    count += 1
+                    reached = profile.at(np.array([end.time]))[0]
+                    block.append(np.concatenate([[end.time], reached, fmu.present_outputs(), others.read()]))
+                break
             inputs = following
-            block.append(np.concatenate([[(k + 1) * step], inputs, fmu.exchange(inputs)]))
+            block.append(np.concatenate([[(k + 1) * step], inputs, fmu.exchange(inputs), others.read()]))
             if len(block) >= BLOCK:
                 rows.write(np.array(block))
                 block = []
@@ -62,4 +82,5 @@ def simulate(fmu: FmuSubsystem, step: float | None = None, duration: float | Non
             rows.write(np.array(block))
         rows.close()
     rate = count / (perf_counter() - began)
-    return CosimulationRun(step, "none", rows.columns, rows.kept, rows.path, rate, None, [], count, step, step)
+    return CosimulationRun(step, "none", rows.columns, rows.kept, rows.path, rate, None, [], count, step, step,
+                           notes=notes)  # fmt: skip

@@ -27,6 +27,14 @@ class SimulationError(RuntimeError):
     """A simulation cannot continue. The message says where, when and what to change; the exit status is 1."""
 
 
+class EndRequestedError(SimulationError):
+    """An FMU has asked for the end of the simulation, at `time` [s]."""
+
+    def __init__(self, name: str, time: float):
+        super().__init__(f"{name} asked for the end of the simulation at {time:g} s")
+        self.time = time
+
+
 def unknown(
     kind: str, given: object, valid: Iterable[str], error: type[InputError] = InputError
 ) -> InputError:

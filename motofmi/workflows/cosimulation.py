@@ -210,8 +210,9 @@ def simulate(fmu: ComponentLike, *, inputs: Inputs | None = None, step: float | 
 
     fmu is the path of any archive, or a component or its name, whose FMU is built. step and duration are those
     of its default experiment where none are given, else 0.001 s and 5 s. set gives parameters, inputs and
-    starts of states by name; inputs, units and out are as in `cosimulate`. Raises InputError for an unknown name,
-    SimulationError when the FMU fails.
+    starts of states by name; inputs, units and out are as in `cosimulate`. Outputs of other types than Real or Float64
+    follow after those, Booleans as 0 or 1, arrays by element. The run ends where the FMU asks for it; its notes state
+    that, and the variables without a column. Raises InputError for an unknown name, SimulationError when the FMU fails.
 
         >>> run = mf.simulate("rider:mean_2011", inputs={"time": [0, 1], "steer_angle": [0, 0.1]}, step=0.01, duration=1.0)
         >>> len(run["time"])

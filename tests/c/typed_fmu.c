@@ -1,17 +1,19 @@
 /* A small FMU of FMI 2.0 for co-simulation with a parameter of every type, which its outputs show:
 
-   y = gain u,   seen_flag, seen_count, seen_mode: the parameters as numbers,   label_length: of the text */
+   y = gain u,   seen_flag, seen_count, seen_mode: the parameters as numbers,   label_length: of the text
+
+It asks for the end of the simulation at end_time. */
 
 #include <stdlib.h>
 #include <string.h>
 
 #include "fmi2FunctionTypes.h"
 
-enum { U, GAIN, Y, SEEN_FLAG, SEEN_COUNT, SEEN_MODE, LABEL_LENGTH, N_REAL };
+enum { U, GAIN, Y, SEEN_FLAG, SEEN_COUNT, SEEN_MODE, LABEL_LENGTH, END_TIME, N_REAL };
 
 typedef struct {
     double real[N_REAL];
-    int flag, count, mode;
+    int flag, count, mode, ended;
     char label[100];
 } Instance;
 
@@ -23,12 +25,17 @@ static void start(Instance *s)
     memset(s, 0, sizeof *s);
     s->real[GAIN] = 1.0;
     s->mode = 1;
+    s->real[END_TIME] = 1e300;
 }
 
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources, const fmi2CallbackFunctions *functions,
                               fmi2Boolean visible, fmi2Boolean logging)
 {
-    (void)name, (void)type, (void)guid, (void)resources, (void)functions, (void)visible, (void)logging;
+    (void)type, (void)resources, (void)visible, (void)logging;
+    if (strcmp(guid, "{typed}")) {
+        functions->logger(functions->componentEnvironment, name, fmi2Error, "error", "the GUID is of another model");
+        return NULL;
+    }
     Instance *s = malloc(sizeof *s);
     if (s) start(s);
     return s;
@@ -83,12 +90,41 @@ fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t 
     return fmi2OK;
 }
 
-fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no) { return (void)c, (void)t, (void)h, (void)no, fmi2OK; }
+fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Integer value[])
+{
+    for (size_t i = 0; i < n; i++) value[i] = vr[i] == 0 ? ((Instance *)c)->count : ((Instance *)c)->mode;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Boolean value[])
+{
+    (void)vr;
+    for (size_t i = 0; i < n; i++) value[i] = ((Instance *)c)->flag;
+    return fmi2OK;
+}
+
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no)
+{
+    Instance *s = c;
+    (void)no;
+    s->ended = t + h > s->real[END_TIME];
+    return s->ended ? fmi2Discard : fmi2OK;
+}
+
+fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value)
+{
+    *value = ((Instance *)c)->ended;
+    return kind == fmi2Terminated ? fmi2OK : fmi2Discard;
+}
+
+fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value)
+{
+    *value = ((Instance *)c)->real[END_TIME];
+    return kind == fmi2LastSuccessfulTime ? fmi2OK : fmi2Discard;
+}
 
 /* Functions that an importer looks up and that the description does not offer. */
 #define ABSENT(name) fmi2Status name(void) { return fmi2Error; }
-ABSENT(fmi2GetInteger)
-ABSENT(fmi2GetBoolean)
 ABSENT(fmi2GetString)
 ABSENT(fmi2GetFMUstate)
 ABSENT(fmi2SetFMUstate)
@@ -101,7 +137,5 @@ ABSENT(fmi2SetRealInputDerivatives)
 ABSENT(fmi2GetRealOutputDerivatives)
 ABSENT(fmi2CancelStep)
 ABSENT(fmi2GetStatus)
-ABSENT(fmi2GetRealStatus)
 ABSENT(fmi2GetIntegerStatus)
-ABSENT(fmi2GetBooleanStatus)
 ABSENT(fmi2GetStringStatus)

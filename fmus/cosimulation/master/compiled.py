@@ -15,7 +15,7 @@ from fmus.cosimulation.network import Network
 from fmus.cosimulation.polynomials import COEFFICIENTS, derivatives
 from fmus.cosimulation.scheme import CONVERGED, PASSES, CouplingState
 from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem
-from fmus.support.errors import SimulationError
+from fmus.support.errors import EndRequestedError, SimulationError
 
 CHUNK, VALUES = 4000, 60_000  # steps and numbers written between two returns to Python: few enough to stay in the cache
 
@@ -173,7 +173,7 @@ class CompiledMaster:
                 like,
                 subsystem.input_order,
             )
-            c.path = calls.path or structures().NULL
+            c.path, c.ended = calls.path or structures().NULL, self._doubles(np.zeros(1))
             c.calls = [
                 structures().cast("Function", cast(getattr(calls.fmu.dll, name), c_void_p).value if name else 0)
                 for name in calls.functions
@@ -225,6 +225,8 @@ class CompiledMaster:
             raise SimulationError("the iteration does not converge")
         if c.status == self._library.STOPPED:
             raise SimulationError(f"{subsystem.name} has ended the step from {c.time:g} s early")
+        if c.status == self._library.ENDED:
+            raise EndRequestedError(subsystem.name, c.subsystems[c.failed_subsystem].ended[0])
         subsystem.calls.fail(subsystem.calls.functions[c.call], c.status)
 
     def _renew(self, external: np.ndarray) -> None:

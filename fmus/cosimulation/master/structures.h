@@ -1,6 +1,6 @@
 /* The structures that Python fills and the loop in C reads. cffi parses this file as it stands: no preprocessor lines. */
 
-enum { WARNING = 1, STOPPED = 100 }; /* statuses of FMI; STOPPED: an FMU of FMI 3.0 has ended a step early */
+enum { WARNING = 1, STOPPED = 100, ENDED }; /* statuses of FMI; of FMI 3.0: a step ended early, the FMU asks to end */
 enum { SET, GET, STEP, SET_SLOPES, GET_SLOPES, SAVE, RESTORE, DIRECTIONAL, CALLS };
 enum { BLOCK = 4 }; /* rows of a matrix that are multiplied together */
 
@@ -30,6 +30,7 @@ typedef struct {
     Function calls[CALLS];
     size_t n_inputs, n_outputs, n_states, order, first_input, first_output, first_state;
     size_t like;                             /* the first subsystem with the same driven inputs; both share its coefficients */
+    double *ended;                           /* the time at which an FMU of FMI 3.0 asks for the end of the simulation */
     double *coefficients;                    /* (4, n_inputs): of the path, else the derivatives with respect to time */
     const unsigned *unknowns, *knowns;       /* rates of the states, then outputs; states, then inputs */
     const unsigned *slope_inputs;            /* the inputs, once for each order */

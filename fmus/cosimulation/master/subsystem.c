@@ -35,7 +35,9 @@ static int do_step(const Subsystem *u, double time, double step)
     bool event, terminate, early;
     double last;
     const int status = ((Step3 *)u->calls[STEP])(u->instance, time, step, false, &event, &terminate, &early, &last);
-    return status <= WARNING && (terminate || early) ? STOPPED : status;
+    if (status > WARNING) return status;
+    if (terminate) *u->ended = last;
+    return terminate ? ENDED : early ? STOPPED : status;
 }
 
 static int set_slopes(const Subsystem *u, size_t order, const double *slopes)

@@ -79,6 +79,9 @@ def _open_archive(path: Path, modified: float) -> Archive:
         raise InputError(f"{path} has no co-simulation part")
     if description.fmiVersion[0] not in VERSIONS:
         raise InputError(f"{path} is FMI {description.fmiVersion} (valid: 2.0, 3.0)")
+    if description.guid is None:
+        needed = "guid" if description.fmiVersion[0] == "2" else "instantiationToken"
+        raise InputError(f"{path}: modelDescription.xml has no {needed}; enter the one with which the binary was built")
     moving = frozenset(
         v.get("name", "") for v in root.iterfind("ModelVariables/*") if v.get("intermediateUpdate") == "true"
     )

@@ -20,11 +20,12 @@ from fmpy.model_description import ModelVariable
 
 from fmus.cosimulation.master.library import address, array, library, pointer, structures
 from fmus.cosimulation.subsystems.typed_values import Value, typed
-from fmus.support.errors import MissingToolError, SimulationError
+from fmus.support.errors import EndRequestedError, MissingToolError, SimulationError
 
 Call = Callable[..., None]
 
-WARNING, FATAL = 1, 4
+WARNING, DISCARD, FATAL = 1, 2, 4
+LAST_SUCCESSFUL_TIME, TERMINATED = 2, 3  # kinds of status of FMI 2.0
 
 
 class Calls:
@@ -126,7 +127,12 @@ class Calls2(Calls):
         callbacks = fmi2CallbackFunctions()
         callbacks.logger = Logger(lambda environment, instance, status, category, message: self.listen(status, message))
         callbacks.allocateMemory, callbacks.freeMemory = Allocate(calloc), Free(free)
-        self.fmu.instantiate(callbacks=callbacks, loggingOn=True)
+        try:
+            self.fmu.instantiate(callbacks=callbacks, loggingOn=True)
+        except Exception:  # fmpy raises a plain exception without the FMU's message
+            if not self.said:
+                raise
+            raise SimulationError(f"fmi2Instantiate failed: {self.said}") from None
         array, count, state = c_void_p, c_size_t, c_void_p
         self.set = self.function("fmi2SetReal", array, count, array)
         self.get = self.function("fmi2GetReal", array, count, array)
@@ -139,6 +145,21 @@ class Calls2(Calls):
         self._free = self.function("fmi2FreeFMUstate", state)
         self.reset = self.function("fmi2Reset")
         self.directional = self.function("fmi2GetDirectionalDerivative", array, count, array, count, array, array)
+
+    def fail(self, name: str, status: int) -> None:
+        if name == "fmi2DoStep" and status == DISCARD:
+            self._raise_if_ended()
+        super().fail(name, status)
+
+    def _raise_if_ended(self) -> None:
+        """Raises EndRequestedError where the FMU has discarded a step in order to end the simulation."""
+        try:
+            ended = self.fmu.getBooleanStatus(TERMINATED)
+            time = self.fmu.getRealStatus(LAST_SUCCESSFUL_TIME)
+        except FMICallException:
+            return
+        if ended:
+            raise EndRequestedError(self.name, float(getattr(time, "value", time)))
 
     def _enter_initialisation(self, time: float) -> None:
         self.fmu.setupExperiment(startTime=time)
@@ -198,7 +219,9 @@ class Calls3(Calls):
     def _one_step(self, time: float, step: float) -> None:
         self._step(time, step, False, *self._addresses)
         _, terminate, early, last = self._answers
-        if terminate.value or early.value:
+        if terminate.value:
+            raise EndRequestedError(self.name, last.value)
+        if early.value:
             raise SimulationError(f"{self.name} stopped at {last.value:g} s, within the step from {time:g} s")
 
     def _mover(self, moving: Sequence[int]) -> fmi3IntermediateUpdateCallback:
