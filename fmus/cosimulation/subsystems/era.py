@@ -62,10 +62,10 @@ def _without_vanishing_modes(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Phi, Gamma and C of the modes that last for more than one step, and the static gain (ny, nu) of the others."""
     form, basis, k = schur(Phi, output="real", sort=lambda real, imag: np.hypot(real, imag) > VANISHED)
-    coupling = solve_sylvester(form[:k, :k], -form[k:, k:], -form[:k, k:])  # makes the form block-diagonal
+    mixed = solve_sylvester(form[:k, :k], -form[k:, k:], -form[:k, k:])  # makes the form block-diagonal
     Gamma, C = basis.T @ Gamma, C @ basis
-    lasting = Gamma[:k] - coupling @ Gamma[k:]
-    vanishing = C[:, :k] @ coupling + C[:, k:]
+    lasting = Gamma[:k] - mixed @ Gamma[k:]
+    vanishing = C[:, :k] @ mixed + C[:, k:]
     static = vanishing @ np.linalg.solve(np.eye(len(Phi) - k) - form[k:, k:], Gamma[k:])
     return form[:k, :k], lasting, C[:, :k], static
 

@@ -32,7 +32,7 @@ def disagreement(base: ComparedModel, best: ComparedModel, flexible: float, bloc
 
     flexible [1] is the mean square after a flexible regression, over the squared scale of the comparison.
     """
-    # Effects may leave more than the base does, and any other values would be better than they are.
+    # Where effects leave more than the base does, values of its own leave less than they do without any disagreement.
     best = min((best, base), key=lambda model: float(model.validation.mean()))
     own = with_own_values(base, best, flexible, blocks)
     if own is None or log_gain_low(best, own) <= 0:

@@ -71,20 +71,15 @@ def shape_at_bound(found: Fit) -> tuple[str, str] | None:
 
 
 def fit(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray, frozen: Sequence[int] = (),
-        anchor: np.ndarray | None = None, iterations: int = ITERATIONS, gain: float = ENOUGH,
-        beat: float = np.inf) -> Fit:  # fmt: skip
+        iterations: int = ITERATIONS, gain: float = ENOUGH, beat: float = np.inf) -> Fit:  # fmt: skip
     """The fit from a start: the model's vector, or the whole vector x with the deviations of each run.
 
-    Parameters in `frozen` (indices) keep their start values.
-
-    anchor gives common values of theta that are known from other runs, instead of fitting them. A fit that cannot reach
-    the chi-square `beat` within some steps is ended early. Raises InputError where the start cannot be simulated.
+    Parameters in `frozen` (indices) keep their start values. A fit that cannot reach the chi-square `beat` within some
+    steps is ended early. Raises InputError where the start cannot be simulated.
     """
     runs = with_initial_guesses(runs, initial_guesses(runs))
-    shared, total = len(model.names), len(model.names) + len(runs) * len(run_to_run_deviations(model.experiment))
+    total = len(model.names) + len(runs) * len(run_to_run_deviations(model.experiment))
     x = np.concatenate([start, np.zeros(total - len(start))])
-    if anchor is not None:
-        frozen = range(shared)
     low, high = _bounds(model, runs, total)
     free = np.setdiff1d(np.arange(total), np.asarray(list(frozen), int))
     x[free] = np.clip(x[free], low[free], high[free])

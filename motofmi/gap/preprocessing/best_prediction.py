@@ -30,7 +30,7 @@ def with_best_prediction(run: PredictedRun, inputs: np.ndarray, features: Sequen
     Raises InputError where the run has too few samples for the fewest lags.
     """
     best, errors, scale = np.inf, np.zeros_like(run.measured), 1.0
-    for lags in reversed(LAGS):
+    for lags in reversed(LAGS):  # the fewest last: where none can be used, the error states their numbers
         tried, count, used = _regression_errors(run, inputs, features, lags)
         if used <= 2 * count:
             continue

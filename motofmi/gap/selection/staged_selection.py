@@ -1,6 +1,6 @@
 """Model selection on sampled runs: by chi-square where the residuals of a model are noise, else by comparison.
 
-Where the noise is known, or some model leaves only noise, models are selected by chi-square (`noise_rounds`). On real
+Where some model leaves only noise, known or estimated, models are selected by chi-square (`noise_rounds`). On real
 machines usually none does; the models are then compared on blocks of their residuals (see the package `comparison`).
 """
 
@@ -33,10 +33,10 @@ from motofmi.gap.selection.result import Verdict
 from motofmi.gap.validation.before_after import before_and_after
 
 NOT_ADEQUATE = (
-    "The noise is that of {}, and the best single effect is not consistent with it (reduced chi-square {:.3g}): the "
+    "The noise follows from {}, and the best single effect is not consistent with it (reduced chi-square {:.3g}): the "
     "effects are compared on blocks of the residuals."
 )
-SOURCES = {"repeats": "the repeated excitation", "given": "the given sensors"}
+SOURCES = {"repeats": "the repeated excitation", "given": "the given standard deviations"}
 
 
 @dataclass(frozen=True)
@@ -190,21 +190,21 @@ def _without_known_noise(base: Fit) -> Fit:
 
 def in_known_noise(compared: Verdict, base: Fit, single: Fit) -> Verdict:
     """The verdict of a comparison, with its fits in the known noise of a base, by which the best single effect is not
-    adequate."""
-    noisy = base.runs[0]
+    adequate. Each fitted run has its own noise, validation runs have that of the first one."""
 
-    def known(runs: Sequence[SampledRun]) -> list[SampledRun]:
-        return [run.with_densities(noisy.densities, noisy.noise_source) for run in runs]
+    def known(runs: Sequence[SampledRun], noisy: Sequence[SampledRun]) -> list[SampledRun]:
+        return [run.with_densities(n.densities, n.noise_source) for run, n in zip(runs, noisy, strict=True)]
 
     own, best = (
-        replace(fit(found.model, known(found.runs), found.x, iterations=0), sandwich=found.sandwich)
+        replace(fit(found.model, known(found.runs, base.runs), found.x, iterations=0), sandwich=found.sandwich)
         for found in (compared.base, compared.best)
     )
     gap = compared.validation_gap
     if gap is not None:
         of_base, of_best = (misfit.fit for misfit in gap)
-        gap = before_and_after(own, best, known(of_best.runs), compared.criteria, (of_base, of_best))
+        checked = known(of_best.runs, base.runs[:1] * len(of_best.runs))
+        gap = before_and_after(own, best, checked, compared.criteria, (of_base, of_best))
     comparison: Any = compared.comparison
-    sentence = NOT_ADEQUATE.format(SOURCES[noisy.noise_source], single.reduced)
+    sentence = NOT_ADEQUATE.format(SOURCES[base.runs[0].noise_source], single.reduced)
     outcome = replace(comparison.outcome, sentences=[sentence, *comparison.outcome.sentences])
     return replace(compared, base=own, best=best, validation_gap=gap, comparison=replace(comparison, outcome=outcome))

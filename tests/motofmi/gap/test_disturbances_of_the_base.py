@@ -1,10 +1,13 @@
 """Disturbances of a recorded ride are estimated for the fitted vehicle, not for its start values."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 pytest.importorskip("numba", reason="the simulator of the ride is compiled by numba")
 
+from motofmi.gap.models import disturbances
 from motofmi.recordings.reading import read_recording
 from motofmi.workflows import components
 from motofmi.workflows.gap.vehicle import vehicle_runs_experiment
@@ -23,3 +26,17 @@ def test_a_base_fitted_from_wrong_matrices_leaves_noise(tmp_path):
     assert verdict.base.runs[0].held
     # 19,880 numbers: a deviation of 0.01; the floor is a regression on the same run.
     assert verdict.base.reduced < 1.04
+
+
+def test_the_prior_of_a_disturbance_remains_about_its_first_guess(monkeypatch):
+    """-2 log likelihood 9 (psi_0 + 8)^2 and prior (psi_0 / 3)^2 have their minimum at -72 / (9 + 1/9), which is far from
+    the first guess of zero."""
+    driven = SimpleNamespace(
+        forces=1, discrete=lambda noise, *_: noise, gains=lambda *_: (None, np.ones((1, 1, 1)), None)
+    )
+    run = SimpleNamespace(step=0.01, exactly_held=False, compared=slice(None))
+    monkeypatch.setattr(disturbances, "first_guess", lambda *_: np.zeros(4))
+    monkeypatch.setattr(disturbances, "predicted", lambda _, noise, *__: (np.array([[3 * (noise[0] + 8)]]), None))
+    found = disturbances.estimated(run, driven, np.zeros((1, 1)))
+    # The search ends where a step changes the function by 2e-6 of itself, with differences over 1e-3 or less.
+    assert found == pytest.approx([-72 / (9 + 1 / 9), 0, 0, 0], abs=0.02)

@@ -1,6 +1,7 @@
 """Hands on the handlebar as an effect on vehicles; the truth is the rider of the 2011 paper beside Kane's equations."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -87,7 +88,11 @@ def test_hands_on_the_bar_are_named_and_their_values_found(tmp_path, rider, mode
             value, error, _ = found[f"vehicle.passive_rider.{name}"]
             assert abs(value - truth) < 3 * error, name  # one in 370 lies beyond
     # The data determine some of the six parameters, the riders of 2011 the others.
-    assert 2 < verdict.best.effective_parameters(verdict.effects[0].effect) < 6
+    effect, best = verdict.effects[0].effect, verdict.best
+    assert 2 < best.effective_parameters(effect) < 6
+    # Errors of the model make the values less certain, and leave the shares of data and prior in them.
+    uncertain = replace(best, sandwich=4 * best.covariance())
+    assert uncertain.effective_parameters(effect) == best.effective_parameters(effect)
 
 
 @pytest.mark.slow

@@ -17,7 +17,7 @@ from motofmi.gap.alternatives import reason
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import Candidate
 from motofmi.gap.experiments.sensor_offset import sensor_offset_parameter
-from motofmi.gap.selection import chi_square_conditions, model_selection
+from motofmi.gap.selection import chi_square_conditions, eigenvalues, model_selection
 from motofmi.gap.selection.any_component import Investigation
 from motofmi.gap.selection.by_chi_square import of_one, of_pairs
 from motofmi.gap.selection.confirmation import with_validation
@@ -321,3 +321,13 @@ def test_a_form_that_validation_runs_reject_is_replaced_with_a_sentence(monkeypa
     assert [c.effect for c in found.effects] == [CoulombFriction]
     replaced = "a form that fits as well, which was replaced: coulomb_friction.soft by coulomb."
     assert f"The validation run rejects {replaced}" in said_of(found)
+
+
+def test_a_form_that_is_not_in_the_library_is_no_name_for_eigenvalues(monkeypatch):
+    found = of_one(BASE, [candidate(CoulombFriction, reduced=1.15, delta_bic=3850.0)], Criteria())
+    assert found.verdict == "named" and found.unspecified_form
+    monkeypatch.setattr(eigenvalues, "EigenvalueModel", lambda experiment: experiment)
+    monkeypatch.setattr(eigenvalues, "select_model", lambda *_, **__: found)
+    unknown = eigenvalues.select_model_for_eigenvalues(None, [], [])
+    assert unknown.verdict == "unknown" and "coulomb_friction is not named" in reason(unknown, said_of(unknown))
+    assert reason(unknown, []) in said_of(unknown)

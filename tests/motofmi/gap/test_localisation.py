@@ -177,3 +177,17 @@ def test_directions_of_sampled_runs():
         ]
         there, elsewhere = sorted(places, key=lambda p: -sign * (p.start + p.end))
         assert there.p_value < 1e-10 and there.excess > 4 * max(elsewhere.excess, 0)
+
+
+def test_places_by_amplitude_are_those_of_the_motion_although_another_output_has_another_unit():
+    time = np.arange(3000) / 100.0
+    force, phase = np.sin(4 * time), 4 * time - 1
+    columns = {"force": force, "displacement": 0.03 * np.sin(phase), "velocity": 0.12 * np.cos(phase)}
+    columns |= {n: columns[n] * (1 + 0.01 * time) for n in ("displacement", "velocity")}
+    recording = Recording("run", time, columns, {"force": "N", "displacement": "m", "velocity": "m/s"})
+    run = prepare_sampled_run(
+        recording, input_output_experiment(components.component("mass_spring_damper"), list(columns))
+    )
+    found = [p for p in of_samples(run, np.ones(len(run.data))) if p.axis == "amplitude"]
+    assert found and {p.unit for p in found} == {"m"}
+    assert max(p.end for p in found) < 0.04  # 0.03 m that grow by 30 %; the velocity exceeds 0.12 m/s

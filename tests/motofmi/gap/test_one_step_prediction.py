@@ -5,6 +5,7 @@ import pytest
 import scipy.linalg
 import scipy.signal
 
+from fmus.support.errors import InputError
 from motofmi.gap.models.kalman import Discrete, LinearisedForce, errors, sampled, sampled_noise, stationary
 from motofmi.gap.models.one_step_prediction import PredictorModel
 from motofmi.gap.preprocessing.best_prediction import with_best_prediction
@@ -212,3 +213,14 @@ def test_an_effect_of_size_zero_changes_nothing(prepared):
         q[[len(model.base) + i for i in model.sizes]] = 0.0
         # Riccati's equation is solved to 1e-9 in either; a spline through the samples is the samples.
         assert model.reduced(run, q)[0] == pytest.approx(before, rel=1e-4, abs=1e-4), effect.__name__
+
+
+def test_a_run_that_is_too_short_for_its_noise_is_refused():
+    time = np.arange(100) / 5
+    *y, u = np.random.default_rng(1).standard_normal((5, len(time)))
+    outputs = tuple("abcd")
+    columns = dict(zip(outputs, y, strict=True)) | {"u": u, "speed": np.ones(len(time))}
+    units = dict.fromkeys(outputs, "rad") | {"u": "N.m", "speed": "m/s"}
+    run = PredictedRun(Recording("short", time, columns, units), outputs, ("u",), "speed", 1, ((0, len(time)),))
+    with pytest.raises(InputError, match=r"short: \d+ samples are too few for the noise of its predictions"):
+        with_best_prediction(run, u[:, None], [])

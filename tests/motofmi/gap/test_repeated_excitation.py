@@ -17,7 +17,7 @@ FRICTION = 0.25  # N.m
 NOISE = 1e-4  # of the motion
 
 
-def driven(name: str, period: float, seed: int, **hidden) -> Recording:
+def driven(name: str, period: float, seed: int, noise: float = NOISE, **hidden) -> Recording:
     """60 s at 100 Hz of the joint under a multisine up to 4 Hz of this period [s] and 2 N.m (rms)."""
     rng, time = np.random.default_rng(seed), np.arange(0, 60, 0.01)
     orders = np.arange(1, int(4 * period))
@@ -25,7 +25,7 @@ def driven(name: str, period: float, seed: int, **hidden) -> Recording:
     size = 2 * np.sqrt(2 / len(orders))
     table = size * np.cos(2 * np.pi * np.outer(time, orders) / period + phases).sum(axis=1)
     motion, torque = simulate(JOINT, hidden, lambda t: np.interp(t, time, table), time)
-    angle = motion[:, 0] + NOISE * motion[:, 0].std() * rng.standard_normal(len(time))
+    angle = motion[:, 0] + noise * motion[:, 0].std() * rng.standard_normal(len(time))
     return Recording(name, time, {"torque": torque, "angle": angle}, {"torque": "N.m", "angle": "rad"})
 
 
@@ -51,3 +51,14 @@ def test_a_repeated_excitation_gives_no_name_where_nothing_is_missing(monkeypatc
     only_families(monkeypatch, ("coulomb_friction", "progressive_damping", "drift"))
     found = mf.find_gap([driven("fitted", 5.0, 1)], validation=driven("held", 60.0, 3), component="driven_joint")
     assert found.verdict == "none"
+
+
+@pytest.mark.study
+def test_each_run_has_the_noise_of_its_own_repetitions(monkeypatch):
+    only_families(monkeypatch, ("coulomb_friction", "drift"))
+    hidden = {"friction": FRICTION, "ripple": (0.03, 0.1)}
+    runs = [driven(f"run_{k}", 5.0, k, noise, **hidden) for k, noise in enumerate((NOISE, 20 * NOISE))]
+    found = mf.find_gap(runs, validation=driven("held", 60.0, 3, **hidden), component="driven_joint").selection
+    assert found.comparison is not None and {run.noise_source for run in found.best.runs} == {"repeats"}
+    deviations = [np.sqrt(run.densities[0](np.array([10.0, 30.0])).mean()) for run in found.best.runs]
+    assert deviations[1] / deviations[0] > 3  # 20, but that the accuracy of a simulation limits the first one

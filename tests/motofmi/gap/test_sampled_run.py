@@ -1,6 +1,7 @@
 """Runs of a component sample by sample: the inputs between the samples, the noise, initial states, and fits that share nothing."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from fmus.mechanisms import DrivenJoint, MassSpringDamper
 from fmus.support.errors import InputError
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.initial_fit import initial_fit
+from motofmi.gap.experiment_design.scaled_runs import scaled_runs
 from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.blocks import blocks_of
@@ -261,3 +263,19 @@ def test_a_smooth_record_is_an_excitation_at_any_bandwidth():
     assert np.std(y) < 5 * white_noise(y)  # what was taken for "no excitation"
     recording = Recording("wide", np.arange(3000) / 100, {"angle": y}, {"angle": "rad"})
     assert prepare_sampled_run(recording, input_output_experiment(DrivenJoint(), ["angle"])).data.any()
+
+
+def test_a_run_of_another_excitation_has_it_in_every_interpolation():
+    run = prepare_sampled_run(joint_run({}), input_output_experiment(DrivenJoint(), ["torque", "angle"]))
+    time = run.recording.time[10:20] + 0.003
+    for kind in ("smooth", "lines", "held"):
+        once, twice = (each.with_interpolation(kind).inputs(time)["torque"] for each in (run, run.scaled(2.0)))
+        assert twice == pytest.approx(2 * once)
+
+
+@pytest.mark.parametrize(("torque", "proposed"), [(0.0, False), (1.0, True)])
+def test_a_free_decay_is_not_repeated_with_another_excitation(torque, proposed):
+    run = joint_run({}, start=(0.3, 0.0))
+    run.columns["torque"] *= torque
+    prepared = prepare_sampled_run(run, input_output_experiment(DrivenJoint(), ["torque", "angle"]))
+    assert bool(scaled_runs(SimpleNamespace(runs=[prepared]))) == proposed

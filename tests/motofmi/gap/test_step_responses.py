@@ -18,6 +18,7 @@ from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.sampled_run import excited
 from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.gap.selection.any_component import investigate, offset_priors
+from motofmi.gap.selection.staged_selection import Selection
 from motofmi.recordings.joined import with_short_joined
 from motofmi.recordings.recording import Recording
 from tests import as_study
@@ -52,13 +53,17 @@ def test_the_friction_of_step_responses_is_named(base, rate, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_model_without_any_determined_value_is_not_called_sufficient():
-    """At constant rate from the first sample on, the force has no influence beside free initial states."""
+@pytest.mark.parametrize("verdict", ["none", "named"])
+def test_no_verdict_rests_on_a_model_without_any_determined_value(monkeypatch, verdict):
+    """At constant rate from the first sample on, the force has no influence beside free initial states: neither is the
+    model sufficient, nor may an effect be named beside a mass that is not determined."""
+    selected = Selection.verdict
+    monkeypatch.setattr(Selection, "verdict", lambda of: replace(selected(of), verdict=verdict))
     (run,), _ = with_short_joined([step_response(force, from_rest=False) for force in FITTED], 1000)
     experiment = input_output_experiment(MassSpringDamper(), run.columns)
-    verdict = investigate(experiment, [prepare_sampled_run(run, experiment)], library=[CubicDamping]).verdict
-    assert verdict.verdict == "unknown"
-    assert "do not test the model" in verdict.withheld and "--component FILE.toml" in verdict.withheld
+    found = investigate(experiment, [prepare_sampled_run(run, experiment)], library=[CubicDamping]).verdict
+    assert found.verdict == "unknown"
+    assert "do not test the model" in found.withheld and "--component FILE.toml" in found.withheld
 
 
 @pytest.mark.slow
