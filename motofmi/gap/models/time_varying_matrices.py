@@ -13,6 +13,8 @@ from scipy.linalg import lapack
 Entries = Mapping[tuple[int, int], Any]  # numbers, arrays (n,), or nodes
 Matrix = dict[tuple[int, int], Any]
 
+CACHED = 4096  # steps of a band that are filled together: their part of it stays in the cache of the processor
+
 
 def identity(size: int) -> Matrix:
     """The identity of so many rows."""
@@ -86,11 +88,15 @@ def chain(steps: Entries, nx: int, count: int) -> np.ndarray:
 
     steps (nx, nx) holds numbers, or arrays (count - 1,) from the second step on.
     """
-    band = np.zeros((2 * nx, count * nx), order="F")
-    band[0] = 1.0
-    for (i, j), value in steps.items():
-        band[nx + i - j, j : (count - 1) * nx : nx] = -value
-    return band
+    band = np.empty((count, nx, 2 * nx))
+    for first in range(0, count, CACHED):
+        block = band[first : first + CACHED]
+        block[...] = 0.0
+        block[:, :, 0] = 1.0
+        last = min(first + CACHED, count - 1)
+        for (i, j), value in steps.items():
+            block[: last - first, j, nx + i - j] = -(value[first:last] if np.ndim(value) else value)
+    return band.reshape(count * nx, 2 * nx).T
 
 
 def carried(band: np.ndarray, forcing: np.ndarray) -> np.ndarray:

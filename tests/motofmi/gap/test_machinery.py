@@ -25,7 +25,7 @@ from motofmi.gap.models.equations import Equations
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.models.harmonic_model import HarmonicModel
 from motofmi.gap.models.simulation import simulate, simulate_by_continuation
-from motofmi.gap.models.time_varying_matrices import inverse, product
+from motofmi.gap.models.time_varying_matrices import CACHED, carried, chain, inverse, product
 from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.gap.preprocessing.steer_test_run import prepare_steer_test_run
 from motofmi.gap.selection.candidate_search import search_candidates
@@ -138,6 +138,18 @@ def test_slopes_that_run_away_where_the_motion_does_not_yet_are_refused(monkeypa
     monkeypatch.setattr("motofmi.gap.models.collocation.LARGEST", 1.5 * np.abs(made.outputs).max())
     with pytest.raises(InputError, match="diverges"):
         made.slopes  # noqa: B018
+
+
+@pytest.mark.parametrize("count", [1, 2, CACHED - 1, CACHED, CACHED + 1, CACHED + 2, 2 * CACHED + 1])
+def test_a_chain_of_steps_is_their_recursion(count):
+    rng = np.random.default_rng(count)
+    changing, constant = rng.uniform(-0.5, 0.5, (2, count - 1)), 0.3
+    forcing = rng.standard_normal((count, 2))
+    states = [forcing[0]]
+    for k in range(count - 1):
+        states.append(np.array([[changing[0, k], 0.0], [constant, changing[1, k]]]) @ states[-1] + forcing[k + 1])
+    band = chain({(0, 0): changing[0], (1, 0): constant, (1, 1): changing[1]}, 2, count)
+    np.testing.assert_allclose(carried(band, forcing.copy()), states, rtol=1e-12, atol=1e-14)  # rounding
 
 
 def test_matrices_over_time_are_those_of_numpy():
