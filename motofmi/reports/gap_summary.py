@@ -19,7 +19,8 @@ BEGINNINGS = {"named": "An effect is missing: ", "tied": "An effect is missing, 
 def answer(result: dict[str, Any]) -> str:
     """The verdict as the first sentence of a report."""
     verdict, _, sentence = headline(result).partition(": ")
-    said = BEGINNINGS[verdict] + sentence
+    beginning = "Effects are missing: " if len(result["effects"]) > 1 else BEGINNINGS[verdict]
+    said = beginning + sentence
     return said[0].upper() + said[1:] + "."
 
 

@@ -84,3 +84,20 @@ def test_device_takes_settings_and_says_what_is_assumed(capsys):
     assert set(found["assumed"]) == {"arm_damping", "waist_damping"}
     assert main(["device", "rider:4_2008", "--frequency", "1"]) == 0
     assert "assumed: arm_damping" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "arguments, said",
+    [
+        (["modes", "--set", "arm_damping=10", "--set", "arm_damping=20"], "arm_damping is given twice, 10.0 and 20.0"),
+        (["simulate", "damper:5", "--set", "a=x", "--set", "a=2"], "a is given twice, x and 2.0"),
+        (["modes", "--unit", "torque=N.m", "--unit", "torque=Ncm"], "torque is given twice, N.m and Ncm"),
+    ],
+)
+def test_a_name_with_two_values_is_refused(capsys, arguments, said):
+    assert main(arguments) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_the_same_value_twice_is_one_value(capsys):
+    assert main(["device", "damper:5", "--set", "damping=4", "--set", "damping=4.0"]) == 0
