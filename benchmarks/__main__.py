@@ -1,4 +1,4 @@
-"""Runs studies by name, keeps their results, and renders the tables of the pages that show them."""
+"""Runs studies by name, keeps their results, and renders the numbers and tables of the pages that show them."""
 
 import argparse
 import datetime
@@ -42,7 +42,7 @@ def main() -> None:
         "names", nargs="*", metavar="NAME", help=f"studies to run (default: all): {', '.join(studies())}"
     )
     parser.add_argument("--json", metavar="FILE", help="write these results there as well; - for standard output")
-    parser.add_argument("--render", action="store_true", help="run no study, only render the tables of docs/")
+    parser.add_argument("--render", action="store_true", help="run no study, only render the numbers and tables of docs/")
     parser.add_argument(
         "--data", metavar="DIR", help=f"folder of recordings of others (default: environment variable {DATA})"
     )

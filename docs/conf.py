@@ -7,6 +7,7 @@ from pathlib import Path
 import motofmi
 
 sys.path.insert(0, str(Path(__file__).parent))  # the extension beside this file
+sys.path.append(str(Path(__file__).parents[1]))  # the benchmarks, whose results pages show
 
 project = "motofmi"
 author = "motofmi developers"

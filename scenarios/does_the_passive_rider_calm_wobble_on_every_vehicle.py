@@ -226,14 +226,14 @@ overdamped: one of its two real roots has the name; the slow one, near -6 1/s, h
 `--longitudinal-acceleration=-4` brakes, positive values drive: a quasi-equilibrium, in which only the speed changes. Modes there are
 those at constant speed. The command says where it ends: at a wheelie, a stoppie, or the grip of a tyre.
 
-Equilibria end where a tyre gives its greatest side force, near {{measured}}`hosts.corners_end.5.equilibrium | .0f` deg of lean at 5 m/s, {{measured}}`hosts.corners_end.30.equilibrium | .0f` at 30 m/s and {{measured}}`hosts.corners_end.60.equilibrium | .0f` at 60 m/s.
+Equilibria end where a tyre gives its greatest side force, near <!-- measured hosts.corners_end.5.equilibrium | .0f --><!-- end --> deg of lean at 5 m/s, <!-- measured hosts.corners_end.30.equilibrium | .0f --><!-- end --> at 30 m/s and <!-- measured hosts.corners_end.60.equilibrium | .0f --><!-- end --> at 60 m/s.
 With tyres that deflect there are modes at every equilibrium. With rigid tyres side forces follow the loads at once, and at large lean
 angles the motion no longer determines the loads; the command then says so.
 
 What was checked: upright and with all freedoms in the plane locked, matrices and eigenvalues are those of straight running (1e-11 of the largest
 entry in a row: rounding). Stiff suspensions and tyres recover the locked motorcycle, with an error that falls as 1/k. Exudyn, with its own
-contacts, linkage and longitudinal forces (`exudyn_corner`), leaves accelerations of at most {{measured}}`hosts.exudyn_corner.largest_rate | .0e` m/s2 at the equilibria at eight speeds from 6 to 70 m/s and
-0, 15, 30 and 45 deg of lean, and its eigenvalues agree within {{measured}}`hosts.exudyn_corner.largest_error | .0e`, hands off and with the mean rider; with -4 and 2 m/s2 likewise. The energy of the bodies, springs and tyres changes by the power of the forces to 1e-9. Left and right mirror each other. Public
+contacts, linkage and longitudinal forces (`exudyn_corner`), leaves accelerations of at most <!-- measured hosts.exudyn_corner.largest_rate | .0e --><!-- end --> m/s2 at the equilibria at eight speeds from 6 to 70 m/s and
+0, 15, 30 and 45 deg of lean, and its eigenvalues agree within <!-- measured hosts.exudyn_corner.largest_error | .0e --><!-- end -->, hands off and with the mean rider; with -4 and 2 m/s2 likewise. The energy of the bodies, springs and tyres changes by the power of the forces to 1e-9. Left and right mirror each other. Public
 sources print no equilibrium and no eigenvalue of this motorcycle in a corner.
 
 ## Printed numbers

@@ -13,7 +13,6 @@ from extension import (
     couplings,
     figures,
     formats,
-    measured,
     schemas,
     signatures,
     system_signatures,
@@ -62,7 +61,6 @@ def draw(app: Any) -> None:
 
 
 def setup(app: Any) -> dict[str, bool]:
-    app.add_role("measured", measured.role)
     app.connect("builder-inited", write)
     app.connect("builder-inited", draw)
     return {"parallel_read_safe": True}

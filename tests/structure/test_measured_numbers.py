@@ -20,11 +20,11 @@ PAGES = [
     ROOT / "paper" / "paper.md",
     *(path for path in sorted((ROOT / "docs").rglob("*.md")) if not KEPT & set(path.parts)),
 ]
-CODE = re.compile(r"^```.*?^```|(?<!\{measured\})`[^`\n]*`", re.MULTILINE | re.DOTALL)
-# A table between these lines is rendered by its benchmark (`benchmarks/_pages.py`).
+CODE = re.compile(r"^```.*?^```|`[^`\n]*`", re.MULTILINE | re.DOTALL)
+# A number or a table between these marks is rendered from the results (`benchmarks/_pages.py`).
+NUMBER = re.compile(r"<!-- measured .*? -->.*?<!-- end -->")
 RENDERED = re.compile(r"<!-- table of .*?<!-- end of the table -->", re.DOTALL)
 LINK = re.compile(r"\]\([^)]*\)")
-ROLE = re.compile(r"\{measured\}`([^`]+)`")
 # What only a measurement gives: rates of cases, speeds and costs.
 MEASURED = re.compile(
     r"\b\d{1,3} of \d{2,3}\b|\b\d+(?:\.\d+)? ?% \[\d+, \d+\]|\b[\d.,]+ (?:MB/s|steps/s|CPU s|times (?:faster|slower|as fast)|(?:m?s|seconds) of processor time)\b"
@@ -37,7 +37,7 @@ def _prose(page: Path) -> str:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
 def test_no_measured_number_is_typed(page):
-    assert MEASURED.findall(ROLE.sub("", _prose(page))) == []
+    assert MEASURED.findall(NUMBER.sub("", _prose(page))) == []
 
 
 # What a measurement may give: percentages, errors, powers of ten, decimals, times, ratios. Others are counts and
@@ -97,7 +97,7 @@ def _text(page: Path) -> str:
 
 def typed_numbers(text: str, sections_in_tables: bool = False) -> set[str]:
     """The numbers in the prose and the tables of a page that a measurement may give."""
-    for left_out in (RENDERED, CODE, ROLE, MATH, LINK, INDENTED, VERSIONS):
+    for left_out in (RENDERED, CODE, NUMBER, MATH, LINK, INDENTED, VERSIONS):
         text = left_out.sub("", text)
     if sections_in_tables:
         text = re.sub(r"^\|.*$", "", text, flags=re.MULTILINE)
@@ -114,22 +114,11 @@ def test_numbers_that_may_be_measured_are_rendered_or_known_to_be_given(page):
 def test_typed_measurements_of_every_kind_are_found():
     text = (
         "It closes 93 % [90, 95], 0.303 +- 0.004 N.m, within 5e-5, 225 times real time, 32 ms, 28 to 33 % too low, 1 of 600 runs, "
-        "1.93 to 1.75; FMI 2.0, `0.5` and {measured}`a.b | .2f` are none.\n| row | -12.03 | 470 N |\n"
+        "1.93 to 1.75; FMI 2.0, `0.5` and <!-- measured a.b | .2f -->0.25<!-- end --> are none.\n| row | -12.03 | 470 N |\n"
     )
     assert typed_numbers(text) == {
         *("93 %", "0.303", "+- 0.004", "5e-5", "225 times", "32 ms", "28 to 33 %", "1 of 600", "1.93", "1.75", "-12.03"),
     }
-
-
-@pytest.mark.slow
-def test_every_measured_role_names_a_number_that_was_measured(monkeypatch):
-    monkeypatch.syspath_prepend(str(ROOT / "docs"))
-    from extension.measured import shown  # noqa: PLC0415 - a module of the documentation
-
-    roles = [role for page in PAGES for role in ROLE.findall(page.read_text("utf-8"))]
-    assert len(roles) >= 5
-    for role in roles:
-        float(shown(role).replace(",", ""))
 
 
 def test_a_typed_rate_is_found():
@@ -140,11 +129,12 @@ def test_a_typed_rate_is_found():
     ]
 
 
-def test_the_tables_of_the_pages_are_those_of_the_results():
+def test_the_numbers_and_tables_of_the_pages_are_those_of_the_results():
     results = json.loads(RESULTS.read_text("utf-8"))
-    marked = [path for path in sorted(DOCS.rglob("*.md")) if "<!-- table of" in path.read_text("utf-8")]
-    assert len(marked) >= 2
-    for path in marked:
+    pages = [path for path in PAGES if DOCS in path.parents]
+    texts = "".join(path.read_text("utf-8") for path in pages)
+    assert texts.count("<!-- table of") >= 4 and len(NUMBER.findall(texts)) == texts.count("<!-- measured ") > 200
+    for path in pages:
         page = path.read_text("utf-8")
         assert page.count("<!-- table of benchmarks.") == page.count("<!-- end of the table -->")
         assert rendered(page, results) == page, "run python -m benchmarks --render"
@@ -152,6 +142,22 @@ def test_the_tables_of_the_pages_are_those_of_the_results():
     fewer = {**recordings, "recordings": dict(list(recordings["recordings"].items())[1:])}
     page = (DOCS / "gap.md").read_text("utf-8")
     assert rendered(page, {**results, "gap_recordings": fewer}) != page
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_no_line_begins_with_a_mark(page):
+    """Markdown takes a line that begins with a comment for a block of HTML, which ends the paragraph."""
+    assert re.findall(r"^[ *-]*<!-- measured .*", page.read_text("utf-8"), re.MULTILINE) == []
+
+
+@pytest.mark.parametrize(
+    "mark, shown",
+    [("a.rate | .1f | 100", "12.5"), ("a.list.1", "2"), ("a.rate; .0e", "1e-01"), ("a/key.with.dot | .2f", "3.00")],
+)
+def test_a_mark_gives_path_format_and_factor(mark, shown):
+    results = {"a": {"rate": 0.125, "list": [1, 2], "key.with.dot": 3}}
+    page = f"before <!-- measured {mark} -->old<!-- end --> after"
+    assert rendered(page, results) == f"before <!-- measured {mark} -->{shown}<!-- end --> after"
 
 
 @pytest.mark.slow
