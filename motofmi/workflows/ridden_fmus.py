@@ -19,6 +19,7 @@ from fmus.interfaces.handlebar import MOTION, TORQUES
 from fmus.interfaces.roll import FLOWS, ROLL
 from fmus.linear_analysis.linearisation import StateSpace
 from fmus.support.errors import InputError, unknown
+from fmus.support.progress import stage
 from motofmi.workflows import components
 from motofmi.workflows.components import ComponentLike
 from vehicle_fmu import MODES, modes
@@ -131,9 +132,10 @@ def ridden_fmus(vehicle: Part, device: Part | Sequence[Part] | None, initial: Ma
         vehicle = with_posture_inertia(vehicle, {name for part in devices.values() for name in _outputs(part)})
     parts = {"vehicle": vehicle, **devices}
     with tempfile.TemporaryDirectory() as folder:
-        paths = {
-            name: build(part, folder).path if isinstance(part, Component) else part for name, part in parts.items()
-        }
+        with stage("building the FMUs"):
+            paths = {
+                name: build(part, folder).path if isinstance(part, Component) else part for name, part in parts.items()
+            }
         starts, changed = _starts(paths, initial or {}), parameters or {}
         for name, values in changed.items():
             starts[name] |= values

@@ -10,6 +10,7 @@ from scipy.linalg import expm
 import motofmi as mf
 from fmus.cosimulation.cosimulate import cosimulate as run_subsystems
 from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem
+from fmus.support import progress
 from motofmi.cli.main import main
 from vehicle_fmu import ridden
 
@@ -157,3 +158,11 @@ def test_a_simulation_takes_values_by_name_and_writes_rows(tmp_path, capsys):
         mf.simulate("rider:mean_2011", set={"torso_angl": 0.1})
     with pytest.raises(mf.InputError, match="unknown input 'steer'"):
         mf.simulate("rider:mean_2011", inputs={"time": [0], "steer": [0]})
+
+
+@pytest.mark.slow
+def test_building_the_fmus_of_a_run_shows_progress(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("MOTOFMI_CACHE", str(tmp_path))  # nothing is built yet
+    monkeypatch.setattr(progress, "SECONDS", 0.1)
+    mf.cosimulate("sharp_1971", "damper:7.5", speed=SPEED, duration=0.01)
+    assert "building the FMUs after 0 s\n" in capsys.readouterr().err
