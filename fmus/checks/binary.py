@@ -5,6 +5,7 @@ import struct
 from pathlib import Path
 
 from fmus.checks.checked_fmu import CheckedFmu
+from fmus.checks.host import damaged_elf
 from fmus.checks.problem import Problem
 
 STAGE = "binary"
@@ -61,6 +62,8 @@ def _library(fmu: CheckedFmu, path: Path, python: bool) -> list[Problem]:
             if data[:200].isascii() and b"\0" not in data[:200]
             else "another file format"
         )
+        return [fmu.error("binary", f"is no shared library but {what}", where, *SECTION)]
+    if data[:4] == b"\x7fELF" and (what := damaged_elf(data)):
         return [fmu.error("binary", f"is no shared library but {what}", where, *SECTION)]
     if data[:5] == b"\x7fELF\x02" and _end_of_sections(data) > len(data):
         return [fmu.error("binary", f"is cut off after {len(data)} bytes", where, *SECTION)]

@@ -54,6 +54,7 @@ class Calls:
         self.ffi, self.prefix = PLAIN, f"fmi{model.version}"
         self.handle: Any = PLAIN.NULL
         self.time, self.phase, self.last = 0.0, "none", FmiCall("", "", "")
+        self.warned: FmiCall | None = None  # the first call with the status warning
 
     # Calls -------------------------------------------------------------------------------------------------
 
@@ -68,6 +69,8 @@ class Calls:
             self.phase = "error"
         elif status == FATAL:
             self.phase = "fatal"
+        elif status == WARNING and self.warned is None:
+            self.warned = self.last
         return status
 
     def call(self, name: str, *arguments: Any) -> int:

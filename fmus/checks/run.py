@@ -15,7 +15,7 @@ from fmus.checks.problem import Problem
 from fmus.support.sandbox import ONE_THREAD, Limits, run_limited
 
 STAGE = "run"
-TRIALS = 30  # an upper bound of the trials of a kind, for the time of them all
+TRIALS = 40  # an upper bound of the trials of a kind, for the time of them all
 
 
 def check(fmu: CheckedFmu) -> list[Problem]:

@@ -7,6 +7,7 @@ Co-simulation: communication steps. Model exchange: Heun's method with the embed
 import hashlib
 import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -21,6 +22,7 @@ TOLERANCE = 1e-3
 DATA = ("String", "Binary")
 LARGEST_KEPT = 64  # bytes of a string or of binary data, in a run
 RECORDED = 200  # variables, where there are no outputs
+Drive = Callable[[Instance], None]  # sets the inputs of an instance for its time
 
 
 @dataclass
@@ -101,31 +103,52 @@ def values(instance: Instance, variables: list[Variable]) -> np.ndarray:
     return np.concatenate([found[id(v)] for v in variables]) if variables else np.zeros(0)
 
 
-def simulate(instance: Instance, count: int, step: float, seconds: float = math.inf) -> Run:
+class Simulation:
+    """A run of an initialised instance, one communication step after another. drive(instance) sets its inputs for the
+    time that it has reached: before each communication step, in model exchange before each evaluation."""
+
+    def __init__(self, instance: Instance, drive: Drive | None = None):
+        self.instance, self.drive = instance, drive
+        self._variables, self._data = recorded(instance.model), recorded_data(instance.model)
+        size = instance.model.size
+        names, data_names = ([v.name for v in some for _ in range(size(v))] for some in (self._variables, self._data))
+        self.run = Run(names, data_names)
+        self.integrator = Integrator(instance, drive) if instance.exchange else None
+        self.record()
+
+    def put(self) -> None:
+        """Set the inputs for the next communication step."""
+        if self.drive is not None:
+            self.drive(self.instance)
+
+    def advance(self, step: float) -> bool:
+        """To the next communication point [s]; False when the evaluations are used up. Raises EndedError."""
+        if self.integrator is not None:
+            return self.integrator.advance(self.instance.time + step)
+        self.instance.do_step(step)
+        return True
+
+    def record(self) -> None:
+        """Keep the values at the present time."""
+        self.run.times.append(self.instance.time)
+        self.run.rows.append(values(self.instance, self._variables))
+        self.run.data.append([_kept(one) for one in read_data(self.instance, self._data)])
+
+
+def simulate(instance: Instance, count: int, step: float, seconds: float = math.inf, drive: Drive | None = None) -> Run:
     """Run an initialised instance over at most `count` communication steps and about `seconds` of wall-clock time."""
-    variables, data, began = recorded(instance.model), recorded_data(instance.model), time.monotonic()
-    names, data_names = ([v.name for v in some for _ in range(instance.model.size(v))] for some in (variables, data))
-    run = Run(names, data_names)
-    integrator = Integrator(instance) if instance.exchange else None
-    _record(instance, variables, data, run)
+    began, simulation = time.monotonic(), Simulation(instance, drive)
     try:
         for _ in range(count):
-            if integrator is None:
-                instance.do_step(step)
-            elif not integrator.advance(instance.time + step):
+            simulation.put()
+            if not simulation.advance(step):
                 break
-            _record(instance, variables, data, run)
+            simulation.record()
             if time.monotonic() - began > seconds:
                 break
     except EndedError:
-        run.ended = True
-    return run
-
-
-def _record(instance: Instance, variables: list[Variable], data: list[Variable], run: Run) -> None:
-    run.times.append(instance.time)
-    run.rows.append(values(instance, variables))
-    run.data.append([_kept(one) for one in read_data(instance, data)])
+        simulation.run.ended = True
+    return simulation.run
 
 
 def _kept(data: bytes) -> bytes:
@@ -136,8 +159,8 @@ def _kept(data: bytes) -> bytes:
 class Integrator:
     """Integrates one model-exchange instance in continuous-time mode."""
 
-    def __init__(self, instance: Instance):
-        self.instance, self.left, self.step = instance, EVALUATIONS, math.inf
+    def __init__(self, instance: Instance, drive: Drive | None = None):
+        self.instance, self.left, self.step, self.drive = instance, EVALUATIONS, math.inf, drive
         self.indicators = instance.indicators()
 
     def advance(self, until: float) -> bool:
@@ -173,7 +196,7 @@ class Integrator:
             if error <= 1 or step <= smallest:
                 break
             step = max(step * factor, smallest)
-            fmu.set_time(begin)
+            self._at(begin)
             fmu.set_states(states)
         fmu.set_states(states + step / 2 * (rates + after))
         self.step = max(step * factor, smallest)
@@ -184,7 +207,7 @@ class Integrator:
         """The error of an Euler step in units of the tolerance, and the derivatives at its end."""
         self.left -= 1
         try:
-            self.instance.set_time(time)
+            self._at(time)
             self.instance.set_states(states + step * rates)
             after = self.instance.rates()
         except CallFailedError as failed:  # a discarded state: a shorter step may do
@@ -193,6 +216,12 @@ class Integrator:
             return math.inf, rates
         error = float(np.max(step / 2 * np.abs(after - rates) / scale, initial=0.0))
         return (error if math.isfinite(error) else math.inf), after
+
+    def _at(self, time: float) -> None:
+        """Set the time [s], and the inputs for it."""
+        self.instance.set_time(time)
+        if self.drive is not None:
+            self.drive(self.instance)
 
 
 def _nominals(fmu: Instance) -> np.ndarray:
@@ -203,12 +232,12 @@ def _nominals(fmu: Instance) -> np.ndarray:
 SAME = 1e-9  # of a value, against its largest: the order of summation may differ, nothing else
 
 
-def difference(first: Run, second: Run) -> str:
-    """The first variable that differs between two runs, with its values; empty where none does."""
+def difference(first: Run, second: Run, same: float = SAME) -> str:
+    """The first variable that differs between two runs by more than `same`, with its values; empty where none does."""
     count = min(len(first.rows), len(second.rows))
     a, b = first.values[:count], second.values[:count]
     scale = np.max(np.abs(np.where(np.isfinite(a), a, 0)), axis=0, initial=0.0)
-    unequal = ~((np.abs(a - b) <= SAME * scale) | (np.isnan(a) & np.isnan(b)) | (a == b))
+    unequal = ~((np.abs(a - b) <= same * scale) | (np.isnan(a) & np.isnan(b)) | (a == b))
     if not unequal.any():
         return _data_difference(first, second)
     row, column = np.argwhere(unequal)[0]

@@ -24,7 +24,7 @@ from fmus.checks.instance import TINY, Instance
 from fmus.checks.model import Model
 from fmus.checks.problem import Problem
 from fmus.checks.sections import section
-from fmus.checks.simulation import Run, simulate, step_size, steps
+from fmus.checks.simulation import Drive, Run, simulate, step_size, steps
 
 
 @dataclass
@@ -50,12 +50,11 @@ class Trial:
         made.initialise()
         return made
 
-    def simulate(self, instance: Instance, count: int | None = None) -> Run:
+    def simulate(self, instance: Instance, count: int | None = None, drive: Drive | None = None) -> Run:
         """A run of the default experiment, or of its first steps."""
         most = steps(self.model, self.kind)
-        return simulate(
-            instance, most if count is None else min(count, most), step_size(self.model, self.kind), self.seconds
-        )
+        count = most if count is None else min(count, most)
+        return simulate(instance, count, step_size(self.model, self.kind), self.seconds, drive)
 
     def steps(self, instance: Instance, count: int) -> Iterator[int]:
         """Make the first communication steps of the default experiment one by one, to the end that the FMU asks for."""

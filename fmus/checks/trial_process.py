@@ -119,6 +119,7 @@ def problems_of(name: str, kind: str, place: Place, model: Model) -> Iterator[Pr
         yield trial.note("the FMU asks for the end of the simulation, so that this trial was not completed")
     except OSError as error:
         reason = str(error).replace(f"cannot load library '{library}': ", "").replace(f"{place.folder}/", "")
+        reason = reason.partition(".  Additionally, ")[0]  # that cffi has not found a library of this name elsewhere
         yield trial.error(f"cannot be loaded: {reason}", section=trial.section("2.1.1", "2.2.2"))
     except Exception as error:  # a fault of the check is not the FMU's
         yield trial.note(f"the trial could not be made: {type(error).__name__}: {error}")

@@ -1,4 +1,4 @@
-"""FMI 3: dimensions of array variables and the number of their start values."""
+"""FMI 3: dimensions of array variables, and the number of start values of arrays and scalars."""
 
 from fmus.checks.checked_fmu import CheckedFmu
 from fmus.checks.model import LARGEST_ARRAY, Variable, whole
@@ -9,7 +9,9 @@ STAGE = "description"
 
 def check(fmu: CheckedFmu) -> list[Problem]:
     """Dimensions that name no size, and start values that do not fit."""
-    return [problem for variable in fmu.model.variables if variable.dimensions for problem in _problems(fmu, variable)]
+    if fmu.version != "3":
+        return []
+    return [problem for variable in fmu.model.variables for problem in _problems(fmu, variable)]
 
 
 def _problems(fmu: CheckedFmu, variable: Variable) -> list[Problem]:
@@ -29,13 +31,21 @@ def _problems(fmu: CheckedFmu, variable: Variable) -> list[Problem]:
             sizes.append(whole(start if source is None else source.start) or 0)
             if sizes[-1] < 1:
                 said.append(f"a dimension has the start size {sizes[-1]}, it has to be positive")
-    if variable.causality == "structuralParameter":
+    if variable.causality == "structuralParameter" and variable.dimensions:
         said.append("a structural parameter cannot have dimensions")
-    if not said and variable.start is not None and variable.type not in ("String", "Binary"):
-        count, size = len(variable.start.split()), _product(sizes)
-        if count not in (1, size):
+    if not said and variable.start is not None:
+        count, size = _starts(variable), _product(sizes)
+        if not variable.dimensions and count > 1:
+            said.append(f"has {count} start values, but no dimension: a scalar has one")
+        elif count not in (1, size) and variable.type not in ("String", "Binary"):
             said.append(f"has {count} start values for {size} elements")
     return [fmu.error("arrays", message, variable.name, "", "2.4.7.2") for message in said]
+
+
+def _starts(variable: Variable) -> int:
+    if variable.type in ("String", "Binary"):
+        return len(variable.typed.findall("Start"))
+    return len((variable.start or "").split())
 
 
 def _product(sizes: list[int]) -> int:

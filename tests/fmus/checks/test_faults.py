@@ -11,6 +11,7 @@ import psutil
 import pytest
 
 from fmus.checks.check import Limits, check
+from fmus.checks.host import host_folder
 from tests import sampled
 from tests.fmus.checks import bench, faults
 
@@ -90,6 +91,40 @@ def test_a_library_that_is_not_there(libraries, tmp_path):
     for data, what in ((b"no library", "text"), (b"", "an empty file"), (library[:3000], "cut")):
         found = checked(bench.written(tmp_path / "b.fmu", bench.only(faults.CS), data))
         assert_said(found, "binary", "error", "is cut off after 3000 bytes" if what == "cut" else f"is no shared library but {what}")
+
+
+ELF = {
+    "noise after the first bytes": (lambda data: data[:7] + bytes(range(256)) * 16, "is no shared library but an ELF file with a damaged header"),
+    "no header after the first bytes": (lambda data: data[:7], "is no shared library but the beginning of an ELF file"),
+    "other byte order": (lambda data: data[:5] + b"\x02" + data[6:], "is no shared library but an ELF file with a damaged header"),
+    "executable": (lambda data: data[:16] + b"\x02" + data[17:], "is no shared library but an ELF file of another kind (executable)"),
+}  # fmt: skip
+
+
+@pytest.mark.skipif(host_folder("2") != "linux64", reason="ELF is the format of Linux")
+@pytest.mark.parametrize("fault", ELF)
+def test_an_elf_file_that_is_no_library(fault, libraries, tmp_path):
+    change, message = ELF[fault]
+    found = checked(bench.written(tmp_path / "a.fmu", bench.only(faults.CS), change(libraries("fmu2.c"))))
+    assert_said(found, "binary", "error", message)
+    assert {p.check for p in found} <= {"binary", "load"} and all("\n" not in p.message for p in found)
+    assert all("find_library" not in p.message for p in found)
+
+
+ENCODINGS = {"UTF-16": "utf-16", "UTF-16LE": "utf-16-le", "ISO-8859-1": "latin-1"}
+
+
+@pytest.mark.parametrize("encoding", ENCODINGS)
+def test_a_description_in_another_encoding(encoding, tmp_path):
+    xml = bench.BENCH2.replace("UTF-8", encoding)
+    found = checked(bench.written(tmp_path / "faulty.fmu", xml.encode(ENCODINGS[encoding])))
+    problem = assert_said(found, "encoding", "error", f"has the encoding {encoding.removesuffix('LE')}; expected UTF-8")
+    assert problem.section == "FMI 2.0.4, 2.2"
+
+
+@pytest.mark.parametrize("text", [bench.BENCH2.encode("utf-8-sig"), bench.BENCH2.replace(' encoding="UTF-8"', "").encode(), bench.BENCH2.replace("UTF-8", "us-ascii").encode()])
+def test_descriptions_that_are_utf_8(text, tmp_path):
+    assert "encoding" not in {p.check for p in checked(bench.written(tmp_path / "good.fmu", text))}
 
 
 def test_wrong_dependencies(libraries, tmp_path):

@@ -54,6 +54,8 @@ XML = {
     "dimension of nothing": ('start="0 1"><Dimension valueReference="1" />', 'start="0 1"><Dimension valueReference="99" />', "arrays", "99, which no variable has"),
     "dimension of a real": ('start="0 1"><Dimension valueReference="1" />', 'start="0 1"><Dimension valueReference="36" />', "arrays", "neither a structural parameter nor a constant"),
     "three starts for two": ('start="0 1"', 'start="0 1 2"', "arrays", "has 3 start values for 2 elements"),
+    "two starts for a scalar": ('unit="1" start="0.1"', 'unit="1" start="0.1 0.2"', "arrays", "has 2 start values, but no dimension: a scalar has one"),
+    "two texts for a scalar": ('<Start value="grey" />', '<Start value="grey" /><Start value="red" />', "arrays", "has 2 start values, but no dimension"),
     "size zero": ('start="2" min="1"', 'start="0" min="0"', "arrays", "the start size 0, it has to be positive"),
     "clock that is none": ('clocks="33"', 'clocks="36"', "clocks", "names the clock 36, which is no clock"),
     "periodic output clock": ('causality="output" intervalVariability="triggered"', 'causality="output" intervalVariability="countdown"', "clocks", "has to be triggered"),

@@ -19,6 +19,7 @@ typedef struct {
     int integer[MOST], boolean[MOST];
     char text[MOST][64];
     Phase phase;
+    double maximum; /* the largest u so far */
     int exchange, calls;
     fmi2CallbackLogger log;
     fmi2ComponentEnvironment environment;
@@ -40,15 +41,18 @@ static int event(Model *m) {
     }
     return 0;
 }
+static void remember(Model *m) { (void)m; }
 static const unsigned settable = 1u << H | 1u << V | 1u << G | 1u << E, fixed = 1u << H | 1u << V | 1u << G | 1u << E;
 #else
 enum { X, DER_X, U, Y, K, G, BOUNDED, REALS };
 #define NX 1
 #define NZ 1
 static const int states[NX] = { X }, rates[NX] = { DER_X };
-static double shared;
+static double shared, shared_maximum, shared_u, shared_k;
 
 static void start(Model *m) {
+    if (!is("static_maximum")) shared_maximum = 0;
+    shared_u = 0, shared_k = 2;
     m->real[X] = 1, m->real[K] = is("start_value") ? 3 : 2, m->real[G] = 0.25, m->next = 0.35, m->integer[1] = 7;
     strcpy(m->text[0], "grey"), strcpy(m->text[1], is("string_utf8") ? "\xff\xfe" : "grey");
     shared = 0;
@@ -61,12 +65,21 @@ static void evaluate(Model *m) {
     if (is("infinite_output") && m->time > 0.1) m->real[Y] = INFINITY;
     if (is("random")) m->real[Y] += 1e-6 * (getpid() % 1000 + rand());
     if (is("shared")) m->real[Y] += shared;
+    if (strstr(fault, "maximum_")) m->real[Y] += m->maximum;
+    if (is("shared_maximum") || is("static_maximum")) m->real[Y] += shared_maximum;
+    if (is("shared_input")) m->real[Y] += shared_u;
+    if (is("shared_parameter")) m->real[Y] += shared_k;
+    if (is("nan_varied") && m->real[U] != 0) m->real[Y] = NAN;
     if (is("clock")) { static int n; m->real[Y] += 1e-3 * n++; }
     m->real[BOUNDED] = is("real_bound") ? 2 : 0.5;
     m->integer[2] = is("integer_bound") ? 99 : m->integer[1];
     m->boolean[1] = m->boolean[0];
 }
 static void indicators(Model *m, double *z) { z[0] = m->real[X] - 0.5; }
+static void remember(Model *m) {
+    m->maximum = fmax(m->maximum, m->real[U]);
+    if (m->real[U] > shared_maximum) shared_maximum = m->real[U];
+}
 static int event(Model *m) {
     if (is("endless_events")) return 1;
     int state = m->real[X] < 0.5 && m->before[1] >= 0, time = m->time >= m->next - 1e-12;
@@ -159,6 +172,9 @@ fmi2Status fmi2Reset(fmi2Component c) {
     start(&fresh);
 #ifndef BALL
     if (is("forget_reset")) fresh.real[X] = M->real[X];
+    if (is("maximum_reset")) fresh.maximum = M->maximum;
+    if (is("input_reset")) fresh.real[U] = M->real[U];
+    if (is("parameter_reset")) fresh.real[K] = M->real[K];
 #endif
     *M = fresh;
     evaluate(M);
@@ -206,7 +222,18 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
 #ifndef BALL
         if (vr[i] == U && value[i] > 100 && !is("any_bound")) { say(M, fmi2Discard, "is above its maximum"); return fmi2Discard; }
 #endif
+#ifndef BALL
+        if (is("discard_varied") && vr[i] == U && value[i] != 0) { say(M, fmi2Discard, "has to be 0"); return fmi2Discard; }
+        if (is("error_varied") && vr[i] == U && value[i] != 0) return fail(M, "has to be 0");
+        if (is("error_changed") && vr[i] == K && value[i] != 2) return fail(M, "has to be 2");
+        if (vr[i] == U) shared_u = value[i];
+        if (vr[i] == K) shared_k = value[i];
+#endif
         M->real[vr[i]] = value[i];
+#ifndef BALL
+        if (is("warn_varied") && vr[i] == U && value[i] != 0) { say(M, fmi2Warning, "is off"); return fmi2Warning; }
+#endif
+        if (is("warn_always")) { say(M, fmi2Warning, "was set"); return fmi2Warning; }
     }
     return fmi2OK;
 }
@@ -228,9 +255,13 @@ fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
 }
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
     if (is("ignore_restore")) return fmi2OK;
+    Model now = *M;
     memcpy(c, state, sizeof(Model));
 #ifndef BALL
     if (is("forget_restore")) M->integer[0] += 1;
+    if (is("maximum_restore")) M->maximum = now.maximum;
+    if (is("input_restore")) M->real[U] = now.real[U];
+    if (is("parameter_restore")) M->real[K] = now.real[K];
 #endif
     return fmi2OK;
 }
@@ -247,6 +278,7 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte data[], size_
     *state = malloc(sizeof(Model));
     memcpy(*state, data, size);
     if (is("forget_bytes")) ((Model *)*state)->real[0] = 0.7;
+    if (is("maximum_bytes")) ((Model *)*state)->maximum = 0;
     return fmi2OK;
 }
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[], size_t nu, const fmi2ValueReference known[], size_t nk,
@@ -281,7 +313,7 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info) {
     return fmi2OK;
 }
 fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) { REQUIRE(M->phase == EVENT); M->phase = CONTINUOUS; return fmi2OK; }
-fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean same, fmi2Boolean *enter, fmi2Boolean *ends) { (void)same; REQUIRE(M->phase == CONTINUOUS); *enter = *ends = 0; return fmi2OK; }
+fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean same, fmi2Boolean *enter, fmi2Boolean *ends) { (void)same; REQUIRE(M->phase == CONTINUOUS); remember(M); *enter = *ends = 0; return fmi2OK; }
 fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time) { M->time = time; return fmi2OK; }
 fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t n) {
     REQUIRE(M->phase == CONTINUOUS);
@@ -343,6 +375,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real from, fmi2Real step, fmi2Boolean
         indicators(M, old);
         evaluate(M);
         for (int i = 0; i < NX; i++) M->real[states[i]] += h * M->real[rates[i]];
+        remember(M);
         M->time = end - M->time <= INTERNAL ? end : M->time + h;
         indicators(M, now);
         if ((old[0] > 0) != (now[0] > 0) || M->time >= M->next) event(M);

@@ -17,7 +17,7 @@ enum { TIME, N, A, U, X, DER_X, Y, F32_IN, F32_OUT, FIRST_INT, TRUTH = FIRST_INT
        TRIGGER, TICK, COUNT, Z, TIMER, NOTE, SAMPLER, SAMPLES, VARIABLES };
 
 typedef struct {
-    double time, a[MOST * MOST], u[MOST], x[MOST], rate[MOST], y[MOST], z;
+    double time, a[MOST * MOST], u[MOST], x[MOST], rate[MOST], y[MOST], z, maximum; /* the largest u[0] - 1 so far */
     uint64_t n;
     float f32[2];
     int8_t i8[2]; uint8_t u8[2]; int16_t i16[2]; uint16_t u16[2]; int32_t i32[2], count, samples; uint32_t u32[2]; int64_t i64[2], colour[2]; uint64_t u64[2];
@@ -36,7 +36,10 @@ typedef struct {
 
 #define M ((Model *)c)
 
+static double shared_maximum;
+
 static void start(Model *m) {
+    shared_maximum = 0;
     static const double a[] = { -1, 0, 0, -2 };
     m->n = 2, m->x[1] = 1, m->u[0] = 1, m->u[1] = 2;
     memcpy(m->a, a, sizeof a);
@@ -50,6 +53,8 @@ static void evaluate(Model *m) {
         m->rate[i] = m->u[i], m->y[i] = m->x[i] + m->u[i];
         for (size_t j = 0; j < m->n; j++) m->rate[i] += m->a[i * m->n + j] * m->x[j];
     }
+    if (strstr(fault, "maximum_")) m->y[0] += m->maximum;
+    if (is("shared_maximum")) m->y[0] += shared_maximum;
     m->z = m->n ? m->x[0] - 0.5 : 1;
     m->f32[1] = m->f32[0], m->i8[1] = m->i8[0], m->u8[1] = m->u8[0], m->i16[1] = m->i16[0], m->u16[1] = m->u16[0], m->i32[1] = m->i32[0];
     m->u32[1] = m->u32[0], m->i64[1] = m->i64[0], m->u64[1] = m->u64[0], m->truth[1] = m->truth[0], m->colour[1] = is("no_item") ? 9 : m->colour[0];
@@ -86,6 +91,8 @@ static void *variable(Model *m, fmi3ValueReference vr, Type type, size_t *count)
     }
     return NULL;
 }
+
+static void remember(Model *m) { m->maximum = fmax(m->maximum, m->u[0] - 1), shared_maximum = fmax(shared_maximum, m->u[0] - 1); }
 
 static fmi3Status fail(Model *m, const char *text) {
     m->phase = FAILED;
@@ -214,7 +221,10 @@ fmi3Status fmi3Reset(fmi3Instance c) {
     Model fresh = { .log = M->log, .environment = M->environment, .exchange = M->exchange, .events = M->events, .early = M->early,
                     .update = M->update, .clocks = M->clocks, .lock = M->lock, .unlock = M->unlock };
     fresh.kept = is("keeps_text");
-    start(&fresh), evaluate(&fresh);
+    start(&fresh);
+    if (is("maximum_reset")) fresh.maximum = M->maximum;
+    if (is("parameter_reset")) memcpy(fresh.a, M->a, sizeof fresh.a);
+    evaluate(&fresh);
     *M = fresh;
     return fmi3OK;
 }
@@ -261,12 +271,20 @@ fmi3Status fmi3GetIntervalDecimal(fmi3Instance c, VRS, fmi3Float64 interval[], f
 }
 
 fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state) { if (!*state) *state = malloc(sizeof(Model)); memcpy(*state, c, sizeof(Model)); return fmi3OK; }
-fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state) { memcpy(c, state, sizeof(Model)); return fmi3OK; }
+fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state) {
+    Model now = *M;
+    memcpy(c, state, sizeof(Model));
+    if (is("maximum_restore")) M->maximum = now.maximum;
+    if (is("parameter_restore")) memcpy(M->a, now.a, sizeof now.a);
+    return fmi3OK;
+}
 fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state) { (void)c; free(*state); *state = NULL; return fmi3OK; }
 fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size) { (void)c, (void)state; *size = sizeof(Model); return fmi3OK; }
 fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte data[], size_t size) { (void)c; memcpy(data, state, size); return fmi3OK; }
 fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte data[], size_t size, fmi3FMUState *state) {
-    (void)c; *state = malloc(sizeof(Model)); memcpy(*state, data, size); return fmi3OK;
+    (void)c; *state = malloc(sizeof(Model)); memcpy(*state, data, size);
+    if (is("maximum_bytes")) ((Model *)*state)->maximum = 0;
+    return fmi3OK;
 }
 
 /* Elements of the Jacobian of der(x) and y by x and u. */
@@ -299,7 +317,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Bool
 }
 fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c) { REQUIRE(M->phase == EVENT); M->phase = CONTINUOUS; return fmi3OK; }
 fmi3Status fmi3EnterStepMode(fmi3Instance c) { REQUIRE(M->phase == EVENT); M->phase = STEP; return fmi3OK; }
-fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean none, fmi3Boolean *enter, fmi3Boolean *ends) { (void)c, (void)none; *enter = *ends = false; return fmi3OK; }
+fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean none, fmi3Boolean *enter, fmi3Boolean *ends) { (void)none; remember(M); *enter = *ends = false; return fmi3OK; }
 fmi3Status fmi3SetTime(fmi3Instance c, fmi3Float64 time) { M->time = time; return fmi3OK; }
 fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 x[], size_t n) { REQUIRE(n == M->n); LOOP M->x[i] = x[i]; return fmi3OK; }
 fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 d[], size_t n) { REQUIRE(n == M->n); evaluate(M); LOOP d[i] = M->rate[i]; return fmi3OK; }
@@ -317,6 +335,7 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 from, fmi3Float64 step, fmi3Bo
         double h = fmin(INTERNAL, until - M->time);
         evaluate(M);
         for (size_t i = 0; i < M->n; i++) M->x[i] += h * M->rate[i];
+        remember(M);
         M->time = until - M->time <= INTERNAL ? until : M->time + h;
         evaluate(M);
         crossed = (before > 0) != (M->z > 0);
