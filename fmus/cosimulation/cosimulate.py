@@ -33,10 +33,11 @@ from fmus.cosimulation.results import Rows, heading
 from fmus.cosimulation.step_control import SEGMENT, StepControl
 from fmus.cosimulation.subsystems.subsystem import Subsystem
 from fmus.interfaces.handlebar import CONJUGATE_RATES, unbound_inertia
-from fmus.support.errors import EndRequestedError, InputError, SimulationError
+from fmus.support.errors import InputError, SimulationError, StepTooLongError
 from fmus.support.progress import track
 
 LARGEST = 1e9  # a signal that exceeds this many times the largest start value, or 1, has diverged
+MOST_ROWS = 1_000_000_000  # of output, days of computation; more are taken for a typing error and refused
 TOLERANCE = 1e-5  # of a mode's frequency; ten times that of its damping ratio
 
 
@@ -52,8 +53,8 @@ def cosimulate(subsystems: Mapping[str, Subsystem], step: float | str, duration:
     time. compiled=False keeps the loop in Python.
 
     The run says whether the predicted errors are within the tolerance; where no coupling is named and none meets it, a
-    ToleranceWarning says which step would. Raises InputError for what cannot be run, SimulationError when the coupling
-    diverges. Warns, too, where the inertia that a rider adds at the handlebar is missing in the other subsystem
+    ToleranceWarning says which step would. Raises InputError for what cannot be run, as more than MOST_ROWS rows or a
+    subsystem without a real input, SimulationError when the coupling diverges. Warns, too, where the inertia that a rider adds at the handlebar is missing in the other subsystem
     (`fmus.interfaces.handlebar.unbound_inertia`).
     """
     if missing := unbound_inertia(subsystems):
@@ -143,12 +144,12 @@ def _loop(
     limit = LARGEST * max(1.0, step * count, begin, float(np.abs(loop.outputs).max(initial=0.0)))
     chunks = range(0, count, chunk)
     for first in track(chunks, "co-simulation", len(chunks)) if len(chunks) > 1 else chunks:
-        size, failure, advised = min(chunk, count - first), "", True
+        size, failure, advised = min(chunk, count - first), "", False
         times = begin + (first + np.arange(size + 1)) * step
         try:
             loop.steps(profile.at(times), block[:size, 1:], end_inputs[:size])
         except SimulationError as error:
-            failure, advised = str(error), not isinstance(error, EndRequestedError)
+            failure, advised = str(error), isinstance(error, StepTooLongError)
         done = loop.done
         block[:done, 0] = times[1 : done + 1]
         if not (block[:done].max(initial=0.0) <= limit and block[:done].min(initial=0.0) >= -limit):
@@ -172,16 +173,32 @@ def _diagnosis(failure: str, watched: list[PowerBond], time: float) -> str:
     return f"stopped at {time:.6g} s{bond}: {failure}"
 
 
-def steps(step: float, duration: float) -> tuple[float, int]:
-    """The step [s] that divides the duration, at most as large as the one given, and how many there are."""
+def steps(step: float, duration: float, most: int = MOST_ROWS) -> tuple[float, int]:
+    """The step [s] that divides the duration, at most as large as the one given, and how many there are.
+
+    Raises InputError for a step or a duration that is not positive, and for more steps than `most`.
+    """
     if not (np.isfinite(duration) and duration > 0):  # first, because a step that is not given is at most the duration
         raise InputError(f"duration = {duration:g} s: a duration must be positive and finite, as in 5")
     if not (np.isfinite(step) and step > 0):
         raise InputError(f"step = {step:g} s: a step must be positive and finite, as in 0.001")
     if step > duration:
         raise InputError(f"step = {step:g} s is longer than the duration of {duration:g} s")
-    count = int(np.ceil(duration / step * (1 - 1e-9)))
+    rows = duration / step * (1 - 1e-9)
+    if rows > most:
+        wanted = duration / step
+        shown = f"{wanted:,.0f}" if wanted < 1e15 else f"{wanted:.3g}" if np.isfinite(wanted) else "more than 1e308"
+        raise InputError(f"step = {step:g} s over a duration of {duration:g} s gives {shown} rows of output; expected at "
+                         f"most {most:,}: give a step of {_rounded_up(duration / most):g} s or more, or a "
+                         "shorter duration")  # fmt: skip
+    count = int(np.ceil(rows))
     return duration / count, count
+
+
+def _rounded_up(step: float) -> float:
+    """A step [s] with two digits, not below the one given."""
+    digit = 10.0 ** (np.floor(np.log10(step)) - 1)
+    return float(np.ceil(step / digit * (1 - 1e-9)) * digit)
 
 
 def join(subsystems: Mapping[str, Subsystem]) -> dict[str, list[str]]:

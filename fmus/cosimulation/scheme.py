@@ -14,7 +14,7 @@ from fmus.cosimulation.coupling_protocol import Cost
 from fmus.cosimulation.history import past_signals
 from fmus.cosimulation.network import Network
 from fmus.cosimulation.polynomials import COEFFICIENTS, Knot, Knots, nearest, through
-from fmus.support.errors import SimulationError
+from fmus.support.errors import StepTooLongError
 
 PASSES = 200
 CONVERGED = 1e-10  # of the largest signal; rounding errors of differences in a torque are smaller
@@ -187,9 +187,7 @@ class CouplingState:
             matrices = self.final
             for (subsystem, _, _), state in zip(network.parts, self.saved, strict=True):
                 subsystem.restore(state)
-        raise SimulationError(
-            f"the iteration of {self.scheme.name} does not converge at a step of {self.step:g} s; take a smaller step"
-        )
+        raise StepTooLongError(f"the iteration of {self.scheme.name} does not converge at a step of {self.step:g} s")
 
     def _read_ends(self, outputs: np.ndarray) -> None:
         highest = max(derivative for _, derivative in self.ends)

@@ -27,6 +27,10 @@ class SimulationError(RuntimeError):
     """A simulation cannot continue. The message says where, when and what to change; the exit status is 1."""
 
 
+class StepTooLongError(SimulationError):
+    """A step failed, and a shorter one may not: an FMU has discarded it, or an iteration did not converge."""
+
+
 class EndRequestedError(SimulationError):
     """An FMU has asked for the end of the simulation, at `time` [s]."""
 

@@ -18,6 +18,7 @@ from fmus.cosimulation.coupling_error import largest_stable_step, linear_network
 from fmus.cosimulation.network import Network
 from fmus.cosimulation.profiles import Profile, read_profile, split_units
 from fmus.cosimulation.simulate import simulate as run_alone
+from fmus.cosimulation.simulate import start_time
 from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem
 from fmus.cosimulation.subsystems.stated_units import warn_of_missing_units
 from fmus.cosimulation.subsystems.subsystem import Subsystem
@@ -205,14 +206,16 @@ def _start_speed(columns: Mapping[str, np.ndarray], units: Mapping[str, str]) ->
 
 def simulate(fmu: ComponentLike, *, inputs: Inputs | None = None, step: float | None = None,
              duration: float | None = None, set: Mapping[str, Value] | None = None,
-             units: Mapping[str, str] | None = None, out: str | Path | None = None) -> FmuRun:  # fmt: skip
-    """Simulate one FMU (FMI 2.0 or 3.0, co-simulation) by itself from time 0 to `duration` [s] in steps [s].
+             units: Mapping[str, str] | None = None, out: str | Path | None = None,
+             start: float | None = None) -> FmuRun:  # fmt: skip
+    """Simulate one FMU (FMI 2.0 or 3.0, co-simulation) by itself from time `start` over `duration` [s] in steps [s].
 
-    fmu is the path of any archive, or a component or its name, whose FMU is built. step and duration are those
-    of its default experiment where none are given, else 0.001 s and 5 s. set gives parameters, inputs and
+    fmu is the path of any archive, or a component or its name, whose FMU is built. start, step and duration are those
+    of its default experiment where none are given, else 0 s, 0.001 s and 5 s. set gives parameters, inputs and
     starts of states by name; inputs, units and out are as in `cosimulate`. Outputs of other types than Real or Float64
     follow after those, Booleans as 0 or 1, arrays by element. The run ends where the FMU asks for it; its notes state
-    that, and the variables without a column. Raises InputError for an unknown name, SimulationError when the FMU fails.
+    that, and the variables without a column. Raises InputError for an unknown name and for more than ten million rows,
+    SimulationError when the FMU fails.
 
         >>> run = mf.simulate("rider:mean_2011", inputs={"time": [0, 1], "steer_angle": [0, 0.1]}, step=0.01, duration=1.0)
         >>> len(run["time"])
@@ -222,10 +225,17 @@ def simulate(fmu: ComponentLike, *, inputs: Inputs | None = None, step: float | 
     with tempfile.TemporaryDirectory() as folder:
         named = not isinstance(fmu, Component) and Path(fmu).suffix == ".fmu"
         path = Path(str(fmu)) if named else build(component(fmu), folder).path
-        subsystem = FmuSubsystem(path, path.stem.replace(".", "_"), set, units=units)
+        begin = start_time(path) if start is None else _finite_start(start)
+        subsystem = FmuSubsystem(path, path.stem.replace(".", "_"), set, begin, units)
     with subsystem:
         warn_of_missing_units({subsystem.name: subsystem})
         return FmuRun(**vars(run_alone(subsystem, step, duration, times, columns, stated, out)))
+
+
+def _finite_start(start: float) -> float:
+    if not np.isfinite(start):
+        raise InputError(f"start = {start:g} s: a start time must be finite, as in 0")
+    return float(start)
 
 
 def _columns(inputs: Inputs | None) -> tuple[np.ndarray, dict[str, np.ndarray], dict[str, str]]:

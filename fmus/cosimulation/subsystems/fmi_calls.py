@@ -20,11 +20,12 @@ from fmpy.model_description import ModelVariable
 
 from fmus.cosimulation.master.library import address, array, library, pointer, structures
 from fmus.cosimulation.subsystems.typed_values import Value, typed
-from fmus.support.errors import EndRequestedError, MissingToolError, SimulationError
+from fmus.support.errors import EndRequestedError, MissingToolError, SimulationError, StepTooLongError
 
 Call = Callable[..., None]
 
 WARNING, DISCARD, FATAL = 1, 2, 4
+STATUSES = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")  # by number, after fmi2 or fmi3
 LAST_SUCCESSFUL_TIME, TERMINATED = 2, 3  # kinds of status of FMI 2.0
 
 
@@ -99,7 +100,10 @@ class Calls:
     def fail(self, name: str, status: int) -> None:
         said, self.said = self.said, ""
         self.alive = status < FATAL
-        raise SimulationError(f"{self.name}: {name} failed with status {status}{': ' + said if said else ''}")
+        known = 0 <= status < len(STATUSES)
+        shown = f"fmi{self.version}{STATUSES[status]}" if known else f"{status}, which the standard does not have"
+        kind = StepTooLongError if status == DISCARD and name.endswith("DoStep") else SimulationError
+        raise kind(f"{self.name}: {name} failed with status {shown}{': ' + said if said else ''}")
 
     def listen(self, status: int, message: bytes | None) -> None:
         if status > WARNING and message:

@@ -37,7 +37,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--step", type=float, help="communication step [s] (default: as in the FMU's default experiment, else 0.001)"
     )
     parser.add_argument(
-        "--duration", type=float, help="simulated time [s] (default: as in the FMU's default experiment, else 5)"
+        "--start", type=float, help="time at which it begins [s] (default: as in the FMU's default experiment, else 0)"
+    )
+    parser.add_argument(
+        "--duration", type=float, help="simulated time [s] (default: to the end of the FMU's default experiment, else 5)"
     )
     parser.add_argument(
         "--set",
@@ -61,7 +64,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     found = simulate(arguments.fmu, inputs=arguments.input, step=arguments.step, duration=arguments.duration,
-                     set=values_of(arguments.settings), units=units_of(arguments.units), out=arguments.out)  # fmt: skip
+                     set=values_of(arguments.settings), units=units_of(arguments.units), out=arguments.out,
+                     start=arguments.start)  # fmt: skip
     outputs.save(found, arguments)
     return {"fmu": arguments.fmu, "rows": found.steps + 1, "out": str(found.path), "step": found.step,
             "steps": found.steps, "columns": found.columns, "steps_per_second": found.steps_per_second,

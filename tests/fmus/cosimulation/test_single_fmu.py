@@ -1,6 +1,7 @@
 """One FMU by itself: an end that it asks for, outputs of every type, an instance that it refuses, the duration."""
 
 import json
+import zipfile
 from ctypes import CFUNCTYPE, POINTER, c_bool, c_double, c_int, c_void_p
 from types import SimpleNamespace
 
@@ -18,6 +19,13 @@ from tests.typed_fmu import typed_fmu
 
 pytestmark = pytest.mark.filterwarnings("ignore:no unit in the model description")
 END = {"end_time": 0.35, "gain": 2.0}
+SYSTEM = """<?xml version="1.0" encoding="UTF-8"?>
+<ssd:SystemStructureDescription xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription" version="1.0" name="s">
+  <ssd:System name="s"><ssd:Elements>
+    <ssd:Component name="source" type="application/x-fmu-sharedlibrary" source="resources/typed.fmu"><ssd:Connectors /></ssd:Component>
+  </ssd:Elements></ssd:System>
+</ssd:SystemStructureDescription>
+"""
 INPUT = {"time": [0.0, 1.0], "u": [0.0, 1.0]}
 
 
@@ -35,6 +43,93 @@ def test_the_run_ends_where_the_fmu_asks_for_it(tmp_path, capsys):
     assert main([*words, "--json", "-"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["rows"] == 4 and found["notes"][0].startswith("typed asked for the end")
+
+
+def with_start(path, start="2", stop="4"):
+    """The same archive with another start and stop time of the default experiment."""
+    with zipfile.ZipFile(path) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    old, new = b'startTime="0" stopTime="2"', f'startTime="{start}" stopTime="{stop}"'.encode()
+    assert old in members["modelDescription.xml"]
+    members["modelDescription.xml"] = members["modelDescription.xml"].replace(old, new)
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, data in members.items():
+            archive.writestr(name, data)
+    return path
+
+
+def test_a_run_begins_at_the_start_time_of_the_default_experiment_or_at_the_one_given(tmp_path):
+    path, out = with_start(typed_fmu(tmp_path / "typed.fmu", more=True)), tmp_path / "run.csv"
+    run = mf.simulate(path, inputs={"time": [2.0, 4.0], "u": [0.0, 1.0]}, step=0.5)
+    assert run["time"] == pytest.approx([2, 2.5, 3, 3.5, 4]) and run["typed.u"] == pytest.approx([0, 0.25, 0.5, 0.75, 1])
+    run = mf.simulate(path, step=0.5, duration=1.0, set={"end_time": 2.6})
+    assert run["time"] == pytest.approx([2, 2.5, 2.6])
+    assert run.notes[0] == "typed asked for the end of the simulation at 2.6 s, before the duration of 1 s"
+    assert main(["simulate", str(path), "--start", "3", "--step", "0.5", "--out", str(out)]) == 0
+    assert np.loadtxt(out, delimiter=",", skiprows=1)[:, 0] == pytest.approx([3, 3.5, 4])
+    assert mf.simulate(path, start=4.0, step=1.0)["time"] == pytest.approx([4, 5, 6, 7, 8, 9])  # nothing is left: 5 s
+    with pytest.raises(InputError, match="start = nan s: a start time must be finite, as in 0"):
+        mf.simulate(path, start=float("nan"))
+
+
+@pytest.mark.parametrize(("step", "rows"), [(1e-12, "2,000,000,000,000"), (1e-320, "more than 1e308"), (1e-100, r"2e\+100")])
+def test_a_step_that_gives_too_many_rows_is_refused_with_one_that_fits(step, rows, tmp_path, capsys):
+    path = typed_fmu(tmp_path / "typed.fmu")
+    expected = f"over a duration of 2 s gives {rows} rows of output; expected at most 10,000,000: give a step of 2e-07 s or more"
+    with pytest.raises(InputError, match=expected):
+        mf.simulate(path, step=step)
+    assert main(["simulate", str(path), "--step", "1e-12"]) == 2
+    assert "gives 2,000,000,000,000 rows of output" in capsys.readouterr().err
+
+
+def test_the_step_that_a_refusal_names_is_accepted():
+    with pytest.raises(InputError, match=r"give a step of 7\.8e-07 s or more"):
+        cosimulation.steps(1e-9, 7.74, 10_000_000)
+    assert cosimulation.steps(7.8e-07, 7.74, 10_000_000)[1] <= 10_000_000
+    with pytest.raises(InputError, match="expected at most 1,000,000,000"):
+        cosimulation.steps(1e-12, 10.0)
+
+
+@pytest.mark.parametrize("compiled", [True, False])
+@pytest.mark.parametrize(("status", "shown", "advised"), [(2, "fmi2Discard", True), (3, "fmi2Error", False), (9, "9, which the standard does not have", False)])
+def test_a_failed_step_names_its_status_and_a_smaller_step_is_advised_for_a_discarded_one_only(status, shown, advised, compiled, tmp_path, monkeypatch):
+    monkeypatch.setattr(cosimulation, "_linear", lambda *_: None)
+    path = typed_fmu(tmp_path / "typed.fmu", more=True)
+
+    @CFUNCTYPE(c_int, c_void_p, c_double, c_double, c_int)
+    def failing(_instance, time, _step, _):
+        return status if time > 0.25 else 0
+
+    with FmuSubsystem(path, "one") as one, FmuSubsystem(path, "two") as two:
+        one.calls.fmu.dll.fmi2DoStep = failing
+        monkeypatch.setattr(one.calls, "step", lambda time, step: status_of(one, failing(None, time, step, 0)))
+        with pytest.raises(SimulationError, match=f"one: fmi2DoStep failed with status {shown}") as failed:
+            cosimulation.cosimulate({"one": one, "two": two}, 0.1, 1.0, "jacobi", wiring={"two.u": ["one.y"]}, compiled=compiled)
+    assert ("take a smaller step than 0.1 s" in str(failed.value)) == advised
+
+
+def status_of(fmu, status):
+    if status > 1:
+        fmu.calls.fail("fmi2DoStep", status)
+
+
+def test_an_fmu_without_a_real_input_is_refused_in_one_line(tmp_path, capsys):
+    path, system = typed_fmu(tmp_path / "typed.fmu"), tmp_path / "system.ssp"
+    with zipfile.ZipFile(path) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    xml = members["modelDescription.xml"]
+    members["modelDescription.xml"] = xml.replace(b'causality="input"><Real start="0" unit="m/s"/>', b'causality="parameter" variability="tunable"><Real start="0" unit="m/s"/>')
+    assert members["modelDescription.xml"] != xml
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, data in members.items():
+            archive.writestr(name, data)
+    with zipfile.ZipFile(system, "w") as archive:
+        archive.writestr("SystemStructure.ssd", SYSTEM)
+        archive.write(path, "resources/typed.fmu")
+    assert main(["cosimulate", "--ssp", str(system), "--out", str(tmp_path / "run.csv")]) == 2
+    said = capsys.readouterr().err.splitlines()[-1]
+    assert "the FMU source (model typed) has no real input" in said and "expected at least one input of type Real" in said
+    assert "or run it by itself with motofmi simulate" in said
 
 
 @pytest.mark.slow
