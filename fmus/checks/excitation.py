@@ -28,6 +28,7 @@ from fmus.checks.trial import Trial
 SHARE = 0.1  # of the nominal or start value: the amplitude of an input
 CHANGE = 0.01  # of the start or nominal value of a parameter
 PERIOD = 25  # communication steps
+SECONDS = 0.5  # of wall-clock time for each run: a trial makes up to eleven of them
 GOLDEN = (1 + math.sqrt(5)) / 2
 COMPARED = "so that resets, restored states and instances were compared with {} only"
 REFUSED = "inputs that vary are not accepted ({}), " + COMPARED.format("constant inputs")

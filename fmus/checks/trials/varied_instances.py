@@ -7,6 +7,7 @@ from fmus.checks.calls import EndedError, FmiCall
 from fmus.checks.excitation import (
     KEPT,
     REFUSED,
+    SECONDS,
     Excitation,
     Given,
     NotAcceptedError,
@@ -28,6 +29,7 @@ def applies(trial: Trial) -> bool:
 
 
 def run(trial: Trial) -> Iterator[Problem]:
+    trial.seconds = SECONDS
     drives: list[Excitation | None] = [Excitation(trial) or None, Excitation(trial, second=True) or None]
     parameters = changed_parameters(trial)
     try:

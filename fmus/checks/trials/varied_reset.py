@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from fmus.checks.excitation import (
     KEPT,
     REFUSED,
+    SECONDS,
     Excitation,
     First,
     NotAcceptedError,
@@ -26,6 +27,7 @@ def applies(trial: Trial) -> bool:
 
 
 def run(trial: Trial) -> Iterator[Problem]:
+    trial.seconds = SECONDS
     drive: Excitation | None = Excitation(trial) or None
     try:
         first = first_run(trial, COUNT, drive)

@@ -9,6 +9,7 @@ import numpy as np
 from fmus.checks.excitation import (
     KEPT,
     REFUSED,
+    SECONDS,
     Excitation,
     NotAcceptedError,
     Settings,
@@ -35,6 +36,7 @@ def applies(trial: Trial) -> bool:
 
 
 def run(trial: Trial) -> Iterator[Problem]:
+    trial.seconds = SECONDS
     drive: Excitation | None = Excitation(trial) or None
     try:
         first_run(trial, max(PLACES) + AFTER, drive).fmu.close()
@@ -53,6 +55,7 @@ def run(trial: Trial) -> Iterator[Problem]:
 def _inputs(trial: Trial, drive: Excitation, before: int) -> Iterator[Problem]:
     fmu = trial.initialised()
     if trial.simulate(fmu, before, drive).ended:
+        fmu.close()
         return
     saved, at_saving = fmu.save(), _now(fmu)
     first = trial.simulate(fmu, AFTER, drive)
