@@ -155,7 +155,7 @@ def put(fmu: Instance, given: Sequence[Given]) -> None:
 
 @dataclass
 class Settings:
-    """Values (n,) of the numeric inputs and parameters of an instance, with the name of each element."""
+    """Values (n,) of numeric inputs and parameters of an instance, with the name of each element."""
 
     names: list[str]
     values: np.ndarray
@@ -171,20 +171,21 @@ class Settings:
         return f"{self.names[k]} is {other.values[k]:.9g}, not {self.values[k]:.9g}"
 
 
-def settings(fmu: Instance) -> Settings:
-    """The numeric inputs and parameters of an initialised instance. Raises CallFailedError."""
+def settings(fmu: Instance, *causalities: str) -> Settings:
+    """The numeric variables of these causalities of an initialised instance. Raises CallFailedError."""
     kinds, size = (*FLOATS, *INTEGERS, "Boolean", "Enumeration"), fmu.model.size
-    found = [v for v in fmu.model.variables if v.causality in ("input", "parameter") and v.type in kinds]
+    found = [v for v in fmu.model.variables if v.causality in causalities and v.type in kinds]
     found = [v for v in found if not v.clocks and v.reference is not None and size(v)]
     return Settings([v.name for v in found for _ in range(size(v))], values(fmu, found))
 
 
 @dataclass
 class First:
-    """A run of a new instance, which is still open, and its settings after initialisation."""
+    """A run of a new instance, which is still open, and its inputs and parameters after initialisation."""
 
     fmu: Instance
-    settings: Settings
+    inputs: Settings
+    parameters: Settings
     run: Run
 
 
@@ -227,4 +228,4 @@ def _attempted(trial: Trial, count: int, drive: Excitation | None, parameters: S
     fmu = trial.instance()
     put(fmu, parameters)
     fmu.initialise()
-    return First(fmu, settings(fmu), trial.simulate(fmu, count, drive))
+    return First(fmu, settings(fmu, "input"), settings(fmu, "parameter"), trial.simulate(fmu, count, drive))

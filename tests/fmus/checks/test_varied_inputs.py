@@ -57,6 +57,12 @@ def test_an_instance_that_inherits_memory_from_an_earlier_one_is_a_warning(libra
     assert (said.check, said.severity) == ("varied_reset", "warning") and "two runs of the same experiment differ" in said.message
 
 
+def test_a_parameter_without_an_effect_that_a_reset_keeps_is_a_warning(libraries, tmp_path):
+    (said,) = found_in(libraries, tmp_path, "2", CS, "unused_reset")
+    assert (said.check, said.severity) == ("varied_reset", "warning")
+    assert "which changes nothing in the run that follows: g is 0.2525, not 0.25" in said.message
+
+
 REFUSALS = {
     "discard_varied": "inputs that vary are not accepted (fmi2SetReal returns fmi2Discard",
     "error_varied": "inputs that vary are not accepted (fmi2SetReal returns fmi2Error",

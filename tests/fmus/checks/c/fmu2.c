@@ -59,7 +59,7 @@ static void start(Model *m) {
 }
 static void evaluate(Model *m) {
     m->real[DER_X] = -m->real[K] * m->real[X] + m->real[U];
-    m->real[Y] = m->real[X] + 2 * m->real[U] + m->real[G];
+    m->real[Y] = m->real[X] + 2 * m->real[U] + (is("unused_reset") ? 0 : m->real[G]);
     if (is("nonlinear")) m->real[Y] += fabs(m->real[U]);
     if (is("nan_output") && m->time > 0.1) m->real[Y] = NAN;
     if (is("infinite_output") && m->time > 0.1) m->real[Y] = INFINITY;
@@ -175,6 +175,7 @@ fmi2Status fmi2Reset(fmi2Component c) {
     if (is("maximum_reset")) fresh.maximum = M->maximum;
     if (is("input_reset")) fresh.real[U] = M->real[U];
     if (is("parameter_reset")) fresh.real[K] = M->real[K];
+    if (is("unused_reset")) fresh.real[G] = M->real[G];
 #endif
     *M = fresh;
     evaluate(M);
