@@ -15,7 +15,7 @@ from motofmi.gap.estimation.candidate import Candidate, adequate, one_each, rank
 from motofmi.gap.estimation.fit_result import Fit, PortableFit, initial_guesses, with_initial_guesses
 from motofmi.gap.estimation.fitting import fit, fit_or_none, has_vanished_parameter, with_sensitive_base
 from motofmi.gap.estimation.screening import Signature, far_from_data
-from motofmi.gap.models.harmonic_model import AnyModel
+from motofmi.gap.models.any_model import AnyModel
 
 PROMISED = 0.5  # share of the screened gain (all of it where the base fits badly) below which further starts are tried
 SMALLER = 0.2  # factor on the magnitude of an effect for a second start

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from fmus.effects import Effect
-from motofmi.gap.models.harmonic_model import AnyExperiment, AnyModel, AnyRun
+from motofmi.gap.models.any_model import AnyExperiment, AnyModel, AnyRun
 
 OF_UNKNOWN = 2.0  # AIC's penalty of an unknown of a single run: the data behind it do not grow with the number of runs
 

@@ -24,7 +24,7 @@ from motofmi.gap.estimation.fit_result import (
     with_initial_guesses,
 )
 from motofmi.gap.estimation.levenberg_marquardt import levenberg_marquardt
-from motofmi.gap.models.harmonic_model import AnyModel, AnyRun
+from motofmi.gap.models.any_model import AnyModel, AnyRun
 from motofmi.gap.models.segment_unknowns import SegmentStart
 
 ITERATIONS = 40  # most iterations of a fit; about 20 are needed where a mode is far from its start

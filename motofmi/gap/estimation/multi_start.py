@@ -15,7 +15,7 @@ from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import adequate
 from motofmi.gap.estimation.fit_result import Fit, PortableFit
 from motofmi.gap.estimation.fitting import fit, fit_or_none
-from motofmi.gap.models.harmonic_model import AnyModel, AnyRun
+from motofmi.gap.models.any_model import AnyModel, AnyRun
 
 FEW, MOST = 8, 32  # starts
 SPREAD = float(np.log(2.0))  # of the logarithms of the parameters

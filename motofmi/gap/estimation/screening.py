@@ -22,7 +22,7 @@ from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
 from motofmi.gap.estimation.fit_result import Fit, initial_guesses, with_initial_guesses
 from motofmi.gap.estimation.fitting import one_step
-from motofmi.gap.models.harmonic_model import AnyModel
+from motofmi.gap.models.any_model import AnyModel
 
 FAR = 30.0  # reduced chi-square of a base above which the linear screening is not reliable
 STRAINED = 10.0  # standard errors between a base's parameter and its prior, with the same consequence

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from motofmi.gap.estimation.fit_result import Fit, run_to_run_deviations
-from motofmi.gap.models.harmonic_model import AnyRun
+from motofmi.gap.models.any_model import AnyRun
 
 
 @dataclass(frozen=True)

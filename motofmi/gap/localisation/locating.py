@@ -18,7 +18,7 @@ from scipy.special import chdtrc, fdtrc
 
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.fit_result import Fit
-from motofmi.gap.models.harmonic_model import AnyRun
+from motofmi.gap.models.any_model import AnyRun
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ from motofmi.gap.estimation.fit_result import Fit, initial_guesses, with_initial
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.multi_start import fit_base
 from motofmi.gap.estimation.stages import Stage, running
-from motofmi.gap.models.harmonic_model import AnyModel, AnyRun
+from motofmi.gap.models.any_model import AnyModel, AnyRun
 from motofmi.gap.selection.by_chi_square import of_one, of_pairs
 from motofmi.gap.selection.candidate_search import search_candidates
 from motofmi.gap.selection.confirmation import with_validation

@@ -24,7 +24,7 @@ from motofmi.gap.estimation.fit_result import (
     with_initial_guesses,
 )
 from motofmi.gap.estimation.fitting import fit
-from motofmi.gap.models.harmonic_model import AnyRun
+from motofmi.gap.models.any_model import AnyRun
 
 OFFSET_STARTS = (0.0, 0.3, -0.3, 0.7, -0.7)  # starts of a sensor offset over its standard deviation
 SAME = 1e-3  # relative difference of chi-square within which two starts have reached the same minimum

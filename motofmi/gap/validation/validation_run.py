@@ -20,7 +20,7 @@ from fmus.support.errors import InputError
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import noise_is_known
 from motofmi.gap.estimation.fit_result import Fit
-from motofmi.gap.models.harmonic_model import AnyRun
+from motofmi.gap.models.any_model import AnyRun
 from motofmi.gap.validation.before_after import Misfit, on_validation_runs, reduced_chi2_after_refit
 
 
