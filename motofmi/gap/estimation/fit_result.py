@@ -66,6 +66,11 @@ class Fit:
         u = np.linalg.pinv(self.jacobian / scale, rcond=1e-9)
         return (u @ u.T) / np.outer(scale, scale)
 
+    def runs_with_remaining_noise(self) -> list[Any]:
+        """The runs with the noise that is estimated from the residuals. Raises InputError where a run cannot be
+        simulated again."""
+        return [self.model.with_remaining_noise(run, self.of_run(i)) for i, run in enumerate(self.runs)]
+
     def with_scaled_noise(self, factor: float) -> "Fit":
         """The fit, with the same parameters, on its runs with the variance of their noise multiplied by a factor."""
         size = np.ones(len(self.residuals))

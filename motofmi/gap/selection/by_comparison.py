@@ -79,7 +79,7 @@ def _candidate(base: Fit, effect: type[Effect], fitted: Fit, scale: float) -> Ca
 
 def with_remaining_noise(base: Fit, best: Fit) -> tuple[Fit, Fit]:
     """Both fits, with the same parameters, on runs with the noise that a flexible model estimates from the best one."""
-    with_noise = [best.model.with_remaining_noise(run, best.of_run(i)) for i, run in enumerate(best.runs)]
+    with_noise = best.runs_with_remaining_noise()
     evaluated = []
     for found in (base, best):
         runs = [new.with_initial_guesses(old.guess) for new, old in zip(with_noise, found.runs, strict=True)]

@@ -16,7 +16,7 @@ from motofmi.gap.estimation.candidate import adequate, has_determined_magnitudes
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.preprocessing.sampled_run import SampledRun
-from motofmi.gap.selection.noise_rounds import with_noise_left_by, with_noise_of
+from motofmi.gap.selection.noise_rounds import with_noise_of
 from motofmi.gap.selection.remainder import explained
 from motofmi.gap.selection.result import Verdict
 from motofmi.gap.validation.before_after import on_validation_runs
@@ -67,7 +67,7 @@ def leaves_noise(found: Fit, validation_runs: Sequence[SampledRun], criteria: Cr
     On validation runs the reduced chi-square must also be below `Criteria.far_from_noise`.
     """
     try:
-        runs = with_noise_left_by(found)
+        runs = found.runs_with_remaining_noise()
         if not adequate(fit(found.model, runs, found.x, iterations=0), criteria):
             return False
         checked = with_noise_of(runs[0], validation_runs)

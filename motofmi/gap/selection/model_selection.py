@@ -102,7 +102,7 @@ def _refitted_with_remaining_noise(verdict: Verdict) -> tuple[Fit, Fit]:
     Raises InputError where the best fit cannot be simulated again, or has a larger chi-square than the base.
     """
     base, best = verdict.base, verdict.best
-    with_noise = [best.model.with_remaining_noise(run, best.of_run(i)) for i, run in enumerate(best.runs)]
+    with_noise = best.runs_with_remaining_noise()
     again = fit(best.model, with_noise, best.x)
     if best is base:
         return again, again

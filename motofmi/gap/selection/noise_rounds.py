@@ -87,20 +87,15 @@ def with_noise_of_best_effect(
     """
     for candidate in search_candidates(base, library, known=known, criteria=criteria):
         with suppress(InputError):
-            return with_noise_left_by(candidate.fit)
-    return with_noise_left_by(base)
+            return candidate.fit.runs_with_remaining_noise()
+    return base.runs_with_remaining_noise()
 
 
 def _again_left_by(found: Fit) -> list[SampledRun] | None:
-    """As `with_noise_left_by`; None where the fit cannot be simulated again, as that of a chaotic motion."""
+    """The runs with the noise that a fit leaves; None where it cannot be simulated again, as that of a chaotic motion."""
     with suppress(InputError):
-        return with_noise_left_by(found)
+        return found.runs_with_remaining_noise()
     return None
-
-
-def with_noise_left_by(found: Fit) -> list[SampledRun]:
-    """The runs of a fit with the noise estimated from its residuals."""
-    return [found.model.with_remaining_noise(run, found.of_run(i)) for i, run in enumerate(found.runs)]
 
 
 def _change(before: Sequence[SampledRun], after: Sequence[SampledRun]) -> float:

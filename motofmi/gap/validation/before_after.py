@@ -138,7 +138,7 @@ def before_and_after(
         return None
     of_base, of_best = known
     of_best = on_validation_runs(best, runs, criteria, of_best).fit
-    scaled = [best.model.with_remaining_noise(run, of_best.of_run(i)) for i, run in enumerate(of_best.runs)]
+    scaled = of_best.runs_with_remaining_noise()
     return on_validation_runs(base, scaled, criteria, of_base), on_validation_runs(best, scaled, criteria, of_best)
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from fmus.support.errors import InputError
 from motofmi.gap.comparison.compared_model import CommonBlocks
-from motofmi.gap.estimation.fit_result import initial_guesses, with_initial_guesses
+from motofmi.gap.estimation.fit_result import Fit, initial_guesses, with_initial_guesses
 from motofmi.gap.models.initial_states import InitialStateModel
 from motofmi.gap.selection import by_comparison, noise_rounds, staged_selection
 from motofmi.gap.validation import before_after
@@ -146,7 +146,7 @@ def test_no_further_round_follows_where_the_noise_only_decreases(monkeypatch, ex
 
 
 def test_an_adequate_fit_that_cannot_be_simulated_again_is_followed_by_the_other_search(monkeypatch):
-    tried, original = [], noise_rounds.with_noise_left_by
+    tried, original = [], Fit.runs_with_remaining_noise
 
     def diverges_first(found):
         tried.append(found)
@@ -155,8 +155,9 @@ def test_an_adequate_fit_that_cannot_be_simulated_again_is_followed_by_the_other
         return original(found)
 
     monkeypatch.setattr(staged_selection, "leaves_noise", lambda *_: True)
-    monkeypatch.setattr(noise_rounds, "with_noise_left_by", diverges_first)
+    monkeypatch.setattr(Fit, "runs_with_remaining_noise", diverges_first)
     assert [e["name"] for e in gap_of_friction()["effects"]] == ["coulomb_friction"]
+    assert len(tried) > 1
 
 
 def test_a_search_that_no_model_can_be_simulated_for_says_so(monkeypatch):
