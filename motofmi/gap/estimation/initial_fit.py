@@ -15,6 +15,7 @@ import numpy as np
 from fmus.support.deadline import time_is_up
 from fmus.support.errors import InputError
 from fmus.support.parallel import in_turn, parallel_map
+from motofmi.gap.estimation.double_integrator import is_double_integrator, longest_segment
 from motofmi.gap.estimation.fit_result import Fit, PortableFit
 from motofmi.gap.estimation.fitting import fit, fit_or_none
 from motofmi.gap.estimation.starting_values import MAX_ITERATIONS, first_values, poles, values_by_inverse_dynamics
@@ -22,7 +23,7 @@ from motofmi.gap.experiments.state_rates import rates_of_states
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.flexible_noise_model import Density
 from motofmi.gap.preprocessing.input_interpolation import INTERPOLATIONS, is_held, is_rough
-from motofmi.gap.preprocessing.sampled_run import SampledRun
+from motofmi.gap.preprocessing.sampled_run import SampledRun, excited
 from motofmi.gap.preprocessing.segments import LEAST_LENGTH
 
 STRETCHES = (1.0, 3.0)  # interval lengths in periods of the motion's mean frequency
@@ -117,7 +118,8 @@ def _excerpt(run: SampledRun, length: int) -> SampledRun:
 
 def stable_segments(model: FreeInitialStateModel, x: np.ndarray, run: SampledRun) -> SampledRun:
     """The run, cut where the component's unstable free motion would grow too far over a segment; a run that is cut
-    for another model also where that needs it.
+    for another model also where that needs it. A double integrator has no such growth, and its errors grow all the
+    same: see `double_integrator`.
 
     The component is linearised along the recorded motion: a pendulum is unstable about its upper equilibrium only.
     """
@@ -125,17 +127,24 @@ def stable_segments(model: FreeInitialStateModel, x: np.ndarray, run: SampledRun
     points = np.unique(np.linspace(0, samples - 1, min(samples, POINTS)).astype(int))
     component, recorded = model.component, run.recording.columns
     at = {n: run.recording[n][points] for n in (*component.states, *component.inputs) if n in recorded}
-    growth = np.max(poles(model, x, **at).real, axis=-1, initial=0.0)
-    several = sum(map(bool, rates_of_states(model.experiment.component).values())) > 1
+    found = poles(model, x, **at)
+    growth = np.max(found.real, axis=-1, initial=0.0)
+    moving = sum(map(bool, rates_of_states(model.experiment.component).values()))
+    several = moving > 1
     most = np.log(GROWTH_OF_SEVERAL if several else GROWTH)
     allowed = np.clip(most / np.maximum(growth, 1e-9) * run.recording.rate, LEAST_LENGTH, samples)
     longest = max(last - first for first, last in run.segments)
+    limit = 0.0
+    if moving and excited([run]) and is_double_integrator(found, longest / run.recording.rate):
+        limit = longest_segment(run.middle_frequency)
+        allowed = np.minimum(allowed, max(limit * run.recording.rate, LEAST_LENGTH))
     if np.all(allowed >= longest):
         return run
     lengths = np.interp(np.arange(samples), points, np.broadcast_to(allowed.astype(int), points.shape))
     if run.stable_length is not None:
         lengths = np.minimum(lengths, run.stable_length)
-    return replace(run, stable_length=lengths).cut(longest)
+    limit = limit or run.longest_of_integrator
+    return replace(run, stable_length=lengths, longest_of_integrator=limit).cut(longest)
 
 
 def with_best_interpolation(model: FreeInitialStateModel, found: Fit) -> Fit:

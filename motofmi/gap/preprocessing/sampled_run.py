@@ -62,6 +62,7 @@ class SampledRun:
     input_variance: np.ndarray | None = None  # (m,) variance due to the inputs between their samples
     # (n,) the longest segment [samples] at each sample over which an unstable free motion does not grow too far
     stable_length: np.ndarray | None = None
+    longest_of_integrator: float = 0.0  # s, the longest segment where the component is a double integrator, else 0
     # the inputs by their interpolation, each computed once for all copies of the run
     interpolated: dict[str, InterpolatedInputs] = field(default_factory=dict)
     # initial guesses of simulations, by segment, and by model and segment

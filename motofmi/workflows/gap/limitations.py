@@ -31,6 +31,11 @@ FROM_REST = (
     "constant input would have no influence."
 )
 
+DOUBLE_INTEGRATOR = (
+    "The component has neither spring nor damper, so that errors of its simulation grow with the square of time: the "
+    "runs are compared in segments of at most {:.3g} s, each with its own initial states."
+)
+
 
 def limitations_of(found: Investigation, result: dict[str, Any], component: Component, held: bool) -> list[str]:
     """The limitations of an investigation of a component, in sentences. held: whether there are validation runs."""
@@ -63,6 +68,8 @@ def _on_the_base(found: Investigation) -> Iterator[str]:
         yield FROM_REST
     for name in found.fixed_inertias:
         yield f"{name} keeps its value: at the frequencies of these runs it is not distinguishable from a stiffness."
+    if limits := [run.longest_of_integrator for run in found.verdict.base.runs if run.longest_of_integrator]:
+        yield DOUBLE_INTEGRATOR.format(min(limits))
     yield from found.left_out
     bearing = found.experiment.component
     if not bearing.elements and bearing.states:
