@@ -42,7 +42,7 @@ def fit_with(*effects, reduced):
             from_rest=False, outputs=["angle"], component=SimpleNamespace(elements={"spring": None}, states=[]),
         ),
     )  # fmt: skip
-    run = SimpleNamespace(name="run", noise_source="given", direction=0.0)
+    run = SimpleNamespace(name="run", noise_source="given", direction=0.0, longest_of_integrator=0.0)
     return SimpleNamespace(
         model=model, runs=[run], reduced=reduced, chi2=reduced * FREEDOM, freedom=FREEDOM, count=FREEDOM, penalty=0.0, shared=None,
         x=np.full(len(names), 0.1), covariance=lambda: 0.01 * np.eye(len(names)), residuals=np.zeros(0),
