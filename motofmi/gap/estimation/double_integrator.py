@@ -23,8 +23,8 @@ from motofmi.gap.preprocessing.sampled_run_preparation import SEGMENT_PERIODS
 
 
 def is_double_integrator(poles: np.ndarray, duration: float) -> bool:
-    """Whether two of the poles (..., nx) [1/s] are not distinguishable from zero over a duration [s], at every point: their
-    time constants are longer."""
+    """Whether two of the poles (..., nx) [1/s] are not distinguishable from zero over a duration [s], at every point:
+    their time constants are longer."""
     return bool(np.all(np.sum(np.abs(poles) * duration < 1, axis=-1) > 1))
 
 
