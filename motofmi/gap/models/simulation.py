@@ -35,7 +35,7 @@ DAMPING = ((12, 2.0), (6, 1.4))
 MANY_PIECES = 16
 LEAST_FACTOR = 2.0**-12  # on the correction of a step that alternates
 NOT_CONVERGED = 0.1  # step over a state's rms above which the trajectory has not converged
-SHORTEST = 1 / 256  # least step of the continuation, as a share of the magnitude
+MOST_HALVINGS = 8  # of the step of a continuation: where simulations alternately converge and diverge, it ends
 
 
 class Trajectory:
@@ -162,16 +162,17 @@ def simulate_by_continuation(
 ) -> Trajectory:
     """The trajectory without a good guess, by continuation in the magnitudes `sizes`, which grow from zero.
 
-    Raises InputError where the shortest step diverges.
+    The step is halved where a simulation diverges, and doubled where it does not. Raises InputError where it was halved
+    MOST_HALVINGS times in all and the simulation diverges again.
     """
-    share, step, states = 0.0, 1.0, None
+    share, step, states, halvings = 0.0, 1.0, None, 0
     while True:
         grown = min(share + step, 1.0)
         try:
             made = simulate(equations, {**values, **{n: grown * values[n] for n in sizes}}, motion, states)
         except InputError:
-            step /= 2
-            if step < SHORTEST:
+            step, halvings = step / 2, halvings + 1
+            if halvings > MOST_HALVINGS:
                 raise
             continue
         if grown == 1.0:
