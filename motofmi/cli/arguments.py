@@ -18,8 +18,9 @@ def separate(text: str) -> list[str]:
 
 def _entered(values: dict[str, T], name: str, value: T) -> None:
     """Enter a value under a name. Raises InputError where the name has another one."""
-    if values.setdefault(name, value) != value:
+    if name in values and values[name] != value:
         raise InputError(f"{name} is given twice, {values[name]} and {value}: give each name one value")
+    values[name] = value
 
 
 def assignments(texts: Iterable[str]) -> dict[str, float]:

@@ -55,11 +55,10 @@ def test_inputs_are_converted_to_the_unit_of_the_fmu(tmp_path):
 def test_simulate_writes_units_and_a_figure_and_takes_values_of_every_type(tmp_path, capsys):
     path, out, figure = typed_fmu(tmp_path / "typed.fmu"), tmp_path / "run.csv", tmp_path / "run.png"
     words = ["simulate", str(path), "--out", str(out), "--plot", str(figure), "--duration", "0.5"]
-    for value in ("flag=true", "count=3", "mode=fast", "label=abcd", "u=5"):
-        words += ["--set", value]
     for name in WITHOUT:
         words += ["--unit", f"{name}=1"]
-    assert main(words) == 0
+    values = [word for value in ("flag=true", "count=3", "mode=fast", "label=abcd", "u=5") for word in ("--set", value)]
+    assert main([*words, *values]) == 0
     rows = pd.read_csv(out)
     assert list(rows)[:3] == ["time [s]", "typed.u [m/s]", "typed.y [m/s]"]
     assert rows.iloc[-1, 3:].tolist() == [1.0, 3.0, 2.0, 4.0] and figure.stat().st_size > 1000

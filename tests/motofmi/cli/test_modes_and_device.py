@@ -99,5 +99,10 @@ def test_a_name_with_two_values_is_refused(capsys, arguments, said):
     assert said in capsys.readouterr().err
 
 
+def test_a_value_that_is_no_number_is_not_taken_for_two_values(capsys):
+    assert main(["modes", "--set", "trail=nan"]) == 2
+    assert "twice" not in capsys.readouterr().err
+
+
 def test_the_same_value_twice_is_one_value(capsys):
     assert main(["device", "damper:5", "--set", "damping=4", "--set", "damping=4.0"]) == 0
