@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from motofmi.gap.estimation import effect_fit, screening
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.screening import screen, shapes_of
 from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.gap.models import simulation
 from motofmi.gap.models.collocation import Motion
 from motofmi.gap.models.equations import Equations
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
@@ -184,6 +186,22 @@ def test_a_stiff_spring_is_reached_by_continuation_where_its_motion_is_unknown(h
     np.testing.assert_allclose(made.states, exact, atol=5e-4 * np.abs(exact).max())
     with pytest.raises(InputError, match="diverges"):
         simulate_by_continuation(equations, {**values, "hardening": 1e5}, motion, ["hardening"])
+
+
+def test_a_continuation_that_alternately_converges_and_diverges_ends(monkeypatch):
+    """Only steps of at most 2 % of the magnitude converge: halved six times, and again after each doubling."""
+    tried = []
+
+    def converges_over_short_steps(equations, values, motion, states):
+        tried.append(values["size"])
+        if values["size"] - (states or 0.0) > 0.02:
+            raise InputError("the simulation diverges")
+        return SimpleNamespace(states=values["size"])
+
+    monkeypatch.setattr(simulation, "simulate", converges_over_short_steps)
+    with pytest.raises(InputError, match="diverges"):
+        simulate_by_continuation(None, {"size": 1.0}, None, ["size"])
+    assert len(tried) <= 2 * simulation.MOST_HALVINGS
 
 
 @pytest.fixture(scope="module")
