@@ -21,6 +21,7 @@ import numpy as np
 from fmus.checks.calls import CallFailedError, FmiCall
 from fmus.checks.instance import Instance
 from fmus.checks.model import FLOATS, INTEGERS, Model, Variable
+from fmus.checks.problem import Problem
 from fmus.checks.settings import start_values
 from fmus.checks.simulation import Run, step_size, values
 from fmus.checks.trial import Trial
@@ -181,12 +182,22 @@ def settings(fmu: Instance, *causalities: str) -> Settings:
 
 @dataclass
 class First:
-    """A run of a new instance, which is still open, and its inputs and parameters after initialisation."""
+    """A run of a new instance, which is still open, its inputs and parameters after initialisation, and what has driven
+    it."""
 
     fmu: Instance
+    drive: Excitation | None
     inputs: Settings
     parameters: Settings
     run: Run
+
+
+def accepted_run(trial: Trial, count: int) -> tuple[First, list[Problem]]:
+    """A run with inputs that vary; where the FMU does not accept them with constant ones, and a note of it."""
+    try:
+        return first_run(trial, count, Excitation(trial) or None), []
+    except NotAcceptedError as reason:
+        return first_run(trial, count, None), [trial.note(REFUSED.format(reason))]
 
 
 def first_run(trial: Trial, count: int, drive: Excitation | None, parameters: Sequence[Given] = ()) -> First:
@@ -228,4 +239,4 @@ def _attempted(trial: Trial, count: int, drive: Excitation | None, parameters: S
     fmu = trial.instance()
     put(fmu, parameters)
     fmu.initialise()
-    return First(fmu, settings(fmu, "input"), settings(fmu, "parameter"), trial.simulate(fmu, count, drive))
+    return First(fmu, drive, settings(fmu, "input"), settings(fmu, "parameter"), trial.simulate(fmu, count, drive))

@@ -37,7 +37,7 @@ from fmus.support.errors import InputError, SimulationError, StepTooLongError
 from fmus.support.progress import track
 
 LARGEST = 1e9  # a signal that exceeds this many times the largest start value, or 1, has diverged
-MOST_ROWS = 1_000_000_000  # of output, days of computation; more are taken for a typing error and refused
+MOST_STEPS = 1_000_000_000  # days of computation; more are taken for a typing error and refused
 TOLERANCE = 1e-5  # of a mode's frequency; ten times that of its damping ratio
 
 
@@ -53,7 +53,7 @@ def cosimulate(subsystems: Mapping[str, Subsystem], step: float | str, duration:
     time. compiled=False keeps the loop in Python.
 
     The run says whether the predicted errors are within the tolerance; where no coupling is named and none meets it, a
-    ToleranceWarning says which step would. Raises InputError for what cannot be run, as more than MOST_ROWS rows or a
+    ToleranceWarning says which step would. Raises InputError for what cannot be run, as more than MOST_STEPS steps or a
     subsystem without a real input, SimulationError when the coupling diverges. Warns, too, where the inertia that a rider adds at the handlebar is missing in the other subsystem
     (`fmus.interfaces.handlebar.unbound_inertia`).
     """
@@ -173,7 +173,7 @@ def _diagnosis(failure: str, watched: list[PowerBond], time: float) -> str:
     return f"stopped at {time:.6g} s{bond}: {failure}"
 
 
-def steps(step: float, duration: float, most: int = MOST_ROWS) -> tuple[float, int]:
+def steps(step: float, duration: float, most: int = MOST_STEPS) -> tuple[float, int]:
     """The step [s] that divides the duration, at most as large as the one given, and how many there are.
 
     Raises InputError for a step or a duration that is not positive, and for more steps than `most`.

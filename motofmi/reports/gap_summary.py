@@ -63,10 +63,12 @@ def _closed(result: dict[str, Any]) -> str:
         return ""
     validated = result["gap"]["rms"]["holdout_after"] is not None
     where = "validation runs" if validated else "left-out blocks of the fitted runs"
+    several = len(result["effects"]) > 1
     if share["share"] <= 0:
-        return f"; on {where} it closes nothing of the closable misfit"
+        return f"; on {where} {'they close' if several else 'it closes'} nothing of the closable misfit"
     interval = f"[{share['low']:.1%}, {share['high']:.1%}]"
-    return f"; {_beside(result)}closes {share['share']:.1%} {interval} of the closable misfit on {where}"
+    closes = "they close" if several else f"{_beside(result)}closes"
+    return f"; {closes} {share['share']:.1%} {interval} of the closable misfit on {where}"
 
 
 def _beside(result: dict[str, Any]) -> str:

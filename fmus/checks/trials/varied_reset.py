@@ -5,11 +5,11 @@ from collections.abc import Iterator
 
 from fmus.checks.excitation import (
     KEPT,
-    REFUSED,
     SECONDS,
     Excitation,
     First,
     NotAcceptedError,
+    accepted_run,
     changed_parameters,
     first_run,
     settings,
@@ -28,14 +28,10 @@ def applies(trial: Trial) -> bool:
 
 def run(trial: Trial) -> Iterator[Problem]:
     trial.seconds = SECONDS
-    drive: Excitation | None = Excitation(trial) or None
-    try:
-        first = first_run(trial, COUNT, drive)
-    except NotAcceptedError as reason:
-        yield trial.note(REFUSED.format(reason))
-        drive = None
-        first = first_run(trial, COUNT, drive)
+    first, notes = accepted_run(trial, COUNT)
     first.fmu.close()
+    yield from notes
+    drive = first.drive
     second = first_run(trial, COUNT, drive)
     if between := difference(first.run, second.run):
         second.fmu.close()
@@ -59,14 +55,14 @@ def _after_reset(trial: Trial, used: First, first: First, drive: Excitation | No
     used.fmu.reset()
     call = used.fmu.last
     used.fmu.initialise()
-    kept = first.inputs.difference(settings(used.fmu, "input"))
-    unused = first.parameters.difference(settings(used.fmu, "parameter"))
+    input_ = first.inputs.difference(settings(used.fmu, "input"))
+    parameter = first.parameters.difference(settings(used.fmu, "parameter"))
     between = difference(first.run, trial.simulate(used.fmu, COUNT, drive))
     back = f"a value is not back at its start after a run{how} and a reset"
-    if kept or (unused and between):
-        yield trial.error(f"{back}: {kept or unused}", call)
-    elif unused:
-        yield trial.warning(f"{back}, which changes nothing in the run that follows: {unused}", call)
+    if input_ or (parameter and between):
+        yield trial.error(f"{back}: {input_ or parameter}", call)
+    elif parameter:
+        yield trial.warning(f"{back}, which changes nothing in the run that follows: {parameter}", call)
     elif between:
         inputs = " with inputs that vary" if drive else ""
         yield trial.error(

@@ -8,11 +8,11 @@ import numpy as np
 
 from fmus.checks.excitation import (
     KEPT,
-    REFUSED,
     SECONDS,
     Excitation,
     NotAcceptedError,
     Settings,
+    accepted_run,
     changed_parameters,
     first_run,
     put,
@@ -37,12 +37,10 @@ def applies(trial: Trial) -> bool:
 
 def run(trial: Trial) -> Iterator[Problem]:
     trial.seconds = SECONDS
-    drive: Excitation | None = Excitation(trial) or None
-    try:
-        first_run(trial, max(PLACES) + AFTER, drive).fmu.close()
-    except NotAcceptedError as reason:
-        yield trial.note(REFUSED.format(reason))
-        drive = None
+    first, notes = accepted_run(trial, max(PLACES) + AFTER)
+    first.fmu.close()
+    yield from notes
+    drive = first.drive
     for before in PLACES:
         problems = list(_inputs(trial, drive, before)) if drive else []
         yield from problems

@@ -10,8 +10,8 @@ is no larger than that of the oscillator over a segment of usual length:
 
     (w T)^2 / 2 = 4 n,   T = sqrt(8 n) / w
 
-Over longer ones the least squares reduce the gain of the inputs, since the simulated motion is not related to the
-recorded one any more, and have several minima.
+Over longer segments the simulated motion departs from the recorded one. The least squares then reduce the gain of the
+inputs, and have several minima.
 
 Source: Boyd, Barratt, Linear Controller Design (1991), section 5.2.3, on the peak gain; Ribeiro et al., Automatica 121
 (2020) 109158, on the length of a simulation and the minima of its least squares, and on multiple shooting.

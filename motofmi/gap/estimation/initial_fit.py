@@ -134,7 +134,7 @@ def stable_segments(model: FreeInitialStateModel, x: np.ndarray, run: SampledRun
     most = np.log(GROWTH_OF_SEVERAL if several else GROWTH)
     allowed = np.clip(most / np.maximum(growth, 1e-9) * run.recording.rate, LEAST_LENGTH, samples)
     longest = max(last - first for first, last in run.segments)
-    limit = 0.0
+    limit = run.longest_of_integrator
     if moving and excited([run]) and is_double_integrator(found, longest / run.recording.rate):
         limit = longest_segment(run.middle_frequency)
         allowed = np.minimum(allowed, max(limit * run.recording.rate, LEAST_LENGTH))
@@ -143,7 +143,6 @@ def stable_segments(model: FreeInitialStateModel, x: np.ndarray, run: SampledRun
     lengths = np.interp(np.arange(samples), points, np.broadcast_to(allowed.astype(int), points.shape))
     if run.stable_length is not None:
         lengths = np.minimum(lengths, run.stable_length)
-    limit = limit or run.longest_of_integrator
     return replace(run, stable_length=lengths, longest_of_integrator=limit).cut(longest)
 
 

@@ -30,10 +30,10 @@ FROM_REST = (
     "The runs are step responses, and begin at rest: their initial states are known. With free initial states a "
     "constant input would have no influence."
 )
-
 DOUBLE_INTEGRATOR = (
-    "The component has neither spring nor damper, so that errors of its simulation grow with the square of time: the "
-    "runs are compared in segments of at most {:.3g} s, each with its own initial states."
+    "Spring and damper of the base, if it has any, have no influence over the length of a segment, so that errors of its "
+    "simulation grow with the square of time: the runs are compared in segments of at most {:.3g} s, each with its own "
+    "initial states."
 )
 
 

@@ -19,7 +19,7 @@ from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_ru
 from motofmi.gap.selection.any_component import Investigation
 from motofmi.gap.selection.result import Verdict
 from motofmi.reports.gap_before_after import label_of_best
-from motofmi.reports.gap_summary import bars, headline, laws, nearest, next_run
+from motofmi.reports.gap_summary import answer, bars, headline, laws, nearest, next_run
 from motofmi.workflows.components import component, ships
 from motofmi.workflows.gap.limitations import limitations_of
 from tests.simulators.hidden_joint import joint_run
@@ -60,7 +60,7 @@ def test_no_line_contradicts_the_numbers(seed):
     assert lines[0].startswith(result["verdict"])
     for a, b in re.findall(r"from (\S+) to (\S+) rad", text):
         assert float(b) <= float(a)
-    for share in re.findall(r"closes (-?[\d.]+)%", text):
+    for share in re.findall(r"closes? (-?[\d.]+)%", text):
         assert float(share) >= 0
     if result["verdict"] == "unknown":  # an effect that closes most of the misfit is no absence of effects
         assert "no effect of the library" not in text and "nothing in the library" not in text
@@ -179,6 +179,15 @@ def test_the_best_model_is_labelled_by_what_the_verdict_says_of_it(kind, label):
 def test_a_best_model_without_effects_is_the_base():
     best = SimpleNamespace(model=SimpleNamespace(effects=()))
     assert label_of_best(SimpleNamespace(verdict="none", best=best)) == "base"
+
+
+def test_two_effects_are_in_the_plural():
+    effect = {"name": "coulomb_friction", "form": "coulomb", "element": None, "parameters": {}}
+    both = drawn(np.random.default_rng(0)) | {"verdict": "named", "effects": [effect, {**effect, "name": "backlash"}], "alternatives": [],
+                                              "explained": {"share": 0.9, "low": 0.8, "high": 1.0}}  # fmt: skip
+    assert answer(both).startswith("Effects are missing: coulomb_friction and backlash; they close 90.0% [80.0%, 100.0%]")
+    assert answer({**both, "effects": [effect]}).startswith("An effect is missing: coulomb_friction; closes 90.0%")
+    assert "they close nothing" in headline({**both, "explained": {"share": -0.1, "low": -0.2, "high": 0.0}})
 
 
 def test_a_tie_shows_each_model_with_its_values_and_share():
