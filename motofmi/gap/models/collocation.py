@@ -19,7 +19,7 @@ from motofmi.gap.models.implicit_formulas import HERMITE_SIMPSON, ImplicitFormul
 from motofmi.gap.models.recorded_step import STEP, named, recorded_step
 from motofmi.gap.models.time_varying_matrices import Entries, Matrix, carried, chain, is_zero, part, rows
 
-LARGEST = 1e100  # of states and derivatives: squares of larger numbers over the noise overflow
+LARGEST = 1e30  # of states, outputs and their derivatives, which are in SI units: larger numbers are those of a divergence
 
 
 @dataclass(frozen=True)
@@ -57,11 +57,12 @@ class DivergenceError(InputError):
 class Collocation:
     """The steps of a trajectory guess (n, nx): their corrections, and the block-bidiagonal matrix."""
 
-    def __init__(self, equations: Equations, nodes: dict, middles: dict, motion: Motion):
-        self.equations, self.nodes = equations, nodes
+    def __init__(self, equations: Equations, values: Mapping[str, float], motion: Motion):
+        self.equations, self.nodes = equations, {**values, "time": motion.time, **motion.at}
         self.step = recorded_step(motion.formula, len(equations.states), *equations.patterns)
-        self.middles = {**middles, STEP: motion.step}
-        self.n, self.nx = len(nodes["time"]), len(equations.states)
+        inner = inner_times(motion.time, motion.formula)
+        self.middles = {**values, "time": inner, **motion.between, STEP: motion.step}
+        self.n, self.nx = len(motion.time), len(equations.states)
         self.begins, self.transitions = motion.begins, motion.begins[1:] - 1
         self.lengths = np.diff([*self.begins, self.n])  # nodes of each piece
         self.at_middle: dict[str, Any] = {}
@@ -113,16 +114,26 @@ class Collocation:
         self.at_ends = self._at_ends("x", states) | self._at_ends("f", rates)
 
     def corrections(self) -> np.ndarray:
-        """The correction (n-1, nx) of the end of every step by its own defect; the matrix is made with it."""
+        """The correction (n-1, nx) of the end of every step by its own defect."""
         self._evaluate_inner_points()
         rates, slopes = self.equations(self.at_inner)
         self.at_middle = named("M", rows(slopes, 0, self.nx))
         values = self.middles | self.at_ends | self._at_ends("A", rows(self.slopes, 0, self.nx)) | self.at_middle
-        values |= named("fm", {(i, 0): f for i, f in enumerate(rates[: self.nx])})
-        correction, self.transition, inverse = (self._cut(each) for each in self.step.newton(values))
+        self.values = values | named("fm", {(i, 0): f for i, f in enumerate(rates[: self.nx])})
+        _, correction, self.transition, inverse = (self._cut(each) for each in self.step.newton(self.values))
         self.inverse = named("inverse", inverse)
-        self.band = chain(part(self.transition, slice(1, None)), self.nx, self.n - 1)
         return self._columns(correction, 0)
+
+    def replace_transitions(self, which: np.ndarray, transition: Entries) -> None:
+        """Set the transitions of the steps `which` (m,) to these, numbers or arrays (m,)."""
+        for place, value in transition.items():
+            self.transition[place] = self.transition[place] + np.zeros(self.n - 1)
+            self.transition[place][which] = value
+
+    def changes(self, corrections: np.ndarray) -> np.ndarray:
+        """The change (nx, n-1) of the states that these corrections (n-1, nx) give; the matrix is made with it."""
+        self.band = chain(part(self.transition, slice(1, None)), self.nx, self.n - 1)
+        return carried(self.band, corrections.copy()).T
 
     def _evaluate_inner_points(self) -> None:
         """The values at the inner points of the steps."""

@@ -63,7 +63,7 @@ class RecordedStep:
         before = total(unit, total(scaled(u, A1), product(M, total(scaled(a, unit), A1, h * p)), v), s)
         after = total(unit, total(scaled(w, A2), product(M, total(scaled(b, unit), A2, h * q)), v), -s)
         solved = inverse(after, nx)
-        self._newton = _Matrices(product(solved, scaled(-1.0, defect)), product(solved, before), solved)
+        self._newton = _Matrices(defect, product(solved, scaled(-1.0, defect)), product(solved, before), solved)
         self._solved, self._by_middle = pattern_of(solved), by_state
         self._forced: dict[Pattern, _Matrices] = {}
 
@@ -72,7 +72,7 @@ class RecordedStep:
         return self._inner(values)[0]
 
     def newton(self, values: Values) -> list[Matrix]:
-        """The correction -after^-1 d (nx, 1), after^-1 before (nx, nx), and after^-1 (nx, nx)."""
+        """The defect d (nx, 1), the correction -after^-1 d (nx, 1), after^-1 before (nx, nx), and after^-1 (nx, nx)."""
         return self._newton(values)
 
     def forced(self, by_parameter: Pattern, values: Values) -> Matrix:

@@ -14,6 +14,7 @@ from motofmi.gap.models.collocation import DivergenceError, Motion, inner_times
 from motofmi.gap.models.equations import rate_of
 from motofmi.gap.models.harmonic_model import HarmonicModel
 from motofmi.gap.models.implicit_formulas import HERMITE_SIMPSON, ImplicitFormula, formula_for
+from motofmi.gap.models.newton_method import CONVERGED
 from motofmi.gap.models.simulation import MANY_PIECES, Trajectory, simulate
 from motofmi.gap.preprocessing.sampled_run import SampledRun
 
@@ -62,7 +63,7 @@ class SegmentedModel(HarmonicModel):
 
     def simulated(
         self, run: SampledRun, indices: Sequence[int], values: Mapping[str, float], initial: Initial, length: int = 0,
-        accuracy: float | None = None, held: int = 0,
+        accuracy: float = CONVERGED, held: int = 0,
     ) -> tuple[Trajectory, Nodes]:  # fmt: skip
         """Segments, or their first `length` samples, simulated from initial states; at every node.
 
@@ -127,7 +128,7 @@ class SegmentedModel(HarmonicModel):
         return guess.T
 
     def _piecewise(
-        self, values: Mapping[str, float], motion: Motion, begin: np.ndarray, accuracy: float | None
+        self, values: Mapping[str, float], motion: Motion, begin: np.ndarray, accuracy: float
     ) -> np.ndarray:
         """The states (n, nx) simulated piece by piece, for segments that do not converge as a whole."""
         n, first, length = len(motion.time), 0, PIECE

@@ -56,7 +56,8 @@ def test_step_and_forcing_are_those_of_the_formula(formula):
     defect = x2 - x1 - s * (u * f1 + v * fm + w * f2)
     before = unit + s * (u * A1 + v * M @ (a * unit + H * p * A1))
     after = unit - s * (w * A2 + v * M @ (b * unit + H * q * A2))
-    correction, transition, solved = step.newton(values)
+    residual, correction, transition, solved = step.newton(values)
+    np.testing.assert_allclose(dense(residual, NX, 1), defect, rtol=1e-13)
     tolerance = {"rtol": 1e-11, "atol": 1e-12}  # elimination without pivots near the identity loses a few digits
     np.testing.assert_allclose(dense(correction, NX, 1), -np.linalg.solve(after, defect), **tolerance)
     np.testing.assert_allclose(dense(transition, NX, NX), np.linalg.solve(after, before), **tolerance)
