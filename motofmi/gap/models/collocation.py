@@ -20,6 +20,7 @@ from motofmi.gap.models.recorded_step import STEP, named, recorded_step
 from motofmi.gap.models.time_varying_matrices import Entries, Matrix, carried, chain, is_zero, part, rows
 
 LARGEST = 1e30  # of states, outputs and their derivatives, which are in SI units: larger numbers are those of a divergence
+SMALLEST = 1e-12  # root mean square of a state below which it counts as zero
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,7 @@ class Collocation:
         size = np.sqrt(np.add.reduceat(change**2, begins, axis=1) / (lengths - 1))
         level = np.sqrt(np.add.reduceat(x**2, begins, axis=1) / lengths)
         level = np.maximum(level, np.median(level, axis=1, keepdims=True))
-        return np.max(size / (level + size + 1e-12), axis=0)
+        return np.max(size / (level + size + SMALLEST), axis=0)
 
     def evaluate(self, x: np.ndarray) -> None:
         """Rates, outputs and derivatives at the nodes of a trajectory (nx, n)."""

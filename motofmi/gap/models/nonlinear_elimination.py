@@ -21,13 +21,12 @@ from typing import Any
 
 import numpy as np
 
-from motofmi.gap.models.collocation import Collocation, root_mean_square
+from motofmi.gap.models.collocation import SMALLEST, Collocation, root_mean_square
 from motofmi.gap.models.recorded_step import named
 from motofmi.gap.models.time_varying_matrices import Entries, rows
 
-STEPS = 10  # of the Newton method of a simulation step, at most
+MOST_CORRECTIONS = 10  # of the end of a simulation step; the next step of the whole trajectory goes on from there
 DECREASE = 0.25  # of the defect, over that of its linearisation, with which a correction is accepted
-SMALLEST = 1e-12  # size of a state below which it counts as zero
 BEGIN = ("x1", "f1", "A1")  # values at the begin of a step, as `RecordedStep` names them
 
 
@@ -73,7 +72,7 @@ def _solved_alone(
     end = x[:, which + 1]
     defect, correction, transition = step.newton(end)
     size, share = _length(defect / scale), np.ones(len(which))
-    for _ in range(STEPS):
+    for _ in range(MOST_CORRECTIONS):
         open_ = _length(correction / scale) > accuracy
         if not open_.any():
             break

@@ -33,8 +33,8 @@ from motofmi.recordings.recording import Recording
 
 DIVERGED = 1e3  # residual over an output's standard deviation where a trial cannot be simulated
 STEPS = 8  # simulation steps per sample
-# Largest last step of Newton's method over a state's rms. With the accuracy of other comparisons, the trajectory of an
-# overflowing tank depended on the trial before it, by up to 6 V, and fits ended before their minimum.
+# Largest last step of Newton's method over a state's rms: less than in other comparisons, so that the error of a trial
+# hardly depends on the trial before it, from whose states the method begins.
 ACCURATE = 1e-6
 MOST_TRIALS = 100  # simulations of a fit
 RANK = 1e-9  # relative singular value below which initial states are not identifiable from the first samples
