@@ -79,8 +79,8 @@ def output_scale(found: Fit) -> np.ndarray:
     outputs = found.runs[0].reduction.outputs
     power = np.zeros(outputs)
     for run in found.runs:
-        owners = np.array([column.degree for column in run.reduction.columns])
-        power += [float(np.mean(run.deviation[owners == output] ** 2)) for output in range(outputs)]
+        of = run.reduction.output_of
+        power += [float(np.mean(run.deviation[of == output] ** 2)) for output in range(outputs)]
     return np.sqrt(power / len(found.runs))
 
 

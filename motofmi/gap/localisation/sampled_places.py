@@ -28,12 +28,10 @@ SIZES = 4  # cells over the amplitude
 def cells(run: SampledRun, z: np.ndarray) -> Iterator[Place]:
     """The cells of a run with residuals (m,) over the noise."""
     columns = run.reduction.columns
-    frequency, time, output = (
-        np.array([getattr(c, what) for c in columns]) for what in ("frequency", "time", "degree")
-    )
+    frequency, time = (np.array([getattr(c, what) for c in columns]) for what in ("frequency", "time"))
     for index, name in enumerate(run.experiment.outputs):
         if len(run.experiment.outputs) > 1:
-            yield place(run, z[output == index], f"output {name}", float(index), float(index), "1")
+            yield place(run, z[run.reduction.output_of == index], f"output {name}", float(index), float(index), "1")
     yield from _along(run, z, "frequency", "Hz", frequency, PARTS)
     yield from _along(run, z, "time", "s", time, PARTS)
     motion = run.motion_at(run.recording.time)[0]

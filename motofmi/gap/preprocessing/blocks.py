@@ -18,11 +18,19 @@ from itertools import pairwise
 import numpy as np
 from scipy.fft import dct
 
-from motofmi.gap.preprocessing.harmonics import Column
-
 MOST_BLOCKS = 8  # blocks of a long segment
 SHORTEST_BLOCK = 256  # samples of a block, where a segment has several
 GRID_RATIO = 4  # grid points at which a density is evaluated, per sample of a block
+
+
+@dataclass(frozen=True)
+class Coefficient:
+    """One coefficient of one output in a block: its window, output, frequency [Hz] and the block's mean time [s]."""
+
+    window: int
+    output: int
+    frequency: float
+    time: float
 
 
 @dataclass
@@ -39,8 +47,13 @@ class Blocks:
     outputs: int
     spans: list[tuple[int, int, int]]
     segment_of: list[int]
-    columns: list[Column]
+    columns: list[Coefficient]
     compared: np.ndarray | None = None
+
+    @cached_property
+    def output_of(self) -> np.ndarray:
+        """The output (m,) of each coefficient."""
+        return np.array([column.output for column in self.columns])
 
     @property
     def bases(self) -> list[tuple[int, int, None]]:
@@ -147,7 +160,7 @@ def blocks_of(
     """
     spans: list[tuple[int, int, int]] = []
     owners: list[int] = []
-    columns: list[Column] = []
+    columns: list[Coefficient] = []
     for index, (start, end) in enumerate(segments):
         count = min(max((end - start) // SHORTEST_BLOCK, 1), MOST_BLOCKS)
         edges = np.linspace(start, end, count + 1).astype(int)
@@ -159,6 +172,6 @@ def blocks_of(
             for output in range(outputs):
                 window = (len(spans) - 1) * outputs + output
                 columns += [
-                    Column(window, 1, output, k * rate / (2 * n), (first + last) / 2 / rate) for k in range(kept)
+                    Coefficient(window, output, k * rate / (2 * n), (first + last) / 2 / rate) for k in range(kept)
                 ]
     return Blocks(rate, outputs, spans, owners, columns, compared)

@@ -139,10 +139,9 @@ def missed_share(found: Fit) -> float:
     shares = []
     ends = np.cumsum([len(run.data) for run in found.runs])
     for run, residuals in zip(found.runs, np.split(found.residuals[: ends[-1]], ends[:-1]), strict=True):
-        owners = np.array([column.degree for column in run.reduction.columns])
         samples = sum(last - first for first, last, _ in run.reduction.spans)
         for output, y in enumerate(run.measured.T):
-            own = owners == output
+            own = run.reduction.output_of == output
             noise = np.sum(own) * (WHITE_NOISE_FACTOR * sensor_noise(y)) ** 2
             power = np.sum((residuals[own] * run.deviation[own]) ** 2) - noise
             shares.append(np.sqrt(max(power, 0.0) / samples) / np.std(y))

@@ -168,7 +168,7 @@ def _rms_of_first_output(runs: Sequence[Any], data: Sequence[np.ndarray]) -> flo
         if hasattr(run, "effort"):
             first, bases = np.arange(len(values)) < len(run.effort.data), run.reduction.bases
         elif hasattr(run, "reduction"):
-            first, bases = np.array([c.degree == 0 for c in run.reduction.columns]), run.reduction.spans
+            first, bases = run.reduction.output_of == 0, run.reduction.spans
         else:
             first, bases = np.ones(len(values), bool), [(0, len(values), None)]
         power += float(np.sum(values[first] ** 2))
