@@ -71,7 +71,7 @@ def flexible_mean_square(found: Fit, scale: np.ndarray) -> float:
     """The mean square [1] after a flexible regression on a fit's runs, each output over its scale (outputs,)."""
     power, samples = np.zeros(len(scale)), 0
     for run, with_noise in zip(found.runs, found.runs_with_remaining_noise(), strict=True):
-        of = run.reduction.output_of
-        power += [float(np.sum(with_noise.deviation[of == output] ** 2)) for output in range(len(scale))]
+        owner = run.reduction.output_of
+        power += [float(np.sum(with_noise.deviation[owner == output] ** 2)) for output in range(len(scale))]
         samples += sum(last - first for first, last, _ in run.reduction.spans)
     return float(np.mean(power / samples / scale**2))

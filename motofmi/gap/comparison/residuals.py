@@ -79,8 +79,8 @@ def output_scale(found: Fit) -> np.ndarray:
     outputs = found.runs[0].reduction.outputs
     power = np.zeros(outputs)
     for run in found.runs:
-        of = run.reduction.output_of
-        power += [float(np.mean(run.deviation[of == output] ** 2)) for output in range(outputs)]
+        owner = run.reduction.output_of
+        power += [float(np.mean(run.deviation[owner == output] ** 2)) for output in range(outputs)]
     return np.sqrt(power / len(found.runs))
 
 

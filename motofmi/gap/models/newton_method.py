@@ -1,7 +1,7 @@
 """Newton's method for the states of a trajectory at all samples together.
 
-All pieces have the same steps, or each group of pieces has steps of its own. A step that is longer than the one before is
-halved. Simulation steps whose corrections alternate are solved alone (see `nonlinear_elimination`).
+All pieces take the same steps of the method, or each group of pieces takes its own. A step that is longer than the one
+before is halved. Simulation steps whose corrections alternate are solved alone (see `nonlinear_elimination`).
 
 Source: Deuflhard, Newton Methods for Nonlinear Problems (2004), ch. 3; Ascher, Mattheij, Russell (1995).
 """
@@ -11,8 +11,8 @@ import numpy as np
 from motofmi.gap.models.collocation import LARGEST, Collocation
 from motofmi.gap.models.nonlinear_elimination import NonlinearElimination
 
-CONVERGED = 1e-4  # step over a state's rms at convergence; the error after such a step is of the order of its square
-STEPS = 30  # at most
+CONVERGED = 3e-5  # step over a state's rms at convergence: states are in error by about its square, slopes at kinks by itself
+STEPS = 40  # at most
 
 
 def converged(steps: Collocation, x: np.ndarray, begins: np.ndarray, accuracy: float, held: int) -> np.ndarray:
@@ -27,7 +27,7 @@ def converged(steps: Collocation, x: np.ndarray, begins: np.ndarray, accuracy: f
     update = np.full(len(begins), np.inf)
     open_, lost = np.ones(len(update), bool), np.zeros(len(update), bool)
     elimination = NonlinearElimination(steps, accuracy)
-    for done in range(STEPS):
+    for _ in range(STEPS):
         steps.evaluate(x)
         if not nx:
             break
@@ -42,7 +42,7 @@ def converged(steps: Collocation, x: np.ndarray, begins: np.ndarray, accuracy: f
                 raise steps.divergence(infinite)
             lost |= infinite
             open_ &= ~infinite
-            if not done or not open_.any():
+            if not open_.any():
                 raise steps.divergence(lost)
             x[:, infinite[group]] = guess[:, infinite[group]]
             update = before

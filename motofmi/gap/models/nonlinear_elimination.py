@@ -1,4 +1,4 @@
-"""Steps of a trajectory that are solved alone: the end of each follows from its begin.
+"""Simulation steps that are solved alone, without the rest of the trajectory: the end of each from its begin.
 
 Where a mass sticks, or a hysteresis reverses, the correction of a simulation step by its linearised defect alternates
 from one side to the other, and Newton's method for the whole trajectory does not converge. The equations of such a step,
@@ -10,7 +10,7 @@ that at (x_k, y): multiple shooting in these steps, collocation in the others. W
 changes, its end is exact.
 
 A correction alternates where it points against the one before and is longer than half of it. In the Newton method of a
-step, corrections are halved until the defect decreases (Armijo).
+simulation step, a correction is halved until the defect decreases (Armijo).
 
 Source: Lanzkron, Rose, Wilkes, SIAM J. Sci. Comput. 17 (1996) 538-559, nonlinear elimination; Bock, Plitt, Proc. 9th IFAC
 World Congress (1984) 1603-1608, multiple shooting; Deuflhard, Newton Methods for Nonlinear Problems (2004), ch. 3.
@@ -25,13 +25,13 @@ from motofmi.gap.models.collocation import SMALLEST, Collocation, root_mean_squa
 from motofmi.gap.models.recorded_step import named
 from motofmi.gap.models.time_varying_matrices import Entries, rows
 
-MOST_CORRECTIONS = 10  # of the end of a simulation step; the next step of the whole trajectory goes on from there
+MOST_CORRECTIONS = 10  # of the end of a simulation step, before the next correction of the whole trajectory
 DECREASE = 0.25  # of the defect, over that of its linearisation, with which a correction is accepted
 BEGIN = ("x1", "f1", "A1")  # values at the begin of a step, as `RecordedStep` names them
 
 
 class NonlinearElimination:
-    """The steps of a trajectory whose corrections have alternated; they are solved alone from then on."""
+    """The simulation steps of a trajectory whose corrections have alternated; they are solved alone from then on."""
 
     def __init__(self, steps: Collocation, accuracy: float):
         self.steps, self.accuracy = steps, accuracy
