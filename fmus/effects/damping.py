@@ -108,8 +108,8 @@ class SoftFriction(CoulombFriction):
     given = ()
     starts: ClassVar = {"sliding_rate": (0.02, 0.1, 0.4)}
     relative_to_rate: ClassVar = ("sliding_rate",)
-    # samples and simulation steps do not resolve a narrower transition
-    at_least_sliding: ClassVar = {"sliding_rate": 0.1}
+    # The Coulomb form is the narrowest transition: a form with a width of its own contains it.
+    at_least_sliding: ClassVar = {"sliding_rate": 1.0}
     # tanh(2) = 0.96: a force that is not developed at the largest rate is a damper, tanh(r/s) = r/s - r^3/(3 s^3)
     at_most_of_rate: ClassVar = {"sliding_rate": 0.5}
 

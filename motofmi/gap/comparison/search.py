@@ -21,7 +21,13 @@ from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import Candidate
 from motofmi.gap.estimation.effect_fit import as_found, fit_each, without_magnitudes
 from motofmi.gap.estimation.equation_error import EquationErrorFit
-from motofmi.gap.estimation.fit_result import Fit, PortableFit, initial_guesses, with_initial_guesses
+from motofmi.gap.estimation.fit_result import (
+    Fit,
+    PortableFit,
+    from_recorded_motion,
+    initial_guesses,
+    with_initial_guesses,
+)
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.screening import Signature, screen
 
@@ -76,8 +82,8 @@ def single_effects(
 
 
 def _from_equation_error(base: Fit, starts: Sequence[EquationErrorFit]) -> list[Candidate]:
-    """The effects that are not far behind in equation error, fitted from its values; none where the base is not
-    either."""
+    """The effects that are not far behind in equation error, fitted from its values and from the recorded motion, to
+    which those values belong; none where the base is not far behind either."""
     least = min((start.chi2 for start in starts), default=0.0)
     near = [start for start in starts if start.chi2 < FAR_BEHIND * least]
     near = near if all(start.effect for start in near) else []
@@ -85,7 +91,8 @@ def _from_equation_error(base: Fit, starts: Sequence[EquationErrorFit]) -> list[
     def fit_one(start: EquationErrorFit) -> PortableFit | None:
         with suppress(InputError):  # it cannot be simulated with these values
             model, x = start.on(base)
-            return None if time_is_up() else PortableFit.of(fit(model, base.runs, x, beat=base.chi2))
+            runs = from_recorded_motion(base.runs)
+            return None if time_is_up() else PortableFit.of(fit(model, runs, x, beat=base.chi2))
         return None
 
     fits = parallel_map(fit_one, near, "fitting from equation error")

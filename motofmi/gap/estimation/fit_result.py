@@ -169,6 +169,14 @@ def with_initial_guesses(runs: Sequence[Any], kept: Sequence[Any]) -> list[Any]:
     return [run if guess is None else run.with_initial_guesses(guess) for run, guess in zip(runs, kept, strict=True)]
 
 
+def from_recorded_motion(runs: Sequence[Any]) -> list[Any]:
+    """Sampled runs without initial guesses: their next simulation begins from the recorded motion.
+
+    From the states of a base that misses most of the motion, simulations of other models may diverge.
+    """
+    return with_initial_guesses(runs, [{} for _ in runs])
+
+
 def vector_of(x: np.ndarray, model: AnyModel, index: int) -> np.ndarray:
     """The model's vector for one run: the common values plus that run's deviations."""
     deviating = list(run_to_run_deviations(model.experiment))

@@ -78,7 +78,7 @@ class SegmentedModel(HarmonicModel):
         at, between = (self._inputs(run, t - self.lag(values, t), values) for t in times)
         motion = Motion(nodes.time, at, between, nodes.begins, formula)
         begin = np.array([initial[i] for i in indices]).reshape(len(indices), len(states))
-        guess = None if length or not states else self._guessed(run, indices, nodes)
+        guess = self._guessed(run, indices, nodes, length) if states else None
         try:
             made = simulate(
                 self.equations, values, motion, guess, begin, with_initial=True, accuracy=accuracy, held=held
@@ -117,15 +117,25 @@ class SegmentedModel(HarmonicModel):
             alone = (list(apart([i])) for i in diverging)
             yield from chain.from_iterable(takewhile(bool, alone))
 
-    def _guessed(self, run: SampledRun, indices: Sequence[int], nodes: Nodes) -> np.ndarray:
-        """The states (n, nx) of the segments' last simulation, their start values where there is none."""
+    def _guessed(self, run: SampledRun, indices: Sequence[int], nodes: Nodes, length: int) -> np.ndarray:
+        """The states (n, nx) of the segments' last simulation, over their whole length; where there is none, the
+        recorded states and their rates, and the start values of the others."""
         guess = np.repeat(self._start_values[:, None], len(nodes.time), axis=1)
+        recorded = self._recorded_states(run)
         for i, (a, b) in zip(indices, nodes.pieces, strict=True):
-            known = run.guess.get(i, {}).get("states", {})
+            known = {} if length else run.guess.get(i, {}).get("states", {})
             for row, name in zip(guess, self.equations.states, strict=True):
                 if name in known:
                     row[a:b] = known[name]
+                elif name in recorded:
+                    row[a:b] = np.interp(nodes.time[a:b], run.recording.time, recorded[name])
         return guess.T
+
+    def _recorded_states(self, run: SampledRun) -> dict[str, np.ndarray]:
+        """The recorded outputs (n,) that are states, and the derivatives of the others of them."""
+        found = {n: y for n, y in zip(run.experiment.outputs, run.measured.T, strict=True) if n in self._rates_of_states}
+        rates = {r: np.gradient(y, run.recording.time) for n, y in found.items() for r in self._rates_of_states[n]}
+        return rates | found
 
     def _piecewise(
         self, values: Mapping[str, float], motion: Motion, begin: np.ndarray, accuracy: float

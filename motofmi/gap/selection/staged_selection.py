@@ -14,7 +14,7 @@ from motofmi.gap.comparison.search import single_effects
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import Candidate, noise_is_known, ranked
 from motofmi.gap.estimation.equation_error import EquationErrorFit
-from motofmi.gap.estimation.fit_result import Fit
+from motofmi.gap.estimation.fit_result import Fit, from_recorded_motion
 from motofmi.gap.estimation.fitting import fit, fit_or_none
 from motofmi.gap.estimation.initial_fit import equal_noise, in_interpolation_of
 from motofmi.gap.estimation.stages import Stage, running
@@ -79,7 +79,7 @@ class Selection:
 
     def _after_single_effects(self, found: _Singles) -> Verdict:
         with running(Stage.NOISE):
-            continued = fit_or_none(found.best.model, self.base.runs, found.best.x)
+            continued = fit_or_none(found.best.model, from_recorded_motion(self.base.runs), found.best.x)
             single, known = continued or found.best, [continued] if continued else []
             # The search by chi-square is over the longer segments, over which the best effect must be simulated.
             tried = continued is not None and leaves_noise(continued, self.validation_runs, self.criteria)
