@@ -29,7 +29,7 @@ from motofmi.gap.comparison.objections import (
     objection,
     undetermined,
 )
-from motofmi.gap.comparison.simplest_form import one_per_families
+from motofmi.gap.comparison.simplest_form import one_per_families, without_undetermined_additions
 from motofmi.gap.comparison.superior_ability import superior_ability
 from motofmi.gap.criteria import Criteria
 
@@ -93,7 +93,8 @@ class _Compared:
     @cached_property
     def accepted(self) -> list[ComparedModel]:
         """The determined models without objection, one form of each, by their loss."""
-        return one_per_families([m for m in self.determined if id(m) not in self.objections])
+        unopposed = [m for m in self.determined if id(m) not in self.objections]
+        return one_per_families(without_undetermined_additions(unopposed, self.errors, self.criteria))
 
     @cached_property
     def better(self) -> list[ComparedModel]:

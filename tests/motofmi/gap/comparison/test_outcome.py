@@ -226,6 +226,16 @@ def test_the_simplest_form_within_one_standard_error_is_taken():
     assert simplest_sufficient([plain, better]) is better
 
 
+@pytest.mark.parametrize(("breakaway", "form"), [(0.0, "coulomb"), (0.19, "coulomb"), (0.21, "stribeck")])
+def test_a_form_that_adds_an_undetermined_magnitude_is_the_form_without_it(breakaway, form):
+    """Two standard errors are 0.2, and the mean loss of the Stribeck form is less by many standard errors."""
+    plain, more = model_with(CoulombFriction, level=1.0, seed=1), model_with(StribeckFriction, level=0.7, seed=1)
+    more.fit.x[more.fit.model.names.index("coulomb_friction.breakaway")] = breakaway
+    found = decided([plain, more])
+    assert found.verdict == "named" and found.best.effects[0].form == form
+    assert decided([more]).best is more  # the Coulomb form was not compared
+
+
 @pytest.mark.parametrize("runs", ["fitted", "validation"])
 def test_an_effect_that_gains_on_one_kind_of_runs_only_is_not_named(runs):
     # On the other runs its mean square scatters about that of the base, by a factor exp(0.1) on each block.
