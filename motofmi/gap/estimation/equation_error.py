@@ -95,9 +95,11 @@ def equation_error_fits(found: Fit, library: Sequence[type[Effect]]) -> list[Equ
             if time_is_up():
                 return None
             model = base.model.with_added_effects(signature.effect)
-            declared = model.start()[bases:]
+            # A declared share of the base's term is of the right size; a declared stiffness need not be.
+            shares = [row.unit == "1" for row in model.rows]
+            own = np.where(shares, model.start()[bases:], signature.start)
             best: Fit | None = None
-            for start in (np.concatenate([base.x, signature.start]), np.concatenate([alike, declared])):
+            for start in (np.concatenate([base.x, signature.start]), np.concatenate([alike, own])):
                 with suppress(InputError):  # it cannot be simulated from this start
                     again = fit(model, base.runs, start, beat=best.chi2 if best else base.chi2)
                     best = again if best is None or again.chi2 < best.chi2 else best
