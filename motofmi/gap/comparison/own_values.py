@@ -32,6 +32,8 @@ def disagreement(base: ComparedModel, best: ComparedModel, flexible: float, bloc
 
     flexible [1] is the mean square after a flexible regression, over the squared scale of the comparison.
     """
+    if not blocks.validation_blocks:
+        return ""
     # Where effects leave more than the base does, values of its own leave less than they do without any disagreement.
     best = min((best, base), key=lambda model: float(model.validation.mean()))
     own = with_own_values(base, best, flexible, blocks)
@@ -51,13 +53,14 @@ def disagreement(base: ComparedModel, best: ComparedModel, flexible: float, bloc
 def with_own_values(
     base: ComparedModel, best: ComparedModel, flexible: float, blocks: CommonBlocks
 ) -> ComparedModel | None:
-    """The base fitted to the validation runs alone; None without these, where they cannot be simulated, and after a
-    deadline. A fit that cannot close as much of what `best` leaves as runs that disagree need is ended early.
+    """The base fitted to the validation runs alone; None where they cannot be simulated, and after a deadline.
+
+    A fit that cannot close as much of what `best` leaves as runs that disagree need is ended early.
 
     It starts from the fitted values and, where these are too far, as for a machine with another frequency, from those
     that fit the validation runs in the frequency domain.
     """
-    if not blocks.validation_blocks or time_is_up():
+    if time_is_up():
         return None
     left = max(float(best.validation.mean()) - flexible, 0.0)
     least = (flexible + (1 - blocks.criteria.explained_share) * left) / float(base.validation.mean())

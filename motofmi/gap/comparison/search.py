@@ -82,17 +82,20 @@ def single_effects(
 
 
 def _from_equation_error(base: Fit, starts: Sequence[EquationErrorFit]) -> list[Candidate]:
-    """The effects that are not far behind in equation error, fitted from its values and from the recorded motion, to
-    which those values belong; none where the base is not far behind either."""
+    """The effects that are not far behind in equation error, fitted from its values; none where the base is not
+    either.
+
+    Where a model diverges from the states of the base, it is simulated from the recorded motion.
+    """
     least = min((start.chi2 for start in starts), default=0.0)
     near = [start for start in starts if start.chi2 < FAR_BEHIND * least]
     near = near if all(start.effect for start in near) else []
 
     def fit_one(start: EquationErrorFit) -> PortableFit | None:
-        with suppress(InputError):  # it cannot be simulated with these values
-            model, x = start.on(base)
-            runs = from_recorded_motion(base.runs)
-            return None if time_is_up() else PortableFit.of(fit(model, runs, x, beat=base.chi2))
+        model, x = start.on(base)
+        for runs in (base.runs, from_recorded_motion(base.runs)):
+            with suppress(InputError):  # it cannot be simulated with these values
+                return None if time_is_up() else PortableFit.of(fit(model, runs, x, beat=base.chi2))
         return None
 
     fits = parallel_map(fit_one, near, "fitting from equation error")

@@ -79,7 +79,11 @@ class Selection:
 
     def _after_single_effects(self, found: _Singles) -> Verdict:
         with running(Stage.NOISE):
-            continued = fit_or_none(found.best.model, from_recorded_motion(self.base.runs), found.best.x)
+            best, runs = found.best, self.base.runs
+            # From the states of a base that misses most of the motion it may diverge.
+            continued = fit_or_none(best.model, runs, best.x) or fit_or_none(
+                best.model, from_recorded_motion(runs), best.x
+            )
             single, known = continued or found.best, [continued] if continued else []
             # The search by chi-square is over the longer segments, over which the best effect must be simulated.
             tried = continued is not None and leaves_noise(continued, self.validation_runs, self.criteria)

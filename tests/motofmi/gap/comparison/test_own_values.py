@@ -1,6 +1,7 @@
 """Fitted and validation runs of two pendulums: nothing is named, and the value that differs is stated."""
 
 import re
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -45,8 +46,13 @@ def test_values_of_their_own_are_compared_with_the_base_where_effects_leave_more
     monkeypatch.setattr(own_values, "with_own_values", lambda *_: own)
     monkeypatch.setattr(own_values, "_difference", lambda *_: "")
     monkeypatch.setattr(own_values, "_amplitudes", lambda *_: "")
-    blocks = SimpleNamespace(criteria=Criteria())
+    blocks = SimpleNamespace(criteria=Criteria(), validation_blocks=[(0, 0, 10)])
     assert bool(own_values.disagreement(base, best, FLEXIBLE, blocks)) == disagree
+
+
+def test_without_validation_runs_nothing_disagrees():
+    base, best = (replace(model_with(level=level), validation=np.zeros(0)) for level in (10.0, 1.0))
+    assert not own_values.disagreement(base, best, FLEXIBLE, SimpleNamespace(criteria=Criteria(), validation_blocks=[]))
 
 
 def sliding(name: str, width: float, labelled: float, seed: int) -> Recording:
