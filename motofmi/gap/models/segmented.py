@@ -132,7 +132,8 @@ class SegmentedModel(HarmonicModel):
         return guess.T
 
     def _recorded_states(self, run: SampledRun) -> dict[str, np.ndarray]:
-        """The recorded outputs (n,) that are states, and the derivatives of the others of them."""
+        """The recorded outputs (n,) that are states, and their derivatives where a state is the rate of one and is not
+        recorded itself."""
         found = {n: y for n, y in zip(run.experiment.outputs, run.measured.T, strict=True) if n in self._rates_of_states}
         rates = {r: np.gradient(y, run.recording.time) for n, y in found.items() for r in self._rates_of_states[n]}
         return rates | found

@@ -80,7 +80,6 @@ class Selection:
     def _after_single_effects(self, found: _Singles) -> Verdict:
         with running(Stage.NOISE):
             best, runs = found.best, self.base.runs
-            # From the states of a base that misses most of the motion it may diverge.
             continued = fit_or_none(best.model, runs, best.x) or fit_or_none(
                 best.model, from_recorded_motion(runs), best.x
             )
