@@ -2,6 +2,7 @@
 found with its values, and the misfit before and after."""
 
 from collections.abc import Mapping
+from math import floor, log10
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from fmus.declaration.units import written
 
 SHOWN = 5  # models of a tie that are shown
 BAR = 40  # characters of the longer bar
+DIGITS, MOST_DIGITS = 4, 10  # of a value
 # What a reader who does not know the verdicts' names reads instead of them.
 BEGINNINGS = {"named": "An effect is missing: ", "tied": "An effect is missing, but ", "none": "No effect is missing: ",
               "unknown": ""}  # fmt: skip
@@ -146,8 +148,14 @@ def _values(effect: dict[str, Any]) -> str:
 
 
 def _value(name: str, parameter: dict[str, Any]) -> str:
-    value = f"{parameter['value']:.4g} +- {error_text(parameter)}"
-    return f"{name} = {written(value, parameter['unit'])}"
+    return f"{name} = {written(f'{value_text(parameter)} +- {error_text(parameter)}', parameter['unit'])}"
+
+
+def value_text(parameter: Mapping[str, Any]) -> str:
+    """The value of a parameter with four digits, or with as many as its standard error of two digits determines."""
+    value, error = parameter["value"], parameter["standard_error"]
+    determined = floor(log10(abs(value))) - floor(log10(error)) + 2 if value and error else 0
+    return f"{value:.{min(max(determined, DIGITS), MOST_DIGITS)}g}"
 
 
 def error_text(parameter: Mapping[str, Any]) -> str:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from motofmi.reports.charts import SEQUENCE, Axis, Chart, Curve, Panel
-from motofmi.reports.gap_summary import error_text, nearest, next_run
+from motofmi.reports.gap_summary import error_text, nearest, next_run, value_text
 from motofmi.reports.report import Section, Table
 
 # The keys of `gap` in words.
@@ -112,7 +112,7 @@ def _mode(mode: dict[str, Any], i: int) -> str:
 
 def _effects(result: dict[str, Any]) -> Table:
     """The effects found with their parameters."""
-    rows = [(e["name"], e["form"], n, f"{p['value']:.5g}", error_text(p), p["unit"])
+    rows = [(e["name"], e["form"], n, value_text(p), error_text(p), p["unit"])
             for e in result["effects"] for n, p in e["parameters"].items()]  # fmt: skip
     return Table(("effect", "form", "parameter", "value", "standard error", "unit"), rows)
 

@@ -14,7 +14,7 @@ from fmus.support.parallel import in_background
 from motofmi.gap.selection.result import Verdict
 from motofmi.reports.gap_report import FILE as REPORT
 from motofmi.reports.gap_report import Pictures, before_and_after_chart, draw_before_and_after, gap_report
-from motofmi.reports.gap_summary import error_text, headline, nearest
+from motofmi.reports.gap_summary import error_text, headline, nearest, value_text
 from motofmi.reports.report import Link, Report
 from motofmi.reports.shown import Interactive
 from motofmi.workflows.gap.kind import Kind
@@ -224,7 +224,7 @@ class Gap:
 
 
 def _value(parameter: Mapping[str, Any]) -> str:
-    return f"{parameter['value']:.4g} +- {error_text(parameter)} {parameter['unit']}"
+    return f"{value_text(parameter)} +- {error_text(parameter)} {parameter['unit']}"
 
 
 def _built(component: Component, folder: Path) -> tuple[str | None, list[str]]:

@@ -19,7 +19,7 @@ from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_ru
 from motofmi.gap.selection.any_component import Investigation
 from motofmi.gap.selection.result import Verdict
 from motofmi.reports.gap_before_after import label_of_best
-from motofmi.reports.gap_summary import answer, bars, headline, laws, nearest, next_run
+from motofmi.reports.gap_summary import answer, bars, headline, laws, nearest, next_run, value_text
 from motofmi.workflows.components import component, ships
 from motofmi.workflows.gap.limitations import limitations_of
 from tests.simulators.hidden_joint import joint_run
@@ -102,6 +102,15 @@ def test_the_longer_bar_is_the_larger_misfit(seed):
     pair = ("before", "after") if rms["holdout_before"] is None else ("holdout_before", "holdout_after")
     before, after = (rms[key] for key in pair)
     assert lengths[0] >= lengths[1] if before >= after else lengths[1] >= lengths[0]
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [(250000.47, 8.7, "250000.5"), (-0.0123456, 2e-7, "-0.0123456"), (20.61, 0.42, "20.61"), (1234.5, 800.0, "1234"),
+     (9.99996, 0.01, "10"), (0.0, 0.1, "0"), (0.5, None, "0.5"), (1 / 3, 1e-15, "0.3333333333"), (2.0, 0.0, "2")],
+)  # fmt: skip
+def test_a_value_has_the_digits_that_its_error_determines(value, error, text):
+    assert value_text({"value": value, "standard_error": error}) == text
 
 
 def test_an_equation_has_values_errors_and_units():
