@@ -108,7 +108,7 @@ class SoftFriction(CoulombFriction):
     given = ()
     starts: ClassVar = {"sliding_rate": (0.02, 0.1, 0.4)}
     relative_to_rate: ClassVar = ("sliding_rate",)
-    # The Coulomb form is the narrowest transition: a form with a width of its own contains it.
+    # The transition of the Coulomb form is the narrowest one, so that a form with a width of its own contains it.
     at_least_sliding: ClassVar = {"sliding_rate": 1.0}
     # tanh(2) = 0.96: a force that is not developed at the largest rate is a damper, tanh(r/s) = r/s - r^3/(3 s^3)
     at_most_of_rate: ClassVar = {"sliding_rate": 0.5}

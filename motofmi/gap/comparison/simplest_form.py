@@ -1,7 +1,7 @@
 """The form of an effect: the simplest one whose mean loss is within one standard error of the best form's.
 
-A form that adds magnitudes to another one, none of which is distinguishable from zero, is that other form: it is left
-out, since its less mean loss is then another minimum of the base's values.
+Where all magnitudes that a form adds to another one are indistinguishable from zero, it is that other form. It is left
+out: where its mean loss is smaller, the values of the base are in another local minimum.
 
 Source: the one-standard-error rule of Breiman, Friedman, Olshen, Stone, Classification and Regression Trees (1984),
 section 3.4.3, with the standard error of the paired differences of losses.

@@ -118,8 +118,9 @@ class SegmentedModel(HarmonicModel):
             yield from chain.from_iterable(takewhile(bool, alone))
 
     def _guessed(self, run: SampledRun, indices: Sequence[int], nodes: Nodes, length: int) -> np.ndarray:
-        """The states (n, nx) of the segments' last simulation, over their whole length; where there is none, the
-        recorded states and their rates, and the start values of the others."""
+        """The guess of the states (n, nx): those of the segments' last simulation, which is known for whole segments
+        (`length` 0). Without one, the recorded states and their rates, and the start values of the others.
+        """
         guess = np.repeat(self._start_values[:, None], len(nodes.time), axis=1)
         recorded = self._recorded_states(run)
         for i, (a, b) in zip(indices, nodes.pieces, strict=True):
