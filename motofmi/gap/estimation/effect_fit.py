@@ -39,6 +39,25 @@ def fit_each(found: Fit, signatures: Sequence[Signature], so_far: Sequence[Candi
     ]
 
 
+def fit_from_further_starts(found: Fit, signatures: Sequence[Signature], beat: float) -> list[Candidate]:
+    """The candidates of further signatures of effects that have been fitted, each from its own start alone; a fit that
+    cannot reach the chi-square `beat` is ended early. After a deadline they are not fitted."""
+
+    def portable_fit(signature: Signature) -> PortableFit | None:
+        if time_is_up():
+            return None
+        model = found.model.with_added_effects(signature.effect)
+        start, guesses, _ = next(_starts(found, model, signature, [], False))
+        with suppress(InputError):  # this start cannot be simulated
+            return PortableFit.of(fit(model, with_initial_guesses(found.runs, guesses), start, beat=beat))
+        return None
+
+    portable_fits = parallel_map(portable_fit, signatures, "fitting effects")
+    return [
+        candidate_of(found, signature, portable) for signature, portable in zip(signatures, portable_fits, strict=True)
+    ]
+
+
 def best_portable_fit(
     found: Fit, signature: Signature, beat: float, known: Sequence[Fit], criteria: Criteria
 ) -> PortableFit | None:

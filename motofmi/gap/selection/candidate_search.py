@@ -11,7 +11,7 @@ import numpy as np
 from fmus.effects import Effect
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import Candidate, adequate, one_each, ranked
-from motofmi.gap.estimation.effect_fit import contained, fit_each, fitted_to_the_end
+from motofmi.gap.estimation.effect_fit import contained, fit_each, fit_from_further_starts, fitted_to_the_end
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.estimation.fitting import has_vanished_parameter
 from motofmi.gap.estimation.screening import Signature, screen
@@ -115,7 +115,8 @@ def _search(
     if not adequate(candidates[0].fit, criteria):
         families, before = field.order if others else field.order[:leaders], candidates[0]
         starts = _further_starts(field, candidates, families, others)
-        candidates = ranked([*candidates, *fit_each(found, starts, [], beat, [], criteria)])
+        near = found.chi2 - NEAR_SHARE * max(found.chi2 - before.fit.chi2, 0.0)
+        candidates = ranked([*candidates, *fit_from_further_starts(found, starts, min(beat, near))])
         candidates = candidates if candidates[0] is before else _in_other_forms(field, candidates, beat, known)
     if not adequate(candidates[0].fit, criteria):  # a flexible form only where no other form fits
         candidates = _in_other_forms(field, candidates, beat, known, flexible=True)
