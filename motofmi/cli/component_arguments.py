@@ -11,15 +11,15 @@ DEVICE = (
 def add_vehicle(parser: argparse.ArgumentParser) -> None:
     """Add `--vehicle`."""
     parser.add_argument(
-        "--vehicle", default=VEHICLE, help="a motorcycle: a NAME of motofmi list, or a .toml (default: %(default)s)"
+        "--vehicle", help=f"a motorcycle: a NAME of motofmi list, or a .toml (default: {VEHICLE})"
     )
 
 
 def add_archives(parser: argparse.ArgumentParser) -> None:
     """Add `--fmu`, archives in place of the vehicle or of devices."""
     parser.add_argument("--fmu", action="append", default=[], metavar="PATH",
-                        help="FMU in place of the vehicle or of a device; which of them it replaces follows from the "
-                             "handlebar port or the roll port among its variables; repeatable")  # fmt: skip
+                        help="FMU as the vehicle or as a device; which of them it is follows from the handlebar port or "
+                             "the roll port among its variables; beside --device all of them act together; repeatable")  # fmt: skip
 
 
 def add_units(parser: argparse.ArgumentParser) -> None:
@@ -39,5 +39,5 @@ def add_ssp(parser: argparse.ArgumentParser) -> None:
 def add_settings(parser: argparse.ArgumentParser, of: str = "a parameter") -> None:
     """Add `--set`; `of` says in the help text whose parameters it sets."""
     parser.add_argument("--set", dest="settings", action="append", default=[], metavar="NAME=VALUE",
-                        help=f"value of {of}; names, units and bounds are in the output of motofmi list --json -; "
-                             "repeatable")  # fmt: skip
+                        help=f"value of {of}; names, units and bounds are in the output of motofmi list --json -, "
+                             "those of an FMU in its model description; repeatable")  # fmt: skip

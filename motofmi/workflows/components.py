@@ -1,6 +1,6 @@
 """Components by name: riders, motorcycles, dampers and mechanisms that ship, value files, and classes of a user."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, SupportsFloat, cast
 
@@ -176,18 +176,28 @@ def component_class(spec: str) -> type[Component]:
 
 def with_settings(parts: Mapping[str, Component | None], settings: Mapping[str, float]) -> list[Component | None]:
     """The parts with parameters set by name, or by `part.name` where several parts have it."""
-    changed: dict[str, dict[str, float]] = {part: {} for part in parts}
-    parameters = {part: c.rows("parameter") if c else {} for part, c in parts.items()}
+    changed = by_part({part: c.rows("parameter") if c else {} for part, c in parts.items()}, settings)
+    return [c.with_values(**changed[part]) if c else None for part, c in parts.items()]
+
+
+def by_part(
+    parameters: Mapping[str, Collection[str]], settings: Mapping[str, float]
+) -> dict[str, dict[str, float]]:
+    """The settings of each part, given by the name of a parameter, or by `part.name` where several parts have it.
+
+    Raises InputError for a name that none of the parts has, and for one that several have.
+    """
+    changed: dict[str, dict[str, float]] = {part: {} for part in parameters}
     for key, value in settings.items():
         part, dot, name = key.partition(".")
-        owners = [part] if dot and part in parts and name in parameters[part] else []
-        owners = owners or [p for p in parts if key in parameters[p]]
+        owners = [part] if dot and name in parameters.get(part, ()) else []
+        owners = owners or [p for p in parameters if key in parameters[p]]
         if not owners:
             raise unknown("parameter", key, {n for rows in parameters.values() for n in rows})
         if len(owners) > 1:
             raise InputError(f"{key!r} is a parameter of {' and '.join(owners)}: write {owners[-1]}.{key}={value:g}")
-        changed[owners[0]][name if dot else key] = value
-    return [c.with_values(**changed[part]) if c else None for part, c in parts.items()]
+        changed[owners[0]][name if owners[0] == part else key] = value
+    return changed
 
 
 def _of_kind(kind: str, given: ComponentLike, values: Mapping[str, float], called: str = "") -> Component:

@@ -12,7 +12,7 @@ from fmus.support.errors import InputError
 from motofmi.workflows.components import ComponentLike
 from motofmi.workflows.components import vehicle as vehicle_of
 from motofmi.workflows.modes import Devices
-from motofmi.workflows.ridden_fmus import Part, parts
+from motofmi.workflows.parts import Part, parts
 from motofmi.workflows.ssp_archive import started
 from vehicle_fmu.large_motion.corner_modes import check_devices, held
 from vehicle_fmu.large_motion.equations import LargeMotion

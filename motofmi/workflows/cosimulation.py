@@ -31,7 +31,8 @@ from motofmi.reports.shown import Interactive
 from motofmi.reports.time_histories import time_histories
 from motofmi.workflows.components import ComponentLike, component
 from motofmi.workflows.corner import in_corner
-from motofmi.workflows.ridden_fmus import Part, assumed, errors_by_mode, mode_names, parts, ridden_fmus
+from motofmi.workflows.parts import Part, assumed, parts
+from motofmi.workflows.ridden_fmus import errors_by_mode, mode_names, ridden_fmus
 from motofmi.workflows.ssp_system import open_system, whole_system
 
 SPEED, DURATION = 30.0, 5.0  # m/s and s; the defaults
@@ -132,9 +133,10 @@ def cosimulate(vehicle: ComponentLike | None = None,
     vehicle and device are components, names, or paths of value files (.toml) or of FMUs. speed is in m/s (30 where none
     is given). step is in s, or `auto`; without `coupling` the least costly one is used whose relative mode errors are
     within `tolerance` (of the frequency; ten times that of the damping ratio). initial sets states and set parameters
-    by name, or by `vehicle.name`, `device.name`. inputs are linear between the given times: of a CSV file, or columns
-    by name with `time` [s]; a name may end in a unit, `speed [km/h]`. units states the unit of variables that have none
-    in their FMU. With `out` the rows go to that CSV file, else they stay in the run.
+    by name, or by `vehicle.name`, `device.name`, those of an FMU in the units that it states. inputs are linear between
+    the given times: of a CSV file, or columns by name with `time` [s]; a name may end in a unit, `speed [km/h]`. units
+    states the unit of variables that have none in their FMU. With `out` the rows go to that CSV file, else they stay in
+    the run.
 
     A rider's inertia at the handlebar is bound to the vehicle, and the mass of a rider who leans is taken out of its
     rear frame, as in `modes`. `ssp` is the path of a whole system in place of vehicle and device: speed and duration

@@ -15,7 +15,7 @@ from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem
 from fmus.interfaces.handlebar import MOTION, TORQUES
 from fmus.interfaces.roll import ROLL
 from fmus.support.errors import InputError
-from motofmi.workflows.ridden_fmus import PORTS, role_of
+from motofmi.workflows.parts import PORTS, role_of
 from vehicle_fmu.rider_mass_removed import RIDER_BODY
 
 PORT_UNITS = {name: unit for name, (unit, *_) in {**MOTION, **TORQUES, **ROLL}.items()}

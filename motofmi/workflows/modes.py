@@ -18,7 +18,8 @@ from fmus.support.notebook import html, new_axes
 from motofmi.reports.root_locus import root_locus
 from motofmi.reports.shown import Interactive
 from motofmi.workflows.components import ComponentLike
-from motofmi.workflows.ridden_fmus import Part, assumed, over_speed_fmus, parts, ridden_fmus
+from motofmi.workflows.parts import Part, assumed, parts
+from motofmi.workflows.ridden_fmus import over_speed_fmus, ridden_fmus
 from motofmi.workflows.ssp_system import open_system, whole_system
 from motofmi.workflows.titles import displayed, system_title
 from vehicle_fmu import Modes, over_speed, ridden
@@ -137,9 +138,9 @@ def modes(vehicle: ComponentLike | None = None, device: Devices = None, speed: A
     """Eigenvalues and named modes of a vehicle at ascending `speed` (n,) [m/s], alone or with devices at its ports.
 
     vehicle and device are components, names, paths of value files (.toml) or of FMUs; `ssp` is the path of a whole
-    system in their place. set changes parameters by name, or by `vehicle.name`, `device.name` where both have it. units
-    states the unit of variables that have none in their FMU. Raises InputError for an unknown name, a component without
-    the port, and speeds outside the vehicle's bounds.
+    system in their place. set changes parameters by name, or by `vehicle.name`, `device.name` where both have it, those
+    of an FMU in the units that it states. units states the unit of variables that have none in their FMU. Raises
+    InputError for an unknown name, a component without the port, and speeds outside the vehicle's bounds.
 
         >>> found = mf.modes("sharp_1971", "rider:mean_2011", speed=[20, 30, 40])
         >>> found["weave"].damping_ratio.round(2)

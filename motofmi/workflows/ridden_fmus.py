@@ -1,7 +1,7 @@
 """A vehicle and devices at its ports as FMUs: built from components, or archives of any tool with the port."""
 
 import tempfile
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,109 +12,19 @@ from fmus.cosimulation.network import Network
 from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem, model_description
 from fmus.cosimulation.subsystems.stated_units import by_fmu, described_unit, warn_of_missing_units
 from fmus.cosimulation.subsystems.subsystem import LinearSubsystem, Subsystem
+from fmus.cosimulation.subsystems.typed_values import REAL
 from fmus.declaration.component import Component
 from fmus.declaration.units import convert
 from fmus.export.build import build
-from fmus.interfaces.handlebar import MOTION, TORQUES
-from fmus.interfaces.roll import FLOWS, ROLL
+from fmus.interfaces.handlebar import MOTION
 from fmus.linear_analysis.linearisation import StateSpace
 from fmus.support.errors import InputError, unknown
 from fmus.support.progress import stage
-from motofmi.workflows import components
-from motofmi.workflows.components import ComponentLike
+from motofmi.workflows.parts import GivenFmu, Part
 from vehicle_fmu import MODES, modes
 from vehicle_fmu.mode_shapes import Linearised
 from vehicle_fmu.ridden import by_name, with_posture_inertia
 from vehicle_fmu.rider_mass_removed import RIDER_BODY, rear_frame_without
-
-Part = Component | Path  # a component of which an FMU is built, or the path of an FMU
-LEANING = "leaning rider"
-PORTS = {
-    "device": (MOTION, TORQUES),
-    LEANING: (tuple(n for n in ROLL if n not in FLOWS), FLOWS),
-}  # role: inputs, outputs
-
-
-def parts(
-    vehicle: ComponentLike | None, device: ComponentLike | Sequence[ComponentLike | None] | None = None,
-    settings: Mapping[str, float] | None = None
-) -> tuple[Part, list[Part]]:
-    """Vehicle and devices as components, with parameters set by name, or as the paths of archives.
-
-    Raises InputError for a name that is unknown, a component that is no vehicle or no device, and an
-    archive without the port.
-    """
-    if vehicle is None:
-        raise InputError("no vehicle is given: give its name, or ssp with the path of a system of FMUs (.ssp)")
-    given = device if isinstance(device, Sequence) and not isinstance(device, str) else [device]
-    devices = [_archive(each, PORTS) or components.device(each) for each in given]
-    named: dict[str, Part] = {
-        "vehicle": _archive(vehicle, ("vehicle",)) or components.vehicle(vehicle),
-        **by_name([d for d in devices if d is not None]),
-    }
-    changed = components.with_settings(
-        {name: p if isinstance(p, Component) else None for name, p in named.items()}, settings or {}
-    )
-    whole, *rest = (part if c is None else c for part, c in zip(named.values(), changed, strict=True))
-    return whole, rest
-
-
-def with_archives(
-    vehicle: ComponentLike, device: Sequence[ComponentLike | None], archives: Sequence[str | Path]
-) -> tuple[ComponentLike, list[ComponentLike | None]]:
-    """Vehicle and devices with archives in the places that their ports fit: one in the vehicle's place, others
-    instead of all devices.
-
-    Raises InputError for two archives in one place, and for one without a port.
-    """
-    given: dict[str, Path] = {}
-    for path in archives:
-        role = role_of(path)
-        if role in given:
-            raise InputError(f"two FMUs for the {role}: {given[role]} and {path}")
-        given[role] = Path(path)
-    devices: list[ComponentLike | None] = [given[role] for role in PORTS if role in given]
-    return given.get("vehicle", vehicle), devices or list(device)
-
-
-def assumed(vehicle: Part, devices: Sequence[Part]) -> dict[str, str]:
-    """The parameters of vehicle and devices with assumed values: the reason by parameter."""
-    return {
-        k: reason for part in (vehicle, *devices) if isinstance(part, Component) for k, reason in part.assumed.items()
-    }
-
-
-def _archive(given: ComponentLike | None, roles: Collection[str]) -> Path | None:
-    """The path of an archive; None for anything else. Raises InputError for an archive whose port
-    does not fit the roles."""
-    if isinstance(given, Component) or given is None or Path(given).suffix != ".fmu":
-        return None
-    role = role_of(given)
-    if role not in roles:
-        raise InputError(f"{given} has the port of a {role}, not of a {' or '.join(roles)}")
-    return Path(given)
-
-
-def role_of(path: str | Path) -> str:
-    """`device` for an archive whose outputs are the handlebar port's torques, `leaning rider` for one whose outputs are
-    the roll port's, `vehicle` for one whose inputs are the handlebar port's torques.
-
-    Raises InputError that lists what the archive lacks of the port.
-    """
-    description = model_description(path)
-    inputs, outputs = ({v.name for v in description.modelVariables if v.causality == c} for c in ("input", "output"))
-    wanted = {**PORTS, "vehicle": (TORQUES, MOTION)}
-    missing = {role: [f"input {n}" for n in needed if n not in inputs]
-               + [f"output {n}" for n in given if n not in outputs]
-               for role, (needed, given) in wanted.items()}  # fmt: skip
-    for role, lacking in missing.items():
-        if not lacking:
-            return role
-    role = min(missing, key=lambda r: len(missing[r]))
-    raise InputError(
-        f"{path} does not have the {'roll' if role == LEANING else 'handlebar'} port: as a {role} it lacks "
-        f"{', '.join(missing[role])}"
-    )
 
 
 def ridden_fmus(vehicle: Part, device: Part | Sequence[Part] | None, initial: Mapping[str, float] | None = None,
@@ -134,9 +44,11 @@ def ridden_fmus(vehicle: Part, device: Part | Sequence[Part] | None, initial: Ma
     with tempfile.TemporaryDirectory() as folder:
         with stage("building the FMUs"):
             paths = {
-                name: build(part, folder).path if isinstance(part, Component) else part for name, part in parts.items()
+                name: build(part, folder).path if isinstance(part, Component) else part.path
+                for name, part in parts.items()
             }
-        starts, changed = _starts(paths, initial or {}), parameters or {}
+        given = {name: part.values for name, part in parts.items() if isinstance(part, GivenFmu)}
+        starts, changed = _starts(paths, initial or {}), {**given, **(parameters or {})}
         for name, values in changed.items():
             starts[name] |= values
         every = {name: {v.name: v for v in model_description(path).modelVariables} for name, path in paths.items()}
@@ -147,7 +59,7 @@ def ridden_fmus(vehicle: Part, device: Part | Sequence[Part] | None, initial: Ma
             unit = stated["vehicle"].get("speed") or described_unit(variables["speed"])
             starts["vehicle"]["speed"] = convert(speed, "m/s", unit or "m/s")
         starts["vehicle"] |= _carried(
-            {n: float(v.start) for n, v in variables.items() if v.causality == "parameter"}
+            {n: float(v.start) for n, v in variables.items() if v.causality == "parameter" and v.type in REAL}
             | dict(changed.get("vehicle", {})),
             subsystems,
         )
@@ -164,7 +76,7 @@ def _outputs(part: Part) -> list[str]:
     return (
         list(part.outputs)
         if isinstance(part, Component)
-        else [v.name for v in model_description(part).modelVariables if v.causality == "output"]
+        else [v.name for v in model_description(part.path).modelVariables if v.causality == "output"]
     )
 
 

@@ -15,7 +15,8 @@ from fmus.declaration.component import Component, in_bounds
 from fmus.export.build import BuiltFmu, build
 from fmus.support.errors import InputError
 from motofmi.workflows.components import ComponentLike, component
-from motofmi.workflows.ridden_fmus import Part, parts, ridden_fmus, role_of
+from motofmi.workflows.parts import Part, parts, role_of
+from motofmi.workflows.ridden_fmus import ridden_fmus
 from vehicle_fmu.ridden import by_name, with_posture_inertia
 
 SPEED = 30.0  # m/s; the default
@@ -45,7 +46,7 @@ def build_ssp(given: Sequence[ComponentLike], path: Path, version: int | str = 1
     with tempfile.TemporaryDirectory() as folder:
         built = {name: build(started(part, values[name]), Path(folder, name), fmi, backend, platforms)
                  for name, part in every.items() if isinstance(part, Component)}  # fmt: skip
-        files = {n: built[n].path if isinstance(part, Component) else part for n, part in every.items()}
+        files = {n: built[n].path if isinstance(part, Component) else part.path for n, part in every.items()}
         write_ssp(path, files, wiring, values, version)
     return [replace(each, path=path) for each in built.values()]
 

@@ -15,7 +15,7 @@ from motofmi.reports.shown import Interactive
 from motofmi.workflows.components import ComponentLike
 from motofmi.workflows.corner import LARGEST_LEAN, checked, in_corner
 from motofmi.workflows.modes import Devices
-from motofmi.workflows.ridden_fmus import assumed
+from motofmi.workflows.parts import assumed
 from motofmi.workflows.titles import system_title
 from vehicle_fmu import Mode
 from vehicle_fmu.large_motion.applied_forces import INPUTS

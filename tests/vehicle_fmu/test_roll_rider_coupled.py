@@ -149,10 +149,10 @@ def test_what_cannot_be_ridden_is_refused_in_one_line(words, said, capsys):
 
 
 @pytest.mark.slow
-def test_an_archive_without_its_port_is_named(tmp_path, capsys):
+def test_a_second_archive_of_a_leaning_rider_is_refused(tmp_path, capsys):
     path = build(riders.load("roll_1971"), tmp_path).path
     unit = FmuSubsystem(path)
     assert {"roll_torque", "lateral_force"} <= set(unit.outputs)
     unit.close()
     assert main(["modes", "--fmu", str(path), "--fmu", str(path)]) == 2
-    assert "two FMUs for the leaning rider" in capsys.readouterr().err
+    assert "the vehicle: without 44.8016 kg" in capsys.readouterr().err  # nobody else is left in its rear frame

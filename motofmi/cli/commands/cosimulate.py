@@ -9,14 +9,23 @@ from fmus.cosimulation.coupling import COUPLINGS
 from fmus.cosimulation.coupling_error import ToleranceWarning
 from motofmi.cli import outputs
 from motofmi.cli.arguments import assignments, separate, units_of
-from motofmi.cli.component_arguments import DEVICE, add_archives, add_settings, add_ssp, add_units, add_vehicle
+from motofmi.cli.component_arguments import (
+    DEVICE,
+    VEHICLE,
+    add_archives,
+    add_settings,
+    add_ssp,
+    add_units,
+    add_vehicle,
+)
 from motofmi.cli.sandboxed import run_sandboxed
 from motofmi.cli.screen import Screen, system
 from motofmi.workflows.cosimulation import cosimulate
-from motofmi.workflows.ridden_fmus import with_archives
+from motofmi.workflows.parts import with_archives
 
 SUMMARY = "co-simulation of the FMUs of a vehicle and its devices"
 PLACE = 70
+RIDER = "rider:mean_2011"
 UNITS = {"lean": "deg", "duration": "s", "step": "s", "shortest_step": "s", "longest_step": "s",
          "largest_stable_step": "s",
          "steps_per_second": "1/s", "frequency": "Hz", "damping_ratio": "1", "frequency_error": "1",
@@ -41,7 +50,7 @@ RESIDUAL = ("Residual power: torque times rate as one FMU received it, minus tor
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_vehicle(parser)
-    parser.add_argument("--device", default="rider:mean_2011", help=f"{DEVICE} (default: %(default)s)")
+    parser.add_argument("--device", help=f"{DEVICE} (default: {RIDER}, or the --fmu with the port of a device)")
     add_archives(parser)
     add_ssp(parser)
     add_units(parser)
@@ -102,14 +111,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     if arguments.sandbox:
         return run_sandboxed(__name__, argparse.Namespace(**{**vars(arguments), "sandbox": False}))
-    vehicle, devices = (
-        (None, None) if arguments.ssp
-        else with_archives(arguments.vehicle, separate(arguments.device), arguments.fmu)
+    devices = separate(arguments.device) if arguments.device else []
+    vehicle, held = (
+        (arguments.vehicle, [*devices, *arguments.fmu] or None) if arguments.ssp
+        else with_archives(arguments.vehicle, devices, arguments.fmu, (VEHICLE, [RIDER]))
     )  # fmt: skip
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ToleranceWarning)  # shown as `advice`
         found = cosimulate(
-            vehicle, devices, speed=arguments.speed, duration=arguments.duration, step=_step(arguments.step),
+            vehicle, held, speed=arguments.speed, duration=arguments.duration, step=_step(arguments.step),
             coupling=arguments.coupling, tolerance=arguments.tolerance, initial=assignments(arguments.initial),
             set=assignments(arguments.settings), inputs=arguments.input, ssp=arguments.ssp,
             units=units_of(arguments.units), out=arguments.out, lean=arguments.lean,

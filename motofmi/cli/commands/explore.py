@@ -4,7 +4,7 @@ import argparse
 from typing import Any
 
 from motofmi.cli.arguments import assignments
-from motofmi.cli.component_arguments import DEVICE, add_settings, add_vehicle
+from motofmi.cli.component_arguments import DEVICE, VEHICLE, add_settings, add_vehicle
 from motofmi.cli.outputs import output_file
 from motofmi.cli.screen import Screen
 from motofmi.workflows.explore import DEVICES, explore
@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     devices = arguments.devices or list(DEVICES)
-    return explore(arguments.vehicle, devices, arguments.out, set=assignments(arguments.settings)).to_dict()
+    return explore(arguments.vehicle or VEHICLE, devices, arguments.out, set=assignments(arguments.settings)).to_dict()
 
 
 def show(result: dict[str, Any], screen: Screen) -> None:

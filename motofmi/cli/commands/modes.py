@@ -9,11 +9,19 @@ import numpy as np
 from fmus.support.errors import InputError
 from motofmi.cli import outputs
 from motofmi.cli.arguments import assignments, numbers, separate, units_of
-from motofmi.cli.component_arguments import DEVICE, add_archives, add_settings, add_ssp, add_units, add_vehicle
+from motofmi.cli.component_arguments import (
+    DEVICE,
+    VEHICLE,
+    add_archives,
+    add_settings,
+    add_ssp,
+    add_units,
+    add_vehicle,
+)
 from motofmi.cli.screen import Screen, grid_values, system
 from motofmi.workflows.components import ComponentLike
 from motofmi.workflows.modes import ModesComparison, VehicleModes, compare_modes, modes, state_space
-from motofmi.workflows.ridden_fmus import with_archives
+from motofmi.workflows.parts import with_archives
 from vehicle_fmu import MODES
 
 SUMMARY = "eigenvalues and named modes over speed"
@@ -77,7 +85,8 @@ def _modes_of(
 ) -> VehicleModes | ModesComparison:
     units = units_of(arguments.units)
     if arguments.ssp:
-        return modes(ssp=arguments.ssp, speed=speeds, set=settings, units=units)
+        beside = [*arguments.devices, *arguments.fmu] or None
+        return modes(arguments.vehicle, beside, ssp=arguments.ssp, speed=speeds, set=settings, units=units)
     given = _given(arguments)
     vehicle = given[0][0]
     if len(given) == 1:
@@ -87,8 +96,8 @@ def _modes_of(
 
 def _given(arguments: argparse.Namespace) -> list[tuple[ComponentLike, list[ComponentLike | None]]]:
     """The vehicle with the devices of each `--device`."""
-    devices = arguments.devices or ["none"]
-    return [with_archives(arguments.vehicle, separate(device), arguments.fmu) for device in devices]
+    every = [separate(device) for device in arguments.devices] or [[]]
+    return [with_archives(arguments.vehicle, devices, arguments.fmu, (VEHICLE, [None])) for devices in every]
 
 
 def _save_matlab(arguments: argparse.Namespace, speeds: np.ndarray, settings: dict[str, float]) -> None:

@@ -15,6 +15,7 @@ from fmus.export.build import build
 from fmus.support.errors import InputError, unknown
 from motofmi.studies.axes import values_of
 from motofmi.studies.runs import Column, Computed, Coordinate, Result
+from motofmi.workflows.parts import GivenFmu
 from motofmi.workflows.ridden_fmus import ridden_fmus
 from motofmi.workflows.sweep.system_runs import NUMERIC, SystemRuns, speeds_of
 from motofmi.workflows.sweep.systems import Archive, Part, Systems
@@ -141,7 +142,7 @@ class _Opened:
 
     def __init__(self, parts: list[Archive], options: dict[str, Any], speed: float,
                  parameters: dict[str, dict[str, float]]):  # fmt: skip
-        vehicle, *devices = (part.path() for part in parts)
+        vehicle, *devices = (GivenFmu(part.path()) for part in parts)
         self.fmus = ridden_fmus(vehicle, devices, options["initial"], speed, parameters=parameters)
         self.wiring = join(self.fmus)
         self.network = Network(self.fmus, self.wiring)

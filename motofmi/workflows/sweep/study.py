@@ -18,7 +18,8 @@ from motofmi.studies.runs import Coordinate
 from motofmi.version import __version__
 from motofmi.workflows import components
 from motofmi.workflows.components import ComponentLike, DeviceSet, together
-from motofmi.workflows.ridden_fmus import parts as parts_of
+from motofmi.workflows.parts import GivenFmu
+from motofmi.workflows.parts import parts as parts_of
 from motofmi.workflows.sweep.kinds import KINDS
 from motofmi.workflows.sweep.populations import PUBLISHED, RIDER, rider_population, uniform
 from motofmi.workflows.sweep.system_runs import SystemRuns
@@ -162,8 +163,8 @@ def _label(parts: Sequence[ComponentLike | None]) -> str:
     return ",".join("none" if p is None else p.name if isinstance(p, Component) else str(p) for p in parts) or "none"
 
 
-def _carried(part: Component | Path) -> Part:
-    return Archive.of(part) if isinstance(part, Path) else part
+def _carried(part: Component | GivenFmu) -> Part:
+    return Archive.of(part.path) if isinstance(part, GivenFmu) else part
 
 
 def _contents(part: Part) -> dict[str, Any]:

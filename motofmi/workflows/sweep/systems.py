@@ -14,6 +14,7 @@ from fmus.declaration.component import Component, in_bounds
 from fmus.linear_analysis.linearisation import StateSpace, linearise
 from fmus.support.files import write_atomically
 from motofmi.workflows.components import with_settings
+from motofmi.workflows.parts import GivenFmu
 from motofmi.workflows.ridden_fmus import over_speed_fmus, ridden_fmus
 from vehicle_fmu import ridden
 from vehicle_fmu.ridden import by_name, rigid_body
@@ -148,7 +149,7 @@ def _linearised(parts: Sequence[Part], speed: np.ndarray) -> StateSpace:
     components = [part for part in parts if isinstance(part, Component)]
     if len(components) == len(parts):
         return linearise(ridden(components[0], *components[1:]), **{"vehicle.speed": speed})
-    vehicle, *devices = (part.path() if isinstance(part, Archive) else part for part in parts)
+    vehicle, *devices = (GivenFmu(part.path()) if isinstance(part, Archive) else part for part in parts)
     with ExitStack() as opened:
         fmus = {n: opened.enter_context(fmu) for n, fmu in ridden_fmus(vehicle, devices).items()}
         return over_speed_fmus(fmus)(speed)

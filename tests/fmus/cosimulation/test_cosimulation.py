@@ -15,7 +15,8 @@ from fmus.export.build import build
 from fmus.linear_analysis.linearisation import linearise
 from fmus.support.errors import InputError, SimulationError
 from motofmi.cli.main import main
-from motofmi.workflows.ridden_fmus import ridden_fmus, role_of
+from motofmi.workflows.parts import GivenFmu, role_of
+from motofmi.workflows.ridden_fmus import ridden_fmus
 from tests.coupled import MOTORCYCLE, RIDER
 from vehicle_fmu import dampers, ridden
 
@@ -67,7 +68,7 @@ def test_the_interface_jacobian_leaves_nothing_of_linear_units_coupling_error(ru
 
 @pytest.mark.slow
 def test_fmi_3_goes_with_fmi_2(tmp_path):
-    third = build(RIDER, tmp_path, fmi=3).path
+    third = GivenFmu(build(RIDER, tmp_path, fmi=3).path)
     subsystems = ridden_fmus(MOTORCYCLE, third, {"steer_rate": START}, SPEED)
     found = cosimulate(subsystems, 1e-2, 0.5)
     exact = exact_motion(found["time"])

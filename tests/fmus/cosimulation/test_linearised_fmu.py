@@ -13,6 +13,7 @@ from fmus.cosimulation.subsystems import linearised_fmu as fmu_linear
 from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem
 from fmus.export.build import build
 from fmus.linear_analysis.linearisation import linearise
+from motofmi.workflows.parts import GivenFmu
 from motofmi.workflows.ridden_fmus import over_speed_fmus, ridden_fmus
 from tests.coupled import BAR, MOTORCYCLE, RIDER
 from vehicle_fmu import dampers, ridden
@@ -147,7 +148,7 @@ def test_an_fmu_that_shows_nothing_is_known_by_its_responses(closed_rider):
 
 @pytest.mark.slow
 def test_a_closed_fmu_is_coupled_within_its_target_at_a_millisecond(closed_rider):
-    subsystems = ridden_fmus(MOTORCYCLE, closed_rider, {"steer_rate": 0.5}, 30.0)
+    subsystems = ridden_fmus(MOTORCYCLE, GivenFmu(closed_rider), {"steer_rate": 0.5}, 30.0)
     with pytest.warns(
         ToleranceWarning
     ):  # the tolerance is a tenth of the target; an FMU that takes held inputs alone misses it

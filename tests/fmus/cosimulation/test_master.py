@@ -16,6 +16,7 @@ from fmus.cosimulation.subsystems.fmu_subsystem import FmuSubsystem
 from fmus.export import compilers
 from fmus.export.build import build
 from fmus.support.errors import SimulationError
+from motofmi.workflows.parts import GivenFmu
 from motofmi.workflows.ridden_fmus import ridden_fmus
 from tests import coupled
 from tests.coupled import MOTORCYCLE, RIDER
@@ -75,7 +76,7 @@ def test_a_failed_step_names_the_fmu_and_its_reason(subsystems):
 @pytest.fixture
 def third_riders(subsystems, tmp_path):
     """The motorcycle with a rider of FMI 3.0, as often as asked for."""
-    archive = build(RIDER, tmp_path, fmi=3).path
+    archive = GivenFmu(build(RIDER, tmp_path, fmi=3).path)
     return lambda: subsystems(archive)
 
 
