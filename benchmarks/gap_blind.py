@@ -152,7 +152,9 @@ def _sizes(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
         effect = row["effects"][0]
         if name is None or effect["form"] != SIZES[name][0]:
             continue
-        found, true = effect["parameters"][SIZES[name][1]], abs(row["truth"]["hidden"][name])
+        found, true = effect["parameters"].get(SIZES[name][1]), abs(row["truth"]["hidden"][name])
+        if found is None:  # a value within two standard errors of zero is not given
+            continue
         error = abs(abs(found["value"]) - true)
         near.append(error < max(0.05 * true, 2 * found["standard_error"]))
         covered.append(error < 1.96 * found["standard_error"])

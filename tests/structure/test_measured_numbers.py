@@ -62,6 +62,7 @@ GIVEN = {
     "gap.md": {
         *("0.1 %", "1 %", "4 %", "5 %", "85 %", "95 %", "2 %", "0.5 %", "3 %"),  # criteria, levels, prior errors, widths
         "0.4 %",  # 2^-8, of the sign test
+        "0.01 %",  # narrowest transition of dry friction
         *("0.125", "0.05", "15 s", "10 s", "0.01"),  # inertia of a bar, errors of data, parts of runs, factors of a search
         *("10 %", "0.4"),  # what is a step response
     },

@@ -19,7 +19,7 @@ from motofmi.gap.comparison.outcome import Outcome, outcome
 from motofmi.gap.comparison.outside_library import sufficient_law, with_values
 from motofmi.gap.comparison.own_values import disagreement
 from motofmi.gap.comparison.pair_search import pairs
-from motofmi.gap.comparison.search import leading_models
+from motofmi.gap.comparison.search import leading_models, with_narrower_transitions
 from motofmi.gap.comparison.simplest_form import one_per_families
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import Candidate
@@ -85,7 +85,8 @@ def compare(
     on_progress(lambda: _compared(blocks, compared_base, models))
     with running(Stage.PAIRS):
         both = pairs(blocks, base, one_per_families(models), library, criteria)
-    compared = _compared(blocks, compared_base, [*models, *both])
+    narrow = with_narrower_transitions(blocks, models)
+    compared = _compared(blocks, compared_base, [*models, *narrow, *both])
     inside = _unless_runs_disagree(_unless_leader_diverges(compared, blocks), blocks)
     on_progress(lambda: inside)
     if inside is not compared:  # the comparison within the library is incomplete, or the base is another one

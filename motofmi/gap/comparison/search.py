@@ -29,6 +29,7 @@ from motofmi.gap.estimation.fit_result import (
     with_initial_guesses,
 )
 from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.estimation.friction_transition import has_transition, worth_narrowing
 from motofmi.gap.estimation.screening import Signature, screen
 
 Key = TypeVar("Key")
@@ -148,6 +149,15 @@ def leading_models(blocks: CommonBlocks, base: Fit, singles: Sequence[Candidate]
     fits = _in_all_forms([[fitted[key] for key in order if fitted[key].family == family] for family in families], base)
     withheld = [fitted[key].fit for key in order[:1] if key not in near]
     return blocks.refined_and_evaluated([*fits, *withheld], "comparing effects")
+
+
+def with_narrower_transitions(blocks: CommonBlocks, models: Sequence[ComparedModel]) -> list[ComparedModel]:
+    """The models with dry friction again, in the transition with which each fits best (see `friction_transition`);
+    without those whose transition is not worth narrowing."""
+    wide = [m.fit for m in models if has_transition(m.effects)]
+    best = min(wide, key=lambda found: found.chi2, default=None)
+    narrow = worth_narrowing(best, wide, len(blocks.blocks)) if best else []
+    return blocks.refined_and_evaluated(narrow, "comparing dry friction")
 
 
 def leading(blocks: CommonBlocks, fits: dict[Key, Fit]) -> tuple[list[Key], list[Key]]:

@@ -19,8 +19,8 @@ COMMON = 1e-3  # prior of the common sensor offset over that of each run: offset
 SLIDING_RATE = "coulomb_friction.sliding_rate"
 LEAST_SLIDING_RATE = 1e-6  # rad/s or m/s
 # Sliding rate of Coulomb friction over the largest rate. A simulation has to resolve the transition through zero rate;
-# an imposed motion is not simulated.
-SLIDING, SLIDING_IMPOSED = 0.01, 0.001
+# an imposed motion is not simulated. The last is the narrowest transition to which a fit is continued.
+SLIDING, SLIDING_IMPOSED, SLIDING_LEAST = 0.01, 0.001, 0.0001
 
 
 @dataclass(frozen=True, repr=False)
@@ -82,6 +82,16 @@ class InputOutputExperiment:
     def sliding_rate(self) -> float:
         """The rate from which on dry friction is nearly fully developed; 0 where no motion is known yet."""
         return self.given.get(SLIDING_RATE, 0.0)
+
+    @property
+    def least_sliding_rate(self) -> float:
+        """The narrowest transition of dry friction [rad/s or m/s] to which a fit is continued."""
+        share = SLIDING_IMPOSED if self.imposed else SLIDING_LEAST
+        return max(share * self.largest_rate, LEAST_SLIDING_RATE)
+
+    def with_sliding_rate(self, rate: float) -> "InputOutputExperiment":
+        """The experiment with another rate from which on Coulomb friction slides."""
+        return replace(self, given={**self.given, SLIDING_RATE: rate})
 
     def parameter(self, effect: type[Effect], name: str) -> str:
         """The name of an effect's parameter in the component."""

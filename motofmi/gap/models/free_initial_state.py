@@ -31,6 +31,10 @@ class FreeInitialStateModel(InitialStateModel):
         joined.extended = self
         return joined
 
+    def with_experiment(self, experiment: Any) -> "FreeInitialStateModel":
+        """The same effects on another experiment."""
+        return FreeInitialStateModel(experiment, self.effects)
+
     def largest(self, runs: Sequence[Any]) -> float:
         """The largest deflection of the component's spring in the runs."""
         return self.experiment.largest

@@ -28,6 +28,7 @@ from motofmi.gap.selection.chi_square_conditions import (
     unless_sufficient,
     unless_unclear,
 )
+from motofmi.gap.selection.narrower_friction import in_narrower_transition
 from motofmi.gap.selection.noise_rounds import OnProgress, select_in_rounds, with_noise_of
 from motofmi.gap.selection.result import Verdict
 from motofmi.gap.validation.before_after import before_and_after
@@ -126,6 +127,7 @@ class Selection:
 
     def _confirmed(self, verdict: Verdict) -> Verdict:
         """The verdict by chi-square, where nothing is against it."""
+        verdict = verdict if self.noise_is_known else in_narrower_transition(verdict, self.validation_runs)
         verdict = verdict if self.noise_is_known else unless_unclear(unless_sufficient(verdict))
         return unless_doubtful(verdict, self.library, self.validation_runs, self.criteria)
 
