@@ -9,6 +9,7 @@ from fmus.support.errors import InputError
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import magnitudes_at_bounds
 from motofmi.gap.estimation.fit_result import Fit, parameters_of, sensor_offsets_of, undetermined
+from motofmi.gap.experiments.input_output import SLIDING_RATE
 from motofmi.gap.experiments.sensor_offset import sensor_offset_parameter
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.selection.any_component import Investigation, sentence_on_slow_noise
@@ -35,6 +36,10 @@ DOUBLE_INTEGRATOR = (
     "simulation grow with the square of time: the runs are compared in segments of at most {:.3g} s, each with its own "
     "initial states."
 )
+NARROWED = (
+    "Dry friction changes its direction within {}, which fits better than the wider transition of the search ({}). In "
+    "either of them a body creeps where the real one may stick."
+)
 
 
 def limitations_of(found: Investigation, result: dict[str, Any], component: Component, held: bool) -> list[str]:
@@ -43,6 +48,7 @@ def limitations_of(found: Investigation, result: dict[str, Any], component: Comp
     return [
         *_on_the_noise(found, result),
         *_on_the_base(found),
+        *_on_the_transition(found),
         *_on_base_values(best, criteria),
         *_on_bounds(best, found.experiment.own_values),
         *(_on_start_values(best, component, criteria) if found.experiment.own_values else ()),
@@ -77,6 +83,15 @@ def _on_the_base(found: Investigation) -> Iterator[str]:
     slow_noise = sentence_on_slow_noise(found.missed, found.experiment.outputs)
     if found.missed > found.verdict.criteria.slow_noise_share and found.verdict.withheld != slow_noise:
         yield slow_noise
+
+
+def _on_the_transition(found: Investigation) -> Iterator[str]:
+    """The transition of dry friction, where a narrower one than that of the search fits better."""
+    models: Any = found.verdict.base.model, found.verdict.best.model
+    wide, narrow = (model.experiment.sliding_rate for model in models)
+    if narrow < wide:
+        unit = models[1].component.table[SLIDING_RATE].unit
+        yield NARROWED.format(written(f"{narrow:.2g}", unit), written(f"{wide:.2g}", unit))
 
 
 def _on_base_values(best: Fit, criteria: Criteria) -> Iterator[str]:

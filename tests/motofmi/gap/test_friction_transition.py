@@ -5,6 +5,8 @@ The recordings are those of Moreau's time stepping, in which the rate is exactly
 Source: Moreau, Unilateral contact and dry friction in finite freedom dynamics (1988).
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import butter, sosfiltfilt
@@ -21,9 +23,11 @@ from motofmi.gap.estimation.friction_transition import has_transition, worth_nar
 from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
+from motofmi.gap.selection.any_component import Investigation
 from motofmi.gap.selection.narrower_friction import in_narrower_transition
 from motofmi.gap.selection.result import Verdict
 from motofmi.recordings.recording import Recording
+from motofmi.workflows.gap.limitations import limitations_of
 
 RATE, SUBSTEPS = 200, 20  # samples per second, and simulation steps per sample
 MASS, STIFFNESS, DAMPING, FRICTION = 1.0, 400.0, 3.0, 2.0
@@ -118,6 +122,14 @@ def test_an_excess_near_standstill_gives_way_to_a_narrower_transition(stick):
     assert [c.effect for c in verdict.effects] == [CoulombFriction] == list(verdict.best.model.effects)
     assert verdict.candidates[0].effect is CoulombFriction and verdict.validation_gap is not None
     assert friction_of(verdict.best) == pytest.approx(FRICTION, rel=0.005)
+    found = Investigation(verdict, verdict.best.model.experiment, 1.0, 0.0)
+    said, unsaid = (
+        limitations_of(each, {"noise_source": "given", "verdict": "named"}, MassSpringDamper(), held=False)
+        for each in (found, replace(found, verdict=wide))
+    )
+    # 1 % of the largest rate, halved six times
+    assert any("within 0.00015 m/s" in sentence and "(0.0098 m/s)" in sentence for sentence in said)
+    assert not any("within" in sentence for sentence in unsaid)
     unnamed = wide.as_unknown()
     assert in_narrower_transition(unnamed, []) is unnamed
 

@@ -39,7 +39,7 @@ def fit_with(*effects, reduced):
         ),
         experiment=SimpleNamespace(
             parameter=lambda effect, n: f"{effect.family}.{n}", own_values=False, sensor_offsets={}, free=[],
-            from_rest=False, outputs=["angle"], component=SimpleNamespace(elements={"spring": None}, states=[]),
+            from_rest=False, sliding_rate=0.02, outputs=["angle"], component=SimpleNamespace(elements={"spring": None}, states=[]),
         ),
     )  # fmt: skip
     run = SimpleNamespace(name="run", noise_source="given", direction=0.0, longest_of_integrator=0.0)
