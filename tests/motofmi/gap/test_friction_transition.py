@@ -23,7 +23,7 @@ from motofmi.gap.estimation.friction_transition import has_transition, worth_nar
 from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
-from motofmi.gap.selection.any_component import Investigation
+from motofmi.gap.selection.any_component import Investigation, investigate
 from motofmi.gap.selection.narrower_friction import in_narrower_transition
 from motofmi.gap.selection.result import Verdict
 from motofmi.recordings.recording import Recording
@@ -137,3 +137,17 @@ def test_an_excess_near_standstill_gives_way_to_a_narrower_transition(stick):
 def test_an_imposed_motion_keeps_its_transition():
     experiment = input_output_experiment(MassSpringDamper(), ["force", "displacement"], "displacement").scaled(0.1, 2.0)
     assert experiment.least_sliding_rate == experiment.sliding_rate == 0.002
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed, compared", [(4, True), (7, False)], ids=["by comparison", "by chi-square"])
+def test_a_verdict_has_the_narrower_transition(seed, compared):
+    experiment = input_output_experiment(MassSpringDamper(), ["force", "displacement"])
+    fitted_run, validation = record(seed, duration=15.0), record(3, duration=15.0)
+    found = investigate(experiment, [prepare_sampled_run(fitted_run, experiment)], validation=[validation],
+                        library=[CoulombFriction, StribeckFriction]).verdict  # fmt: skip
+    assert found.verdict == "named" and (found.comparison is not None) is compared
+    assert [c.effect.form for c in found.effects] == ["coulomb"]
+    wide, narrow = (each.model.experiment.sliding_rate for each in (found.base, found.best))
+    assert narrow < wide / 5
+    assert friction_of(found.best) == pytest.approx(FRICTION, rel=0.005)
