@@ -40,6 +40,7 @@ NARROWED = (
     "Dry friction changes its direction within {}, which fits better than the wider transition of the search ({}). In "
     "either of them a body creeps where the real one may stick."
 )
+NOISE_OF_WIDE = " The noise of the fitted runs, and standard errors with it, are those that the wider one leaves."
 
 
 def limitations_of(found: Investigation, result: dict[str, Any], component: Component, held: bool) -> list[str]:
@@ -91,7 +92,9 @@ def _on_the_transition(found: Investigation) -> Iterator[str]:
     wide, narrow = (model.experiment.sliding_rate for model in models)
     if narrow < wide:
         unit = models[1].component.table[SLIDING_RATE].unit
-        yield NARROWED.format(written(f"{narrow:.2g}", unit), written(f"{wide:.2g}", unit))
+        by_chi_square = found.verdict.comparison is None
+        said = NARROWED.format(written(f"{narrow:.2g}", unit), written(f"{wide:.2g}", unit))
+        yield said + (NOISE_OF_WIDE if by_chi_square else "")
 
 
 def _on_base_values(best: Fit, criteria: Criteria) -> Iterator[str]:

@@ -128,7 +128,8 @@ def test_an_excess_near_standstill_gives_way_to_a_narrower_transition(stick):
         for each in (found, replace(found, verdict=wide))
     )
     # 1 % of the largest rate, halved six times
-    assert any("within 0.00015 m/s" in sentence and "(0.0098 m/s)" in sentence for sentence in said)
+    (sentence,) = (each for each in said if "within 0.00015 m/s" in each and "(0.0098 m/s)" in each)
+    assert "that the wider one leaves" in sentence
     assert not any("within" in sentence for sentence in unsaid)
     unnamed = wide.as_unknown()
     assert in_narrower_transition(unnamed, []) is unnamed
