@@ -1,6 +1,11 @@
 """Options shared by several commands: vehicle, devices at its ports, FMU archives in their place, parameter values."""
 
 import argparse
+from collections.abc import Sequence
+
+from motofmi.cli.arguments import separate
+from motofmi.workflows.components import ComponentLike
+from motofmi.workflows.parts import with_archives
 
 VEHICLE = "sharp_1971"
 DEVICE = (
@@ -13,6 +18,19 @@ def add_vehicle(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--vehicle", help=f"a motorcycle: a NAME of motofmi list, or a .toml (default: {VEHICLE})"
     )
+
+
+def vehicle_and_devices(
+    arguments: argparse.Namespace, devices: str | None, usual: Sequence[ComponentLike | None]
+) -> tuple[ComponentLike | None, list[ComponentLike | None] | None]:
+    """The vehicle and the devices of `--vehicle`, a `--device` and `--fmu`; the `usual` devices where none is given.
+
+    Beside `--ssp` only what is given: a system of FMUs takes neither.
+    """
+    held: list[ComponentLike | None] = [*separate(devices)] if devices else []
+    if arguments.ssp:
+        return arguments.vehicle, [*held, *arguments.fmu] or None
+    return with_archives(arguments.vehicle, held, arguments.fmu, (VEHICLE, usual))
 
 
 def add_archives(parser: argparse.ArgumentParser) -> None:

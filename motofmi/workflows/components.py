@@ -180,9 +180,7 @@ def with_settings(parts: Mapping[str, Component | None], settings: Mapping[str, 
     return [c.with_values(**changed[part]) if c else None for part, c in parts.items()]
 
 
-def by_part(
-    parameters: Mapping[str, Collection[str]], settings: Mapping[str, float]
-) -> dict[str, dict[str, float]]:
+def by_part(parameters: Mapping[str, Collection[str]], settings: Mapping[str, float]) -> dict[str, dict[str, float]]:
     """The settings of each part, given by the name of a parameter, or by `part.name` where several parts have it.
 
     Raises InputError for a name that none of the parts has, and for one that several have.

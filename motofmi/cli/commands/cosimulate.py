@@ -7,21 +7,12 @@ from typing import Any
 from fmus.cosimulation.cosimulate import TOLERANCE
 from fmus.cosimulation.coupling import COUPLINGS
 from fmus.cosimulation.coupling_error import ToleranceWarning
+from motofmi.cli import component_arguments as given
 from motofmi.cli import outputs
-from motofmi.cli.arguments import assignments, separate, units_of
-from motofmi.cli.component_arguments import (
-    DEVICE,
-    VEHICLE,
-    add_archives,
-    add_settings,
-    add_ssp,
-    add_units,
-    add_vehicle,
-)
+from motofmi.cli.arguments import assignments, units_of
 from motofmi.cli.sandboxed import run_sandboxed
 from motofmi.cli.screen import Screen, system
 from motofmi.workflows.cosimulation import cosimulate
-from motofmi.workflows.parts import with_archives
 
 SUMMARY = "co-simulation of the FMUs of a vehicle and its devices"
 PLACE = 70
@@ -49,11 +40,11 @@ RESIDUAL = ("Residual power: torque times rate as one FMU received it, minus tor
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_vehicle(parser)
-    parser.add_argument("--device", help=f"{DEVICE} (default: {RIDER}, or the --fmu with the port of a device)")
-    add_archives(parser)
-    add_ssp(parser)
-    add_units(parser)
+    given.add_vehicle(parser)
+    parser.add_argument("--device", help=f"{given.DEVICE} (default: {RIDER}, or the --fmu with the port of a device)")
+    given.add_archives(parser)
+    given.add_ssp(parser)
+    given.add_units(parser)
     parser.add_argument("--speed", type=float, help="forward speed [m/s] (default: 30)")
     parser.add_argument(
         "--lean",
@@ -85,7 +76,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME=VALUE",
         help="start value of a state, in SI units; repeatable",
     )
-    add_settings(parser)
+    given.add_settings(parser)
     parser.add_argument(
         "--input",
         metavar="FILE.csv",
@@ -111,15 +102,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     if arguments.sandbox:
         return run_sandboxed(__name__, argparse.Namespace(**{**vars(arguments), "sandbox": False}))
-    devices = separate(arguments.device) if arguments.device else []
-    vehicle, held = (
-        (arguments.vehicle, [*devices, *arguments.fmu] or None) if arguments.ssp
-        else with_archives(arguments.vehicle, devices, arguments.fmu, (VEHICLE, [RIDER]))
-    )  # fmt: skip
+    vehicle, devices = given.vehicle_and_devices(arguments, arguments.device, [RIDER])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ToleranceWarning)  # shown as `advice`
         found = cosimulate(
-            vehicle, held, speed=arguments.speed, duration=arguments.duration, step=_step(arguments.step),
+            vehicle, devices, speed=arguments.speed, duration=arguments.duration, step=_step(arguments.step),
             coupling=arguments.coupling, tolerance=arguments.tolerance, initial=assignments(arguments.initial),
             set=assignments(arguments.settings), inputs=arguments.input, ssp=arguments.ssp,
             units=units_of(arguments.units), out=arguments.out, lean=arguments.lean,

@@ -7,21 +7,11 @@ from typing import Any
 import numpy as np
 
 from fmus.support.errors import InputError
+from motofmi.cli import component_arguments as given
 from motofmi.cli import outputs
-from motofmi.cli.arguments import assignments, numbers, separate, units_of
-from motofmi.cli.component_arguments import (
-    DEVICE,
-    VEHICLE,
-    add_archives,
-    add_settings,
-    add_ssp,
-    add_units,
-    add_vehicle,
-)
+from motofmi.cli.arguments import assignments, numbers, units_of
 from motofmi.cli.screen import Screen, grid_values, system
-from motofmi.workflows.components import ComponentLike
 from motofmi.workflows.modes import ModesComparison, VehicleModes, compare_modes, modes, state_space
-from motofmi.workflows.parts import with_archives
 from vehicle_fmu import MODES
 
 SUMMARY = "eigenvalues and named modes over speed"
@@ -51,16 +41,16 @@ MIXED = ("(mixed): rear-wobble and rider-wobble are not distinct at this speed. 
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_vehicle(parser)
+    given.add_vehicle(parser)
     parser.add_argument("--device", dest="devices", action="append", default=[], metavar="DEVICE",
-                        help=f"{DEVICE} (default: none); repeatable, the modes with each are compared")  # fmt: skip
+                        help=f"{given.DEVICE} (default: none); repeatable, the modes with each are compared")  # fmt: skip
     parser.add_argument(
         "--speed", default="1:60:1", help="A:B:STEP, one value or a comma list [m/s] (default: %(default)s)"
     )
-    add_settings(parser)
-    add_archives(parser)
-    add_ssp(parser)
-    add_units(parser)
+    given.add_settings(parser)
+    given.add_archives(parser)
+    given.add_ssp(parser)
+    given.add_units(parser)
     parser.add_argument("--matlab", metavar="FILE.mat", type=outputs.output_file(".mat"),
                         help="matrices A, B, C, D of the linearised system for MATLAB (A(:, :, k) at speed(k)) and the "
                              "names of states, inputs and outputs; with one --device only")  # fmt: skip
@@ -83,21 +73,16 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 def _modes_of(
     arguments: argparse.Namespace, speeds: np.ndarray, settings: dict[str, float]
 ) -> VehicleModes | ModesComparison:
-    units = units_of(arguments.units)
-    if arguments.ssp:
-        beside = [*arguments.devices, *arguments.fmu] or None
-        return modes(arguments.vehicle, beside, ssp=arguments.ssp, speed=speeds, set=settings, units=units)
-    given = _given(arguments)
-    vehicle = given[0][0]
-    if len(given) == 1:
-        return modes(vehicle, given[0][1], speeds, set=settings, units=units)
-    return compare_modes(vehicle, [devices for _, devices in given], speeds, set=settings, units=units)
+    units, systems = units_of(arguments.units), _systems(arguments)
+    vehicle, devices = systems[0]
+    if len(systems) == 1 or arguments.ssp:
+        return modes(vehicle, devices, speeds, set=settings, ssp=arguments.ssp, units=units)
+    return compare_modes(vehicle, [devices for _, devices in systems], speeds, set=settings, units=units)
 
 
-def _given(arguments: argparse.Namespace) -> list[tuple[ComponentLike, list[ComponentLike | None]]]:
+def _systems(arguments: argparse.Namespace) -> list[tuple[Any, Any]]:
     """The vehicle with the devices of each `--device`."""
-    every = [separate(device) for device in arguments.devices] or [[]]
-    return [with_archives(arguments.vehicle, devices, arguments.fmu, (VEHICLE, [None])) for devices in every]
+    return [given.vehicle_and_devices(arguments, devices, [None]) for devices in arguments.devices or [None]]
 
 
 def _save_matlab(arguments: argparse.Namespace, speeds: np.ndarray, settings: dict[str, float]) -> None:
@@ -106,7 +91,7 @@ def _save_matlab(arguments: argparse.Namespace, speeds: np.ndarray, settings: di
     if arguments.ssp:
         space = state_space(ssp=arguments.ssp, speed=at, set=settings, units=units_of(arguments.units))
     else:
-        vehicle, devices = _given(arguments)[0]
+        vehicle, devices = _systems(arguments)[0]
         space = state_space(vehicle, devices, at, set=settings, units=units_of(arguments.units))
     space.save_matlab(arguments.matlab, {"speed": speeds})
 

@@ -127,8 +127,8 @@ class Selection:
 
     def _confirmed(self, verdict: Verdict) -> Verdict:
         """The verdict by chi-square, where nothing is against it."""
-        verdict = verdict if self.noise_is_known else in_narrower_transition(verdict, self.validation_runs)
-        verdict = verdict if self.noise_is_known else unless_unclear(unless_sufficient(verdict))
+        if not self.noise_is_known:
+            verdict = unless_unclear(unless_sufficient(in_narrower_transition(verdict, self.validation_runs)))
         return unless_doubtful(verdict, self.library, self.validation_runs, self.criteria)
 
     def _report_unknown(self, verdict: Verdict) -> None:
