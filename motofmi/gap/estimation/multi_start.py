@@ -1,13 +1,17 @@
 """The base fitted from several starts, since a resonance far from its initial value causes local minima.
 
-Starts are distributed by a Sobol sequence over a factor of two to each side of the component's values. The search ends
-with the first adequate fit, or once the best minimum has been reached twice after FEW starts.
+Starts are distributed over a factor of two to each side of the component's values, by Richtmyer's sequence: the
+fractional parts of the multiples of square roots of primes. The search ends with the first adequate fit, or once the
+best minimum has been reached twice after FEW starts.
+
+Source: Niederreiter, Random Number Generation and Quasi-Monte Carlo Methods (1992), ch. 3.
 """
 
 import itertools
 from collections.abc import Sequence
 
 import numpy as np
+from sympy import prime
 
 from fmus.support.deadline import time_is_up
 from fmus.support.parallel import parallel_map
@@ -28,12 +32,8 @@ def fit_base(model: AnyModel, runs: Sequence[AnyRun], criteria: Criteria = Crite
     best, reached = fit(model, runs, first), 1
     if adequate(best, criteria) or not model.base or time_is_up():
         return best
-    from scipy.stats import qmc  # noqa: PLC0415 - imported on use: it takes 0.5 s
-
     moves = np.zeros((MOST - 1, len(first)))
-    moves[:, : len(model.base)] = qmc.scale(
-        qmc.Sobol(len(model.base), scramble=False).random(2 * MOST)[2 : MOST + 1], -SPREAD, SPREAD
-    )
+    moves[:, : len(model.base)] = SPREAD * (2 * _points(MOST - 1, len(model.base)) - 1)
     begun = parallel_map(
         lambda move: PortableFit.of(fit_or_none(model, runs, first + move)), list(moves[: FEW - 1]), "fitting the base"
     )
@@ -49,3 +49,9 @@ def fit_base(model: AnyModel, runs: Sequence[AnyRun], criteria: Criteria = Crite
         if adequate(best, criteria) or (count >= FEW and reached > 1):
             break
     return best
+
+
+def _points(count: int, dimensions: int) -> np.ndarray:
+    """Points (count, dimensions) in the unit cube."""
+    roots = np.sqrt([prime(i) for i in range(1, dimensions + 1)])
+    return np.outer(np.arange(1, count + 1), roots) % 1.0

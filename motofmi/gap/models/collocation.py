@@ -133,8 +133,12 @@ class Collocation:
 
     def changes(self, corrections: np.ndarray) -> np.ndarray:
         """The change (nx, n-1) of the states that these corrections (n-1, nx) give; the matrix is made with it."""
-        self.band = chain(part(self.transition, slice(1, None)), self.nx, self.n - 1)
+        self.make_matrix()
         return carried(self.band, corrections.copy()).T
+
+    def make_matrix(self) -> None:
+        """The block-bidiagonal matrix, from the transitions that came with the corrections."""
+        self.band = chain(part(self.transition, slice(1, None)), self.nx, self.n - 1)
 
     def _evaluate_inner_points(self) -> None:
         """The values at the inner points of the steps."""

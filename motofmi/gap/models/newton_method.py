@@ -32,6 +32,9 @@ def converged(steps: Collocation, x: np.ndarray, begins: np.ndarray, accuracy: f
         if not nx:
             break
         corrections = steps.corrections()
+        if held == nx:  # the guess is the trajectory
+            steps.make_matrix()
+            break
         corrections[~open_[group[1:]]] = 0.0
         corrections = elimination.corrected(corrections, x, held)
         change = steps.changes(corrections)

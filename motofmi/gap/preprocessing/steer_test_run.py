@@ -28,6 +28,7 @@ SWEPT_SHARE = 0.9  # least share of a swept motion's power that is on its harmon
 COMPARED_RATE = 250.0  # Hz: sufficient to simulate backlash and friction; faster recordings are decimated
 STEPS_PER_CYCLE = 10  # simulation steps per cycle of the highest harmonic
 PASS_BAND = 0.4  # pass band of the decimation over the reduced sampling rate
+CACHED = 16  # sets of times whose motion is cached: those of a simulation, and of the delays that a screening tries
 KNOT_REFINEMENTS = 3  # most refinements of the reconstruction's knots where it does not follow the measured angle
 # Chi-square of the four data of the first order in a window above which knots are added. It is exceeded by chance in
 # one of 2000 windows; additional knots increase the variance of the motion only slightly.
@@ -127,10 +128,12 @@ class SteerTestRun:
         return self.recording.name
 
     def motion_at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The imposed angle, rate and acceleration (n,) at times (n,) [s]; the last results are cached."""
+        """The imposed angle, rate and acceleration (n,) at times (n,) [s]; those used last are cached."""
         key = (len(time), float(time[0]), float(time[-1]))
-        if key not in self.cache:
-            if len(self.cache) > 4:
+        if key in self.cache:
+            self.cache[key] = self.cache.pop(key)  # the last one to be removed
+        else:
+            if len(self.cache) == CACHED:
                 self.cache.pop(next(iter(self.cache)))
             self.cache[key] = self.motion(np.clip(time, *self.recording.time[[0, -1]]))
         return self.cache[key]
