@@ -94,16 +94,18 @@ def linear_network(subsystems: Mapping[str, Subsystem], wiring: Mapping[str, Seq
     """The subsystems' linear models, where the subsystems are, with the same abilities and the same wiring.
 
     Units that are alike and wired alike are one, whose outputs are those of all: what they do against each other meets
-    no other subsystem, so that no coupling has an error there. Raises InputError for a subsystem without a real input.
+    no other subsystem, so that no coupling has an error there. A subsystem without a real input, which only drives
+    others, is in no loop and is left out. Raises InputError where no subsystem has a real input.
     """
-    for name, subsystem in subsystems.items():
-        if not subsystem.inputs:
-            model = getattr(getattr(subsystem, "description", None), "modelName", "")
-            raise InputError(f"the FMU {name}{f' (model {model})' * bool(model)} has no real input, so that nothing can be "
-                             "coupled to it; expected at least one input of type Real (FMI 2.0) or Float64 (FMI 3.0): "
-                             "leave it out of the co-simulation, or run it by itself with motofmi simulate")  # fmt: skip
+    driven = {name: subsystem for name, subsystem in subsystems.items() if subsystem.inputs}
+    if not driven:
+        (name, subsystem), *_ = subsystems.items()
+        model = getattr(getattr(subsystem, "description", None), "modelName", "")
+        raise InputError(f"the FMU {name}{f' (model {model})' * bool(model)} has no real input, so that nothing can be "
+                         "coupled to it; expected at least one input of type Real (FMI 2.0) or Float64 (FMI 3.0): "
+                         "leave it out of the co-simulation, or run it by itself with motofmi simulate")  # fmt: skip
     models = {
-        n: LinearSubsystem(u.linearised(), u.input_order, u.output_order, u.can_restore) for n, u in subsystems.items()
+        n: LinearSubsystem(u.linearised(), u.input_order, u.output_order, u.can_restore) for n, u in driven.items()
     }
     drives: dict[str, list[str]] = {}
     for target, sources in wiring.items():

@@ -213,7 +213,7 @@ class CouplingState:
             stepped = (network.owner[used] < index)[:, None, None, None]
             whole = np.einsum("uj,jkrm->kurm", network.wires[u][:, used], np.where(stepped, behind[used], ahead[used]))
             projected = np.einsum("lk,kurm->lurm", nearest(subsystem.input_order), whole)
-            matrices.append(projected.reshape(COEFFICIENTS * len(subsystem.inputs), -1))
+            matrices.append(projected.reshape(COEFFICIENTS * len(subsystem.inputs), int(np.prod(self.shape))))
         return matrices
 
     def _signal(self, part: Continuation, j: int) -> np.ndarray:

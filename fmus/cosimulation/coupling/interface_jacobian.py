@@ -98,7 +98,7 @@ class InterfaceJacobianState:
         self.free = [network.inputs.index(name) for name in space.inputs]
         self.matrices = [
             np.tensordot(from_moments(subsystem.input_order), moments[:, network.drive_of[u]], 1)
-            .reshape(COEFFICIENTS * len(subsystem.inputs), -1)
+            .reshape(COEFFICIENTS * len(subsystem.inputs), moments.shape[-1])
             for subsystem, u, _ in network.parts
         ]  # fmt: skip
 
