@@ -177,12 +177,12 @@ def modes(linearised: Linearised, speeds: np.ndarray, reference_speed: float = R
     """The named modes of a vehicle at ascending speeds (n,) [m/s]; names do not depend on the requested speeds.
 
     linearised maps speeds (m,) to stacked state spaces with outputs, as `over_speed` returns it. Raises InputError for
-    speeds that are not finite, positive and ascending. Modes: Sharp, J. Mech. Eng. Sci. 13(5) (1971).
+    speeds that are not finite, not negative and ascending. Modes: Sharp, J. Mech. Eng. Sci. 13(5) (1971).
     """
     speeds = np.atleast_1d(np.asarray(speeds, float))
-    if not (np.isfinite(speeds).all() and (speeds > 0).all() and (np.diff(speeds) > 0).all()):
+    if not (np.isfinite(speeds).all() and (speeds >= 0).all() and (np.diff(speeds) > 0).all()):
         raise InputError(
-            f"speeds must be finite, positive and ascending [m/s], not {np.array2string(speeds, threshold=6)}"
+            f"speeds must be finite, not negative and ascending [m/s], not {np.array2string(speeds, threshold=6)}"
         )
 
     def matrices(v: np.ndarray) -> np.ndarray:
@@ -212,6 +212,6 @@ def modes(linearised: Linearised, speeds: np.ndarray, reference_speed: float = R
 def _grid(speeds: np.ndarray, reference_speed: float) -> np.ndarray:
     """The internal grid: tenths of m/s from the lowest to the naming speed, and the requested speeds."""
     low, high = min(speeds[0], LOWEST_SPEED), max(speeds[-1], reference_speed)
-    tenths = FINE * np.arange(np.ceil(low / FINE - 1e-9), np.floor(high / FINE + 1e-9) + 1)
+    tenths = FINE * np.arange(int(np.ceil(low / FINE - 1e-9)), int(np.floor(high / FINE + 1e-9)) + 1)
     nearest = np.abs(tenths[np.searchsorted(tenths, speeds - FINE / 2).clip(max=len(tenths) - 1)] - speeds)
     return np.sort(np.concatenate([tenths, speeds[nearest > 1e-9]]))

@@ -53,12 +53,13 @@ def _checked(name: str, values: np.ndarray, expected: str) -> np.ndarray:
     return values
 
 
-def numbers(text: str, what: str, unit: str, above: float = 0.0) -> np.ndarray:
+def numbers(text: str, what: str, unit: str, above: float = 0.0, zero: bool = False) -> np.ndarray:
     """The values (n,) of `A:B:STEP` (both ends included), of one value, or of a comma list, in the given unit.
 
-    Raises InputError for text of another form, and for values that are not ascending and `above` that number.
+    Raises InputError for text of another form, and for values that are not ascending and `above` that number, or with
+    `zero` that number itself.
     """
-    kind = "positive ascending numbers" if above == 0 else "ascending numbers"
+    kind = "ascending numbers" if above else "ascending numbers from 0 on" if zero else "positive ascending numbers"
     expected = f"{what} {text!r} is not A:B:STEP, one value or a comma list of {kind} [{unit}], as in 1:60:0.5"
     try:
         given = [float(part) for part in text.split(":" if ":" in text else ",")]
@@ -73,6 +74,6 @@ def numbers(text: str, what: str, unit: str, above: float = 0.0) -> np.ndarray:
             raise InputError(f"{what} {text!r} has more than {MOST:,} values; give a larger step")
         values = first + step * np.arange(int((last - first) / step + 1e-9) + 1)
         values = np.append(values, last) if values[-1] < last - 1e-9 * step else values
-    if not (np.isfinite(values).all() and (values > above).all() and (np.diff(values) > 0).all()):
+    if not (np.isfinite(values).all() and (values >= above if zero else values > above).all() and (np.diff(values) > 0).all()):
         raise InputError(expected)
     return values

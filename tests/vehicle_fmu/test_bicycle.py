@@ -32,6 +32,14 @@ def test_eigenvalues_are_those_of_the_benchmark(row):
     assert weave_of_ours == pytest.approx(weave, abs=1e-11)
 
 
+def test_modes_at_rest_are_those_of_an_inverted_pendulum():
+    """Meijaard et al. 2007, Table 2: at rest two pairs of real eigenvalues, opposite and equal in each pair."""
+    found = modes(over_speed(ridden(bicycle())), [0.0, 1.0])
+    assert np.sort(found.eigenvalues[0].real) == pytest.approx([-5.53094371765393, -3.13164324790656, 3.13164324790656, 5.53094371765393], abs=1e-11)
+    assert found["weave"].eigenvalue[0] == pytest.approx(5.53094371765393, abs=1e-11)
+    assert found.unstable["weave"] and not found.unstable["capsize"]
+
+
 @pytest.mark.parametrize("speed", [0.0, 1.0, 4.6, 12.0])
 def test_matrices_are_those_of_the_benchmark(speed):
     space = linearise(bicycle(), speed=speed)

@@ -138,7 +138,7 @@ class CompiledMaster:
         rows = matrix.reshape(COEFFICIENTS, len(subsystem.inputs), matrix.shape[1])
         order = int(np.flatnonzero(rows.any(axis=(1, 2))).max(initial=0))
         scaled = rows if subsystem.calls.path else derivatives(rows, self.state.step)
-        return self._matrix(scaled[: order + 1].reshape(-1, matrix.shape[1]), order)
+        return self._matrix(scaled[: order + 1].reshape((order + 1) * len(subsystem.inputs), matrix.shape[1]), order)
 
     def _prepare(self) -> None:
         """Fill the structures of the subsystems; repeated after a new linearisation, which changes the matrices."""

@@ -62,7 +62,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         raise InputError(
             f"--matlab writes one system, but {len(arguments.devices)} are given by --device: give --device once"
         )
-    speeds, settings = numbers(arguments.speed, "speed", "m/s"), assignments(arguments.settings)
+    speeds, settings = numbers(arguments.speed, "speed", "m/s", zero=True), assignments(arguments.settings)
     found = _modes_of(arguments, speeds, settings)
     outputs.save(found, arguments)
     if arguments.matlab:

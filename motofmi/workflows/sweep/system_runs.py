@@ -104,11 +104,11 @@ def speeds_of(given: Any, systems: Systems, default: np.ndarray = SPEEDS) -> np.
     """Ascending speeds (n,) [m/s]: an array, one value, or text A:B:STEP. Raises InputError for any other, and for
     speeds outside a vehicle's bounds."""
     if isinstance(given, str):
-        given = numbers(given, "speed", "m/s")
+        given = numbers(given, "speed", "m/s", zero=True)
     speeds = default if given is None else np.atleast_1d(np.asarray(given, float))
-    if not (speeds.ndim == 1 and np.isfinite(speeds).all() and (speeds > 0).all() and (np.diff(speeds) > 0).all()):
+    if not (speeds.ndim == 1 and np.isfinite(speeds).all() and (speeds >= 0).all() and (np.diff(speeds) > 0).all()):
         raise InputError(
-            f"speeds must be finite, positive and ascending [m/s], not {np.array2string(speeds, threshold=6)}"
+            f"speeds must be finite, not negative and ascending [m/s], not {np.array2string(speeds, threshold=6)}"
         )
     for vehicle in systems.vehicles:
         if isinstance(vehicle, Component):
