@@ -5,7 +5,6 @@ standard errors. On validation runs only initial states and sensor offsets are e
 """
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,8 +25,8 @@ from motofmi.gap.estimation.candidate import undetermined_magnitude
 from motofmi.gap.estimation.fit_result import (
     Fit,
     PortableFit,
-    from_recorded_motion,
     initial_guesses,
+    or_from_recorded_motion,
     standard_errors,
     with_initial_guesses,
 )
@@ -137,20 +136,15 @@ class CommonBlocks:
             fitted = left_out_mean_squares(time_residuals(found, self.scale), self.blocks)
             validation, validated = np.zeros(0), None
             if self.validation:
-                validated = self._validated(found)
+                validated = or_from_recorded_motion(
+                    lambda runs: on_validation_runs(found, runs, self.criteria).fit, self.validation
+                )
                 validation = mean_squares(time_residuals(validated, self.scale), self.validation_blocks)
         except (InputError, ValueError, np.linalg.LinAlgError):
             return None
         if not (np.all(np.isfinite(fitted)) and np.all(np.isfinite(validation))):
             return None
         return self._compared(found, fitted, validation, validated)
-
-    def _validated(self, found: Fit) -> Fit:
-        """The fit on the validation runs, from the initial states of the leading one, or where it diverges from these,
-        from the recorded motion."""
-        with suppress(InputError):
-            return on_validation_runs(found, self.validation, self.criteria).fit
-        return on_validation_runs(found, from_recorded_motion(self.validation), self.criteria).fit
 
     def _compared(
         self, found: Fit, fitted: np.ndarray, validation: np.ndarray, validated: Fit | None

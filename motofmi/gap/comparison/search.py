@@ -24,8 +24,8 @@ from motofmi.gap.estimation.equation_error import EquationErrorFit
 from motofmi.gap.estimation.fit_result import (
     Fit,
     PortableFit,
-    from_recorded_motion,
     initial_guesses,
+    or_from_recorded_motion,
     with_initial_guesses,
 )
 from motofmi.gap.estimation.fitting import fit
@@ -94,9 +94,11 @@ def _from_equation_error(base: Fit, starts: Sequence[EquationErrorFit]) -> list[
 
     def fit_one(start: EquationErrorFit) -> PortableFit | None:
         model, x = start.on(base)
-        for runs in (base.runs, from_recorded_motion(base.runs)):
-            with suppress(InputError):  # it cannot be simulated with these values
-                return None if time_is_up() else PortableFit.of(fit(model, runs, x, beat=base.chi2))
+        with suppress(InputError):  # it cannot be simulated with these values
+            if not time_is_up():
+                return PortableFit.of(
+                    or_from_recorded_motion(lambda runs: fit(model, runs, x, beat=base.chi2), base.runs)
+                )
         return None
 
     fits = parallel_map(fit_one, near, "fitting from equation error")

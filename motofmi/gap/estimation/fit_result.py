@@ -1,15 +1,17 @@
 """A fitted model: parameters with standard errors, residuals, penalty, and the parts of its vector that
 belong to single runs."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from fmus.effects import Effect
+from fmus.support.errors import InputError
 from motofmi.gap.models.any_model import AnyExperiment, AnyModel, AnyRun
 
+T = TypeVar("T")
 OF_UNKNOWN = 2.0  # AIC's penalty of an unknown of a single run: the data behind it do not grow with the number of runs
 
 
@@ -169,12 +171,16 @@ def with_initial_guesses(runs: Sequence[Any], kept: Sequence[Any]) -> list[Any]:
     return [run if guess is None else run.with_initial_guesses(guess) for run, guess in zip(runs, kept, strict=True)]
 
 
-def from_recorded_motion(runs: Sequence[Any]) -> list[Any]:
-    """Sampled runs without initial guesses: their next simulation begins from the recorded motion.
+def or_from_recorded_motion(simulated: Callable[[Sequence[Any]], T], runs: Sequence[Any]) -> T:
+    """simulated(runs), or where a simulation diverges from the states that are known, from the recorded motion.
 
-    From the states of a base that misses most of the motion, simulations of other models may diverge.
+    From the states of a base that misses most of the motion, simulations of other models may diverge. Raises InputError
+    where a simulation from the recorded motion diverges, too.
     """
-    return with_initial_guesses(runs, [{} for _ in runs])
+    try:
+        return simulated(runs)
+    except InputError:
+        return simulated(with_initial_guesses(runs, [{} for _ in runs]))
 
 
 def vector_of(x: np.ndarray, model: AnyModel, index: int) -> np.ndarray:

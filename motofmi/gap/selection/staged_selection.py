@@ -5,16 +5,18 @@ machines usually none does; the models are then compared on blocks of their resi
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
 from fmus.effects import Effect
+from fmus.support.errors import InputError
 from motofmi.gap.comparison.compare import Comparison, compare
 from motofmi.gap.comparison.search import single_effects
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import Candidate, noise_is_known, ranked
 from motofmi.gap.estimation.equation_error import EquationErrorFit
-from motofmi.gap.estimation.fit_result import Fit, from_recorded_motion
+from motofmi.gap.estimation.fit_result import Fit, or_from_recorded_motion
 from motofmi.gap.estimation.fitting import fit, fit_or_none
 from motofmi.gap.estimation.initial_fit import equal_noise, in_interpolation_of
 from motofmi.gap.estimation.stages import Stage, running
@@ -80,10 +82,9 @@ class Selection:
 
     def _after_single_effects(self, found: _Singles) -> Verdict:
         with running(Stage.NOISE):
-            best, runs = found.best, self.base.runs
-            continued = fit_or_none(best.model, runs, best.x) or fit_or_none(
-                best.model, from_recorded_motion(runs), best.x
-            )
+            best, continued = found.best, None
+            with suppress(InputError):
+                continued = or_from_recorded_motion(lambda runs: fit(best.model, runs, best.x), self.base.runs)
             single, known = continued or found.best, [continued] if continued else []
             # The search by chi-square is over the longer segments, over which the best effect must be simulated.
             tried = continued is not None and leaves_noise(continued, self.validation_runs, self.criteria)
