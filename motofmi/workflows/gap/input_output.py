@@ -16,6 +16,7 @@ from motofmi.gap.preprocessing.decimation import advice_on_rate
 from motofmi.gap.preprocessing.recorded_rates import require_rates
 from motofmi.gap.preprocessing.sampled_run import SampledRun, excited, move_both_ways
 from motofmi.gap.preprocessing.sampled_run_preparation import FEWEST_SAMPLES, prepare_sampled_run
+from motofmi.gap.preprocessing.unseen_springs import without_unseen_springs
 from motofmi.gap.preprocessing.work_of_inputs import note_on_signs
 from motofmi.gap.selection.any_component import Investigation, investigate
 from motofmi.gap.selection.result import Verdict
@@ -86,10 +87,13 @@ class InputOutput(Kind):
         for sentence in at_once:
             say(sentence)
         self.notes = [*at_once, *joined, *joined_validation, *notes, *unused]
+        if ships(self.component) and not given.free:  # its values are starting values and no expectation
+            experiment, unseen = without_unseen_springs(experiment, runs)
+            self.notes += unseen
         if not (excited(runs) or are_step_responses(runs)):
             experiment, anchor = anchored(experiment)
-            runs = [replace(run, experiment=experiment) for run in runs]
             self.notes += [ANCHORED.format(anchor)] if anchor else []
+        runs = [replace(run, experiment=experiment) for run in runs]
         self.notes += [BOTH_WAYS] if excited(runs) and move_both_ways(runs) else []
         self.experiment, self.runs, self.noise = experiment, runs, given.rig_contents.get("noise", {})
 

@@ -93,7 +93,7 @@ def test_other_forms_of_a_pair_are_left_out_where_a_single_effect_is_sufficient(
 
 @pytest.mark.parametrize("simulated", [True, False])
 def test_chi_square_is_searched_first_only_where_the_best_effect_can_be_simulated(monkeypatch, simulated):
-    order, continued = [], staged_selection.fit_or_none
+    order, continued = [], staged_selection.or_from_recorded_motion
     for name in ("select_in_rounds", "compare"):
         original = getattr(staged_selection, name)
 
@@ -103,7 +103,11 @@ def test_chi_square_is_searched_first_only_where_the_best_effect_can_be_simulate
 
         monkeypatch.setattr(staged_selection, name, noted)
     monkeypatch.setattr(staged_selection, "leaves_noise", lambda *_: True)
-    monkeypatch.setattr(staged_selection, "fit_or_none", lambda *given: continued(*given) if simulated else None)
+
+    def diverging(*_):
+        raise InputError("the simulation diverges")
+
+    monkeypatch.setattr(staged_selection, "or_from_recorded_motion", continued if simulated else diverging)
     assert [e["name"] for e in gap_of_friction()["effects"]] == ["coulomb_friction"]
     assert order[0] == ("select_in_rounds" if simulated else "compare")
 

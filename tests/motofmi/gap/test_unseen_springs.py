@@ -1,0 +1,65 @@
+"""A spring whose deflection is not recorded, in motions of one direction, from their exact solutions.
+
+    J w' = -(T + c w):          w = (w_0 + T/c) exp(-c t / J) - T/c until w = 0, then at rest
+    J x'' + c x' + k x = 0:     x' = A (exp(-a t) - exp(-b t)), with a + b = c / J and a b = k / J
+"""
+
+import numpy as np
+import pytest
+
+import motofmi as mf
+from motofmi.recordings.recording import Recording
+from tests import as_study
+
+RATIO, DAMPING = 2.5, 0.1  # T / J [rad/s2], c / J [1/s]
+FAST, SLOW = 3.58, 0.42  # b, a [1/s]
+TIME = np.arange(0, 25, 0.02)
+
+
+def recording(name: str, rate: np.ndarray, noise: float) -> Recording:
+    measured = rate + noise * np.random.default_rng(len(name)).standard_normal(len(rate))
+    return Recording(name, TIME[: len(rate)], {"rate": measured}, {"rate": "rad/s"})
+
+
+def coast_down(name: str, start: float) -> Recording:
+    rate = (start + RATIO / DAMPING) * np.exp(-DAMPING * TIME) - RATIO / DAMPING
+    return recording(name, np.maximum(rate, 0.0), 0.03)
+
+
+def door(name: str, start: float) -> Recording:
+    rate = start * (np.exp(-SLOW * TIME) - np.exp(-FAST * TIME))
+    return recording(name, rate[:750], 0.002)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("at_rest", [as_study(False), True])
+def test_the_spring_of_a_joint_does_not_take_the_place_of_friction_in_a_coast_down(at_rest):
+    """The joint has a spring. With it nothing was named, or the verdict was unknown where the runs end at rest."""
+    runs = [coast_down("fitted", 50.0), coast_down("validation", 80.0)]
+    if not at_rest:
+        runs = [Recording(r.name, r.time[m], {"rate": r["rate"][m]}, dict(r.units)) for r in runs for m in [r["rate"] > 1.0]]
+    found = mf.find_gap(runs[:1], validation=runs[1:], component="driven_joint")
+    (effect,) = found.effects
+    torque = effect["parameters"]["friction_torque"]
+    assert found.verdict == "named" and effect["name"] == "coulomb_friction"
+    inertia = mf.mechanism("driven_joint").values["inertia"]
+    # four standard errors; 1e-3 for the transition of friction through zero rate
+    assert torque["value"] == pytest.approx(RATIO * inertia, abs=4 * torque["standard_error"] + 1e-3 * RATIO * inertia)
+    assert any("angle is not recorded, and its rate has one sign: stiffness is taken as zero" in each for each in found.limitations)
+
+
+@pytest.mark.slow
+def test_a_spring_that_moves_a_joint_is_kept():
+    runs = [door("fitted", 2.0), door("validation", 1.5)]
+    found = mf.find_gap(runs[:1], validation=runs[1:], component="driven_joint")
+    assert found.verdict == "none"
+    assert not any("stiffness is taken as zero" in each for each in found.limitations)
+    stiffness, inertia = found.to_dict()["base"]["stiffness"], mf.mechanism("driven_joint").values["inertia"]
+    assert stiffness["value"] == pytest.approx(SLOW * FAST * inertia, abs=4 * stiffness["standard_error"])
+
+
+@pytest.mark.slow
+def test_a_stiffness_that_is_asked_for_is_fitted():
+    runs = [coast_down("fitted", 50.0), coast_down("validation", 80.0)]
+    found = mf.find_gap(runs[:1], validation=runs[1:], component="driven_joint", free=["stiffness", "damping"])
+    assert not any("stiffness is taken as zero" in each for each in found.limitations)
