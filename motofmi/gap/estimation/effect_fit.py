@@ -11,7 +11,7 @@ from fmus.support.deadline import time_is_up
 from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
 from motofmi.gap.criteria import Criteria
-from motofmi.gap.estimation.candidate import Candidate, adequate, one_each, ranked
+from motofmi.gap.estimation.candidate import Candidate, adequate, noise_is_known, one_each, ranked
 from motofmi.gap.estimation.fit_result import Fit, PortableFit, initial_guesses, with_initial_guesses
 from motofmi.gap.estimation.fitting import (
     fit,
@@ -54,7 +54,7 @@ def fit_from_further_starts(found: Fit, signatures: Sequence[Signature], beat: f
         if time_is_up():
             return None
         model = found.model.with_added_effects(signature.effect)
-        start, guesses, _ = next(_starts(found, model, signature, []))
+        start, guesses, _ = next(_starts(found, model, signature, [], False))
         with suppress(InputError):  # this start cannot be simulated
             return PortableFit.of(fit(model, with_initial_guesses(found.runs, guesses), start, beat=beat))
         return None
@@ -117,7 +117,7 @@ def _best_fit(found: Fit, signature: Signature, beat: float, known: Sequence[Fit
     least = contained(model, known)
     insufficient = not adequate(found, criteria)  # otherwise an adequate fit need not be an improvement
     best = None
-    for start, kept, settled in _starts(found, model, signature, known):
+    for start, kept, settled in _starts(found, model, signature, known, blind):
         try:
             fitted = fit(
                 model,
@@ -143,10 +143,11 @@ def _best_fit(found: Fit, signature: Signature, beat: float, known: Sequence[Fit
 
 
 def _starts(
-    found: Fit, model: AnyModel, signature: Signature, known: Sequence[Fit]
+    found: Fit, model: AnyModel, signature: Signature, known: Sequence[Fit], blind: bool
 ) -> Iterator[tuple[np.ndarray, list[Any], bool]]:
-    """Starts with initial guesses of the runs: the same effect in a known fit (final), another form, a step from
-    the fit, a smaller effect; of an effect with a prior its signature, and that with the given base."""
+    """Starts with initial guesses of the runs: the same effect in a known fit (final), another form, a step from the
+    fit, a smaller effect. Where the fit may be far from the data, or with `blind`, the signature takes the place of the
+    step, and that with the given base follows."""
     shared, base, own = (
         len(found.model.names),
         with_sensitive_base(found),
@@ -162,11 +163,14 @@ def _starts(
     yield from ((as_found(model, other, first), initial_guesses(other.runs), True) for other in same[-1:])
     if not same:
         yield from ((as_found(model, other, first), initial_guesses(other.runs), False) for other in alike[-1:])
-    if signature.effect.prior is None:
-        smaller = np.concatenate([base[:shared], _smaller(model, signature, SMALLER), base[shared:]])
-        further = [_step_from_fit(found, model, signature), smaller]
-    else:  # a base that compensates for a large effect may be a poor start
-        further = [first, np.concatenate([model.start()[: len(model.base)], first[len(model.base) : shared], own])]
+    far, by_itself = far_from_data(found) or blind, signature.effect.prior is None
+    # Without a known noise chi-square does not tell whether a fit is far from the data.
+    linear = noise_is_known(found) and by_itself and not far
+    further = [_step_from_fit(found, model, signature) if linear else first]
+    if by_itself:
+        further.append(np.concatenate([base[:shared], _smaller(model, signature, SMALLER), base[shared:]]))
+    if far or not by_itself:  # a base that compensates for a large effect may be a poor start
+        further.append(np.concatenate([model.start()[: len(model.base)], first[len(model.base) : shared], own]))
     yield from ((start, initial_guesses(found.runs), False) for start in further)
 
 
