@@ -39,6 +39,17 @@ class Catalogue:
             raise unknown("kind", kind, self.entries)
         return {entry["name"]: entry for entry in self.entries[kind]}
 
+    def named(self, name: str) -> "Catalogue":
+        """The entries of this name alone, of an effect in all its forms. Raises InputError where nothing has it.
+
+            >>> mf.catalogue().named("sharp_1971")
+            Catalogue(0 components, 0 riders, 1 motorcycles, 0 dampers, 0 mechanisms, 0 effects)
+        """
+        found = {kind: [e for e in entries if e["name"] == name] for kind, entries in self.entries.items()}
+        if not any(found.values()):
+            raise unknown("name", name, sorted({e["name"] for entries in self.entries.values() for e in entries}))
+        return Catalogue(found)
+
     def __repr__(self) -> str:
         return f"Catalogue({', '.join(f'{len(found)} {kind}' for kind, found in self.entries.items())})"
 

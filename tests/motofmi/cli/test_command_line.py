@@ -244,6 +244,7 @@ BAD = {
     "unknown option": (["modes", "--sped", "5"], "unknown option '--sped', did you mean '--speed'?"),
     "one word too many": (["device", "damper:7.5", "5"], "unexpected '5'; motofmi help device shows the arguments of the command"),
     "missing argument": (["device"], "the following arguments are required: device"),
+    "unknown name in the list": (["list", "shap_1971"], "unknown name 'shap_1971', did you mean 'sharp_1971'? (valid: "),
     "unknown command": (["mode"], "unknown command 'mode', did you mean 'modes'? (valid: build, "),
     "help of an unknown command": (["help", "mods"], "unknown command 'mods', did you mean 'modes'?"),
     "an option without a command": (["--speed", "5"], "unknown command '--speed'"),

@@ -45,6 +45,16 @@ def test_tables_are_not_cut_without_a_terminal(capsys):
     assert "…" not in out
 
 
+def test_one_name_is_listed_with_its_parameters(capsys):
+    """Sharp 1971, Appendix 3: a trail of 0.38 ft, a steering damper of 5 lbf.ft.s; the delayed reflex has two forms."""
+    lines = printed(capsys, "list", "sharp_1971").splitlines()
+    rows = {line.split()[0]: line.split()[2:4] for line in lines if line.strip()}
+    assert lines[0].startswith("sharp_1971: ") and "Appendix 3" in lines[1]
+    assert rows["trail"] == [f"{0.38 * 0.3048:.6g}", "m"]
+    assert rows["steering_damping"] == [f"{5 * 4.4482216152605 * 0.3048:.6g}", "N.m.s/rad"]
+    assert [line for line in printed(capsys, "list", "reflex").splitlines() if line.startswith("reflex, ")][1:]
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="terminals of POSIX")
 def test_tables_wrap_on_a_terminal():
