@@ -1,6 +1,6 @@
 """Text with one row per sample: names, perhaps a row of units, numbers; comma, semicolon or tab between cells.
 
-What an instrument writes above the names, in rows with another number of cells, is left out. Dates with times, and
+What an instrument writes above the names is left out. Dates with times, and
 times of a day (ISO 8601), are read as seconds from the first one. numpy parses the numbers. pandas parses three times
 as fast, but takes half a second to import, which is the time of 15 MB. Only blocks with missing values, dates, quotes
 or faults are read cell by cell.
@@ -119,26 +119,38 @@ def _without_quoted(line: str) -> str:
 
 
 def _from_names(rows: list[tuple[int, str]]) -> list[tuple[int, str]]:
-    """The rows from that of the names on: the first one, unless the samples have another number of cells.
+    """The rows from that of the names on.
 
-    Then the samples begin where all rows have as many cells as the last one, and more than half of the cells of the
-    first of them are numbers or dates; the names are in the row before, above those of the units.
+    The samples begin with the first row that has as many cells as the last one, more than half of them numbers or dates;
+    where the first row has another number of cells, after the last such row. The names are in the row before, above
+    those of the units. Without such rows they are in the first one.
     """
     # commas may be those of decimals
     delimiter = next((mark for mark in ";\t" if mark in _without_quoted(rows[-1][1])), ",")
     cells = [_cells(line, delimiter) for _, line in rows]
     alike = [len(row) == len(cells[-1]) for row in cells]
-    first = len(rows) - alike[::-1].index(False) if not all(alike) else 0
-    if alike[0] or len(cells[-1]) < 2:
+    if len(cells[-1]) < 2:
         return rows
-    samples = next((i for i in range(first, len(rows)) if _holds_samples(cells[i])), len(rows))
+    first = 0 if alike[0] else len(rows) - alike[::-1].index(False)
+    samples = next((i for i in range(first, len(rows)) if alike[i] and _holds_samples(cells[i])), len(rows))
     names = samples - 1 - int(samples - 1 > first and _holds_units(cells[samples - 1]))
-    return rows[names:] if first <= names < samples < len(rows) else rows
+    found = first <= names < samples < len(rows) and alike[names] and _holds_names(cells[names])
+    return rows[names:] if found else rows
 
 
 def _holds_samples(cells: list[str]) -> bool:
     """Whether more than half of the cells are numbers or dates."""
-    return 2 * sum(_is_number(cell) or _date(cell) is not None for cell in cells) > len(cells)
+    return 2 * sum(map(_is_sample, cells)) > len(cells)
+
+
+def _holds_names(cells: list[str]) -> bool:
+    """Whether a cell is neither empty nor a missing value, and none a number or date."""
+    return any(cell.strip().lower() not in MISSING for cell in cells) and not any(map(_is_sample, cells))
+
+
+def _is_sample(cell: str) -> bool:
+    """Whether a cell holds a number, with a decimal point or comma, or a date."""
+    return _is_number(cell.replace(",", ".", 1)) or _date(cell) is not None
 
 
 def _date(cell: str) -> datetime | None:

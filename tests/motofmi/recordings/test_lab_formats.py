@@ -33,9 +33,10 @@ def test_matlab(tmp_path):
 
 
 PREAMBLE = ["Drive 1", "Number of samples,2560", "Interval (ms),7.8125", ""]
+AS_WIDE = ["Drive,1,left", "Date,30.11.2026,", "Interval (ms),7.8125,", ""]  # as many cells as the samples
 
 
-@pytest.mark.parametrize("preamble", [PREAMBLE, PREAMBLE[:1], ["% exported", *PREAMBLE]])
+@pytest.mark.parametrize("preamble", [PREAMBLE, PREAMBLE[:1], ["% exported", *PREAMBLE], AS_WIDE, AS_WIDE[1:2]])
 @pytest.mark.parametrize("units", [True, False])
 def test_what_an_instrument_writes_above_the_names_is_left_out(write, preamble, units):
     names, *rows = text(good())
@@ -43,9 +44,16 @@ def test_what_an_instrument_writes_above_the_names_is_left_out(write, preamble, 
     assert_good(read_recording(write([*preamble, *heading, *rows])))
 
 
-def test_settings_above_rows_with_decimal_commas_are_left_out(write):
+@pytest.mark.parametrize("preamble", [["Drive 1", "Interval (ms);7,8125"], ["Antrieb;1;links", "Datum;30.11.2026;", ""]])
+def test_settings_above_rows_with_decimal_commas_are_left_out(write, preamble):
     names, *rows = (line.replace(",", ";").replace(".", ",") for line in text(good(), "time (s),steer_angle (rad),steer_torque (Nm)"))
-    assert_good(read_recording(write(["Drive 1", "Interval (ms);7,8125", names, *rows])))
+    assert_good(read_recording(write([*preamble, names, *rows])))
+
+
+def test_missing_values_below_the_names_are_no_names(write):
+    names, first, *rows = text(good())
+    recording = read_recording(write([names, f"{first.partition(',')[0]},NA,NA", *rows]))
+    np.testing.assert_allclose(recording["steer_torque"][-100:], good()["steer_torque"][-100:], atol=1e-9)
 
 
 def test_a_fault_below_a_preamble_is_found_in_its_line(write):
