@@ -136,8 +136,10 @@ def shapes_of(found: Fit, effect: type[Effect]) -> list[dict[str, float]]:
 def _from_prior(
     found: Fit, effect: type[Effect], prior: LogNormalPrior
 ) -> list[tuple[float, np.ndarray, np.ndarray]]:
-    """Gains, starting values and changes of x (none) of an effect that is not absent at zero: one step of Gauss and Newton from the median
-    of its prior; where the base is far from the data also from the published values, with the base at its own values.
+    """Gains, starting values and changes of x (none) of an effect that is not absent at zero.
+
+    They are those of one step of Gauss and Newton from the median of its prior; where the base is far from the data,
+    also from the published values, with the base at its own values.
     """
     model, far = found.model.with_added_effects(effect), far_from_data(found)
     bases = [found.x, with_own_base(found)] if far else [found.x]
@@ -192,7 +194,8 @@ def direction_of(
 ) -> Direction:
     """The direction of an effect on top of a fit, for given nonlinear parameters.
 
-    model is the fit's with the effect; span is that of the fit; from_last is that of `AnyModel.slopes`. Raises InputError where the model cannot be simulated.
+    model is the fit's with the effect; span is that of the fit; from_last is that of `AnyModel.slopes`. Raises
+    InputError where the model cannot be simulated.
     """
     own = effect.free_parameters()
     rows = [model.component.table[model.experiment.parameter(effect, n)] for n in own]

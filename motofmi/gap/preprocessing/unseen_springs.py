@@ -2,9 +2,9 @@
 
     T = k (x - x_0),   x_0 unknown,   x' > 0
 
-With a small stiffness k and a distant x_0 the torque is constant: that of dry friction. In such a run a spring takes the
-place of any law of friction, and its stiffness is not identifiable. A rate that rises and falls without an input is that
-of a spring, as of a door closer.
+With a small stiffness k and a distant x_0 the torque is constant: that of dry friction. In such a run a spring takes
+the place of any law of friction, and its stiffness is not identifiable. A rate that rises and falls without an input is
+that of a spring, as of a door closer.
 """
 
 from collections.abc import Sequence
@@ -15,8 +15,8 @@ from motofmi.gap.preprocessing.one_way import oscillates
 from motofmi.gap.preprocessing.sampled_run import SampledRun, excited
 
 NO_SPRING = (
-    "{} is not recorded, and its rate has one sign: {} is taken as zero, since the force of a spring may there be that of "
-    "dry friction. Where the component has a spring, record {} or give a run with reversals; --free {} fits it."
+    "{} is not recorded, and its rate has one sign: {} is taken as zero, since the force of a spring may there be that "
+    "of dry friction. Where the component has a spring, record {} or give a run with reversals; --free {} fits it."
 )
 
 

@@ -1,9 +1,8 @@
 """Text with one row per sample: names, perhaps a row of units, numbers; comma, semicolon or tab between cells.
 
-What an instrument writes above the names is left out. Dates with times, and
-times of a day (ISO 8601), are read as seconds from the first one. numpy parses the numbers. pandas parses three times
-as fast, but takes half a second to import, which is the time of 15 MB. Only blocks with missing values, dates, quotes
-or faults are read cell by cell.
+What an instrument writes above the names is left out. Dates with times, and times of a day (ISO 8601), are read as
+seconds from the first one. numpy parses the numbers. pandas parses three times as fast, but takes half a second to
+import, which is the time of 15 MB. Only blocks with missing values, dates, quotes or faults are read cell by cell.
 """
 
 import codecs
@@ -121,9 +120,9 @@ def _without_quoted(line: str) -> str:
 def _from_names(rows: list[tuple[int, str]]) -> list[tuple[int, str]]:
     """The rows from that of the names on.
 
-    The samples begin with the first row that has as many cells as the last one, more than half of them numbers or dates;
-    where the first row has another number of cells, after the last such row. The names are in the row before, above
-    those of the units. Without such rows they are in the first one.
+    The samples begin with the first row that has as many cells as the last one, more than half of them numbers or
+    dates; where the first row has another number of cells, after the last such row. The names are in the row before,
+    above those of the units. Without such rows they are in the first one.
     """
     # commas may be those of decimals
     delimiter = next((mark for mark in ";\t" if mark in _without_quoted(rows[-1][1])), ",")
