@@ -130,9 +130,7 @@ def opened_run(runs: SystemRuns, place: np.ndarray) -> "_Opened":
     names = dict(zip(parts, ("vehicle", *by_name(list(parts.values())[1:])), strict=True))
     changed: dict[str, dict[str, float]] = {}
     for (part, name), column in runs.systems.values(place[None]).items():
-        held = parts[part]
-        assert isinstance(held, Component)
-        runs.systems.within_bounds(held, {name: column})
+        runs.systems.within_bounds(parts[part], {name: column})
         changed.setdefault(names[part], {})[name] = float(column[0])
     return _Opened(runs.options["fmus"][vehicle, device], runs.options, float(runs.at("speed", place)), changed)
 

@@ -188,9 +188,7 @@ def _owner(systems: Systems, key: str) -> tuple[str, str]:
 
 
 def _row(systems: Systems, part: str, name: str) -> Any:
-    found = systems.parts(0, 0)[part]
-    assert isinstance(found, Component)
-    return found.table[name]
+    return systems.parts(0, 0)[part].table[name]
 
 
 def _array(values: Any) -> np.ndarray:

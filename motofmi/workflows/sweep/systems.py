@@ -4,16 +4,23 @@ import hashlib
 import tempfile
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from math import inf
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from fmpy.model_description import ModelVariable
 
+from fmus.cosimulation.subsystems.archive import model_description
+from fmus.cosimulation.subsystems.stated_units import described_unit
+from fmus.cosimulation.subsystems.typed_values import REAL
 from fmus.declaration.component import Component, in_bounds
+from fmus.declaration.variables import Variable
 from fmus.linear_analysis.linearisation import StateSpace, linearise
 from fmus.support.files import write_atomically
-from motofmi.workflows.components import with_settings
+from motofmi.workflows.components import by_part
 from motofmi.workflows.parts import GivenFmu
 from motofmi.workflows.ridden_fmus import over_speed_fmus, ridden_fmus
 from vehicle_fmu import ridden
@@ -25,15 +32,38 @@ RIDER = "rider"
 
 @dataclass(frozen=True)
 class Archive:
-    """An FMU that travels with the study: a worker writes it once, under the hash of its contents."""
+    """An FMU that travels with the study: a worker writes it once, under the hash of its contents.
+
+    changed are values of its parameters, in the units that it states.
+    """
 
     name: str
     contents: bytes
+    changed: Mapping[str, float] = field(default_factory=dict)
 
     @classmethod
     def of(cls, path: Path) -> "Archive":
         """The archive at a path."""
         return cls(path.stem, path.read_bytes())
+
+    @cached_property
+    def table(self) -> dict[str, Variable]:
+        """The real parameters by name, with the unit, the start value and the bounds that the FMU states."""
+        return {v.name: Variable("parameter", described_unit(v), v.description or "", start=float(v.start),
+                                 min=_limit(v, "min", -inf), max=_limit(v, "max", inf), name=v.name)
+                for v in model_description(self.path()).modelVariables
+                if v.causality == "parameter" and v.type in REAL and v.start is not None}  # fmt: skip
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The values of the parameters by name."""
+        return {name: self.changed.get(name, row.start) for name, row in self.table.items()}
+
+    def with_values(self, **values: float) -> "Archive":
+        """The archive with changed parameters. Raises InputError for a value outside its bounds."""
+        for name, value in values.items():
+            in_bounds(value, self.table[name], self.name)
+        return replace(self, changed={**self.changed, **values})
 
     @property
     def sha256(self) -> str:
@@ -94,8 +124,7 @@ class Systems:
         changed: dict[str, dict[str, float]] = {}
         for (part, name), value in values.items():
             changed.setdefault(part, {})[name] = float(value)
-        return [part.with_values(**changed[n]) if n in changed and isinstance(part, Component) else part
-                for n, part in parts.items()]  # fmt: skip
+        return [part.with_values(**changed[n]) if n in changed else part for n, part in parts.items()]
 
     def stacked(self, vehicle: int, device: int, indices: np.ndarray) -> StackedLinearised:
         """The linearisation of runs of one vehicle and device at places (n, dims), for `stacked_modes`.
@@ -123,7 +152,7 @@ class Systems:
         return linearised
 
     @staticmethod
-    def within_bounds(part: Component, values: Mapping[str, Any]) -> None:
+    def within_bounds(part: Part, values: Mapping[str, Any]) -> None:
         """Raises InputError for values (n,) outside their bounds."""
         for name, column in values.items():
             for extreme in (np.min(column), np.max(column)):
@@ -149,10 +178,16 @@ def _linearised(parts: Sequence[Part], speed: np.ndarray) -> StateSpace:
     components = [part for part in parts if isinstance(part, Component)]
     if len(components) == len(parts):
         return linearise(ridden(components[0], *components[1:]), **{"vehicle.speed": speed})
-    vehicle, *devices = (GivenFmu(part.path()) if isinstance(part, Archive) else part for part in parts)
+    vehicle, *devices = (GivenFmu(part.path(), part.changed) if isinstance(part, Archive) else part for part in parts)
     with ExitStack() as opened:
         fmus = {n: opened.enter_context(fmu) for n, fmu in ridden_fmus(vehicle, devices).items()}
         return over_speed_fmus(fmus)(speed)
+
+
+def _limit(variable: ModelVariable, end: str, absent: float) -> float:
+    """The bound `min` or `max` of a variable, or of its type, where one is stated."""
+    stated = getattr(variable, end) or getattr(variable.declaredType, end, None)
+    return absent if stated is None else float(stated)
 
 
 def groups(indices: np.ndarray) -> list[tuple[int, int, np.ndarray]]:
@@ -163,10 +198,7 @@ def groups(indices: np.ndarray) -> list[tuple[int, int, np.ndarray]]:
 
 def owner(parts: Mapping[str, Part], key: str) -> tuple[str, str]:
     """The part and the name of the parameter that `name` or `part.name` means. Raises InputError for any other."""
-    held = {name: part if isinstance(part, Component) else None for name, part in parts.items()}
-    before = {name: dict(part.values) for name, part in held.items() if part}
-    part, _, name = key.rpartition(".")
-    candidates = [p for p, values in before.items() if (name if part == p else key) in values]
-    probe = before[candidates[0]][name if part == candidates[0] else key] if candidates else 0.0
-    with_settings(held, {key: probe})
-    return candidates[0], name if part == candidates[0] else key
+    values = {name: part.values for name, part in parts.items()}
+    present = next((own[key] for own in values.values() if key in own), 0.0)
+    ((part, (name,)),) = ((part, own) for part, own in by_part(values, {key: present}).items() if own)
+    return part, name

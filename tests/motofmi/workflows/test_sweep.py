@@ -192,3 +192,24 @@ def test_the_command_plans_runs_and_reports(tmp_path, capsys):
     assert (found["runs"], found["failed"], found["report"]) == (4, 0, str(out / "report.html"))
     assert main(["sweep", str(study), "--set", "trail", "--out", str(out)]) == 2
     assert "neither NAME=VALUES nor NAME~POPULATION" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_the_parameters_of_an_fmu_are_set_from_run_to_run(tmp_path):
+    """Those of an archive without its source, by name, in the study of the modes and in that of co-simulations."""
+    archive = mf.build("damper:7.5", tmp_path).path
+    damping = [2.0, 8.0]
+    modes = mf.sweep(device=str(archive), speed=[20.0, 40.0], set={"damping": damping}, out=tmp_path / "modes", workers=1)
+    runs = mf.sweep(kind="cosimulation", device=str(archive), speed=30.0, set={"damping": damping}, out=tmp_path / "runs",
+                    workers=1, duration=0.5, initial={"steer_rate": 1.0})  # fmt: skip
+    for value in damping:
+        alone = mf.modes("sharp_1971", f"damper:{value}", [20.0, 40.0])
+        found = modes.dataset["eigenvalue"].sel(damping=value, mode="wobble").squeeze()
+        np.testing.assert_allclose(found.values, alone["wobble"].eigenvalue, rtol=1e-9)
+        run = mf.cosimulate("sharp_1971", f"damper:{value}", speed=30, duration=0.5, initial={"steer_rate": 1.0})
+        signal = runs.dataset["vehicle.steer_angle"].sel(damping=value).squeeze()
+        # both use the coupling and step that are found for them; their errors are below the tolerance of 1 %
+        wanted = np.interp(signal.time.values, run["time"], run["vehicle.steer_angle"])
+        np.testing.assert_allclose(signal.values, wanted, atol=1e-2 * np.abs(wanted).max())
+    with pytest.raises(InputError, match=r"device: damping = -1 N\.m\.s/rad is outside its bounds \[0, 10000\]"):
+        mf.sweep(device=str(archive), set={"damping": -1.0}, out=tmp_path / "refused", workers=1)
