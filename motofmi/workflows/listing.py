@@ -25,6 +25,8 @@ class Catalogue:
         >>> found = mf.catalogue()
         >>> sorted(found["mechanisms"])
         ['driven_joint', 'mass_spring_damper', 'pendulum', 'two_mass']
+        >>> found.named("sharp_1971")
+        Catalogue(0 components, 0 riders, 1 motorcycles, 0 dampers, 0 mechanisms, 0 effects)
         >>> sorted(found.to_dict())
         ['components', 'dampers', 'effects', 'mechanisms', 'motorcycles', 'riders']
         >>> list(found.to_dataframe().columns[:4])
@@ -40,11 +42,7 @@ class Catalogue:
         return {entry["name"]: entry for entry in self.entries[kind]}
 
     def named(self, name: str) -> "Catalogue":
-        """The entries of this name alone, of an effect in all its forms. Raises InputError where nothing has it.
-
-            >>> mf.catalogue().named("sharp_1971")
-            Catalogue(0 components, 0 riders, 1 motorcycles, 0 dampers, 0 mechanisms, 0 effects)
-        """
+        """The entries of this name alone, of an effect in all its forms. Raises InputError where nothing has it."""
         found = {kind: [e for e in entries if e["name"] == name] for kind, entries in self.entries.items()}
         if not any(found.values()):
             raise unknown("name", name, sorted({e["name"] for entries in self.entries.values() for e in entries}))
