@@ -53,8 +53,9 @@ def cosimulate(subsystems: Mapping[str, Subsystem], step: float | str, duration:
     time. compiled=False keeps the loop in Python.
 
     The run says whether the predicted errors are within the tolerance; where no coupling is named and none meets it, a
-    ToleranceWarning says which step would. Raises InputError for what cannot be run, as more than MOST_STEPS steps or a
-    subsystem without a real input, SimulationError when the coupling diverges. Warns, too, where the inertia that a rider adds at the handlebar is missing in the other subsystem
+    ToleranceWarning says which step would. Raises InputError for what cannot be run, as more than MOST_STEPS steps,
+    inputs of another time or subsystems without a real input, SimulationError when the coupling diverges. Warns, too,
+    where the inertia that a rider adds at the handlebar is missing in the other subsystem
     (`fmus.interfaces.handlebar.unbound_inertia`).
     """
     if missing := unbound_inertia(subsystems):
@@ -71,6 +72,7 @@ def cosimulate(subsystems: Mapping[str, Subsystem], step: float | str, duration:
     if assessed and assessed.advice and coupling is None:
         warnings.warn(assessed.advice, ToleranceWarning, stacklevel=2)
     profile = profile or Profile.constant(network)
+    profile.uncovered(0.0, duration)
     columns = ["time [s]", *(heading(name, network.unit_of(name)) for name in network.outputs)]
     rows, watched = Rows(columns, out, count + 1), power_bonds(network, CONJUGATE_RATES)
     network.external[:] = profile.at(np.zeros(2))

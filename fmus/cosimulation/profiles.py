@@ -55,6 +55,21 @@ class Profile:
         values = np.column_stack(converted) if columns else np.zeros((len(times), 0))
         return cls(network.external[0].copy(), times, np.array(places, int), values)
 
+    def uncovered(self, begin: float, end: float) -> tuple[str, ...]:
+        """A sentence where a run from `begin` to `end` [s] begins before the inputs or ends after them.
+
+        Raises InputError where they are of another time.
+        """
+        if not len(self.moving) or len(self.times) < 2:
+            return ()
+        first, last = float(self.times[0]), float(self.times[-1])
+        given = f"the inputs are given from {first:g} to {last:g} s, the run is from {begin:g} to {end:g} s"
+        if last <= begin or first >= end:
+            raise InputError(f"{given}: shift the times of the inputs, or give a start and a duration within them")
+        missing = 1e-6 * (end - begin)  # by rounding
+        covered = first <= begin + missing and last >= end - missing
+        return () if covered else (f"{given}; outside of their times they keep their first and last values",)
+
     def at(self, times: np.ndarray) -> np.ndarray:
         """All external inputs (n, nu) at times (n,); zero where an output drives the input. Read-only."""
         if not len(self.moving):

@@ -42,7 +42,7 @@ def simulate(fmu: FmuSubsystem, step: float | None = None, duration: float | Non
     file `out` or in the run; numbers, Booleans and enumerations have columns, arrays one for each element. The run ends
     where the FMU asks for it. Its notes state that, and the variables without a column. Without a duration it ends at
     the stop time of the default experiment. Raises InputError for a column that is no input, for a step or a duration
-    that is not positive and for more than MOST_ROWS rows, SimulationError when the FMU fails.
+    that is not positive, for inputs of another time and for more than MOST_ROWS rows, SimulationError when the FMU fails.
     """
     experiment, begin = fmu.description.defaultExperiment, fmu.time
     if duration is None:
@@ -55,7 +55,7 @@ def simulate(fmu: FmuSubsystem, step: float | None = None, duration: float | Non
     profile = Profile.over_time(network, np.zeros(1) if times is None else times, columns or {}, units)
     names = [*network.inputs, *network.outputs]
     others = OtherOutputs(fmu)
-    notes = others.notes
+    notes = (*profile.uncovered(begin, begin + duration), *others.notes)
     titles = [heading(name, fmu.unit_of(name.partition(".")[2])) for name in names]
     titles += [
         heading(f"{fmu.name}.{name}", fmu.unit_of(variable))

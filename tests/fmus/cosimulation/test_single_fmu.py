@@ -45,6 +45,18 @@ def test_the_run_ends_where_the_fmu_asks_for_it(tmp_path, capsys):
     assert found["rows"] == 4 and found["notes"][0].startswith("typed asked for the end")
 
 
+def test_inputs_of_another_time_are_refused_and_those_of_a_part_are_noted(tmp_path, capsys):
+    path, late = typed_fmu(tmp_path / "typed.fmu"), {"time": [5.0, 6.0], "u": [1.0, 2.0]}
+    with pytest.raises(InputError, match=r"given from 5 to 6 s, the run is from 0 to 2 s: shift the times of the inputs, or give"):
+        mf.simulate(path, inputs=late, step=0.1, duration=2.0)
+    run = mf.simulate(path, inputs=late, step=0.1, start=5.0, duration=1.0)
+    assert run["typed.u"] == pytest.approx(1.0 + run["time"] - 5.0) and not run.notes
+    longer = mf.simulate(path, inputs=late, step=0.1, start=5.0, duration=2.0)
+    assert longer["typed.u"][-1] == 2.0 and longer.notes[0].startswith("the inputs are given from 5 to 6 s, the run is from 5 to 7 s")
+    with pytest.raises(InputError, match="given from 5 to 6 s, the run is from 0 to 2 s"):
+        mf.cosimulate("sharp_1971", speed=20, duration=2.0, inputs={"time": [5.0, 6.0], "steer_torque": [1.0, 2.0]})
+
+
 def with_start(path, start="2", stop="4"):
     """The same archive with another start and stop time of the default experiment."""
     with zipfile.ZipFile(path) as archive:
