@@ -14,6 +14,7 @@ from pathlib import Path, PurePosixPath
 from fmus.support.errors import InputError
 
 DESCRIPTION = "modelDescription.xml"
+SYSTEM = "SystemStructure.ssd"
 LARGEST_MEMBER = 512 * 2**20
 LARGEST_ARCHIVE = 2 * 2**30
 LARGEST_RATIO = 1000  # of a member of some size; deflate reaches 1032 with nothing but zeros
@@ -100,8 +101,16 @@ def _members(archive: zipfile.ZipFile) -> list[Fault]:
     if total > LARGEST_ARCHIVE:
         found.append(Fault(f"unpacks to {total} bytes, more than {LARGEST_ARCHIVE}", ""))
     if DESCRIPTION not in seen:
-        found.append(Fault(f"has no {DESCRIPTION} at its top", ""))
+        found.append(Fault(f"has no {DESCRIPTION} at its top{_in_its_place(set(seen))}", ""))
     return found
+
+
+def _in_its_place(names: set[str]) -> str:
+    """What an archive without a description is instead, where that is known."""
+    if SYSTEM in names:
+        return ": it is a system of FMUs, which motofmi cosimulate --ssp runs"
+    within = sorted(n.rpartition("/")[0] for n in names if n.endswith(f"/{DESCRIPTION}"))
+    return f": it is in the folder {within[0]!r}, whose contents belong at the top" if within else ""
 
 
 def _not_together(names: set[str]) -> list[Fault]:

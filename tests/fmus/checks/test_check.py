@@ -233,6 +233,10 @@ def test_paths_that_cannot_be_unpacked_everywhere_are_refused(member, message, s
 
 def test_an_archive_without_members_and_damaged_ones(sound, tmp_path):
     assert messages(check(written(tmp_path, {}))) == ["has no modelDescription.xml at its top"]
+    (said,) = messages(check(written(tmp_path, {f"model/{name}": data for name, data in sound.items()})))
+    assert said == "has no modelDescription.xml at its top: it is in the folder 'model', whose contents belong at the top"
+    (said,) = messages(check(written(tmp_path, {"SystemStructure.ssd": b"<a/>"})))
+    assert said.endswith("it is a system of FMUs, which motofmi cosimulate --ssp runs")
     path = written(tmp_path, sound)
     data = bytearray(path.read_bytes())
     place = data.find(b"modelDescription.xml") + 200
