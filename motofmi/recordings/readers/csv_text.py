@@ -8,7 +8,7 @@ import, which is the time of 15 MB. Only blocks with missing values, dates, quot
 import codecs
 import csv
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import date, datetime, time
@@ -76,10 +76,24 @@ def read(path: Path) -> Table:
                  2 * 8 * len(layout.used) * rows)  # fmt: skip
 
 
+def table_of(rows: Iterable[Sequence[str]]) -> Table:
+    """The columns of numbers in rows of cells as text, as of a sheet. Raises InputError as `read` does."""
+    lines = ["\t".join(re.sub(r'[\t\r\n"]+', " ", cell) for cell in row) for row in rows]
+    layout = _layout_of(lines, "utf-8", "\t")
+    numbers = _cell_by_cell(lines[layout.above :], layout.above, layout)
+    if not len(numbers):
+        raise InputError("no rows of numbers below the header")
+    return Table([layout.names[i] for i in layout.used], [layout.units[i] for i in layout.used], [numbers])
+
+
 def _layout(head: bytes, whole: bool) -> Layout:
     encoding = _encoding(head)
     lines = list(StringIO(head.decode(encoding, "replace"), newline=None))
-    lines = lines if whole else lines[:-1]
+    return _layout_of(lines if whole else lines[:-1], encoding)
+
+
+def _layout_of(lines: Sequence[str], encoding: str, mark: str = "") -> Layout:
+    """The layout of lines, whose cells a mark separates, or one that is found."""
     rows = [
         (number, line.rstrip("\n"))
         for number, line in enumerate(lines, 1)
@@ -87,8 +101,8 @@ def _layout(head: bytes, whole: bool) -> Layout:
     ]
     if not rows:
         raise InputError(f"the file is empty; expected {EXAMPLE}")
-    above, heading = (rows := _from_names(rows)).pop(0)
-    delimiter = max(",;\t", key=_without_quoted(heading).count)
+    above, heading = (rows := _from_names(rows, mark)).pop(0)
+    delimiter = mark or max(",;\t", key=_without_quoted(heading).count)
     headings = tuple(name.strip().strip('"') for name in _cells(heading, delimiter))
     if all(_is_number(name) for name in headings):
         raise InputError(f"line {above} holds numbers, expected {EXAMPLE}")
@@ -117,15 +131,15 @@ def _without_quoted(line: str) -> str:
     return re.sub('"[^"]*"', "", line)
 
 
-def _from_names(rows: list[tuple[int, str]]) -> list[tuple[int, str]]:
-    """The rows from that of the names on.
+def _from_names(rows: list[tuple[int, str]], mark: str) -> list[tuple[int, str]]:
+    """The rows from that of the names on, whose cells a mark separates, or one that is found.
 
     The samples begin with the first row that has as many cells as the last one, more than half of them numbers or
     dates; where the first row has another number of cells, after the last such row. The names are in the row before,
     above those of the units. Without such rows they are in the first one.
     """
     # commas may be those of decimals
-    delimiter = next((mark for mark in ";\t" if mark in _without_quoted(rows[-1][1])), ",")
+    delimiter = mark or next((each for each in ";\t" if each in _without_quoted(rows[-1][1])), ",")
     cells = [_cells(line, delimiter) for _, line in rows]
     alike = [len(row) == len(cells[-1]) for row in cells]
     if len(cells[-1]) < 2:

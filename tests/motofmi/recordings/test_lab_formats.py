@@ -124,6 +124,27 @@ def test_mdf4(tmp_path):
     assert_good(read_recording(tmp_path / "run.mf4"))
 
 
+def test_excel(tmp_path):
+    """Settings above the names, a row of units, a column of labels, and a sheet of notes before that of the samples."""
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    book.active.append(["Notes of the test, not of the samples"])
+    sheet = book.create_sheet("run")
+    for row in (["Drive, left", 1], [], ["time", "state", "steer_angle", "steer_torque"], ["s", None, "rad", "N.m"]):
+        sheet.append(row)
+    for time, *values in zip(good().time, *good().columns.values(), strict=True):
+        sheet.append([float(time), "on", *map(float, values)])
+    book.save(tmp_path / "run.xlsx")
+    assert_good(read_recording(tmp_path / "run.xlsx"))
+    book.remove(sheet)
+    book.save(tmp_path / "bare.xlsx")
+    with pytest.raises(InputError, match=r"bare\.xlsx: sheet 'Sheet': "):
+        read_recording(tmp_path / "bare.xlsx")
+    (tmp_path / "bad.xlsx").write_text("no workbook")
+    with pytest.raises(InputError, match=r"bad\.xlsx: not a valid Excel file"):
+        read_recording(tmp_path / "bad.xlsx")
+
+
 def test_tdms(tmp_path):
     nptdms = pytest.importorskip("nptdms")
     timing = {"wf_increment": float(good().time[1]), "wf_start_offset": 0.0, "wf_samples": len(good().time)}
