@@ -86,9 +86,10 @@ def read_recording(path: str | Path, mapping: Mapping[str, str] | None = None, r
     )
     headings = {s.name: s.column for s in sources if s.name != s.column}
     negated = frozenset(s.name for s in sources if s.factor < 0)
+    converted = frozenset(s.name for s in sources if abs(s.factor) != 1)
     return Recording(
         run_name(path), time, columns, {name: units[name] for name in columns}, warnings, rig, file=path.name,
-        headings=headings, negated=negated, unread=unread, path=path,
+        headings=headings, negated=negated, converted=converted, unread=unread, path=path,
     )
 
 
@@ -124,8 +125,10 @@ def _sources(table: Table, mapping: Mapping[str, str], quantities: Mapping[str, 
             notes.append(f"{column} is left out: its unit [{given}] is unknown")
             continue
         if unit(given).exponents != unit(expected).exponents:
-            hint = "; the acceleration of gravity is written [gn], [g] is gram" if given == "g" else ""
-            raise InputError(f"column {column!r} is in [{given}], but {name} is measured in [{expected}]{hint}")
+            hint = "the acceleration of gravity is written [gn], [g] is gram" if given == "g" else (
+                f'scale its numbers in the file, or add --map "{column}={name} [{expected}]" to read them in {expected}'
+            )
+            raise InputError(f"column {column!r} is in [{given}], but {name} is measured in [{expected}]; {hint}")
         if name in (s.name for s in sources):
             raise InputError(f"two columns are {name!r}; map all but one to another name")
         sign = -1.0 if column in reversed_ else 1.0

@@ -21,9 +21,10 @@ class Recording:
 
     gaps are the last recorded times before, and the first after, stretches [s] that are bridged but were not recorded;
     bridged are the same of stretches so short that a spline bridges them. headings are the names in the file of the
-    columns that have another name here, and negated those whose sign was reversed. unread are columns of the file
-    without a unit, which are not in `columns`, and joined are the names of the runs of which this one was made. rig is
-    the content of `rig.json`, file the name and path the path of the file that the run was read from.
+    columns that have another name here, negated those whose sign was reversed, and converted those with another unit in
+    the file. unread are columns of the file without a unit, which are not in `columns`, and joined are the names of the
+    runs of which this one was made. rig is the content of `rig.json`, file the name and path the path of the file that
+    the run was read from.
 
         run = read_recording("sweep.csv")
         run["steer_torque"], run.units["steer_torque"], run.warnings
@@ -40,6 +41,7 @@ class Recording:
     bridged: tuple[tuple[float, float], ...] = ()
     headings: dict[str, str] = field(default_factory=dict)
     negated: frozenset[str] = frozenset()
+    converted: frozenset[str] = frozenset()
     unread: tuple[str, ...] = ()
     joined: tuple[str, ...] = ()
     path: Path | None = None

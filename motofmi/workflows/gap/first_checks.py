@@ -85,14 +85,15 @@ def require_motion(
 
 
 def notes_on_degrees(component: Component, recordings: Sequence[Recording]) -> list[str]:
-    """A note for every recorded angle that swings by more than a revolution to each side: its numbers may be degrees.
+    """A note for every angle, recorded in rad, that swings by more than a revolution to each side: its numbers may be
+    degrees.
 
     A shaft that turns on in one direction swings to no side.
     """
     angles = [n for n in (*component.states, *component.outputs) if component.table[n].unit == "rad"]
     notes = []
     for run in recordings:
-        for name in dict.fromkeys(n for n in angles if n in run.columns):
+        for name in dict.fromkeys(n for n in angles if n in run.columns and n not in run.converted):
             swing = float(np.max(np.abs(run[name] - np.mean(run[name]))))
             if swing > 2 * np.pi and oscillates(run[name]):
                 notes.append(

@@ -332,3 +332,14 @@ def test_missing_torque_says_which_column_to_map(tmp_path):
         match=r'recording missing_torque\.csv has no column .steer_torque. .*steer_angle, T.*"COLUMN=steer_torque',
     ):
         estimate(read_recording(path))
+
+
+def test_a_column_in_another_kind_of_unit_is_refused_with_the_option_that_reads_its_numbers(write):
+    """The current of a motor stands for its torque; the numbers are scaled in the file, or read as they are."""
+    lines = text(good(), "time [s],steer_angle [deg],current [A]")
+    mapping = {"current": "steer_torque"}
+    with pytest.raises(InputError, match=r'scale its numbers in the file, or add --map "current=steer_torque \[N\.m\]" to read'):
+        read_recording(write(lines), mapping)
+    recording = read_recording(write(lines), {"current": "steer_torque [N.m]"})
+    np.testing.assert_allclose(recording["steer_torque"], good()["steer_torque"], atol=1e-9)
+    assert recording.converted == {"steer_angle"}

@@ -71,6 +71,7 @@ def test_a_swing_of_revolutions_may_be_in_degrees(angle, doubtful):
     said = notes_on_degrees(DrivenJoint(), [recording])
     assert bool(said) == doubtful
     assert not said or ("swings by 16" in said[0] and '--map "angle=angle [deg]"' in said[0])
+    assert not notes_on_degrees(DrivenJoint(), [replace(recording, converted=frozenset({"angle"}))])  # the file says deg
 
 
 def test_unused_columns_alone_are_a_note():
