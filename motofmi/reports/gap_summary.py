@@ -89,14 +89,15 @@ def _left(result: dict[str, Any]) -> str:
 
 
 def nearest(result: dict[str, Any]) -> list[str]:
-    """Where the verdict is unknown, the reason, the nearest model of the library, and the misfit with it; where the
+    """Where nothing is named, the reason; where the verdict is unknown, the nearest model of the library, and the misfit with it; where the
     runs disagree on the base, the value that differs. Where it is tied, the models of the tie with their values, and
     where the misfit is within the tolerance, the model that would reduce it."""
     if result["disagreement"]:
         return [result["disagreement"]]
     if result["verdict"] == "none":
-        return [f"not named, within the tolerance: {_alternative(each)}; --tolerance 0 compares it with the base"
-                for each in result["alternatives"]]  # fmt: skip
+        within = [f"not named, within the tolerance: {_alternative(each)}; --tolerance 0 compares it with the base"
+                  for each in result["alternatives"]]  # fmt: skip
+        return [*([result["reason"]] if result["reason"] else []), *within]
     if result["verdict"] != "unknown":
         shown, rest = result["alternatives"][:SHOWN], len(result["alternatives"][SHOWN:])
         more = [f"possible: {rest} more, in `alternatives` of verdict.json"] if rest else []

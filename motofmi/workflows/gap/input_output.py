@@ -39,7 +39,7 @@ from motofmi.workflows.gap.first_checks import (
 from motofmi.workflows.gap.fitted_model import FittedModel
 from motofmi.workflows.gap.given import Given
 from motofmi.workflows.gap.kind import Kind
-from motofmi.workflows.gap.limitations import limitations_of
+from motofmi.workflows.gap.limitations import limitations_of, offset_like_friction
 
 ANCHORED = (
     "No input is recorded, or all inputs are zero: only ratios of parameters are identifiable, with {} as given."
@@ -113,6 +113,8 @@ class InputOutput(Kind):
 
     def contents(self, verdict: Verdict) -> dict[str, Any]:
         result = result_of(verdict, self.notes)
+        if verdict.verdict == "none":  # friction of one direction may be taken for an offset
+            result["reason"] = offset_like_friction(self.found)
         if self.signs:  # nor is any effect the nearest one
             result |= {"reason": self.signs[0], "closest": None, "alternatives": []}
         return result

@@ -59,6 +59,13 @@ def limitations_of(found: Investigation, result: dict[str, Any], component: Comp
     ]
 
 
+def offset_like_friction(found: Investigation) -> str | None:
+    """The first sentence on an offset of an input that dry friction in a motion of one direction has as well."""
+    best = found.verdict.best
+    offsets = _on_sensor_offsets(best, found.experiment.sensor_offsets, found.verdict.criteria, one_way=True)
+    return next(offsets, None)
+
+
 def _on_the_noise(found: Investigation, result: dict[str, Any]) -> Iterator[str]:
     """The source of the noise, where it was not known."""
     if result["noise_source"] != "flexible_model":
@@ -130,9 +137,13 @@ def _on_start_values(best: Fit, component: Component, criteria: Criteria) -> Ite
         )
 
 
-def _on_sensor_offsets(best: Fit, columns: Iterable[str], criteria: Criteria) -> Iterator[str]:
-    """Offsets of sensors that are distinguishable from zero."""
+def _on_sensor_offsets(
+    best: Fit, columns: Iterable[str], criteria: Criteria, one_way: bool = False
+) -> Iterator[str]:
+    """Offsets of sensors that are distinguishable from zero, with `one_way` those of runs of one direction alone."""
     for run, offsets in zip(best.runs, sensor_offsets_of(best), strict=True):
+        if one_way and not run.direction:
+            continue
         friction = ", dry friction (the rate has one sign)" if run.direction else ""
         for name in columns:
             value, error = offsets[sensor_offset_parameter(name)]

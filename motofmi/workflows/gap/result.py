@@ -71,7 +71,8 @@ class Gap:
 
     @property
     def reason(self) -> str | None:
-        """Why nothing is named, in one sentence; None where something is, or nothing is missing."""
+        """Why nothing is named, in one sentence; None where something is, or nothing is missing. Where the verdict is
+        `none`, the offset of an input that dry friction would have as well."""
         return self._contents["reason"]
 
     @property

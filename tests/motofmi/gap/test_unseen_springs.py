@@ -1,4 +1,4 @@
-"""A spring whose deflection is not recorded, in motions of one direction, from their exact solutions.
+"""Springs whose deflection is not recorded, and friction, in motions of one direction, from their exact solutions.
 
     J w' = -(T + c w):          w = (w_0 + T/c) exp(-c t / J) - T/c until w = 0, then at rest
     J x'' + c x' + k x = 0:     x' = A (exp(-a t) - exp(-b t)), with a + b = c / J and a b = k / J
@@ -63,3 +63,25 @@ def test_a_stiffness_that_is_asked_for_is_fitted():
     runs = [coast_down("fitted", 50.0), coast_down("validation", 80.0)]
     found = mf.find_gap(runs[:1], validation=runs[1:], component="driven_joint", free=["stiffness", "damping"])
     assert not any("stiffness is taken as zero" in each for each in found.limitations)
+
+
+@pytest.mark.slow
+def test_friction_of_a_drive_in_one_direction_is_an_offset_of_its_torque_in_the_first_lines():
+    """Without a reversal the two are not distinguishable. Torques are constant over 0.5 s, each with its exact solution."""
+    inertia, damping, friction, step = 0.05, 0.02, 0.3, 0.5  # kg.m2, N.m.s/rad, N.m, s
+    runs = []
+    for name, seed in (("fitted", 1), ("validation", 2)):
+        random = np.random.default_rng(seed)
+        torques, rate, rates = random.uniform(0.6, 2.0, 60), 0.0, []
+        for torque in torques:
+            end = (torque - friction) / damping
+            rates.append(end + (rate - end) * np.exp(-damping / inertia * np.arange(50) * step / 50))
+            rate = end + (rate - end) * np.exp(-damping / inertia * step)
+        columns = {"torque": np.repeat(torques, 50), "rate": np.concatenate(rates) + 0.02 * random.standard_normal(3000)}
+        runs.append(Recording(name, 0.01 * np.arange(3000), columns, {"torque": "N.m", "rate": "rad/s"}))
+    found = mf.find_gap(runs[:1], validation=runs[1:], component="driven_joint")
+    assert found.verdict == "none"
+    said = found.reason.replace("values plus ", "").split()
+    assert "dry friction (the rate has one sign)" in found.reason
+    # two digits are printed
+    assert float(next(word for word in said if word.startswith("-"))) == pytest.approx(-friction, abs=0.005)
