@@ -42,8 +42,11 @@ class Catalogue:
         return {entry["name"]: entry for entry in self.entries[kind]}
 
     def named(self, name: str) -> "Catalogue":
-        """The entries of this name alone, of an effect in all its forms. Raises InputError where nothing has it."""
-        found = {kind: [e for e in entries if e["name"] == name] for kind, entries in self.entries.items()}
+        """The entries of this name alone, as `mean_2011` or `rider:mean_2011`, of an effect in all its forms. Raises
+        InputError where nothing has it."""
+        of, colon, bare = name.partition(":")
+        found = {kind: [e for e in entries if e["name"] == name or (colon and f"{of}s" == kind and e["name"] == bare)]
+                 for kind, entries in self.entries.items()}  # fmt: skip
         if not any(found.values()):
             raise unknown("name", name, sorted({e["name"] for entries in self.entries.values() for e in entries}))
         return Catalogue(found)

@@ -52,6 +52,7 @@ def test_one_name_is_listed_with_its_parameters(capsys):
     assert lines[0].startswith("sharp_1971: ") and "Appendix 3" in lines[1]
     assert rows["trail"] == [f"{0.38 * 0.3048:.6g}", "m"]
     assert rows["steering_damping"] == [f"{5 * 4.4482216152605 * 0.3048:.6g}", "N.m.s/rad"]
+    assert printed(capsys, "list", "rider:mean_2011") == printed(capsys, "list", "mean_2011")
     assert [line for line in printed(capsys, "list", "reflex").splitlines() if line.startswith("reflex, ")][1:]
 
 
