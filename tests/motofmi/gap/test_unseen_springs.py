@@ -26,6 +26,15 @@ def coast_down(name: str, start: float) -> Recording:
     return recording(name, np.maximum(rate, 0.0), 0.03)
 
 
+def turned(name: str, start: float) -> Recording:
+    """The angle of such a coast-down."""
+    level, rest = RATIO / DAMPING, np.log1p(start * DAMPING / RATIO) / DAMPING
+    time = np.minimum(TIME, rest)
+    angle = (start + level) / DAMPING * (1 - np.exp(-DAMPING * time)) - level * time
+    measured = angle + 0.002 * np.random.default_rng(len(name)).standard_normal(len(TIME))
+    return Recording(name, TIME, {"angle": measured}, {"angle": "rad"})
+
+
 def door(name: str, start: float) -> Recording:
     rate = start * (np.exp(-SLOW * TIME) - np.exp(-FAST * TIME))
     return recording(name, rate[:750], 0.002)
@@ -46,6 +55,17 @@ def test_the_spring_of_a_joint_does_not_take_the_place_of_friction_in_a_coast_do
     # four standard errors; 1e-3 for the transition of friction through zero rate
     assert torque["value"] == pytest.approx(RATIO * inertia, abs=4 * torque["standard_error"] + 1e-3 * RATIO * inertia)
     assert any("angle is not recorded, and its rate has one sign: stiffness is taken as zero" in each for each in found.limitations)
+
+
+@pytest.mark.slow
+def test_what_turns_on_by_revolutions_has_no_spring():
+    """With one, the base had less than 1 % of the angle left, and the verdict was none."""
+    found = mf.find_gap([turned("fitted", 50.0)], validation=[turned("validation", 80.0)], component="driven_joint")
+    (effect,) = found.effects
+    torque, inertia = effect["parameters"]["friction_torque"], mf.mechanism("driven_joint").values["inertia"]
+    assert found.verdict == "named" and effect["name"] == "coulomb_friction"
+    assert torque["value"] == pytest.approx(RATIO * inertia, abs=4 * torque["standard_error"] + 1e-3 * RATIO * inertia)
+    assert any("angle turns on by more than a revolution: stiffness is taken as zero" in each for each in found.limitations)
 
 
 @pytest.mark.slow
