@@ -42,7 +42,7 @@ def is_one_way(rate: np.ndarray) -> bool:
 
 def keeps_direction(deflection: np.ndarray) -> bool:
     """Whether a deflection (n,) never returns by `OTHER_WAY` of its range or more."""
-    return _largest_return(deflection) < OTHER_WAY
+    return largest_return(deflection) < OTHER_WAY
 
 
 def direction_of(deflection: np.ndarray) -> float:
@@ -52,10 +52,10 @@ def direction_of(deflection: np.ndarray) -> float:
 
 def oscillates(values: np.ndarray) -> bool:
     """Whether a signal (n,) returns by `OSCILLATES` of its range or more."""
-    return _largest_return(values) >= OSCILLATES
+    return largest_return(values) >= OSCILLATES
 
 
-def _largest_return(values: np.ndarray) -> float:
+def largest_return(values: np.ndarray) -> float:
     """The largest way back of a signal (n,) in the direction opposite to its main one, over its range."""
     returns = min(float(np.max(np.maximum.accumulate(there) - there)) for there in (values, -values))
     return returns / max(float(np.ptp(values)), 1e-300)

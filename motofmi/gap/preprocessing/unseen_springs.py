@@ -5,7 +5,7 @@
 With a small stiffness k and a distant x_0 the torque is constant: that of dry friction. Where the deflection is not
 recorded and only grows, a spring takes the place of any law of friction, and its stiffness is not identifiable. A rate
 that rises and falls without an input is that of a spring, as of a door closer. What turns on by revolutions has no
-spring, whether the angle is recorded or not.
+spring, whether the angle is recorded or not; a rate that rises and falls within revolutions is that of a pendulum.
 """
 
 from collections.abc import Sequence
@@ -15,13 +15,15 @@ import numpy as np
 
 from fmus.declaration.elements import Element
 from motofmi.gap.experiments.input_output import InputOutputExperiment
-from motofmi.gap.preprocessing.one_way import keeps_direction, oscillates
+from motofmi.gap.preprocessing.one_way import direction_of, keeps_direction, largest_return, oscillates
 from motofmi.gap.preprocessing.sampled_run import SampledRun, excited
 
 NO_SPRING = (
     "{} is not recorded, and its rate has one sign: {} is taken as zero, since the force of a spring may there be that "
     "of dry friction. Where the component has a spring, record {} or give a run with reversals; --free {} fits it."
 )
+EIGHTH = np.pi / 4  # rad of a revolution, over which the rate of an angle is taken
+RISE = 0.1  # of that rate over its range, from which on it is that of a pendulum and not an error of the sensor
 TURNS_ON = "{} turns on by more than a revolution: {} is taken as zero; --free {} fits it."
 
 
@@ -33,7 +35,7 @@ def without_unseen_springs(
     free, zero = {f.name for f in experiment.free}, dict[str, float]()
     for element in component.elements.values():
         name, deflection = element.stiffness, element.deflection
-        if name not in free - set(zero) or component.table[name].min != 0:  # of gravity it may be negative
+        if name not in free - set(zero) or component.table[name].min > 0:
             continue
         if component.table[deflection].unit == "rad" and all(_turns_on(element, run) for run in runs):
             zero[name] = 0.0
@@ -54,8 +56,19 @@ def _only_grows(element: Element, run: SampledRun, driven: bool) -> bool:
 
 
 def _turns_on(element: Element, run: SampledRun) -> bool:
-    """Whether an angle is recorded that exceeds a revolution and keeps its direction."""
+    """Whether an angle is recorded that exceeds a revolution and keeps its direction, while its rate does not rise and
+    fall."""
     if element.deflection not in run.recording.columns:
         return False
     parts = run.recording.parts(element.deflection)
-    return all(map(keeps_direction, parts)) and max(map(np.ptp, parts)) > 2 * np.pi
+    return all(map(keeps_direction, parts)) and all(map(_turns_evenly, parts))
+
+
+def _turns_evenly(angle: np.ndarray) -> bool:
+    """Whether an angle (n,) that keeps its direction exceeds a revolution, and its rate over eighths of a revolution
+    does not rise and fall."""
+    way = np.maximum.accumulate(direction_of(angle) * angle)
+    marks = np.arange(way[0], way[-1], EIGHTH)
+    if len(marks) <= 2 * np.pi / EIGHTH + 1:
+        return False
+    return largest_return(1 / np.diff(np.interp(marks, way, np.arange(len(way))))) < RISE

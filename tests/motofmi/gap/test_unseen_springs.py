@@ -6,8 +6,12 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import motofmi as mf
+from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
+from motofmi.gap.preprocessing.unseen_springs import without_unseen_springs
 from motofmi.recordings.recording import Recording
 from tests import as_study
 
@@ -105,3 +109,18 @@ def test_friction_of_a_drive_in_one_direction_is_an_offset_of_its_torque_in_the_
     assert "dry friction (the rate has one sign)" in found.reason
     # two digits are printed
     assert float(next(word for word in said if word.startswith("-"))) == pytest.approx(-friction, abs=0.005)
+
+
+def test_a_pendulum_that_goes_over_the_top_keeps_its_gravity():
+    """Its rate falls on the way up and rises on the way down; that of a wheel with the same friction only falls."""
+    def rates(_, x, gravity):
+        return [x[1], -gravity * np.sin(x[0]) - 0.2 - 0.02 * x[1]]
+
+    for gravity, kept in ((16.0, True), (0.0, False)):
+        angle = solve_ivp(rates, (0, 10), [0.0, 14.0], args=(gravity,), t_eval=0.01 * np.arange(1000), rtol=1e-9).y[0]
+        recording = Recording("run", 0.01 * np.arange(1000), {"angle": angle}, {"angle": "rad"})
+        experiment = input_output_experiment(mf.mechanism("pendulum"), ["angle"])
+        found, sentences = without_unseen_springs(experiment, [prepare_sampled_run(recording, experiment)])
+        assert np.ptp(angle) > 4 * np.pi
+        assert ("gravity_stiffness" in [f.name for f in found.free]) == kept
+        assert bool(sentences) != kept
