@@ -11,21 +11,14 @@ from fmus.support.deadline import time_is_up
 from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
 from motofmi.gap.criteria import Criteria
-from motofmi.gap.estimation.candidate import Candidate, adequate, noise_is_known, one_each, ranked
+from motofmi.gap.estimation.candidate import Candidate, adequate, one_each, ranked
 from motofmi.gap.estimation.fit_result import Fit, PortableFit, initial_guesses, with_initial_guesses
-from motofmi.gap.estimation.fitting import (
-    fit,
-    fit_or_none,
-    has_vanished_parameter,
-    insensitive,
-    with_sensitive_base,
-)
+from motofmi.gap.estimation.fitting import fit, fit_or_none, has_vanished_parameter, with_sensitive_base
 from motofmi.gap.estimation.screening import Signature, far_from_data
 from motofmi.gap.models.any_model import AnyModel
 
 PROMISED = 0.5  # share of the screened gain (all of it where the base fits badly) below which further starts are tried
 SMALLER = 0.2  # factor on the magnitude of an effect for a second start
-MOST_CHANGED = float(np.log(2.0))  # most change of the logarithm of a parameter of the base in a start
 OUT_OF_REACH = 4.0  # ratio of chi-square to the one to be reached above which no further start is tried
 
 
@@ -117,7 +110,7 @@ def _best_fit(found: Fit, signature: Signature, beat: float, known: Sequence[Fit
     least = contained(model, known)
     insufficient = not adequate(found, criteria)  # otherwise an adequate fit need not be an improvement
     best = None
-    for start, kept, settled in _starts(found, model, signature, known, blind):
+    for start, kept, settled in _starts(found, model, signature, known, far or blind):
         try:
             fitted = fit(
                 model,
@@ -143,11 +136,10 @@ def _best_fit(found: Fit, signature: Signature, beat: float, known: Sequence[Fit
 
 
 def _starts(
-    found: Fit, model: AnyModel, signature: Signature, known: Sequence[Fit], blind: bool
+    found: Fit, model: AnyModel, signature: Signature, known: Sequence[Fit], far: bool
 ) -> Iterator[tuple[np.ndarray, list[Any], bool]]:
-    """Starts with initial guesses of the runs: the same effect in a known fit (final), another form, a step from the
-    fit, a smaller effect. Where the fit may be far from the data, or with `blind`, the signature takes the place of the
-    step, and that with the given base follows."""
+    """Starts with initial guesses of the runs: the same effect in a known fit (final), another form, its
+    signature, the given values."""
     shared, base, own = (
         len(found.model.names),
         with_sensitive_base(found),
@@ -163,15 +155,16 @@ def _starts(
     yield from ((as_found(model, other, first), initial_guesses(other.runs), True) for other in same[-1:])
     if not same:
         yield from ((as_found(model, other, first), initial_guesses(other.runs), False) for other in alike[-1:])
-    far, by_itself = far_from_data(found) or blind, signature.effect.prior is None
-    # Without a known noise chi-square does not tell whether a fit is far from the data.
-    linear = noise_is_known(found) and by_itself and not far
-    further = [_step_from_fit(found, model, signature) if linear else first]
-    if by_itself:
-        further.append(np.concatenate([base[:shared], _smaller(model, signature, SMALLER), base[shared:]]))
-    if far or not by_itself:  # a base that compensates for a large effect may be a poor start
-        further.append(np.concatenate([model.start()[: len(model.base)], first[len(model.base) : shared], own]))
-    yield from ((start, initial_guesses(found.runs), False) for start in further)
+    yield first, initial_guesses(found.runs), False
+    if signature.effect.prior is None:
+        smaller = _smaller(model, signature)
+        yield np.concatenate([base[:shared], smaller, base[shared:]]), initial_guesses(found.runs), False
+    if far or signature.effect.prior is not None:  # a base that compensates for a large effect may be a poor start
+        yield (
+            np.concatenate([model.start()[: len(model.base)], first[len(model.base) : shared], own]),
+            initial_guesses(found.runs),
+            False,
+        )
 
 
 def contained(model: AnyModel, known: Sequence[Fit]) -> float:
@@ -198,20 +191,10 @@ def as_found(model: AnyModel, like: Fit, start: np.ndarray) -> np.ndarray:
     )
 
 
-def _step_from_fit(found: Fit, model: AnyModel, signature: Signature) -> np.ndarray:
-    """A step of Gauss and Newton from the fit, of effect and base: a base that compensates for a large effect is a poor
-    start. It is shortened where it would change a parameter of the base by more than a factor of two."""
-    shared, base, change = len(found.model.names), len(model.base), signature.change.copy()
-    change[:base][insensitive(found)] = 0.0
-    share = min(1.0, MOST_CHANGED / float(np.max(np.abs(change[:base]), initial=MOST_CHANGED)))
-    after = with_sensitive_base(found) + share * change
-    return np.concatenate([after[:shared], _smaller(model, signature, share), after[shared:]])
-
-
-def _smaller(model: AnyModel, signature: Signature, share: float) -> np.ndarray:
-    """The signature's start with a share of its magnitudes, since the linear estimate may be far too large."""
+def _smaller(model: AnyModel, signature: Signature) -> np.ndarray:
+    """The signature's start with smaller magnitudes, since the linear estimate may be far too large."""
     start, first = signature.start.copy(), len(model.own) - len(signature.start)
-    start[[i - first for i in model.sizes if i >= first]] *= share
+    start[[i - first for i in model.sizes if i >= first]] *= SMALLER
     return start
 
 

@@ -42,20 +42,11 @@ def with_sensitive_base(found: Fit) -> np.ndarray:
     """x with vanishing parameters of the base increased until the data are sensitive to them; a fit of their logarithms
     would keep them at zero."""
     x, base = found.x.copy(), len(found.model.base)
-    factor = SENSITIVE / np.maximum(_sensitivity(found), LEAST_SENSITIVITY)
-    x[:base] += np.where(insensitive(found), np.log(factor), 0.0)
+    # of a factor e; in proportion to the parameter where it is small
+    sensitivity = np.linalg.norm(found.jacobian[:, :base], axis=0)
+    factor = SENSITIVE / np.maximum(sensitivity, LEAST_SENSITIVITY)
+    x[:base] += np.where(sensitivity < INSENSITIVE, np.log(factor), 0.0)
     return x
-
-
-def insensitive(found: Fit) -> np.ndarray:
-    """Which parameters of the base (nb,) the data do not determine."""
-    return _sensitivity(found) < INSENSITIVE
-
-
-def _sensitivity(found: Fit) -> np.ndarray:
-    """The change of the residuals by a factor e in each parameter of the base (nb,); in proportion to the parameter
-    where it is small."""
-    return np.linalg.norm(found.jacobian[:, : len(found.model.base)], axis=0)
 
 
 def has_vanished_parameter(found: Fit) -> bool:

@@ -23,7 +23,7 @@ from fmus.support.deadline import time_is_up
 from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
 from motofmi.gap.estimation.fit_result import Fit
-from motofmi.gap.estimation.screening import Direction, Span, direction_of, shapes_of, simulated_again
+from motofmi.gap.estimation.screening import Direction, direction_of, shapes_of, simulated_again, span_of
 
 RIDGE = 1e-9  # added to the diagonal of the scaled normal equations, in which effects may be linearly dependent
 
@@ -47,8 +47,8 @@ def screen_pairs(found: Fit, effects: Sequence[type[Effect]]) -> list[PairSignat
 
     Effects with a prior of their own are left out, since they have no zero to start from.
     """
-    span = Span.of(found)
-    left = span.outside(found.residuals)
+    basis = span_of(found)
+    left = found.residuals - basis @ (basis.T @ found.residuals)
     found, from_last = simulated_again(found)
 
     def of_effect(effect: type[Effect]) -> list[Direction]:
@@ -59,7 +59,7 @@ def screen_pairs(found: Fit, effects: Sequence[type[Effect]]) -> list[PairSignat
                 with suppress(InputError):  # the simulation diverges with these values
                     # A worker cannot return the class of an effect that was placed at an element.
                     directions.append(
-                        replace(direction_of(found, model, effect, shape, span, from_last), effect=Effect)
+                        replace(direction_of(found, model, effect, shape, basis, from_last), effect=Effect)
                     )
         return directions
 

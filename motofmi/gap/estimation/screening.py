@@ -1,11 +1,10 @@
 """Screening: a linear estimate of what each effect would gain, with the base's derivatives projected out.
 
-    gain = |P s (s' P s)^-1 s' P r|^2,   P = 1 - J J^+,   dx = -J^+ s a
+    gain = |P s (s' P s)^-1 s' P r|^2,   P = 1 - J J^+
 
 r are the base's residuals, J their derivatives by everything that is refitted, s the derivatives by the effect's
 magnitudes at zero, for each set of starting values of its nonlinear parameters. This costs one simulation per set;
-nothing is fitted yet. dx is the change of the base that goes with magnitudes a of the effect in a step of Gauss and
-Newton.
+nothing is fitted yet.
 """
 
 from collections.abc import Iterable
@@ -32,45 +31,22 @@ TOGETHER = 6  # sets of starting values that one process tries with one model
 
 @dataclass(frozen=True)
 class Signature:
-    """An effect with starting values (ne,) of its parameters, the chi-square that it could gain from there, and the
-    change of the fit's x (n,) that goes with them."""
+    """An effect with starting values (ne,) of its parameters, and the chi-square that it could gain from there."""
 
     effect: type[Effect]
     gain: float
     start: np.ndarray
-    change: np.ndarray
-
-
-@dataclass(frozen=True)
-class Span:
-    """The derivatives J (m, n) of a fit: orthonormal columns (m, k) that span them, and J^+ (n, k) of these."""
-
-    basis: np.ndarray
-    inverse: np.ndarray
-
-    @classmethod
-    def of(cls, found: Fit) -> "Span":
-        """The span of a fit."""
-        scale = np.linalg.norm(found.jacobian, axis=0) + 1e-12
-        basis, triangle = np.linalg.qr(found.jacobian / scale)
-        return cls(basis, np.linalg.pinv(triangle) / scale[:, None])
-
-    def outside(self, vectors: np.ndarray) -> np.ndarray:
-        """The part of vectors (m, ...) outside the span."""
-        return vectors - self.basis @ (self.basis.T @ vectors)
 
 
 @dataclass(frozen=True)
 class Direction:
     """The change of a fit's residuals (m, k) by an effect's k magnitudes at starting values (ne,), with the derivatives
-    of the fit projected out, and the change of its x (n, k) that goes with it; sizes are the indices of the magnitudes,
-    low and high (k,) the bounds of their change."""
+    of the fit projected out; sizes are the indices of the magnitudes, low and high (k,) the bounds of their change."""
 
     effect: type[Effect]
     start: np.ndarray
     sizes: list[int]
     slopes: np.ndarray
-    change: np.ndarray
     low: np.ndarray
     high: np.ndarray
 
@@ -83,11 +59,11 @@ class Direction:
 
 def screen(found: Fit, effects: Iterable[type[Effect]], keep: int = 2) -> list[Signature]:
     """The best starting values, at most `keep`, of every effect on top of a fit; after a deadline none."""
-    span = Span.of(found)
-    left = span.outside(found.residuals)
+    basis = span_of(found)
+    left = found.residuals - basis @ (basis.T @ found.residuals)
     found, from_last = simulated_again(found)
 
-    def tried(part: tuple[type[Effect], list[dict[str, float]]]) -> list[tuple[float, np.ndarray, np.ndarray]]:
+    def tried(part: tuple[type[Effect], list[dict[str, float]]]) -> list[tuple[float, np.ndarray]]:
         effect, shapes = part
         if time_is_up():
             return []
@@ -101,7 +77,7 @@ def screen(found: Fit, effects: Iterable[type[Effect]], keep: int = 2) -> list[S
                 if effect.prior is not None:
                     signatures += _from_prior(found, effect, effect.prior)
                     continue
-                signatures.append(_signature(found, model, effect, shape, span, left, from_last))
+                signatures.append(_signature(found, model, effect, shape, basis, left, from_last))
         return signatures
 
     effects = list(effects)
@@ -111,7 +87,7 @@ def screen(found: Fit, effects: Iterable[type[Effect]], keep: int = 2) -> list[S
         for shapes in [shapes_of(found, effect)]
         for i in range(0, len(shapes), TOGETHER)
     ]
-    by_effect: dict[type[Effect], list[tuple[float, np.ndarray, np.ndarray]]] = {effect: [] for effect in effects}
+    by_effect: dict[type[Effect], list[tuple[float, np.ndarray]]] = {effect: [] for effect in effects}
     for (effect, _), signatures in zip(parts, parallel_map(tried, parts, "screening effects"), strict=True):
         by_effect[effect] += signatures
     return [
@@ -133,13 +109,9 @@ def shapes_of(found: Fit, effect: type[Effect]) -> list[dict[str, float]]:
     return [dict(zip(grids, point, strict=True)) for point in product(*grids.values())]
 
 
-def _from_prior(
-    found: Fit, effect: type[Effect], prior: LogNormalPrior
-) -> list[tuple[float, np.ndarray, np.ndarray]]:
-    """Gains, starting values and changes of x (none) of an effect that is not absent at zero.
-
-    They are those of one step of Gauss and Newton from the median of its prior; where the base is far from the data,
-    also from the published values, with the base at its own values.
+def _from_prior(found: Fit, effect: type[Effect], prior: LogNormalPrior) -> list[tuple[float, np.ndarray]]:
+    """Gains and starting values of an effect that is not absent at zero: one step of Gauss and Newton from the median
+    of its prior; where the base is far from the data also from the published values, with the base at its own values.
     """
     model, far = found.model.with_added_effects(effect), far_from_data(found)
     bases = [found.x, with_own_base(found)] if far else [found.x]
@@ -151,7 +123,7 @@ def _from_prior(
             with suppress(InputError):
                 x = np.concatenate([base[:shared], start[order], base[shared:]])
                 gains.append(found.chi2 - one_step(model, found.runs, x))
-        signatures += [(max(gains), start[order], np.zeros(len(found.x)))] if gains else []
+        signatures += [(max(gains), start[order])] if gains else []
     return signatures
 
 
@@ -178,24 +150,23 @@ def simulated_again(found: Fit) -> tuple[Fit, bool]:
     return again, True
 
 
-def _signature(found: Fit, model: AnyModel, effect: type[Effect], shape: dict[str, float], span: Span,
-               left: np.ndarray, from_last: bool) -> tuple[float, np.ndarray, np.ndarray]:  # fmt: skip
-    """Gain, starting values and change of x of an effect for given nonlinear parameters."""
-    direction = direction_of(found, model, effect, shape, span, from_last)
+def _signature(found: Fit, model: AnyModel, effect: type[Effect], shape: dict[str, float], basis: np.ndarray,
+               left: np.ndarray, from_last: bool) -> tuple[float, np.ndarray]:  # fmt: skip
+    """Gain and starting values of an effect for given nonlinear parameters."""
+    direction = direction_of(found, model, effect, shape, basis, from_last)
     scale = np.linalg.norm(direction.slopes, axis=0) + 1e-12
     low, high = direction.low * scale, direction.high * scale
     solved = lsq_linear(direction.slopes / scale, -left, (np.minimum(low, -1e-12), np.maximum(high, 1e-12)))
-    magnitudes = solved.x / scale
-    return float(left @ left - 2 * solved.cost), direction.start_after(magnitudes), direction.change @ magnitudes
+    return float(left @ left - 2 * solved.cost), direction.start_after(solved.x / scale)
 
 
 def direction_of(
-    found: Fit, model: AnyModel, effect: type[Effect], shape: dict[str, float], span: Span, from_last: bool
+    found: Fit, model: AnyModel, effect: type[Effect], shape: dict[str, float], basis: np.ndarray, from_last: bool
 ) -> Direction:
     """The direction of an effect on top of a fit, for given nonlinear parameters.
 
-    model is the fit's with the effect; span is that of the fit; from_last is that of `AnyModel.slopes`. Raises
-    InputError where the model cannot be simulated.
+    model is the fit's with the effect; basis (m, k) are orthonormal columns that span the fit's own derivatives;
+    from_last is that of `AnyModel.slopes`. Raises InputError where the model cannot be simulated.
     """
     own = effect.free_parameters()
     rows = [model.component.table[model.experiment.parameter(effect, n)] for n in own]
@@ -221,8 +192,13 @@ def direction_of(
         q = np.concatenate([found.of_run(index)[:shared], evaluated_at])
         columns.append(model.slopes(run, q, from_last)[:, shared:])
     sizes = [i for i, n in enumerate(own) if n not in effect.nonlinear_parameters()]
-    slopes = np.zeros((len(found.residuals), len(sizes)))
+    slopes = np.zeros((len(basis), len(sizes)))
     slopes[: found.count] = np.concatenate(columns)[:, sizes]
-    change = -span.inverse @ (span.basis.T @ slopes)
+    slopes -= basis @ (basis.T @ slopes)
     low, high = (np.array([getattr(rows[i], end) - start[i] for i in sizes]) for end in ("min", "max"))
-    return Direction(effect, start, sizes, span.outside(slopes), change, low, high)
+    return Direction(effect, start, sizes, slopes, low, high)
+
+
+def span_of(found: Fit) -> np.ndarray:
+    """Orthonormal columns (m, k) that span the derivatives of a fit."""
+    return np.linalg.qr(found.jacobian / (np.linalg.norm(found.jacobian, axis=0) + 1e-12))[0]

@@ -162,7 +162,7 @@ def test_all_shapes_of_an_effect_are_screened_however_they_are_shared_out(short_
 def test_a_rival_that_is_out_of_reach_gets_no_further_start(short_run, monkeypatch, share, tried_again):
     """It gains less than it promised: far from what is to be reached there is no other start, near it there is."""
     found = fit(HarmonicModel(rig_experiment(RIG)), [short_run], HarmonicModel(rig_experiment(RIG)).start())
-    rival = screen(found, [e for e in rig_effects() if e.family == "steer_stiffness"], keep=1)[0]
+    rival = screen(found, [e for e in rig_effects() if e.family == "cross_inertia"], keep=1)[0]
     begun = []
     monkeypatch.setattr(parallel, "processes", lambda: 1)
     monkeypatch.setattr(effect_fit, "fit", lambda *a, **k: begun.append(fit(*a, **k)) or begun[-1])
