@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from fmus.linear_analysis.eigenvalue_tracking import track_eigenvalues, unstable_intervals
 from fmus.support.errors import InputError, unknown
@@ -179,11 +180,7 @@ def modes(linearised: Linearised, speeds: np.ndarray, reference_speed: float = R
     linearised maps speeds (m,) to stacked state spaces with outputs, as `over_speed` returns it. Raises InputError for
     speeds that are not finite, not negative and ascending. Modes: Sharp, J. Mech. Eng. Sci. 13(5) (1971).
     """
-    speeds = np.atleast_1d(np.asarray(speeds, float))
-    if not (np.isfinite(speeds).all() and (speeds >= 0).all() and (np.diff(speeds) > 0).all()):
-        raise InputError(
-            f"speeds must be finite, not negative and ascending [m/s], not {np.array2string(speeds, threshold=6)}"
-        )
+    speeds = ascending_speeds(speeds)
 
     def matrices(v: np.ndarray) -> np.ndarray:
         return linearised(v).A
@@ -207,6 +204,17 @@ def modes(linearised: Linearised, speeds: np.ndarray, reference_speed: float = R
     unstable = {mode: unstable_intervals(matrices, branches.parameter[inside], curves[mode].real[inside])
                 for mode in names.present}  # fmt: skip
     return Modes(speeds, branches.eigenvalues[where], named, unstable, names.mixed)
+
+
+def ascending_speeds(given: ArrayLike) -> np.ndarray:
+    """Speeds (n,) [m/s]. Raises InputError for speeds that are not finite, not negative and ascending."""
+    speeds = np.atleast_1d(np.asarray(given, float))
+    fine = speeds.ndim == 1 and np.isfinite(speeds).all() and (speeds >= 0).all() and (np.diff(speeds) > 0).all()
+    if not fine:
+        raise InputError(
+            f"speeds must be finite, not negative and ascending [m/s], not {np.array2string(speeds, threshold=6)}"
+        )
+    return speeds
 
 
 def _grid(speeds: np.ndarray, reference_speed: float) -> np.ndarray:

@@ -54,8 +54,8 @@ def cosimulate(subsystems: Mapping[str, Subsystem], step: float | str, duration:
 
     The run says whether the predicted errors are within the tolerance; where no coupling is named and none meets it, a
     ToleranceWarning says which step would. Raises InputError for what cannot be run, as more than MOST_STEPS steps,
-    inputs of another time or subsystems without a real input, SimulationError when the coupling diverges. Warns, too,
-    where the inertia that a rider adds at the handlebar is missing in the other subsystem
+    inputs that end before the run or begin after it, or subsystems without a real input, SimulationError when the
+    coupling diverges. Warns, too, where the inertia that a rider adds at the handlebar is missing in the other subsystem
     (`fmus.interfaces.handlebar.unbound_inertia`).
     """
     if missing := unbound_inertia(subsystems):

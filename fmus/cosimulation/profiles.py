@@ -58,7 +58,7 @@ class Profile:
     def uncovered(self, begin: float, end: float) -> tuple[str, ...]:
         """A sentence where a run from `begin` to `end` [s] begins before the inputs or ends after them.
 
-        Raises InputError where they are of another time.
+        Raises InputError where run and inputs have no time in common.
         """
         if not len(self.moving) or len(self.times) < 2:
             return ()
@@ -66,8 +66,8 @@ class Profile:
         given = f"the inputs are given from {first:g} to {last:g} s, the run is from {begin:g} to {end:g} s"
         if last <= begin or first >= end:
             raise InputError(f"{given}: shift the times of the inputs, or give a start and a duration within them")
-        missing = 1e-6 * (end - begin)  # by rounding
-        covered = first <= begin + missing and last >= end - missing
+        rounding = 1e-6 * (end - begin)
+        covered = first <= begin + rounding and last >= end - rounding
         return () if covered else (f"{given}; outside of their times they keep their first and last values",)
 
     def at(self, times: np.ndarray) -> np.ndarray:

@@ -42,7 +42,8 @@ def simulate(fmu: FmuSubsystem, step: float | None = None, duration: float | Non
     file `out` or in the run; numbers, Booleans and enumerations have columns, arrays one for each element. The run ends
     where the FMU asks for it. Its notes state that, and the variables without a column. Without a duration it ends at
     the stop time of the default experiment. Raises InputError for a column that is no input, for a step or a duration
-    that is not positive, for inputs of another time and for more than MOST_ROWS rows, SimulationError when the FMU fails.
+    that is not positive, for inputs that end before the run or begin after it, and for more than MOST_ROWS rows,
+    SimulationError when the FMU fails.
     """
     experiment, begin = fmu.description.defaultExperiment, fmu.time
     if duration is None:

@@ -16,7 +16,7 @@ from motofmi.gap.preprocessing.decimation import advice_on_rate
 from motofmi.gap.preprocessing.recorded_rates import require_rates
 from motofmi.gap.preprocessing.sampled_run import SampledRun, excited, move_both_ways
 from motofmi.gap.preprocessing.sampled_run_preparation import FEWEST_SAMPLES, prepare_sampled_run
-from motofmi.gap.preprocessing.unseen_springs import without_unseen_springs
+from motofmi.gap.preprocessing.springs_like_friction import without_springs_like_friction
 from motofmi.gap.preprocessing.work_of_inputs import note_on_signs
 from motofmi.gap.selection.any_component import Investigation, investigate
 from motofmi.gap.selection.result import Verdict
@@ -88,8 +88,8 @@ class InputOutput(Kind):
             say(sentence)
         self.notes = [*at_once, *joined, *joined_validation, *notes, *unused]
         if ships(self.component) and not given.free:  # its values are starting values and no expectation
-            experiment, unseen = without_unseen_springs(experiment, runs)
-            self.notes += unseen
+            experiment, left_out = without_springs_like_friction(experiment, runs)
+            self.notes += left_out
         if not (excited(runs) or are_step_responses(runs)):
             experiment, anchor = anchored(experiment)
             self.notes += [ANCHORED.format(anchor)] if anchor else []

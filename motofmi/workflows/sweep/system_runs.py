@@ -8,11 +8,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from fmus.declaration.component import Component, in_bounds
-from fmus.support.errors import InputError
 from motofmi.studies.axes import numbers
 from motofmi.studies.run_grid import RunGrid
 from motofmi.studies.runs import Column, Computed, Coordinate, Runs
 from motofmi.workflows.sweep.systems import Systems, groups
+from vehicle_fmu.named_modes import ascending_speeds
 
 CHUNK_SECONDS = 0.5  # processor time of a chunk, by the nominal cost of a run: the engine's part is then below 5 %
 NUMERIC, TEXT = "float64", "string"
@@ -105,11 +105,7 @@ def speeds_of(given: Any, systems: Systems, default: np.ndarray = SPEEDS) -> np.
     speeds outside a vehicle's bounds."""
     if isinstance(given, str):
         given = numbers(given, "speed", "m/s", zero=True)
-    speeds = default if given is None else np.atleast_1d(np.asarray(given, float))
-    if not (speeds.ndim == 1 and np.isfinite(speeds).all() and (speeds >= 0).all() and (np.diff(speeds) > 0).all()):
-        raise InputError(
-            f"speeds must be finite, not negative and ascending [m/s], not {np.array2string(speeds, threshold=6)}"
-        )
+    speeds = ascending_speeds(default if given is None else given)
     for vehicle in systems.vehicles:
         if isinstance(vehicle, Component):
             for end in (speeds[0], speeds[-1]):

@@ -186,8 +186,8 @@ def _linearised(parts: Sequence[Part], speed: np.ndarray) -> StateSpace:
 
 def _limit(variable: ModelVariable, end: str, absent: float) -> float:
     """The bound `min` or `max` of a variable, or of its type, where one is stated."""
-    stated = getattr(variable, end) or getattr(variable.declaredType, end, None)
-    return absent if stated is None else float(stated)
+    every = (getattr(owner, end, None) for owner in (variable, variable.declaredType))
+    return float(next((stated for stated in every if stated is not None), absent))
 
 
 def groups(indices: np.ndarray) -> list[tuple[int, int, np.ndarray]]:

@@ -4,8 +4,9 @@
 
 With a small stiffness k and a distant x_0 the torque is constant: that of dry friction. Where the deflection is not
 recorded and only grows, a spring takes the place of any law of friction, and its stiffness is not identifiable. A rate
-that rises and falls without an input is that of a spring, as of a door closer. What turns on by revolutions has no
-spring, whether the angle is recorded or not; a rate that rises and falls within revolutions is that of a pendulum.
+that rises and falls without an input is that of a spring, as of a door closer. A body that rotates by more than a
+revolution in one direction has no spring, also where its angle is recorded; a rate that rises and falls within
+revolutions is that of a pendulum.
 """
 
 from collections.abc import Sequence
@@ -23,11 +24,11 @@ NO_SPRING = (
     "of dry friction. Where the component has a spring, record {} or give a run with reversals; --free {} fits it."
 )
 EIGHTH = np.pi / 4  # rad of a revolution, over which the rate of an angle is taken
-RISE = 0.1  # of that rate over its range, from which on it is that of a pendulum and not an error of the sensor
-TURNS_ON = "{} turns on by more than a revolution: {} is taken as zero; --free {} fits it."
+RISE = 0.1  # return of that rate over its range from which on it is that of a pendulum and no error of the sensor
+ROTATES = "{} increases or decreases by more than a revolution: {} is taken as zero; --free {} fits it."
 
 
-def without_unseen_springs(
+def without_springs_like_friction(
     experiment: InputOutputExperiment, runs: Sequence[SampledRun]
 ) -> tuple[InputOutputExperiment, list[str]]:
     """The experiment without the free stiffnesses that no run can distinguish from friction, and a sentence on each."""
@@ -37,9 +38,9 @@ def without_unseen_springs(
         name, deflection = element.stiffness, element.deflection
         if name not in free - set(zero) or component.table[name].min > 0:
             continue
-        if component.table[deflection].unit == "rad" and all(_turns_on(element, run) for run in runs):
+        if component.table[deflection].unit == "rad" and all(_rotates(element, run) for run in runs):
             zero[name] = 0.0
-            sentences.append(TURNS_ON.format(deflection, name, name))
+            sentences.append(ROTATES.format(deflection, name, name))
         elif all(_only_grows(element, run, excited(runs)) for run in runs):
             zero[name] = 0.0
             sentences.append(NO_SPRING.format(deflection, name, deflection, name))
@@ -55,16 +56,16 @@ def _only_grows(element: Element, run: SampledRun, driven: bool) -> bool:
     return driven or not any(map(oscillates, run.recording.parts(element.rate)))
 
 
-def _turns_on(element: Element, run: SampledRun) -> bool:
+def _rotates(element: Element, run: SampledRun) -> bool:
     """Whether an angle is recorded that exceeds a revolution and keeps its direction, while its rate does not rise and
     fall."""
     if element.deflection not in run.recording.columns:
         return False
     parts = run.recording.parts(element.deflection)
-    return all(map(keeps_direction, parts)) and all(map(_turns_evenly, parts))
+    return all(map(keeps_direction, parts)) and all(map(_rotates_evenly, parts))
 
 
-def _turns_evenly(angle: np.ndarray) -> bool:
+def _rotates_evenly(angle: np.ndarray) -> bool:
     """Whether an angle (n,) that keeps its direction exceeds a revolution, and its rate over eighths of a revolution
     does not rise and fall."""
     way = np.maximum.accumulate(direction_of(angle) * angle)
