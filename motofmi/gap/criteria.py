@@ -107,6 +107,11 @@ class Criteria:
     """Share of the measured motion (rms) that may be missed and still be called slow noise [1]; beyond it
     `none` becomes `unknown`."""
 
+    unexplained_variance: float = 0.5
+    """Share of the variance of an output, without white noise, that a named model may leave in the fitted or in the
+    validation runs [1]: one minus the coefficient of determination. Beyond it an effect can stand for the motion of
+    another machine."""
+
     unit_factor: float = 1.5
     """Factor within which the common factor of all fitted forces and masses must agree with that of a unit (57.3, 1e3,
     1e6) for the unit to be doubted [1]: the values that a component starts from may be wrong by as much."""

@@ -7,6 +7,10 @@ difference. The runs disagree where the base with values of its own in the valid
 than the effects with their fitted values, and closes more than `Criteria.explained_share` of what these leave. Its
 losses are those of left-out blocks.
 
+The fitted runs decide as well, since a base without an effect that is missing takes other values in each run. The runs
+do not disagree where the effects close `Criteria.explained_share` of the closable misfit of the validation runs with
+their fitted values, and leave clearly less in the fitted runs than the base with values of its own in each of them.
+
 Source: Chow, Econometrica 28 (1960) 591-605, who compares sums of squares in the same way.
 """
 
@@ -18,7 +22,7 @@ import numpy as np
 from fmus.support.deadline import time_is_up
 from fmus.support.errors import InputError
 from motofmi.gap.comparison.block_losses import left_out_mean_squares
-from motofmi.gap.comparison.closable import closed_share, log_gain_low
+from motofmi.gap.comparison.closable import closed_share, log_gain_low, low_of_mean
 from motofmi.gap.comparison.compared_model import CommonBlocks, ComparedModel
 from motofmi.gap.comparison.residuals import time_residuals
 from motofmi.gap.comparison.sandwich import sandwich_covariance
@@ -40,6 +44,9 @@ def disagreement(base: ComparedModel, best: ComparedModel, flexible: float, bloc
     if own is None or log_gain_low(best, own) <= 0:
         return ""
     if closed_share(best.validation, own.validation, flexible).share <= blocks.criteria.explained_share:
+        return ""
+    predicted = closed_share(base.validation, best.validation, flexible).share >= blocks.criteria.explained_share
+    if predicted and best is not base and _needed_in_fitted_runs(best, base, blocks):
         return ""
     share = closed_share(base.validation, own.validation, flexible).share
     effects = " and ".join(effect.family for effect in best.effects) or "it does"
@@ -76,6 +83,21 @@ def with_own_values(
     except (InputError, ValueError, np.linalg.LinAlgError):
         return None
     return replace(base, fit=found, validation=validation)
+
+
+def _needed_in_fitted_runs(best: ComparedModel, base: ComparedModel, blocks: CommonBlocks) -> bool:
+    """Whether `best` leaves clearly less in the fitted runs than the base with values of its own in each of them."""
+    runs, squares = base.fit.runs, [base.fitted]
+    if len(runs) > 1:
+        squares = []
+        for index, run in enumerate(runs):
+            of_run = [(0, first, last) for i, first, last in blocks.blocks if i == index]
+            try:
+                own = fit(base.fit.model, [run], base.fit.shared)
+                squares.append(left_out_mean_squares(time_residuals(own, blocks.scale), of_run))
+            except (InputError, ValueError, np.linalg.LinAlgError):  # the run cannot be simulated alone
+                return False
+    return low_of_mean(np.log(np.concatenate(squares) + base.floor) - best.fitted_losses) > 0
 
 
 def _by_frequency(base: ComparedModel, blocks: CommonBlocks) -> np.ndarray | None:

@@ -70,6 +70,8 @@ def fitted_base(
     base = _with_candidates(signed, noise, library)
     if signed is not initial:
         before = _with_candidates(initial, noise, library)
+        if experiment.imposed:
+            base, before = (replace(b, starts=equation_error_fits(b.fit, b.candidates)) for b in (base, before))
         if base.starts and before.starts and CLEARLY_LESS * before.starts[0].chi2 < base.starts[0].chi2:
             base = before
     if base.starts and (stable := _on_stable_segments(base.fit, base.starts[0])) is not None:
@@ -113,7 +115,9 @@ def _with_candidates(initial: Fit, noise: Mapping[str, float], library: Sequence
     base = _scaled(initial, motion, noise)
     experiment: Any = base.model.experiment
     candidates, left_out = (list(library), []) if library else candidate_laws(experiment, initial, motion[1])
-    return FittedBase(base, candidates, left_out, equation_error_fits(base, candidates))
+    # Where the motion is imposed, the search itself is by equation error.
+    starts = [] if experiment.imposed else equation_error_fits(base, candidates)
+    return FittedBase(base, candidates, left_out, starts)
 
 
 def _scaled(initial: Fit, motion: tuple[float, float], noise: Mapping[str, float]) -> Fit:

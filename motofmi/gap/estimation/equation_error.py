@@ -80,9 +80,14 @@ def equation_error_fits(found: Fit, library: Sequence[type[Effect]]) -> list[Equ
     motion alone is imposed. Empty where no effort is recorded.
     """
     model: Any = found.model
-    if motions := imposed_motions(model, found.runs):
+    turned: tuple[FreeInitialStateModel, list[SampledRun]] | None
+    if model.experiment.imposed:  # its output is the effort
+        alone = replace(model.experiment, sensor_offsets={}, measured_effects={})
+        turned = FreeInitialStateModel(alone), [sampled_run(run.recording, alone) for run in found.runs]
+    elif motions := imposed_motions(model, found.runs):
         return _by_inverse_dynamics(found, motions, library)
-    turned = None if model.experiment.imposed else effort_model(model, found.runs)
+    else:
+        turned = effort_model(model, found.runs)
     if turned is None:
         return []
     bases = len(model.base)

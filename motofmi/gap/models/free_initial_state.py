@@ -18,6 +18,11 @@ from motofmi.gap.models.segmented import Initial
 from motofmi.gap.preprocessing.flexible_noise_model import features_of, noise_density
 from motofmi.gap.preprocessing.sampled_run import SampledRun
 
+REVOLUTION = 2 * np.pi  # rad
+# Change of the rates by one revolution, over their range in it, below which they repeat: a spring changes them by the
+# whole range, the sine of a pendulum by the error of its fitted share.
+REPEATED = 0.1
+
 
 class FreeInitialStateModel(InitialStateModel):
     """Base and effects on sampled runs."""
@@ -107,9 +112,28 @@ class FreeInitialStateModel(InitialStateModel):
 
     def offsets_of_outputs(self, run: SampledRun, q: np.ndarray) -> np.ndarray:
         """The mean (outputs,) over the segments of the fitted offset of each output; zero for one without an offset.
-        Raises InputError where the run cannot be simulated."""
-        segments = self._without_mean(run, self._valued(run, q), self._found_initial(run, q))
-        return run.with_offset * np.mean([offset for _, _, offset in segments], axis=0)
+
+        Whole revolutions that do not change the equations are no offset. Raises InputError where the run cannot be
+        simulated.
+        """
+        values = self._valued(run, q)
+        segments = self._without_mean(run, values, self._found_initial(run, q))
+        offsets = np.array([offset for _, _, offset in segments])
+        for output, name in enumerate(run.experiment.outputs):
+            if self._repeats_with_revolutions(name, values):
+                offsets[:, output] -= REVOLUTION * np.round(offsets[:, output] / REVOLUTION)
+        return run.with_offset * offsets.mean(axis=0)
+
+    def _repeats_with_revolutions(self, state: str, values: Mapping[str, float]) -> bool:
+        """Whether the equations are those of one revolution before, as with the sine of a pendulum."""
+        component = self.component
+        if state not in component.states or component.table[state].unit != "rad":
+            return False
+        angle = np.linspace(-REVOLUTION / 2, REVOLUTION / 2, 9)
+        known = {n: np.zeros_like(angle) for n in (*component.states, *component.inputs, "time")}
+        once, again = (component.run({**values, **known, state: each}, NUMERIC) for each in (angle, angle + REVOLUTION))
+        rates = [n for n in once if n.startswith("der(")]
+        return all(np.max(np.abs(again[n] - once[n])) <= REPEATED * np.ptp(once[n]) for n in rates)
 
     def _without_mean(
         self, run: SampledRun, values: Mapping[str, float], initial: Initial

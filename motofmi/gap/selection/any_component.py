@@ -108,6 +108,8 @@ def investigate(
     missed = missed_share(verdict.best)
     if missed > criteria.slow_noise_share and verdict.verdict == "none" and verdict.comparison is None:
         verdict = verdict.as_unknown(sentence_on_slow_noise(missed, experiment.outputs))
+    if verdict.verdict in ("named", "tied") and (why := _unexplained_variance(verdict, experiment.outputs)):
+        verdict = verdict.as_unknown(why)
     names = _values_if_none_is_determined(verdict.best, criteria)
     # An effect may take the place of a damping or a spring, but nothing that moves is without inertia.
     inertia = any(is_inertia(fitted.component.table[name].unit) for name in names)
@@ -121,6 +123,21 @@ def sentence_on_slow_noise(missed: float, outputs: Sequence[str]) -> str:
     return (
         f"{100 * missed:.0f} % (rms) of the recorded {' or '.join(outputs)} in the fitted runs is not explained by the "
         "best model: too much to be called noise."
+    )
+
+
+def _unexplained_variance(verdict: Verdict, outputs: Sequence[str]) -> str:
+    """The sentence where the best model leaves too much of the variance of an output for a name; empty otherwise."""
+    compared = verdict.comparison.outcome.best if verdict.comparison else None
+    fits = {"fitted": verdict.best, "validation": compared.validated if compared else None}
+    missed = {runs: missed_share(found) for runs, found in fits.items() if found is not None}
+    runs = max(missed, key=lambda each: missed[each])
+    if missed[runs] ** 2 <= verdict.criteria.unexplained_variance:
+        return ""
+    return (
+        f"No effect is named: {100 * missed[runs]:.0f} % (rms) of the recorded {' or '.join(outputs)} in the {runs} runs "
+        "is not explained by the best model, more than half of the variance. Do the recorded inputs act on this "
+        "component, and on nothing else?"
     )
 
 

@@ -144,5 +144,5 @@ def missed_share(found: Fit) -> float:
             own = run.reduction.output_of == output
             noise = np.sum(own) * (WHITE_NOISE_FACTOR * sensor_noise(y)) ** 2
             power = np.sum((residuals[own] * run.deviation[own]) ** 2) - noise
-            shares.append(np.sqrt(max(power, 0.0) / samples) / np.std(y))
+            shares.append(np.sqrt(max(power, 0.0) / samples / run.motion_variance[output]))
     return float(max(shares))

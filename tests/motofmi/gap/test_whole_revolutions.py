@@ -1,8 +1,9 @@
-"""A pendulum that a motor drives over the top many times, by SciPy; its base is linear.
+"""A pendulum that goes over the top; its base is linear.
 
-    J q'' = u - k sin q - c q',   u held between the samples
+    J q'' = u - k sin q - c q'
 
-The angle goes through more than a hundred radians, so that the stiffness of a linear base vanishes.
+A motor drives it (by SciPy, u held between the samples) through more than a hundred radians, so that the stiffness of a
+linear base vanishes. Or it is moved by hand to 4.6 rad, so that the stiffness of a linear base is negative.
 """
 
 import numpy as np
@@ -10,10 +11,12 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import motofmi as mf
+from fmus.effects.stiffness import GeometricNonlinearity
 from fmus.mechanisms import Pendulum
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.base_fit import fitted_base
 from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.recordings.recording import Recording
 
@@ -76,6 +79,41 @@ def test_a_free_swing_has_no_equation_error(based):
     angle = np.exp(-0.1 * time) * np.cos(5 * time)
     free = Recording("free", time, {"angle": angle + NOISE * np.random.default_rng(1).standard_normal(600)}, UNITS)
     assert fitted_base(experiment, [prepare_sampled_run(free, experiment)], {}, (), Criteria()).starts == []
+
+
+def imposed(first: float, last: float, seconds: float, seed: int) -> Recording:
+    """A slow motion between two angles [rad], to and fro, and the torque of the weight; the sensor has small noise."""
+    time = np.arange(int(RATE * seconds)) / RATE
+    frequency = 2 * np.pi / 10.0  # 1/s: one way takes 5 s
+    middle, amplitude = (first + last) / 2, (last - first) / 2
+    angle = middle - amplitude * np.cos(frequency * time)
+    rate, acceleration = amplitude * frequency * np.sin(frequency * time), (middle - angle) * frequency**2
+    torque = INERTIA * acceleration + DAMPING * rate + STIFFNESS * np.sin(angle)
+    torque += 1e-3 * STIFFNESS * np.random.default_rng(seed).standard_normal(len(time))
+    return Recording(f"imposed {seed}", time, {"torque": torque, "angle": angle}, UNITS)
+
+
+def test_the_sine_is_named_where_the_stiffness_of_the_base_has_the_other_sign():
+    """On average over the angles the torque falls with the angle; the sine needs a positive stiffness."""
+    run = imposed(0.0, 4.6, 40.0, 1)
+    assert np.polyfit(run["angle"], run["torque"], 1)[0] < -0.1 * STIFFNESS
+    found = mf.find_gap([run], validation=[imposed(0.3, 4.3, 40.0, 2)], component="pendulum", impose="angle")
+    assert found.verdict == "named" and [e["name"] for e in found.effects] == ["geometric_nonlinearity"]
+    assert found.effects[0]["parameters"]["share"]["value"] == pytest.approx(1.0, abs=0.01)  # noise of 1e-3
+    assert found.to_dict()["base"]["gravity_stiffness"]["value"] == pytest.approx(STIFFNESS, rel=0.01)
+
+
+@pytest.mark.parametrize(("sine", "offset"), [(True, 0.0), (False, 2 * np.pi)])
+def test_whole_revolutions_are_no_offset_of_an_angle_with_the_sine_of_a_pendulum(sine, offset):
+    """A small swing about 2 pi rad; the model starts beside zero, and its offset is free."""
+    experiment = input_output_experiment(Pendulum(), ["angle"])
+    time = np.arange(600) / RATE
+    swing = 0.1 * np.exp(-0.25 * time) * np.cos(5 * time)
+    run = prepare_sampled_run(Recording("swing", time, {"angle": 2 * np.pi + swing}, UNITS), experiment)
+    model = FreeInitialStateModel(experiment, [GeometricNonlinearity] if sine else [])
+    start = np.concatenate([np.log([INERTIA, DAMPING, STIFFNESS]), np.ones(len(model.names) - 3)])  # the whole sine
+    run.guess.update({0: {"initial": {"angle": 0.1, "rate": 0.0}, "misfit": np.inf}})
+    assert model.offsets_of_outputs(run, start) == pytest.approx([offset], abs=1e-3)  # the swing ends at 0.02 rad
 
 
 @pytest.mark.slow

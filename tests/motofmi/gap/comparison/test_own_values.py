@@ -9,8 +9,14 @@ import pytest
 
 import motofmi as mf
 from fmus.effects.damping import CoulombFriction
+from fmus.mechanisms import Pendulum
 from motofmi.gap.comparison import own_values
+from motofmi.gap.comparison.compared_model import CommonBlocks
+from motofmi.gap.comparison.search import single_effects
 from motofmi.gap.criteria import Criteria
+from motofmi.gap.estimation.base_fit import fitted_base
+from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.recordings.recording import Recording
 from tests import as_study
 from tests.few_laws import FAMILIES, only_families
@@ -48,6 +54,40 @@ def test_values_of_their_own_are_compared_with_the_base_where_effects_leave_more
     monkeypatch.setattr(own_values, "_amplitudes", lambda *_: "")
     blocks = SimpleNamespace(criteria=Criteria(), validation_blocks=[(0, 0, 10)])
     assert bool(own_values.disagreement(base, best, FLEXIBLE, blocks)) == disagree
+
+
+@pytest.mark.parametrize(("of_base", "disagree"), [(10.0, False), (1.0, True)])
+def test_runs_agree_where_the_fitted_ones_need_the_effect_that_predicts_the_validation_run(monkeypatch, of_base, disagree):
+    """In the validation run the effect closes nine tenths of what the base leaves there, and the base with values of its
+    own nearly all. In the fitted run the base leaves ten times what the effect does, or as much."""
+    base, best = model_with(level=of_base), model_with(CoulombFriction, level=1.0, seed=1)
+    base.validation[:], own = 10.0, model_with(level=0.01, seed=2)
+    monkeypatch.setattr(own_values, "with_own_values", lambda *_: own)
+    monkeypatch.setattr(own_values, "_difference", lambda *_: "")
+    monkeypatch.setattr(own_values, "_amplitudes", lambda *_: "")
+    blocks = SimpleNamespace(criteria=Criteria(), validation_blocks=[(0, 0, 10)])
+    assert bool(own_values.disagreement(base, best, 0.001, blocks)) == disagree
+
+
+@pytest.mark.parametrize(("friction", "stiffnesses", "disagree"), [(0.01, (4.0, 4.0), False), (0.0, (4.0, 2.8), True)])
+def test_an_effect_is_needed_where_the_base_has_values_of_its_own_in_each_fitted_run(
+    monkeypatch, friction, stiffnesses, disagree
+):
+    """Two swings with dry friction, or of two pendulums without it."""
+    experiment = input_output_experiment(Pendulum(), ["angle"])
+    runs = [
+        prepare_sampled_run(swing("run", q, 12.0, 40.0, VALUES | {"T_c": friction, "k": k}, noise=1e-3, seed=i), experiment)
+        for i, (q, k) in enumerate(zip((0.5, 0.3), stiffnesses, strict=True))
+    ]  # fmt: skip
+    found = fitted_base(experiment, runs, {}, (CoulombFriction,), Criteria()).fit
+    (with_friction,) = single_effects(found, [CoulombFriction], Criteria())
+    blocks = CommonBlocks(with_friction.fit, runs[:1], Criteria())
+    blocks.blocks = [(i, 80 * k, 80 * k + 80) for i in (0, 1) for k in range(6)]
+    blocks.validation_blocks = blocks.blocks[:6]
+    base, best = (blocks.evaluated(each) for each in (found, with_friction.fit))
+    best = replace(best, validation=0.1 * base.validation)
+    monkeypatch.setattr(own_values, "with_own_values", lambda *_: replace(base, validation=0.001 * base.validation))
+    assert bool(own_values.disagreement(base, best, 0.0, blocks)) == disagree
 
 
 def test_without_validation_runs_nothing_disagrees():
