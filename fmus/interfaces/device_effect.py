@@ -22,6 +22,7 @@ from fmus.interfaces.handlebar import TORQUES, HandlebarDevice
 from fmus.interfaces.posture_inertia import POSTURE
 from fmus.support.errors import InputError, NotApplicableError
 
+MOTION = ("steer_angle", "steer_rate")  # states of the vehicle; it calculates the frame rate
 INERTIA = {"added_steer_inertia": "port_inertia"}  # of the vehicle, and of the device
 
 
@@ -52,10 +53,15 @@ class DeviceEffect(Effect):
             if name in self.device.table:
                 yield target, partial(self.result, name=name)
 
+    @classmethod
+    def reads(cls) -> set[str]:
+        """The motion of the handlebar, and the device's own parameters and states."""
+        return {*MOTION, "frame_rate", *cls.device.values, *cls.device.states}
+
     def result(self, v: Any, m: Any, name: str) -> Any:
         """A result of the device at the motion of the vehicle's handlebar."""
         known = {n: getattr(v, n) for n in (*self.bare.rows("parameter", "state", "input"), "time")}
-        motion = {n: known[n] for n in ("steer_angle", "steer_rate")}
+        motion = {n: known[n] for n in MOTION}
         motion["frame_rate"] = self.bare.run(known, m)["frame_rate"]
         own = {n: getattr(v, n) for n in (*self.device.values, *self.device.states)}
         return self.device.run({**own, **motion, "time": v.time}, m)[name]

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from fmus.effects import Effect
 from fmus.support.deadline import time_is_up
 from fmus.support.errors import InputError
 from fmus.support.parallel import in_turn
@@ -88,8 +89,7 @@ def _begun(found: Fit, run: AnyRun, criteria: Criteria) -> tuple[np.ndarray, Any
     """
     places = run_to_run_deviations(found.model.experiment)
     offsets = np.array([deviation if place >= len(found.model.base) else 0.0 for place, deviation in places.items()])
-    read = [effect.reads() for effect in found.model.effects]
-    if not offsets.any() or all("rate" in each and "deflection" not in each for each in read):
+    if not offsets.any() or all(_reads_rate_alone(effect) for effect in found.model.effects):
         return np.zeros(len(places)), run
     shared, best = len(found.model.names), None
 
@@ -107,6 +107,12 @@ def _begun(found: Fit, run: AnyRun, criteria: Criteria) -> tuple[np.ndarray, Any
             if best.reduced < criteria.predicted_reduced_chi2 or again or time_is_up():
                 break
     return (np.zeros(len(places)), run) if best is None else (best.x[shared:], best.runs[0])
+
+
+def _reads_rate_alone(effect: type[Effect]) -> bool:
+    """Whether the terms of an effect depend on a rate, and not on a deflection."""
+    read = effect.reads()
+    return "rate" in read and "deflection" not in read
 
 
 def reduced_chi2_after_refit(found: Fit, validation: Misfit) -> float:

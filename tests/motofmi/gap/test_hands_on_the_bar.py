@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import motofmi as mf
 from fmus import InputError, linearise, local, parameter
 from fmus.composition.value_files import Library
 from fmus.effects.library import applicable_effects
@@ -93,6 +94,18 @@ def test_hands_on_the_bar_are_named_and_their_values_found(tmp_path, rider, mode
     # Errors of the model make the values less certain, and leave the shares of data and prior in them.
     uncertain = replace(best, sandwich=4 * best.covariance())
     assert uncertain.effective_parameters(effect) == best.effective_parameters(effect)
+
+
+@pytest.mark.slow
+def test_hands_on_the_bar_are_named_with_eigenvalues_for_validation(tmp_path):
+    """Half of the speeds are for validation; the values of the rider are those of the fitted ones."""
+    rows = table(tmp_path / "all.csv", "mean_2011", ("weave", "wobble")).read_text().splitlines()
+    for name, chosen in (("fitted", rows[1::2]), ("held", rows[2::2])):
+        (tmp_path / f"{name}.csv").write_text("\n".join([rows[0], *chosen]))
+    found = mf.find_gap(tmp_path / "fitted.csv", validation=tmp_path / "held.csv", vehicle="sharp_1971")
+    assert found.verdict == "named" and [e["name"] for e in found.effects] == ["passive_rider"]
+    before, after = (found.to_dict()["gap"][name] for name in ("holdout_before", "holdout_after"))
+    assert after < 2 < 0.1 * before  # reduced chi-square: that of the noise for more than twenty times as much
 
 
 @pytest.mark.slow
