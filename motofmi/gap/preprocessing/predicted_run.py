@@ -16,15 +16,13 @@ from scipy.fft import dct
 
 from fmus.support.errors import InputError
 from motofmi.gap.preprocessing.flexible_noise_model import Density
-from motofmi.gap.preprocessing.undisturbed_intervals import MARGIN, undisturbed
+from motofmi.gap.preprocessing.undisturbed_intervals import BLOCK, FEWEST_BLOCKS, MARGIN, too_few_blocks, undisturbed
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.resampling import uniform, white_noise
 
 RATE = 80.0  # Hz: samples of faster recordings are averaged, down to this rate or a little above
-BLOCK = 10.0  # s
 EXCITATION_RATIO = 2.0  # least standard deviation of an output over its noise in a run with excitation
 SETTLING_TIME = 3.0  # s at the start of an interval in which the effect of the initial state decays
-FEWEST_BLOCKS = 2  # blocks of a run
 # Hz: errors are compared from there to half the sampling rate. With an upper limit a fit could shift errors to
 # frequencies above it.
 LOWEST_FREQUENCY = 0.3
@@ -204,12 +202,10 @@ def prepare_predicted_run(
         tuple(s for s in coarse if s[1] - s[0] > needed),
         notes=notes,
     )
-    if not run.intervals or len(run.blocks) < FEWEST_BLOCKS:
-        raise InputError(
-            f"{recording.name}: {len(run.blocks) if run.intervals else 0} undisturbed blocks of {BLOCK:g} s; expected "
-            f"at least {FEWEST_BLOCKS}"
-        )
-    used = len(run.blocks) * BLOCK
+    blocks = len(run.blocks) if run.intervals else 0
+    if blocks < FEWEST_BLOCKS:
+        raise too_few_blocks(recording, blocks, excluded)
+    used = blocks * BLOCK
     note = (
         f"{recording.name}: {used:g} of {len(recording.time) / recording.rate:.0f} s are compared: {excluded} are left "
         f"out, with {MARGIN:g} s at both sides, and so are incomplete blocks"

@@ -4,8 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fmus.support.errors import InputError
 from motofmi.recordings.recording import Recording
 
+BLOCK, FEWEST_BLOCKS = 10.0, 2  # s, and the number of blocks that a run needs
 MARGIN = 1.0  # s left out at both sides of an excluded interval
 MOVING_SHARE = 0.8  # speed over the median speed below which the vehicle starts or stops
 OUTLIER_FACTOR = 3.0  # an outlier's deviation from the median, over the 99.5 % quantile of the deviations in a channel
@@ -30,6 +32,15 @@ def undisturbed(recording: Recording, over: str, channels: Sequence[str]) -> tup
         f"(beyond {OUTLIER_FACTOR:g} times the 99.5 % quantile of a channel)"
     )
     return uninterrupted(good & ~recording.broken, int(MARGIN * recording.rate)), excluded
+
+
+def too_few_blocks(recording: Recording, blocks: int, excluded: str) -> InputError:
+    """The error of a run with fewer than FEWEST_BLOCKS undisturbed blocks; excluded is the phrase of `undisturbed`."""
+    return InputError(
+        f"{recording.name}: {recording.time[-1] - recording.time[0]:.3g} s long, with {blocks} undisturbed blocks of "
+        f"{BLOCK:g} s; expected at least {FEWEST_BLOCKS}. {excluded} are left out, with {MARGIN:g} s at both sides. Give "
+        "longer runs; for a decay of a few seconds give its eigenvalues, in the columns speed, real and imag"
+    )
 
 
 def uninterrupted(good: np.ndarray, margin: int) -> list[tuple[int, int]]:

@@ -18,15 +18,12 @@ from functools import cached_property
 import numpy as np
 from scipy.fft import dct, dst
 
-from fmus.support.errors import InputError
 from motofmi.gap.preprocessing.flexible_noise_model import Density
-from motofmi.gap.preprocessing.undisturbed_intervals import MARGIN, undisturbed
+from motofmi.gap.preprocessing.undisturbed_intervals import BLOCK, FEWEST_BLOCKS, MARGIN, too_few_blocks, undisturbed
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.resampling import uniform
 
-BLOCK = 10.0  # s
 BAND = (0.3, 5.0)  # Hz, in which the equations are compared
-FEWEST_BLOCKS = 2  # blocks of a run
 
 
 @dataclass(frozen=True, repr=False)
@@ -135,9 +132,7 @@ def prepare_weak_form(recording: Recording, over: str, rates: Sequence[str], nee
     length = int(BLOCK * recording.rate)
     blocks = np.array([b for first, last in intervals for b in range(first, last - length + 1, length)], int)
     if len(blocks) < FEWEST_BLOCKS:
-        raise InputError(
-            f"{recording.name}: {len(blocks)} undisturbed blocks of {BLOCK:g} s; expected at least {FEWEST_BLOCKS}"
-        )
+        raise too_few_blocks(recording, len(blocks), excluded)
     note = (
         f"{recording.name}: {len(blocks) * BLOCK:g} of {len(recording.time) / recording.rate:.0f} s are compared: "
         f"{excluded} are left out, with {MARGIN:g} s at both sides, and so are incomplete blocks"

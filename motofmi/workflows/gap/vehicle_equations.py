@@ -14,7 +14,8 @@ from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.experiments.vehicle_over_speed import VehicleOverSpeedExperiment
 from motofmi.gap.localisation.weak_form_places import cells
 from motofmi.gap.models.weak_form_model import WeakFormModel, accelerated
-from motofmi.gap.preprocessing.weak_form import BAND, BLOCK, WeakFormRun, prepare_weak_form
+from motofmi.gap.preprocessing.undisturbed_intervals import BLOCK
+from motofmi.gap.preprocessing.weak_form import BAND, WeakFormRun, prepare_weak_form
 from motofmi.gap.selection.model_selection import select_model
 from motofmi.gap.selection.result import Verdict
 from motofmi.gap.verdict import as_result

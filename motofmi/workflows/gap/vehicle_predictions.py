@@ -18,7 +18,8 @@ from motofmi.gap.experiments.vehicle_over_speed import VehicleOverSpeedExperimen
 from motofmi.gap.localisation.predicted_places import cells
 from motofmi.gap.models.disturbances import CORNER_SPREAD, FORCES, SPREAD, factors_of
 from motofmi.gap.models.one_step_prediction import PredictorModel
-from motofmi.gap.preprocessing.predicted_run import BLOCK, LOWEST_FREQUENCY, PredictedRun, prepare_predicted_run
+from motofmi.gap.preprocessing.predicted_run import LOWEST_FREQUENCY, PredictedRun, prepare_predicted_run
+from motofmi.gap.preprocessing.undisturbed_intervals import BLOCK
 from motofmi.gap.selection.model_selection import select_model
 from motofmi.gap.selection.result import Verdict
 from motofmi.gap.verdict import as_result
