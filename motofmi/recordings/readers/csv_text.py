@@ -1,6 +1,7 @@
 """Text with one row per sample: names, perhaps a row of units, numbers; comma, semicolon or tab between cells.
 
-What an instrument writes above the names is left out. Dates with times, and times of a day (ISO 8601), are read as
+Names that occur several times, as of motion capture, are those of groups in the row above: `plate x`. What else an
+instrument writes above the names is left out. Dates with times, and times of a day (ISO 8601), are read as
 seconds from the first one. numpy parses the numbers. pandas parses three times as fast, but takes half a second to
 import, which is the time of 15 MB. Only blocks with missing values, dates, quotes or faults are read cell by cell.
 """
@@ -13,7 +14,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import date, datetime, time
 from io import StringIO
-from itertools import islice
+from itertools import accumulate, islice
 from pathlib import Path
 
 import numpy as np
@@ -101,9 +102,12 @@ def _layout_of(lines: Sequence[str], encoding: str, mark: str = "") -> Layout:
     ]
     if not rows:
         raise InputError(f"the file is empty; expected {EXAMPLE}")
-    above, heading = (rows := _from_names(rows, mark)).pop(0)
+    every = rows
+    above, heading = (rows := _from_names(every, mark)).pop(0)
     delimiter = mark or max(",;\t", key=_without_quoted(heading).count)
-    headings = tuple(name.strip().strip('"') for name in _cells(heading, delimiter))
+    headings = _stripped(_cells(heading, delimiter))
+    if len(set(headings)) < len(headings) and len(every) > len(rows) + 1:
+        headings = _in_groups(headings, _stripped(_cells(every[-len(rows) - 2][1], delimiter)))
     if all(_is_number(name) for name in headings):
         raise InputError(f"line {above} holds numbers, expected {EXAMPLE}")
     names, units = (tuple(part) for part in zip(*map(name_and_unit, headings), strict=True))
@@ -118,6 +122,19 @@ def _layout_of(lines: Sequence[str], encoding: str, mark: str = "") -> Layout:
     layout = Layout(encoding, above, delimiter, decimal_comma, headings, names, units, (), dates)
     used = tuple(i for i, name in enumerate(names) if name and (units[i] or layout.number(first[i], i) is not None))
     return replace(layout, used=used)
+
+
+def _stripped(cells: Iterable[str]) -> tuple[str, ...]:
+    return tuple(cell.strip().strip('"') for cell in cells)
+
+
+def _in_groups(headings: tuple[str, ...], above: tuple[str, ...]) -> tuple[str, ...]:
+    """The names after those of their groups, from the row above, in which an empty cell belongs to the group before it;
+    themselves where the row does not name groups."""
+    if len(above) != len(headings) or not _holds_names(list(above)):
+        return headings
+    groups = accumulate(above, lambda group, cell: cell or group)
+    return tuple(f"{group} {name}".strip() for group, name in zip(groups, headings, strict=True))
 
 
 def _cells(line: str, delimiter: str) -> list[str]:

@@ -54,6 +54,15 @@ def test_columns_of_one_name_and_unit_are_refused(write):
         read_recording(write(table("time [s],force [N],force [N]", TIME, FORCE, FORCE)))
 
 
+def test_columns_of_one_name_have_the_name_of_their_group_before_it(write):
+    """As programs for motion capture write them: a row of groups, each over its first column, then a row of names."""
+    path = write(["plate,,actuator,", *table("t,x,t,x", TIME, 2 * FORCE, TIME, FORCE)])
+    run = read_recording(path, {"actuator t": "time [s]", "actuator x": "force [N]", "plate x": "other [N]"})
+    np.testing.assert_array_equal(run.time, TIME)
+    np.testing.assert_array_equal(run["force"], FORCE)
+    np.testing.assert_array_equal(run["other"], 2 * FORCE)
+
+
 def test_a_minus_reverses_the_sign(write):
     path = write(table("time [s],Load [N]", TIME, FORCE))
     run = read_recording(path, {"Load": "-force"}, quantities=QUANTITIES)
