@@ -15,7 +15,7 @@ from scipy.integrate import cumulative_trapezoid
 
 from fmus.declaration.component import Component
 from motofmi.gap.experiments.state_rates import rates_of_states
-from motofmi.gap.preprocessing.one_way import keeps_direction
+from motofmi.gap.preprocessing.one_way import oscillates
 from motofmi.recordings.recording import Recording
 
 PARTS = 8  # of a recording: all are negative by chance in 0.4 % of recordings
@@ -40,10 +40,10 @@ def note_on_signs(component: Component, run: Recording) -> list[str]:
 
 def work(run: Recording, effort: str, deflection: str, rate: str) -> np.ndarray:
     """The work (PARTS,) [J] of a recorded effort in parts of a run with equal paths, by the recorded deflection or else
-    the rate; zeros where the motion keeps its direction."""
+    the rate; zeros where the motion does not return, as its stored energy changes."""
     recorded = deflection in run.columns
     travel = run[deflection] if recorded else cumulative_trapezoid(run[rate], run.time, initial=0.0)
-    if keeps_direction(travel):
+    if not oscillates(travel):
         return np.zeros(PARTS)
     path = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(travel)))])
     edges = np.searchsorted(path, np.linspace(0, path[-1], PARTS + 1))

@@ -94,6 +94,12 @@ def test_a_moving_mass_that_is_braked_is_no_reaction():
     assert note_on_signs(MassSpringDamper(), braked) == []
 
 
+def test_a_weight_that_is_lowered_is_no_reaction():
+    """A spring that is released slowly, and yields by a tenth of its travel to and fro."""
+    lowered = 1.0 - TIME / TIME[-1] + 0.05 * np.sin(40 * np.pi * TIME / TIME[-1])
+    assert note_on_signs(MassSpringDamper(), recording(lowered, lowered)) == []
+
+
 def test_a_recording_without_an_input_has_no_note():
     assert note_on_signs(MassSpringDamper(), recording(np.zeros_like(TIME), np.sin(TIME))) == []
 
