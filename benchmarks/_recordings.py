@@ -13,6 +13,7 @@ import numpy as np
 
 DATA = "MOTOFMI_MEASURED"
 HERE = Path(__file__).parent
+MOTOR = "time [s],angle [rad],rate [rad/s],torque [N.m]"
 JOINT, MASS = "time [s],torque [N.m],angle [rad]", "time [s],force [N],displacement [m]"
 
 # The rigid-body model of the bicycle by its authors (mechmotum/sbw_bicycle_with_model_matching).
@@ -65,7 +66,7 @@ class Source:
             return tuple([self._written(groups[0][0], into / f"{name}.csv", part)] for name, part in
                          zip(("fitted", "validation"), self.parts, strict=True))  # type: ignore[return-value]  # fmt: skip
         if self.columns:
-            groups = [[self._written(path, into / path.name) for path in group] for group in groups]
+            groups = [[self._written(path, into / f"{i}_{path.name}") for path in group] for i, group in enumerate(groups)]
         return groups[0], groups[1]
 
     def _written(self, path: Path, to: Path, part: slice = slice(None)) -> Path:
@@ -92,6 +93,13 @@ def _emps(suffix: str, impose: str = "") -> Source:
                   impose, published=Published("coulomb_friction.friction_torque", 20.4, 20.4))  # fmt: skip
 
 
+def _motor_pendulum(component: str, known: Sequence[str], published: Published | None = None) -> Source:
+    files = [f"torque_limited_simple_pendulum/results/control_method_{name}/data_measured.csv"
+             for name in ("ddp", "direct_collocation")]  # fmt: skip
+    return Source("dfki-ric-underactuated-lab/torque_limited_simple_pendulum", files[:1], files[1:], frozenset(known), component,
+                  published=published, columns=MOTOR)  # fmt: skip
+
+
 def _swings(component: str, known: Sequence[str], published: Published | None = None) -> Source:
     return Source("dynamicslab/MultiArm-Pendulum", [f"multiarm_pendulum/swing_{i}.csv" for i in range(1, 5)],
                   [f"multiarm_pendulum/validation_{i}.csv" for i in (1, 2)], frozenset(known), component,
@@ -116,6 +124,18 @@ SOURCES = {
     "four swings": _swings("pendulum", ["geometric_nonlinearity"], SINE),
     "four swings, sine in the base": _swings(f"{HERE / '_sine_pendulum.py'}:SinePendulum",
                                              ["coulomb_friction", "progressive_damping"]),
+    "swing-up by a motor": _motor_pendulum("pendulum", ["geometric_nonlinearity", "coulomb_friction"], SINE),
+    "swing-up by a motor, sine in the base": _motor_pendulum(f"{HERE / '_sine_pendulum.py'}:SinePendulum", ["coulomb_friction"]),
+    "motor against gravity, angle imposed": Source(
+        "dfki-ric-underactuated-lab/torque_limited_simple_pendulum",
+        ["torque_limited_simple_pendulum/results/control_method_gravity_compensation/data_measured.csv"], [],
+        frozenset({"geometric_nonlinearity"}), "pendulum", "angle", published=SINE, columns=MOTOR,
+        parts=(slice(0, 20000), slice(20000, None)),
+    ),
+    "banded friction damper": Source(
+        "ARTS-Laboratory/Dataset-Friction-Damper-with-Backlash", ["friction_damper/0.5Hz35lbtension.csv"],
+        ["friction_damper/1Hz35lbtension.csv"], frozenset({"hysteresis"}), "mass_spring_damper", "displacement",
+    ),
     "magnetorheological damper": Source(
         "DanielMaurelE/vRTHS_AMBC_MRdamper", ["mr_damper/10mm1Hz1A.csv"], ["mr_damper/25mm0p5Hz1A.csv"],
         frozenset({"coulomb_friction"}), "mass_spring_damper", "displacement",

@@ -64,8 +64,8 @@ def found_in(source: Source, folder: Path) -> dict[str, Any]:
         )  # fmt: skip
         seconds, cpu = time.perf_counter() - begun, _processor_seconds() - used
         if done.returncode:
-            return {"verdict": "refused", "right": False, "effects": [], "why": done.stderr.strip().splitlines()[-1:],
-                    "seconds": seconds, "cpu_seconds": cpu}  # fmt: skip
+            return _base(source) | {"verdict": "refused", "right": False, "effects": [],
+                                    "why": done.stderr.strip().splitlines()[-1:], "seconds": seconds, "cpu_seconds": cpu}  # fmt: skip
         said = json.loads((Path(made) / "gap" / "verdict.json").read_text())
     return row(source, said) | {"seconds": seconds, "cpu_seconds": cpu}
 
@@ -78,14 +78,18 @@ def row(source: Source, said: Mapping[str, Any]) -> dict[str, Any]:
         "verdict": said["verdict"], "complete": said["complete"], "effects": effects, "tied": said["tied"],
         "right": named[: len(source.known)] != [] and source.known <= set(named),
         "beside": sorted(set(named) - source.known), "explained": said["explained"], "remainder": said["remainder"],
-        "closest": said.get("closest"), "component": Path(source.component).name or "matrices", "impose": source.impose,
-    }  # fmt: skip
+        "closest": said.get("closest"),
+    } | _base(source)  # fmt: skip
     if source.published and (value := _parameter(effects, source.published.parameter)):
         reach = INTERVAL * value["standard_error"]
         low, high = value["value"] - reach, value["value"] + reach
         found["value"] = value | {"low": low, "high": high, "published": str(source.published),
                                   "within": low <= source.published.high and high >= source.published.low}  # fmt: skip
     return found
+
+
+def _base(source: Source) -> dict[str, str]:
+    return {"component": Path(source.component).name or "matrices", "impose": source.impose}
 
 
 def _parameter(effects: Sequence[Mapping[str, Any]], name: str) -> dict[str, Any] | None:
