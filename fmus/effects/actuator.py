@@ -12,6 +12,10 @@ from fmus.declaration.variables import parameter
 from fmus.effects.effect import Effect, adds_to
 from fmus.effects.stiffness import beyond
 
+# Share of the largest command; with a lower limit nearly all of the command is beyond it, and the law is a factor on
+# the command, which the parameters of the component compensate for.
+LOWEST = 0.1
+
 
 class ClippedActuator(Effect):
     """The actuator saturates: beyond a limit part of its command is lost."""
@@ -22,6 +26,7 @@ class ClippedActuator(Effect):
     starts: ClassVar = {"limit": (0.3, 0.5, 0.7, 0.85)}
     relative_to_level: ClassVar = ("limit",)
     in_its_unit: ClassVar = ("limit",)
+    at_least_of_level: ClassVar = {"limit": LOWEST}
 
     @adds_to("force")
     def reduction(self, v, m):

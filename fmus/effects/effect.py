@@ -100,6 +100,8 @@ class Effect:
     initial_deviations: ClassVar[Mapping[str, float]] = {}
     at_least: ClassVar[Mapping[str, float]] = {}  # lower bounds of parameters, as shares of the largest deflection
     at_most: ClassVar[Mapping[str, float]] = {}  # upper bounds, likewise
+    # lower bounds as shares of the largest value of the input or output at which it acts
+    at_least_of_level: ClassVar[Mapping[str, float]] = {}
     at_most_of_rate: ClassVar[Mapping[str, float]] = {}  # upper bounds, as shares of the largest rate
     # lower bounds of rates over the sliding rate of dry friction that the experiment sets
     at_least_sliding: ClassVar[Mapping[str, float]] = {}

@@ -150,8 +150,9 @@ def states_of_no_element(component: Component) -> list[str]:
 
 def _rows(law: type[Effect], unit: str, level: float) -> dict[str, Variable]:
     """The variables of a law that depend on the signal at which it acts: its unit, and its largest value as
-    reference."""
+    reference or in a bound."""
     rows = {n: replace(law.declared[n], unit=unit) for n in law.in_its_unit}
+    rows |= {n: replace(rows[n], min=share * level) for n, share in law.at_least_of_level.items()}
     return rows | ({"reference": replace(rows["reference"], start=level)} if "reference" in rows else {})
 
 

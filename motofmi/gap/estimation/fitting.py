@@ -58,10 +58,10 @@ def has_vanished_parameter(found: Fit) -> bool:
 
 def shape_at_bound(found: Fit) -> tuple[str, str] | None:
     """The first parameter of an effect that ended at its least share of the largest deflection (`Effect.at_least`) or
-    at its largest share of the largest rate (`Effect.at_most_of_rate`), beyond which the effect is not distinguishable
-    from another one: its name, and "least" or "largest"; None where none did."""
-    ends = {"least": "at_least", "largest": "at_most_of_rate"}
-    places = [(i, end) for effect in found.model.effects for end, bounded in ends.items()
+    signal (`at_least_of_level`), or at its largest share of the largest rate (`at_most_of_rate`), beyond which the
+    effect is not distinguishable from another one: its name, and "least" or "largest"; None where none did."""
+    ends = {"at_least": "least", "at_least_of_level": "least", "at_most_of_rate": "largest"}
+    places = [(i, end) for effect in found.model.effects for bounded, end in ends.items()
               for i in places_of(found, effect, tuple(getattr(effect, bounded)))]  # fmt: skip
     low, high = _bounds(found.model, found.runs, len(found.x)) if places else (found.x, found.x)
     for i, end in places:

@@ -14,7 +14,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import date, datetime, time
 from io import StringIO
-from itertools import accumulate, islice
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -133,7 +133,9 @@ def _in_groups(headings: tuple[str, ...], above: tuple[str, ...]) -> tuple[str, 
     themselves where the row does not name groups."""
     if len(above) != len(headings) or not _holds_names(list(above)):
         return headings
-    groups = accumulate(above, lambda group, cell: cell or group)
+    groups: list[str] = []
+    for cell in above:
+        groups.append(cell or (groups[-1] if groups else ""))
     return tuple(f"{group} {name}".strip() for group, name in zip(groups, headings, strict=True))
 
 
