@@ -152,7 +152,8 @@ def _rows(law: type[Effect], unit: str, level: float) -> dict[str, Variable]:
     """The variables of a law that depend on the signal at which it acts: its unit, and its largest value as
     reference or in a bound."""
     rows = {n: replace(law.declared[n], unit=unit) for n in law.in_its_unit}
-    rows |= {n: replace(rows[n], min=share * level) for n, share in law.at_least_of_level.items()}
+    rows |= {n: replace(rows[n], min=share * level, start=max(rows[n].start, share * level))
+             for n, share in law.at_least_of_level.items()}  # fmt: skip
     return rows | ({"reference": replace(rows["reference"], start=level)} if "reference" in rows else {})
 
 

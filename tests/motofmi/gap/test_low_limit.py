@@ -19,6 +19,16 @@ from tests.simulators.hidden_joint import JOINT, joint_run
 FACTOR = 1.5  # of the recorded over the true torque
 
 
+@pytest.mark.parametrize("level", [1e-3, 1e3])
+def test_the_start_of_a_limit_is_within_its_bounds(level):
+    """Without it a component with the law could not be made where the largest torque is more than ten times the start."""
+    laws = [law for law in laws_at(DrivenJoint(), inputs={"torque": level}) if law.at_least_of_level]
+    assert {law.form for law in laws} == {"clip_torque", "soft_torque"}
+    for law in laws:
+        assert law.declared["limit"].start >= law.declared["limit"].min == pytest.approx(0.1 * level)
+        DrivenJoint().with_effects(law())
+
+
 def test_a_saturation_that_is_a_factor_on_the_torque_ends_at_its_least_limit():
     run = joint_run({}, "random", seed=5, noise=1e-5, duration=8.0)
     run = replace(run, columns=run.columns | {"torque": FACTOR * run["torque"]})
