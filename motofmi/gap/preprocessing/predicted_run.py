@@ -16,7 +16,13 @@ from scipy.fft import dct
 
 from fmus.support.errors import InputError
 from motofmi.gap.preprocessing.flexible_noise_model import Density
-from motofmi.gap.preprocessing.undisturbed_intervals import BLOCK, FEWEST_BLOCKS, MARGIN, too_few_blocks, undisturbed
+from motofmi.gap.preprocessing.undisturbed_intervals import (
+    BLOCK,
+    FEWEST_BLOCKS,
+    note_on_blocks,
+    too_few_blocks,
+    undisturbed,
+)
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.resampling import uniform, white_noise
 
@@ -205,9 +211,4 @@ def prepare_predicted_run(
     blocks = len(run.blocks) if run.intervals else 0
     if blocks < FEWEST_BLOCKS:
         raise too_few_blocks(recording, blocks, excluded)
-    used = blocks * BLOCK
-    note = (
-        f"{recording.name}: {used:g} of {len(recording.time) / recording.rate:.0f} s are compared: {excluded} are left "
-        f"out, with {MARGIN:g} s at both sides, and so are incomplete blocks"
-    )
-    return replace(run, notes=(*notes, note))
+    return replace(run, notes=(*notes, note_on_blocks(recording, blocks, excluded)))

@@ -43,6 +43,14 @@ def too_few_blocks(recording: Recording, blocks: int, excluded: str) -> InputErr
     )
 
 
+def note_on_blocks(recording: Recording, blocks: int, excluded: str) -> str:
+    """The note on how much of a run is compared; arguments as those of `too_few_blocks`."""
+    return (
+        f"{recording.name}: {blocks * BLOCK:g} of {len(recording.time) / recording.rate:.0f} s are compared: {excluded} are "
+        f"left out, with {MARGIN:g} s at both sides, and so are incomplete blocks"
+    )
+
+
 def uninterrupted(good: np.ndarray, margin: int) -> list[tuple[int, int]]:
     """The intervals [first, last) of good samples (n,), without a margin of samples at both sides."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], good.astype(int), [0]])))

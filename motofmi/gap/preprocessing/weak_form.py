@@ -19,7 +19,13 @@ import numpy as np
 from scipy.fft import dct, dst
 
 from motofmi.gap.preprocessing.flexible_noise_model import Density
-from motofmi.gap.preprocessing.undisturbed_intervals import BLOCK, FEWEST_BLOCKS, MARGIN, too_few_blocks, undisturbed
+from motofmi.gap.preprocessing.undisturbed_intervals import (
+    BLOCK,
+    FEWEST_BLOCKS,
+    note_on_blocks,
+    too_few_blocks,
+    undisturbed,
+)
 from motofmi.recordings.recording import Recording
 from motofmi.recordings.resampling import uniform
 
@@ -133,10 +139,7 @@ def prepare_weak_form(recording: Recording, over: str, rates: Sequence[str], nee
     blocks = np.array([b for first, last in intervals for b in range(first, last - length + 1, length)], int)
     if len(blocks) < FEWEST_BLOCKS:
         raise too_few_blocks(recording, len(blocks), excluded)
-    note = (
-        f"{recording.name}: {len(blocks) * BLOCK:g} of {len(recording.time) / recording.rate:.0f} s are compared: "
-        f"{excluded} are left out, with {MARGIN:g} s at both sides, and so are incomplete blocks"
-    )
+    note = note_on_blocks(recording, len(blocks), excluded)
     flat = tuple(Density(np.array([0.0, recording.rate / 2]), np.ones(2)) for _ in rates)
     return WeakFormRun(recording, blocks, length, tuple(rates), flat, notes=(*notes, note))
 

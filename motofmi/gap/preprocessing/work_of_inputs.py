@@ -5,7 +5,8 @@
 A passive component that oscillates dissipates energy, so that each part of a recording in which its stored energy
 changes little has W >= 0. The sensor of a test rig often measures the reaction instead, and W < 0. If the sign of W
 were accidental, all of n parts would be negative with the probability 2^-n (sign test). The parts have equal lengths of
-the path: none is at standstill, where W = 0.
+the path: none is at standstill, where W = 0. Nothing is said of a motion that returns by less than half of its range,
+such as that of a weight that is lowered: its stored energy changes.
 
 Source: Willems, Arch. Rational Mech. Anal. 45 (1972) 321-351, for passivity.
 """

@@ -132,11 +132,12 @@ def _unexplained_variance(verdict: Verdict, outputs: Sequence[str]) -> str:
     fits = {"fitted": verdict.best, "validation": compared.validated if compared else None}
     missed = {runs: missed_share(found) for runs, found in fits.items() if found is not None}
     runs = max(missed, key=lambda each: missed[each])
-    if missed[runs] ** 2 <= verdict.criteria.unexplained_variance:
+    share, most = missed[runs] ** 2, verdict.criteria.unexplained_variance
+    if share <= most:
         return ""
     return (
-        f"No effect is named: {100 * missed[runs]:.0f} % (rms) of the recorded {' or '.join(outputs)} in the {runs} runs "
-        "is not explained by the best model, more than half of the variance. Do the recorded inputs act on this "
+        f"No effect is named: {100 * share:.0f} % of the variance of the recorded {' or '.join(outputs)} in the {runs} "
+        f"runs is not explained by the best model, more than {100 * most:.0f} %. Do the recorded inputs act on this "
         "component, and on nothing else?"
     )
 

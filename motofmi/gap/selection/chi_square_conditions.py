@@ -135,7 +135,7 @@ def unless_unclear(verdict: Verdict) -> Verdict:
 
 def missed_share(found: Fit) -> float:
     """The rms of the misfit of an output in the band that is compared, without white noise, over the rms of the output
-    [1]; the largest of all."""
+    about its mean in each segment [1]; the largest of all."""
     shares = []
     ends = np.cumsum([len(run.data) for run in found.runs])
     for run, residuals in zip(found.runs, np.split(found.residuals[: ends[-1]], ends[:-1]), strict=True):

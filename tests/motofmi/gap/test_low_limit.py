@@ -1,4 +1,4 @@
-"""A saturation of the torque beside a sensor that reads too much: its limit ends at the least share of the torque.
+"""A saturation of a torque that was recorded too large by a factor: its limit ends at its least share of the torque.
 
 Below that share nearly all of the torque is beyond the limit, and the law is a factor on the torque.
 """

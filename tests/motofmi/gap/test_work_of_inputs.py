@@ -95,7 +95,7 @@ def test_a_moving_mass_that_is_braked_is_no_reaction():
 
 
 def test_a_weight_that_is_lowered_is_no_reaction():
-    """A spring that is released slowly, and yields by a tenth of its travel to and fro."""
+    """A spring that is released slowly, with an oscillation over a tenth of its travel."""
     lowered = 1.0 - TIME / TIME[-1] + 0.05 * np.sin(40 * np.pi * TIME / TIME[-1])
     assert note_on_signs(MassSpringDamper(), recording(lowered, lowered)) == []
 
