@@ -17,7 +17,7 @@ from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.base_fit import fitted_base
 from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
-from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run, sampled_run
 from motofmi.recordings.recording import Recording
 
 INERTIA, STIFFNESS, DAMPING = 0.2, 5.0, 0.1
@@ -109,7 +109,7 @@ def test_whole_revolutions_are_no_offset_of_an_angle_with_the_sine_of_a_pendulum
     experiment = input_output_experiment(Pendulum(), ["angle"])
     time = np.arange(600) / RATE
     swing = 0.1 * np.exp(-0.25 * time) * np.cos(5 * time)
-    run = prepare_sampled_run(Recording("swing", time, {"angle": 2 * np.pi + swing}, UNITS), experiment)
+    run = sampled_run(Recording("swing", time, {"angle": 2 * np.pi + swing}, UNITS), experiment)
     model = FreeInitialStateModel(experiment, [GeometricNonlinearity] if sine else [])
     start = np.concatenate([np.log([INERTIA, DAMPING, STIFFNESS]), np.ones(len(model.names) - 3)])  # the whole sine
     run.guess.update({0: {"initial": {"angle": 0.1, "rate": 0.0}, "misfit": np.inf}})
@@ -133,3 +133,37 @@ def test_the_sine_is_named_where_it_cannot_be_simulated_over_the_segments_of_the
     found = mf.find_gap([driven(61, 80.0)], validation=[driven(62, 40.0)], component="pendulum")
     assert found.verdict == "named" and found.effects[0]["name"] == "geometric_nonlinearity"
     assert found.effects[0]["parameters"]["share"]["value"] == pytest.approx(1.0, abs=0.01)
+
+
+def swing(name: str, released: float, about: float) -> Recording:
+    """10 s of a free swing whose angle is counted from another direction than that of the equilibrium."""
+    def rates(_, x):
+        return [x[1], (-STIFFNESS * np.sin(x[0]) - 0.3 * DAMPING * x[1]) / INERTIA]
+
+    time = np.arange(1000) / RATE
+    found = solve_ivp(rates, (0, time[-1]), [released, 0.0], t_eval=time, rtol=1e-9, atol=1e-11)
+    noise = NOISE * np.random.default_rng(len(name)).standard_normal(len(time))
+    return Recording(name, time, {"angle": about + found.y[0] + noise}, {"angle": "rad"})
+
+
+@pytest.mark.parametrize("about", [np.pi, -np.pi])
+def test_a_swing_is_counted_from_its_equilibrium(about):
+    """Counted from the top: the sine fits from there only, and the equilibrium of the linear base is anywhere."""
+    runs = [swing("fitted", 1.6, about), swing("validation", 0.6, about)]
+    found = mf.find_gap(runs[:1], validation=runs[1:], component="pendulum")
+    (effect,) = found.effects
+    share = effect["parameters"]["share"]
+    assert (found.verdict, effect["form"]) == ("named", "sine")
+    assert share["value"] == pytest.approx(1.0, abs=4 * share["standard_error"])
+    (note,) = [each for each in found.limitations if "oscillates about" in each and "fitted" in each]
+    assert "without an input" in note
+
+
+def test_a_swing_about_zero_and_a_driven_angle_keep_their_values():
+    experiment = input_output_experiment(Pendulum(), ["angle"])
+    free = prepare_sampled_run(swing("about zero", 1.0, 0.2), experiment)
+    assert free.measured[:, 0] == pytest.approx(swing("about zero", 1.0, 0.2)["angle"])
+    held, both = swing("held", 0.5, np.pi), input_output_experiment(Pendulum(), ["torque", "angle"])
+    columns = {**held.columns, "torque": np.sin(held.time)}
+    run = prepare_sampled_run(Recording("held", held.time, columns, UNITS), both)
+    assert run.measured[:, 0] == pytest.approx(held["angle"])
