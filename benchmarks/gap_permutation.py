@@ -31,7 +31,7 @@ from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.base_fit import fitted_base
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
-from motofmi.gap.selection.any_component import offset_priors
+from motofmi.gap.selection.any_component import with_unknown_offsets
 from motofmi.gap.selection.noise_rounds import with_noise_of
 from motofmi.gap.selection.staged_selection import in_shorter_segments
 from motofmi.gap.validation.before_after import on_validation_runs
@@ -47,7 +47,7 @@ STUDIED = ("EMPS, displacement imposed", "EMPS, force in", "Silverbox", "filmed 
 def prepared(folder: Path, name: str) -> Null:
     """The null hypothesis of a recording: its base fitted as the workflow does, and the effects at its elements."""
     kind, criteria = InputOutput(_given(folder, SOURCES[name])), Criteria()
-    experiment = kind.experiment.with_sensor_offsets(offset_priors(kind.runs))
+    experiment = with_unknown_offsets(kind.experiment, kind.runs)
     based = fitted_base(experiment, kind.runs, {}, (), criteria)
     found, library = based.fit, based.candidates
     base = fit(found.model, [in_shorter_segments(run) for run in found.runs], found.x)

@@ -8,6 +8,8 @@ A law is no candidate where the recorded motion does not distinguish it from oth
   be any function of the distance covered.
 - The motion is taken about its mean in each run. Where the means differ by more than the motion itself and the base has
   no spring, a law of the deflection would have another centre in each run, and a spring has one.
+- A body that rotates by more than a revolution in one direction has no spring: where the base has none, the forces of
+  springs are no candidates.
 - Without an input the amplitude falls with the time: a damper or spring that changes over time has the response of one
   that depends on the amplitude. So has a hysteresis: for a slowly changing amplitude it is a stiffness and a damping
   that depend on it (Caughey, J. Appl. Mech. 27 (1960) 640-643). While a rate keeps its sign, a sensor that drifts
@@ -36,6 +38,7 @@ from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.experiments.input_output import InputOutputExperiment
 from motofmi.gap.preprocessing.one_way import is_one_way, keeps_direction
 from motofmi.gap.preprocessing.sampled_run import SampledRun, excited
+from motofmi.gap.preprocessing.springs_like_friction import rotates
 
 ONE_WAY = (
     "{}: the motion is never reversed. Not candidates there: {}; they are not distinguishable from friction and "
@@ -49,6 +52,10 @@ HYSTERESIS = DahlHysteresis.family
 CENTRES = (
     "{}: the means of the runs, {:.3g} to {:.3g} {}, differ by more than the motion about them, and the base has no "
     "spring. Not candidates there: {}; they would have another centre in each run."
+)
+ROTATES = (
+    "{}: the angle increases or decreases by more than a revolution, and the base has no spring. Not candidates there: "
+    "{}; they are the forces of springs."
 )
 NO_RESTORING = (
     "{}: nothing in the base depends on it. Not a candidate there: {}; the torque of gravity has a linear part, which "
@@ -82,10 +89,11 @@ def candidate_laws(
     period = float(np.median([1 / run.middle_frequency for run in runs]))
     library = laws_at(experiment.component, largest_rate, inputs, outputs, states, period)
     kept, sentences = _distinguishable(library, found)
+    kept, rotating = _without_springs_of_rotating_bodies(kept, found)
     kept, centres = _with_one_centre(kept, found)
     kept, free = _with_restoring_force(kept, experiment.component)
     kept, undriven = _without_those_of_driven_runs(kept, runs)
-    return kept, [*sentences, *centres, *free, *undriven, *(REVOLUTIONS.format(name) for name in turning)]
+    return kept, [*sentences, *rotating, *centres, *free, *undriven, *(REVOLUTIONS.format(name) for name in turning)]
 
 
 def _distinguishable(library: Sequence[type[Effect]], found: Fit) -> tuple[list[type[Effect]], list[str]]:
@@ -106,6 +114,28 @@ def _distinguishable(library: Sequence[type[Effect]], found: Fit) -> tuple[list[
     every = [effect for laws in left_out.values() for effect in laws]
     kept = [effect for effect in library if effect not in every]
     return kept, [s.format(motion, _listed(laws, kept)) for (s, motion), laws in left_out.items()]
+
+
+def _without_springs_of_rotating_bodies(
+    library: Sequence[type[Effect]], found: Fit
+) -> tuple[list[type[Effect]], list[str]]:
+    """The laws without the forces of springs on an angle that rotates in every run where the base has no spring, and a
+    sentence for each element that loses some."""
+    experiment, kept, sentences = found.model.experiment, list(library), list[str]()
+    component, free = experiment.component, {f.name for f in experiment.free}
+    for name, element in component.elements.items():
+        spring = element.stiffness and (element.stiffness in free or component.values[element.stiffness])
+        if spring or not all(rotates(element, run) for run in found.runs):
+            continue
+        laws = [e for e in kept if e.element == name and _is_spring(e)]
+        kept = [effect for effect in kept if effect not in laws]
+        sentences += [ROTATES.format(element.deflection, _listed(laws, kept))] if laws else []
+    return kept, sentences
+
+
+def _is_spring(law: type[Effect]) -> bool:
+    """Whether the force of a law follows from the deflection alone."""
+    return "deflection" in law.reads() and "rate" not in law.reads() and not law.has_states()
 
 
 def _with_one_centre(library: Sequence[type[Effect]], found: Fit) -> tuple[list[type[Effect]], list[str]]:

@@ -201,16 +201,17 @@ def deviations_of_runs(model: AnyModel, total: int) -> tuple[np.ndarray, np.ndar
 
 
 def sensor_offsets_of(found: Fit) -> list[dict[str, tuple[float, float]]]:
-    """The sensor offsets of every run: value and standard error by the parameter's name."""
-    model, errors = found.model, standard_errors(found.covariance())
+    """The sensor offsets of every run, that of all runs plus its own: value and standard error by the parameter's name."""
+    model = found.model
     places, count = deviations_of_runs(model, len(found.x))[0], len(run_to_run_deviations(model.experiment))
+    own = [(at // count, place, len(model.names) + at) for at, place in enumerate(places) if place >= len(model.base)]
+    sums = np.zeros((len(own), len(found.x)))
+    for row, (_, place, at) in zip(sums, own, strict=True):
+        row[[place, at]] = 1.0
+    errors = standard_errors(sums @ found.covariance() @ sums.T)
     offsets: list[dict[str, tuple[float, float]]] = [{} for _ in found.runs]
-    for at, place in enumerate(places):
-        if place >= len(model.base):
-            offsets[at // count][model.names[place]] = (
-                float(found.x[len(model.names) + at]),
-                float(errors[len(model.names) + at]),
-            )
+    for (run, place, _), value, error in zip(own, sums @ found.x, errors, strict=True):
+        offsets[run][model.names[place]] = float(value), float(error)
     return offsets
 
 

@@ -15,7 +15,9 @@ from fmus.support.errors import InputError, unknown
 from motofmi.gap.experiments.experiment import FreeParameter, parameter_of, with_imposed_state
 from motofmi.gap.experiments.sensor_offset import sensor_offset_effect, sensor_offset_parameter
 
-COMMON = 1e-3  # prior of the common sensor offset over that of each run: offsets belong to single runs
+# Prior of the smaller part of a sensor offset over that of the larger one: of the part that is common to all runs, since
+# offsets belong to single runs, or of that of each run, where these take the place of dry friction.
+SMALLER_PART = 1e-3
 SLIDING_RATE = "coulomb_friction.sliding_rate"
 LEAST_SLIDING_RATE = 1e-6  # rad/s or m/s
 # Sliding rate of Coulomb friction over the largest rate. A simulation has to resolve the transition through zero rate;
@@ -30,8 +32,8 @@ class InputOutputExperiment:
     imposed is the state that is given instead of the input `outputs[0]`; "" where the component runs forward. given
     holds parameters of effects that the experiment sets, largest is the largest measured deflection [rad or m] and
     largest_rate the largest rate of it, infinite where it is not known yet.
-    sensor_offsets holds the standard deviation of each input's sensor offset, which differs from run to run. own_values
-    says whether the component's values are a user's: those that ship are starting values and no expectation. from_rest
+    sensor_offsets holds the standard deviation of each input's sensor offset, which differs from run to run unless
+    common_offsets says that all runs have the same; of an imposed motion these may be those of the effort. own_values says whether the component's values are a user's: those that ship are starting values and no expectation. from_rest
     says that every stretch of a recording begins at rest, so that its initial states are known.
     """
 
@@ -45,6 +47,7 @@ class InputOutputExperiment:
     largest_rate: float = inf
     measured_effects: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     sensor_offsets: Mapping[str, float] = field(default_factory=dict)
+    common_offsets: bool = False
     own_values: bool = True
     from_rest: bool = False
 
@@ -58,10 +61,17 @@ class InputOutputExperiment:
         """The parameters besides the free ones that are fitted without a fixed sign: the sensor offsets."""
         return tuple(sensor_offset_parameter(name) for name in self.sensor_offsets)
 
-    def with_sensor_offsets(self, deviations: Mapping[str, float]) -> "InputOutputExperiment":
-        """The experiment with sensor offsets of these standard deviations on its recorded inputs, one in each run."""
-        common = {sensor_offset_parameter(name): (0.0, COMMON * deviation) for name, deviation in deviations.items()}
-        return replace(self, sensor_offsets=deviations, measured_effects={**self.measured_effects, **common})
+    def with_sensor_offsets(self, deviations: Mapping[str, float], common: bool = False) -> "InputOutputExperiment":
+        """The experiment with sensor offsets of these standard deviations on its recorded inputs, one in each run, or
+        one that is common to all runs."""
+        of_all, of_each = (1.0, SMALLER_PART) if common else (SMALLER_PART, 1.0)
+        priors = {sensor_offset_parameter(name): (0.0, of_all * deviation) for name, deviation in deviations.items()}
+        return replace(
+            self,
+            sensor_offsets={name: of_each * deviation for name, deviation in deviations.items()},
+            common_offsets=common,
+            measured_effects={**self.measured_effects, **priors},
+        )
 
     @property
     def driven(self) -> tuple[str, ...]:

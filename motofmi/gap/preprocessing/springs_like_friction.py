@@ -5,14 +5,17 @@
 With a small stiffness k and a distant x_0 the torque is constant: that of dry friction. Where the deflection is not
 recorded and only grows, a spring takes the place of any law of friction, and its stiffness is not identifiable. A rate
 that rises and falls without an input is that of a spring, as of a door closer. A body that rotates by more than a
-revolution in one direction has no spring, also where its angle is recorded; a rate that rises and falls within
-revolutions is that of a pendulum.
+revolution in one direction has no spring, also where its angle is recorded; a rate that rises and falls in the same
+way in every revolution is that of a pendulum: its synchronous average is not constant.
+
+Source: McFadden, Mechanical Systems and Signal Processing 1 (1987) 83-95, on the synchronous average.
 """
 
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.stats import f_oneway
 
 from fmus.declaration.elements import Element
 from motofmi.gap.experiments.input_output import InputOutputExperiment
@@ -23,8 +26,11 @@ NO_SPRING = (
     "{} is not recorded, and its rate has one sign: {} is taken as zero, since the force of a spring may there be that "
     "of dry friction. Where the component has a spring, record {} or give a run with reversals; --free {} fits it."
 )
-EIGHTH = np.pi / 4  # rad of a revolution, over which the rate of an angle is taken
+EIGHTHS = 8  # parts of a revolution, over which the rate of an angle is taken
+EIGHTH = 2 * np.pi / EIGHTHS  # rad
 RISE = 0.1  # return of that rate over its range from which on it is that of a pendulum and no error of the sensor
+LEVEL = 0.001  # significance of a rate that rises and falls with the revolutions
+FEWEST_REVOLUTIONS = 4  # in which that is tested
 ROTATES = "{} increases or decreases by more than a revolution: {} is taken as zero; --free {} fits it."
 
 
@@ -38,7 +44,7 @@ def without_springs_like_friction(
         name, deflection = element.stiffness, element.deflection
         if name not in free - set(zero) or component.table[name].min > 0:
             continue
-        if component.table[deflection].unit == "rad" and all(_rotates(element, run) for run in runs):
+        if all(rotates(element, run) for run in runs):
             zero[name] = 0.0
             sentences.append(ROTATES.format(deflection, name, name))
         elif all(_only_grows(element, run, excited(runs)) for run in runs):
@@ -56,20 +62,30 @@ def _only_grows(element: Element, run: SampledRun, driven: bool) -> bool:
     return driven or not any(map(oscillates, run.recording.parts(element.rate)))
 
 
-def _rotates(element: Element, run: SampledRun) -> bool:
+def rotates(element: Element, run: SampledRun) -> bool:
     """Whether an angle is recorded that exceeds a revolution and keeps its direction, while its rate does not rise and
-    fall."""
-    if element.deflection not in run.recording.columns:
+    fall with the revolutions."""
+    if element.deflection not in run.recording.columns or run.recording.units[element.deflection] != "rad":
         return False
     parts = run.recording.parts(element.deflection)
-    return all(map(keeps_direction, parts)) and all(map(_rotates_evenly, parts))
+    return all(map(keeps_direction, parts)) and all(map(_rotates_freely, parts))
 
 
-def _rotates_evenly(angle: np.ndarray) -> bool:
+def _rotates_freely(angle: np.ndarray) -> bool:
     """Whether an angle (n,) that keeps its direction exceeds a revolution, and its rate over eighths of a revolution
-    does not rise and fall."""
+    does not rise and fall, or does so otherwise in every revolution, as that of a driven body."""
     way = np.maximum.accumulate(direction_of(angle) * angle)
     marks = np.arange(way[0], way[-1], EIGHTH)
-    if len(marks) <= 2 * np.pi / EIGHTH + 1:
+    if len(marks) <= EIGHTHS + 1:
         return False
-    return largest_return(1 / np.diff(np.interp(marks, way, np.arange(len(way))))) < RISE
+    rate = 1 / np.diff(np.interp(marks, way, np.arange(len(way))))
+    return largest_return(rate) < RISE or not _repeats(rate)
+
+
+def _repeats(rate: np.ndarray) -> bool:
+    """Whether a rate (n,) over eighths of a revolution, about its mean over one revolution, differs with the eighth, by
+    an analysis of variance; as for fewer than `FEWEST_REVOLUTIONS`."""
+    within = rate[EIGHTHS // 2 : len(rate) - EIGHTHS // 2 + 1] - np.convolve(rate, np.full(EIGHTHS, 1 / EIGHTHS), "valid")
+    revolutions = len(within) // EIGHTHS
+    of_eighths = within[: revolutions * EIGHTHS].reshape(revolutions, EIGHTHS).T
+    return revolutions < FEWEST_REVOLUTIONS or bool(f_oneway(*of_eighths).pvalue < LEVEL)

@@ -77,9 +77,8 @@ def investigate(
     on_progress is called with an intermediate verdict after every stage. A validation recording can reject an effect,
     it cannot add one. Raises InputError where the base cannot be fitted.
     """
-    experiment = experiment.with_sensor_offsets(offset_priors(runs))
-    # An offset of the effort in each run would take the place of dry friction, see `offset_priors`.
-    without_offsets = bool(experiment.imposed) and move_both_ways(runs)
+    experiment = with_unknown_offsets(experiment, runs)
+    without_offsets = bool(experiment.imposed) and experiment.common_offsets
     runs = [replace(run, without_offsets=without_offsets) for run in runs]
 
     left_out: list[str] = []
@@ -158,14 +157,14 @@ def _values_if_none_is_determined(found: Fit, criteria: Criteria) -> list[str]:
     return names if len(names) == len(base) else []
 
 
-def offset_priors(runs: Sequence[SampledRun]) -> dict[str, float]:
-    """The prior standard deviation of each input's sensor offset, in the unit of the input.
+def with_unknown_offsets(experiment: InputOutputExperiment, runs: Sequence[SampledRun]) -> InputOutputExperiment:
+    """The experiment with unknown sensor offsets.
 
-    Where every run moves one way, an offset of each run takes the place of dry friction. There are none then, if runs
-    in both directions show the friction.
+    Where every run moves one way, an offset of each run takes the place of dry friction. If runs in both directions show
+    the friction, one offset is fitted in all runs, to each input or to the effort of an imposed motion.
     """
-    if move_both_ways(runs):
-        return {}
-    inputs = runs[0].experiment.inputs
+    both_ways = move_both_ways(runs)
+    inputs = experiment.outputs if both_ways and experiment.imposed else experiment.inputs
     deviations = {n: [float(np.std(run.recording[n])) for run in runs if varies(run.recording[n])] for n in inputs}
-    return {n: OFFSET_PRIOR * max(every) for n, every in deviations.items() if every}
+    priors = {n: OFFSET_PRIOR * max(every) for n, every in deviations.items() if every}
+    return experiment.with_sensor_offsets(priors, common=both_ways)

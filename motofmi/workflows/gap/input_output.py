@@ -45,9 +45,8 @@ ANCHORED = (
     "No input is recorded, or all inputs are zero: only ratios of parameters are identifiable, with {} as given."
 )
 BOTH_WAYS = (
-    "Every run, or every part of an imposed motion, moves one way, some forwards and some backwards: no offset of an "
-    "input, or of the effort of an imposed motion, is fitted, since in each of them it would take the place of dry "
-    "friction."
+    "Every run, or every part of an imposed motion, moves one way, some forwards and some backwards: an offset of each "
+    "would take the place of dry friction. An input, or the effort of an imposed motion, has one offset in all of them."
 )
 
 

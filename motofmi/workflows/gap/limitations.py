@@ -141,17 +141,20 @@ def _on_sensor_offsets(
     best: Fit, columns: Iterable[str], criteria: Criteria, one_way: bool = False
 ) -> Iterator[str]:
     """Offsets of sensors that are distinguishable from zero, with `one_way` those of runs of one direction alone."""
-    for run, offsets in zip(best.runs, sensor_offsets_of(best), strict=True):
-        if one_way and not run.direction:
+    common, measured = best.model.experiment.common_offsets, best.model.experiment.outputs
+    for run, offsets in zip(best.runs[:1] if common else best.runs, sensor_offsets_of(best), strict=False):
+        in_one_direction = bool(run.direction) and not common
+        if one_way and not in_one_direction:
             continue
-        friction = ", dry friction (the rate has one sign)" if run.direction else ""
+        friction = ", dry friction (the rate has one sign)" if in_one_direction else ""
         for name in columns:
             value, error = offsets[sensor_offset_parameter(name)]
             if abs(value) > criteria.sensor_offset_errors * error:
+                acting = -value if name in measured else value  # an output is recorded with its offset
                 yield (
-                    f"The {name} of {run.name} is fitted as the recorded values plus {value:.2g} "
-                    f"{run.recording.units[name]} (standard error {error:.1g}): a sensor offset{friction}, or another "
-                    "constant input."
+                    f"The {name} of {'every run' if common else run.name} is fitted as the recorded values plus "
+                    f"{acting:.2g} {run.recording.units[name]} (standard error {error:.1g}): a sensor offset{friction}, "
+                    "or another constant input."
                 )
 
 

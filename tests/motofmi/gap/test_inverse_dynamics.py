@@ -18,7 +18,7 @@ from motofmi.gap.estimation.inverse_dynamics import imposed_motions, inverse_dyn
 from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
-from motofmi.gap.selection.any_component import offset_priors
+from motofmi.gap.selection.any_component import with_unknown_offsets
 from tests.simulators.double_pendulum import SLIDING, TRUE, DoublePendulum, held_pendulum
 
 # The only candidate: the equation error of all laws takes longer than the base.
@@ -28,7 +28,7 @@ FRICTION = [law for law in laws_at(DoublePendulum()) if law.form == "coulomb_elb
 def prepared(recording):
     experiment = input_output_experiment(DoublePendulum(), list(recording.columns))
     run = prepare_sampled_run(recording, experiment)
-    experiment = experiment.with_sensor_offsets(offset_priors([run]))
+    experiment = with_unknown_offsets(experiment, [run])
     return experiment, [replace(run, experiment=experiment)]
 
 

@@ -38,7 +38,7 @@ def fit_with(*effects, reduced):
             name="joint", elements={}, table={n: SimpleNamespace(unit="N.m", min=0.0, max=np.inf) for n in names}
         ),
         experiment=SimpleNamespace(
-            parameter=lambda effect, n: f"{effect.family}.{n}", own_values=False, sensor_offsets={}, free=[],
+            parameter=lambda effect, n: f"{effect.family}.{n}", own_values=False, sensor_offsets={}, common_offsets=False, free=[],
             from_rest=False, sliding_rate=0.02, outputs=["angle"], component=SimpleNamespace(elements={"spring": None}, states=[]),
         ),
     )  # fmt: skip

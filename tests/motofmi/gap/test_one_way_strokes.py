@@ -47,15 +47,18 @@ def gap(directions, friction, monkeypatch, offset=0.0):
     return mf.find_gap(runs, validation=held, component=SLIDE, impose="displacement")
 
 
-@pytest.mark.parametrize("friction", [0.0, 3.0])
-def test_strokes_in_both_directions_show_dry_friction(monkeypatch, friction):
-    found = gap((1, -1), friction, monkeypatch)
+@pytest.mark.parametrize(("friction", "offset"), [(0.0, 0.0), (0.0, OFFSET), (3.0, OFFSET)])
+def test_strokes_in_both_directions_show_dry_friction(monkeypatch, friction, offset):
+    """Beside an offset of the load cell, which is the same in all of them."""
+    found = gap((1, -1), friction, monkeypatch, offset)
     assert found.verdict == ("named" if friction else "none")
     assert [e["name"] for e in found.effects] == ["coulomb_friction"] * bool(friction)
     if friction:
         value = found.effects[0]["parameters"]["friction_torque"]
         assert value["value"] == pytest.approx(friction, abs=4 * value["standard_error"])
-    assert any("no offset of an input, or of the effort of an imposed motion" in each for each in found.limitations)
+    assert any("the effort of an imposed motion, has one offset in all of them" in each for each in found.limitations)
+    said = [each for each in found.limitations if "force of every run is fitted as the recorded values plus -0.5 N" in each]
+    assert len(said) == bool(offset)
 
 
 def test_strokes_in_one_direction_do_not(monkeypatch):

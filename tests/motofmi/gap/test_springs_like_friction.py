@@ -111,6 +111,43 @@ def test_friction_of_a_drive_in_one_direction_is_an_offset_of_its_torque_in_the_
     assert float(next(word for word in said if word.startswith("-"))) == pytest.approx(-friction, abs=0.005)
 
 
+def driven(sign: float, seed: int, gravity: float, friction: float = 0.3, load: float = 0.15) -> Recording:
+    """A joint that a torque with random steps of 0.5 s turns one way through revolutions, beside a constant load."""
+    inertia, damping, random = 0.05, 0.02, np.random.default_rng(seed)
+    torques = sign * random.uniform(1.2, 2.0, 40)
+
+    def rates(t, x):
+        torque = torques[min(int(2 * t + 1e-9), len(torques) - 1)] + load - friction * np.tanh(x[1] / 0.01)
+        return [x[1], (torque - damping * x[1] - gravity * np.sin(x[0])) / inertia]
+
+    time = 0.01 * np.arange(2000)
+    # from a rate at which no friction changes its sign
+    angle = solve_ivp(rates, (0, time[-1]), [0.0, 20.0 * sign], t_eval=time, max_step=0.01, rtol=1e-8).y[0]
+    columns = {"torque": np.repeat(torques, 50), "angle": angle + 0.01 * random.standard_normal(len(time))}
+    return Recording(f"run_{seed}", time, columns, {"torque": "N.m", "angle": "rad"})
+
+
+def test_a_driven_joint_that_rotates_has_friction_and_no_spring():
+    """A spring with a distant centre had the place of the friction, since the rate rises and falls with the torque."""
+    only = [driven(sign, seed, 0.0) for seed, sign in enumerate((1, -1, 1, -1))]
+    found = mf.find_gap(only[:2], validation=only[2:], component="driven_joint")
+    (effect,) = found.effects
+    torque = effect["parameters"]["friction_torque"]
+    assert found.verdict == "named" and effect["name"] == "coulomb_friction"
+    assert torque["value"] == pytest.approx(0.3, abs=4 * torque["standard_error"])
+    assert any("torque of every run is fitted as the recorded values plus 0.15 N.m" in each for each in found.limitations)
+    assert any("no spring. Not candidates there: hardening_stiffness" in each for each in found.limitations)
+
+
+@pytest.mark.parametrize(("gravity", "kept"), [(0.0, False), (0.6, True)])
+def test_a_driven_pendulum_that_rotates_keeps_its_gravity(gravity, kept):
+    recording = driven(1, 5, gravity)
+    experiment = input_output_experiment(mf.mechanism("pendulum"), list(recording.columns))
+    found, _ = without_springs_like_friction(experiment, [prepare_sampled_run(recording, experiment)])
+    assert np.ptp(recording["angle"]) > 100 * np.pi
+    assert ("gravity_stiffness" in [f.name for f in found.free]) == kept
+
+
 def test_a_pendulum_that_rotates_by_revolutions_keeps_its_gravity():
     """Its rate falls on the way up and rises on the way down; that of a wheel with the same friction only falls."""
     def rates(_, x, gravity):

@@ -14,10 +14,11 @@ from fmus.support.errors import InputError
 from motofmi.gap.estimation.fitting import fit
 from motofmi.gap.estimation.from_rest import fit_from_rest
 from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.gap.experiments.sensor_offset import sensor_offset_parameter
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.sampled_run import excited
 from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
-from motofmi.gap.selection.any_component import investigate, offset_priors
+from motofmi.gap.selection.any_component import investigate, with_unknown_offsets
 from motofmi.gap.selection.staged_selection import Selection
 from motofmi.recordings.joined import with_short_joined
 from motofmi.recordings.recording import Recording
@@ -102,7 +103,7 @@ def test_an_input_that_is_constant_within_rounding_has_no_sensor_offset(change, 
     run = step_response(9.4, rate=1000.0)
     run.columns["force"][::2] += change
     prepared = prepare_sampled_run(run, input_output_experiment(MassSpringDamper(), run.columns))
-    assert bool(offset_priors([prepared])) == excited([prepared]) == varying
+    assert bool(with_unknown_offsets(prepared.experiment, [prepared]).sensor_offsets) == excited([prepared]) == varying
 
 
 def test_a_deflected_mass_that_is_released_is_no_step_response():
@@ -119,15 +120,19 @@ def test_a_deflected_mass_that_is_released_is_no_step_response():
     assert fit_from_rest(fit(model, runs, start)) is None
 
 
-@pytest.mark.parametrize(("forces", "fitted"), [((4.7, 9.4), True), ((4.7, -9.4), False), ((-4.7, -9.4), True)])
-def test_no_offset_is_fitted_in_place_of_friction(forces, fitted):
+@pytest.mark.parametrize(("forces", "common"), [((4.7, 9.4), False), ((4.7, -9.4), True), ((-4.7, -9.4), False)])
+def test_no_offset_of_each_run_is_fitted_in_place_of_friction(forces, common):
     """In a run of one direction an offset and dry friction are the same constant force; runs of both tell them apart."""
-    runs = [step_response(force, rate=1000.0) for force in forces]
-    runs = [prepare_sampled_run(r, input_output_experiment(MassSpringDamper(), r.columns)) for r in runs]
+    recordings = [step_response(force, rate=1000.0) for force in forces]
+    experiment = input_output_experiment(MassSpringDamper(), recordings[0].columns)
+    runs = [prepare_sampled_run(r, experiment) for r in recordings]
     for run in runs:
         run.recording.columns["force"][:10] = 0.0  # an input that varies
     assert [run.direction for run in runs] == [np.sign(force) for force in forces]
-    assert bool(offset_priors(runs)) == fitted
+    found = with_unknown_offsets(experiment, runs)
+    of_all, of_each = found.measured_effects[sensor_offset_parameter("force")][1], found.sensor_offsets["force"]
+    assert (of_each < 0.01 * of_all) == common
+    assert (of_all < 0.01 * of_each) != common
 
 
 @pytest.mark.parametrize(("swing", "direction"), [(0.0, -1.0), (0.1, 0.0)])
