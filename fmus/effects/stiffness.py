@@ -185,3 +185,17 @@ class GravityTorque(Effect):
     @adds_to("force")
     def sine(self, v, m):
         return v.gravity_torque * (m.sin(v.deflection) - v.deflection)
+
+
+class TurnedGravityTorque(Effect):
+    """Large rotation: the torque of gravity follows the sine of the angle from a vertical that is not known."""
+
+    family, form, element = "geometric_nonlinearity", "turned", "rotation"
+    sine_torque = parameter("N.m", "Torque of gravity, its part with the sine of the angle", symbol="m g l_s", start=1.0)
+    cosine_torque = parameter(
+        "N.m", "Torque of gravity, its part with the cosine of the angle", symbol="m g l_c", start=1.0
+    )
+
+    @adds_to("force")
+    def turned(self, v, m):
+        return v.sine_torque * m.sin(v.deflection) + v.cosine_torque * m.cos(v.deflection)

@@ -10,7 +10,7 @@ from fmus.effects.placement import laws_at
 from fmus.mechanisms import DrivenJoint
 
 EFFECTS = [e for e in laws_at(DrivenJoint()) if added_terms(e)]
-FUNCTIONS = {"tanh": np.tanh, "sinh": np.sinh, "sin": np.sin, "exp": np.exp, "abs": np.abs}
+FUNCTIONS = {"tanh": np.tanh, "sinh": np.sinh, "sin": np.sin, "cos": np.cos, "exp": np.exp, "abs": np.abs}
 
 
 class Values:

@@ -119,7 +119,7 @@ def magnitudes_of(found: Fit, effect: type[Effect]) -> list[int]:
 def _changed_by(found: Fit, effect: type[Effect]) -> list[int]:
     """The indices in x of the fitted stiffness and damping of its element by which the term of an effect is
     multiplied."""
-    element = found.model.component.elements.get(effect.element)
+    element = found.model.experiment.component.elements.get(effect.element)  # where a motion is imposed, of what moves
     names = {word: getattr(element, word, "") for word in ("stiffness", "damping") if word not in effect.declared}
     fitted = {word: found.model.names.index(name) for word, name in names.items() if name in found.model.base}
     return [place for word, place in fitted.items() if word in effect.reads()]

@@ -16,7 +16,8 @@ A law is no candidate where the recorded motion does not distinguish it from oth
   steadily has the response of dry friction, and one whose gain depends on the reading that of a drag: for v' = -f(v)
   and y = g(v), y' = -h(y) with h = g' f.
 - The torque of gravity follows the sine of an angle, whose linear part is a stiffness. Where nothing in the base
-  depends on the angle, that part is missing as well.
+  depends on the angle, that part is missing as well. The angle is counted from the vertical, or from an unknown angle
+  where it is imposed: of an angle that is an output, an unknown offset has that place.
 - The error of an angle's sensor repeats with every revolution, where the laws of a sensor grow with the reading.
 """
 
@@ -32,7 +33,7 @@ from fmus.effects.hysteresis import DahlHysteresis
 from fmus.effects.library import declared_by
 from fmus.effects.output_channel import ClippedSensor, SensorDrift
 from fmus.effects.placement import laws_at
-from fmus.effects.stiffness import GravityTorque
+from fmus.effects.stiffness import GravityTorque, TurnedGravityTorque
 from fmus.linear_analysis.linearisation import linearise
 from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.experiments.input_output import InputOutputExperiment
@@ -88,6 +89,8 @@ def candidate_laws(
     states = {} if experiment.imposed else _ranges(found)
     period = float(np.median([1 / run.middle_frequency for run in runs]))
     library = laws_at(experiment.component, largest_rate, inputs, outputs, states, period)
+    if not experiment.imposed:
+        library = [effect for effect in library if not issubclass(effect, TurnedGravityTorque)]
     kept, sentences = _distinguishable(library, found)
     kept, rotating = _without_springs_of_rotating_bodies(kept, found)
     kept, centres = _with_one_centre(kept, found)
@@ -162,7 +165,7 @@ def _with_restoring_force(
     of a ship, and a sentence for each."""
     states, slopes, kept, sentences = list(component.states), linearise(component).A, list(library), list[str]()
     for name, element in component.elements.items():
-        laws = [e for e in kept if e.element == name and issubclass(e, GravityTorque)]
+        laws = [e for e in kept if e.element == name and issubclass(e, (GravityTorque, TurnedGravityTorque))]
         if laws and element.deflection in states and not np.any(slopes[:, states.index(element.deflection)]):
             kept = [effect for effect in kept if effect not in laws]
             sentences.append(NO_RESTORING.format(element.deflection, _listed(laws, kept)))

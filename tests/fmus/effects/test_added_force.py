@@ -99,8 +99,15 @@ class Arm(Component):
 def test_an_angle_of_a_class_without_elements_has_the_sine_of_large_angles():
     arm = with_force_element(Arm())
     forms = {e.form: e for e in laws_at(arm) if e.family == "geometric_nonlinearity"}
-    assert set(forms) == {"gravity"}
+    assert set(forms) == {"gravity", "turned"}
     pendulum = arm.with_effects(forms["gravity"]()).with_values(**{"geometric_nonlinearity.gravity_torque": 10.0})
     rates, _ = pendulum.derivatives(np.array([2.0, 0.0]), np.zeros(1))
     assert rates == pytest.approx([0.0, -10 * np.sin(2.0)], rel=1e-12)  # the pendulum, q'' = -g/l sin q
-    assert {e.form for e in laws_at(DrivenJoint()) if e.family == "geometric_nonlinearity"} == {"sine"}
+    turned = arm.with_effects(forms["turned"]()).with_values(
+        **{"geometric_nonlinearity.sine_torque": 6.0, "geometric_nonlinearity.cosine_torque": 8.0}
+    )
+    rates, _ = turned.derivatives(np.array([2.0, 0.0]), np.zeros(1))
+    hanging = arm.derivatives(np.array([2.0, 0.0]), np.zeros(1))[0]
+    # beside the base: sin(q + p), tan p = 8/6
+    assert rates - hanging == pytest.approx([0.0, -10 * np.sin(2.0 + np.arctan2(8.0, 6.0))], rel=1e-12)
+    assert {e.form for e in laws_at(DrivenJoint()) if e.family == "geometric_nonlinearity"} == {"sine", "turned"}
