@@ -1,34 +1,46 @@
-"""Text with one row per sample: names, perhaps a row of units, numbers; comma, semicolon or tab between cells.
+"""Text with one row per sample: names, perhaps a row of units, numbers; comma, semicolon, tab or blanks between cells.
 
-Names that occur several times, as of motion capture, are those of groups in the row above: `plate x`. What else an
-instrument writes above the names is left out. Dates with times, and times of a day (ISO 8601), are read as
+Names that occur several times, as of motion capture, are those of groups in the row above: `plate x`. Where no other row holds
+names, those of a comment right above the samples count. What else an instrument writes above the names is left out. Dates with times, and times of a day (ISO 8601), are read as
 seconds from the first one. numpy parses the numbers. pandas parses three times as fast, but takes half a second to
 import, which is the time of 15 MB. Only blocks with missing values, dates, quotes or faults are read cell by cell.
 """
 
 import codecs
-import csv
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from datetime import date, datetime, time
+from datetime import datetime
 from io import StringIO
 from itertools import islice
 from pathlib import Path
 
 import numpy as np
 
-from fmus.declaration.units import unit
 from fmus.support.errors import InputError
+from motofmi.recordings.cells import (
+    BLANKS,
+    MISSING,
+    bare,
+    cells_of,
+    date_of,
+    holds_names,
+    holds_samples,
+    holds_units,
+    is_number,
+    mark_of,
+    stripped,
+    without_quoted,
+)
 from motofmi.recordings.formats import supported
 from motofmi.recordings.table import Format, Table, name_and_unit
 
 ROWS = 50_000  # rows of a block
 SAMPLE = 1 << 16  # bytes from which the layout is found
 EXAMPLE = "a header row of names with units, such as 'time [s],angle [rad],torque [N.m]'"
-SKIPPED = ("#", "%", "sep=")  # how lines above the header begin: comments, and what a spreadsheet program writes
-MISSING = {"", "-", "--", "na", "n/a", "#n/a", "nan", "null", "none"}  # in lower case
+COMMENT = ("#", "%")  # how a comment begins
+SKIPPED = (*COMMENT, "sep=")  # how lines above the header begin: comments, and what a spreadsheet program writes
 
 
 @dataclass(frozen=True)
@@ -52,7 +64,7 @@ class Layout:
         if cell.lower() in MISSING:
             return float("nan")
         if column in self.first_dates:
-            stamp = _date(cell)
+            stamp = date_of(cell)
             try:
                 return None if stamp is None else (stamp - self.first_dates[column]).total_seconds()
             except TypeError:  # only one of them has a time zone
@@ -95,43 +107,43 @@ def _layout(head: bytes, whole: bool) -> Layout:
 
 def _layout_of(lines: Sequence[str], encoding: str, mark: str = "") -> Layout:
     """The layout of lines, whose cells a mark separates, or one that is found."""
-    rows = [
-        (number, line.rstrip("\n"))
-        for number, line in enumerate(lines, 1)
-        if line.strip() and not line.lower().startswith(SKIPPED)
-    ]
+    written = [(number, line.rstrip("\n")) for number, line in enumerate(lines, 1) if line.strip()]
+    rows = [(number, line) for number, line in written if not line.lower().startswith(SKIPPED)]
     if not rows:
         raise InputError(f"the file is empty; expected {EXAMPLE}")
-    every = rows
-    above, heading = (rows := _from_names(every, mark)).pop(0)
-    delimiter = mark or max(",;\t", key=_without_quoted(heading).count)
-    headings = _stripped(_cells(heading, delimiter))
+    if not mark and mark_of(rows[-1][1]) == BLANKS:
+        mark = BLANKS
+    every, place = rows, _names_of(rows, mark)
+    if place is None:  # perhaps those of a comment
+        commented = [(number, line.lstrip("".join(COMMENT))) for number, line in written if number < rows[0][0]]
+        place = _names_of([*commented, *rows], mark)
+        every = rows if place is None else [*commented, *rows]
+    rows = every[place or 0 :]
+    above, heading = rows.pop(0)
+    delimiter = mark or max(",;\t", key=without_quoted(heading).count)
+    headings = stripped(cells_of(heading, delimiter))
     if len(set(headings)) < len(headings) and len(every) > len(rows) + 1:
-        headings = _in_groups(headings, _stripped(_cells(every[-len(rows) - 2][1], delimiter)))
-    if all(_is_number(name) for name in headings):
+        headings = _in_groups(headings, stripped(cells_of(every[-len(rows) - 2][1], delimiter)))
+    if all(is_number(name) for name in headings):
         raise InputError(f"line {above} holds numbers, expected {EXAMPLE}")
     names, units = (tuple(part) for part in zip(*map(name_and_unit, headings), strict=True))
-    if rows and _holds_units(cells := _cells(rows[0][1], delimiter)) and len(cells) == len(names):
+    if rows and holds_units(cells := cells_of(rows[0][1], delimiter)) and len(cells) == len(names):
         above = rows.pop(0)[0]
-        units = tuple(given or _bare(cell) for given, cell in zip(units, cells, strict=True))
-    first = _cells(rows[0][1], delimiter) if rows else []
+        units = tuple(given or bare(cell) for given, cell in zip(units, cells, strict=True))
+    first = cells_of(rows[0][1], delimiter) if rows else []
     first = first if len(first) == len(names) else [""] * len(names)
     decimal_comma = _decimal_comma([row for _, row in rows if delimiter != "," or '"' in row], delimiter)
-    dates = {i: stamp for i, cell in enumerate(first) if not _is_number(cell) and (stamp := _date(cell)) is not None}
+    dates = {i: stamp for i, cell in enumerate(first) if not is_number(cell) and (stamp := date_of(cell)) is not None}
     units = tuple("s" if i in dates else given for i, given in enumerate(units))
     layout = Layout(encoding, above, delimiter, decimal_comma, headings, names, units, (), dates)
     used = tuple(i for i, name in enumerate(names) if name and (units[i] or layout.number(first[i], i) is not None))
     return replace(layout, used=used)
 
 
-def _stripped(cells: Iterable[str]) -> tuple[str, ...]:
-    return tuple(cell.strip().strip('"') for cell in cells)
-
-
 def _in_groups(headings: tuple[str, ...], above: tuple[str, ...]) -> tuple[str, ...]:
     """The names after those of their groups, from the row above, in which an empty cell belongs to the group before it;
     themselves where the row does not name groups."""
-    if len(above) != len(headings) or not _holds_names(list(above)):
+    if len(above) != len(headings) or not holds_names(list(above)):
         return headings
     groups: list[str] = []
     for cell in above:
@@ -139,61 +151,22 @@ def _in_groups(headings: tuple[str, ...], above: tuple[str, ...]) -> tuple[str, 
     return tuple(f"{group} {name}".strip() for group, name in zip(groups, headings, strict=True))
 
 
-def _cells(line: str, delimiter: str) -> list[str]:
-    """The cells of a line; in a quoted one the delimiter is a character like any other."""
-    if '"' not in line:
-        return line.split(delimiter)
-    return next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
-
-
-def _without_quoted(line: str) -> str:
-    return re.sub('"[^"]*"', "", line)
-
-
-def _from_names(rows: list[tuple[int, str]], mark: str) -> list[tuple[int, str]]:
-    """The rows from that of the names on, whose cells a mark separates, or one that is found.
+def _names_of(rows: list[tuple[int, str]], mark: str) -> int | None:
+    """The index of the row of the names, whose cells a mark separates, or one that is found; None where none is.
 
     The samples begin with the first row that has as many cells as the last one, more than half of them numbers or
     dates; where the first row has another number of cells, after the last such row. The names are in the row before,
-    above those of the units. Without such rows they are in the first one.
+    above those of the units.
     """
-    # commas may be those of decimals
-    delimiter = mark or next((each for each in ";\t" if each in _without_quoted(rows[-1][1])), ",")
-    cells = [_cells(line, delimiter) for _, line in rows]
+    delimiter = mark or mark_of(rows[-1][1])
+    cells = [cells_of(line, delimiter) for _, line in rows]
     alike = [len(row) == len(cells[-1]) for row in cells]
     if len(cells[-1]) < 2:
-        return rows
+        return None
     first = 0 if alike[0] else len(rows) - alike[::-1].index(False)
-    samples = next((i for i in range(first, len(rows)) if alike[i] and _holds_samples(cells[i])), len(rows))
-    names = samples - 1 - int(samples - 1 > first and _holds_units(cells[samples - 1]))
-    found = first <= names < samples < len(rows) and alike[names] and _holds_names(cells[names])
-    return rows[names:] if found else rows
-
-
-def _holds_samples(cells: list[str]) -> bool:
-    """Whether more than half of the cells are numbers or dates."""
-    return 2 * sum(map(_is_sample, cells)) > len(cells)
-
-
-def _holds_names(cells: list[str]) -> bool:
-    """Whether a cell is neither empty nor a missing value, and none a number or date."""
-    return any(cell.strip().lower() not in MISSING for cell in cells) and not any(map(_is_sample, cells))
-
-
-def _is_sample(cell: str) -> bool:
-    """Whether a cell holds a number, with a decimal point or comma, or a date."""
-    return _is_number(cell.replace(",", ".", 1)) or _date(cell) is not None
-
-
-def _date(cell: str) -> datetime | None:
-    """The date with a time, or the time of a day, in a cell; None where it holds anything else."""
-    written = cell.strip().strip('"')
-    if ":" in written:
-        with suppress(ValueError):
-            return datetime.fromisoformat(written)
-        with suppress(ValueError):
-            return datetime.combine(date.min, time.fromisoformat(written))
-    return None
+    samples = next((i for i in range(first, len(rows)) if alike[i] and holds_samples(cells[i])), len(rows))
+    names = samples - 1 - int(samples - 1 > first and holds_units(cells[samples - 1]))
+    return names if first <= names < samples < len(rows) and alike[names] and holds_names(cells[names]) else None
 
 
 def _encoding(head: bytes) -> str:
@@ -210,37 +183,10 @@ def _encoding(head: bytes) -> str:
     return "utf-8"
 
 
-def _holds_units(cells: list[str]) -> bool:
-    """Whether a row gives units: at least one that is known, and nothing that is a number but the unit 1."""
-    bare = [_bare(cell) for cell in cells]
-    return any(_is_unit(cell) for cell in bare) and not any(_is_number(cell) for cell in bare if cell != "1")
-
-
-def _bare(cell: str) -> str:
-    """A unit without its brackets; "" where the cell is empty or a dash."""
-    return cell.strip().strip('"').strip("[]()").strip("- ")
-
-
-def _is_unit(cell: str) -> bool:
-    try:
-        unit(cell)
-    except InputError:
-        return False
-    return cell != "1"
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
-
-
 def _decimal_comma(rows: list[str], delimiter: str) -> bool:
     """Whether numbers have decimal commas. Raises InputError where some have points, as separators of
     thousands also are."""
-    cells = [cell for row in rows for cell in _cells(row, delimiter)] if any("," in row for row in rows) else []
+    cells = [cell for row in rows for cell in cells_of(row, delimiter)] if any("," in row for row in rows) else []
     found = any(_has_mark(cell, ",") for cell in cells)
     if found and any(_has_mark(cell, ".") for cell in cells):
         raise InputError(
@@ -251,7 +197,7 @@ def _decimal_comma(rows: list[str], delimiter: str) -> bool:
 
 
 def _has_mark(cell: str, mark: str) -> bool:
-    return mark in cell and _is_number(cell.replace(mark, ".", 1))
+    return mark in cell and is_number(cell.replace(mark, ".", 1))
 
 
 def _blocks(path: Path, layout: Layout) -> Iterator[np.ndarray]:
@@ -274,7 +220,8 @@ def _block(lines: list[str], above: int, layout: Layout) -> np.ndarray:
     rows = (line.replace(",", ".") for line in lines) if layout.decimal_comma else lines
     if not layout.first_dates and '"' not in lines[0]:
         with suppress(ValueError):
-            block = np.loadtxt(rows, delimiter=layout.delimiter, usecols=columns, ndmin=2, comments=None)
+            delimiter = None if layout.delimiter == BLANKS else layout.delimiter
+            block = np.loadtxt(rows, delimiter=delimiter, usecols=columns, ndmin=2, comments=None)
             if block.shape[1] == len(layout.used):
                 return block
     return _cell_by_cell(lines, above, layout)
@@ -287,7 +234,7 @@ def _cell_by_cell(lines: list[str], above: int, layout: Layout) -> np.ndarray:
     for number, line in enumerate(lines, above + 1):
         if not line.strip():
             continue
-        cells = _cells(line.rstrip("\n"), layout.delimiter)
+        cells = cells_of(line.rstrip("\n"), layout.delimiter)
         if len(cells) != len(layout.names):
             raise InputError(f"line {number} has {len(cells)} columns, the header has {len(layout.names)}")
         values = [layout.number(cells[i], i) for i in layout.used]
@@ -299,7 +246,7 @@ def _cell_by_cell(lines: list[str], above: int, layout: Layout) -> np.ndarray:
 
 
 def _fault(line: int, heading: str, cell: str) -> str:
-    fix = " (a decimal comma? the rows above have decimal points)" if _is_number(cell.replace(",", ".")) else ""
+    fix = " (a decimal comma? the rows above have decimal points)" if is_number(cell.replace(",", ".")) else ""
     return f"line {line}, column {heading!r}: {cell!r} is not a number{fix}"
 
 

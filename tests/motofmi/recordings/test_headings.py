@@ -125,3 +125,35 @@ def test_the_delimiter_in_a_quoted_cell_is_a_character(write, delimiter, mark):
     run = read_recording(write([heading, *rows]), {"Wheel, Speed": "speed"}, quantities={"time": "s", "force": "N"})
     np.testing.assert_allclose(run["speed"], FORCE * np.pi / 30, rtol=1e-12)  # a product
     np.testing.assert_array_equal(run["force"], 2 * FORCE)
+
+
+SAMPLES = np.column_stack([TIME, FORCE])
+
+
+@pytest.mark.parametrize("header", ["time[s] force[N]", "time [s]  force (N)", "time force\ns N", "rig 7, 2 channels\ntime [s] force [N]"])
+@pytest.mark.parametrize("comments", ["# ", "% ", ""])
+def test_what_numpy_writes_is_read(tmp_path, header, comments):
+    """Blanks between cells, and the names in a comment (numpy.savetxt)."""
+    np.savetxt(tmp_path / "run.txt", SAMPLES, header=header, comments=comments, fmt="%12.9f")
+    run = read_recording(tmp_path / "run.txt", quantities=QUANTITIES)
+    np.testing.assert_allclose(run["force"], FORCE, atol=1e-9)  # digits that are written
+    assert run.units["force"] == "N" and len(run.time) == COUNT
+
+
+def test_names_in_a_comment_are_those_of_columns_between_tabs(write):
+    lines = ["#Rig 7", "#time [s]\tforce [N]", *(f"{t}\t{y}" for t, y in SAMPLES)]
+    np.testing.assert_array_equal(read_recording(write(lines), quantities=QUANTITIES)["force"], FORCE)
+
+
+def test_a_comment_that_is_no_heading_is_left_out(write):
+    lines = ["# time [s], force [V]", *table("time [s],force [N]", TIME, FORCE)]
+    assert read_recording(write(lines), quantities=QUANTITIES).units["force"] == "N"
+    with pytest.raises(InputError, match="line 2 holds numbers, expected a header row"):
+        read_recording(write(["# measured at noon", *table("time [s],force [N]", TIME, FORCE)[1:]]), quantities=QUANTITIES)
+
+
+def test_decimal_commas_between_blanks_are_read(write):
+    lines = ["time [s]   force [N]", *(f" {t:.3f}   {y:.6f}".replace(".", ",") for t, y in SAMPLES)]
+    np.testing.assert_allclose(read_recording(write(lines), quantities=QUANTITIES)["force"], FORCE, atol=1e-6)
+    with_blanks = ["time [s], force [N]", *(f"{t:.3f}, {y:.6f}" for t, y in SAMPLES)]
+    np.testing.assert_allclose(read_recording(write(with_blanks), quantities=QUANTITIES)["force"], FORCE, atol=1e-6)
