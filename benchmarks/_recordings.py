@@ -43,7 +43,8 @@ class Source:
     """Where a recording is from, its files in the folder of data, and the options with which it is used.
 
     fitted and validation are files, or parts (samples) of the one fitted file. columns is the heading with which the
-    files are written anew, factors what their columns are multiplied with. known are the families that are missing.
+    files are written anew, `use` the columns that are kept, and factors what these are multiplied with. known are the
+    families that are missing.
     """
 
     repository: str
@@ -55,6 +56,7 @@ class Source:
     options: Sequence[str] = ()
     published: Published | None = None
     columns: str = ""
+    use: Sequence[int] | None = None
     factors: Mapping[int, float] = field(default_factory=dict)
     parts: tuple[slice, slice] | None = None
     vehicle: str = ""
@@ -70,7 +72,7 @@ class Source:
         return groups[0], groups[1]
 
     def _written(self, path: Path, to: Path, part: slice = slice(None)) -> Path:
-        rows = np.loadtxt(path, delimiter=",", skiprows=1)[part]
+        rows = np.loadtxt(path, delimiter=",", skiprows=1, usecols=self.use)[part]
         for column, factor in self.factors.items():
             rows[:, column] *= factor
         np.savetxt(to, rows, "%.10g", ",", header=self.columns, comments="")
@@ -131,6 +133,18 @@ SOURCES = {
         ["torque_limited_simple_pendulum/results/control_method_gravity_compensation/data_measured.csv"], [],
         frozenset({"geometric_nonlinearity"}), "pendulum", "angle", published=SINE, columns=MOTOR,
         parts=(slice(0, 20000), slice(20000, None)),
+    ),
+    "joint of a robot arm, angle imposed": Source(
+        "longshike/NNFM-A-Novel-Neural-Network-Modeling-Approach-for-Robot-Flexible-Joints-Friction",
+        ["franka_joint/case3_middle.csv"], ["franka_joint/case3_slow.csv"], frozenset({"coulomb_friction"}), "driven_joint",
+        "angle", published=Published("coulomb_friction.friction_torque", 0.334, 0.334),
+        columns="time [s],angle [rad],torque [N.m]", use=(0, 1, 4),
+    ),
+    "wrist of a robot arm, angle imposed": Source(
+        "shamilmamedov/dynamic_calibration", ["robot_wrist/ur-20_01_22-joint_4.csv"], [],
+        frozenset({"geometric_nonlinearity", "coulomb_friction"}), "driven_joint", "angle",
+        columns="time [s],angle [rad],torque [N.m]", use=(0, 4, 16), factors={2: 10.0},  # N.m/A, nominal
+        parts=(slice(0, 3144), slice(3144, None)),
     ),
     "banded friction damper": Source(
         "ARTS-Laboratory/Dataset-Friction-Damper-with-Backlash", ["friction_damper/0.5Hz35lbtension.csv"],

@@ -16,8 +16,9 @@ A law is no candidate where the recorded motion does not distinguish it from oth
   steadily has the response of dry friction, and one whose gain depends on the reading that of a drag: for v' = -f(v)
   and y = g(v), y' = -h(y) with h = g' f.
 - The torque of gravity follows the sine of an angle, whose linear part is a stiffness. Where nothing in the base
-  depends on the angle, that part is missing as well. The angle is counted from the vertical, or from an unknown angle
-  where it is imposed: of an angle that is an output, an unknown offset has that place.
+  depends on the angle, that part is missing as well. The angle is counted from the vertical. Where it is imposed, and
+  moves by a quarter of a revolution or more, the vertical is unknown as well: over less, its torque is that of a spring
+  that hardens or is stiffer to one side. Of an angle that is an output, an unknown offset has that place.
 - The error of an angle's sensor repeats with every revolution, where the laws of a sensor grow with the reading.
 """
 
@@ -50,6 +51,7 @@ UNSEEN = (
     "function of the distance covered. A run in the other direction would distinguish them."
 )
 HYSTERESIS = DahlHysteresis.family
+QUARTER = np.pi / 2  # rad
 CENTRES = (
     "{}: the means of the runs, {:.3g} to {:.3g} {}, differ by more than the motion about them, and the base has no "
     "spring. Not candidates there: {}; they would have another centre in each run."
@@ -89,7 +91,7 @@ def candidate_laws(
     states = {} if experiment.imposed else _ranges(found)
     period = float(np.median([1 / run.middle_frequency for run in runs]))
     library = laws_at(experiment.component, largest_rate, inputs, outputs, states, period)
-    if not experiment.imposed:
+    if not _turns_by_a_quarter(runs):
         library = [effect for effect in library if not issubclass(effect, TurnedGravityTorque)]
     kept, sentences = _distinguishable(library, found)
     kept, rotating = _without_springs_of_rotating_bodies(kept, found)
@@ -97,6 +99,12 @@ def candidate_laws(
     kept, free = _with_restoring_force(kept, experiment.component)
     kept, undriven = _without_those_of_driven_runs(kept, runs)
     return kept, [*sentences, *rotating, *centres, *free, *undriven, *(REVOLUTIONS.format(name) for name in turning)]
+
+
+def _turns_by_a_quarter(runs: Sequence[SampledRun]) -> bool:
+    """Whether an imposed state moves by a quarter of a revolution or more in a run."""
+    imposed = [run.recording[run.experiment.imposed] for run in runs if run.experiment.imposed]
+    return any(np.ptp(angle) >= QUARTER for angle in imposed)
 
 
 def _distinguishable(library: Sequence[type[Effect]], found: Fit) -> tuple[list[type[Effect]], list[str]]:

@@ -7,6 +7,11 @@ import numpy as np
 import pytest
 
 import motofmi as mf
+from fmus.mechanisms import DrivenJoint
+from motofmi.gap.criteria import Criteria
+from motofmi.gap.estimation.base_fit import fitted_base
+from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.recordings.recording import Recording
 from tests.few_laws import FAMILIES, only_families
 
@@ -41,3 +46,13 @@ def test_gravity_is_named_from_a_vertical_that_is_not_known(monkeypatch):
     # The part with the sine, of 1 N.m about this middle, has the place of a stiffness, and is not determined beside it.
     cosine = parameters["cosine_torque"]
     assert cosine["value"] == pytest.approx(GRAVITY * np.cos(PHASE), abs=4 * cosine["standard_error"])
+
+
+@pytest.mark.parametrize(("swing", "candidate"), [(1.4, False), (1.7, True)])
+def test_less_than_a_quarter_of_a_revolution_does_not_show_the_vertical(swing, candidate):
+    run = joint(1)
+    angle = (run["angle"] - MIDDLE) * swing / np.ptp(run["angle"])
+    recording = Recording("joint", run.time, {**run.columns, "angle": angle}, dict(run.units))
+    experiment = input_output_experiment(DrivenJoint(), ["torque", "angle"], "angle")
+    base = fitted_base(experiment, [prepare_sampled_run(recording, experiment)], {}, (), Criteria())
+    assert ("turned" in [effect.form for effect in base.candidates]) == candidate
