@@ -16,14 +16,15 @@ MISSING = {"", "-", "--", "na", "n/a", "#n/a", "nan", "null", "none"}  # in lowe
 
 
 def mark_of(line: str) -> str:
-    """What separates the cells of a line of samples: a semicolon, a tab, blanks or a comma."""
+    """What separates the cells of a line of samples: a semicolon, a tab, blanks (also beside tabs) or a comma."""
     unquoted = without_quoted(line)
-    if found := next((each for each in ";\t" if each in unquoted), ""):
-        return found
+    found = next((each for each in ";\t" if each in unquoted), "")
     written = unquoted.split()
     # "1, 2" has commas between its cells, "1,5 2,5" has decimal commas
-    blanks = len(written) > 1 and all(is_sample(each) and not each.endswith(",") for each in written)
-    return BLANKS if blanks else ","
+    blanks = all(is_sample(each) and not each.endswith(",") for each in written)
+    if blanks and len(written) > (unquoted.count(found) + 1 if found else 1):
+        return BLANKS
+    return found or ","
 
 
 def cells_of(line: str, delimiter: str) -> list[str]:

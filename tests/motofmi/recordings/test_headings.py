@@ -157,3 +157,8 @@ def test_decimal_commas_between_blanks_are_read(write):
     np.testing.assert_allclose(read_recording(write(lines), quantities=QUANTITIES)["force"], FORCE, atol=1e-6)
     with_blanks = ["time [s], force [N]", *(f"{t:.3f}, {y:.6f}" for t, y in SAMPLES)]
     np.testing.assert_allclose(read_recording(write(with_blanks), quantities=QUANTITIES)["force"], FORCE, atol=1e-6)
+
+
+def test_tabs_and_blanks_in_one_line_are_read(write):
+    lines = ["time [s]\tforce [N] error", *(f"{t}\t{y} 0.008" for t, y in SAMPLES)]
+    np.testing.assert_array_equal(read_recording(write(lines), quantities=QUANTITIES)["force"], FORCE)
