@@ -33,7 +33,8 @@ class InputOutputExperiment:
     holds parameters of effects that the experiment sets, largest is the largest measured deflection [rad or m] and
     largest_rate the largest rate of it, infinite where it is not known yet.
     sensor_offsets holds the standard deviation of each input's sensor offset, which differs from run to run unless
-    common_offsets says that all runs have the same; of an imposed motion these may be those of the effort. own_values says whether the component's values are a user's: those that ship are starting values and no expectation. from_rest
+    common_offsets says that all runs have the same; of an imposed motion these may be those of the effort. own_values
+    says whether the component's values are a user's: those that ship are starting values and no expectation. from_rest
     says that every stretch of a recording begins at rest, so that its initial states are known.
     """
 
