@@ -165,7 +165,8 @@ def with_best_interpolation(model: FreeInitialStateModel, found: Fit) -> Fit:
 
 def in_interpolation_of(best: Fit, base: Fit) -> Fit | None:
     """A base with the interpolation of the inputs that fits best with an effect, which the misfit of the base may hide;
-    None where it is that of the base, or where the base cannot be simulated with it."""
+    None where it is that of the base, or where the base cannot be simulated or fits clearly worse with it: held inputs
+    are nearly those of another interpolation with a delay of half a sample."""
     model: Any = best.model
     kind = with_best_interpolation(model, best).runs[0].kind
     if kind == base.runs[0].kind:
@@ -174,7 +175,8 @@ def in_interpolation_of(best: Fit, base: Fit) -> Fit | None:
         replace(run.with_interpolation(kind), input_variance=None).with_densities(run.densities, run.noise_source)
         for run in base.runs
     ]
-    return fit_or_none(base.model, runs, base.x)
+    found = fit_or_none(base.model, runs, base.x)
+    return None if found is None or found.chi2 > OUT_OF_REACH * base.chi2 else found
 
 
 def equal_noise(runs: Sequence[SampledRun], found: Fit) -> list[SampledRun]:
