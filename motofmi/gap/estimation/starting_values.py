@@ -77,11 +77,14 @@ def too_large(model: FreeInitialStateModel, runs: Sequence[SampledRun], x: np.nd
 
 def poles(model: FreeInitialStateModel, x: np.ndarray, **at: np.ndarray) -> np.ndarray:
     """The poles (..., nx) of the component's free motion about rest, or about points at which some of its variables
-    have given values (...); none where a motion is imposed."""
+    have given values (...); none where a motion is imposed, zero at points at which the equations are not finite."""
     component, values = model.component, model.values(x[: len(model.names)])
     if isinstance(component, ImposedMotion) or not component.states:
         return np.zeros(0)
-    return np.linalg.eigvals(linearise(component.with_values(**within_bounds(component, values)), **at).A)
+    with np.errstate(all="ignore"):
+        matrices = linearise(component.with_values(**within_bounds(component, values)), **at).A
+    finite = np.all(np.isfinite(matrices), axis=(-2, -1), keepdims=True)
+    return np.linalg.eigvals(np.where(finite, matrices, 0.0))
 
 
 def within_bounds(component: Component, values: Mapping[str, float]) -> dict[str, float]:
