@@ -147,11 +147,14 @@ def stable_segments(model: FreeInitialStateModel, x: np.ndarray, run: SampledRun
 
 
 def with_best_interpolation(model: FreeInitialStateModel, found: Fit) -> Fit:
-    """The fit with that interpolation of the inputs that fits best, where an input is rough between its samples, or
-    held between changes."""
+    """The fit with that interpolation of the inputs that fits best, where an input is rough between its samples, held
+    between changes, or where half a sample, by which a held input is late, may be a part of the misfit."""
     runs = found.runs
     inputs = [run.recording[n] for run in runs for n in run.experiment.inputs if n != run.experiment.imposed]
-    if not any(is_rough(values) or is_held(values) for values in inputs):
+    power = sum(float(np.sum((run.data / run.deviation) ** 2)) for run in runs)
+    late = max((_change_by_half_a_sample(values) for values in inputs), default=0.0)
+    may_be_late = late**2 * power > (1 - CLOSER) * found.chi2
+    if not (may_be_late or any(is_rough(values) or is_held(values) for values in inputs)):
         return found
     others = [[run.with_interpolation(kind) for run in runs] for kind in INTERPOLATIONS if kind != runs[0].kind]
     fits = parallel_map(
@@ -161,6 +164,11 @@ def with_best_interpolation(model: FreeInitialStateModel, found: Fit) -> Fit:
         if portable is not None and portable.chi2 < CLOSER * found.chi2:
             found = portable.on(model, other)
     return found
+
+
+def _change_by_half_a_sample(values: np.ndarray) -> float:
+    """The change (rms) of a signal (n,) in half of its sampling interval, over its rms about the mean."""
+    return float(np.sqrt(np.mean(np.diff(values) ** 2)) / max(2 * np.std(values), 1e-300))
 
 
 def in_interpolation_of(best: Fit, base: Fit) -> Fit | None:

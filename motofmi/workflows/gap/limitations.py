@@ -5,6 +5,7 @@ from typing import Any
 
 from fmus.declaration.component import Component
 from fmus.declaration.units import written
+from fmus.effects.measuring_channel import ChannelDelay
 from fmus.support.errors import InputError
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import magnitudes_at_bounds
@@ -12,6 +13,7 @@ from motofmi.gap.estimation.fit_result import Fit, parameters_of, sensor_offsets
 from motofmi.gap.experiments.input_output import SLIDING_RATE
 from motofmi.gap.experiments.sensor_offset import sensor_offset_parameter
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
+from motofmi.gap.preprocessing.input_interpolation import INTERPOLATIONS
 from motofmi.gap.selection.any_component import Investigation, sentence_on_slow_noise
 
 FLEXIBLE = ("The noise is not known (no repeated runs, no noise in rig.json): it is estimated by the residuals of a "
@@ -54,6 +56,7 @@ def limitations_of(found: Investigation, result: dict[str, Any], component: Comp
         *_on_bounds(best, found.experiment.own_values),
         *(_on_start_values(best, component, criteria) if found.experiment.own_values else ()),
         *_on_sensor_offsets(best, found.experiment.sensor_offsets, criteria),
+        *_on_held_inputs(best),
         *_on_output_offsets(best),
         *_on_validation(found, result, held),
     ]
@@ -156,6 +159,19 @@ def _on_sensor_offsets(
                     f"{acting:.2g} {run.recording.units[name]} (standard error {error:.1g}): a sensor offset{friction}, "
                     "or another constant input."
                 )
+
+
+def _on_held_inputs(best: Fit) -> Iterator[str]:
+    """The part of a delay that is that of held inputs, which the chosen interpolation takes as smooth or as lines."""
+    experiment, run = best.model.experiment, best.runs[0]
+    delayed = any(effect.family == ChannelDelay.family for effect in best.model.effects)
+    if not delayed or experiment.imposed or not experiment.driven or run.kind == INTERPOLATIONS[-1]:
+        return
+    interval, inputs = 1 / run.recording.rate, " and ".join(experiment.driven)
+    yield (
+        f"The delay is against {inputs} interpolated between its samples. If a controller holds it there, half a sampling "
+        f"interval ({interval / 2:.3g} s) of the delay is that of the hold."
+    )
 
 
 def _on_output_offsets(best: Fit) -> Iterator[str]:

@@ -5,10 +5,12 @@ w' = K d(u) - c w,   d(u) = sign(u) max(|u| - u_0, 0):   w = w_s + (w_0 - w_s) e
 
 import numpy as np
 import pytest
+from scipy.signal import StateSpace, dlsim
 
 import motofmi as mf
 from fmus import Component, input, parameter, state
 from motofmi.recordings.recording import Recording
+from tests.few_laws import only_families
 
 GAIN, DAMPING, HALF_WIDTH = 40.0, 5.0, 0.6  # rad/V.s2, 1/s, V
 HOLD, RATE = 2.0, 100.0  # s, Hz
@@ -57,3 +59,30 @@ def test_the_interpolation_of_an_input_is_chosen_with_the_effect(half_width):
         value = found.effects[0]["parameters"]["half_width"]
         assert value["value"] == pytest.approx(half_width, abs=4 * value["standard_error"])
         assert value["standard_error"] < 0.01
+
+
+def sampled_command(seed: int, delay: int = 0) -> Recording:
+    """A joint under a smooth torque that a controller holds over each of its samples of 20 ms, with noise of 0.1 %."""
+    inertia, damping, stiffness, rate = 0.05, 0.1, 2.0, 50
+    random, time = np.random.default_rng(seed), np.arange(2000) / rate
+    turns, phases = 2 * np.pi * np.linspace(0.1, 2.5, 25), random.uniform(0, 2 * np.pi, 25)
+    torque = np.cos(np.outer(time, turns) + phases).sum(axis=1) / 5
+    held = StateSpace([[0, 1], [-stiffness / inertia, -damping / inertia]], [[0], [1 / inertia]], [[1, 0]], [[0]])
+    _, angle, _ = dlsim(held.to_discrete(1 / rate, "zoh"), np.concatenate([np.zeros(delay), torque])[: len(time)])
+    angle = angle[:, 0] + 1e-3 * np.std(angle) * random.standard_normal(len(time))
+    return Recording(f"run_{seed}", time, {"torque": torque, "angle": angle}, {"torque": "N.m", "angle": "rad"})
+
+
+def test_a_command_that_a_controller_holds_is_no_delay():
+    """Between its samples it is no spline: a delay of 10 ms and a further body were named."""
+    found = mf.find_gap(sampled_command(1), validation=sampled_command(2), component="driven_joint")
+    assert (found.verdict, found.effects) == ("none", [])
+
+
+def test_the_part_of_a_delay_that_may_be_that_of_the_hold_is_said(monkeypatch):
+    only_families(monkeypatch, ("channel_delay", "coulomb_friction"))
+    found = mf.find_gap(sampled_command(1, 3), validation=sampled_command(2, 3), component="driven_joint")
+    (effect,) = found.effects
+    delay = effect["parameters"]["delay"]["value"]
+    said = any("half a sampling interval (0.01 s) of the delay" in each for each in found.limitations)
+    assert delay == pytest.approx(0.06 + 0.01 * said, abs=1e-3)  # s, three samples
