@@ -43,6 +43,9 @@ COMMENT = ("#", "%")  # how a comment begins
 SKIPPED = (*COMMENT, "sep=")  # how lines above the header begin: comments, and what a spreadsheet program writes
 
 
+Row = tuple[int, str]  # the number of a line, from 1 on, and its text
+
+
 @dataclass(frozen=True)
 class Layout:
     """How a text file is written: its encoding, the lines above the numbers, its columns, which of them hold numbers,
@@ -113,12 +116,8 @@ def _layout_of(lines: Sequence[str], encoding: str, mark: str = "") -> Layout:
         raise InputError(f"the file is empty; expected {EXAMPLE}")
     if not mark and mark_of(rows[-1][1]) == BLANKS:
         mark = BLANKS
-    every, place = rows, _names_of(rows, mark)
-    if place is None:  # perhaps those of a comment
-        commented = [(number, line.lstrip("".join(COMMENT))) for number, line in written if number < rows[0][0]]
-        place = _names_of([*commented, *rows], mark)
-        every = rows if place is None else [*commented, *rows]
-    rows = every[place or 0 :]
+    every = _with_names_of_comment(rows, written, mark)
+    rows = every[_names_of(every, mark) or 0 :]
     above, heading = rows.pop(0)
     delimiter = mark or max(",;\t", key=without_quoted(heading).count)
     headings = stripped(cells_of(heading, delimiter))
@@ -151,7 +150,16 @@ def _in_groups(headings: tuple[str, ...], above: tuple[str, ...]) -> tuple[str, 
     return tuple(f"{group} {name}".strip() for group, name in zip(groups, headings, strict=True))
 
 
-def _names_of(rows: list[tuple[int, str]], mark: str) -> int | None:
+def _with_names_of_comment(rows: list[Row], written: list[Row], mark: str) -> list[Row]:
+    """The rows themselves where one holds the names, or where no comment above them does; otherwise with these comments.
+    written are the rows with their comments."""
+    if _names_of(rows, mark) is not None:
+        return rows
+    commented = [(number, line.lstrip("".join(COMMENT))) for number, line in written if number < rows[0][0]]
+    return rows if _names_of([*commented, *rows], mark) is None else [*commented, *rows]
+
+
+def _names_of(rows: list[Row], mark: str) -> int | None:
     """The index of the row of the names, whose cells a mark separates, or one that is found; None where none is.
 
     The samples begin with the first row that has as many cells as the last one, more than half of them numbers or
