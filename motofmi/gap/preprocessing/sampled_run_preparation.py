@@ -13,7 +13,7 @@ from motofmi.gap.preprocessing.compared_samples import at_limits, compared_sampl
 from motofmi.gap.preprocessing.decimation import decimated
 from motofmi.gap.preprocessing.flexible_noise_model import Density
 from motofmi.gap.preprocessing.free_decay import about_equilibrium, highest_of_motion, is_free
-from motofmi.gap.preprocessing.held_outputs import at_rate_of_outputs
+from motofmi.gap.preprocessing.held_signals import at_rate_of_slowest
 from motofmi.gap.preprocessing.input_interpolation import INTERPOLATIONS, compared_motion
 from motofmi.gap.preprocessing.mains_interference import without_mains_interference
 from motofmi.gap.preprocessing.one_way import ONE_WAY, one_way_rates
@@ -48,7 +48,7 @@ def prepare_sampled_run(recording: Recording, experiment: InputOutputExperiment)
     """
     recorded = len(recording.time)
     recording, bridged = uniform(recording, bridged=1.0)
-    recording, held = at_rate_of_outputs(recording, experiment)
+    recording, held = at_rate_of_slowest(recording, experiment)
     limits, clipping = at_limits(recording.from_zero(), experiment)
     recording, interference = without_mains_interference(recording.from_zero(), experiment.inputs, experiment.outputs)
     recording, notes_of_rate = decimated(recording, experiment)

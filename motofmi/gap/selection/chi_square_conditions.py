@@ -30,6 +30,11 @@ SUFFICIENT = (
     "which is within the tolerance of {:.2%}."
 )
 
+WITHIN_TOLERANCE = (
+    "The base misses {:.2%} of the motion (rms) in the fitted and the validation runs, which is within the tolerance of "
+    "{:.2%}."
+)
+
 
 def decisive(verdict: Verdict, single: Fit, simulated: bool, criteria: Criteria) -> bool:
     """Whether the verdict by chi-square is final: its form is specified, the magnitudes of the named effects are
@@ -104,20 +109,24 @@ def unless_doubtful(
 
 
 def unless_sufficient(verdict: Verdict) -> Verdict:
-    """The verdict by chi-square where the noise follows from the result; `none` where the base is consistent with that
-    noise and misses less of the motion than `Criteria.tolerance`: an effect then explains a part of the noise."""
-    criteria, base = verdict.criteria, verdict.base
-    if verdict.verdict not in ("named", "tied") or not adequate(base, criteria):
+    """The verdict by chi-square where the noise follows from the result; `none` where the base misses less of the motion
+    than `Criteria.tolerance`, and is consistent with that noise, so that an effect explains a part of the noise, or
+    where nothing is named."""
+    criteria, base, gap = verdict.criteria, verdict.base, verdict.validation_gap
+    named = verdict.verdict in ("named", "tied")
+    if verdict.verdict == "none" or (named and not adequate(base, criteria)):
         return verdict
-    missed = missed_share(base)
+    fits = [base] if named or gap is None else [base, gap[0].fit]
+    missed = max(map(missed_share, fits))
     if missed > criteria.tolerance:
         return verdict
-    gap = verdict.validation_gap
+    said = (missed, criteria.tolerance)
     return replace(
-        verdict.as_unknown(SUFFICIENT.format(verdict.names, missed, criteria.tolerance)),
+        verdict.as_unknown(SUFFICIENT.format(verdict.names, *said) if named else WITHIN_TOLERANCE.format(*said)),
         verdict="none",
         best=base,
         validation_gap=gap and (gap[0], gap[0]),
+        outside_library=None,
     )
 
 
